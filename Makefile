@@ -1,6 +1,6 @@
 # Everything works on a fresh clone with git, make and Python 3.11 to 3.14.
 .DEFAULT_GOAL := help
-.PHONY: help setup run test test-packages test-clients lint types docs bench soak stress-tables
+.PHONY: help setup run test test-packages test-clients lint types docs bench soak soak-memory stress-tables
 
 # Compiled modules are kept: uv compiles none, and the tests start hundreds of processes.
 unexport PYTHONDONTWRITEBYTECODE
@@ -9,6 +9,7 @@ READY := .venv/.ready
 BIN := .venv/bin
 WORKERS ?= 2
 CYCLES ?= 1000
+MINUTES ?= 30
 SEED ?= 0
 
 help:  ## Show what there is
@@ -44,16 +45,19 @@ docs: setup .venv/.docs  ## Build the documentation in docs/_build/html
 	@echo "docs/_build/html/index.html"
 
 .venv/.docs: pyproject.toml constraints.txt
-	@$(BIN)/python -m pip install --quiet -c constraints.txt --no-build-isolation -e ".[docs]"
+	@PYTHON="$(PYTHON)" INSTALLER="$(INSTALLER)" sh tools/setup.sh docs
 	@touch .venv/.docs
 
 bench: setup  ## Measure, and print tables, beside other packages where they install
-	-@$(BIN)/python -m pip install --quiet -c constraints.txt --no-build-isolation -e ".[peers]"
+	-@PYTHON="$(PYTHON)" INSTALLER="$(INSTALLER)" sh tools/setup.sh peers
 	$(BIN)/python -m benchmarks
 
 soak: setup  ## Run the tests that take minutes, and CYCLES cycles of pick_place with SEED
 	$(BIN)/python -m pytest -m soak
 	$(BIN)/bt-manip run pick_place --cycles $(CYCLES) --seed $(SEED) --quiet --report soak.json
+
+soak-memory: setup  ## Print the memory of a run with page, recording and Groot2 for MINUTES
+	$(BIN)/python tools/soak_memory.py --minutes $(MINUTES) --real-time 0
 
 stress-tables: setup  ## Stress all trees, and write the tables to docs/stress_tables.md; takes hours
 	$(BIN)/python tools/stress_tables.py --workers $(WORKERS)

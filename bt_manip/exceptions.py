@@ -1,5 +1,6 @@
-"""The errors that bt-manip raises for what a user can put right."""
+"""The errors that bt-manip raises for mistakes that a user can correct."""
 
+import re
 from collections.abc import Iterable
 from typing import Any
 
@@ -7,10 +8,18 @@ ANY_BUT_INTERRUPT = (Exception, GeneratorExit, SystemExit)
 """Exceptions of behaviours and plugins that end a run or an episode with a reason."""
 
 _SHOWN = 72  # characters of a value that a message shows
+_LISTED = 100  # characters of a list of choices
+
+_LONGEST = 120  # characters of a value, such as the path of a file, that messages show whole
+_LONG_VALUE = re.compile(rf"(?<!\w)'[^'\n]{{{_LONGEST},}}'(?!\w)|\S{{{_LONGEST},}}")
 
 
 class BtManipError(Exception):
     """Base of all errors that a user can put right: bad input, a broken model, a bad plugin."""
+
+    def __str__(self) -> str:
+        """Return the message, in which long values are cut."""
+        return with_short_values(super().__str__())
 
 
 def did_you_mean(name: str, valid: Iterable[str], *, most: int = 3) -> str:
@@ -22,8 +31,9 @@ def did_you_mean(name: str, valid: Iterable[str], *, most: int = 3) -> str:
         most: Maximum number of suggestions.
 
     Returns:
-        ``"; did you mean 'a' or 'b'?"``, or all choices when nothing is near, or ``""`` when
-        there is nothing to choose from. Made to be appended to an error message.
+        ``"; did you mean 'a' or 'b'?"``, or the choices, as many as fit a line, when nothing is
+        near, or ``""`` when there is nothing to choose from. Made to be appended to an error
+        message.
     """
     import difflib  # by errors alone
 
@@ -32,7 +42,13 @@ def did_you_mean(name: str, valid: Iterable[str], *, most: int = 3) -> str:
     near = difflib.get_close_matches(name.casefold(), by_folded, n=most, cutoff=0.6)
     if near:
         return "; did you mean " + " or ".join(f"'{by_folded[n]}'" for n in near) + "?"
-    return "; known: " + ", ".join(choices) if choices else ""
+    if not choices:
+        return ""
+    text = ", ".join(choices)
+    if len(text) > _LISTED:
+        listed = text[:_LISTED].rpartition(", ")[0]
+        text = f"{listed} and {len(choices) - listed.count(', ') - 1} more"
+    return f"; known: {text}"
 
 
 def shown(value: Any) -> str:
@@ -48,16 +64,36 @@ def shortened(text: str) -> str:
     return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."
 
 
+def with_short_values(text: str) -> str:
+    """Return a message in which quoted values and words are cut in the middle where they are long.
+
+    The messages of `BtManipError` and the reasons of failures are cut so.
+    """
+    if len(text) <= _LONGEST:
+        return text
+    return _LONG_VALUE.sub(lambda found: f"{found[0][:60]}...{found[0][-20:]}", text)
+
+
 def one_line(text: object) -> str:
     """Return a text, such as the message of a library's error, in one line."""
     return " ".join(str(text).split())
+
+
+def without_numbers(text: str, place: str = "") -> str:
+    """Return a message without its numbers, to count messages that differ in these only.
+
+    Args:
+        text: The message.
+        place: Text in place of each number.
+    """
+    return re.sub(r"-?\d+(\.\d+)?", place, text)
 
 
 def reason_of(error: BaseException) -> str:
     """Return why an exception ended a run or an episode: its message, with the type of others'."""
     if isinstance(error, BtManipError | NodeError):
         return str(error)
-    return f"{type(error).__name__}: {error}".rstrip(": ")
+    return with_short_values(f"{type(error).__name__}: {error}".rstrip(": "))
 
 
 class TreeError(BtManipError):
@@ -121,7 +157,7 @@ class NodeError(Exception):
 
     def __init__(self, path: str, registration: str, message: str, culprit: str = "") -> None:
         """Say which node raised what."""
-        super().__init__(f"{path} [{registration}]: {message}")
+        super().__init__(with_short_values(f"{path} [{registration}]: {message}"))
         self.path = path
         self.registration = registration
         self.culprit = culprit

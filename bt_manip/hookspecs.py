@@ -183,6 +183,15 @@ def register_actions(register: Callable[[str, Callable[[Any], Any]], None]) -> N
 
 
 @hookspec
+def register_policies(register: Callable[[str, Any], None]) -> None:
+    """Register kinds of learned policies, which `RunPolicy` of bt-manip-policy runs in trees.
+
+    Args:
+        register: ``register(name, kind)`` with a `bt_manip_policy.PolicyKind`.
+    """
+
+
+@hookspec
 def after_compile(station: Any) -> None:
     """Observe the cell after each compilation: before the first step, and after each change.
 

@@ -1,4 +1,4 @@
-"""Packages that import what they export only when it is asked for."""
+"""Packages that import their exported names on first use."""
 
 import importlib
 from collections.abc import Callable, Mapping

@@ -230,6 +230,7 @@ class Parts:
         panels: Factories, ``factory(page) -> Panel``.
         faults: Classes of faults, ``cls(**parameters) -> Fault``.
         actions: Factories, ``factory(episodes) -> ActionKind``.
+        policies: Kinds of learned policies, which leaves of trees run.
         surroundings: Required scene and controller of trees, by the name of the tree.
     """
 
@@ -254,6 +255,7 @@ class Parts:
     panels: Registry[Callable[..., Any]] = field(default_factory=lambda: Registry("panel"))
     faults: Registry[Callable[..., Any]] = field(default_factory=lambda: Registry("fault"))
     actions: Registry[Callable[..., Any]] = field(default_factory=lambda: Registry("action kind"))
+    policies: Registry[Any] = field(default_factory=lambda: Registry("kind of policies"))
     surroundings: dict[str, Surroundings] = field(default_factory=dict)
 
     def by_kind(self) -> Mapping[str, Registry[Any]]:
@@ -274,4 +276,5 @@ class Parts:
             "panels": self.panels,
             "faults": self.faults,
             "actions": self.actions,
+            "policies": self.policies,
         }

@@ -5,12 +5,13 @@ by `read_fields`, written by `write_fields`, checked by `check_fields`, and list
 the docstring (`documented`).
 """
 
+import re
 import types
 from collections.abc import Mapping
 from dataclasses import MISSING, Field, dataclass, fields, is_dataclass
 from math import inf
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple, Protocol, TypeVar, Union, get_args, get_origin
+from typing import Annotated, Any, NamedTuple, Protocol, TypeVar, Union, cast, get_args, get_origin
 from typing import get_type_hints as hints_of
 
 import pinocchio as pin
@@ -38,7 +39,7 @@ class Key:
         table: Table that contains it; empty for the table of its dataclass.
         name: Its name in the file; empty for that of the field.
         needed: Whether the file has to have it; by default where the field has no default value.
-        values: Reader and writer of a type other than the usual ones.
+        values: Reader, and writer if any, of a type other than the usual ones.
     """
 
     meaning: str
@@ -53,7 +54,7 @@ class Key:
 
 
 class Values(Protocol):
-    """Reads and writes values of one type."""
+    """Reads values of one type; those of a dataclass that is written are `WritableValues`."""
 
     @property
     def type(self) -> str:
@@ -61,6 +62,10 @@ class Values(Protocol):
 
     def read(self, table: TomlTable, entry: "KeyField", size: Any) -> Any:
         """Return the value of a key; None if it is missing, or wrong and rejected."""
+
+
+class WritableValues(Values, Protocol):
+    """Reads and writes values of one type."""
 
     def write(self, value: Any, entry: "KeyField", folder: Path | None) -> dict[str, Any]:
         """Return the entries of a value in its table, as plain data."""
@@ -99,6 +104,17 @@ class KeyField(NamedTuple):
         count = " to ".join(map(str, size)) if isinstance(size, tuple) else size
         return name if count is None else f"{count} {name}"
 
+    @property
+    def wanted(self) -> str:
+        """The type, for the message that the key is missing."""
+        sized = isinstance(self.key.size, int)
+        return f"{self.type} [{self.key.unit}]" if sized and self.key.unit else self.values.type
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All keys of the field in its table."""
+        return tuple(re.split(", | or ", getattr(self.values, "names", self.name)))
+
 
 class Row(NamedTuple):
     """A key for a table of documentation, each cell as text."""
@@ -133,7 +149,7 @@ def entries_of(cls: Any) -> tuple[KeyField, ...]:
 
 
 def read_fields(cls: type, table: TomlTable) -> dict[str, Any]:
-    """Return the values of the fields of a dataclass that a table has; reject what is wrong.
+    """Return the values of a dataclass's fields that a table has; reject wrong keys.
 
     Args:
         cls: The dataclass.
@@ -141,7 +157,7 @@ def read_fields(cls: type, table: TomlTable) -> dict[str, Any]:
     """
     given: dict[str, Any] = {}
     tables: dict[str, TomlTable | None] = {}
-    for entry in entries_of(cls):
+    for entry in sorted(entries_of(cls), key=lambda entry: isinstance(entry.values, OtherKeys)):
         name = entry.key.table
         if name and name not in tables:
             tables[name] = table.table(name)
@@ -150,7 +166,7 @@ def read_fields(cls: type, table: TomlTable) -> dict[str, Any]:
             if entry.needed:
                 table.reject(name, f"is missing: a table with the '{entry.name}'")
             continue
-        if entry.needed and not part.require(entry.name, entry.values.type):
+        if entry.needed and not part.require(entry.name, entry.wanted):
             continue
         size = entry.key.size
         value = entry.values.read(part, entry, given.get(size) if isinstance(size, str) else size)
@@ -162,9 +178,15 @@ def read_fields(cls: type, table: TomlTable) -> dict[str, Any]:
     return given
 
 
-def read_part(cls: type[T], table: TomlTable) -> T | None:
-    """Return a dataclass read from a table; None where keys that it needs are rejected."""
-    given = read_fields(cls, table)
+def read_part(cls: type[T], table: TomlTable, **defaults: Any) -> T | None:
+    """Return a dataclass read from a table; None where keys that it needs are rejected.
+
+    Args:
+        cls: The dataclass.
+        table: The table.
+        **defaults: Values of fields in a file without their keys, where the dataclass has others.
+    """
+    given = defaults | read_fields(cls, table)
     needed = {f.name for f in fields(cls) if f.default is f.default_factory is MISSING}  # type: ignore[arg-type]
     return cls(**given) if needed <= given.keys() else None
 
@@ -182,7 +204,7 @@ def write_fields(value: Any, folder: Path | None = None) -> dict[str, Any]:
         default = entry.default
         if one is None or (default is not MISSING and one == default):
             continue
-        written = entry.values.write(one, entry, folder)
+        written = cast(WritableValues, entry.values).write(one, entry, folder)
         (found.setdefault(entry.key.table, {}) if entry.key.table else found).update(written)
     return found
 
@@ -206,14 +228,16 @@ def rows(cls: type, table: str = "") -> list[Row]:
 
     Args:
         cls: The dataclass.
-        table: Name of its table; empty for the file itself.
+        table: Name of its table; empty for the file itself. Arrays of tables are in brackets.
     """
     found, parts = [], []
     for entry in entries_of(cls):
-        inner = getattr(entry.values, "cls", None)
         place = ".".join(filter(None, (table, entry.key.table)))
-        if inner is not None:
-            parts += rows(inner, ".".join(filter(None, (place, entry.name))))
+        inner = getattr(entry.values, "cls", None)
+        tables = getattr(entry.values, "tables", {} if inner is None else {entry.name: inner})
+        for name, cls in tables.items():
+            parts += rows(cls, ".".join(filter(None, (place, name))))
+        if tables:
             continue
         bounds = [f"above {entry.key.above:g}"] if entry.key.above > -inf else []
         bounds += [f"at least {entry.key.at_least:g}"] if entry.key.at_least > -inf else []
@@ -254,7 +278,8 @@ class _Simple(NamedTuple):
 
 class _Number(_Simple):
     def read(self, table: TomlTable, entry: KeyField, size: Any) -> Any:
-        return table.number(entry.name, above=entry.key.above, at_least=entry.key.at_least)
+        read = getattr(table, self.method)
+        return read(entry.name, above=entry.key.above, at_least=entry.key.at_least)
 
 
 class _Numbers(_Simple):
@@ -326,6 +351,35 @@ class Part(NamedTuple):
         return {entry.name: write_fields(value, folder)}
 
 
+class Tables:
+    """Dataclasses, each in a table of an array of tables."""
+
+    def __init__(self, name: str, cls: type[Any], at_most: int) -> None:
+        """Set the name of the array, the dataclass, and the largest number of tables."""
+        self.type = f"at least one [[{name}]] table"
+        self.cls, self.tables, self.at_most = cls, {f"[{name}]": cls}, at_most
+
+    def read(self, table: TomlTable, entry: KeyField, size: Any) -> Any:
+        """Return the dataclasses without those that are incomplete."""
+        found = [read_part(self.cls, part) for part in table.tables(entry.name, self.at_most)]
+        return tuple(one for one in found if one is not None)
+
+
+class OtherKeys(NamedTuple):
+    """All keys of a table that no other field reads, as plain data."""
+
+    type: str
+    names: str = "..."
+
+    def read(self, table: TomlTable, entry: KeyField, size: Any) -> dict[str, Any]:
+        """Return the keys."""
+        return {key: table.value(key) for key in table.rest()}
+
+    def write(self, value: Any, entry: KeyField, folder: Path | None) -> dict[str, Any]:
+        """Return the keys."""
+        return dict(plain(value))
+
+
 def pose_entries(T: pin.SE3) -> dict[str, Any]:
     """Return the keys of a pose that differ from those of the identity."""
     found: dict[str, Any] = {}
@@ -352,9 +406,10 @@ def _rounded(numbers: Any) -> list[float]:
 _TYPES: tuple[tuple[Any, Any], ...] = (
     (str, _Simple("a text", "text")),
     (float, _Number("a number", "number")),
-    (int, _Simple("a whole number", "whole_number")),
+    (int, _Number("a whole number", "whole_number")),
     (bool, _Simple("true or false", "flag")),
     (tuple[float, ...], _Numbers("a list of numbers", "numbers")),
+    (tuple[float, float], _Numbers("a list of numbers", "numbers")),
     (tuple[str, ...], _Names("a list of names", "texts")),
     (tuple[tuple[str, str], ...], _Pairs("a list of pairs of names", "name_pairs")),
     (pin.SE3, _Pose()),

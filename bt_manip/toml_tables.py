@@ -1,9 +1,9 @@
 """Typed reading of TOML tables; error messages name the file, line and key."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from math import inf
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -12,8 +12,6 @@ from bt_manip import spatial
 from bt_manip.exceptions import BtManipError, did_you_mean, shown
 from bt_manip.input_files import MAX_TOML_BYTES, parse_toml, read_text
 from bt_manip.toml_lines import Place, line_numbers, line_of
-
-T = TypeVar("T")
 
 LARGEST = 1e10
 """Largest size of a number, in SI units: MuJoCo's, beyond which a state counts as diverged."""
@@ -65,13 +63,9 @@ class TomlFile:
         line = line_of(place, self._lines)
         return str(self.path) if line is None else f"{self.path}:{line}"
 
-    def attempt(self, read: Callable[..., T], *arguments: Any, **named: Any) -> T | None:
-        """Call a reading function; on a `BtManipError` store it in `problems` and return None."""
-        try:
-            return read(*arguments, **named)
-        except BtManipError as problem:
-            self.problems.append(problem)
-            return None
+    def joined(self, problems: Sequence[BtManipError]) -> BtManipError:
+        """Return one error with all problems, each in a line."""
+        return self.error("\n".join(map(str, problems)))
 
 
 class PythonSource(NamedTuple):
@@ -161,11 +155,6 @@ class TomlTable:
             return default
         return float(value) if self._check_size(key, value, above, at_least) else default
 
-    def needed_number(self, key: str, *, above: float = -inf) -> float:
-        """Return a required finite number above a bound."""
-        value = self.number(key, above=above) if self.require(key, "a number") else None
-        return 1.0 if value is None else value
-
     def numbers(
         self,
         key: str,
@@ -199,14 +188,6 @@ class TomlTable:
         if not all([self._check_size(key, item, above, at_least) for item in value]):
             return None
         return tuple(float(item) for item in value)
-
-    def needed_numbers(
-        self, key: str, size: int | None, *, above: float = -inf
-    ) -> tuple[float, ...]:
-        """Return a required list of finite numbers above a bound; a single one is repeated."""
-        if not self.require(key, "a list of numbers" if size is None else f"{size} numbers"):
-            return ()
-        return self.numbers(key, size, spread=True, above=above) or ()
 
     def pose(self) -> pin.SE3:
         """Return the pose from the keys ``position`` [m] and ``quat_wxyz`` or ``rpy`` [rad]."""
@@ -248,22 +229,26 @@ class TomlTable:
         """Return a boolean, or None if missing."""
         return self._typed(key, lambda value: isinstance(value, bool), "true or false")
 
-    def whole_number(self, key: str) -> int | None:
-        """Return an integer, or None if missing."""
-        return self._typed(
+    def whole_number(self, key: str, *, above: float = -inf, at_least: float = -inf) -> int | None:
+        """Return an integer within bounds, or None if missing."""
+        value = self._typed(
             key, lambda value: _is_number(value) and isinstance(value, int), "a whole number"
         )
+        return value if value is None or self._is_within(key, value, above, at_least) else None
 
     def table(self, key: str) -> "TomlTable | None":
         """Return a subtable, or None if missing."""
         value = self._typed(key, lambda value: isinstance(value, dict), "a table")
         return None if value is None else self._part(value, key)
 
-    def tables(self, key: str) -> list["TomlTable"]:
-        """Return the tables of an array of tables; an empty list if missing."""
+    def tables(self, key: str, at_most: float = inf) -> list["TomlTable"]:
+        """Return the tables of an array of tables; an empty list if missing, or if too many."""
         value = self._get(key, [])
         if not _is_list(value, dict):
             self.reject(key, f"is an array of tables, each under [[{self._full(key)}]]")
+            return []
+        if len(value) > at_most:
+            self.reject(key, f"has {len(value)} tables; a file has at most {at_most}")
             return []
         return [self._part(item, key, number) for number, item in enumerate(value, 1)]
 
@@ -284,7 +269,7 @@ class TomlTable:
         if isinstance(self.file, TomlFile) and self.file.collects and not self._inner:
             problems, self.file.problems = self.file.problems, []
             if problems:
-                raise self.file.error("\n".join(map(str, problems)))
+                raise self.file.joined(problems)
 
     def _part(self, entries: Mapping[str, Any], *place: str | int) -> "TomlTable":
         part = TomlTable(self.file, entries, (*self._place, *place))
@@ -300,11 +285,14 @@ class TomlTable:
                 key, f"is a finite number of at most {LARGEST:g} in size, got {shown(value)}"
             )
             return False
-        if not above < value or not at_least <= value:
-            bound = f"above {above:g}" if value <= above else f"of at least {at_least:g}"
-            self.reject(key, f"is a number {bound}, got {shown(value)}")
-            return False
-        return True
+        return self._is_within(key, value, above, at_least)
+
+    def _is_within(self, key: str, value: float, above: float, at_least: float) -> bool:
+        if above < value and at_least <= value:
+            return True
+        bound = f"above {above:g}" if value <= above else f"of at least {at_least:g}"
+        self.reject(key, f"is a number {bound}, got {shown(value)}")
+        return False
 
     def _typed(
         self, key: str, valid: Callable[[Any], object], what: str, default: Any = None

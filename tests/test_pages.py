@@ -26,6 +26,7 @@ PAGES = {
         ROOT / "CONTRIBUTING.md",
         *sorted((ROOT / "docs").rglob("*.md")),
         ROOT / "examples" / "README.md",
+        ROOT / "benchmarks" / "README.md",
         *sorted((ROOT / "plugins").glob("*/README.md")),
     )
     if not path.relative_to(ROOT).as_posix().startswith(GENERATED)

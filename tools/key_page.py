@@ -1,6 +1,6 @@
-"""Write docs/robot-keys.md: the keys of a robot's description, as its dataclasses declare them.
+"""Write the pages of keys, docs/robot-keys.md and docs/scene-keys.md, from the dataclasses.
 
-``python tools/key_page.py`` writes the page; a test fails where it is out of date.
+``python tools/key_page.py`` writes them; a test fails where one is out of date.
 """
 
 from itertools import groupby
@@ -9,11 +9,12 @@ from pathlib import Path
 from bt_manip.grippers.suction.parameters import SuctionParameters
 from bt_manip.grippers.two_finger.parameters import TwoFingerParameters
 from bt_manip.robots import RobotDescription
+from bt_manip.scenes import Scene
 from bt_manip.toml_fields import Row, rows
 
-PAGE = Path(__file__).resolve().parent.parent / "docs" / "robot-keys.md"
+DOCS = Path(__file__).resolve().parent.parent / "docs"
 
-HEAD = """# Keys of a robot's description
+ROBOT_HEAD = """# Keys of a robot's description
 
 A TOML file describes an arm with its gripper; [`bt-manip robot new`](howto/describe-your-robot.md)
 writes one. Unknown keys and invalid values are refused with the file, the line and the nearest key.
@@ -22,34 +23,64 @@ In Python, `bt_manip.robots.RobotDescription` has the same fields, with each pos
 Of `quat_wxyz` and `rpy` [rad], one gives the rotation of a pose.
 """
 
+SCENE_HEAD = """# Keys of a scene file
+
+A TOML file describes a [scene](scenes.md). Unknown keys and invalid values are refused with the
+file, the line and the nearest key. In Python, `bt_manip.scenes.Scene` has the same fields, with
+each pose as one of them, and cameras among the `fixtures`.
+
+Of `quat_wxyz` and `rpy` [rad], one gives the rotation of a pose; in `[[cameras]]`, `looking_at`
+does, too. Paths are from the folder of the file. `[randomization]` has
+[tables of its own](scenes.md#what-varies).
+"""
+
 KINDS = (
     ("two_finger", TwoFingerParameters, "two fingers or a jaw: the default kind"),
     ("suction", SuctionParameters, "a suction cup, whose lip is the tool frame"),
 )
 
 
-def page() -> str:
-    """Give the text of the page."""
-    parts = [HEAD]
-    whole = sorted(rows(RobotDescription), key=lambda row: row.table)
-    for table, found in groupby(whole, key=lambda row: row.table):
-        keys = [row for row in found if row.name != "..."]
-        parts.append(f"\n## {f'`[{table}]`' if table else 'The file'}\n\n{_table(keys)}")
+def robot_page() -> str:
+    """Return the page of a robot's keys."""
+    parts = [_page(ROBOT_HEAD, RobotDescription)]
     for kind, cls, what in KINDS:
         parts.append(f'\n## `[gripper]` with `kind = "{kind}"`\n\nOf {what}.\n\n')
         parts.append(_table(rows(cls, "gripper")))
     return "".join(parts)
 
 
+def scene_page() -> str:
+    """Return the page of a scene's keys."""
+    return _page(SCENE_HEAD, Scene)
+
+
+PAGES = {DOCS / "robot-keys.md": robot_page, DOCS / "scene-keys.md": scene_page}
+
+
+def _page(head: str, cls: type) -> str:
+    parts = [head]
+    found = sorted(rows(cls), key=_whole_table)
+    for table, keys in groupby(found, key=_whole_table):
+        parts.append(f"\n## {f'`[{table}]`' if table else 'The file'}\n\n{_table(list(keys))}")
+    return "".join(parts)
+
+
+def _whole_table(row: Row) -> str:
+    """Return the table that lists a key; that of a part lists it with the part's name."""
+    return row.table.split(".")[0]
+
+
 def _table(found: list[Row]) -> str:
     lines = ["| key | type | unit | default | bounds | |\n|---|---|---|---|---|---|\n"]
     for row in found:
-        inner = row.table.removeprefix("gripper").lstrip(".") if "." in row.table else ""
-        name = ", ".join(f"`{f'{inner}.' if inner else ''}{n}`" for n in row.name.split(", "))
-        cells = (name.replace(" or ", "` or `"), row.type, row.unit, row.default, row.bounds)
+        inner = "".join(f"{part}." for part in row.table.split(".")[1:])
+        name = ", ".join(f"`{inner}{n}`" for n in row.name.split(", ")).replace(" or ", "` or `")
+        name = "other keys" if row.name == "..." else name
+        cells = (name, row.type, row.unit, row.default, row.bounds)
         lines.append(f"| {' | '.join(cells)} | {row.meaning} |\n")
     return "".join(lines)
 
 
 if __name__ == "__main__":
-    PAGE.write_text(page())
+    for path, text in PAGES.items():
+        path.write_text(text())

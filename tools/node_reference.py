@@ -1,16 +1,10 @@
-"""Write the sections of nodes of docs/tree-language.md, from their documentation and ports.
-
-``python tools/node_reference.py`` writes the page; a test fails where it is out of date.
-"""
+"""Sections on nodes for the pages of the site, from their documentation and ports."""
 
 import inspect
 import re
 from collections.abc import Mapping
-from pathlib import Path
 
 from bt_manip.bt import BehaviourRegistry, Node, NodeKind
-
-PAGE = Path(__file__).resolve().parent.parent / "docs" / "tree-language.md"
 
 _TITLES = {
     NodeKind.CONTROL: "Control nodes",
@@ -79,14 +73,3 @@ def _ports(cls: type[Node]) -> str:
             f"| `{port.name}` | {port.direction} | {kind} | {default} | {port.doc} |".rstrip()
         )
     return "\n".join(lines)
-
-
-def replace_reference(page: str) -> str:
-    """Return a page with new sections of nodes, from ``## Control nodes`` to ``## Dialects``."""
-    start = page.index("## Control nodes")
-    end = page.index("## Dialects")
-    return page[:start] + node_reference() + "\n" + page[end:]
-
-
-if __name__ == "__main__":
-    PAGE.write_text(replace_reference(PAGE.read_text(encoding="utf-8")), encoding="utf-8")

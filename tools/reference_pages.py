@@ -24,6 +24,7 @@ COPIED = {
     "examples/README.md": "project/examples.md",
     "CONTRIBUTING.md": "project/contributing.md",
     "CHANGELOG.md": "project/changelog.md",
+    "benchmarks/README.md": "project/benchmarks.md",
     **{
         path.relative_to(ROOT).as_posix(): f"project/{path.parent.name}.md"
         for path in sorted((ROOT / "plugins").glob("*/README.md"))
@@ -42,6 +43,7 @@ PARTS = {
     "recorders": "Recorders",
     "faults": "Faults",
     "actions": "Kinds of actions",
+    "policies": "Kinds of policies",
     "model_sources": "Model sources",
     "model_formats": "Model formats",
     "model_caches": "Model caches",
@@ -57,13 +59,10 @@ Every option of every command, from the program itself. ``bt-manip COMMAND --hel
    :nested: full
 """
 
-API = """# Packages
+NODES = """# Nodes
 
-The public API with arguments, units, frames and errors, from the docstrings. The
-[list](../../api.md) has every name with its first line.
-
-```{toctree}
-:maxdepth: 1
+The nodes of the [tree language](../tree-language.md), as in BehaviorTree.CPP v4: the result of each
+for every status of its child, and its ports. `bt-manip list NAME` prints the same.
 
 """
 
@@ -79,7 +78,7 @@ Packages of the repository that extend bt-manip through its hooks, each with its
 HOOKS = """# Hooks
 
 A plugin is a module with functions marked by `bt_manip.hookimpl`: see
-[plugins](../plugins/README.md). Each hook has a page:
+[plugins](../plugins/README.md). The pages have an example for each:
 
 | hook | purpose |
 |---|---|
@@ -92,7 +91,7 @@ What bt-manip reads and writes, with the keys of each file.
 | file | written or read by | keys |
 |---|---|---|
 | tree (`.xml`) | `bt-manip run`, `tree` | [tree language](../tree-language.md), `tree schema` |
-| scene (`.toml`) | `--scene`, `bt-manip scene` | [scenes](../scenes.md#a-file) |
+| scene (`.toml`) | `--scene`, `bt-manip scene` | [keys](../scene-keys.md) |
 | robot (`.toml`) | `--robot`, `robot` in a scene | [keys](../robot-keys.md) |
 | report (`.json`, `.jsonl`) | `--report` | [below](#report) |
 | trace (`.npz`) | `--trace` | [below](#trace) |
@@ -168,10 +167,13 @@ def write_all(docs: Path) -> list[Path]:
     """
     os.environ.setdefault("MUJOCO_GL", "disable")  # nothing is drawn here
     sys.path.insert(0, str(ROOT / "tools"))
+    from node_reference import node_reference
+
     from bt_manip.plugins import load_plugins
 
     parts = load_plugins().parts
     pages = {
+        "reference/nodes.md": NODES + node_reference(),
         "reference/behaviours.md": behaviours_page(parts),
         "reference/parts.md": parts_page(parts),
         "reference/hooks.md": hooks_page(),
@@ -201,12 +203,11 @@ def write_all(docs: Path) -> list[Path]:
 
 def api_pages() -> dict[str, str]:
     """Return a page for each package of the public API, for autodoc, and one that leads to them."""
-    from api_page import names
+    from api_page import names, page
 
-    pages, seen = (
-        {"reference/api/index.md": API + "".join(f"{p}\n" for p in names()) + "```\n"},
-        set(),
-    )
+    contents = "".join(f"{package}\n" for package in names())
+    index = f"{page()}\n```{{toctree}}\n:hidden:\n\n{contents}```\n"
+    pages, seen = {"reference/api/index.md": index}, set()
     for package, known in names().items():
         module = importlib.import_module(package)
         title = f"``{package}``"
@@ -243,7 +244,7 @@ def behaviours_page(parts: Any) -> str:
     return (
         "# Behaviours\n\nThe leaves that bt-manip brings, with their ports. Behaviours of "
         "plugins are on the pages of [their packages](../project/packages.md); "
-        "control nodes and decorators belong to the [tree language](../tree-language.md). "
+        "control nodes and decorators are [nodes of the language](nodes.md). "
         "`bt-manip list behaviours` shows those that are installed.\n\n"
         + _behaviours_of("builtin", parts)
     )
@@ -275,7 +276,9 @@ def _summary(part: Any) -> str:
     if isinstance(part, str):  # a tree, or a model
         return f"`{part.replace(str(ROOT) + '/', '')}`"
     if not callable(part):
-        model = str(getattr(part, "model", "")).replace(str(ROOT) + "/", "")
+        model = str(getattr(part, "model", "") or getattr(part, "make", "")).replace(
+            str(ROOT) + "/", ""
+        )
         return f"`{model}`" if model else ""
     return _plain(inspect.cleandoc(part.__doc__ or "").partition("\n\n")[0])
 
@@ -292,13 +295,14 @@ def hooks_page() -> str:
     """Return the page of all hooks, which leads to the page of each."""
     from bt_manip import hookspecs
 
-    rows, pages = [], []
+    rows, pages = [], {}
     for name, hook in vars(hookspecs).items():
         if hasattr(hook, f"{hookspecs.GROUP}_spec"):
             arguments = ", ".join(inspect.signature(hook).parameters)
             summary = _plain((inspect.getdoc(hook) or "").partition("\n\n")[0])
-            rows.append(f"| [`{name}({arguments})`](../plugins/hooks/{name}.md) | {summary} |\n")
-            pages.append(f"../plugins/hooks/{name}\n")
+            page = "observers" if name in hookspecs.OBSERVING else name
+            rows.append(f"| [`{name}({arguments})`](../plugins/hooks/{page}.md) | {summary} |\n")
+            pages[f"../plugins/hooks/{page}\n"] = None
     return f"{HOOKS}{''.join(rows)}\n```{{toctree}}\n:hidden:\n\n{''.join(pages)}```\n"
 
 

@@ -1,6 +1,7 @@
 #!/bin/sh
 # Make .venv with the exact packages of constraints.txt and the project itself in it.
 #
+# "setup.sh docs" adds the packages of an extra to it.
 # PYTHON=/path/to/python3.13 chooses the interpreter; otherwise one is looked for.
 # INSTALLER=pip installs with pip; otherwise uv installs, where it runs.
 set -eu
@@ -79,10 +80,14 @@ if ! suits .venv/bin/python || ! .venv/bin/python -m pip --version >/dev/null 2>
     "$python" -m venv --clear .venv
 fi
 
-set -- -e ".[dev,groot,learn,ray,record,view]"
-for package in plugins/*/pyproject.toml; do
-    [ -f "$package" ] && set -- "$@" -e "$(dirname "$package")"
-done
+if [ $# -gt 0 ]; then
+    set -- -e ".[$1]"
+else
+    set -- -e ".[dev,groot,learn,ray,record,view]"
+    for package in plugins/*/pyproject.toml; do
+        [ -f "$package" ] && set -- "$@" -e "$(dirname "$package")"
+    done
+fi
 log=.venv/setup.log
 : >"$log"
 

@@ -14,7 +14,7 @@ from pathlib import Path
 
 os.environ.setdefault("MUJOCO_GL", "disable")
 
-from bt_manip.evaluation import StressTable, StressTester, plan_cases, run_episodes
+from bt_manip.evaluation import StressTable, StressTester, plan_episodes, run_episodes
 from bt_manip.plugins import load_plugins
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "stress_tables.md"
@@ -29,9 +29,9 @@ NEEDS_POLICY = "pick_place_policy"
 def table_of(tree: str, workers: int, settings: dict[str, str]) -> str:
     """Return the section of a tree."""
     tester = partial(StressTester, tree, settings=settings)
-    cases = plan_cases(tester(), 1)
-    done = {result.case: result for result in run_episodes(tester, cases, workers)}
-    table = StressTable([done[case] for case in cases])
+    episodes = plan_episodes(tester(), 1)
+    done = {result.episode: result for result in run_episodes(tester, episodes, workers)}
+    table = StressTable([done[episode] for episode in episodes])
     print(f"{tree}: {table.summary()}", flush=True)
     return table.markdown(f"bt-manip stress {tree}")
 

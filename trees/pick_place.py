@@ -74,7 +74,8 @@ def pick_place(
             SubTree("clean up", clean_up(), object="{object}"),
         ),
     )
-    return Tree(root, goal=IsIn(object="{object}", container=basket))
+    goal = IsIn(object="{object}", container=basket)
+    return Tree(root, goal=goal, task="put the object into the basket")
 
 
 def attempt(

@@ -1,4 +1,4 @@
-"""Actions of an agent: what they command for one step, and what the expert did in these terms."""
+"""Actions of an agent: the commands of one step, and the expert's motion in the same terms."""
 
 import abc
 from typing import Any, ClassVar, NamedTuple

@@ -12,6 +12,12 @@ from bt_manip.exceptions import BtManipError, did_you_mean
 from bt_manip.robots import Gripper, Robot
 from bt_manip.runner import CommandedRobot
 
+ROBOT = "robot"
+"""Group of the observations that a robot can measure: its own, and images of cameras."""
+
+SIMULATOR = "simulator"
+"""Group of those that only a simulator knows: of objects, and segmentation images."""
+
 IMAGES = ("rgb", "depth", "segmentation")
 """Kinds of images."""
 
@@ -25,11 +31,13 @@ class ObservationSpec(NamedTuple):
         shape: Shape of its array.
         dtype: NumPy's name of its number type.
         unit: Unit of its numbers; separated by commas where groups of them differ.
+        group: `ROBOT` or `SIMULATOR`.
     """
 
     shape: tuple[int, ...]
     dtype: str
     unit: str
+    group: str = ROBOT
 
 
 class Images(NamedTuple):
@@ -97,17 +105,17 @@ class Observations:
         return found | self.images() if self._wanted.kinds else found
 
     def close(self) -> None:
-        """Free what renders the images."""
+        """Free the renderers of the images."""
         if self._renderer is not None:
             self._renderer.close()
             self._renderer = None
 
     # Numbers
 
-    def _add(self, read: Read, **specs: tuple[int, str]) -> None:
-        """Add observations: size and unit of each, and what reads all of them."""
+    def _add(self, read: Read, group: str, **specs: tuple[int, str]) -> None:
+        """Add observations of a group: size and unit of each, and what reads all of them."""
         for name, (size, unit) in specs.items():
-            self.specs[name] = ObservationSpec((size,), "float32", unit)
+            self.specs[name] = ObservationSpec((size,), "float32", unit, group)
         self._readers.append(read)
 
     def _add_robot(self, label: str, one: CommandedRobot) -> None:
@@ -126,12 +134,13 @@ class Observations:
             "joint_positions": (n, "rad"), "joint_velocities": (n, "rad/s"),
             "tool_position": (3, "m"), "tool_rotation": (6, "-"), "wrist_wrench": (6, "N,N m"),
         }  # fmt: skip
-        self._add(read, **{f"{label}_{name}": spec for name, spec in specs.items()})
+        self._add(read, ROBOT, **{f"{label}_{name}": spec for name, spec in specs.items()})
         if gripper is not None:
             opening, count = _Opening(robot, gripper), len(gripper.forces)
             specs = {"gripper_opening": (1, "-"), "gripper_forces": (count, "N")}
             self._add(
                 lambda: (opening.read(), gripper.forces),
+                ROBOT,
                 **{f"{label}_{name}": spec for name, spec in specs.items()},
             )
 
@@ -159,7 +168,7 @@ class Observations:
                 found.append(cell.data.qpos[addresses])
             return found
 
-        self._add(read, **{f"{name}_{one}": spec for one, spec in specs.items()})
+        self._add(read, SIMULATOR, **{f"{name}_{one}": spec for one, spec in specs.items()})
 
     # Images
 
@@ -172,7 +181,8 @@ class Observations:
                 if kind not in IMAGES:
                     raise BtManipError(f"no images are called '{kind}'{did_you_mean(kind, IMAGES)}")
                 last, dtype, unit = channels.get(kind, ((), "int32", "-"))
-                spec = ObservationSpec((height, width, *last), dtype, unit)
+                group = SIMULATOR if kind == "segmentation" else ROBOT
+                spec = ObservationSpec((height, width, *last), dtype, unit, group)
                 self.specs[_image_name(camera, kind)] = spec
 
     def images(self) -> dict[str, np.ndarray]:

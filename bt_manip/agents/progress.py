@@ -87,7 +87,7 @@ class LossCheck:
         self._reach = [float(model.levers.max()) for model in models]
 
     def get_state(self) -> dict[str, Any]:
-        """Return what it remembers of the start of the episode, as plain data."""
+        """Return the state remembered from the start of the episode, as plain data."""
         return {"objects": self._objects, "lowest": float(self._lowest)}
 
     def set_state(self, state: Mapping[str, Any]) -> None:
@@ -95,7 +95,7 @@ class LossCheck:
         self._objects, self._lowest = state["objects"], state["lowest"]
 
     def reason(self) -> str:
-        """Return what is lost, and why; empty if nothing is."""
+        """Return the lost object with the reason; empty if none is lost."""
         for name in self._objects:
             if name not in self._cell.entities:
                 if self._is_met(name):

@@ -1,4 +1,4 @@
-"""What controllers follow while an agent acts."""
+"""References that controllers follow while an agent acts."""
 
 from typing import Any
 

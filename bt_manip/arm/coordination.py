@@ -6,6 +6,7 @@ from itertools import combinations
 import numpy as np
 
 from bt_manip.collision import (
+    DISTANCE_TOLERANCE,
     INTER_ROBOT_CLEARANCE,
     INTER_ROBOT_STEP,
     InterRobotDistance,
@@ -20,8 +21,6 @@ from .motion_planning import in_sequence
 
 DELAY_STEP = 0.1
 """Resolution of the delays of a motion while another arm passes [s]."""
-
-_DISTANCE_TOLERANCE = 1e-4  # [m]
 
 
 class MultiArmCoordinator:
@@ -120,7 +119,7 @@ class MultiArmCoordinator:
         )
         now = distance.distance(first[0], second[0])
         return distance.too_close(
-            first, second, min(INTER_ROBOT_CLEARANCE, now - _DISTANCE_TOLERANCE)
+            first, second, min(INTER_ROBOT_CLEARANCE, now - DISTANCE_TOLERANCE)
         )
 
     def _pair(

@@ -163,7 +163,7 @@ class ExternalForceGuard:
         return Detection(ExternalLoad(torque, self._tolerated))
 
     def get_state(self) -> dict[str, Any]:
-        """Return what is remembered between checks as plain data."""
+        """Return the state between checks as plain data."""
         return {
             "tolerated": self._tolerated.tolist(),
             "detections": self._detections,
@@ -197,7 +197,7 @@ class _Measurement(NamedTuple):
     tau: np.ndarray  # [N m] motor torque minus damping
 
     def corrective(self, model: RobotModel) -> np.ndarray:
-        """Return the motor torque beyond what the reference acceleration takes [N m]."""
+        """Return the motor torque beyond that of the reference acceleration [N m]."""
         return self.tau - model.rnea(self.q, self.v, self.a_ref)
 
 

@@ -37,6 +37,7 @@ from .poses import pose_from_text as pose_from_text
 from .poses import pose_input as pose_input
 from .poses import pose_to_text as pose_to_text
 from .poses import poses_input as poses_input
+from .poses import poses_output as poses_output
 from .poses import top_grasp_poses as top_grasp_poses
 from .poses import yaw_of as yaw_of
 from .reach import Reach as Reach

@@ -64,7 +64,7 @@ class CellBehaviour(Action):
             return self._finish(self.fail(str(error)))
 
     def start(self) -> None:
-        """Start what the behaviour waits for.
+        """Start the motion or command that the behaviour waits for.
 
         Raises:
             CellError: When an object is not in the cell.

@@ -27,7 +27,7 @@ class FollowTarget(MotionBehaviour):
         self.arm.follow(nearest_orientation(poses, T_wt), speed=self.speed)
 
     def update(self) -> Status:
-        """Update the target and report the remaining time."""
+        """Update the target and show the remaining time."""
         if self._lost:
             return self.fail(self._forget_carried())
         if self.duration > 0.0 and self.elapsed >= self.duration:

@@ -10,7 +10,7 @@ from bt_manip import spatial
 from bt_manip.bt import Input, Output
 from bt_manip.cell import Cell, as_object, bottom_of
 
-_QUARTER_TURN = math.pi / 2
+QUARTER_TURN = math.pi / 2
 
 
 def pose_from_text(text: str) -> pin.SE3:
@@ -78,14 +78,19 @@ def poses_from_text(text: str) -> list[pin.SE3]:
     return [pose_from_text(part) for part in text.split("|")]
 
 
+def poses_to_text(poses: Iterable[pin.SE3]) -> str:
+    """Format poses as text that parses to the same bits, separated by ``|``."""
+    return "|".join(map(pose_to_text, poses))
+
+
 def poses_input(doc: str) -> Input:
     """Declare an input port for several poses."""
-    return Input(
-        list[pin.SE3],
-        parse=poses_from_text,
-        format=lambda poses: "|".join(map(pose_to_text, poses)),
-        doc=doc,
-    )
+    return Input(list[pin.SE3], parse=poses_from_text, format=poses_to_text, doc=doc)
+
+
+def poses_output(doc: str) -> Output:
+    """Declare an output port for several poses."""
+    return Output(list[pin.SE3], parse=poses_from_text, format=poses_to_text, doc=doc)
 
 
 def centre_pose(cell: Cell, name: str) -> pin.SE3:
@@ -133,7 +138,7 @@ def top_grasp_poses(T_wo: pin.SE3, height: float) -> list[pin.SE3]:
     """
     position = T_wo.translation + np.array([0.0, 0.0, height])
     yaw = yaw_of(T_wo)
-    return [spatial.pointing_down(position, yaw + k * _QUARTER_TURN) for k in range(4)]
+    return [spatial.pointing_down(position, yaw + k * QUARTER_TURN) for k in range(4)]
 
 
 def downward_poses(position: Sequence[float], yaws: int = 8) -> list[pin.SE3]:

@@ -31,6 +31,8 @@ ATTEMPTS = 100  # random positions to find one that keeps the gap
 class SpawnObject(CellBehaviour):
     """Put a new object at a random free position on another one, with a random yaw."""
 
+    drawn = ("pose",)
+
     model = Input(
         str,
         default=AUTO,

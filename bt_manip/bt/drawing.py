@@ -13,7 +13,7 @@ from bt_manip.bt.xml.writer import escape
 if TYPE_CHECKING:
     from bt_manip.bt.tree import Tree
 
-MARKS = {
+NODE_MARKS = {
     "Sequence": "→",
     "AsyncSequence": "→",
     "SequenceWithMemory": "→*",
@@ -278,7 +278,7 @@ def _box(link: Link, links: dict[int, Link], ports: bool) -> _Box:
         details += [f"{key}={link.port_text(key)}" for key in link.given]
         summary = type(link).summary()
     details += [f"{key}={text}" for key, text in link.conditions.items()]
-    mark = MARKS.get(registration)
+    mark = NODE_MARKS.get(registration)
     title = f"{mark} {registration}" if mark else registration
     if name and name != registration:
         title += f' "{name}"'

@@ -19,6 +19,9 @@ from bt_manip.exceptions import BtManipError, TreeError, did_you_mean, shown
 GOAL: Final = "_goal"
 """Attribute of a ``<BehaviorTree>`` that declares its goal."""
 
+TASK: Final = "_task"
+"""Attribute of a ``<BehaviorTree>`` that says in a sentence what it does, for data sets."""
+
 NO_CELL: Final = (
     "no condition of the goal reads the cell, so the tree alone decides whether it succeeded; "
     "add a condition on the cell, such as IsIn"

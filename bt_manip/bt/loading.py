@@ -9,6 +9,7 @@ from typing import Any, TypedDict, Unpack
 from py_trees.behaviour import Behaviour
 
 from bt_manip.bt.blackboard import Blackboard
+from bt_manip.bt.goal import TASK
 from bt_manip.bt.libraries import Libraries
 from bt_manip.bt.mapping import LeafMapping
 from bt_manip.bt.nodes.node import Node
@@ -284,6 +285,7 @@ class _Reader:
                 document=self.document,
                 on_problem=builder.add_error,
                 goal=goal,
+                task=self.document.trees[main].get(TASK) or "",
             )
         except BtManipError as error:
             self.problems.error(self.document.root.place, str(error))

@@ -91,6 +91,8 @@ class Port:
         """Write the port's value; a port that is connected to nothing drops it."""
         if not self.writes:
             raise AttributeError(f"port '{self.name}' of {node.name} is an input: read-only")
+        if self.name in node.drawn:
+            node._node_drawn = {**node._node_drawn, self.name: value}
         if node.is_connected(self.name):
             node.write_port(self.name, value)
 

@@ -5,6 +5,8 @@ from collections.abc import Callable
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
+from bt_manip.exceptions import with_short_values
+
 if TYPE_CHECKING:
     from bt_manip.bt.nodes.node import Node
 
@@ -42,7 +44,7 @@ class Runtime:
 
     def failed(self, path: str, reason: str) -> None:
         """Keep which node failed, and why."""
-        self.reason = f"{path}: {reason or 'failed without a reason'}"
+        self.reason = with_short_values(f"{path}: {reason or 'failed without a reason'}")
 
     def start_timer(self, node: "Node", duration: float) -> None:
         """Call the node's ``on_timer`` before the first tick after `duration` [s]."""

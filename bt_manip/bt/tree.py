@@ -1,5 +1,6 @@
 """A tree that runs: its nodes, blackboard and clock, and the methods to tick it."""
 
+import re
 import sys
 import time
 from collections.abc import Iterable, Iterator, Mapping
@@ -35,6 +36,7 @@ class Tree:
         nodes: All nodes, depth first; stock py_trees behaviours are wrapped in a `ForeignNode`.
         observers: Called as ``observer(node, old, new)`` on each change of a node's status.
         goal: Conditions that hold when the tree has done its task; a run fails where they do not.
+        given_task: A sentence that says what it does; empty if none was given.
         scopes: The blackboard scopes by the path of their sub-tree, ``""`` for the root's.
         document: The document it was read from, if any.
     """
@@ -50,6 +52,7 @@ class Tree:
         document: "Document | None" = None,
         on_problem: OnProblem | None = None,
         goal: Node | Iterable[Node] = (),
+        task: str = "",
     ) -> None:
         """Bind connected behaviours to a blackboard and a clock.
 
@@ -62,6 +65,7 @@ class Tree:
             document: The document it was read from.
             on_problem: Collects the problems of the nodes; without it the first error is raised.
             goal: Conditions that hold when the tree has done its task: one or several.
+            task: A sentence that says what it does, for data sets; default: its ID in words.
 
         Raises:
             TreeError: If a behaviour occurs in it twice, two sub-trees have the same path, it is
@@ -70,6 +74,7 @@ class Tree:
         self.root = root
         self.tree_id = root.name if tree_id is None else tree_id
         self.document = document
+        self.given_task = task
         self._runtime = Runtime(clock)
         self._runtime.enums.update(enums or {})
         self.observers: list[Observer] = self._runtime.observers
@@ -81,6 +86,12 @@ class Tree:
         self._has_foreign = not all(isinstance(link, Node) for link in self.nodes)
         self._infrastructure: dict[str, Any] | None = None
         _make_room(binding.depth)
+
+    @property
+    def task(self) -> str:
+        """What the tree does: the given sentence, or its ID in words."""
+        words = re.sub(r"(?<=[a-z0-9])(?=[A-Z])|[\W_]+", " ", self.tree_id)
+        return self.given_task or words.strip().lower()
 
     # ------------------------------------------------------------------ running
 

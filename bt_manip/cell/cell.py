@@ -221,7 +221,7 @@ class Cell:
         return self._model.is_reusable(entity)
 
     def move(self, name: str, T_we: pin.SE3, *, overlap: float = 2e-3) -> None:
-        """Set the pose of an entity, at rest; what rests on it does not move with it.
+        """Set the pose of an entity, at rest; objects that rest on it do not move with it.
 
         Moving a fixed entity takes a compile.
 
@@ -303,7 +303,7 @@ class Cell:
 
     @property
     def nominal_model(self) -> mujoco.MjModel:
-        """MuJoCo's model without overrides: what controllers and behaviours may know.
+        """MuJoCo's model without overrides, which controllers and behaviours use.
 
         The same object as ``model`` if there are none.
         """

@@ -2,36 +2,36 @@
 
 import math
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import pinocchio as pin
 
 from bt_manip.spatial import pose
+from bt_manip.toml_fields import Key, documented
 
 from .exceptions import CellError
 
 Range = tuple[float, float]
 
 
+@documented
 @dataclass(frozen=True)
 class Region:
     """Upright poses in a box, with a range of yaw.
 
-    Attributes:
-        x: Bounds in the world [m].
-        y: Bounds in the world [m].
-        z: Bounds in the world [m].
-        yaw: Bounds of the rotation about the vertical [rad].
-        middle: Point of the entity that the bounds are for, x and y in its frame [m].
-        squares: Centres of squares; positions are sampled from these, not from the whole box
-            [m].  # (n, 2)
-        side: Length of the squares' sides [m].
+    Bounds are a lowest and a highest value. In Python, a region may consist of `squares`, by their
+    centres [m] (n, 2) and the length of their `side` [m]; positions are sampled from these, not
+    from the whole box. `middle` is the point of the entity that the bounds are for, x and y in its
+    frame [m].
     """
 
-    x: Range
-    y: Range
-    z: Range
-    yaw: Range = (-math.pi, math.pi)
+    x: Annotated[Range, Key("Bounds in the world", "m", size=2)]
+    y: Annotated[Range, Key("Bounds in the world", "m", size=2)]
+    z: Annotated[Range, Key("Bounds in the world; not with `on`", "m", size=2, needed=False)]
+    yaw: Annotated[
+        Range, Key("Bounds of the rotation about the vertical; by default any", "rad", size=2)
+    ] = (-math.pi, math.pi)
     middle: tuple[float, float] = (0.0, 0.0)
     squares: tuple[tuple[float, float], ...] = ()
     side: float = 0.0

@@ -63,7 +63,7 @@ class SceneCamera(NamedTuple):
 
 
 class SceneSource(Protocol):
-    """What a viewer needs of a cell, live (`CellScene`) or recorded (`RecordedScene`).
+    """Data of a cell for viewers, live (`CellScene`) or recorded (`RecordedScene`).
 
     Entities have bodies, bodies have frames and shapes. Geometry changes seldom: whoever shows it
     compares `entities` with what is shown, asks for the `shapes` of those that are new or look

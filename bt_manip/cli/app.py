@@ -14,7 +14,7 @@ from bt_manip.cli.exit_codes import BAD_INPUT, FAULT, INTERRUPTED, SUCCESS
 from bt_manip.cli.interrupt import Interrupt
 from bt_manip.cli.plugin_options import add_plugin_options, chosen, plugin_options
 from bt_manip.cli.streams import unfailing
-from bt_manip.exceptions import BtManipError
+from bt_manip.exceptions import BtManipError, with_short_values
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -128,6 +128,7 @@ def _run_app(interrupt: Interrupt, arguments: list[str] | None) -> int:
     except (KeyboardInterrupt, click.Abort):
         return INTERRUPTED
     except click.ClickException as error:
+        error.message = with_short_values(error.message)  # type: ignore[misc]  # Final in Click
         error.show()
         return BAD_INPUT
     except BtManipError as error:
@@ -141,6 +142,10 @@ def _run_app(interrupt: Interrupt, arguments: list[str] | None) -> int:
             _drop_output()
             click.echo(f"Error: {error.filename or 'standard output'}: {error.strerror}", err=True)
             return FAULT
+        if isinstance(error, OSError) and error.errno == errno.ENAMETOOLONG:
+            path = with_short_values(f"'{error.filename}'")
+            click.echo(f"Error: {path}: {error.strerror}", err=True)
+            return BAD_INPUT
         if interrupt.requested:  # an import turned it into another exception
             return INTERRUPTED
         _print_fault(error)
@@ -148,7 +153,7 @@ def _run_app(interrupt: Interrupt, arguments: list[str] | None) -> int:
 
 
 def _drop_output() -> None:
-    """Discard what is not written yet, so that Python's flush at exit does not fail again."""
+    """Discard unwritten output, so that Python's flush at exit does not fail again."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 

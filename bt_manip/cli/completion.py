@@ -10,12 +10,22 @@ import click
 from click.shell_completion import CompletionItem
 
 from bt_manip.cli.plugin_options import chosen
+from bt_manip.exceptions import BtManipError
 
 if TYPE_CHECKING:
+    from bt_manip.cli.name_cache import NameCache
     from bt_manip.plugins import Plugins
 
 Items = list[CompletionItem]
 Complete = Callable[[click.Context, click.Parameter, str], Items]
+
+
+LISTED = (
+    "trees", "behaviours", "objects", "robots", "grippers", "controllers", "planners",
+    "scenes", "actions", "model_sources", "model_formats", "model_caches", "recorders", "panels",
+    "faults", "policies", "plugins",
+)  # fmt: skip
+"""Kinds of parts that can be listed."""
 
 
 def complete_part(kind: str) -> Complete:
@@ -26,35 +36,40 @@ def complete_part(kind: str) -> Complete:
     """
 
     def complete(ctx: click.Context, _: click.Parameter, incomplete: str) -> Items:
-        names = _matching(part_names(_plugins(ctx), kind), incomplete)
+        names = _matching(_names(ctx, kind), incomplete)
         return names or [CompletionItem(incomplete, type="file")]
 
     return complete
 
 
-def complete_listed(
-    ctx: click.Context, _: click.Parameter, incomplete: str
-) -> list[CompletionItem]:
+def complete_kind(ctx: click.Context, _: click.Parameter, incomplete: str) -> Items:
+    """Complete the KIND or NAME of ``bt-manip list``; names once no kind fits."""
+    kinds = _matching(LISTED, incomplete)
+    if kinds or not incomplete:
+        return kinds
+    return _matching(_cache(ctx).get("all names", lambda: _all_names(ctx)), incomplete)
+
+
+def complete_listed(ctx: click.Context, _: click.Parameter, incomplete: str) -> Items:
     """Complete the NAME of ``bt-manip list KIND NAME``."""
     kind = ctx.params.get("kind")
-    return _matching(part_names(_plugins(ctx), kind), incomplete) if kind else []
+    return _matching(_names(ctx, kind), incomplete) if kind in LISTED else []
 
 
 def complete_model_caches(ctx: click.Context, _: click.Parameter, incomplete: str) -> Items:
     """Complete the SOURCE of ``bt-manip models list SOURCE``."""
-    return _matching(("bundled", *_plugins(ctx).parts.model_caches), incomplete)
+    return _matching(("bundled", *_names(ctx, "model_caches")), incomplete)
 
 
 def complete_key(ctx: click.Context, _: click.Parameter, incomplete: str) -> Items:
     """Complete the KEY of ``--set KEY=VALUE`` with the keys of the tree before it."""
-    from bt_manip.exceptions import BtManipError
-
     # With an option whose value is still missing, click leaves the arguments unread.
     tree = ctx.params.get("tree") or next(iter(ctx.args), None)
     if tree is None or "=" in incomplete:
         return []
     try:
-        keys = _keys(tree, _plugins(ctx))
+        place = tree if tree in _names(ctx, "trees") else os.path.abspath(tree)
+        keys = _cache(ctx).get(f"keys of {place}", lambda: _keys(tree, _plugins(ctx)))
     except BtManipError:  # reported when the command runs
         return []
     return _matching((f"{key}=" for key in keys), incomplete)
@@ -71,21 +86,31 @@ def part_names(plugins: "Plugins", kind: str) -> list[str]:
     return list(plugins.parts.by_kind()[kind].names())
 
 
-def _keys(tree: str, plugins: "Plugins") -> Iterable[str]:
-    """Return the keys of a tree; a Python file is parsed and not run."""
+def _names(ctx: click.Context, kind: str) -> list[str]:
+    """Return the names of all parts of a kind, from the cache where it is valid."""
+    return _cache(ctx).get(kind, lambda: (part_names(_plugins(ctx), kind), ()))
+
+
+def _all_names(ctx: click.Context) -> tuple[list[str], tuple[()]]:
+    plugins = _plugins(ctx)
+    return sorted({name for kind in LISTED for name in part_names(plugins, kind)}), ()
+
+
+def _keys(tree: str, plugins: "Plugins") -> tuple[list[str], list[Path]]:
+    """Return the keys of a tree and its files; a Python file is parsed and not run."""
     from bt_manip.bt import read_tree
     from bt_manip.runner import find_tree, known_behaviours
 
     trees = plugins.parts.trees
     source = find_tree(tree, {name: trees.get(name) for name in trees})
     if source.path is None:
-        return ()
+        return [], []
     if source.kind == "python":
-        return _arguments(source.path, source.function)
+        return _arguments(source.path, source.function), [source.path]
     found = read_tree(source.path, known_behaviours(plugins.parts)).tree
     if found is None or found.document is None:
-        return ()
-    return found.document.models.get(found.tree_id, ())
+        return [], [source.path]
+    return list(found.document.models.get(found.tree_id, ())), found.document.files
 
 
 def _arguments(path: Path, function: str) -> list[str]:
@@ -104,6 +129,12 @@ def _plugins(ctx: click.Context) -> "Plugins":
     from bt_manip.plugins import load_plugins
 
     return load_plugins(warn=lambda _: None, choice=chosen(ctx))
+
+
+def _cache(ctx: click.Context) -> "NameCache":
+    from bt_manip.cli.name_cache import NameCache
+
+    return NameCache(chosen(ctx))
 
 
 def _matching(names: Iterable[str], incomplete: str) -> Items:

@@ -1,17 +1,45 @@
 """``bt-manip demos``: record demonstrations of a tree, and export them."""
 
 import os
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
 from bt_manip.cli.completion import complete_part
-from bt_manip.cli.exit_codes import FAILED, INTERRUPTED, SUCCESS
+from bt_manip.cli.exit_codes import COMMON, FAILED, INTERRUPTED, SUCCESS, exit_code_help
 from bt_manip.cli.options import StationOptions, takes, workers_option
 from bt_manip.cli.plugin_options import chosen, load_chosen_plugins
 
-DEMONSTRATION_FORMATS = ("robomimic", "parquet", "lerobot")
+if TYPE_CHECKING:
+    from bt_manip.demonstrations import DemonstrationRecorder, DemonstrationStore
+
+
+class DemonstrationFormat(NamedTuple):
+    """A format of ``bt-manip demos export``.
+
+    Attributes:
+        write: Function of `bt_manip.demonstrations`, called with the demonstrations, the path and
+            its options.
+        options: Its options.
+        folder: Whether it writes a folder, not a file.
+    """
+
+    write: str
+    options: tuple[str, ...] = ()
+    folder: bool = False
+
+
+DEMONSTRATION_FORMATS = {
+    "robomimic": DemonstrationFormat("write_robomimic", ("actions", "observations")),
+    "parquet": DemonstrationFormat("write_demonstration_table", ("observations",)),
+    "lerobot": DemonstrationFormat(
+        "write_lerobot", ("actions", "observations", "python"), folder=True
+    ),
+}
+"""All formats by name; a new one is a line here."""
 
 
 class _RecordByDefault(click.Group):
@@ -36,8 +64,9 @@ def demos() -> None:
     """
 
 
-@demos.command(epilog="Exit codes: 0 every episode succeeded, 1 one failed, 2 bad input, 130 "
-               "interrupted.")  # fmt: skip
+@demos.command(
+    epilog=exit_code_help({SUCCESS: "every episode succeeded", FAILED: "one failed", **COMMON})
+)
 @click.argument("tree", shell_complete=complete_part("trees"))
 @click.option(
     "--episodes", type=click.IntRange(min=1), default=10, show_default=True, metavar="N",
@@ -80,12 +109,9 @@ def record(
         use_offscreen_opengl()
     else:
         os.environ.setdefault("MUJOCO_GL", "disable")
-    from rich.console import Console
-    from rich.progress import track
-
     from bt_manip.demonstrations import DemonstrationRecorder, DemonstrationStore
-    from bt_manip.evaluation import run_episodes
-    from bt_manip.record import parse_size
+    from bt_manip.evaluation import call_in_process
+    from bt_manip.record import RecordingError, parse_size
 
     load_chosen_plugins()  # warns of broken ones
     make_recorder = partial(
@@ -99,21 +125,15 @@ def record(
         seed=seed,
         **options.request_fields,
     )
-    store = DemonstrationStore.create(folder, make_recorder().identity())
-    done = set(store.episodes())
-    left = [episode for episode in range(episodes) if episode not in done]
-    console, code = Console(stderr=True), SUCCESS
-    try:
-        workers = min(workers or os.cpu_count() or 1, len(left))
-        results = run_episodes(make_recorder, left, workers, lost=store.write_lost)
-        for _ in track(
-            results, "demos", len(left), console=console, transient=True,
-            disable=not console.is_terminal,
-        ):  # fmt: skip
-            pass
-    except KeyboardInterrupt:
-        code = INTERRUPTED
-    outcomes = store.write_outcomes()
+    identity = call_in_process("the first episode", partial(_identify, make_recorder))
+    store = DemonstrationStore.create(folder, identity)
+    with store.recording():
+        left = sorted({*range(episodes)}.difference(store.episodes()))
+        code = _record(make_recorder, store, left, workers or os.cpu_count() or 1)
+        outcomes = store.write_outcomes()
+    missing = len({*left}.difference(one["episode"] for one in outcomes))
+    if missing and not code:
+        raise RecordingError(f"{missing} episodes in '{folder}' were deleted during the recording")
     failed = [one for one in outcomes if not one["success"]]
     for one in failed:
         click.echo(f"episode {one['episode']} failed: {one['reason']}")
@@ -122,6 +142,36 @@ def record(
         f"{folder}: {len(outcomes) - len(failed)} of {len(outcomes)} succeeded, {steps} steps"
     )
     return code or (FAILED if failed else SUCCESS)
+
+
+def _record(
+    make_recorder: "Callable[[], DemonstrationRecorder]",
+    store: "DemonstrationStore",
+    episodes: Sequence[int],
+    workers: int,
+) -> int:
+    """Record episodes and show the progress; return the exit code, SUCCESS or INTERRUPTED."""
+    from rich.console import Console
+    from rich.progress import track
+
+    from bt_manip.evaluation import ProcessPool, run_episodes
+
+    console, pool = Console(stderr=True), ProcessPool(make_recorder)
+    workers = min(workers, len(episodes))
+    results = run_episodes(make_recorder, episodes, workers, pool=pool, lost=store.write_lost)
+    try:
+        for _ in track(
+            results, "demos", len(episodes), console=console, transient=True,
+            disable=not console.is_terminal,
+        ):  # fmt: skip
+            pass
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    return SUCCESS
+
+
+def _identify(make_recorder: "Callable[[], DemonstrationRecorder]") -> dict[str, Any]:
+    return make_recorder().identity()
 
 
 @demos.command()
@@ -136,26 +186,36 @@ def record(
     help="Actions that robomimic or lerobot learns.",
 )  # fmt: skip
 @click.option(
+    "--observations", type=click.Choice(["robot", "all"]), metavar="GROUP",
+    help="robot: those that a robot can measure; all: also those that only a simulator knows.  "
+    "[default: robot for lerobot, else all]",
+)  # fmt: skip
+@click.option(
     "--python", metavar="PYTHON", help="Python of an environment with lerobot, for lerobot."
 )
-def export(folder: Path, form: str, out: Path, actions: str, python: str | None) -> None:
+def export(
+    folder: Path,
+    form: str,
+    out: Path,
+    actions: str,
+    observations: str | None,
+    python: str | None,
+) -> None:
     """Export the demonstrations in DIR.
 
     robomimic is one HDF5 file for robomimic, parquet a table with a row for each step, lerobot a
     LeRobotDataset, which LeRobot itself writes.
     """
-    if (python is not None) != (form == "lerobot"):
+    chosen_format = DEMONSTRATION_FORMATS[form]
+    if (python is not None) != ("python" in chosen_format.options):
         raise click.UsageError("--python belongs to --format lerobot, which needs it")
-    from bt_manip import demonstrations as formats
+    from bt_manip import demonstrations
     from bt_manip.record import check_writable
 
-    store = formats.read_demonstrations(folder)
-    if python is not None:
-        n = formats.write_lerobot(store, out, actions, python)
-    else:
+    store = demonstrations.read_demonstrations(folder)
+    if not chosen_format.folder:
         check_writable(out, "export")
-        if form == "robomimic":
-            n = formats.write_robomimic(store, out, actions)
-        else:
-            n = formats.write_demonstration_table(store, out)
+    given = {"actions": actions, "observations": observations, "python": python}
+    options = {name: given[name] for name in chosen_format.options if given[name] is not None}
+    n = getattr(demonstrations, chosen_format.write)(store, out, **options)
     click.echo(f"{out}: {n} demonstrations")

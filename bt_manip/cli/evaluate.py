@@ -1,5 +1,6 @@
 """``bt-manip evaluate`` and ``bt-manip sweep``: success rates of a tree over many episodes."""
 
+import json
 import os
 import shlex
 from collections.abc import Callable, Sequence
@@ -11,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import click
 
 from bt_manip.cli.completion import complete_part
-from bt_manip.cli.exit_codes import FAILED, INTERRUPTED, SUCCESS
+from bt_manip.cli.exit_codes import COMMON, FAILED, INTERRUPTED, SUCCESS, exit_code_help
 from bt_manip.cli.options import Function, StationOptions, takes, workers_option
 from bt_manip.cli.plugin_options import chosen, load_chosen_plugins
 from bt_manip.extras import require_extra
@@ -21,9 +22,9 @@ if TYPE_CHECKING:
     from bt_manip.evaluation import EpisodeResult, EpisodeWorker, Evaluation
 
 SHOWN = 10
-"""Number of episodes that are listed in which two trees differ."""
+"""Number of episodes in which only one of two fails that are listed with their commands."""
 
-_EPILOG = "Exit codes: 0 every episode succeeded, 1 one did not, 2 bad input, 130 interrupted."
+_EPILOG = exit_code_help({SUCCESS: "every episode succeeded", FAILED: "one did not", **COMMON})
 
 _OPTIONS: tuple[Callable[[Function], Function], ...] = (
     click.option(
@@ -188,7 +189,7 @@ def _measure(
     from functools import partial
 
     from bt_manip.cli.evaluation_view import EvaluationView
-    from bt_manip.evaluation import EpisodeWorker, RayPool, ResultFolder
+    from bt_manip.evaluation import EpisodeWorker, ProcessPool, RayPool, ResultFolder
     from bt_manip.evaluation import evaluate as run_evaluation
 
     evaluation = replace(evaluation, identity=worker.identity)
@@ -200,14 +201,14 @@ def _measure(
             results = ResultFolder(folder, worker.identity, evaluation.points)
             known += results.results
             stack.enter_context(results)
-        pool = None
-        if ray is not None:
-            pool = RayPool(partial(EpisodeWorker, evaluation), ray, workers or 0)
-        workers = workers or (pool.cpus if pool is not None else os.cpu_count() or 1)
+        make = partial(EpisodeWorker, evaluation)
+        pool = ProcessPool(make) if ray is None else RayPool(make, ray, workers or 0)
+        cpus = pool.cpus if isinstance(pool, RayPool) else os.cpu_count() or 1
+        workers = workers or cpus
         view = stack.enter_context(EvaluationView(evaluation, episodes, workers, known))
         try:
             found = run_evaluation(
-                evaluation, episodes, workers, pool=pool, worker=worker, before=[*known],
+                evaluation, episodes, workers, pool=pool, before=[*known],
                 until_width=until_interval,
             )  # fmt: skip
             for result in stack.enter_context(closing(found)):
@@ -248,10 +249,11 @@ def _compare(
         won = {one.episode for one in winner[2] if one.success}
         lost = sorted(one.episode for one in results if not one.success and one.episode in won)
         if lost:
-            shown = ", ".join(map(str, lost[:SHOWN])) + (", ..." if len(lost) > SHOWN else "")
-            click.echo(f"{which} alone failed in episodes {shown}")
-            if command := _command(loser, lost[0], dict(loser.points[point])):
-                click.echo(f"  {command}")
+            click.echo(f"{which} alone failed in episodes {', '.join(map(str, lost))}")
+        for episode in lost[:SHOWN]:
+            click.echo(f"  {_command(loser, episode, dict(loser.points[point]))}")
+        if len(lost) > SHOWN:
+            click.echo("  ..., and so on with the other numbers after --episode")
 
 
 def _advise(measured: _Measured, folder: Path | None, until_interval: float) -> None:
@@ -268,8 +270,7 @@ def _advise(measured: _Measured, folder: Path | None, until_interval: float) -> 
     failure = next(iter(view.total.failures()), None)
     if failure is not None:
         command = _command(evaluation, failure.first, view.point_of(failure))
-        if command is not None:
-            click.echo(f"Watch the most frequent failure: {command}")
+        click.echo(f"Watch the most frequent failure: {command}")
     elif view.total.trials:
         low = view.total.interval.low
         click.echo(f"No episode failed: with 95 % confidence, the rate is above {low:.1%}.")
@@ -277,11 +278,10 @@ def _advise(measured: _Measured, folder: Path | None, until_interval: float) -> 
         click.echo(f"Results: {folder}; draw them: bt-manip report {shlex.quote(str(folder))}")
 
 
-def _command(evaluation: "Evaluation", episode: int, point: "dict[str, Any]") -> str | None:
-    """Return the command that shows an episode; None if `bt-manip run` has no such options."""
-    if any("." in name for name in point):
-        return None
+def _command(evaluation: "Evaluation", episode: int, point: "dict[str, Any]") -> str:
+    """Return the command that shows an episode."""
     given = {**evaluation.options}
+    varied = {name: point.pop(name) for name in [*point] if "." in name}
     keys = given.pop("settings", {}) | {k: v for k, v in point.items() if k not in given}
     given |= {key: value for key, value in point.items() if key in given}
     words = ["bt-manip", "run", evaluation.tree]
@@ -291,4 +291,6 @@ def _command(evaluation: "Evaluation", episode: int, point: "dict[str, Any]") ->
             words += [f"--{key}", str(value)]
     for key, value in keys.items():
         words += ["--set", f"{key}={value}"]
+    for key, value in varied.items():
+        words += ["--vary", f"{key}={json.dumps(value)}"]
     return shlex.join([*words, "--episode", str(episode), "--view"])

@@ -16,10 +16,13 @@ from bt_manip.exceptions import one_line
 LINE_TIME = 10.0
 """Wall time between two lines where there is no terminal [s]."""
 
-FAILURES = 8
+SHOWN_FAILURES = 8
 """Number of failures that are listed, the most frequent ones."""
 
-POINTS = 20
+RECOVERIES = 8
+"""Number of nodes with retries or rescues that are listed, those in most episodes."""
+
+MAX_POINTS = 20
 """Number of points of a sweep that are listed while it runs."""
 
 
@@ -102,7 +105,7 @@ class EvaluationView:
         return f"{text}, {speed:.2f} episodes/s ({factor:.2g} x real time), {left} left"
 
     def _drawn(self) -> RenderableType:
-        return Group(Text(self._progress()), self._results(POINTS))
+        return Group(Text(self._progress()), self._results(MAX_POINTS))
 
     def _results(self, points: int) -> RenderableType:
         shown: list[RenderableType] = [Text(str(self.total))]
@@ -117,15 +120,25 @@ class EvaluationView:
                 values = [_value(point[name]) for name in names]
                 table.add_row(*values, str(rate.trials), share, f"{low:.1%} to {high:.1%}")
             shown.append(table)
+        recoveries = self.total.recoveries()
+        if recoveries:
+            table = _table("retried or rescuing node", "", "times", "episodes", "succeeded")
+            for recovery in recoveries[:RECOVERIES]:
+                table.add_row(*map(Text, map(str, recovery)))
+            shown.append(table)
+            if len(recoveries) > RECOVERIES:
+                shown.append(Text(f"{len(recoveries) - RECOVERIES} more are not listed."))
         failures = self.total.failures()
         if failures:
             table = _table("failed node", "episodes", "first", "reason")
-            for one in failures[:FAILURES]:
+            for one in failures[:SHOWN_FAILURES]:
                 row = one.node or "-", str(one.count), str(one.first), one_line(one.reason)
                 table.add_row(*map(Text, row))
             shown.append(table)
-            if len(failures) > FAILURES:
-                shown.append(Text(f"{len(failures) - FAILURES} rarer reasons are not listed."))
+            if len(failures) > SHOWN_FAILURES:
+                shown.append(
+                    Text(f"{len(failures) - SHOWN_FAILURES} rarer reasons are not listed.")
+                )
         return Group(*shown)
 
 

@@ -1,5 +1,7 @@
 """Exit codes of all commands."""
 
+from collections.abc import Mapping
+
 SUCCESS = 0
 
 FAILED = 1
@@ -13,3 +15,11 @@ FAULT = 3
 
 INTERRUPTED = 130
 """After Ctrl-C: 128 + SIGINT, as in shells."""
+
+COMMON: Mapping[int, str] = {BAD_INPUT: "bad input", INTERRUPTED: "interrupted"}
+"""Meanings that most commands share."""
+
+
+def exit_code_help(meanings: Mapping[int, str]) -> str:
+    """Return the sentence about exit codes in the help of a command."""
+    return f"Exit codes: {', '.join(f'{code} {meanings[code]}' for code in sorted(meanings))}."

@@ -15,7 +15,7 @@ _PATH = click.Path(exists=True, path_type=Path)
 
 @dataclass(frozen=True)
 class ForeignTrees:
-    """What the options say.
+    """Values of the options.
 
     Attributes:
         stubs: ``NAME=RESULT``, as given.
@@ -94,12 +94,12 @@ class ForeignTrees:
         )
 
     def note(self, stubbed: Mapping[str, int]) -> None:
-        """Remember what was stubbed in one more tree."""
+        """Remember the stubs of one more tree."""
         for text, count in stubbed.items():
             self._stubbed[text] = self._stubbed.get(text, 0) + count
 
     def print_stubs(self) -> None:
-        """Print what was stubbed, and which stubs no tree had a use for."""
+        """Print the stubs of the trees, and requested stubs that no tree used."""
         if self._stubbed:
             click.echo("Stubs:", err=True)
         for text, count in sorted(self._stubbed.items()):

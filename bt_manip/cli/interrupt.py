@@ -6,6 +6,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
+from bt_manip.cli.exit_codes import SUCCESS
+
 PATIENCE = 2.0
 """Wall time after which a run that does not stop after the signal is aborted [s]."""
 
@@ -28,7 +30,7 @@ class Interrupt:
     def __init__(self) -> None:
         """Create it; `install` makes it handle signals."""
         self.requested = False
-        self.exit_code = 0
+        self.exit_code = SUCCESS
         self._mode = "held"
         self._since = 0.0
         self._hurried = False

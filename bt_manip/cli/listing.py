@@ -3,12 +3,12 @@
 import dataclasses
 import inspect
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from bt_manip.cli.completion import complete_listed
+from bt_manip.cli.completion import LISTED, complete_kind, complete_listed, part_names
 from bt_manip.cli.plugin_options import load_chosen_plugins
 from bt_manip.exceptions import BtManipError, did_you_mean
 from bt_manip.key_values import keyword_defaults
@@ -16,33 +16,56 @@ from bt_manip.key_values import keyword_defaults
 if TYPE_CHECKING:
     from bt_manip.plugins import Plugins
 
-LISTED = (
-    "trees", "behaviours", "objects", "robots", "grippers", "controllers", "planners",
-    "scenes", "actions", "model_sources", "model_formats", "model_caches", "recorders", "panels",
-    "faults", "plugins",
-)  # fmt: skip
-
 
 @click.command("list")
-@click.argument("kind", required=False, type=click.Choice(LISTED))
+@click.argument("kind", required=False, metavar="[KIND|NAME]", shell_complete=complete_kind)
 @click.argument("name", required=False, shell_complete=complete_listed)
 def list_parts(kind: str | None, name: str | None) -> None:
     """List registered parts with the plugin of each.
 
-    Without a KIND, everything is listed. With a NAME, only that part, with its documentation and,
-    for a behaviour, its ports.
+    Without a KIND, everything is listed. With a NAME, only that part, with its documentation and
+    its ports or parameters; a KIND before it chooses between parts of the same name.
+
+    Kinds: trees, behaviours, objects, robots, grippers, controllers, planners, scenes, actions,
+    model_sources, model_formats, model_caches, recorders, panels, faults, policies, plugins.
     """
     os.environ.setdefault("MUJOCO_GL", "disable")
     plugins = load_chosen_plugins()
-    if kind and name:
+    if kind is not None and kind not in LISTED:
+        if name is not None:
+            raise BtManipError(f"there is no kind '{kind}'{did_you_mean(kind, LISTED)}")
+        _describe_any(plugins, kind)
+    elif kind and name:
         _describe(plugins, kind, name)
-        return
+    else:
+        _list(plugins, kind)
+
+
+def _list(plugins: "Plugins", kind: str | None) -> None:
+    """Print the parts of a kind, or of all kinds."""
     for chosen in [kind] if kind else LISTED:
         if kind is None:
             click.echo(f"{chosen}:")
         indent = "  " if kind is None else ""
         for line in _aligned(list(_rows(plugins, chosen))):
             click.echo(indent + line)
+
+
+def _describe_any(plugins: "Plugins", name: str) -> None:
+    """Print the documentation of all parts of a name.
+
+    Raises:
+        BtManipError: If there is neither a kind nor a part of this name.
+    """
+    names = {kind: part_names(plugins, kind) for kind in LISTED}
+    found = [kind for kind in LISTED if name in names[kind]]
+    if not found:
+        known = {*LISTED, *(one for some in names.values() for one in some)}
+        raise BtManipError(f"there is no kind or part '{name}'{did_you_mean(name, sorted(known))}")
+    for kind in found:
+        if len(found) > 1:
+            click.echo(f"{kind}:")
+        _describe(plugins, kind, name)
 
 
 def _describe(plugins: "Plugins", kind: str, name: str) -> None:
@@ -68,6 +91,10 @@ def _describe(plugins: "Plugins", kind: str, name: str) -> None:
         for field in dataclasses.fields(part):
             doc = field.metadata.get("doc", "")
             click.echo(f"  {field.name} (default {field.default!r}): {doc}")
+    if kind == "objects":
+        for parameter, value in _object_parameters(part).items():
+            shown = "as in its model" if value is None else repr(value)
+            click.echo(f"  {parameter} (default {shown})")
     if kind == "recorders":
         for option, value in keyword_defaults(part).items():
             text = ("no", "yes")[value] if isinstance(value, bool) else value
@@ -75,6 +102,16 @@ def _describe(plugins: "Plugins", kind: str, name: str) -> None:
     for port in getattr(part, "ports", {}).values():
         default = f", default {port.default_text}" if port.default_text else ""
         click.echo(f"  {port.name} ({port.direction}, {port.type.name}{default}): {port.doc}")
+
+
+def _object_parameters(part: Any) -> dict[str, Any]:
+    """Return the parameters of an object with their defaults."""
+    declared = getattr(part, "defaults", None)
+    if isinstance(declared, Mapping):
+        return dict(declared)
+    given = inspect.signature(getattr(part, "_build", part)).parameters.values()
+    named = (one for one in given if one.default is not one.empty and one.name != "name")
+    return {one.name: one.default for one in named}
 
 
 def _rows(plugins: "Plugins", kind: str) -> Iterator[tuple[str, str, str]]:
@@ -107,8 +144,8 @@ def _summary(part: Any) -> str:
         return part
     if suffixes := getattr(part, "suffixes", ()):  # a model format
         return ", ".join(suffixes)
-    if not callable(part):  # a robot's description
-        return str(getattr(part, "model", ""))
+    if not callable(part):  # a robot's description, or a kind of policies
+        return str(getattr(part, "model", "") or getattr(part, "make", ""))
     # Not that of a base class, which getdoc() would give.
     return inspect.cleandoc(part.__doc__ or "").partition("\n")[0]
 

@@ -7,7 +7,10 @@ import click
 
 from bt_manip.cli.plugin_options import load_chosen_plugins
 
-KINDS = ("object", "controller", "robot", "behaviour", "planner")
+PLUGIN_KINDS = (
+    "object", "controller", "robot", "behaviour", "planner", "gripper", "fault", "panel",
+    "recorder",
+)  # fmt: skip
 
 
 @click.group()
@@ -18,7 +21,7 @@ def new() -> None:
 @new.command("plugin")
 @click.argument("name")
 @click.option(
-    "--kind", type=click.Choice(KINDS), default="behaviour", show_default=True,
+    "--kind", type=click.Choice(PLUGIN_KINDS), default="behaviour", show_default=True,
     help="What the plugin registers.",
 )  # fmt: skip
 @click.option(

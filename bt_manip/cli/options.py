@@ -73,7 +73,7 @@ def _declared(kind: type) -> Iterator[Field[Any]]:
 
 
 def _take(kind: type, given: dict[str, Any]) -> Any:
-    """Make a dataclass of those of the given values that are its fields, and remove them."""
+    """Make a dataclass from the given values that are its fields, and remove them."""
     taken = {
         one.name: _take(one.metadata["options"], given)
         for one in fields(kind)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from bt_manip.cli.exit_codes import INTERRUPTED
+from bt_manip.cli.exit_codes import INTERRUPTED, SUCCESS
 from bt_manip.cli.interrupt import Interrupt
 from bt_manip.cli.plugin_options import load_chosen_plugins
 from bt_manip.cli.run_job import RunJob
@@ -25,9 +25,6 @@ if TYPE_CHECKING:
     from bt_manip.runner import RunLoop, RunRequest, Station
     from bt_manip.viewer import Page
     from bt_manip.viewer.page import RunChoice
-
-TICK = 0.010
-"""Time between two ticks while no tree runs [s]."""
 
 FIRST_LOOK = 10.0
 """Longest wait for a browser before the first run [s]."""
@@ -79,7 +76,7 @@ def execute_on_page(options: RunOptions, interrupt: Interrupt, *, run: bool) -> 
                     session.serve()
                 finally:
                     if run:
-                        interrupt.exit_code = 0  # the run itself was over
+                        interrupt.exit_code = SUCCESS  # the run itself was over
         return code
 
 
@@ -151,7 +148,7 @@ class PageSession:
         Raises:
             KeyboardInterrupt: When interrupted while a cell is built, or for the second time.
         """
-        from bt_manip.runner import Pacing
+        from bt_manip.runner import TICK, Pacing
 
         assert self._page is not None
         self._tell(f"The page stays up at {self._page.url}; press Ctrl-C to leave.")
@@ -263,12 +260,12 @@ class PageSession:
             self._page.show_prepared(prepare(request, self._plugins.parts, station=self._station))
 
     def _obey(self, action: str, choice: "RunChoice") -> None:
-        """Do what was asked for on the page; errors are shown there."""
+        """Execute the request of the page; errors are shown there."""
         assert self._plugins is not None and self._page is not None
         options = self._options_of(choice)
         try:
             request = make_request(options, self._plugins.parts)
-            same = request.station == self._built
+            same = request.station == self._built and options.varied == self._options.varied
             if action == "run":
                 self._panel.tell("preparing the run")
                 self._page.controls.stopped = False
@@ -294,7 +291,7 @@ class PageSession:
             first, **choice._asdict(), window=False, report=None, trace=None, records=(),
             snapshots=(), resume=None, continued=None, episode=None,
             settings=first.settings if same else {},
-            faults=first.faults if same else (),
+            faults=first.faults if same else (), varied=first.varied if same else (),
         )  # fmt: skip
 
     def _build(self, request: "RunRequest") -> None:

@@ -12,7 +12,7 @@ import click
 
 from bt_manip.plugins import PREFIX, Choice, names_of
 
-GROUP = "bt_manip.commands"
+COMMAND_GROUP = "bt_manip.commands"
 """Entry-point group: the name of each command, and where its click command is defined."""
 
 
@@ -68,7 +68,7 @@ class PluginCommand:
 def plugin_commands(choice: Choice) -> Mapping[str, PluginCommand]:
     """Return the commands of installed packages by name; of duplicates, the first."""
     found: dict[str, PluginCommand] = {}
-    points = importlib.metadata.entry_points(group=GROUP)
+    points = importlib.metadata.entry_points(group=COMMAND_GROUP)
     for point in sorted(points, key=lambda p: (p.name, p.value)):
         if not choice.blocks(names_of(point)):
             found.setdefault(point.name, PluginCommand(point))

@@ -90,4 +90,6 @@ def warn_of_unknown(plugins: "Plugins") -> None:
 
 def print_warning(message: str) -> None:
     """Print a warning to the error stream."""
-    click.echo(f"Warning: {message}", err=True)
+    from bt_manip.exceptions import with_short_values
+
+    click.echo(with_short_values(f"Warning: {message}"), err=True)

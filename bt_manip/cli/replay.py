@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from bt_manip.cli.exit_codes import SUCCESS
+from bt_manip.cli.exit_codes import BAD_INPUT, COMMON, SUCCESS, exit_code_help
 from bt_manip.cli.interrupt import Interrupt
 from bt_manip.cli.options import given_options, takes
 from bt_manip.cli.plugin_options import load_chosen_plugins
@@ -20,8 +20,8 @@ WATCHING = ("real_time", "window", "view", "report", "records", "quiet")
 
 
 @click.command(
-    epilog="Exit codes: 0 after Ctrl-C, which ends it; 2 bad input; with --continue those of "
-    "bt-manip run."
+    epilog=exit_code_help({SUCCESS: "after Ctrl-C, which ends it", BAD_INPUT: COMMON[BAD_INPUT]})
+    + " With --continue they are those of bt-manip run."
 )
 @click.argument("recording", type=click.Path(path_type=Path), metavar="FILE.mcap")
 @click.option(

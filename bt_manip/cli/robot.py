@@ -9,7 +9,7 @@ import click
 from bt_manip.cli.completion import complete_part
 from bt_manip.cli.exit_codes import FAILED, SUCCESS
 from bt_manip.cli.plugin_options import load_chosen_plugins
-from bt_manip.exceptions import BtManipError
+from bt_manip.exceptions import BtManipError, with_short_values
 
 if TYPE_CHECKING:
     from bt_manip.robots import Robot
@@ -45,6 +45,7 @@ def robot() -> None:
     help="Site or body between the fingers; z is the direction of approach.  [default: measured]",
 )  # fmt: skip
 @_cycles
+@click.option("--overwrite", is_flag=True, help="Replace the file if it exists.")
 def new(
     model: str,
     gripper: str | None,
@@ -53,6 +54,7 @@ def new(
     mount: str | None,
     tool_frame: str | None,
     cycles: int,
+    overwrite: bool,
 ) -> int:
     """Write the description of a robot from its model.
 
@@ -60,8 +62,8 @@ def new(
     model does not have are conservative, and marked in the file. The robot is tried: it grasps a
     cube on a post and runs pick_place. Exits with 1 if that fails.
     """
-    if output.exists():
-        raise click.UsageError(f"{output} exists: remove it, or choose another file (-o)")
+    if output.exists() and not overwrite:
+        raise click.UsageError(f"{output} exists: --overwrite replaces it, -o names another file")
     os.environ.setdefault("MUJOCO_GL", "disable")
     from bt_manip.robot_setup import describe_robot, gripper_names, try_robot
     from bt_manip.robots import description_text
@@ -127,7 +129,8 @@ def check(file: Path, cycles: int, picture: Path | None) -> int:
     if checked.robot is not None:
         _draw(checked.robot, picture or file.with_suffix(".png"))
     findings = len(checked.findings)
-    click.echo(f"{file}: {findings} finding{'s' if findings != 1 else ''}", err=True)
+    what = f"{findings} finding{'s' if findings != 1 else ''}"
+    click.echo(with_short_values(f"{file}: {what}"), err=True)
     return FAILED if findings else SUCCESS
 
 

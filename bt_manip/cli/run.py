@@ -3,19 +3,23 @@
 import click
 
 from bt_manip.cli.completion import complete_part
+from bt_manip.cli.exit_codes import COMMON, FAILED, FAULT, SUCCESS, exit_code_help
 from bt_manip.cli.interrupt import Interrupt
 from bt_manip.cli.options import takes
 from bt_manip.cli.run_options import RunOptions
 from bt_manip.cli.streams import unfailing
 
-EXIT_CODES = (
-    "Exit codes: 0 every cycle succeeded, 1 a cycle failed, 2 bad input, 3 an internal fault (a "
-    "plugin raised, the physics diverged, a file could not be written), 130 interrupted. Output "
-    "that cannot be printed, as to a closed pipe, changes none of them."
+_EPILOG = exit_code_help({
+    SUCCESS: "every cycle succeeded",
+    FAILED: "a cycle failed",
+    FAULT: "an internal fault (a plugin raised, the physics diverged, a file could not be written)",
+    **COMMON,
+})  # fmt: skip
+
+
+@click.command(
+    epilog=f"{_EPILOG} Output that cannot be printed, as to a closed pipe, changes none of them."
 )
-
-
-@click.command(epilog=EXIT_CODES)
 @click.argument("tree", shell_complete=complete_part("trees"))
 @takes(RunOptions)
 @click.pass_obj

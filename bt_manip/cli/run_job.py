@@ -17,7 +17,7 @@ from bt_manip.cli.exit_codes import FAILED, FAULT, INTERRUPTED, SUCCESS
 from bt_manip.cli.interrupt import Interrupt
 from bt_manip.cli.plugin_options import load_chosen_plugins, print_warning
 from bt_manip.cli.record_option import is_rendered, record_target
-from bt_manip.cli.run_options import RunOptions, make_request
+from bt_manip.cli.run_options import RunOptions, make_request, vary
 from bt_manip.exceptions import ANY_BUT_INTERRUPT, BtManipError, NodeError, reason_of
 
 if TYPE_CHECKING:
@@ -102,7 +102,7 @@ class RunJob:
             return self._finish(INTERRUPTED if self._interrupt.requested else code)
 
     def _execute(self) -> int:
-        """Prepare and execute the run; return the exit code of one that was not interrupted."""
+        """Prepare and execute the run; return its exit code if it was not interrupted."""
         with self._interrupt.raised(), _garbage_collection_off():
             self.run, observers = self._prepare()
         self._started = True
@@ -120,7 +120,7 @@ class RunJob:
             from bt_manip.cli.run_snapshots import load_run
 
             resumed = load_run(options.resume)
-        request = make_request(options, parts, resumed)
+        request, parts, point = vary(options, make_request(options, parts, resumed), parts)
         # Slow imports come last: the errors above are reported at once.
         from bt_manip.cli.run_observers import extra_observers
         from bt_manip.plugins import guarded
@@ -128,7 +128,8 @@ class RunJob:
         from bt_manip.runner import prepare
 
         prepared = prepare(request, parts, print_warning, self._station)
-        prepared.identity.update(plugins=plugins.versions, foreign=options.foreign.fields())
+        foreign = options.foreign.fields()
+        prepared.identity.update(plugins=plugins.versions, foreign=foreign, varied=point)
         if options.episode is not None:
             prepared.begin_episode(options.episode)
         self._trace = Trace(options.trace) if options.trace else None
@@ -196,7 +197,7 @@ class RunJob:
     def _continue(
         continued: "Continuation", run: "Run", recorder: "Recorder"
     ) -> list["RunObserver"]:
-        """Restore the moment of a recorded run; return what repeats its interventions.
+        """Restore the moment of a recorded run; return the repetition of its interventions.
 
         Raises:
             BtManipError: If the run is not the recorded one.
@@ -274,7 +275,7 @@ class RunJob:
         if self._window.is_open and not self._interrupt.requested:
             self._tell("The window stays open; close it or press Ctrl-C to leave.")
             self._window.wait_until_closed(lambda: self._interrupt.requested)
-            self._interrupt.exit_code = 0  # the run itself was over
+            self._interrupt.exit_code = SUCCESS  # the run itself was over
         self._window.close()
 
     def _report(self, status: str | None) -> "RunReport":

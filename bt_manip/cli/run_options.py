@@ -9,6 +9,7 @@ import click
 from bt_manip.cli.completion import complete_part
 from bt_manip.cli.foreign_trees import ForeignTrees
 from bt_manip.cli.options import StationOptions, option, options_of
+from bt_manip.exceptions import BtManipError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -85,6 +86,11 @@ class RunOptions(StationOptions):
         help="Inject a fault when a node of the tree starts (see: bt-manip list faults); may be "
         "given more than once.",
     )  # fmt: skip
+    varied: tuple[str, ...] = option(
+        "--vary", multiple=True, metavar="KEY=VALUE",
+        help="Set a parameter that bt-manip sweep varies, such as controller.kp or "
+        "scene.objects.cube.mass; may be given more than once.",
+    )  # fmt: skip
     snapshots: tuple[tuple[float, Path], ...] = option(
         "--snapshot-at", multiple=True, metavar="SECONDS FILE",
         type=(float, click.Path(path_type=Path)),
@@ -146,6 +152,27 @@ def make_request(
     seed = seed_of(request.scene, parts)
     seed = seed if resumed is None else int(resumed["request"].get("seed", seed))
     return replace(request, seed=seed)
+
+
+def vary(
+    options: RunOptions, request: "RunRequest", parts: "Parts"
+) -> tuple["RunRequest", "Parts", dict[str, Any]]:
+    """Return the request and the parts with the parameters of ``--vary``, and these by name.
+
+    Raises:
+        BtManipError: If there is no such parameter, or it has several values.
+    """
+    if not options.varied:
+        return request, parts, {}
+    from bt_manip.evaluation import parse_parameter
+    from bt_manip.evaluation import varied as with_values
+
+    parameters = [parse_parameter(text) for text in options.varied]
+    for one in parameters:
+        if len(one.values) != 1:
+            raise BtManipError(f"--vary {one.name}: a run has one value, see bt-manip sweep")
+    point = {one.name: one.values[0] for one in parameters}
+    return *with_values(request, parts, point), point
 
 
 def _configurations(options: RunOptions) -> "Mapping[str, Configuration]":

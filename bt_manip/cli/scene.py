@@ -9,7 +9,7 @@ import click
 from bt_manip.cli.completion import complete_part
 from bt_manip.cli.exit_codes import BAD_INPUT, SUCCESS
 from bt_manip.cli.plugin_options import load_chosen_plugins
-from bt_manip.exceptions import BtManipError
+from bt_manip.exceptions import BtManipError, with_short_values
 
 if TYPE_CHECKING:
     from bt_manip.cell import Cell
@@ -45,7 +45,7 @@ def check(files: tuple[str, ...], robot: str) -> int:
     errors = 0
     for text in files:
         for problem in _problems(text, parts, robot):
-            click.echo(problem)
+            click.echo(with_short_values(problem))
             errors += 1
     scenes = f"{len(files)} scene{'s' if len(files) != 1 else ''}"
     click.echo(f"{scenes}: {errors} error{'s' if errors != 1 else ''}", err=True)
@@ -141,7 +141,7 @@ def _place(cell: "Cell", name: str) -> str:
 
 
 def _varied(found: "Scene", station: "Station") -> Iterator[str]:
-    """Yield what varies, with the values of the first cycle if they are known."""
+    """Yield the variations, with the values of the first cycle if they are known."""
     from bt_manip.scenes import naming_file
 
     with naming_file(found):

@@ -37,7 +37,7 @@ class UnfailingFile(io.FileIO):
 
 @contextmanager
 def unfailing(*names: str) -> Iterator[None]:
-    """Let writing to standard streams not raise; what they cannot encode is escaped.
+    """Keep writing to standard streams from raising; unencodable characters are escaped.
 
     Args:
         *names: ``"stdout"``, ``"stderr"``.

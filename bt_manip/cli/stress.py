@@ -1,27 +1,33 @@
 """``bt-manip stress``: test how a tree copes with faults."""
 
 import os
+from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from bt_manip.cli.completion import complete_part
-from bt_manip.cli.exit_codes import FAILED, INTERRUPTED, SUCCESS
+from bt_manip.cli.exit_codes import COMMON, FAILED, INTERRUPTED, SUCCESS, exit_code_help
 from bt_manip.cli.options import StationOptions, takes, workers_option
 from bt_manip.cli.plugin_options import chosen, load_chosen_plugins
 
 if TYPE_CHECKING:
-    from bt_manip.evaluation import StressTable
+    from bt_manip.evaluation import StressEpisode, StressTable, StressTester
 
 BEGIN, END = "<!-- stress -->", "<!-- /stress -->"
 """Lines of a page between which its table is."""
 
 
 @click.command(
-    epilog="Exit codes: 0 every cycle ended honestly and the next one reached its goal, 1 one did "
-    "not, 2 bad input, 130 interrupted."
+    epilog=exit_code_help(
+        {
+            SUCCESS: "every cycle ended honestly and the next one reached its goal",
+            FAILED: "one did not",
+            **COMMON,
+        }
+    )  # fmt: skip
 )
 @click.argument("tree", shell_complete=complete_part("trees"))
 @click.option(
@@ -41,7 +47,7 @@ BEGIN, END = "<!-- stress -->", "<!-- /stress -->"
 )  # fmt: skip
 @click.option(
     "--json", "json_file", type=click.Path(path_type=Path), metavar="FILE",
-    help="Write each case.",
+    help="Write each episode.",
 )  # fmt: skip
 @takes(StationOptions)
 def stress(
@@ -64,30 +70,40 @@ def stress(
     from rich.console import Console
     from rich.progress import track
 
-    from bt_manip.evaluation import StressTable, StressTester, plan_cases, run_episodes
-    from bt_manip.record import check_writable
+    from bt_manip.evaluation import (
+        ProcessPool,
+        StressTable,
+        StressTester,
+        call_in_process,
+        lost_stress,
+        run_episodes,
+    )
+    from bt_manip.record import check_writable, whole_file, writing
 
     for file in (markdown, json_file):
         if file is not None:
             check_writable(file, "table")
     load_chosen_plugins()  # warns of broken ones
     tester = partial(StressTester, tree, choice=chosen(), **options.request_fields)
-    cases = plan_cases(tester(), seeds, _names(faults), _names(phases))
-    place = {case: number for number, case in enumerate(cases)}
+    plan = partial(_plan, tester, seeds, _names(faults), _names(phases))
+    episodes = call_in_process("the undisturbed cycle", plan)
+    place = {episode: number for number, episode in enumerate(episodes)}
     results, code = [], SUCCESS
     console = Console(stderr=True)
     try:
-        done = run_episodes(tester, cases, workers or os.cpu_count() or 1)
+        workers = workers or os.cpu_count() or 1
+        pool = ProcessPool(tester)
+        done = run_episodes(tester, episodes, workers, pool=pool, lost=lost_stress)
         for result in track(
-            done, "stress", len(cases), console=console, transient=True,
+            done, "stress", len(episodes), console=console, transient=True,
             disable=not console.is_terminal,
         ):  # fmt: skip
             results.append(result)
     except KeyboardInterrupt:
         code = INTERRUPTED
-    results.sort(key=lambda one: place[one.case])
-    table = StressTable(results, cases)
-    _print(table)
+    results.sort(key=lambda one: place[one.episode])
+    table = StressTable(results, episodes)
+    print_table(table)
     if markdown is not None and not code:
         given = {"seeds": seeds, "faults": faults, "phases": phases, "markdown": markdown}
         shown = " ".join(f"--{key} {value}" for key, value in given.items() if value)
@@ -95,15 +111,22 @@ def stress(
     if json_file is not None:
         import json
 
-        json_file.write_text(json.dumps(table.plain(), indent=1) + "\n")
+        with writing(json_file, "table"), whole_file(json_file) as out:
+            out.write(json.dumps(table.plain(), indent=1).encode() + b"\n")
     return code or (SUCCESS if all(one.acceptable for one in results) else FAILED)
+
+
+def _plan(make_tester: "Callable[[], StressTester]", *choice: Any) -> "list[StressEpisode]":
+    from bt_manip.evaluation import plan_episodes
+
+    return plan_episodes(make_tester(), *choice)
 
 
 def _names(text: str) -> list[str]:
     return [name.strip() for name in text.split(",") if name.strip()]
 
 
-def _print(table: "StressTable") -> None:
+def print_table(table: "StressTable") -> None:
     """Print the table, the legend and the reasons."""
     from rich import box
     from rich.console import Console
@@ -114,22 +137,41 @@ def _print(table: "StressTable") -> None:
     from bt_manip.viewer import print_wrapped
 
     console = Console()
-    drawn = Table(box=box.SIMPLE_HEAD if console.is_terminal else None)
-    for column in ("fault", *table.phases):
-        drawn.add_column(Text(column), overflow="fold")
-    for row in table.rows():
-        bad = any(letter in " ".join(row[1:]) for letter in "DHN")
-        drawn.add_row(*map(Text, row), style="red" if bad else "")
-    console.print(drawn)
+    rows = [["fault", *table.phases], *table.rows()]
+    if len(rows[0]) > len(rows):
+        rows = [["phase", *table.faults], *map(list, list(zip(*rows, strict=True))[1:])]
+    for header, *body in _blocks(rows, console.width):
+        drawn = Table(box=box.SIMPLE_HEAD if console.is_terminal else None)
+        for column in header:
+            drawn.add_column(Text(column), overflow="fold")
+        for row in body:
+            bad = any(letter in " ".join(row[1:]) for letter in "DHN")
+            drawn.add_row(*map(Text, row), style="red" if bad else "")
+        console.print(drawn)
     for line in (table.summary(), LEGEND, *table.reasons()):
         print_wrapped(console, line)
 
 
+def _blocks(rows: list[list[str]], width: int) -> Iterator[list[list[str]]]:
+    """Split a table into tables that are as wide as the screen, each with the first column."""
+    widths = [2 + max(map(len, column)) for column in zip(*rows, strict=True)]
+    start = 1
+    while start < len(widths):
+        end = start + 1
+        while end < len(widths) and widths[0] + sum(widths[start : end + 1]) <= width:
+            end += 1
+        yield [[row[0], *row[start:end]] for row in rows]
+        start = end
+
+
 def _write_page(path: Path, text: str) -> None:
     """Write the table to a file, or between the marks of a page."""
+    from bt_manip.record import whole_file, writing
+
     if path.exists():
         before, begin, rest = path.read_text().partition(BEGIN)
         _, end, after = rest.partition(END)
         if begin and end:
             text = f"{before}{BEGIN}\n{text}{END}{after}"
-    path.write_text(text)
+    with writing(path, "table"), whole_file(path) as file:
+        file.write(text.encode())

@@ -5,16 +5,19 @@ from dataclasses import replace
 import click
 
 from bt_manip.cli.completion import complete_part
+from bt_manip.cli.exit_codes import COMMON, INTERRUPTED, exit_code_help
 from bt_manip.cli.interrupt import Interrupt
 from bt_manip.cli.options import takes
 from bt_manip.cli.run_options import RunOptions
 from bt_manip.cli.streams import unfailing
 
-OF_ONE_RUN = ("window", "view", "report", "trace", "records", "faults", "snapshots", "resume")
+OF_ONE_RUN = (
+    "window", "view", "report", "trace", "records", "faults", "snapshots", "resume", "varied",
+)  # fmt: skip
 """Options of ``bt-manip run`` that this command does not have."""
 
 
-@click.command(epilog="Exit codes: 130 after Ctrl-C, which ends it; 2 bad input.")
+@click.command(epilog=exit_code_help({**COMMON, INTERRUPTED: "after Ctrl-C, which ends it"}))
 @click.argument("tree", required=False, default="", shell_complete=complete_part("trees"))
 @takes(RunOptions, without=OF_ONE_RUN)
 @click.pass_obj

@@ -12,7 +12,7 @@ from bt_manip.cell import body_poses, geom_pose
 from .collision_model import pair_margins
 
 QUERY_ERROR = 2e-5  # [m] of distance queries
-MAX_INTERVALS = 8000  # of a joint's range
+MAX_JOINT_INTERVALS = 8000  # of a joint's range
 _QUERY_RANGE = 1.0  # [m] up to which distances are measured
 _MESH = int(mujoco.mjtGeom.mjGEOM_MESH)
 _BOX_CORNERS = np.array(np.meshgrid(*[[-1.0, 1.0]] * 3)).reshape(3, -1).T
@@ -94,7 +94,7 @@ class _AdjacentPair:
         _place(self._data, self._geoms[0], self._T_inner)
         ends = [(angle, self._clearance(angle)) for angle in self._range]
         intervals = deque([(ends[0], ends[1])])
-        for _ in range(MAX_INTERVALS):
+        for _ in range(MAX_JOINT_INTERVALS):
             if not intervals:
                 return True
             first, last = intervals.popleft()

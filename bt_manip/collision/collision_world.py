@@ -143,7 +143,7 @@ class CollisionWorld:
         return self._advancement.known_free(path, clearance)
 
     def present_contacts(self) -> list[tuple[str, str]]:
-        """Return what the arm and the held object touch in the simulation that they must not."""
+        """Return unexpected contacts of the arm and the held object."""
         self.refresh()
         contact = self.robot.mj_data.contact
         pressing = contact.geom[contact.efc_address >= 0].tolist()

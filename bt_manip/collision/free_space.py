@@ -58,10 +58,6 @@ class FreeSpace:
         escaping = self._in_contact and np.abs(q - self.start).max() < ESCAPE_RANGE
         return self._keeps(q, self._escape_clearance if escaping else self._clearance)
 
-    def keeps_distance(self, q: np.ndarray) -> bool:
-        """Tell whether a configuration is collision-free, without exceptions near the start."""
-        return self._keeps(q, self._clearance)
-
     def known_free(self, path: np.ndarray) -> np.ndarray:
         """Tell which configurations of a path keep their distance, by conservative advancement.
 

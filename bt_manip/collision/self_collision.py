@@ -9,7 +9,7 @@ from bt_manip.robots import RobotError
 
 from .collision_world import CollisionWorld
 
-SAMPLES = 500  # configurations at which bodies that always touch have to touch
+CONFIGURATION_SAMPLES = 500  # configurations at which bodies that always touch have to touch
 _LISTED = 4  # pairs in a message
 
 
@@ -51,7 +51,7 @@ def permanent_self_collisions(world: CollisionWorld) -> list[tuple[str, str]]:
     limits, rng = world.robot.limits, np.random.default_rng(0)
     lower, upper = limits.sampling_bounds()
     pairs: list[tuple[str, str]] | None = None
-    for _ in range(SAMPLES):
+    for _ in range(CONFIGURATION_SAMPLES):
         touching = [one[:2] for one in self_collisions(world, rng.uniform(lower, upper))]
         pairs = [pair for pair in (touching if pairs is None else pairs) if pair in touching]
         if not pairs:

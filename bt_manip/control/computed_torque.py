@@ -158,7 +158,7 @@ class ComputedTorque(Controller):
 
 
 def added_inertia(model: RobotModel) -> np.ndarray:
-    """Return what feedback adds to the inertia of each joint, zero but for the lightest [kg m2].
+    """Return the inertia that feedback adds to each joint, zero but for the lightest [kg m2].
 
     Args:
         model: The arm with its payload.

@@ -388,7 +388,7 @@ class Controller(composer.Entity):
             self._become_compliant()
 
     def _on_model_change(self) -> None:
-        """Update what is derived from the model; for subclasses."""
+        """Update data derived from the model; for subclasses."""
 
     def _on_saturation(self) -> None:
         """React to torques clipped in this step; for subclasses that integrate."""

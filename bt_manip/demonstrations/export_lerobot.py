@@ -10,7 +10,13 @@ from bt_manip.demonstrations.store import DemonstrationStore
 from bt_manip.exceptions import BtManipError
 
 
-def write_lerobot(store: DemonstrationStore, folder: Path, actions: str, python: str) -> int:
+def write_lerobot(
+    store: DemonstrationStore,
+    folder: Path,
+    actions: str,
+    python: str,
+    observations: str = "robot",
+) -> int:
     """Write demonstrations by LeRobot's own `LeRobotDataset`.
 
     Args:
@@ -18,6 +24,8 @@ def write_lerobot(store: DemonstrationStore, folder: Path, actions: str, python:
         folder: The folder to make.
         actions: The kind of ``action``.
         python: The Python of an environment with lerobot.
+        observations: As the group of `DemonstrationStore.observed`. Numbers that only a simulator
+            knows are ``observation.environment_state``.
 
     Returns:
         The number of demonstrations.
@@ -30,7 +38,7 @@ def write_lerobot(store: DemonstrationStore, folder: Path, actions: str, python:
         raise BtManipError(f"'{folder}' exists: choose another folder, which LeRobot makes")
     with TemporaryDirectory() as temporary:
         table = Path(temporary, "demonstrations.parquet")
-        n = write_demonstration_table(store, table)
+        n = write_demonstration_table(store, table, observations)
         script = str(lerobot_script.__file__)
         command = [python, script, str(table), str(folder.absolute()), actions]
         try:

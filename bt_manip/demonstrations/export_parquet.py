@@ -7,19 +7,26 @@ from typing import Any
 
 import numpy as np
 
-from bt_manip.demonstrations.store import Demonstration, DemonstrationStore
+from bt_manip.demonstrations.store import ALL, Demonstration, DemonstrationStore
 from bt_manip.exceptions import BtManipError
 from bt_manip.extras import require_extra
 from bt_manip.png import png
 from bt_manip.record import whole_file, writing
 
 
-def write_demonstration_table(store: DemonstrationStore, path: Path) -> int:
+def write_demonstration_table(
+    store: DemonstrationStore, path: Path, observations: str = ALL
+) -> int:
     """Write demonstrations as Parquet, one row for each environment step.
 
     Columns are ``episode``, ``step``, ``t`` [s], ``obs.NAME``, ``action.KIND``, ``reward``,
     ``done``, ``leaf`` and ``statuses``; images are PNG files. The metadata ``bt_manip`` hold the
     manifest. Each demonstration is a row group.
+
+    Args:
+        store: The demonstrations.
+        path: The file; an existing one is replaced.
+        observations: As the group of `DemonstrationStore.observed`.
 
     Returns:
         The number of demonstrations.
@@ -35,7 +42,9 @@ def write_demonstration_table(store: DemonstrationStore, path: Path) -> int:
     metadata = {"bt_manip": json.dumps(store.manifest)}
     with writing(path, "export"), whole_file(path) as out:
         for one in store:
-            columns = {name: _column(pyarrow, array) for name, array in _columns(one, store)}
+            columns = {
+                name: _column(pyarrow, array) for name, array in _columns(one, store, observations)
+            }
             table = pyarrow.table(columns).replace_schema_metadata(metadata)
             if writer is None:
                 writer = parquet.ParquetWriter(out, table.schema)
@@ -47,12 +56,14 @@ def write_demonstration_table(store: DemonstrationStore, path: Path) -> int:
     return n
 
 
-def _columns(one: Demonstration, store: DemonstrationStore) -> Iterator[tuple[str, Any]]:
+def _columns(
+    one: Demonstration, store: DemonstrationStore, observations: str
+) -> Iterator[tuple[str, Any]]:
     n = len(one)
     yield "episode", np.full(n, one.episode)
     yield "step", np.arange(n)
     yield "t", np.arange(n) * store.manifest["step_s"]
-    for name, array in one.observations.items():
+    for name, array in store.observed(one, observations).items():
         yield f"obs.{name}", array[:-1]
     for name, array in one.actions.items():
         yield f"action.{name}", array

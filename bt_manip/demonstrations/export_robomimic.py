@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bt_manip.demonstrations.store import DemonstrationStore, put_array
+from bt_manip.demonstrations.store import ALL, DemonstrationStore, put_array
 from bt_manip.exceptions import BtManipError
 from bt_manip.record import whole_file, writing
 
@@ -21,7 +21,9 @@ VALID = 0.1
 """Share of the demonstrations that ``mask/valid`` names."""
 
 
-def write_robomimic(store: DemonstrationStore, path: Path, actions: str) -> int:
+def write_robomimic(
+    store: DemonstrationStore, path: Path, actions: str, observations: str = ALL
+) -> int:
     """Write demonstrations in robomimic's layout.
 
     The actions are scaled to [-1, 1], as the environment takes them and robomimic's networks give
@@ -33,6 +35,7 @@ def write_robomimic(store: DemonstrationStore, path: Path, actions: str) -> int:
         store: The demonstrations.
         path: The file; an existing one is replaced.
         actions: The kind of ``actions``.
+        observations: As the group of `DemonstrationStore.observed`.
 
     Returns:
         The number of demonstrations.
@@ -53,7 +56,7 @@ def write_robomimic(store: DemonstrationStore, path: Path, actions: str) -> int:
             demos.append(f"demo_{len(demos)}")
             demo = data.create_group(demos[-1])
             demo.attrs.update(num_samples=len(one), episode=one.episode, success=one.success)
-            for name, array in one.observations.items():
+            for name, array in store.observed(one, observations).items():
                 put_array(demo, f"obs/{name}", array[:-1])
                 put_array(demo, f"next_obs/{name}", array[1:])
             for name, array in one.actions.items():
@@ -93,9 +96,19 @@ def _env_args(manifest: Mapping[str, Any], actions: str) -> dict[str, Any]:
 
     ``GymnasiumEnvironment(**env_kwargs)`` makes it.
     """
-    given = {key: manifest[key] for key in ("tree", "robot", "scene", "settings", "images")}
-    kwargs = {**given, "tick": manifest["tick_s"], "action": actions}
+    given = {key: manifest[key] for key in ("tree", "scene", "settings", "images")}
+    kwargs = {**given, **_parts(manifest), "tick": manifest["tick_s"], "action": actions}
     return {"env_name": manifest["tree"], "type": GYM_TYPE, "env_kwargs": kwargs}
+
+
+def _parts(manifest: Mapping[str, Any]) -> Mapping[str, str]:
+    """Return the robot, controller and planner that were asked for.
+
+    Of older manifests, those that the robots have; where they differ, the scene names them.
+    """
+    found = {key: str(manifest[key]) for key in ("robot", "controller", "planner")}
+    asked = {key: text for key, text in found.items() if ", " not in text}
+    return {**asked, **manifest.get("request", {})}
 
 
 def split(demos: list[str]) -> dict[str, list[str]]:

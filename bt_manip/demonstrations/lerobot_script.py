@@ -10,11 +10,15 @@ import sys
 from pathlib import Path
 from typing import Any
 
+STATES = {"robot": "observation.state", "simulator": "observation.environment_state"}
+"""Names of the observations of a group."""
+
 
 def convert(table: Path, folder: Path, kind: str) -> None:
     """Write a LeRobotDataset.
 
-    All observations but images are concatenated to ``observation.state``.
+    Observations but images are concatenated: those that a robot can measure to
+    ``observation.state``, the others to ``observation.environment_state``.
 
     Args:
         table: The table that `write_demonstration_table` wrote.
@@ -31,14 +35,24 @@ def convert(table: Path, folder: Path, kind: str) -> None:
     manifest = json.loads(schema.metadata[b"bt_manip"])
     observed = [name for name in schema.names if name.startswith("obs.")]
     images = [name for name in observed if types.is_binary(schema.field(name).type)]
-    states = [name for name in observed if name not in images]
+    states: dict[str, list[str]] = {}
+    for name in observed:
+        if name not in images:
+            spec = manifest.get("observations", {}).get(name.removeprefix("obs."), {})
+            states.setdefault(STATES[spec.get("group", "robot")], []).append(name)
     dataset: Any = None
     for group in range(file.num_row_groups):
         columns = file.read_row_group(group).to_pydict()
         for row in range(len(columns["step"])):
-            values = {name: np.atleast_1d(columns[name][row]) for name in states}
+            values = {
+                key: {name: np.atleast_1d(columns[name][row]) for name in names}
+                for key, names in states.items()
+            }
             frame: dict[str, Any] = {
-                "observation.state": np.concatenate([*values.values()]).astype(np.float32),
+                **{
+                    key: np.concatenate([*parts.values()]).astype(np.float32)
+                    for key, parts in values.items()
+                },
                 "action": np.array(columns[f"action.{kind}"][row], dtype=np.float32),
                 "next.reward": np.array([columns["reward"][row]], dtype=np.float32),
                 "next.done": np.array([columns["done"][row]]),
@@ -51,11 +65,12 @@ def convert(table: Path, folder: Path, kind: str) -> None:
                 )
             if dataset is None:
                 features = {name: feature(value) for name, value in frame.items()}
-                features["observation.state"]["names"] = [
-                    f"{name.removeprefix('obs.')}.{i}"
-                    for name, value in values.items()
-                    for i in range(value.size)
-                ]
+                for key, parts in values.items():
+                    features[key]["names"] = [
+                        f"{name.removeprefix('obs.')}.{i}"
+                        for name, value in parts.items()
+                        for i in range(value.size)
+                    ]
                 dataset = LeRobotDataset.create(
                     f"bt_manip/{folder.name}",
                     round(1.0 / manifest["step_s"]),
@@ -64,7 +79,7 @@ def convert(table: Path, folder: Path, kind: str) -> None:
                     robot_type=manifest["robot"],
                     use_videos=False,
                 )
-            dataset.add_frame({**frame, "task": manifest["tree"]})
+            dataset.add_frame({**frame, "task": manifest.get("task") or manifest["tree"]})
         dataset.save_episode()
     dataset.finalize()
 

@@ -1,4 +1,4 @@
-"""Recording what the expert of a tree does, at the rate of an environment."""
+"""Recording of a tree's expert, at the rate of an environment."""
 
 from collections import defaultdict
 from collections.abc import Sequence
@@ -21,12 +21,15 @@ from bt_manip.plugins import load_plugins
 from bt_manip.record import cpu_name, identify, versions
 from bt_manip.runner import next_digest, request_of
 
-MAX_STEPS = 1200
+MAX_EPISODE_STEPS = 1200
 """Steps after which an episode has failed: 60 s; a pick and place takes 80."""
 
 
-KINDS = ("joint_targets", "cartesian_deltas")
+ACTION_KINDS = ("joint_targets", "cartesian_deltas")
 """Kinds of actions that are recorded."""
+
+PARTS = ("robot", "controller", "planner")
+"""Parts of the request; those of the robots may differ, where the scene names them."""
 
 
 class DemonstrationRecorder:
@@ -72,12 +75,12 @@ class DemonstrationRecorder:
         self._images = Images(("rgb",) if cameras else (), tuple(cameras), *size)
         self.episodes = Episodes(request, parts)
         self._run = self.episodes.run
-        self._actions = [action_kind(name, self.episodes) for name in KINDS]
+        self._actions = [action_kind(name, self.episodes) for name in ACTION_KINDS]
         nodes = self._run.tree.nodes
         self._leaves = {i: node.path for i, node in enumerate(nodes) if not node.links}
 
     def identity(self) -> dict[str, Any]:
-        """Return what the demonstrations consist of, as plain data.
+        """Return the specification of the demonstrations, as plain data.
 
         Raises:
             BtManipError: If the first episode does not start.
@@ -87,8 +90,10 @@ class DemonstrationRecorder:
         observations = self._observations()
         return {
             "tree": request.tree.name,
+            "task": self._run.tree.task,
             "seed": request.seed,
             **identify(self._run),
+            "request": {key: str(getattr(request, key)) for key in PARTS},
             "versions": versions(),
             "cpu": cpu_name(),
             "failures": self.failures,
@@ -144,7 +149,7 @@ class DemonstrationRecorder:
                 digest = next_digest(digest, states[-1], statuses[-1])
                 success = episodes.success
                 ended = success or episodes.status is not NodeStatus.RUNNING
-                ended = ended or episodes.steps >= MAX_STEPS
+                ended = ended or episodes.steps >= MAX_EPISODE_STEPS
         finally:
             observations.close()
         rows = np.array([np.frombuffer(one, dtype=np.uint8) for one in statuses])
@@ -169,7 +174,7 @@ class DemonstrationRecorder:
 
     def _why_not(self) -> str:
         if self.episodes.status is NodeStatus.RUNNING:
-            return f"no end within {MAX_STEPS * STEP:g} s simulated"
+            return f"no end within {MAX_EPISODE_STEPS * STEP:g} s simulated"
         return self._run.tree.failure_reason() or self._run.goal.why_not()
 
     def _running(self, statuses: np.ndarray) -> str:

@@ -3,6 +3,7 @@
 import json
 import re
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
@@ -13,11 +14,22 @@ import numpy as np
 from bt_manip.exceptions import BtManipError
 from bt_manip.extras import require_extra
 from bt_manip.input_files import read_text
-from bt_manip.record import identity_differences, reading, whole_file, writing
+from bt_manip.record import (
+    FileInUseError,
+    identity_differences,
+    open_output,
+    reading,
+    whole_file,
+    writing,
+)
 
-FORMAT = "bt-manip demonstrations"
-VERSION = 1
+MANIFEST_FORMAT = "bt-manip demonstrations"
+MANIFEST_VERSION = 1
 MANIFEST = "manifest.json"
+LOCK = "recording.lock"
+
+ALL = "all"
+"""The observations of all groups."""
 
 _MAX_MANIFEST_BYTES = 2**26  # 64 MiB; an episode takes 200 bytes
 _EPISODE = re.compile(r"episode_(\d{6,})\.h5")
@@ -88,12 +100,14 @@ class DemonstrationStore:
         with reading(path, "manifest of demonstrations"):
             self.manifest: dict[str, Any] = json.loads(read_text(path, _MAX_MANIFEST_BYTES))
             found = self.manifest["format"], self.manifest["version"]
-        if found != (FORMAT, VERSION):
-            raise BtManipError(f"'{path}' is of {found[0]} {found[1]}, not {FORMAT} {VERSION}")
+        if found != (MANIFEST_FORMAT, MANIFEST_VERSION):
+            raise BtManipError(
+                f"'{path}' is of {found[0]} {found[1]}, not {MANIFEST_FORMAT} {MANIFEST_VERSION}"
+            )
 
     @classmethod
     def create(cls, folder: Path | str, identity: Mapping[str, Any]) -> "DemonstrationStore":
-        """Make a folder, or open one that holds demonstrations of the same identity.
+        """Make a folder, or open a folder with demonstrations of the same identity.
 
         Args:
             folder: The folder.
@@ -108,7 +122,9 @@ class DemonstrationStore:
                 folder.mkdir(parents=True, exist_ok=True)
                 if any(folder.iterdir()):
                     raise BtManipError(f"'{folder}' holds other files: choose an empty folder")
-            _write_manifest(folder, {"format": FORMAT, "version": VERSION, **identity})
+            _write_manifest(
+                folder, {"format": MANIFEST_FORMAT, "version": MANIFEST_VERSION, **identity}
+            )
         store = cls(folder)
         there, here = store.manifest, json.loads(json.dumps(identity))
         other = identity_differences({key: there.get(key) for key in here}, here)
@@ -118,6 +134,26 @@ class DemonstrationStore:
                 "another folder, or the same options and versions"
             )
         return store
+
+    @contextmanager
+    def recording(self) -> Iterator[None]:
+        """Keep other processes from recording into the folder; they may read it.
+
+        Raises:
+            FileInUseError: If another process records into it.
+        """
+        path = self.folder / LOCK
+        try:
+            with writing(path, "lock"):
+                file = open_output(path)
+        except FileInUseError:
+            raise FileInUseError(f"'{self.folder}' is being recorded by another process") from None
+        with file:
+            try:
+                yield
+            finally:
+                with suppress(OSError):
+                    path.unlink()
 
     def check_actions(self, kind: str) -> None:
         """Check that actions of a kind were recorded.
@@ -130,6 +166,19 @@ class DemonstrationStore:
             raise BtManipError(
                 f"the demonstrations have no actions '{kind}', but {', '.join(kinds)}"
             )
+
+    def observed(self, one: Demonstration, group: str) -> dict[str, np.ndarray]:
+        """Return the observations of a demonstration.
+
+        Args:
+            one: The demonstration.
+            group: ``"robot"``: those that a robot can measure; ``"all"``. Manifests of older
+                versions have no groups: then all.
+        """
+        specs = self.manifest.get("observations", {})
+        groups = {name: spec.get("group", group) for name, spec in specs.items()}
+        found = one.observations.items()
+        return {k: v for k, v in found if group == ALL or groups.get(k, group) == group}
 
     def path(self, episode: int) -> Path:
         """Return the file of an episode."""

@@ -82,5 +82,5 @@ class DmEnvironment(dm_env.Environment):
         return specs.BoundedArray((), float, low, high, "reward")
 
     def close(self) -> None:
-        """End recordings, and free what renders images."""
+        """End recordings, and free the renderers."""
         self.task.close()

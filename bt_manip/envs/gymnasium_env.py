@@ -139,7 +139,7 @@ class GymnasiumEnvironment(gymnasium.Env[dict[str, np.ndarray], Any]):
         return next(iter(self._rendered.images().values()))
 
     def close(self) -> None:
-        """End recordings, and free what renders images."""
+        """End recordings, and free the renderers."""
         self.task.close()
         if self._rendered is not None:
             self._rendered.close()
@@ -154,7 +154,7 @@ class GymnasiumEnvironment(gymnasium.Env[dict[str, np.ndarray], Any]):
         self._seed, self._episode = self.task.episodes.seed, self.task.episodes.episode
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return the attributes without what renders, which is made again."""
+        """Return the attributes without the renderer, which is made again."""
         return {**vars(self), "_rendered": None}
 
     def _observe(self) -> dict[str, np.ndarray]:

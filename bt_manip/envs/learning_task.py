@@ -32,7 +32,7 @@ DISCOUNT = 0.99
 
 
 class Outcome(NamedTuple):
-    """What a step led to.
+    """Result of a step.
 
     Attributes:
         reward: The reward, from 0 to 1; the dense one from -1 to 2.
@@ -157,7 +157,7 @@ class LearningTask:
         return self._judge()
 
     def close(self) -> None:
-        """End the observers, and free what renders images."""
+        """End the observers, and free the renderers."""
         self.episodes.close()
         self.observations.close()
 
@@ -213,7 +213,7 @@ class LearningTask:
         return outcome
 
     def __reduce__(self) -> Any:
-        """Pickle what the environment is made of, and its state.
+        """Pickle the specification of the environment, and its state.
 
         Raises:
             BtManipError: If it records or is observed.

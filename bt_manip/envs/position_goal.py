@@ -45,7 +45,7 @@ class PositionGoal:
         self.size = self._tolerance.size
 
     def achieved(self, cell: Cell) -> np.ndarray:
-        """Return the positions of the objects [m]; zeros for one that is gone."""  # (3n,)
+        """Return the positions of the objects [m]; zeros for a removed object."""  # (3n,)
         names = [name for name, _ in self._pairs]
         found = [cell.pose(n).translation if n in cell.entities else np.zeros(3) for n in names]
         return np.concatenate(found).astype(np.float32)

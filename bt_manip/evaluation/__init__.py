@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from bt_manip.evaluation.engine import ProcessPool as ProcessPool
     from bt_manip.evaluation.engine import Worker as Worker
     from bt_manip.evaluation.engine import WorkerDiedError as WorkerDiedError
+    from bt_manip.evaluation.engine import call_in_process as call_in_process
     from bt_manip.evaluation.engine import run_episodes as run_episodes
     from bt_manip.evaluation.episode import EpisodeId as EpisodeId
     from bt_manip.evaluation.episode import EpisodeResult as EpisodeResult
@@ -24,11 +25,12 @@ if TYPE_CHECKING:
     from bt_manip.evaluation.results import ResultFolder as ResultFolder
     from bt_manip.evaluation.results import read_results as read_results
     from bt_manip.evaluation.scheduling import evaluate as evaluate
-    from bt_manip.evaluation.stress import StressCase as StressCase
+    from bt_manip.evaluation.stress import StressEpisode as StressEpisode
     from bt_manip.evaluation.stress import StressPhase as StressPhase
     from bt_manip.evaluation.stress import StressResult as StressResult
     from bt_manip.evaluation.stress import StressTester as StressTester
-    from bt_manip.evaluation.stress import plan_cases as plan_cases
+    from bt_manip.evaluation.stress import lost_stress as lost_stress
+    from bt_manip.evaluation.stress import plan_episodes as plan_episodes
     from bt_manip.evaluation.stress_table import LEGEND as LEGEND
     from bt_manip.evaluation.stress_table import StressTable as StressTable
     from bt_manip.evaluation.success import Failure as Failure
@@ -39,20 +41,25 @@ if TYPE_CHECKING:
     from bt_manip.evaluation.variation import grid as grid
     from bt_manip.evaluation.variation import parse_parameter as parse_parameter
     from bt_manip.evaluation.variation import samples as samples
+    from bt_manip.evaluation.variation import varied as varied
 
 __getattr__ = lazy_exports(
     __name__,
     {
-        "bt_manip.evaluation.engine": "Pool ProcessPool Worker WorkerDiedError run_episodes",
+        "bt_manip.evaluation.engine": (
+            "Pool ProcessPool Worker WorkerDiedError call_in_process run_episodes"
+        ),
         "bt_manip.evaluation.episode": "EpisodeId EpisodeResult EpisodeWorker Evaluation",
         "bt_manip.evaluation.paired": "PairedTable mcnemar_p_value newcombe_interval",
         "bt_manip.evaluation.ray_pool": "RayPool",
         "bt_manip.evaluation.results": "ResultFolder read_results",
         "bt_manip.evaluation.scheduling": "evaluate",
-        "bt_manip.evaluation.stress": "StressCase StressPhase StressResult StressTester plan_cases",
+        "bt_manip.evaluation.stress": (
+            "StressEpisode StressPhase StressResult StressTester lost_stress plan_episodes"
+        ),
         "bt_manip.evaluation.stress_table": "LEGEND StressTable",
         "bt_manip.evaluation.success": "Failure SuccessRate wilson_interval",
         "bt_manip.evaluation.success_page": "results_page",
-        "bt_manip.evaluation.variation": "Parameter grid parse_parameter samples",
+        "bt_manip.evaluation.variation": "Parameter grid parse_parameter samples varied",
     },
 )

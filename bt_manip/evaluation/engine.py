@@ -8,6 +8,7 @@ import threading
 import traceback
 from collections import deque
 from collections.abc import Callable, Collection, Iterable, Iterator
+from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from typing import Any, NoReturn, Protocol, TypeVar
 
@@ -18,7 +19,7 @@ Result = TypeVar("Result")
 E_contra = TypeVar("E_contra", contravariant=True)
 R_co = TypeVar("R_co", covariant=True)
 
-ATTEMPTS = 3
+EPISODE_ATTEMPTS = 3
 """Number of processes that may die with an episode before it counts as lost."""
 
 BLAS_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS")
@@ -61,7 +62,9 @@ class Pool(Protocol):
 
 def raise_lost(episode: object, error: WorkerDiedError) -> NoReturn:
     """Raise the error of an episode whose processes died."""
-    raise WorkerDiedError(f"episode {episode} was given up after {ATTEMPTS} attempts: {error}")
+    raise WorkerDiedError(
+        f"episode {episode} was given up after {EPISODE_ATTEMPTS} attempts: {error}"
+    )
 
 
 def run_episodes(
@@ -74,7 +77,7 @@ def run_episodes(
 ) -> Iterator[Result]:
     """Run episodes in parallel processes and yield their results in the order of their ends.
 
-    An episode whose process died runs again in a new one, up to `ATTEMPTS` times. When the
+    An episode whose process died runs again in a new one, up to `EPISODE_ATTEMPTS` times. When the
     iteration ends early, by Ctrl-C, an exception or ``close()``, the processes are ended at once.
     A worker's process ends when this one does.
 
@@ -121,7 +124,7 @@ def run_episodes(
                     results.append(worker.receive())
                     idle.append(worker)
                 except WorkerDiedError as error:
-                    if attempt < ATTEMPTS:
+                    if attempt < EPISODE_ATTEMPTS:
                         again.append((episode, attempt + 1))
                     else:
                         results.append(lost(episode, error))
@@ -129,11 +132,40 @@ def run_episodes(
         pool.close()
 
 
+def call_in_process(what: str, function: Callable[[], Result]) -> Result:
+    """Call a function in another process, which it may end.
+
+    Args:
+        what: What it does, the first words of the error: ``"the first episode"``.
+        function: The function; it and its result can be pickled.
+
+    Raises:
+        WorkerDiedError: If the process ended.
+        Exception: What the function raised.
+    """
+    process = _Process(_Caller)
+    try:
+        process.send(function)
+        result: Result = process.receive()
+        return result
+    except WorkerDiedError as error:
+        raise WorkerDiedError(f"{what}: {error}") from None
+    finally:
+        process.kill()
+
+
+class _Caller:
+    """A worker whose episodes are functions."""
+
+    def run(self, function: Callable[[], Any]) -> Any:
+        return function()
+
+
 class ProcessPool:
     """Processes of this machine, each with a pipe of its own, so that one may die alone."""
 
     def __init__(self, make_worker: Callable[[], Worker[Any, Any]]) -> None:
-        """Keep what makes the worker of a process."""
+        """Keep the factory of a process's worker."""
         self._make_worker = make_worker
         self._processes: list[_Process] = []
 
@@ -166,6 +198,7 @@ class _Process:
         context = multiprocessing.get_context("spawn")
         self.pipe, other = context.Pipe()
         self._process = context.Process(target=_work, args=(make_worker, other), daemon=True)
+        resource_tracker.ensure_running()  # `start` would do it, which unblocks SIGINT
         # The process inherits the mask: Ctrl-C reaches this process only, which ends it.
         signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         chosen = any(name in os.environ for name in BLAS_THREADS)
@@ -229,7 +262,10 @@ def portable(error: Exception) -> Exception:
     try:
         found = pickle.loads(pickle.dumps(error))
     except Exception:
-        found = RuntimeError(f"{type(error).__name__}: {error}")
+        if isinstance(error, BtManipError):
+            found = BtManipError(str(error))
+        else:
+            found = RuntimeError(f"{type(error).__name__}: {error}")
     assert isinstance(found, Exception)
     found.add_note("".join(traceback.format_exception(error)))
     return found

@@ -40,7 +40,7 @@ class EpisodeId(NamedTuple):
 
 @dataclass(frozen=True)
 class Evaluation:
-    """What is evaluated; it can be pickled.
+    """Specification of an evaluation; it can be pickled.
 
     Attributes:
         tree: The tree as the user names it.
@@ -83,6 +83,9 @@ class EpisodeResult:
         digest: SHA-256 over states and node statuses after every tick.
         randomized: The samples as JSON, by kind, name and quantity.
         leaf_times: `CycleReport.leaf_times` as JSON.
+        drawn: `CycleReport.drawn` as JSON.
+        retries: `CycleReport.retries` as JSON.
+        rescues: `CycleReport.rescues` as JSON.
         cpu: Type of the CPU that it ran on.
     """
 
@@ -99,6 +102,9 @@ class EpisodeResult:
     digest: str = ""
     randomized: str = "{}"
     leaf_times: str = "{}"
+    drawn: str = "{}"
+    retries: str = "{}"
+    rescues: str = "{}"
     cpu: str = ""
 
 
@@ -163,6 +169,9 @@ class EpisodeWorker:
             digest=report.state_digest,
             randomized=json.dumps(cycle.randomized),
             leaf_times=json.dumps({name: vars(one) for name, one in cycle.leaf_times.items()}),
+            drawn=json.dumps(cycle.drawn),
+            retries=json.dumps(cycle.retries),
+            rescues=json.dumps(cycle.rescues),
             cpu=cpu_name(),
         )
 

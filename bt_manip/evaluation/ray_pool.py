@@ -1,9 +1,14 @@
 """Workers on a cluster of Ray: of this machine, or of many."""
 
+import ipaddress
 import logging
 import os
 import socket
+import subprocess
+import sys
+import time
 from collections.abc import Callable, Collection
+from pathlib import Path
 from typing import Any
 
 from bt_manip.exceptions import BtManipError
@@ -17,8 +22,20 @@ LOCAL = "local"
 OBJECT_STORE = 100 * 2**20
 """Shared memory of a local cluster, the least that Ray accepts [bytes]; results do not use it."""
 
-CONNECTION_TIME = 10.0
+AUTO = "auto"
+"""Address that stands for the one in ``RAY_ADDRESS``, or else the last ``ray start`` here."""
+
+CONNECTION_TIME = 20.0
 """Wall time to wait for a connection to a cluster [s]."""
+
+_CONNECT = """
+import os, sys, ray
+try:
+    ray.init(sys.argv[1], logging_level="ERROR", log_to_driver=False)
+except Exception as error:
+    sys.exit(f"{error}".splitlines()[0])
+os._exit(0)
+"""
 
 
 class RayPool:
@@ -37,18 +54,18 @@ class RayPool:
 
         Args:
             make_worker: Makes the worker of an actor; it can be pickled.
-            address: ``HOST:PORT`` of the cluster, or `LOCAL`.
+            address: ``HOST:PORT`` of the cluster, `AUTO` or `LOCAL`.
             workers: Number of CPUs of a local cluster; 0: all of this machine.
 
         Raises:
             BtManipError: If Ray is missing, or there is no cluster at the address.
         """
         require_extra("ray", "--ray", "ray")
-        if address == LOCAL:  # before Ray is imported; without it, its servers listen everywhere
-            os.environ["RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER"] = "0"
-        else:
-            _require_server(address)  # Ray would try for minutes
         os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
+        if address == LOCAL:  # without it, the servers of the cluster listen everywhere
+            os.environ[_LOOPBACK_ONLY] = "0"
+        else:
+            address = _reachable(address)
         import ray
 
         self._ray, self._make_worker = ray, make_worker
@@ -78,13 +95,69 @@ class RayPool:
         self._ray.shutdown()
 
 
-def _require_server(address: str) -> None:
-    """Check that something listens at ``HOST:PORT``."""
-    host, _, port = address.rpartition(":")
+_LOOPBACK_ONLY = "RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER"
+"""Variable that Ray reads at its import; "0" keeps it to the loopback interface."""
+
+
+def _reachable(address: str) -> str:
+    """Return ``HOST:PORT`` of a cluster after a connection to it, at most `CONNECTION_TIME` later.
+
+    Ray replaces the loopback address by that of the machine, where a cluster on the loopback
+    interface does not listen, unless it is told to keep to that interface.
+
+    Raises:
+        BtManipError: If the address is malformed, or no cluster answers.
+    """
+    end = time.monotonic() + CONNECTION_TIME
+    if address == AUTO:
+        address = os.environ.get("RAY_ADDRESS") or _last_started()
+    host, colon, port = address.rpartition(":")
+    if not colon or not port.isdecimal() or not 0 < int(port) < 2**16 or "/" in host:
+        raise BtManipError(
+            f"--ray is HOST:PORT, such as 127.0.0.1:6379, or {AUTO}, got '{address}'"
+        )
     try:
-        socket.create_connection((host, int(port)), timeout=CONNECTION_TIME).close()
-    except (OSError, ValueError, OverflowError) as error:
+        with socket.create_connection((host.strip("[]"), int(port)), CONNECTION_TIME) as server:
+            peer = ipaddress.ip_address(server.getpeername()[0])
+    except OSError as error:
         raise BtManipError(f"--ray {address}: there is no cluster at HOST:PORT: {error}") from None
+    if peer.is_loopback:
+        os.environ[_LOOPBACK_ONLY] = "0"
+    _connect(address, max(end - time.monotonic(), 1.0))
+    return address
+
+
+def _last_started() -> str:
+    """Return the address of the last ``ray start`` on this machine, from the file that it writes.
+
+    Raises:
+        BtManipError: If there is none.
+    """
+    folder = os.environ.get("RAY_TMPDIR") or os.environ.get("TMPDIR") or "/tmp"
+    try:
+        return Path(folder, "ray", "ray_current_cluster").read_text().strip()
+    except OSError:
+        raise BtManipError(
+            f"--ray {AUTO}: RAY_ADDRESS is not set, and no cluster was started here by 'ray start'"
+        ) from None
+
+
+def _connect(address: str, timeout: float) -> None:
+    """Connect in a process of its own: Ray waits for minutes, and ignores Ctrl-C meanwhile.
+
+    Raises:
+        BtManipError: If there is no cluster, or none of this version of Ray and Python.
+    """
+    command = [sys.executable, "-c", _CONNECT, address]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=timeout)
+    except subprocess.TimeoutExpired:
+        reason = f"no cluster answered within {CONNECTION_TIME:g} s"
+    else:
+        if done.returncode == 0:
+            return
+        reason = (done.stderr.strip().splitlines() or ["Ray ended"])[-1]
+    raise BtManipError(f"--ray {address}: {reason}")
 
 
 class _Actor:

@@ -96,7 +96,7 @@ class ResultFolder:
             self._flush()
 
     def close(self) -> None:
-        """Write what is left to a Parquet file.
+        """Write the remaining results to a Parquet file.
 
         Raises:
             RecordingError: If it cannot be written.

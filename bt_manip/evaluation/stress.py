@@ -13,6 +13,8 @@ from bt_manip.faults import FaultError, FaultInjector, PlannedFault
 from bt_manip.plugins import load_plugins
 from bt_manip.runner import Run, RunObserver, prepare, request_of
 
+from .engine import WorkerDiedError
+
 if TYPE_CHECKING:
     from bt_manip.bt.nodes import Link
 
@@ -48,7 +50,7 @@ class StressPhase:
 
 
 @dataclass(frozen=True)
-class StressCase:
+class StressEpisode:
     """One fault at one phase with one seed."""
 
     fault: str
@@ -65,16 +67,16 @@ class StressCase:
 
 @dataclass(frozen=True)
 class StressResult:
-    """How a case ended.
+    """How an episode ended.
 
     Attributes:
-        case: The case.
+        episode: The episode.
         outcome: How the cycle with the fault ended.
         reason: Why it did not recover.
         next_reason: Why the undisturbed cycle after it did not reach its goal; empty if it did.
     """
 
-    case: StressCase
+    episode: StressEpisode
     outcome: Outcome
     reason: str = ""
     next_reason: str = ""
@@ -86,7 +88,7 @@ class StressResult:
 
 
 class StressTester:
-    """Runs the cases of one tree in this process; a station is built once for each seed.
+    """Runs the episodes of one tree in this process; a station is built once for each seed.
 
     Attributes:
         faults: The registered faults.
@@ -135,18 +137,18 @@ class StressTester:
             for n, time in log.duration.items()
         ]
 
-    def run(self, case: StressCase) -> StressResult:
+    def run(self, episode: StressEpisode) -> StressResult:
         """Run a cycle with a fault, and an undisturbed one after it."""
-        run = self._prepared(case.seed)
-        injector = FaultInjector([case.plan()], self.faults, case.seed)
+        run = self._prepared(episode.seed)
+        injector = FaultInjector([episode.plan()], self.faults, episode.seed)
         cycle = _Cycle(run)
         outcome, reason = cycle.run(0, injector)
         if not injector.happened:
-            return StressResult(case, "none", (injector.problems or [""])[0])
+            return StressResult(episode, "none", (injector.problems or [""])[0])
         if cycle.aborted:  # as a user would, in a new run
-            run = self._prepared(case.seed)
+            run = self._prepared(episode.seed)
         after, next_reason = _Cycle(run).run(1)
-        return StressResult(case, outcome, reason, "" if after == "recovered" else next_reason)
+        return StressResult(episode, outcome, reason, "" if after == "recovered" else next_reason)
 
     def _prepared(self, seed: int) -> Run:
         """Return a run in its initial state."""
@@ -213,10 +215,10 @@ class _PhaseTimes:
             self.duration[node] = self.duration.get(node, 0.0) + spent
 
 
-def plan_cases(
+def plan_episodes(
     tester: StressTester, seeds: int, faults: Sequence[str] = (), phases: Sequence[str] = ()
-) -> list[StressCase]:
-    """Return the cases of a stress test, by seed, fault and phase.
+) -> list[StressEpisode]:
+    """Return the episodes of a stress test, by seed, fault and phase.
 
     Args:
         tester: The tree.
@@ -238,9 +240,14 @@ def plan_cases(
             raise FaultError(f"no leaf '{name}' runs in this tree{did_you_mean(name, spelt)}")
     chosen = [one for one in known if not phases or {one.name, one.path} & set(phases)]
     return [
-        StressCase(fault, phase, seed)
+        StressEpisode(fault, phase, seed)
         for seed in range(seeds)
         for fault in names
         if not faults or fault in faults
         for phase in chosen
     ]
+
+
+def lost_stress(episode: StressEpisode, error: WorkerDiedError) -> StressResult:
+    """Return the result of an episode whose processes died."""
+    return StressResult(episode, "failed", str(error))

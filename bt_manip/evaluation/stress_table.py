@@ -1,12 +1,13 @@
 """The table of a stress test: phase by fault, and the reasons."""
 
-import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from .stress import Outcome, StressCase, StressResult
+from bt_manip.exceptions import without_numbers
+
+from .stress import Outcome, StressEpisode, StressResult
 
 LETTERS: Final[dict[Outcome, str]] = {
     "recovered": "R",
@@ -17,10 +18,10 @@ LETTERS: Final[dict[Outcome, str]] = {
 """Letters of the outcomes in a cell of the table."""
 
 NOT_TRIED = "?"
-"""Letter of cases that an interrupted test has not run."""
+"""Letter of episodes that an interrupted test has not run."""
 
 NEXT_FAILED = "N"
-"""Letter of cases after which the undisturbed cycle did not reach its goal."""
+"""Letter of episodes after which the undisturbed cycle did not reach its goal."""
 
 LEGEND = (
     "Each cell counts seeds. R: recovered (SUCCESS, and the goal holds). F: failed honestly. "
@@ -28,44 +29,52 @@ LEGEND = (
     "N: the undisturbed cycle after it failed. -: the fault cannot happen there."
 )
 
-_NUMBER = re.compile(r"-?\d+(\.\d+)?")
-
 
 @dataclass(frozen=True)
 class StressTable:
     """The results of a stress test by fault and phase.
 
     Attributes:
-        results: The results, in the order of their cases.
-        planned: All cases, where the test was interrupted; empty: those of the results.
+        results: The results, in the order of their episodes.
+        planned: All episodes, where the test was interrupted; empty: those of the results.
     """
 
     results: Sequence[StressResult]
-    planned: Sequence[StressCase] = ()
+    planned: Sequence[StressEpisode] = ()
 
     @property
-    def cases(self) -> Sequence[StressCase]:
-        """The cases, with those that were not tried."""
-        return self.planned or [one.case for one in self.results]
+    def episodes(self) -> Sequence[StressEpisode]:
+        """The episodes, with those that were not tried."""
+        return self.planned or [one.episode for one in self.results]
 
     @property
     def phases(self) -> list[str]:
         """Names of the phases: the columns."""
-        return list(dict.fromkeys(one.phase.name for one in self.cases))
+        return list(dict.fromkeys(one.phase.name for one in self.episodes))
+
+    @property
+    def faults(self) -> list[str]:
+        """Names of the faults: the rows."""
+        return list(dict.fromkeys(one.fault for one in self.episodes))
 
     def rows(self) -> list[list[str]]:
         """Return a row for each fault: its name and a cell for each phase."""
-        faults = dict.fromkeys(one.fault for one in self.cases)
-        return [[fault, *(self._cell(fault, phase) for phase in self.phases)] for fault in faults]
+        return [
+            [fault, *(self._cell(fault, phase) for phase in self.phases)] for fault in self.faults
+        ]
 
     def summary(self) -> str:
-        """Return how many cases ended how."""
+        """Return how many episodes ended how."""
         counts = Counter(one.outcome for one in self.results)
         happened = len(self.results) - counts["none"]
         text = ", ".join(f"{counts[outcome]} {outcome}" for outcome in LETTERS)
         failed = sum(bool(one.next_reason) for one in self.results)
-        left = len(self.cases) - len(self.results)
-        more = f" {left} of {len(self.cases)} cases were not tried ({NOT_TRIED})." if left else ""
+        left = len(self.episodes) - len(self.results)
+        more = (
+            f" {left} of {len(self.episodes)} episodes were not tried ({NOT_TRIED})."
+            if left
+            else ""
+        )
         return f"{happened} faults: {text}; {failed} undisturbed cycles after them failed.{more}"
 
     def reasons(self) -> list[str]:
@@ -100,10 +109,10 @@ class StressTable:
         """Return the results as plain data for JSON."""
         return [
             {
-                "fault": one.case.fault,
-                "phase": one.case.phase.name,
-                "seed": one.case.seed,
-                "planned": str(one.case.plan()),
+                "fault": one.episode.fault,
+                "phase": one.episode.phase.name,
+                "seed": one.episode.seed,
+                "planned": str(one.episode.plan()),
                 "outcome": one.outcome,
                 "reason": one.reason,
                 "next_reason": one.next_reason,
@@ -113,7 +122,9 @@ class StressTable:
 
     def _cell(self, fault: str, phase: str) -> str:
         here = [
-            one for one in self.results if (one.case.fault, one.case.phase.name) == (fault, phase)
+            one
+            for one in self.results
+            if (one.episode.fault, one.episode.phase.name) == (fault, phase)
         ]
         counts = Counter(one.outcome for one in here)
         parts = [f"{letter}{counts[o]}" for o, letter in LETTERS.items() if counts[o]]
@@ -121,7 +132,7 @@ class StressTable:
         parts += [f"{NEXT_FAILED}{failed}"] * bool(failed)
         if here and not parts:
             parts = ["-"]
-        planned = sum((one.fault, one.phase.name) == (fault, phase) for one in self.cases)
+        planned = sum((one.fault, one.phase.name) == (fault, phase) for one in self.episodes)
         return " ".join(parts + [f"{NOT_TRIED}{planned - len(here)}"] * (planned > len(here)))
 
     @staticmethod
@@ -132,6 +143,6 @@ class StressTable:
         reason: str,
     ) -> None:
         """Count a reason; those that differ in numbers only are one."""
-        key = one.case.fault, letter, _NUMBER.sub("", reason)
+        key = one.episode.fault, letter, without_numbers(reason)
         _, phases = found.setdefault(key, (reason, Counter()))
-        phases[one.case.phase.name] += 1
+        phases[one.episode.phase.name] += 1

@@ -2,20 +2,18 @@
 
 import json
 import math
-import re
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+from bt_manip.exceptions import without_numbers
 from bt_manip.record import LeafTime, LeafUse
 
 from .episode import EpisodeResult
 
 Z95 = 1.959963984540054
 """Quantile of the normal distribution for intervals of 95 %."""
-
-_NUMBER = re.compile(r"-?\d+(\.\d+)?")
 
 
 class Interval95(NamedTuple):
@@ -57,6 +55,24 @@ class Failure:
     count: int
 
 
+class Recovery(NamedTuple):
+    """How often a node was retried, or a fallback rescued the tree.
+
+    Attributes:
+        node: Path of the `RetryUntilSuccessful` or the fallback.
+        kind: ``"retries"`` or ``"rescues"``.
+        total: Number of them in all episodes.
+        episodes: Number of episodes with any.
+        successes: Number of these that succeeded.
+    """
+
+    node: str
+    kind: str
+    total: int
+    episodes: int
+    successes: int
+
+
 @dataclass
 class SuccessRate:
     """Counts successes and failures of episodes.
@@ -70,6 +86,7 @@ class SuccessRate:
     trials: int = 0
     successes: int = 0
     use: LeafUse = field(default_factory=LeafUse)
+    _recoveries: dict[tuple[str, str], Recovery] = field(default_factory=dict)
     _first: dict[tuple[str, str], tuple[str, int]] = field(default_factory=dict)
     _counts: Counter[tuple[str, str]] = field(default_factory=Counter)
 
@@ -87,8 +104,14 @@ class SuccessRate:
         self.successes += result.success
         times = json.loads(result.leaf_times)
         self.use.add({name: LeafTime(**one) for name, one in times.items()}, result.duration_s)
+        for kind in ("retries", "rescues"):
+            for node, count in json.loads(getattr(result, kind)).items():
+                old = self._recoveries.get((node, kind), Recovery(node, kind, 0, 0, 0))
+                total, episodes = old.total + count, old.episodes + 1
+                successes = old.successes + result.success
+                self._recoveries[node, kind] = Recovery(node, kind, total, episodes, successes)
         if not result.success:
-            key = result.node, _NUMBER.sub("", result.reason)
+            key = result.node, without_numbers(result.reason)
             known = self._first.setdefault(key, (result.reason, result.episode))
             if result.episode < known[1]:
                 self._first[key] = result.reason, result.episode
@@ -98,6 +121,10 @@ class SuccessRate:
     def interval(self) -> Interval95:
         """The Wilson interval of the success rate."""
         return wilson_interval(self.successes, self.trials)
+
+    def recoveries(self) -> list[Recovery]:
+        """Return retries and rescues by node, those in most episodes first."""
+        return sorted(self._recoveries.values(), key=lambda one: (-one.episodes, one.node))
 
     def failures(self) -> list[Failure]:
         """Return the failures by node and reason, the most frequent first."""

@@ -23,6 +23,7 @@ from bt_manip.viewer.html import (
 
 from .episode import EpisodeResult
 from .success import SuccessRate
+from .success_map import cells, map_axes, map_plot
 
 MAX_VALUES = 12
 """Number of different numbers that are drawn one by one; more are drawn in bins."""
@@ -51,18 +52,30 @@ class RateAt(NamedTuple):
     rate: SuccessRate
 
 
-def results_page(identity: Mapping[str, Any], results: Sequence[EpisodeResult]) -> str:
+def results_page(
+    identity: Mapping[str, Any], results: Sequence[EpisodeResult], axes: Sequence[str] = ()
+) -> str:
     """Return the page of an evaluation, HTML that loads nothing.
 
-    It draws the success rate against each varied parameter and each randomized quantity.
+    It draws the success rate against each varied parameter and each sampled quantity, and a map of
+    two of them.
 
     Args:
         identity: What the results depend on.
         results: The results.
+        axes: Names of the two quantities of the map; default: the first two that are numbers.
+
+    Raises:
+        BtManipError: If no numbers of such a name differ between episodes.
     """
     total = SuccessRate.of(results)
+    found = quantities(identity["points"], results)
     drawn = {}
-    for name, values in list(quantities(identity["points"], results).items())[:MAX_PLOTS]:
+    across = map_axes(found, axes)
+    if across:
+        x, y = across
+        drawn[f"{x} and {y}"] = map_plot(x, y, cells(found[x], found[y], results))
+    for name, values in list(found.items())[:MAX_PLOTS]:
         drawn[name] = _plot(name, rates_by_value(values, results))
     script, divs = components(list(drawn.values())) if drawn else ("", ())
     low, high = total.interval
@@ -76,11 +89,16 @@ def results_page(identity: Mapping[str, Any], results: Sequence[EpisodeResult]) 
         ("mean simulated time", f"{np.mean(times):.2f} s"),
         ("real time for each core", f"{sum(times) / wall if wall else 0.0:.1f} x"),
     ]
-    rows = [
+    failed = [
         [escape(one.node), str(one.count), str(one.first), escape(one.reason[:LONGEST_REASON])]
         for one in total.failures()[:LISTED_FAILURES]
     ]
-    failures = html_rows(("failed node", "episodes", "first episode", "reason"), rows)
+    failures = html_rows(("failed node", "episodes", "first episode", "reason"), failed)
+    rows = [
+        [escape(one.node), one.kind, str(one.total), str(one.episodes), str(one.successes)]
+        for one in total.recoveries()[:LISTED_FAILURES]
+    ]
+    recoveries = html_rows(("node", "", "times", "episodes", "succeeded"), rows)
     hint = "Bars are 95 % intervals. They are wide where a value has few episodes."
     lines = {key: json.dumps(value) for key, value in identity.items() if key != "points"}
     title = f"{identity['tree']}, seed {identity['seed']}"
@@ -88,7 +106,10 @@ def results_page(identity: Mapping[str, Any], results: Sequence[EpisodeResult]) 
         f"<h1>{escape(title)}</h1>",
         html_tiles(tiles),
         *(f"<p>{escape(line)}</p>" for line in total.use.sentences("episodes")),
-        html_section("Failures", f'<div class="rows">{failures}</div>') if rows else "",
+        html_section("Failures", f'<div class="rows">{failures}</div>') if failed else "",
+        html_section("Retries and rescues", f'<div class="rows">{recoveries}</div>')
+        if rows
+        else "",
         f'<p class="narrow">{hint}</p>' if drawn else "",
         *(html_section(name, div) for name, div in zip(drawn, divs, strict=True)),
         html_section("Evaluation", html_list(lines)),
@@ -101,24 +122,34 @@ def quantities(
 ) -> dict[str, list[Any]]:
     """Return what differs between episodes, by name: a value for each result, None without one.
 
-    These are the varied parameters and then the randomized quantities; of a list of numbers, each
-    number is one.
+    These are the varied parameters, then what nodes drew and the randomized quantities; of a list
+    or a pose, each number is one.
     """
     rows = []
     for one in results:
         row = dict(points[one.point])
+        for path, ports in json.loads(one.drawn).items():
+            row |= _numbers(path, ports)
         for kind, things in json.loads(one.randomized).items():
-            for thing, values in things.items():
-                for key, value in values.items():
-                    name = f"scene.{kind}.{thing}.{key}"
-                    if isinstance(value, list):
-                        row |= {f"{name}[{i}]": number for i, number in enumerate(value)}
-                    else:
-                        row[name] = value
+            row |= _numbers(f"scene.{kind}", things)
         rows.append(row)
     names = dict.fromkeys(name for row in rows for name in row)
     columns = {name: [row.get(name) for row in rows] for name in names}
     return {name: one for name, one in columns.items() if len(set(map(str, one))) > 1}
+
+
+def _numbers(name: str, value: Any) -> dict[str, Any]:
+    """Return the numbers of nested objects and lists, by name."""
+    if isinstance(value, Mapping):
+        pairs = [(f"{name}.{key}", one) for key, one in value.items()]
+    elif isinstance(value, list):
+        pairs = [(f"{name}[{i}]", one) for i, one in enumerate(value)]
+    else:
+        return {name: value}
+    found: dict[str, Any] = {}
+    for key, one in pairs:
+        found |= _numbers(key, one)
+    return found
 
 
 def rates_by_value(values: Sequence[Any], results: Sequence[EpisodeResult]) -> list[RateAt]:

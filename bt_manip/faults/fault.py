@@ -1,4 +1,4 @@
-"""The base class of faults, and what a fault happens to."""
+"""The base class of faults, and the context of a fault."""
 
 import abc
 import math
@@ -58,7 +58,7 @@ class FaultContext:
         return self.station.robots.get(name) or self.station.first
 
     def find_object(self, name: str = "") -> str:
-        """Return the object of a name; by default the one that the tree handles.
+        """Return the object of a name; by default the object that the tree handles.
 
         That is the object of the node's port ``object``, the held one, or the one added last.
 
@@ -134,7 +134,7 @@ class Fault(abc.ABC):
         """
 
     def bind(self) -> None:  # noqa: B027
-        """Renew what depends on the compiled model; called after ``begin`` and each compile."""
+        """Renew data that depend on the compiled model; called after ``begin`` and each compile."""
 
     def end(self) -> None:
         """Undo the fault."""

@@ -23,7 +23,7 @@ EDGE = 0.03
 BETWEEN = 0.35
 """Height of an obstacle's centre above the line from the object to the container [m]."""
 
-ATTEMPTS = 1000
+POSITION_ATTEMPTS = 1000
 """Random positions that are tried."""
 
 SIDES = 8
@@ -57,7 +57,7 @@ class Places:
     def sample(self) -> Iterator[pin.SE3]:
         """Yield random poses of the object at such places, upright."""
         rng = self._context.rng
-        for _ in range(ATTEMPTS):
+        for _ in range(POSITION_ATTEMPTS):
             r, angle = rng.uniform(self._near, self._far), rng.uniform(-math.pi, math.pi)
             x, y = self._base + r * np.array([math.cos(angle), math.sin(angle)])
             height = self.height_at(x, y)

@@ -11,7 +11,7 @@ import pinocchio as pin
 from bt_manip.arm import MARGIN, Arm
 from bt_manip.cell import entity_of
 from bt_manip.exceptions import MotionError
-from bt_manip.kinematics import PoseTarget
+from bt_manip.kinematics import DISTINCT, PoseTarget
 from bt_manip.planning import plan_straight_approach, translate_along_tool_z
 from bt_manip.robots import GraspCandidate
 from bt_manip.trajectories import SplinePath
@@ -34,7 +34,6 @@ BATCH_SIZE = 4  # equally good grasps that are solved together
 _SEARCHES = ((0, MARGIN), (1, MARGIN), (8, MARGIN), (8, 0.0))
 """Random restarts and joint limit margin [rad] of each IK search: usually the first succeeds."""
 
-_DISTINCT = 0.1  # [rad] by which some joint of a configuration differs from all tried before
 
 _FROM_ABOVE = math.cos(math.radians(30.0))
 _AT_PREGRASP = 0.05  # [rad] of tool distance up to which the tool is already at the pre-grasp pose
@@ -198,7 +197,7 @@ class GraspSearch:
                 reached.add(found.target)
                 if rejections.approaches >= MAX_APPROACHES:
                     break
-                if any(np.abs(found.q - q).max() <= _DISTINCT for q in tried):
+                if any(np.abs(found.q - q).max() <= DISTINCT for q in tried):
                     continue
                 tried.append(found.q)
                 planned = self._plan_from(grasps[found.target], found.q, standoffs[found.target])

@@ -1,5 +1,6 @@
 """Convex solids of an object's collision geometry, and their surfaces."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -19,6 +20,7 @@ _KINDS = {
     int(mujoco.mjtGeom.mjGEOM_ELLIPSOID): "ellipsoid",
     int(mujoco.mjtGeom.mjGEOM_MESH): "mesh",
 }
+SIDEWAYS = (0.0, math.pi / 4, -math.pi / 4, math.pi / 2, -math.pi / 2)  # [rad] from the vertical
 _SECTORS = 32  # of the polyhedron that approximates a round solid
 _RINGS = 8  # per hemisphere
 _QUADS = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))

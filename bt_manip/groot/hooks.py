@@ -55,7 +55,7 @@ def key_of(data: Any) -> Key:
 
 
 def status_of(data: Any) -> str:
-    """Return the desired status in a request; those that replace nothing are SKIPPED.
+    """Return the desired status in a request; SKIPPED replaces nothing.
 
     Raises:
         RequestError: If there is none.
@@ -167,7 +167,7 @@ class HookTable:
             return [dict(sorted(asdict(hook).items())) for _, hook in sorted(self._hooks.items())]
 
     def suspend(self, suspended: bool) -> None:
-        """Let no hook have an effect while nobody is connected who could unlock it."""
+        """Disable hooks while no client is connected: nobody could release them."""
         if suspended != self._suspended:
             with self._condition:
                 self._suspended = suspended
@@ -180,7 +180,7 @@ class HookTable:
 
         Args:
             nodes: The nodes by their uid.
-            interventions: Those of the run, which report the statuses that hooks set.
+            interventions: Those of the run, which emit the statuses that hooks set.
         """
         if not self._changed:
             return

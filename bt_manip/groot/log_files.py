@@ -98,7 +98,7 @@ class TransitionLog(RunObserver):
         self._end()
 
     def run_ended(self) -> None:
-        """Write what is left, and close the file."""
+        """Write the remaining transitions, and close the file."""
         self._end()
 
     def _end(self) -> None:
@@ -143,7 +143,7 @@ class TransitionLog(RunObserver):
 
     @abstractmethod
     def _open(self, xml: str, nodes: Sequence[tuple[str, int]], now: int) -> None:
-        """Open the file and write what it begins with.
+        """Open the file and write its header.
 
         Args:
             xml: The tree.

@@ -7,7 +7,7 @@ from typing import Any
 HEADER_LENGTH = 6
 """Version, type and number of a request [bytes]."""
 
-VERSION = b"\x02"
+PROTOCOL_VERSION = b"\x02"
 
 HIGHEST_UID = 0xFFFF
 """Of the nodes that the protocol can name."""

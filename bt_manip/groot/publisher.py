@@ -19,7 +19,7 @@ from .hooks import HookTable, key_of
 from .messages import (
     HEADER_LENGTH,
     HIGHEST_UID,
-    VERSION,
+    PROTOCOL_VERSION,
     RequestError,
     pack,
     read_json,
@@ -55,7 +55,7 @@ HEARTBEAT = 5.0
 
 @dataclass(frozen=True)
 class TreeImage:
-    """What does not change while a tree runs.
+    """Data that do not change while a tree runs.
 
     Attributes:
         uuid: Sent with each reply; Groot2 reads the tree again when it is another one.
@@ -247,7 +247,7 @@ class GrootPublisher(RunObserver):
                 self._hooks.suspend(True)
             while self._hooks.reached:
                 number += 1
-                header = VERSION + b"N" + struct.pack("<I", number)
+                header = PROTOCOL_VERSION + b"N" + struct.pack("<I", number)
                 uid = str(self._hooks.reached.popleft()).encode()
                 self._notifications.send_multipart([header, uid])
 
@@ -269,7 +269,7 @@ class GrootPublisher(RunObserver):
                 raise RequestError("wrong request header")
             image = self._image
             body = self._body(parts[0][1:2], parts[1:], image)
-            header = VERSION + parts[0][1:] + image.uuid
+            header = PROTOCOL_VERSION + parts[0][1:] + image.uuid
             return [header] if body is None else [header, body]
         except Exception as error:  # whatever was sent must not end the thread
             text = str(error) if isinstance(error, RequestError) else type(error).__name__
@@ -309,7 +309,7 @@ class GrootPublisher(RunObserver):
         return None
 
     def _blackboard(self, names: str, image: TreeImage) -> bytes:
-        """Return the entries of some sub-trees, and those of the root where they can be read."""
+        """Return the entries of some sub-trees and of the root, as far as they can be read."""
         found: dict[str, Any] = {}
         for name in names.split(";", MOST_NAMES):
             path = image.scopes.get(name)

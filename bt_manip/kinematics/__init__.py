@@ -1,5 +1,6 @@
 """Inverse kinematics."""
 
+from .inverse_kinematics import DISTINCT as DISTINCT
 from .inverse_kinematics import InverseKinematics as InverseKinematics
 from .manipulability import manipulability as manipulability
 from .problem import IKProblem as IKProblem

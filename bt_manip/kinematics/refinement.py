@@ -9,7 +9,7 @@ from .levenberg_marquardt import levenberg_marquardt
 from .residuals import StackedResidual
 from .secondary_objectives import QuadraticModel, SecondaryObjectives
 
-MAX_STEPS = 40
+MAX_REFINEMENT_STEPS = 40
 PROJECTION_ITERATIONS = 8  # of Levenberg-Marquardt, back onto the constraints after a step
 MAX_JOINT_STEP = 0.8  # [rad]
 _ACTIVE_SET_PASSES = 3  # in which joints at a bound are fixed and the step of the others recomputed
@@ -52,7 +52,7 @@ def refine(
         constraints.evaluate(q)
     here, jacobian = objectives.expand(constraints), constraints.jacobian()
     damping, iterations = 0.0, 0
-    while iterations < MAX_STEPS and damping <= _MAX_DAMPING:
+    while iterations < MAX_REFINEMENT_STEPS and damping <= _MAX_DAMPING:
         iterations += 1
         dq = _newton_step(here, jacobian, q, damping, lower, upper)
         predicted = -float(dq.dot(here.gradient + 0.5 * here.hessian.dot(dq)))

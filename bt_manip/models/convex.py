@@ -1,28 +1,17 @@
 """Convex decomposition of meshes for collision, cached because it is slow."""
 
 import hashlib
-import os
 import uuid
 from pathlib import Path
 
 import numpy as np
-import platformdirs
 
+from bt_manip.cache_folder import cache_root
 from bt_manip.models.errors import ModelError
 from bt_manip.models.meshes import Mesh
 
-CACHE_VARIABLE = "BT_MANIP_CACHE"
-"""Environment variable with the cache folder."""
-
 THRESHOLD = 0.05
 """Remaining concavity, relative to the size of the mesh."""
-
-
-def cache_root() -> Path:
-    """Return the cache folder."""
-    if given := os.environ.get(CACHE_VARIABLE, ""):
-        return Path(given)
-    return platformdirs.user_cache_path("bt_manip")
 
 
 def can_decompose() -> bool:

@@ -5,7 +5,7 @@ import numpy as np
 from .joint_segments import IsFree, discretize_segment
 from .planner import PlanningProblem, PlanningResult
 
-STEP = 0.04  # [rad] between the configurations that are checked
+CHECKED_STEP = 0.04  # [rad] between the configurations that are checked
 RANGE = 0.6  # [rad] longest extension towards a sample
 SAMPLES = 6000
 LOCAL_SHARE = 0.5  # of the samples are drawn around a node of the tree
@@ -25,7 +25,7 @@ class RRTConnect:
     """
 
     def __init__(
-        self, *, samples: int = SAMPLES, step: float = STEP, max_extension: float = RANGE
+        self, *, samples: int = SAMPLES, step: float = CHECKED_STEP, max_extension: float = RANGE
     ) -> None:
         """Set the bounds of the search.
 

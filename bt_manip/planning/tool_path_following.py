@@ -19,7 +19,9 @@ MIN_INTERVALS, MAX_FIRST_INTERVALS = 8, 400  # before refinement
 MAX_REFINED_INTERVALS = 1600
 REFINEMENTS = 6  # attempts, each with twice the knots: at sharp turns of a joint the last is needed
 QUICK_REFINEMENTS = 4  # attempts for lines that shall be easy to follow
-TOLERANCE = 5e-5  # [m] and [rad] deviation of the tool between the knots, beyond that at the knots
+PATH_TOLERANCE = (
+    5e-5  # [m] and [rad] deviation of the tool between the knots, beyond that at the knots
+)
 KNOT_TOLERANCE = 1e-8  # [m] and [rad] deviation of the tool at the knots that is aimed at
 LIMIT_SAMPLES = 500  # configurations whose joint limits are checked
 LIMIT_MARGIN = 5e-3  # [rad] of the knots from the joint limits, for the overshoot of the spline
@@ -51,7 +53,7 @@ def follow_tool_path(
         knots, deviation = _solve_knots(ik, q0, path, intervals)
         curve = SplinePath(knots, ik.model.nq)
         error = _limit_error(curve, ik.model.limits) or _deviation_error(
-            curve, ik, path, intervals, deviation + TOLERANCE
+            curve, ik, path, intervals, deviation + PATH_TOLERANCE
         )
         if not error:
             return curve

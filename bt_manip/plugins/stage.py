@@ -114,6 +114,11 @@ class Stage:
             raise BtManipError(f"a robot is a RobotDescription, got {description!r}")
         self._add("robots", description.name, description)
 
+    def _register_policies(self, name: str, kind: Any) -> None:
+        if not isinstance(getattr(kind, "make", None), str):
+            raise BtManipError(f"a kind of policies is a PolicyKind, got {kind!r}")
+        self._add("policies", name, kind)
+
     def _register_model_formats(self, name: str, format: Any) -> None:
         from bt_manip.models import ModelFormat
 

@@ -1,4 +1,4 @@
-"""What happened in a run: reports, recordings, videos and tables; writing and reading them.
+"""Records of a run: reports, recordings, videos and tables; writing and reading them.
 
 Each name is imported on first use: a report does not need the physics.
 """

@@ -204,7 +204,7 @@ def is_locked(target: Path) -> bool:
 
 
 class AppendedFile:
-    """A new file that grows; what it holds is always a sequence of whole appends."""
+    """A new file that grows; its content is always a sequence of complete appends."""
 
     def __init__(self, path: Path) -> None:
         """Create the file, or empty an existing one.

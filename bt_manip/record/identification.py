@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def identify(run: "Run") -> dict[str, Any]:
-    """Return the fields of `RunReport` that say what a run consists of, by name."""
+    """Return the fields of `RunReport` that identify a run, by name."""
     request, station = run.request, run.station
     chosen = [robot.chosen for robot in station.robots.values()]
     robots = dict.fromkeys(str(one.description) for one in chosen)
@@ -55,7 +55,7 @@ def _sha256(paths: list[Path]) -> str:
 
 
 def identity_differences(found: Any, expected: Any, key: str = "") -> dict[str, str]:
-    """Return in what two identities of plain data differ: the name of each value, and both values.
+    """Return the differences of two identities: the name of each value, and both values.
 
     Args:
         found: The identity, or a value in it.

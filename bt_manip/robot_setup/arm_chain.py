@@ -1,4 +1,4 @@
-"""The arm in a model: its joints from the base to the tool, and what the last one carries."""
+"""The arm in a model: its joints from the base to the tool, and the bodies of the last one."""
 
 from collections.abc import Sequence
 from typing import NamedTuple

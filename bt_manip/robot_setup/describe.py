@@ -52,7 +52,7 @@ _FEW_JOINTS = Tolerance(position=1e-4, rotation=5e-3)
 _TOOL_LIMITS = ToolLimits(velocity=1.0, acceleration=5.0, jerk=500.0)
 _MAX_FRICTION = 5.0  # [N] of the fingers, by dry friction of the gripper's joints
 _MAX_MASS = 3.0  # [kg] of a finger, with the armature of its joints
-_ARMATURE = 0.005  # [kg m2] in place of such an armature
+_FINGER_ARMATURE = 0.005  # [kg m2] in place of such an armature
 _CUP_DIAMETER, _CUP_PRESSURE = 0.03, 6e4  # [m], [Pa] of a cup that is built
 _SAME = 1e-6  # difference of rotations that count as equal
 _ALONG = 0.9  # cosine of two directions that count as one
@@ -132,7 +132,9 @@ def describe_robot(
         "tolerance": "CHOSEN: five joints cannot follow a gripped object that tilts [m], [rad].",
         "velocity": ("From the model [rad/s]." if data.velocity_known else f"{_CHOSEN} [rad/s]."),
     }
-    known = None if gripper is None else find_gripper(gripper, parts)
+    known = None
+    if gripper is not None:
+        gripper, known = find_gripper(gripper, parts)
     if gripper == CUP:
         description = replace(description, **_built_cup(at))
         notes["gripper"] = "CHOSEN: a cup of 3 cm, built at the mount."
@@ -300,7 +302,7 @@ def _with_gripper(
             f"The model's dry friction would take {travel.friction:.0f} N of the fingers."
         )
     if travel.mass > _MAX_MASS:
-        changes["armature"] = _ARMATURE
+        changes["armature"] = _FINGER_ARMATURE
         notes["gripper.armature"] = (
             f"Instead of the model's, with which a finger moves like {travel.mass:.0f} kg."
         )

@@ -18,7 +18,7 @@ _EFFORT_MARGIN = 1.5  # of an estimated effort limit over the largest required e
 _EFFORT_SHARE = 0.05  # of the strongest joint's estimated limit, which every joint has
 _PAYLOAD_SHARE = 0.1  # of the arm's mass, carried at the tool
 _LIGHT = 1e-4  # [kg m2 / N m] inertia of a joint over its effort limit; usual arms have 1e-3
-_ARMATURE = 1e-3  # [kg m2 / N m] armature of a light joint over its effort limit
+_ARMATURE_PER_EFFORT = 1e-3  # [kg m2 / N m] armature of a light joint over its effort limit
 _EFFORT_SAMPLES = 200  # configurations in which the required efforts are computed
 
 
@@ -102,7 +102,7 @@ def chosen_armature(model: RobotModel, known: np.ndarray) -> tuple[float, ...] |
     if not light.any():
         return None
     effort = np.minimum(model.limits.effort, 10.0 * np.array(estimate_efforts(model)))
-    chosen = np.where(light, np.maximum(_ARMATURE * effort, known), known)
+    chosen = np.where(light, np.maximum(_ARMATURE_PER_EFFORT * effort, known), known)
     return tuple(
         float(f"{armature:.2g}") if one else float(armature)
         for armature, one in zip(chosen, light, strict=True)

@@ -1,6 +1,5 @@
-"""Trial of a described robot: it picks, lifts and places the cube of the pick and place task."""
+"""Pick, lift and place cycles of a described robot, which is tried in the task's station."""
 
-import re
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
@@ -22,12 +21,14 @@ from bt_manip.behaviours import (
 from bt_manip.bt import NodeStatus, Sequence
 from bt_manip.cell import Region
 from bt_manip.cell.objects import Box
-from bt_manip.exceptions import BtManipError
+from bt_manip.exceptions import BtManipError, without_numbers
 from bt_manip.plugins import build_station
 from bt_manip.registry import Parts
 from bt_manip.robots import RobotDescription
 from bt_manip.runner import RunObserver, Station, prepare, request_of
 from bt_manip.scenes import table_and_basket
+
+from .inspection import tool_findings
 
 if TYPE_CHECKING:
     from bt_manip.bt.nodes import Link
@@ -45,8 +46,7 @@ _TRACKING = 1e-2  # [rad] or [m] of a joint from its reference in free motion
 _CUBE, _POST_NAME = "cube", "post"
 _POST = (0.02, 0.02, 0.06)  # [m] size of the post on which a cube stands in the air
 _APART = 0.1  # [m] of the place on the table from the post
-_TIMEOUT = 60.0  # [s] of simulated time of the grasp in the air
-_NUMBER = re.compile(r"-?\d+(\.\d+)?")
+_GRASP_TIMEOUT = 60.0  # [s] of simulated time of the grasp in the air
 
 _REMEDIES = (
     ("no steady grip", "gripper", "check its joints, fingers, motor, pads and max_force"),
@@ -72,7 +72,8 @@ class RobotTrial(NamedTuple):
     """Result of a trial.
 
     Attributes:
-        findings: What failed, each in a line with the key and the remedy.
+        findings: What failed, each in a line with the key and the remedy; before it, what is
+            wrong with the tool frame.
         facts: What was measured, each in a line.
     """
 
@@ -99,9 +100,12 @@ def try_robot(description: RobotDescription, parts: Parts, cycles: int = CYCLES)
         run = prepare(request_of(_TASK, parts, cycles=cycles, seed=_SEED), parts, station=station)
         run.execute([watch], stop=lambda: watch.failed >= _MAX_FAILED)
     except BtManipError as error:
-        return RobotTrial([_finding(where, "the pick and place task", str(error))], [])
+        reason = _finding(where, "the pick and place task", str(error))
+        return RobotTrial([*tool_findings(description), reason], [])
     findings = [_finding(where, "a cube on a post", air)] if air else []
     findings += watch.findings(where)
+    if findings:
+        findings = [*tool_findings(description), *findings]
     done = watch.cycles
     facts = [
         f"{_TASK}: {done - watch.failed} of {done} cycles, {watch.retried} of them with a retry",
@@ -128,7 +132,7 @@ def _grasp_in_the_air(station: Station) -> str:
         PlaceAt(object=_CUBE, pose=_text(u, v, top, 1.0, 0.0, 0.0, 0.0)),
     )
     try:
-        return station.run(tree, timeout=_TIMEOUT).reason
+        return station.run(tree, timeout=_GRASP_TIMEOUT).reason
     except TimeoutError as error:
         return str(error)
 
@@ -204,7 +208,7 @@ class _Watch(RunObserver):
         self.failed += not succeeded
         self.retried += succeeded and bool(self._in_cycle)
         for first in [*self._in_cycle, *([] if succeeded else [reason])][:1]:
-            kind = _NUMBER.sub("...", first)
+            kind = without_numbers(first, "...")
             self._reasons[kind] += 1
             self._examples.setdefault(kind, first)
 

@@ -7,6 +7,7 @@ from .assembly import model_file as model_file
 from .assembly import read_model as read_model
 from .assembly import site_pose as site_pose
 from .configurations import Configuration as Configuration
+from .configurations import Configurations as Configurations
 from .configurations import find_configuration as find_configuration
 from .configurations import load_configurations as load_configurations
 from .configurations import read_configurations as read_configurations
@@ -22,7 +23,7 @@ from .grasp_candidates import GraspCandidates as GraspCandidates
 from .gripper import FoundGripper as FoundGripper
 from .gripper import GraspGenerator as GraspGenerator
 from .gripper import Gripper as Gripper
-from .gripper import GripperDescription as GripperDescription
+from .gripper_description import GripperDescription as GripperDescription
 from .joint_limits import JointLimits as JointLimits
 from .joint_limits import VelocityNearLimits as VelocityNearLimits
 from .joint_limits import effort_limit as effort_limit

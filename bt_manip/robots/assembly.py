@@ -14,7 +14,7 @@ from bt_manip.exceptions import BtManipError, did_you_mean, one_line
 from bt_manip.models import ModelError, load_model, menagerie_file
 
 from .errors import RobotError
-from .gripper import GripperDescription
+from .gripper_description import GripperDescription
 from .locking import lock_other_joints
 from .model_address import MENAGERIE
 from .robot_description import RobotDescription
@@ -273,7 +273,7 @@ def _find_body(root: mjcf.RootElement, hand: mjcf.RootElement, name: str, where:
 
 
 def site_pose(alone: mujoco.MjModel, site: Any) -> pin.SE3:
-    """Return the pose of a site in its body; one that was added is not in the compiled model."""
+    """Return the pose of a site in its body; an added site is not in the compiled model."""
     name = site.full_identifier
     compiled = mujoco.mj_name2id(alone, int(_NAMED["site"]), name) >= 0
     found = alone.site(name) if compiled else site

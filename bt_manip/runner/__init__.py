@@ -25,6 +25,7 @@ from .python_tree import make_tree as make_tree
 from .reloading import Reloader as Reloader
 from .request import CONTROLLER as CONTROLLER
 from .request import SCENE as SCENE
+from .request import TICK as TICK
 from .request import RunRequest as RunRequest
 from .request import request_of as request_of
 from .run import Run as Run

@@ -64,7 +64,7 @@ KINDS = (
 class EventStream:
     """Makes the events of a run once, for all listeners; a kind that nobody wants costs nothing.
 
-    The first events describe the state at the start of the run. Statuses are reported when they
+    The first events describe the state at the start of the run. Statuses are emitted when they
     change, everything else after each tick. Listeners are called by the thread of the run, which
     waits for them: use an `EventQueue` for another thread.
     """
@@ -99,7 +99,7 @@ class EventStream:
             self._kinds.add(kind)
 
     def emit(self, kind: str, data: dict[str, Any], time: float | None = None) -> None:
-        """Report an event.
+        """Emit an event.
 
         Args:
             kind: Its kind.
@@ -121,18 +121,18 @@ class EventStream:
             self._run.interventions.observers.append(self._intervened)
 
     def after_compile(self) -> None:
-        """Report entities that were added or removed."""
+        """Emit entities that were added or removed."""
         self._compare_tree()
         self._compare_entities()
 
     def begin_cycle(self, cycle: int) -> None:
-        """Report the state at the start, and the cycle."""
+        """Emit the state at the start, and the cycle."""
         self._cycle, self._tick_time = cycle, self._cell.time
         self._compare()
         self.emit("cycle", {"cycle": cycle, "status": "RUNNING", "reason": ""})
 
     def end_tick(self) -> None:
-        """Report what has changed since the last tick."""
+        """Emit all changes since the last tick."""
         if self._kinds:
             self._compare()
             self.emit("tick", {"tick": self._tick})
@@ -140,7 +140,7 @@ class EventStream:
         self._tick_time = self._cell.time
 
     def end_cycle(self, status: str, reason: str) -> None:
-        """Report the end of the cycle."""
+        """Emit the end of the cycle."""
         self.emit("cycle", {"cycle": self._cycle, "status": status, "reason": reason})
 
     def stop(self) -> None:
@@ -179,7 +179,7 @@ class EventStream:
             self.emit("message", {"uid": node.uid, "path": node.path, "text": text})
 
     def _compare(self) -> None:
-        """Report all changes but those of statuses."""
+        """Emit all changes except those of statuses."""
         self._compare_tree()
         self._compare_entities()
         if self._wanted("message"):

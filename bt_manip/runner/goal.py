@@ -86,7 +86,7 @@ class GoalJudge:
             self._cell.before_remove.remove(self._judge_before)
 
     def get_state(self) -> dict[str, Any]:
-        """Return what was judged in the present cycle, and what conditions remember, as data."""
+        """Return the goal's verdict for this cycle and the state of its conditions."""
         return {
             "cycle": self._cycle,
             "kept": [list(kept) for kept in self._kept],
@@ -113,7 +113,7 @@ class GoalJudge:
             self._clear()
 
     def _is_judged(self, i: int) -> bool:
-        """Return whether what a condition names was judged and has been removed."""
+        """Return whether the object of a condition was judged and has been removed."""
         removed = self._names[i] - self._cell.entities.keys()
         return bool(removed.intersection(texts_of(self._goal[i])))
 

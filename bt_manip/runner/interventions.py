@@ -23,7 +23,7 @@ Hook = Callable[..., NodeStatus | None]
 class Interventions:
     """Takes requests to intervene from any thread, and obeys them in the thread of the run.
 
-    Each one is reported as plain data when it takes effect; `request` with the same data before
+    Each one is emitted as plain data when it takes effect; `request` with the same data before
     the same tick repeats it, bit for bit. Without interventions a run is as it is without this.
 
     Attributes:
@@ -78,7 +78,7 @@ class Interventions:
         self.request({"kind": "override", **data})
 
     def request(self, data: Mapping[str, Any]) -> None:
-        """Request an intervention by its data, as they are reported.
+        """Request an intervention by its data, as they are emitted.
 
         Raises:
             BtManipError: If it is impossible.
@@ -117,7 +117,7 @@ class Interventions:
     def set_tick_hooks(
         self, owner: Any, node: Node, pre_tick: Hook | None, post_tick: Hook | None
     ) -> None:
-        """Set one owner's functions around a node's tick; statuses that they set are reported.
+        """Set one owner's functions around a node's tick; statuses that they set are emitted.
 
         Args:
             owner: Whoever sets them; a later call replaces or, with None, removes its functions.

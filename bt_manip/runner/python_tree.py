@@ -12,8 +12,8 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 from py_trees.trees import BehaviourTree
 
-from bt_manip.bt import Tree, TreeDefinition, TreeDocument
-from bt_manip.exceptions import BtManipError, did_you_mean
+from bt_manip.bt import TASK, Tree, TreeDefinition, TreeDocument
+from bt_manip.exceptions import BtManipError, did_you_mean, shortened
 
 from .tree_source import TreeSource
 
@@ -37,7 +37,7 @@ def make_tree(source: TreeSource, settings: Mapping[str, str], clock: Clock) -> 
 
 
 def as_tree(made: Any, source: TreeSource, clock: Clock) -> Tree:
-    """Return a tree around what a Python name stands for.
+    """Return a tree around the object that a Python name refers to.
 
     Args:
         made: A behaviour, a tree, or a document whose main tree is meant.
@@ -53,9 +53,12 @@ def as_tree(made: Any, source: TreeSource, clock: Clock) -> Tree:
             made = made.main_tree()
             tree_id = made.tree_id or "MainTree"
         goal = made.goal if isinstance(made, Tree | TreeDefinition) else ()
+        task = made.given_task if isinstance(made, Tree) else ""
+        if isinstance(made, TreeDefinition):
+            task = made.attributes.get(TASK, "")
         root = made.root if isinstance(made, BehaviourTree | Tree | TreeDefinition) else made
         if isinstance(root, Behaviour):
-            return Tree(root, clock=clock, tree_id=tree_id, goal=goal)
+            return Tree(root, clock=clock, tree_id=tree_id, goal=goal, task=task)
     except Exception as error:
         raise BtManipError(f"tree '{source.name}' {_raised(error)}") from error
     raise BtManipError(
@@ -133,7 +136,7 @@ def _arguments(
     for key in settings:
         if key not in parameters:
             raise BtManipError(
-                f"--set {key}: the tree '{source.name}' has no key '{key}'"
+                f"--set {shortened(key)}: the tree '{source.name}' has no key '{key}'"
                 + did_you_mean(key, parameters)
             )
     missing = [
@@ -168,7 +171,7 @@ def _read(key: str, text: str, parameter: inspect.Parameter) -> Any:
 
 
 def _raised(error: Exception) -> str:
-    """Say what a user's code raised, and where."""
+    """Describe an exception of a user's code, with its location."""
     if isinstance(error, SyntaxError) and error.filename:
         return f"is no Python: {Path(error.filename).name}:{error.lineno}: {error.msg}"
     if isinstance(error, BtManipError):

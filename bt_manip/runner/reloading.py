@@ -74,7 +74,7 @@ class Reloader(RunModifier):
         self._run.events.emit("edit", {"problems": list(problems)})
 
     def _settings(self) -> dict[str, str]:
-        """Give the settings that are for the tree, and not for what stands in the scene."""
+        """Return the settings for the tree, without those for objects of the scene."""
         return {
             key: text
             for key, text in self._run.request.settings.items()

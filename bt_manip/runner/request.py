@@ -9,6 +9,7 @@ from bt_manip.exceptions import BtManipError
 from bt_manip.registry import Parts, Surroundings
 from bt_manip.robots import Configuration, RobotDescription
 from bt_manip.scenes import Scene
+from bt_manip.trajectories import CONTROL_STEP
 
 from .tree_source import TreeSource, find_tree
 
@@ -21,8 +22,8 @@ SCENE = "table_and_basket"
 PLANNER = "rrt_connect"
 """Default planner."""
 
-CONTROL_STEP = 0.001
-"""Time between two control steps [s]."""
+TICK = 0.010
+"""Default time between two ticks of a tree [s]."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +59,7 @@ class RunRequest:
     planner: str = PLANNER
     cycles: int = 1
     seed: int = 0
-    tick: float = 0.010
+    tick: float = TICK
     faults: tuple[str, ...] = ()
     settings: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
     real_time: float | None = None

@@ -22,9 +22,6 @@ if TYPE_CHECKING:
 
 Stop = Callable[[], bool]
 
-BRAKING = 3.0
-"""Longest time to stop the arms when a run is interrupted [s]."""
-
 
 @dataclass(eq=False)
 class Run:

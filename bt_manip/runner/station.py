@@ -33,7 +33,7 @@ from bt_manip.scenes import (
 from .commanded_robot import CommandedRobot, NoOnlyRobot, RobotEntities
 from .loop import RunLoop
 from .observer import recorder_for
-from .request import RunRequest
+from .request import TICK, RunRequest
 from .run import Run
 from .tree_source import TreeSource
 
@@ -143,6 +143,7 @@ class Station:
             "rng": self.rng,
             "models": self.models,
             "planners": self.parts.planners,
+            "policies": self.parts.policies,
         }
 
     def clock(self) -> float:
@@ -171,7 +172,7 @@ class Station:
         self,
         tree: Tree | Behaviour,
         *,
-        tick: float = 0.010,
+        tick: float = TICK,
         timeout: float = 60.0,
         record: str | os.PathLike[str] | None = None,
     ) -> TreeResult:

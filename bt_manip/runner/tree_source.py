@@ -1,4 +1,4 @@
-"""Where a tree comes from, read from what the user wrote after ``bt-manip run``."""
+"""Source of a tree, read from the argument of ``bt-manip run``."""
 
 import re
 from collections.abc import Mapping

@@ -1,87 +1,209 @@
 """Scenes: the robots and objects that a run begins with."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cache
-from typing import Any
+from typing import Annotated, Any, ClassVar
 
 import pinocchio as pin
 
 from bt_manip import spatial
 from bt_manip.cell import Region
 from bt_manip.cell.randomization import Randomization
-from bt_manip.exceptions import BtManipError
-from bt_manip.registry import Registry
-from bt_manip.robots import Configuration, RobotDescription, read_description
+from bt_manip.exceptions import BtManipError, did_you_mean
+from bt_manip.robots import Configuration, Configurations, RobotDescription
+from bt_manip.toml_fields import (
+    Key,
+    KeyField,
+    OtherKeys,
+    Tables,
+    documented,
+    read_part,
+)
+from bt_manip.toml_tables import TomlTable
+
+from .scene_keys import (
+    CameraPose,
+    EntityName,
+    ObjectModel,
+    ObjectName,
+    PartName,
+    PlacedPose,
+    RandomizationTable,
+    RegionTable,
+    RobotAddress,
+    check_object,
+)
+
+MAX_ROBOTS = 16
+MAX_OBJECTS = 250
+"""Most objects, and most cameras, of a scene file: 250 free objects take about 10 s to build."""
 
 
+@documented
 @dataclass(frozen=True)
 class Fixture:
     """An object of a scene.
 
-    Attributes:
-        model: Registered name of the object, or address of a model.
-        name: Its name in the cell.
-        T_wo: Its pose in the world; with ``on``, z is the height above the resting height.
-        parameters: Keyword arguments that the object is made with.
-        free: Whether it moves freely; None: as the object declares.
-        on: Name of an earlier fixture whose surface it rests on.
-        region: A free pose is sampled from it with the run's seed, in place of ``T_wo``.
-        within_reach: Whether it is moved towards the first robot where that cannot drop into it.
+    The field `within_reach`, not a key, tells whether it is moved towards the first robot where
+    that cannot drop into it.
     """
 
-    model: str
-    name: str
-    T_wo: pin.SE3
-    parameters: Mapping[str, Any] = field(default_factory=dict)
-    free: bool | None = False
-    on: str = ""
-    region: Region | None = None
+    model: Annotated[str, Key("The object", values=ObjectModel())]
+    name: Annotated[
+        str,
+        Key(
+            "Its name in the cell; by default that of the model", needed=False, values=ObjectName()
+        ),
+    ]
+    T_wo: Annotated[
+        pin.SE3,
+        Key(
+            "Its pose in the world; with `on`, x and y in the world are enough, and z is the "
+            "height above its height at rest",
+            "m, rad",
+            needed=False,
+            values=PlacedPose(),
+        ),
+    ]
+    parameters: Annotated[
+        Mapping[str, Any], Key("Parameters of the object", values=OtherKeys("keyword arguments"))
+    ] = field(default_factory=dict)
+    free: Annotated[
+        bool | None,
+        Key("Whether it moves freely; by default of a file, and for None, as the object declares"),
+    ] = False
+    on: Annotated[str, Key("Name of an earlier object whose surface it rests on")] = ""
+    region: Annotated[
+        Region | None,
+        Key(
+            "Region from which a free pose is sampled with the run's seed, in place of a pose",
+            values=RegionTable(),
+        ),
+    ] = None
     within_reach: bool = False
 
 
+@documented
+@dataclass(frozen=True)
+class FixedCamera:
+    """A camera of a scene file."""
+
+    name: Annotated[str, Key("Its name in the cell", values=EntityName())] = "camera"
+    T_wc: Annotated[
+        pin.SE3,
+        Key(
+            "Its pose in the world, or its position and the point that it looks at",
+            "m, rad",
+            values=CameraPose(),
+        ),
+    ] = field(default_factory=pin.SE3.Identity)
+    fovy: Annotated[float | None, Key("Vertical angle of view; by default 45", "degrees")] = None
+    width: Annotated[int | None, Key("Width of its images; by default 320", "pixels")] = None
+    height: Annotated[int | None, Key("Height of its images; by default 240", "pixels")] = None
+
+    def fixture(self) -> Fixture:
+        """Return the camera as an object; fields after its pose are parameters of the object."""
+        given = {field.name: getattr(self, field.name) for field in fields(self)[2:]}
+        parameters = {key: value for key, value in given.items() if value is not None}
+        return Fixture("camera", self.name, self.T_wc, parameters)
+
+
+class FixtureTables:
+    """The objects of a scene file, its cameras included."""
+
+    type, names = "tables", "objects, cameras"
+    tables: ClassVar[Mapping[str, Any]] = {"[objects]": Fixture, "[cameras]": FixedCamera}
+
+    def read(self, table: TomlTable, entry: KeyField, size: Any) -> tuple[Fixture, ...]:
+        """Return the objects in the order in which they are added."""
+        found: list[Fixture] = []
+        for part in table.tables("objects", MAX_OBJECTS):
+            if fixture := read_part(Fixture, part, free=None):
+                self._add(found, part, fixture, Fixture)
+        for part in table.tables("cameras", MAX_OBJECTS):
+            if camera := read_part(FixedCamera, part):
+                self._add(found, part, camera.fixture(), FixedCamera)
+        return tuple(found)
+
+    def _add(self, found: list[Fixture], table: TomlTable, fixture: Fixture, cls: Any) -> None:
+        """Add an object; reject keys that do not go with the other objects."""
+        names = [known.name for known in found]
+        if fixture.name in names:
+            table.reject("name", f"is taken: there is already a '{fixture.name}'")
+        if fixture.on and fixture.on not in names:
+            near = did_you_mean(fixture.on, names)
+            table.reject("on", f"is the name of an object further up, got '{fixture.on}'{near}")
+        check_object(table, fixture.model, fixture.parameters, cls)
+        found.append(fixture)
+
+
+@documented
 @dataclass(frozen=True)
 class SceneRobot:
-    """A robot of a scene, at home.
+    """A robot of a scene, at home."""
 
-    Attributes:
-        T_wb: Pose of its base in the world.
-        name: Its name in the cell; empty: that of its description.
-        description: Name of a registered robot, path of a TOML file that describes one, or a
-            description; None: that of the run.
-        controller: Name of a registered controller; None: that of the run.
-        planner: Name of a registered planner; None: that of the run.
-    """
+    T_wb: Annotated[pin.SE3, Key("Pose of its base in the world", "m, rad", needed=False)]
+    name: Annotated[
+        str,
+        Key(
+            "Its name in the cell; by default that of its description. Each of several robots "
+            "needs one; a role such as `arm` fits any `--robot`",
+            values=EntityName(),
+        ),
+    ] = ""
+    description: Annotated[
+        str | RobotDescription | None,
+        Key(
+            "The robot; in Python also its description; by default that of the run",
+            name="robot",
+            values=RobotAddress(),
+        ),
+    ] = None
+    controller: Annotated[
+        str | None,
+        Key("Its controller; by default that of the run", values=PartName("controllers")),
+    ] = None
+    planner: Annotated[
+        str | None, Key("Its planner; by default that of the run", values=PartName("planners"))
+    ] = None
 
-    T_wb: pin.SE3
-    name: str = ""
-    description: str | RobotDescription | None = None
-    controller: str | None = None
-    planner: str | None = None
 
-
+@documented
 @dataclass(frozen=True)
 class Scene:
     """The robots and objects that a run begins with.
 
-    Attributes:
-        robots: The robots, at least one.
-        fixtures: The objects, in the order in which they are added.
-        randomization: What varies from cycle to cycle.
-        seed: Seed of runs that give none.
-        about: A description in one sentence.
-        configurations: Named configurations of its robots, besides those of their descriptions.
-        source: The file that it was read from.
-        name: Its name in reports.
+    Fields that are not keys: `source` is the file that it was read from, `name` its name in
+    reports.
     """
 
-    robots: tuple[SceneRobot, ...]
-    fixtures: tuple[Fixture, ...] = ()
-    randomization: Randomization = field(default_factory=Randomization)
-    seed: int | None = None
-    about: str = ""
+    robots: Annotated[
+        tuple[SceneRobot, ...],
+        Key("The robots, at least one", values=Tables("robots", SceneRobot, MAX_ROBOTS)),
+    ]
+    fixtures: Annotated[
+        tuple[Fixture, ...],
+        Key(
+            "The objects, in the order in which they are added",
+            name="objects",
+            values=FixtureTables(),
+        ),
+    ] = ()
+    randomization: Annotated[
+        Randomization, Key("Variations from cycle to cycle", values=RandomizationTable())
+    ] = field(default_factory=Randomization)
+    seed: Annotated[int | None, Key("Seed of runs that give none", at_least=0)] = None
+    about: Annotated[str, Key("Description in one sentence")] = ""
     source: str = ""
-    configurations: Mapping[str, Configuration] = field(default_factory=dict)
+    configurations: Annotated[
+        Mapping[str, Configuration],
+        Key(
+            "Named configurations of its robots, besides those of their descriptions",
+            "rad",
+            values=Configurations(),
+        ),
+    ] = field(default_factory=dict)
     name: str = ""
 
     def __str__(self) -> str:
@@ -150,20 +272,3 @@ def two_arms() -> Scene:
         ),
         name="two_arms",
     )
-
-
-def find_robot(
-    robot: str | RobotDescription, robots: Registry[RobotDescription]
-) -> RobotDescription:
-    """Return the description of a robot.
-
-    Args:
-        robot: A registered name, the path of a TOML file that describes one, or a description.
-        robots: The registered descriptions.
-
-    Raises:
-        BtManipError: If there is no such robot, or its file is invalid.
-    """
-    if isinstance(robot, RobotDescription):
-        return robot
-    return read_description(robot) if str(robot).endswith(".toml") else robots.get(robot)

@@ -14,7 +14,7 @@ from bt_manip.runner import Station
 from bt_manip.testing.situations import AT_REST, Situations
 from bt_manip.testing.trial import Trial
 
-TIMEOUT = 20.0  # [s] simulated
+BEHAVIOUR_TIMEOUT = 20.0  # [s] simulated
 _NO_SUCH_NAME = "nothing_is_called_so"
 _HALTS = 6
 _BRAKING_SLACK = 0.25  # [s]
@@ -68,7 +68,7 @@ class BehaviourCase:
 
     def finish(self, trial: Trial) -> None:
         """Run to the end and check the result."""
-        status = trial.until_done(TIMEOUT)
+        status = trial.until_done(BEHAVIOUR_TIMEOUT)
         assert status.name == self.example.status, (
             f"{self.cls.__name__} ended with {status.name}, its example says "
             f"{self.example.status}\n{trial.explain()}"
@@ -110,7 +110,7 @@ def never_steps_the_physics(case: BehaviourCase) -> None:
     station = case.start()
     cell, trial = station.cell, case.trial(station)
     status = NodeStatus.RUNNING
-    for tick in range(round(TIMEOUT / 0.010)):
+    for tick in range(round(BEHAVIOUR_TIMEOUT / 0.010)):
         if status is not NodeStatus.RUNNING:
             return
         time, generation, before = cell.time, cell.generation, cell.state_bytes()
@@ -123,7 +123,7 @@ def never_steps_the_physics(case: BehaviourCase) -> None:
                 f"tick {tick + 1} of {case.cls.__name__} changes the state of the physics"
             )
         cell.step(10)
-    raise AssertionError(f"{case.cls.__name__} still runs after {TIMEOUT:g} s")
+    raise AssertionError(f"{case.cls.__name__} still runs after {BEHAVIOUR_TIMEOUT:g} s")
 
 
 def halts_in_every_state(case: BehaviourCase) -> None:
@@ -162,7 +162,7 @@ def gives_a_reason_when_it_fails(case: BehaviourCase) -> None:
         except NodeError:
             continue  # found before the run, with the node's path and a message
         try:
-            status = trial.until_done(TIMEOUT)
+            status = trial.until_done(BEHAVIOUR_TIMEOUT)
         except NodeError as error:
             raise AssertionError(
                 f"{case.cls.__name__} with {ports} raises instead of failing: "

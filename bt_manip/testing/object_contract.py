@@ -12,7 +12,7 @@ import pinocchio as pin
 from bt_manip import spatial
 from bt_manip.cell import Cell, as_object
 
-FALL = 0.02  # [m]
+DROP_HEIGHT = 0.02  # [m]
 MAX_SINKING = 1.5e-3  # [m]
 MAX_DRIFT = 1e-3  # [m] in a second at rest
 MAX_TILT = 0.02  # [rad]
@@ -70,8 +70,8 @@ def is_stable_at_rest(case: ObjectCase) -> None:
 
 def survives_a_fall(case: ObjectCase) -> None:
     """Dropped from 20 mm it comes to rest without penetrating the floor."""
-    cell, name = case.alone(FALL)
-    rest = cell.pose(name).translation[2] - FALL
+    cell, name = case.alone(DROP_HEIGHT)
+    rest = cell.pose(name).translation[2] - DROP_HEIGHT
     cell.step(2000)
     assert np.isfinite(cell.data.qpos).all()
     if name in cell.objects and as_object(cell.find(name)).free:

@@ -243,7 +243,7 @@ def tree_trial(trial: Callable[..., Trial], request: pytest.FixtureRequest) -> I
 
 
 def _injector(request: pytest.FixtureRequest, parts: Parts) -> FaultInjector | None:
-    """Return what injects the faults of the markers; None if there are none."""
+    """Return the injector of the markers' faults; None if there are none."""
     markers = list(request.node.iter_markers("fault"))
     if not markers:
         return None

@@ -11,7 +11,7 @@ from bt_manip.evaluation import EpisodeId, EpisodeResult, EpisodeWorker, Evaluat
 from bt_manip.registry import Parts
 from bt_manip.runner import Run, RunObserver, prepare, request_of
 
-MAX_CYCLE = 120.0  # [s] simulated for a cycle, after which a run is interrupted
+CYCLE_TIMEOUT = 120.0  # [s] simulated for a cycle, after which a run is interrupted
 SHORT = 3.0  # [s] simulated, after which a short run is interrupted
 EVERY = 5  # ticks between two states
 EPISODES = 6
@@ -47,7 +47,7 @@ def goes_on_from_its_state(case: RunCase) -> None:
 def goes_on_from_its_state_at_any_time(case: RunCase) -> None:
     """Check that new runs continue from states at many moments of two cycles, bit for bit."""
     shares = (0.03, 0.1, 0.2, 0.3, 0.4, 0.55, 0.7, 0.8, 0.9, 0.97)
-    _continue(case, shares, 2, 2 * MAX_CYCLE)
+    _continue(case, shares, 2, 2 * CYCLE_TIMEOUT)
 
 
 def has_the_same_episodes_in_any_process(case: RunCase) -> None:

@@ -92,7 +92,7 @@ class Situations:
 
 
 def _code(make: Make) -> object:
-    """Return what is equal for functions that one definition makes at each call of a fixture."""
+    """Return a key that is equal for all functions created by the same definition."""
     return getattr(make, "__code__", make)
 
 

@@ -9,12 +9,9 @@ from py_trees.behaviour import Behaviour
 from bt_manip.bt import Blackboard, NodeStatus, Tree
 from bt_manip.exceptions import NodeError, did_you_mean
 from bt_manip.faults import FaultInjector
-from bt_manip.runner import Run, RunLoop, Station, TreeSource
+from bt_manip.runner import TICK, Run, RunLoop, Station, TreeSource
 from bt_manip.testing.history import History, explain
 from bt_manip.testing.stubs import status_of
-
-TICK = 0.010
-"""Simulated time between two ticks [s]."""
 
 
 class Trial:

@@ -13,12 +13,11 @@ import numpy as np
 
 from bt_manip.robots import RobotModel
 
-from .kinematic_limits import KinematicLimits
+from .kinematic_limits import TINY, KinematicLimits
 from .motion_profile import MotionProfile
 from .path_constraints import PathDynamics
 
 DYNAMICS_EVERY = 4  # nodes: efforts change little in between, and inverse dynamics take long
-_TINY = 1e-9
 
 
 class LimitedPath(NamedTuple):
@@ -43,7 +42,7 @@ class LimitedPath(NamedTuple):
 
 
 class JerkBounds(NamedTuple):
-    """What jerk limits allow at n nodes.
+    """Bounds from jerk limits at n nodes.
 
     Attributes:
         lowest: Lowest path jerk.
@@ -158,11 +157,11 @@ class DecelerationLimits:
     def _lowest(self, factor: np.ndarray, rest: np.ndarray, limit: np.ndarray) -> np.ndarray:
         """Return the lowest u with ``|factor u + rest| <= limit`` for all coordinates."""
         limit = np.maximum((self.margin * limit)[:, np.newaxis], np.abs(rest))
-        low = -(limit + np.sign(factor) * rest) / np.maximum(np.abs(factor), _TINY)
+        low = -(limit + np.sign(factor) * rest) / np.maximum(np.abs(factor), TINY)
         return np.asarray(low.max(axis=1))
 
     def jerk_bounds(self, rows: np.ndarray, s_dot: np.ndarray, s_ddot: np.ndarray) -> JerkBounds:
-        """Return what jerk limits allow at n path parameters, velocities and accelerations."""
+        """Return the bounds from jerk limits at n path parameters, velocities and accelerations."""
         m = self._m
         s_dot, s_ddot = s_dot[:, np.newaxis], s_ddot[:, np.newaxis]
         d1, cubed = rows[:, :m], s_dot**3
@@ -170,12 +169,12 @@ class DecelerationLimits:
         low, high = rows[:, 2 * m : 3 * m] * cubed, rows[:, 3 * m : 4 * m] * cubed
         own = np.maximum(np.abs(low), np.abs(high))
         limit = np.maximum(self.margin * self._path.limits.jerk, own)
-        size, sign = np.maximum(np.abs(d1), _TINY), np.sign(d1)
+        size, sign = np.maximum(np.abs(d1), TINY), np.sign(d1)
         forward_low = np.where(sign < 0.0, -high, low)
         forward_high = np.where(sign < 0.0, -low, high)
         by_acceleration = sign * factor * s_ddot
         lowest = (-(limit + forward_low + by_acceleration) / size).max(axis=1)
         highest = ((limit - forward_high - by_acceleration) / size).min(axis=1)
         left = limit + np.where(factor > 0.0, low, -high)  # s_ddot < 0 acts towards this side
-        constant = -(np.maximum(left, 0.0) / np.maximum(np.abs(factor), _TINY)).min(axis=1)
+        constant = -(np.maximum(left, 0.0) / np.maximum(np.abs(factor), TINY)).min(axis=1)
         return JerkBounds(lowest, highest, (limit / size).min(axis=1), constant)

@@ -6,6 +6,9 @@ import numpy as np
 
 from bt_manip.robots import JointLimits, VelocityNearLimits
 
+TINY = 1e-9
+"""Size of numbers that count as zero, against divisions by zero."""
+
 
 class KinematicLimits(NamedTuple):
     """Limits of each coordinate of a path: the joints, then further coordinates of the path."""

@@ -12,12 +12,11 @@ import numpy as np
 from bt_manip.exceptions import MotionError
 from bt_manip.robots import RobotModel
 
-from .kinematic_limits import KinematicLimits
+from .kinematic_limits import TINY, KinematicLimits
 from .paths import Path
 
 MAX_DAMPING = 0.9  # of the effort left for moving, at most, taken by damping
 NEGLIGIBLE_DAMPING = 0.05  # of an effort limit: whether damping is known exactly does not matter
-_TINY = 1e-9
 
 
 class PathDynamics(NamedTuple):
@@ -100,13 +99,13 @@ class PathConstraints:
             # The damping of some models takes all effort that gravity leaves (or adds) before the
             # joint is at its velocity limit.
             left = effort - model.friction - np.sign(d1[:, : model.nq]) * dynamics.gravity
-            damping_limited = MAX_DAMPING * left / (model.damping + _TINY)
+            damping_limited = MAX_DAMPING * left / (model.damping + TINY)
             velocity[:, : path.nq] = np.minimum(velocity[:, : path.nq], damping_limited)
             full_damping = model.damping * model.limits.velocity
             self.damped = bool((full_damping > NEGLIGIBLE_DAMPING * effort).any())
             self.a = np.hstack([self.a, dynamics.mass])
             self.b = np.hstack([self.b, dynamics.coriolis])
-        self.max_s_dot = (velocity / (np.abs(d1) + _TINY)).min(axis=1)
+        self.max_s_dot = (velocity / (np.abs(d1) + TINY)).min(axis=1)
 
     def bounds(self, s_dot: np.ndarray) -> np.ndarray:
         """Return above and below, with the damping of given path velocities."""  # (2, n, k)

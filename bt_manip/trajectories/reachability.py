@@ -8,9 +8,10 @@ one of them at each point.
 
 import numpy as np
 
+from .kinematic_limits import TINY
+
 KEPT = 0.5  # of x kept from one point to the next, at least: keeps a joint that hardly moves, but
 # bends, from stopping the whole motion
-_TINY = 1e-9
 
 
 def time_optimal_velocities(
@@ -28,7 +29,7 @@ def time_optimal_velocities(
     n = len(max_x)
     h = 1.0 / (n - 1)
     # The constraints as lowest <= u - slope x <= highest.
-    moves = np.abs(a) > _TINY
+    moves = np.abs(a) > TINY
     divisor = np.where(moves, a, 1.0)
     slope = np.where(moves, -b / divisor, 0.0)
     ends = above / divisor, -below / divisor
@@ -37,7 +38,7 @@ def time_optimal_velocities(
     # Where a joint reverses within a few steps, its constraint bounds x: with a greater x, its u
     # would leave less than the share `KEPT` of x after one step.
     curvature = np.abs(b) - (1.0 - KEPT) / (2.0 * h) * np.abs(a)
-    curved = curvature > _TINY
+    curved = curvature > TINY
     bound = np.where(b > 0.0, above, below) / np.where(curved, curvature, 1.0)
     max_x = np.minimum(max_x, np.where(curved, bound, np.inf).min(axis=1))
     max_x = np.minimum(max_x, _max_admissible(slope, highest, lowest))
@@ -62,13 +63,13 @@ def time_optimal_velocities(
 
 def _inverse(x: np.ndarray) -> np.ndarray:
     """Return 1 / x where x is positive, otherwise 0."""
-    positive = x > _TINY
+    positive = x > TINY
     return np.where(positive, 1.0 / np.where(positive, x, 1.0), 0.0)
 
 
 def _ratio(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Return x / y where y is positive, otherwise infinity."""
-    positive = y > _TINY
+    positive = y > TINY
     return np.where(positive, x / np.where(positive, y, 1.0), np.inf)
 
 
@@ -76,5 +77,5 @@ def _max_admissible(slope: np.ndarray, highest: np.ndarray, lowest: np.ndarray) 
     """Return the greatest x at which the constraints leave some u (maximum velocity curve)."""
     closing = slope[:, np.newaxis, :] - slope[:, :, np.newaxis]
     apart = highest[:, :, np.newaxis] - lowest[:, np.newaxis, :]
-    meets = closing > _TINY
+    meets = closing > TINY
     return np.where(meets, apart / np.where(meets, closing, 1.0), np.inf).min(axis=(1, 2))  # (n,)

@@ -15,10 +15,10 @@ import numpy as np
 from bt_manip.robots import RobotModel
 
 from .deceleration_limits import DecelerationLimits, JerkBounds, LimitedPath
-from .kinematic_limits import KinematicLimits
+from .kinematic_limits import TINY, KinematicLimits
 from .motion_profile import MotionProfile, ScalarState, integrate_acceleration
 
-STEP = 1e-3  # [s] of constant path jerk
+STOP_STEP = 1e-3  # [s] of constant path jerk
 MIN_STEP = 1e-4  # [s] for short stops
 MIN_STEPS, MAX_STEPS = 100, 250  # of a stop; the latter bounds the computing
 STOP_MARGINS = (0.995, 0.995, 0.995, 0.995, 0.96, 0.96, 0.9)
@@ -32,7 +32,6 @@ MIN_FINAL_JERK = 0.1  # of the greatest path jerk at rest, for the last phase
 FINAL_JERK = 0.97  # of the highest path jerk, for the last phase
 GUESS_EVERY = 2  # nodes that the forward pass takes at once
 GUESS_LEVELS = 8  # path velocities between which its lowest acceleration is interpolated
-_TINY = 1e-9
 
 
 def shortest_stop_time(v: np.ndarray, a: np.ndarray, limits: KinematicLimits) -> float:
@@ -72,11 +71,11 @@ def stop_profiles(
     s, s_dot, s_ddot = start
     ramp = float((path.limits.acceleration / path.limits.jerk).max())
     fastest = s_dot + max(0.0, s_ddot) * ramp
-    if fastest <= _TINY:
+    if fastest <= TINY:
         return
     _, d1, d2 = (rows[0] for rows in path.evaluate(np.array([s])))
     shortest = shortest_stop_time(d1 * s_dot, d2 * s_dot * s_dot + d1 * s_ddot, path.limits)
-    limits = DecelerationLimits(path, s, fastest * STEP, model, effort_fraction)
+    limits = DecelerationLimits(path, s, fastest * STOP_STEP, model, effort_fraction)
     samples = _first_guess(limits, start, shortest, path.end)
     for limits.margin in STOP_MARGINS:
         found = None if samples is None else _iterate(limits, start, samples, path.end)
@@ -105,7 +104,7 @@ def _first_guess(
 ) -> _Samples | None:
     """Integrate the greatest deceleration, ignoring jerk; None when the path ends before."""
     s, s_dot, _ = start
-    levels = np.linspace(0.0, max(s_dot, _TINY), GUESS_LEVELS + 1)
+    levels = np.linspace(0.0, max(s_dot, TINY), GUESS_LEVELS + 1)
     apart = float(levels[1])
 
     def lowest(row: list[float], velocity: float) -> float:
@@ -117,7 +116,7 @@ def _first_guess(
     while velocities[-1] > 0.0:
         n, velocity = len(velocities) - 1, velocities[-1]
         if n + 1 >= len(rows):
-            wanted = max(2 * GUESS_EVERY * len(rows), int(0.6 * shortest / STEP) + 10)
+            wanted = max(2 * GUESS_EVERY * len(rows), int(0.6 * shortest / STOP_STEP) + 10)
             if not limits.extend(wanted):
                 return None
             new = limits.nodes(GUESS_EVERY * len(rows))[::GUESS_EVERY]
@@ -135,7 +134,7 @@ def _first_guess(
     t = np.concatenate([[0.0], np.cumsum(2.0 * moved / (v[1:] + v[:-1]))])
     acceleration = np.append(np.diff(v) / np.diff(t), 0.0)
     duration = max(float(t[-1]), shortest)
-    step = max(MIN_STEP, min(STEP, duration / MIN_STEPS), duration / MAX_STEPS)
+    step = max(MIN_STEP, min(STOP_STEP, duration / MIN_STEPS), duration / MAX_STEPS)
     times = step * np.arange(int(1.1 * duration / step) + 16)
     position = np.minimum(s + np.concatenate([[0.0], np.cumsum(moved)]), end)
     path = (np.interp(times, t, column) for column in (position, v, acceleration))
@@ -230,5 +229,5 @@ def _with_final_phase(
         [step * np.arange(i + 1), step * (i + part) + duration * np.append(0.0, share)]
     )
     acceleration = np.concatenate([s_ddot[: i + 1], [low], final])
-    distinct = np.append(True, np.diff(t) > _TINY)
+    distinct = np.append(True, np.diff(t) > TINY)
     return integrate_acceleration(start, t[distinct], acceleration[distinct])

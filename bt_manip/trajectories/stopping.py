@@ -112,7 +112,7 @@ def _stop_on_path(nominal: PathTrajectory, state: ScalarState) -> _StopProblem:
 def _first_stop(
     problems: Iterable[_StopProblem], model: RobotModel, tail: Trajectory
 ) -> Trajectory | None:
-    """Return the first stop inside the limits that is shorter than what is left of the motion."""
+    """Return the first stop inside the limits that is shorter than the rest of the motion."""
     for problem in problems:
         path, (s, s_dot, s_ddot), _ = problem
         _, d1, d2 = (rows[0] for rows in path.evaluate(np.array([s])))

@@ -13,6 +13,7 @@ import numpy as np
 
 from bt_manip.robots import RobotModel
 
+from .kinematic_limits import TINY
 from .limit_check import (
     CONTROL_STEP,
     EFFORT_FRACTION,
@@ -49,7 +50,6 @@ NEAR_OPTIMAL = 0.8  # smallest of these with which a change need not be improved
 RISE_TIMES = (0.05, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2)  # [s] from rest, tried where no margin succeeds
 MAX_S_DDOT = 100.0  # [1/s]
 _SMALL_CORRECTION = 0.25  # of a change, up to which it is corrected in proportion
-_TINY = 1e-9
 
 
 class SpeedScaleChange(NamedTuple):
@@ -106,7 +106,7 @@ def change_speed_scale(
 def at_speed_scale(nominal: Trajectory, s: float, speed_scale: float) -> TimeScaledTrajectory:
     """Return the rest of a trajectory from its time s [s] on, at a constant speed scale."""
     left, end = (0.0, s) if speed_scale == 0.0 else (nominal.duration - s, nominal.duration)
-    duration = left / max(speed_scale, _TINY)
+    duration = left / max(speed_scale, TINY)
     profile = MotionProfile([[0.0, s, speed_scale, 0.0, 0.0]], duration, end)
     return TimeScaledTrajectory(nominal, profile)
 
@@ -129,7 +129,7 @@ def _inside(
     if backwards or not use.inside or has_jump(samples, limits.jerk):
         return False
     first = np.arange(0.0, changing, EFFORT_STEP)
-    rest = np.arange(changing, trajectory.duration, EFFORT_STEP / max(speed_scale, _TINY))
+    rest = np.arange(changing, trajectory.duration, EFFORT_STEP / max(speed_scale, TINY))
     effort = sampled_effort_use(model, *trajectory.sample(np.concatenate([first, rest])))
     return effort <= EFFORT_FRACTION or effort <= effort_use(trajectory.nominal, model)
 
@@ -190,7 +190,7 @@ def _forward_pass(
     speeds = np.full(len(path), speed_scale)
     sign = 1.0 if speed_scale > s_dot else -1.0
     step = path[1] - path[0]
-    moves = np.abs(factors) > _TINY
+    moves = np.abs(factors) > TINY
     divisor = np.where(moves, factors, 1.0)
     x = s_dot * s_dot
     for i in range(len(path)):

@@ -11,7 +11,7 @@ import numpy as np
 
 from bt_manip.robots import RobotModel
 
-from .kinematic_limits import KinematicLimits
+from .kinematic_limits import TINY, KinematicLimits
 from .limit_check import CONTROL_STEP, effort_times, motor_efforts
 from .motion_profile import MotionProfile, integrate_acceleration
 from .path_constraints import PathConstraints
@@ -25,7 +25,6 @@ SMOOTHING = (0.5, 1.0, 1.7)  # steps, in the time a joint's acceleration takes t
 MAX_TIMING_STEPS = 250  # of a profile, which bounds its size
 AIM = 0.999  # fraction of a limit to which an excess is corrected
 DAMPING_ITERATIONS = 8  # for the velocity at which damping is evaluated, where not negligible
-_TINY = 1e-9
 
 
 class TimeOptimalParameterization:
@@ -104,7 +103,7 @@ class TimeOptimalParameterization:
 
     def _bounds(self) -> np.ndarray:
         """Return the bounds above and below."""  # (2, n, k)
-        return np.maximum(self._share * self._constraints.bounds(self._damping_s_dot), _TINY)
+        return np.maximum(self._share * self._constraints.bounds(self._damping_s_dot), TINY)
 
     def _solve(self, iterations: int) -> np.ndarray:
         """Return the greatest s_dot, with the damping at that of the previous iteration."""  # (n,)
@@ -142,7 +141,7 @@ def _max_in_spans(
 
 def _smoothed(s: np.ndarray, s_dot: np.ndarray, step: float) -> MotionProfile:
     """Return the profile with its acceleration averaged over two steps and linear in between."""
-    intervals = 2.0 * np.diff(s) / np.maximum(s_dot[1:] + s_dot[:-1], _TINY)
+    intervals = 2.0 * np.diff(s) / np.maximum(s_dot[1:] + s_dot[:-1], TINY)
     t = np.concatenate([[0.0], np.cumsum(intervals)])
     n = max(
         2, int(np.ceil(t[-1] / max(step, t[-1] / MAX_TIMING_STEPS)))

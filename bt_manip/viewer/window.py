@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 FRAME_PERIOD = 1.0 / 60.0
 """Wall time between two frames [s]."""
 
-CLOSING = 5.0
+CLOSING_TIME = 5.0
 """Longest wall time to wait for the viewer's thread [s]; drawing in software takes seconds."""
 
 FREE_CAMERA = (-125.0, -20.0)
@@ -108,7 +108,7 @@ class Window(RunObserver):
         handle.close()
         # A thread that still draws while Python shuts down crashes the process.
         for thread in self._threads:
-            thread.join(CLOSING)
+            thread.join(CLOSING_TIME)
 
     def _show(self) -> None:
         with self._handle.lock():

@@ -23,8 +23,11 @@ def test_numbers_are_those_of_robot_and_objects(station):
     observations = Observations(station.cell, station.robots)
     found = observations.read()
     assert found.keys() == observations.specs.keys()
-    for name, (shape, dtype, _) in observations.specs.items():
+    for name, (shape, dtype, _, _) in observations.specs.items():
         assert found[name].shape == shape and found[name].dtype == dtype
+    groups = {name: one.group for name, one in observations.specs.items()}
+    assert {groups[name] for name in found if name.startswith("robot_")} == {"robot"}
+    assert {groups[name] for name in found if not name.startswith("robot_")} == {"simulator"}
     assert found["robot_joint_positions"] == pytest.approx(station.robot.q, abs=1e-6)
     assert found["robot_gripper_opening"] == pytest.approx(1.0, abs=1e-3)
     assert found["cube_position"] == pytest.approx(station.cell.pose("cube").translation, abs=1e-6)
@@ -36,6 +39,8 @@ def test_images_show_the_entities(station, opengl):
     images = Images(("rgb", "depth", "segmentation"), width=160, height=120)
     observations = Observations(station.cell, station.robots, images)
     found = observations.read()
+    groups = [observations.specs[f"overview_{kind}"].group for kind in images.kinds]
+    assert groups == ["robot", "robot", "simulator"]
     observations.close()
     assert found["overview_rgb"].shape == (120, 160, 3) and found["overview_rgb"].std() > 10.0
     numbers = {name: i for i, name in enumerate(observations.entities)}

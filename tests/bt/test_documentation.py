@@ -23,8 +23,8 @@ def page(repository):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_every_built_in_node_is_on_the_page(page, name):
-    assert f"\n### {name}\n" in page
+def test_every_node_has_a_section(name):
+    assert f"\n### {name}\n" in tool.node_reference()
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -40,10 +40,6 @@ def test_the_table_of_a_node_covers_every_status_and_the_halt(name):
         words = ["halt", "FAILURE"]
 
     assert all(f"{word}" in table for word in words)
-
-
-def test_the_sections_of_nodes_are_up_to_date(page):
-    assert tool.replace_reference(page) == page
 
 
 def test_every_script_around_a_tick_is_on_the_page(page):

@@ -136,6 +136,19 @@ def test_a_goal_of_python_is_written_to_xml(registry):
     assert tree_to_xml(document, registry) == XML.format(text)
 
 
+def test_a_task_is_a_sentence_or_the_id_in_words(registry):
+    given = XML.replace("_goal", '_task="put it there" _goal').format(BOTH)
+    tree = parse_tree(given, registry)
+    assert tree.task == "put it there"
+    made: dict = {}
+    exec(to_python(tree.document, registry), made)
+    assert '_task="put it there"' in tree_to_xml(made["document"](), registry)
+    for tree_id, words in (("PickPlace2", "pick place2"), ("pick_place", "pick place")):
+        assert Tree(AlwaysSuccess(), tree_id=tree_id).task == words
+    written = tree_to_xml(Tree(AlwaysSuccess(), tree_id="Main", task="do it"), registry)
+    assert parse_tree(written, registry).task == "do it"
+
+
 def test_a_goal_consists_of_conditions():
     with pytest.raises(TreeError, match="a goal consists of conditions, got AlwaysSuccess"):
         Tree(AlwaysSuccess(), goal=AlwaysSuccess())

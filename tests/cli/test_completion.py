@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from click.shell_completion import ShellComplete
 
+from bt_manip.cli import completion
 from bt_manip.cli.app import app
 
 
@@ -32,6 +33,7 @@ def completed(*words: object) -> list[str]:
         (("tree", "show", "pick"), "pick_place"),
         (("scene", "show", "tab"), "table_and_basket"),
         (("list", "beh"), "behaviours"),
+        (("list", "Gra"), "Grasp"),
         (("list", "behaviours", "Gra"), "Grasp"),
         (("list", "behaviours", "Seq"), "Sequence"),
         (("list", "robots", ""), "panda"),
@@ -57,9 +59,9 @@ def test_of_an_unknown_tree_no_keys_are_offered(tree):
     assert completed("run", tree, "--set", "") == []
 
 
-def test_the_command_of_the_readme_gives_the_shell_its_script():
-    readme = (Path(__file__).resolve().parents[2] / "README.md").read_text()
-    (variable, value) = re.findall(r"\$\((\w+)=(\w+) bt-manip\)", readme)[0]
+def test_the_command_of_the_guide_gives_the_shell_its_script():
+    page = (Path(__file__).resolve().parents[2] / "docs" / "start.md").read_text()
+    (variable, value) = re.findall(r"\$\((\w+)=(\w+) bt-manip\)", page)[0]
     done = subprocess.run(
         [sys.executable, "-m", "bt_manip"], env={**os.environ, variable: value},
         capture_output=True, text=True,
@@ -72,3 +74,62 @@ def test_where_no_name_fits_the_shell_completes_files(trees):
     shell = ShellComplete(app, {}, "bt-manip", "_BT_MANIP_COMPLETE")
     (item,) = shell.get_completions(["run"], str(trees)[:-3])
     assert item.type == "file"
+
+
+# The second TAB
+
+
+@pytest.fixture
+def cache(tmp_path, monkeypatch):
+    """Give the folder of the cache, which is empty."""
+    monkeypatch.setenv("BT_MANIP_CACHE", str(tmp_path / "cache"))
+    return tmp_path / "cache" / "completion"
+
+
+@pytest.fixture
+def loads(monkeypatch):
+    """Count how often plugins are loaded."""
+    counted = []
+    load = completion._plugins
+    monkeypatch.setattr(completion, "_plugins", lambda ctx: counted.append(ctx) or load(ctx))
+    return counted
+
+
+@pytest.mark.parametrize(
+    "words", [("run", "pick_"), ("run", "pick_place", "--set", ""), ("list", "Gra")]
+)
+def test_the_second_tab_loads_no_plugin(cache, loads, words):
+    first = completed(*words)
+    assert first and loads
+    loads.clear()
+    assert completed(*words) == first
+    assert not loads
+
+
+def test_a_plugin_that_is_edited_is_asked_again(cache, loads, tmp_path):
+    plugin = tmp_path / "plugins" / "trees_of_mine.py"
+    plugin.parent.mkdir()
+    plugin.write_text("from bt_manip import hookimpl\n")
+    for _ in range(2):
+        assert "pick_place" in completed("run", "--plugins-dir", plugin.parent, "")
+    assert len(loads) == 1
+    plugin.write_text("from bt_manip import hookimpl  # edited\n")
+    assert "pick_place" in completed("run", "--plugins-dir", plugin.parent, "")
+    assert len(loads) == 2
+
+
+def test_keys_are_read_again_from_a_tree_that_is_edited(cache, trees):
+    assert completed("run", f"{trees}:quick", "--set", "") == ["name="]
+    trees.write_text(trees.read_text().replace("name", "another"))
+    assert completed("run", f"{trees}:quick", "--set", "") == ["another="]
+
+
+@pytest.mark.parametrize("text", ["", "{}", '{"stamp": 1, "answers": 2}', "[1, 2"])
+def test_a_damaged_cache_is_made_anew(cache, loads, text):
+    first = completed("run", "pick_")
+    for file in cache.iterdir():
+        file.write_text(text)
+    assert completed("run", "pick_") == first
+    loads.clear()
+    assert completed("run", "pick_") == first
+    assert not loads

@@ -11,8 +11,10 @@ import pytest
 from bt_manip.demonstrations import read_demonstrations
 
 TREE = """
+import os
+
 from bt_manip.behaviours import Hover, ObjectExists, SpawnObject
-from bt_manip.bt import Sequence, Tree
+from bt_manip.bt import Action, Sequence, Tree
 
 
 def tree(goal="{cube}"):
@@ -22,6 +24,19 @@ def tree(goal="{cube}"):
 
 def aimless():
     return tree("nothing")
+
+
+class Leave(Action):
+    def update(self):
+        os._exit(0)
+
+
+def leaving():
+    return Tree(Sequence("task", tree().root, Leave()))
+
+
+def gone():
+    return Tree(Leave())
 """
 
 
@@ -56,6 +71,13 @@ def test_episodes_are_recorded_and_exported(record, bt_manip, tmp_path):
         assert (code, out, err) == (0, f"{file}: 2 demonstrations\n", "")
     with h5py.File(tmp_path / "d.hdf5") as file:
         assert file["data"].attrs["total"] == 2
+        assert "cube_position" in file["data/demo_0/obs"]
+    words = "--format", "robomimic", "-o", tmp_path / "d.hdf5", "--observations", "robot"
+    assert bt_manip("demos", "export", folder, *words).code == 0
+    with h5py.File(tmp_path / "d.hdf5") as file:
+        assert {name.partition("_")[0] for name in file["data/demo_0/obs"]} == {"robot"}
+    manifest = json.loads((folder / "manifest.json").read_text())
+    assert manifest["task"] == "tree"
 
 
 def test_the_same_command_continues_and_others_are_refused(record, tmp_path):
@@ -70,11 +92,34 @@ def test_the_same_command_continues_and_others_are_refused(record, tmp_path):
     assert code == 2 and "holds demonstrations that differ in seed: choose" in err
 
 
+def test_a_folder_is_recorded_by_one_process_at_a_time(record, tmp_path):
+    assert record("--episodes", 1).code == 0
+    store = read_demonstrations(tmp_path / "demos")
+    with store.recording():
+        code, out, err = record("--episodes", 2)
+        assert (code, out) == (2, "") and store.episodes() == [0]
+        assert err == f"Error: '{store.folder}' is being recorded by another process\n"
+        assert [one.episode for one in store] == [0]
+    assert {path.name for path in store.folder.iterdir()} == {"manifest.json", "episode_000000.h5"}
+
+
 def test_failed_episodes_are_named_with_the_reason(record):
     code, out, _ = record("--episodes", 1, name="aimless")
     assert code == 1
     assert out.startswith("episode 0 failed: the cell has no object 'nothing'\n")
     assert out.endswith("0 of 1 succeeded, 0 steps\n")
+
+
+def test_an_episode_that_ends_its_process_failed(record):
+    code, out, err = record("--episodes", 1, name="leaving")
+    assert (code, err) == (1, "")
+    assert out.startswith("episode 0 failed: its process ended with exit code 0\n")
+
+
+def test_a_tree_that_ends_its_process_before_it_moves_is_refused(record):
+    code, out, err = record("--episodes", 1, name="gone")
+    assert (code, out) == (2, "")
+    assert err == "Error: the first episode: its process ended with exit code 0\n"
 
 
 def test_a_killed_command_goes_on_with_the_same_digests(bt_manip, path, tmp_path):

@@ -31,6 +31,11 @@ def test_the_rate_the_reasons_and_what_to_look_at_are_printed(evaluate, bt_manip
     assert "kg is heavy" in json.loads(report.read_text())["cycles"][0]["reason"]
 
 
+def test_episodes_that_end_their_process_are_failed_rows(evaluate):
+    code, out, _ = evaluate("--episodes", 1, tree="leaving")
+    assert code == 1 and "its process ended with exit code 0" in out
+
+
 def test_results_are_continued_and_others_refused(evaluate, tmp_path):
     pytest.importorskip("pyarrow")
     folder = tmp_path / "out"
@@ -69,7 +74,22 @@ def test_two_values_are_compared_on_the_same_episodes(evaluate):
     assert "0 succeeded with both, 0 with A only, 8 with B only, 0 with neither" in out
     assert "p = 0.00781" in out  # 2 / 2**8
     assert "A alone failed in episodes 0, 1, 2, 3, 4, 5, 6, 7" in out
-    assert "--set limit=0.0001 --episode 0 --view" in out
+    for episode in range(8):
+        assert f"--set limit=0.0001 --episode {episode} --view" in out
+
+
+def test_the_command_of_a_differing_episode_repeats_it(evaluate, bt_manip, tmp_path):
+    words = "--vary", "scene.objects.cube.mass=0.02,0.3", "--episodes", 2, "--set", "limit=0.1"
+    _, out, _ = evaluate(*words, command="sweep")
+    commands = [line.split()[1:-1] for line in out.splitlines() if line.startswith("  bt-manip")]
+    assert len(commands) == 2 and "--vary" in commands[1]
+    report = tmp_path / "report.json"
+    assert bt_manip(*commands[1], "--quiet", "--report", report).code == 1
+    found = json.loads(report.read_text())
+    assert found["varied"] == {"scene.objects.cube.mass": 0.3}
+    assert found["cycles"][0]["randomized"]["objects"]["cube"]["mass"] == 0.3
+    code, _, err = bt_manip(*commands[1], "--vary", "controller.kp=1,2")
+    assert code == 2 and "--vary controller.kp: a run has one value" in err
 
 
 def test_stopping_early_says_that_it_biases(evaluate):

@@ -51,6 +51,34 @@ def test_an_unknown_part_is_bad_input_with_the_nearest_name(bt_manip):
     assert "there is no 'Graps'; did you mean 'Grasp'" in err
 
 
+def test_a_name_alone_is_enough(bt_manip):
+    assert bt_manip("list", "Hover") == bt_manip("list", "behaviours", "Hover")
+
+
+def test_parts_of_one_name_are_told_apart_by_their_kinds(bt_manip):
+    out = bt_manip("list", "two_arms").out.splitlines()
+    assert [line for line in out if line in ("trees:", "scenes:")] == ["trees:", "scenes:"]
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("Hovr",), "there is no kind or part 'Hovr'; did you mean 'Hover'"),
+        (("behaviors", "Hover"), "there is no kind 'behaviors'; did you mean 'behaviours'"),
+    ],
+)
+def test_what_is_neither_a_kind_nor_a_part_is_bad_input(bt_manip, words, message):
+    code, _, err = bt_manip("list", *words)
+    assert code == 2
+    assert message in err
+
+
+def test_the_parameters_of_an_object_are_listed_with_their_defaults(bt_manip):
+    out = bt_manip("list", "objects", "shelf").out
+    assert "  boards (default 3)\n" in out and "  size (default (0.25, 0.6, 0.7))\n" in out
+    assert "  mass (default as in its model)\n" in bt_manip("list", "objects", "cube").out
+
+
 def test_the_options_of_a_recorder_are_listed_with_their_defaults(bt_manip):
     out = bt_manip("list", "recorders", "video").out
     assert out.startswith("video (builtin)") and "  size=1280x720\n" in out

@@ -46,7 +46,7 @@ def test_bad_input_is_one_line(bt_manip, recording, tmp_path):
     (tmp_path / "text.mcap").write_text("no recording")
     (tmp_path / "cut.mcap").write_bytes(recording.read_bytes()[:500])
     for name, message in (
-        ("missing.mcap", "cannot read .*missing.mcap: No such file or directory"),
+        ("missing.mcap", "cannot read .*missing.mcap': No such file or directory"),
         ("text.mcap", "text.mcap is no MCAP file"),
         ("cut.mcap", "cut.mcap has no complete chunk: it has no scene"),
     ):

@@ -18,9 +18,29 @@ def test_the_report_is_written_beside_the_recording_or_to_the_given_file(bt_mani
     assert len((tmp_path / "other.html").read_bytes()) == pytest.approx(len(beside), rel=0.01)
 
 
+@pytest.mark.parametrize("name", ["run.json", "run.jsonl"])
+def test_the_cycles_of_a_report_are_printed(bt_manip, trees, tmp_path, name):
+    path = tmp_path / name
+    assert bt_manip("run", f"{trees}:failing", "--report", path).code == 1
+    code, out, err = bt_manip("report", path)
+    assert (code, err) == (0, "") and list(tmp_path.glob("*.html")) == []
+    assert "FAILURE" in out and "cycle 1: look" in out and "0 of 1 cycles succeeded" in out
+    text = path.read_text()
+    if name == "run.json":
+        path.write_text(text.replace('"status": "FAILURE"', '"status": "RUNNING"', 1))
+    else:
+        path.write_text("".join(text.splitlines(keepends=True)[:-1]))
+    code, out, _ = bt_manip("report", path)
+    assert code == 0 and "the run ended without an end: its process was killed or has left" in (
+        " ".join(out.split())
+    )
+
+
 @pytest.mark.parametrize(
     ("name", "content", "message"),
     [
+        ("text.json", b"[1]", "is not a report"),
+        ("missing.jsonl", None, "cannot be read"),
         ("missing.mcap", None, "cannot read"),
         ("text.mcap", b"no recording", "is no MCAP file"),
         ("empty.mcap", b"\x89MCAP0\r\n", "is not the recording of a run"),

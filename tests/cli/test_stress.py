@@ -4,9 +4,14 @@ import json
 
 import pytest
 
+from bt_manip.cli.stress import print_table
+from bt_manip.evaluation import StressEpisode, StressPhase, StressResult, StressTable
+
 TREE = """
+import os
+
 from bt_manip.behaviours import ObjectExists, SpawnObject
-from bt_manip.bt import Sequence, Sleep, Tree
+from bt_manip.bt import Action, Input, Sequence, Sleep, Status, Tree
 
 
 def tree(goal="{object}"):
@@ -16,6 +21,24 @@ def tree(goal="{object}"):
 
 def aimless():
     return tree("")
+
+
+class Leave(Action):
+    least = Input(float, doc="Mass of the cube with which the process ends [kg].")
+
+    def setup(self, **infrastructure):
+        self.cell = infrastructure["cell"]
+
+    def update(self):
+        if self.cell.overrides.get("cube", {}).get("mass", 0.0) >= self.least:
+            os._exit(0)
+        return Status.SUCCESS
+
+
+def leaving(least=0.0):
+    task = tree().root
+    task.add_child(Leave(least=least))
+    return Tree(task, goal=ObjectExists(object="{object}"))
 """
 
 
@@ -64,6 +87,34 @@ def test_a_tree_without_a_goal_is_refused(stress):
     code, _, err = stress(name="aimless")
     assert code == 2 and len(err.splitlines()) == 1
     assert "declares no goal to judge it by; add one to its main <BehaviorTree>" in err
+
+
+def test_a_fault_with_which_the_process_ends_is_a_failed_case(stress):
+    code, out, err = stress("--faults", "heavy,push", "--set", "least=5", name="leaving")
+    assert (code, err) == (0, "")
+    assert "2 faults: 1 recovered, 1 failed" in out
+    assert "heavy F (work 1): its process ended with exit code 0" in out
+
+
+def test_a_tree_that_ends_its_process_is_refused(stress):
+    code, out, err = stress("--faults", "push", name="leaving")
+    assert (code, out) == (2, "")
+    assert err == "Error: the undisturbed cycle: its process ended with exit code 0\n"
+
+
+def test_wide_tables_are_split_and_many_phases_are_rows(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "40")
+    phases = [StressPhase(f"phase {i}", f"a/phase {i}", 1.0) for i in range(5)]
+
+    def lines(faults):
+        episodes = [StressEpisode(fault, phase, 0) for fault in faults for phase in phases]
+        print_table(StressTable([StressResult(episode, "recovered") for episode in episodes]))
+        return [line.split() for line in capsys.readouterr().out.splitlines()]
+
+    assert lines(["push", "heavy"])[:2] == [["phase", "push", "heavy"], ["phase", "0", "R1", "R1"]]
+    shown = lines([f"f{i}" for i in range(9)])
+    assert shown[0] == ["fault", "phase", "0", "phase", "1", "phase", "2"]
+    assert shown[10] == ["fault", "phase", "3", "phase", "4"]
 
 
 def test_ctrl_c_ends_at_once_with_the_table_so_far(terminal, tmp_path):

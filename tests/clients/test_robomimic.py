@@ -33,13 +33,16 @@ OBSERVED = (
 
 @pytest.fixture(scope="module")
 def file(tmp_path_factory):
+    return export(tmp_path_factory.mktemp("robomimic"), DEMONSTRATIONS)
+
+
+def export(folder, episodes, *options):
     """Record and export demonstrations by the commands."""
-    folder = tmp_path_factory.mktemp("robomimic")
     command = [sys.executable, "-m", "bt_manip", "demos"]
-    demos = ["pick_place", "--episodes", str(DEMONSTRATIONS), "--seed", "1000", "--to", "demos"]
-    export = ["export", "demos", "--format", "robomimic", "-o", "demos.hdf5"]
-    for words in (demos, [*export, "--actions", "cartesian_deltas"]):
-        subprocess.run([*command, *words], cwd=folder, check=True, capture_output=True)
+    demos = ["pick_place", "--episodes", str(episodes), "--seed", "1000", "--to", "demos", *options]
+    words = ["export", "demos", "--format", "robomimic", "-o", "demos.hdf5"]
+    for given in (demos, [*words, "--actions", "cartesian_deltas"]):
+        subprocess.run([*command, *given], cwd=folder, check=True, capture_output=True)
     return folder / "demos.hdf5"
 
 
@@ -123,3 +126,27 @@ def test_its_dataset_gives_the_recorded_sequences(file):
     data = SequenceDataset(str(file), obs_keys=OBSERVED[:1], dataset_keys=keys, seq_length=2)
     assert len(data) == total
     np.testing.assert_allclose(data[0]["actions"], actions)
+
+
+def test_images_of_its_loader_are_those_of_the_environment(tmp_path, opengl):
+    from robomimic.utils.dataset import SequenceDataset
+
+    path = export(tmp_path, 1, "--images", "overview", "--size", "32x24")
+    config = config_factory("bc")
+    with config.values_unlocked():
+        config.observation.modalities.obs.low_dim = ["robot_joint_positions"]
+        config.observation.modalities.obs.rgb = ["overview_rgb"]
+    obs_utils.initialize_obs_utils_with_config(config)
+    names = ("robot_joint_positions", "overview_rgb")
+    data = SequenceDataset(str(path), obs_keys=names, dataset_keys=("actions",), seq_length=1)
+    env = RobomimicEnvironment.from_file(path)
+    env.seed(1000)
+    observed = [env.reset()["overview_rgb"], env.step(data[0]["actions"][0])[0]["overview_rgb"]]
+    for i, image in enumerate(observed):
+        # The dataset has the image as recorded; its batches are processed as the environment's.
+        loaded = {"overview_rgb": data[i]["obs"]["overview_rgb"][0]}
+        expected = obs_utils.process_obs_dict(loaded)["overview_rgb"]
+        assert image.shape == expected.shape == (3, 24, 32) and image.dtype == np.float32
+        assert 0.0 <= image.min() < image.max() <= 1.0 and expected.std() > 0.05
+        np.testing.assert_allclose(image, expected, atol=0.05)
+    env.env.close()

@@ -34,7 +34,7 @@ def compare(
         path = np.vstack([start, discretize_segment(start, end, 2e-3)])
         space = FreeSpace(world, start, clearance=(0.0, 4e-3, 8e-3)[k % 3])
         known_free = space.known_free(path)
-        found = np.array([space.keeps_distance(q) for q in path])
+        found = np.array([space._keeps(q, space._clearance) for q in path])
         assert not (known_free & ~found).any(), (start, end)
         count, free, known = count + len(path), free + found.sum(), known + known_free.sum()
     return count, free, known

@@ -16,12 +16,21 @@ def described(names, bound):
 
 IDENTITY = {
     "tree": "pick",
+    "task": "pick the cube up",
     "step_s": 0.05,
-    "robot": "panda",
+    "robot": "panda, ur5e",  # those of the robots: the scene names one of them
+    "controller": "computed_torque",
+    "planner": "lazy",
+    "request": {"robot": "panda", "controller": "computed_torque", "planner": "lazy"},
     "scene": "table_and_basket",
     "settings": {"cube": "auto"},
     "images": {"kinds": []},
     "tick_s": 0.05,
+    "observations": {
+        "joint_positions": {"group": "robot"},
+        "overview_rgb": {"group": "robot"},
+        "cube_position": {"group": "simulator"},
+    },
     "actions": {
         "joint_targets": described("abc", 4.0),
         "cartesian_deltas": described("abcdefg", 2.0),
@@ -40,6 +49,7 @@ def make_demonstration():
             f"{episode:064}",
             {
                 "joint_positions": rng.normal(size=(steps + 1, 2)),
+                "cube_position": rng.normal(size=(steps + 1, 3)),
                 "overview_rgb": rng.integers(0, 256, (steps + 1, 8, 12, 3), dtype=np.uint8),
             },
             {

@@ -16,22 +16,26 @@ from lerobot.datasets.lerobot_dataset import LeRobotDataset
 dataset = LeRobotDataset("bt_manip/dataset", root=sys.argv[1])
 step = dataset[6]
 print(dataset.num_episodes, len(dataset), dataset.fps, step["task"], step["leaf"])
+print(*(step[f"observation.{one}state"].shape[0] for one in sys.argv[2:]))
 print(tuple(step["observation.images.overview"].shape), step["action"][0].item())
 """
 
 
-def test_lerobot_reads_the_dataset(store, tmp_path):
+@pytest.mark.parametrize(("observations", "sizes"), [("robot", "2"), ("all", "2 3")])
+def test_lerobot_reads_the_dataset(store, tmp_path, observations, sizes):
     python = os.environ.get("LEROBOT_PYTHON")
     if python is None:
         pytest.skip("LEROBOT_PYTHON is not set: the Python of an environment with lerobot")
     folder = tmp_path / "dataset"
-    assert write_lerobot(store, folder, "joint_targets", python) == 3
+    assert write_lerobot(store, folder, "joint_targets", python, observations) == 3
     script = tmp_path / "read.py"
     script.write_text(READ)
-    command = [python, str(script), str(folder)]
+    states = ["", "environment_"][: len(sizes.split())]
+    command = [python, str(script), str(folder), *states]
     lines = subprocess.run(command, check=True, capture_output=True, text=True).stdout.splitlines()
-    assert lines[0] == f"3 {3 * STEPS} 20 pick {store.read(1).leaves[1]}"
-    shape, action = lines[1].rsplit(" ", 1)
+    assert lines[0] == f"3 {3 * STEPS} 20 pick the cube up {store.read(1).leaves[1]}"
+    assert lines[1] == sizes
+    shape, action = lines[2].rsplit(" ", 1)
     assert shape == "(3, 8, 12)"
     assert float(action) == pytest.approx(store.read(1).actions["joint_targets"][1, 0])
 

@@ -23,6 +23,8 @@ def test_each_demonstration_has_what_robomimic_reads(store, tmp_path):
         assert args["env_kwargs"] == {
             "tree": "pick",
             "robot": "panda",
+            "controller": "computed_torque",
+            "planner": "lazy",
             "scene": "table_and_basket",
             "settings": {"cube": "auto"},
             "images": {"kinds": []},
@@ -41,6 +43,25 @@ def test_each_demonstration_has_what_robomimic_reads(store, tmp_path):
             for name, array in one.observations.items():
                 np.testing.assert_array_equal(group["obs"][name], array[:-1])
                 np.testing.assert_array_equal(group["next_obs"][name], array[1:])
+
+
+def test_parts_that_differ_between_robots_are_left_to_the_scene(store, tmp_path):
+    del store.manifest["request"]  # as in older manifests
+    path = tmp_path / "demos.hdf5"
+    write_robomimic(store, path, "joint_targets")
+    with h5py.File(path) as file:
+        kwargs = json.loads(file["data"].attrs["env_args"])["env_kwargs"]
+    assert "robot" not in kwargs and kwargs["planner"] == "lazy"
+
+
+def test_observations_that_only_a_simulator_knows_can_be_left_out(store, tmp_path):
+    path = tmp_path / "demos.hdf5"
+    write_robomimic(store, path, "joint_targets", "robot")
+    with h5py.File(path) as file:
+        assert sorted(file["data/demo_0/obs"]) == ["joint_positions", "overview_rgb"]
+    del store.manifest["observations"]["cube_position"]["group"]  # as in older manifests
+    assert "cube_position" in store.observed(store.read(0), "robot")
+    assert "cube_position" in store.observed(store.read(0), "all")
 
 
 def test_labels_and_all_kinds_of_actions_are_kept(store, tmp_path):

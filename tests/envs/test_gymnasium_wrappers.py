@@ -137,7 +137,7 @@ def test_a_misspelt_option_of_reset_is_named(env):
         env.reset(options={"episodes": 3})
 
 
-def test_images_without_kinds_are_in_colour():
+def test_images_without_kinds_are_in_colour(opengl):
     env = GymnasiumEnvironment("pick_place", images={"cameras": ("overview",), "width": 64})
     assert env.observation_space["overview_rgb"].shape == (128, 64, 3)
     env.close()

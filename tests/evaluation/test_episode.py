@@ -111,7 +111,9 @@ def test_a_leaf_that_a_fallback_replaced_is_in_the_row(evaluation):
     assert [json.loads(one.leaf_times) for one in results] == [
         {"Policy": {"share": 0.0, "reasons": ["does not fit"]}}
     ] * 2
+    assert [json.loads(one.rescues) for one in results] == [{"or": 1}] * 2
     rate = SuccessRate.of(results)
+    assert rate.recoveries() == [("or", "rescues", 2, 2, 2)]
     assert str(rate).startswith("2 of 2 episodes succeeded")
     assert rate.use.sentences("episodes") == [
         "Policy ran in 0 of 2 episodes, for 0.0% of the time: 2 x does not fit."

@@ -5,11 +5,10 @@ from functools import partial
 import pytest
 
 from bt_manip.evaluation import (
-    StressCase,
-    StressPhase,
+    StressEpisode,
     StressTable,
     StressTester,
-    plan_cases,
+    plan_episodes,
     run_episodes,
     stress,
 )
@@ -73,9 +72,9 @@ def tree(tmp_path):
 
 
 def results_of(tester, *faults, seeds=1, workers=1):
-    cases = plan_cases(tester(), seeds, faults)
-    found = {result.case: result for result in run_episodes(tester, cases, workers)}
-    return [found[case] for case in cases]
+    episodes = plan_episodes(tester(), seeds, faults)
+    found = {result.episode: result for result in run_episodes(tester, episodes, workers)}
+    return [found[episode] for episode in episodes]
 
 
 def test_a_tree_that_succeeds_although_its_goal_does_not_hold_is_dishonest(tree):
@@ -120,10 +119,10 @@ def test_phases_are_the_leaves_that_take_time(tree):
 
 
 def test_seeds_begin_faults_at_different_times_within_the_phase(tree):
-    cases = plan_cases(tree("checking")(), 5, ["push"])
-    begins = [case.plan().after for case in cases]
+    episodes = plan_episodes(tree("checking")(), 5, ["push"])
+    begins = [episode.plan().after for episode in episodes]
     assert len(set(begins)) == 5 and all(0.0 <= begin < 0.15 for begin in begins)
-    assert begins == [case.plan().after for case in cases]
+    assert begins == [episode.plan().after for episode in episodes]
 
 
 def test_the_results_do_not_depend_on_the_number_of_processes(tree):
@@ -148,16 +147,18 @@ def test_a_tree_that_cannot_be_judged_is_refused(tree, name, problem):
 def test_unknown_faults_and_phases_are_refused(tree):
     tester = tree("checking")()
     with pytest.raises(BtManipError, match="unknown fault 'pusch'; did you mean 'push'"):
-        plan_cases(tester, 1, ["pusch"])
+        plan_episodes(tester, 1, ["pusch"])
     with pytest.raises(FaultError, match="no leaf 'wrk' runs in this tree; did you mean 'work'"):
-        plan_cases(tester, 1, phases=["wrk"])
+        plan_episodes(tester, 1, phases=["wrk"])
 
 
 @pytest.mark.parametrize("before", [False, True])
-def test_a_case_of_two_arms_does_not_depend_on_the_case_before(before):
+def test_an_episode_of_two_arms_does_not_depend_on_the_one_before(before):
     tester = StressTester("two_arms")
-    paths = "left/the first/OpenGripper::24", "right/the first/OpenGripper::76"
-    cases = [StressCase("container_vanishes", StressPhase(path, path, 0.01), 0) for path in paths]
-    results = [tester.run(case) for case in (cases if before else cases[1:])]
+    firsts = "left/the first/OpenGripper", "right/the first/OpenGripper"
+    phases = [one for one in tester.phases() if one.path.partition("::")[0] in firsts]
+    episodes = [StressEpisode("container_vanishes", phase, 0) for phase in phases]
+    assert len(episodes) == 2
+    results = [tester.run(episode) for episode in (episodes if before else episodes[1:])]
     for result in results:
         assert (result.outcome, result.next_reason) == ("failed", "")

@@ -1,17 +1,17 @@
 """The table of a stress test."""
 
-from bt_manip.evaluation import StressCase, StressPhase, StressResult, StressTable
+from bt_manip.evaluation import StressEpisode, StressPhase, StressResult, StressTable
 
 LIFT, DROP = (StressPhase(name, f"pick/{name}", 1.0) for name in ("Lift", "Drop"))
 TABLE = StressTable([
-    StressResult(StressCase("push", LIFT, 0), "recovered"),
-    StressResult(StressCase("push", DROP, 0), "failed", "Drop: 2.5 N m | pushed"),
-    StressResult(StressCase("vanish", LIFT, 0), "dishonest", "no cube"),
-    StressResult(StressCase("vanish", DROP, 0), "none", "no cube"),
-    StressResult(StressCase("push", LIFT, 1), "failed", "Drop: 3.5 N m | pushed"),
-    StressResult(StressCase("push", DROP, 1), "hung", "no end", "no home"),
-    StressResult(StressCase("vanish", LIFT, 1), "dishonest", "no cube"),
-    StressResult(StressCase("vanish", DROP, 1), "none", "no cube"),
+    StressResult(StressEpisode("push", LIFT, 0), "recovered"),
+    StressResult(StressEpisode("push", DROP, 0), "failed", "Drop: 2.5 N m | pushed"),
+    StressResult(StressEpisode("vanish", LIFT, 0), "dishonest", "no cube"),
+    StressResult(StressEpisode("vanish", DROP, 0), "none", "no cube"),
+    StressResult(StressEpisode("push", LIFT, 1), "failed", "Drop: 3.5 N m | pushed"),
+    StressResult(StressEpisode("push", DROP, 1), "hung", "no end", "no home"),
+    StressResult(StressEpisode("vanish", LIFT, 1), "dishonest", "no cube"),
+    StressResult(StressEpisode("vanish", DROP, 1), "none", "no cube"),
 ])  # fmt: skip
 
 
@@ -49,9 +49,9 @@ def test_the_data_have_each_case_with_the_fault_to_repeat_it():
 
 
 def test_cases_that_were_not_tried_are_not_those_that_cannot_happen():
-    cases = [one.case for one in TABLE.results]
-    table = StressTable([TABLE.results[0], *TABLE.results[3:4]], cases)
+    episodes = [one.episode for one in TABLE.results]
+    table = StressTable([TABLE.results[0], *TABLE.results[3:4]], episodes)
     assert table.phases == TABLE.phases
     assert table.rows() == [["push", "R1 ?1", "?2"], ["vanish", "?2", "- ?1"]]
-    assert table.summary().endswith("6 of 8 cases were not tried (?).")
-    assert StressTable([], cases).rows() == [["push", "?2", "?2"], ["vanish", "?2", "?2"]]
+    assert table.summary().endswith("6 of 8 episodes were not tried (?).")
+    assert StressTable([], episodes).rows() == [["push", "?2", "?2"], ["vanish", "?2", "?2"]]

@@ -4,7 +4,7 @@ from functools import partial
 
 import pytest
 
-from bt_manip.evaluation import StressTester, plan_cases, run_episodes
+from bt_manip.evaluation import StressTester, plan_episodes, run_episodes
 from bt_manip.plugins import load_plugins
 
 RECOVERED = {"move", "knock", "push", "obstacle", "stuck_finger", "tick_delay", "sensor_nan"}
@@ -13,8 +13,8 @@ TREES = [name for name in load_plugins().parts.trees.names() if name != "pick_pl
 
 def results_of(tree, seeds, faults=(), phases=(), workers=1):
     tester = partial(StressTester, tree)
-    cases = plan_cases(tester(), seeds, faults, phases)
-    return run_episodes(tester, cases, workers)
+    episodes = plan_episodes(tester(), seeds, faults, phases)
+    return run_episodes(tester, episodes, workers)
 
 
 def not_recovered(results):
@@ -30,7 +30,7 @@ def test_a_cube_that_is_knocked_out_of_the_hand_is_picked_again():
 def test_pick_place_recovers_from_all_that_it_can():
     results = list(results_of("pick_place", 5, workers=2))
     assert all(result.acceptable for result in results)
-    assert not [one for one in not_recovered(results) if one.case.fault in RECOVERED]
+    assert not [one for one in not_recovered(results) if one.episode.fault in RECOVERED]
 
 
 @pytest.mark.soak

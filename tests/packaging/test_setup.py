@@ -13,7 +13,8 @@ from packaging.requirements import Requirement
 from bt_manip.__main__ import main
 
 REPOSITORY = Path(__file__).resolve().parents[2]
-PROJECT = tomllib.loads((REPOSITORY / "pyproject.toml").read_text())["project"]
+PYPROJECT = tomllib.loads((REPOSITORY / "pyproject.toml").read_text())
+PROJECT = PYPROJECT["project"]
 CONSTRAINTS = (REPOSITORY / "constraints.txt").read_text()
 
 
@@ -43,20 +44,29 @@ def test_constraints_name_no_host():
 
 
 @pytest.mark.parametrize("version", ["3.13", "3.14"])
-def test_each_package_has_a_wheel_for_a_newer_python(version):
+def test_each_package_has_a_wheel_for_a_newer_python(version, tmp_path):
     uv = Path(sys.executable).with_name("uv")
     if not uv.exists():
         pytest.skip("make setup installed without uv")
+    pinned = tmp_path / "pinned.txt"
+    pinned.write_text(re.sub(r"(?m)^labmaze==.*$", "", CONSTRAINTS))
     done = subprocess.run(
-        [uv, "pip", "compile", "pyproject.toml", "--all-extras", "-c", "constraints.txt",
-         "--quiet", "--no-python-downloads", "--only-binary", ":all:",
-         "--python-version", version, "--python-platform", "x86_64-manylinux_2_28"],
-        cwd=REPOSITORY, capture_output=True, text=True, check=False,
+        [uv, "pip", "compile", pinned, "--no-deps", "--quiet", "--no-python-downloads",
+         "--only-binary", ":all:", "--python-version", version,
+         "--python-platform", "x86_64-manylinux_2_28"],
+        cwd=tmp_path, capture_output=True, text=True, check=False,
     )  # fmt: skip
     if done.returncode == 2:
         pytest.skip(f"no index of packages: {done.stderr.strip().splitlines()[0]}")
     assert done.returncode == 0, done.stderr
-    assert "labmaze" not in re.findall(r"^([\w-]+)==", done.stdout, re.MULTILINE)
+
+
+def test_no_dependency_but_those_of_mazes_is_left_out_of_a_newer_python():
+    (left_out,) = PYPROJECT["tool"]["uv"]["override-dependencies"]
+    assert left_out == "labmaze; python_version < '3.13'"
+    for template in (REPOSITORY / "templates").glob("*/pyproject.toml"):
+        settings = tomllib.loads(template.read_text())
+        assert settings["tool"]["uv"]["override-dependencies"] == [left_out], template
 
 
 def fake_python(folder: Path, version: str) -> Path:
@@ -107,13 +117,13 @@ def setup(tmp_path):
     python.write_text(PYTHON)
     python.chmod(0o755)
 
-    def run(**variables: str) -> tuple[subprocess.CompletedProcess, str]:
+    def run(*extras: str, **variables: str) -> tuple[subprocess.CompletedProcess, str]:
         standard = {
             "PATH": "/usr/bin:/bin", "HOME": str(tmp_path / "home"), "PYTHON": str(python),
             "UV": "works", "SETTINGS": "",
         }  # fmt: skip
         done = subprocess.run(
-            ["sh", "tools/setup.sh"], cwd=tmp_path, env=standard | variables,
+            ["sh", "tools/setup.sh", *extras], cwd=tmp_path, env=standard | variables,
             capture_output=True, text=True, timeout=60,
         )  # fmt: skip
         log = tmp_path / ".venv" / "setup.log"
@@ -152,6 +162,12 @@ def test_pip_leaves_labmaze_out_of_a_newer_python(setup, tmp_path):
     assert len(calls) == 2 and all("--no-deps" in call for call in calls)
     assert "-r .venv/pinned.txt" in calls[0]
     assert (tmp_path / ".venv" / "pinned.txt").read_text() == "click==8\n"
+
+
+def test_setup_adds_an_extra(setup):
+    log = setup("docs", INSTALLER="pip", VERSION="3.13.1")[1]
+    assert "--no-build-isolation -e .[docs]" in log
+    assert "dev" not in log
 
 
 @pytest.mark.parametrize("uv", ["none", "fails"])

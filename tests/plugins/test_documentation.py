@@ -1,4 +1,4 @@
-"""Every hook has a page whose example works, and a test; every kind of plugin has a tutorial."""
+"""Every hook has a page whose example works, and a test; tutorials show their packages."""
 
 import inspect
 import re
@@ -13,15 +13,23 @@ import pytest
 from bt_manip import hookspecs
 from bt_manip.models import bundled_root
 from bt_manip.plugins import Choice, load_plugins
-from bt_manip.plugins.scaffold import KINDS
 from bt_manip.robots import read_description
 
+TUTORIALS = ("object", "controller", "robot", "behaviour", "planner")
 DOCS = Path(__file__).resolve().parents[2] / "docs" / "plugins"
 HOOKS = (*hookspecs.REGISTERING, *hookspecs.OBSERVING)
 
 
+PAGES = (*hookspecs.REGISTERING, "observers")
+
+
 def page(hook: str) -> str:
-    return (DOCS / "hooks" / f"{hook}.md").read_text()
+    """Give the page of a hook that registers, or the section of one that observes."""
+    if hook in hookspecs.REGISTERING:
+        return (DOCS / "hooks" / f"{hook}.md").read_text()
+    text = (DOCS / "hooks" / "observers.md").read_text()
+    (section,) = re.findall(rf"^#(# `{hook}\(.*?)(?=^## |\Z)", text, re.DOTALL | re.MULTILINE)
+    return section
 
 
 def test_every_function_among_the_hooks_is_one_of_them():
@@ -33,8 +41,11 @@ def test_every_function_among_the_hooks_is_one_of_them():
 def test_a_hook_has_a_page_with_its_exact_signature(hook):
     parameters = ", ".join(inspect.signature(getattr(hookspecs, hook)).parameters)
     assert page(hook).splitlines()[0] == f"# `{hook}({parameters})`"
+    whole = page(hook)
+    if hook in hookspecs.OBSERVING:
+        whole += (DOCS / "hooks" / "observers.md").read_text().partition("\n## ")[0]
     for name in parameters.split(", "):
-        assert f"`{name}" in page(hook)
+        assert f"`{name}" in whole
 
 
 @pytest.mark.parametrize("hook", HOOKS)
@@ -56,18 +67,20 @@ def test_a_hook_has_a_test(hook):
 
 
 def test_there_is_a_page_for_nothing_else():
-    assert {path.stem for path in (DOCS / "hooks").iterdir()} == set(HOOKS)
-    assert {path.stem for path in (DOCS / "tutorials").iterdir()} == set(KINDS)
+    assert {path.stem for path in (DOCS / "hooks").iterdir()} == set(PAGES)
+    assert {path.stem for path in (DOCS / "tutorials").iterdir()} == set(TUTORIALS)
 
 
 def test_the_first_page_leads_to_all_others():
     links = set(
         re.findall(r"\]\(((?:hooks|tutorials)/\w+\.md)\)", (DOCS / "README.md").read_text())
     )
-    assert links == {f"hooks/{hook}.md" for hook in HOOKS} | {f"tutorials/{k}.md" for k in KINDS}
+    assert links == {f"hooks/{name}.md" for name in PAGES} | {
+        f"tutorials/{k}.md" for k in TUTORIALS
+    }
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", TUTORIALS)
 def test_the_code_of_a_tutorial_is_that_of_the_package_which_ci_runs(kind):
     """The packages themselves are written, installed and tested in test_scaffold.py."""
     template = bundled_root("templates") / kind
@@ -75,10 +88,7 @@ def test_the_code_of_a_tutorial_is_that_of_the_package_which_ci_runs(kind):
     shown = re.findall(r"## `([\w/.]+)`\n.*?```\w+\n(.*?)```", text, re.DOTALL)
     for name, code in shown:
         assert code == (template / name).read_text()
-    code_files = {p.relative_to(template).as_posix() for p in template.rglob("*_gear/*.*")}
-    code_files -= {"bt_manip_gear/__init__.py"}
-    wanted = {name for name in code_files if "__pycache__" not in name} | {"tests/test_gear.py"}
-    assert {name for name, _ in shown} == wanted
+    assert {name for name, _ in shown} == {"bt_manip_gear/gear.py", "tests/test_gear.py"}
 
 
 @pytest.fixture

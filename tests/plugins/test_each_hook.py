@@ -33,7 +33,10 @@ def example(tmp_path):
     folder.mkdir()
 
     def put(hook: str, extra: str = "") -> Path:
-        (code,) = re.findall(r"```python\n(.*?)```", (PAGES / f"{hook}.md").read_text(), re.DOTALL)
+        page = PAGES / f"{hook}.md"
+        text = (page if page.exists() else PAGES / "observers.md").read_text()
+        section = text[text.index(f"# `{hook}(") :]
+        code = re.findall(r"```python\n(.*?)```", section, re.DOTALL)[0]
         (folder / f"of_{hook}.py").write_text(code + extra)
         return folder
 
@@ -236,6 +239,11 @@ def after_tick(station):
         "register_faults", "--fault", "wind at=rest force=1", body=body, extra=extra
     )
     assert "it moves" not in run("register_faults", body=body, extra=extra)
+
+
+def test_register_policies_lets_leaves_run_policies_of_a_kind(parts_of):
+    kind = parts_of("register_policies").policies.get("act")
+    assert (kind.make, kind.load_time) == ("my_policies.act:ActPolicy", 20.0)
 
 
 def test_register_actions_makes_kinds_by_which_agents_act(parts_of):

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from bt_manip.cli.new import KINDS as OFFERED
+from bt_manip.cli.new import PLUGIN_KINDS as OFFERED
 from bt_manip.exceptions import BtManipError
 from bt_manip.models import bundled_root
-from bt_manip.plugins.scaffold import KINDS, write_plugin
+from bt_manip.plugins.scaffold import PLUGIN_KINDS, write_plugin
 
 NAME = "big-toothed-gear"
 
@@ -41,15 +41,15 @@ def run(*command: object, cwd: Path, **variables: str) -> str:
 def written(tmp_path_factory) -> Path:
     """Write a plugin of each kind into one folder."""
     folder = tmp_path_factory.mktemp("written")
-    for kind in KINDS:
+    for kind in PLUGIN_KINDS:
         write_plugin(f"my-{kind}", kind, folder)
     return folder
 
 
 def test_the_command_offers_every_kind():
-    assert OFFERED == KINDS
+    assert OFFERED == PLUGIN_KINDS
     assert {path.name for path in bundled_root("templates").iterdir() if path.is_dir()} == set(
-        KINDS
+        PLUGIN_KINDS
     )
 
 
@@ -58,7 +58,7 @@ def test_they_lint(written):
     run("-m", "ruff", "format", "--check", ".", cwd=written)
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", PLUGIN_KINDS)
 def test_another_name_lints_too(kind, tmp_path):
     write_plugin("a" * 24, kind, tmp_path)
     run("-m", "ruff", "check", ".", cwd=tmp_path)
@@ -77,9 +77,9 @@ def test_they_install_and_their_tests_pass(written, tmp_path):
     assert "passed" in out and "skipped" not in out
 
 
-@pytest.mark.parametrize("page", ["plugins/README.md", "howto/a-plugin-with-everything.md"])
-def test_the_pyproject_of_a_page_installs_a_single_file(page, tmp_path):
-    (text,) = re.findall(r"```toml\n(\[project\]\n.*?)```", (DOCS / page).read_text(), re.DOTALL)
+def test_the_pyproject_of_the_page_installs_a_single_file(tmp_path):
+    page = (DOCS / "plugins" / "README.md").read_text()
+    (text,) = re.findall(r"```toml\n(\[project\]\n.*?)```", page, re.DOTALL)
     (module,) = tomllib.loads(text)["tool"]["setuptools"]["py-modules"]
     source, target = tmp_path / "source", tmp_path / "target"
     source.mkdir()
@@ -152,7 +152,7 @@ def test_a_word_that_the_template_needs_is_refused(name, kind, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", PLUGIN_KINDS)
 def test_the_name_of_the_templates_themselves_is_none_of_these_words(kind, tmp_path):
     assert (write_plugin("gear", kind, tmp_path) / "tests" / "test_gear.py").is_file()
 

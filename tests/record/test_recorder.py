@@ -2,8 +2,10 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 
+import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -41,6 +43,7 @@ from bt_manip.record.report.recorder import Recorder
 from bt_manip.record.report.run_report import GrippedObject, LeafTime, RunReport
 from bt_manip.record.tables.trace import Trace
 from bt_manip.registry import Parts
+from bt_manip.robots import panda
 from bt_manip.runner import next_digest
 from bt_manip.runner.observer import RunObserver
 from bt_manip.runner.request import RunRequest
@@ -76,7 +79,7 @@ def parts() -> Parts:
 @pytest.fixture
 def make_run(parts) -> Callable[..., Run]:
     def make(root: Node, *, seed: int = 0, goal: Node | tuple[()] = (), **request) -> Run:
-        station = build_station(parts, seed=seed)
+        station = build_station(parts, seed=seed, robot=request.get("robot"))
         tree = Tree(root, clock=lambda: station.cell.time, goal=goal)
         tree.setup(**station.infrastructure)
         source = TreeSource("test", "python")
@@ -249,6 +252,32 @@ def test_a_weak_grip_that_carries_is_reported_as_the_behaviours_see_it(record):
     assert "no steady grip" in next(p for p in cycle.phases if p.behaviour == "Grasp").reason
     assert (cycle.status, cycle.object, cycle.placed) == ("SUCCESS", "cube", True)
     assert cycle.grip_force_n == pytest.approx(0.3 * 60.0, abs=5.0)
+
+
+def test_a_grip_of_fingers_that_open_wider_than_described_is_reported_as_the_physics_shows(
+    parts, make_run
+):
+    forces: list[float] = []
+
+    def measure(cell, **_) -> None:
+        pairs = np.array(cell.data.contact.geom).reshape(-1, 2)
+        for finger in ("left", "right"):
+            pad, force = cell.model.geom(f"panda/{finger}_finger_pad").id, np.zeros(6)
+            forces.append(0.0)
+            for i in np.flatnonzero((pairs == pad).any(axis=1)):
+                mujoco.mj_contactForce(cell.model, cell.data, int(i), force)
+                forces[-1] += force[0]
+
+    described = panda()
+    narrow = {**described.gripper.parameters, "open_width": 0.055}  # they open by 80 mm
+    gripper = replace(described.gripper, parameters=narrow)
+    parts.robots.add("narrow", replace(described, gripper=gripper), "this test")
+    steps = [*grasp(region="0.3;0.3;0;0"), Wait(1, measure), Drop(container="basket")]
+    recorder = Recorder("test", 0)
+    make_run(Sequence("s", steps), goal=goal(), robot="narrow").execute([recorder])
+    (cycle,) = recorder.report().cycles
+    assert (cycle.status, cycle.object, cycle.placed) == ("SUCCESS", "cube", True)
+    assert len(forces) == 2 and cycle.grip_force_n == pytest.approx(min(forces), abs=3.0)
 
 
 @pytest.mark.parametrize(

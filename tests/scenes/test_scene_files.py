@@ -205,9 +205,10 @@ def test_a_file_may_say_which_seed(write, parts):
     [
         ("", r"scene.toml: key 'robots' is missing: at least one \[\[robots\]\] table"),
         ("robots = 3\n", r":1: key 'robots' is an array of tables"),
-        ("seed = -1\n" + ROBOT, ":1: key 'seed' is 0 or a positive number, got -1"),
+        ("seed = -1\n" + ROBOT, ":1: key 'seed' is a number of at least 0, got -1"),
         ("sed = 1\n" + ROBOT, ":1: key 'sed' means nothing; did you mean 'seed'"),
         (ROBOT + "robt = 1\n", r":3: key 'robots\[1\].robt' means nothing; did you mean 'robot'"),
+        (ROBOT + 'model = "x"\n', r":3: key 'robots\[1\].model' means nothing"),
         (ROBOT + 'robot = "pand"\n', r":3: key 'robots\[1\].robot' .* did you mean 'panda'"),
         (ROBOT + 'controller = "x"\n', ":3: key .*controller' is wrong: unknown controller 'x'"),
         (ROBOT + 'planner = "rrt"\n', ":3: .*planner' is wrong: unknown planner 'rrt'; known: rrt"),
@@ -215,7 +216,7 @@ def test_a_file_may_say_which_seed(write, parts):
         (ROBOT + "quat_wxyz = [0, 0, 0, 0]\n", ":3: key .*quat_wxyz' is no rotation"),
         (ROBOT + "rpy = [0, 0]\n", ":3: key .*rpy' is a list of 3 numbers, got 2"),
         (ROBOT + "rpy = [0, 0, 0]\nquat_wxyz = [1, 0, 0, 0]\n", "rpy' and 'quat_wxyz' say the"),
-        (TABLE + "[[objects]]\n", r":5: key 'objects\[2\].model' is missing: a text"),
+        (TABLE + "[[objects]]\n", r":5: key 'objects\[2\].model' is missing: a registered name or"),
         (TABLE.replace('"table"', '"tabel"'), ":4: key .*model' .* did you mean 'table'"),
         (TABLE.replace('"table"', '"a/b.xml"'), r":3: key 'objects\[1\].name' is missing"),
         (TABLE.replace('"table"', '"a/b.xml"\nname = "x"'), ":4: key .*model' is wrong: .*a/b.xml"),
@@ -315,7 +316,7 @@ def test_more_tables_than_a_scene_can_have_are_one_error(write, parts, kind, cou
     with pytest.raises(SceneError) as raised:
         read_scene(path, parts)
     assert str(raised.value) == (
-        f"{path}:{line}: key '{kind}' has {count} tables; a scene has at most {most}"
+        f"{path}:{line}: key '{kind}' has {count} tables; a file has at most {most}"
     )
 
 

@@ -4,6 +4,7 @@ from .action import Action as Action
 from .action import Condition as Condition
 from .action import Leaf as Leaf
 from .link import Link as Link
+from .link import behaviour_of as behaviour_of
 from .node import Node as Node
 from .node import NodeKind as NodeKind
 from .test_node import TestNodeConfig as TestNodeConfig

@@ -14,7 +14,7 @@ from bt_manip.bt.status import (
     Status,
     node_status,
 )
-from bt_manip.exceptions import NodeError
+from bt_manip.exceptions import NodeError, with_short_values
 
 _RUNNING: Final = Status.RUNNING
 _SUCCESS: Final = Status.SUCCESS
@@ -63,7 +63,7 @@ class Leaf(Node):
         Returns:
             ``FAILURE``, so that ``update`` can ``return self.fail("...")``.
         """
-        self.feedback_message = reason
+        self.feedback_message = with_short_values(reason)
         self._node_ended = True
         return _FAILURE
 

@@ -35,6 +35,7 @@ class Link:
         memory: Names of the attributes that make up its state over time, all of them plain data.
         reports_time: Whether reports say in how many cycles it ran, for which share of the time,
             and why not longer: for leaves that others replace where they fail, as a policy.
+        drawn: Names of the outputs whose values it draws at random, which reports keep.
         orphans: Children of the node that a test replaced by this one; they are never ticked.
         path: Its path in its tree: the sub-trees that lead to it, and its name.
         uid: Its number in its tree, from 1, depth first.
@@ -45,6 +46,7 @@ class Link:
     registration: str = ""
     memory: ClassVar[tuple[str, ...]] = ()
     reports_time: ClassVar[bool] = False
+    drawn: ClassVar[tuple[str, ...]] = ()
     orphans: tuple[Behaviour, ...] = ()
     path: str = ""
     uid: int = 0

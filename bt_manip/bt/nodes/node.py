@@ -1,7 +1,7 @@
 """The base of all nodes: a py_trees behaviour that is ticked as the engine ticks its nodes."""
 
 import inspect
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -23,7 +23,7 @@ from bt_manip.bt.status import (
     NodeStatus,
     Status,
 )
-from bt_manip.exceptions import NodeError, PortError, did_you_mean
+from bt_manip.exceptions import NodeError, PortError, did_you_mean, with_short_values
 
 RESERVED: Final = frozenset({"name", "ID", "_autoremap", *CONDITIONS.values()})
 """Attributes in a document that are never ports."""
@@ -64,6 +64,8 @@ class Node(PortAccess):
     _node_runtime: Runtime | None = None
     _node_observers: list[Observer] | tuple[()] = ()
     _node_guard: Guard | None = None
+    _node_drawn: Mapping[str, Any] = {}
+    """Values that were written last to the outputs in `drawn`."""
     _node_tag: str | None = None
     """Its element in a document, if that is not its own name: ``Action``."""
 
@@ -267,7 +269,7 @@ class Node(PortAccess):
 
     def _because(self, reason: str) -> None:
         """Set the reason why this node fails."""
-        self.feedback_message = reason
+        self.feedback_message = with_short_values(reason)
         if self._node_runtime is not None:
             self._node_runtime.failed(self.path or self.name, reason)
 

@@ -24,7 +24,7 @@ from bt_manip.bt.script.evaluation import (
 from bt_manip.bt.script.tokens import Token, tokenize
 from bt_manip.exceptions import ScriptError, shortened, shown
 
-MAX_NESTING: Final = 64
+MAX_SCRIPT_NESTING: Final = 64
 """How deep parentheses, prefixes, assignments and ternaries may be nested."""
 
 _ASSIGNMENTS: Final = (":=", "=", "+=", "-=", "*=", "/=")
@@ -137,8 +137,8 @@ class _Parser:
 
     def _expression(self, least: int) -> Expression:
         self._depth += 1
-        if self._depth > MAX_NESTING:
-            raise ScriptError(f"nested deeper than {MAX_NESTING} levels")
+        if self._depth > MAX_SCRIPT_NESTING:
+            raise ScriptError(f"nested deeper than {MAX_SCRIPT_NESTING} levels")
         left = self._prefix()
         while self._token.kind == "operator":
             symbol = self._token.text

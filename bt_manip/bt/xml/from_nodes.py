@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 
 from py_trees.behaviour import Behaviour
 
-from bt_manip.bt.goal import GOAL, goal_to_text
+from bt_manip.bt.goal import GOAL, TASK, goal_to_text
 from bt_manip.bt.nodes.binding import MAX_DEPTH
 from bt_manip.bt.nodes.declared import Declared
 from bt_manip.bt.nodes.node import Comment, Node
@@ -136,12 +136,13 @@ def tree_to_xml(
             than 256 levels.
     """
     goal: Sequence[Node] = ()
+    task = ""
     if isinstance(tree, Tree):
         if tree.document is not None:
             source = tree.document.source
             return write_source(_with_models(source, registry) if model else source)
         tree_id = tree_id or (tree.tree_id if name_problem(tree.tree_id) is None else None)
-        goal, tree = tree.goal, tree.root
+        goal, task, tree = tree.goal, tree.given_task, tree.root
     writer = _Writer(registry)
     if isinstance(tree, TreeDocument):
         root = writer.document(tree)
@@ -149,6 +150,8 @@ def tree_to_xml(
         after = [_comment(item) for item in tree.after]
     else:
         root = writer.trees(tree_id or "MainTree", tree, goal)
+        if task:
+            root.children[0].set(TASK, task)
         before, after = [], []
     if writer.problems:
         raise TreeError(

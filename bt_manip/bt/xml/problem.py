@@ -6,7 +6,7 @@ from typing import Final, NamedTuple
 
 from bt_manip.exceptions import did_you_mean
 
-MOST_NAMES: Final = 12
+MAX_SUGGESTED_NAMES: Final = 12
 """Longer lists of names are left out of messages."""
 
 ERROR: Final = "error"
@@ -94,4 +94,4 @@ def hint(name: str, valid: Iterable[str]) -> str:
     """Name the valid choices nearest to a mistyped one; all of them only where they are few."""
     choices = list(valid)
     text = did_you_mean(name, choices)
-    return "" if text.startswith("; known") and len(choices) > MOST_NAMES else text
+    return "" if text.startswith("; known") and len(choices) > MAX_SUGGESTED_NAMES else text

@@ -1,1 +1,1 @@
-"""What touches what: contact queries, contact events, overlaps."""
+"""Contact queries, contact events and overlaps."""

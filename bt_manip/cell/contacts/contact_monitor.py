@@ -1,4 +1,4 @@
-"""Classification of each step's contacts: what robots hold, and what they should not touch."""
+"""Classification of each step's contacts: held objects and unexpected contacts of robots."""
 
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
@@ -18,7 +18,7 @@ class MonitoredEntity(composer.Entity):
 
     @property
     def contact_bodies(self) -> Sequence[mjcf.Element]:
-        """The bodies that may: those of its gripper."""
+        """Bodies of the gripper, which may touch objects."""
         return ()
 
 

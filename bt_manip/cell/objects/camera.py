@@ -13,7 +13,7 @@ from ..naming import BodyNames, entity_of
 from ..rendering import FrameRenderer
 from .prop import ParametricEntity
 
-NOTHING = -1
+BACKGROUND = -1
 
 
 class Segmentation(NamedTuple):
@@ -24,7 +24,7 @@ class Segmentation(NamedTuple):
 
     def mask(self, name: str) -> np.ndarray:
         """Mark the pixels that show an entity."""  # (height, width) bool
-        wanted = self.names.index(name) if name in self.names else NOTHING - 1
+        wanted = self.names.index(name) if name in self.names else BACKGROUND - 1
         return self.indices == wanted
 
 
@@ -103,8 +103,8 @@ class Camera(ParametricEntity):
         assert self._model is not None
         owners = [entity_of(label) for label in BodyNames(self._model).of_geom]
         names = tuple(dict.fromkeys(owners))
-        table = np.array([names.index(owner) for owner in owners] + [NOTHING])
-        geoms = np.where(seen[..., 1] == int(mujoco.mjtObj.mjOBJ_GEOM), seen[..., 0], NOTHING)
+        table = np.array([names.index(owner) for owner in owners] + [BACKGROUND])
+        geoms = np.where(seen[..., 1] == int(mujoco.mjtObj.mjOBJ_GEOM), seen[..., 0], BACKGROUND)
         return Segmentation(table[geoms], names)
 
     def close(self) -> None:
@@ -149,7 +149,7 @@ class CameraObservables(composer.Observables):
 
     @composer.observable
     def segmentation(self) -> observable.Observable:
-        """Id and type of what each pixel shows, -1 where nothing is seen."""
+        """Id and type of the object that each pixel shows, -1 where there is none."""
         return self._camera(segmentation=True)
 
     def _camera(self, **options: bool) -> observable.Observable:

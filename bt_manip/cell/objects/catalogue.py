@@ -151,7 +151,7 @@ class Catalogue:
         return self.get(name)(*arguments, **parameters)
 
     def warnings(self) -> tuple[str, ...]:
-        """Return what was lost in the conversion of models, each with file and line."""
+        """Return the losses in the conversion of models, each with file and line."""
         return tuple(self._warnings)
 
     def names(self) -> tuple[str, ...]:

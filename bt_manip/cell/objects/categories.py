@@ -1,4 +1,4 @@
-"""Categories: what behaviours may do with an object."""
+"""Categories of objects, which tell what behaviours may do with them."""
 
 import difflib
 from collections.abc import Iterable

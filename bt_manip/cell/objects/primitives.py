@@ -305,7 +305,10 @@ class Tray(Bin):
 
 
 class Shelf(PrimitiveProp):
-    """A shelf that is open in front, which is towards -x."""
+    """A shelf that is open in front, which is towards -x.
+
+    Its boards are ``board_1``, the lowest, and so on: ``PlaceOn`` takes ``shelf/board_1``.
+    """
 
     kind = "shelf"
     category = "surface"
@@ -323,8 +326,8 @@ class Shelf(PrimitiveProp):
             raise CellError(f"boards must be a number from 2 to {MAX_BOARDS}, got {boards}")
         inside = (y - 2 * thickness) / 2
         heights = [half + i * (z - thickness) / (boards - 1) for i in range(boards)]
-        for height in heights:
-            self._add("box", (x / 2, inside, half), (0, 0, height))
+        for i, height in enumerate(heights, 1):
+            self._add("box", (x / 2, inside, half), (0, 0, height), name=f"board_{i}")
         for sign in (1, -1):
             self._add("box", (x / 2, half, z / 2), (0, sign * (y / 2 - half), z / 2))
         self._add("box", (half, inside, z / 2), (x / 2 - half, 0, z / 2))

@@ -205,7 +205,7 @@ class ArenaModel:
 
     @contextlib.contextmanager
     def change(self, failure: str, *, overridden: bool = True) -> Iterator[None]:
-        """Compile what is changed inside, or undo the change.
+        """Compile the changes made inside, or undo them.
 
         Args:
             failure: What cannot be done, for the message.

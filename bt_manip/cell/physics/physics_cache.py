@@ -10,12 +10,12 @@ from dm_control import composer
 from .compiled_physics import CompiledPhysics
 from .overrides import Overrides
 
-KEPT = 8
+MAX_KEPT = 8
 """Number of physics that are kept unless changed: for tasks that add objects one by one."""
 
 
 class CacheKey(NamedTuple):
-    """What an arena is compiled from: equal keys give equal models."""
+    """Key of a compiled arena: equal keys give equal models."""
 
     arena_edits: int
     attachments: tuple[tuple[str, composer.Entity, bool], ...]
@@ -38,7 +38,7 @@ class PhysicsCache:
 
     def __init__(self) -> None:
         """Begin empty."""
-        self.limit = KEPT
+        self.limit = MAX_KEPT
         self._origins: dict[CompiledPhysics, tuple[CacheKey, np.ndarray]] = {}
         self._retired: list[CompiledPhysics] = []
 

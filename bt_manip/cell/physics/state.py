@@ -22,7 +22,7 @@ def integration_state(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
 
 
 def set_integration_state(model: mujoco.MjModel, data: mujoco.MjData, state: np.ndarray) -> None:
-    """Set an integration state and recompute what follows from it.
+    """Set an integration state and recompute all derived quantities.
 
     Raises:
         ValueError: If the state was taken from a model of another size, or is not finite.

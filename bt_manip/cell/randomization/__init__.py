@@ -1,4 +1,4 @@
-"""Domain randomization: what varies from cycle to cycle, sampled from the run's seed."""
+"""Domain randomization: variations from cycle to cycle, sampled from the run's seed."""
 
 from .randomization import Randomization as Randomization
 from .randomization import SceneObject as SceneObject

@@ -1,4 +1,4 @@
-"""The objects of a scene, and what varies of them from cycle to cycle."""
+"""The objects of a scene, and their variations from cycle to cycle."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

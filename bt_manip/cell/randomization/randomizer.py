@@ -88,7 +88,7 @@ class Randomizer:
         return _copied(self._sampled)
 
     def begin(self, cycle: int) -> None:
-        """Randomize the cell for a cycle, unless it is the one that a restored state is of.
+        """Randomize the cell for a new cycle; a restored cycle keeps its sample.
 
         Args:
             cycle: Its number.
@@ -154,7 +154,7 @@ class Randomizer:
     # State
 
     def get_state(self) -> dict[str, Any]:
-        """Return what the rest of the cycle depends on, as plain data."""
+        """Return the state that the rest of the cycle depends on, as plain data."""
         return {"cycle": self._cycle, "drawn": self.sampled, "made": dict(self._made)}
 
     def set_state(self, state: Mapping[str, Any]) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 from bt_manip.exceptions import MotionError
 from bt_manip.robots import GraspCandidates
 
-from ..solids import Polyhedron, Solid
+from ..solids import SIDEWAYS, Polyhedron, Solid
 from .lip import LIP_RADIUS, MAX_SAG, ring
 
 CURVATURE_WEIGHT = 0.3
@@ -21,7 +21,6 @@ _BELOW = -0.1  # cosine of approach and straight down, below which a grasp appro
 _MAX_FACES = 32  # of a solid, the largest ones
 _TOLERANCE = 4  # digits of normals and of offsets [m] to which triangles are of one face
 _EIGHTHS = tuple(0.25 * math.pi * k for k in range(8))  # [rad] of a turn
-_SIDEWAYS = (0.0, math.pi / 4, -math.pi / 4, math.pi / 2, -math.pi / 2)  # [rad] from upwards
 
 Place = tuple[np.ndarray, np.ndarray]
 """A point of a surface [m] and the outward normal there, in the object's frame."""
@@ -145,7 +144,7 @@ def _places(solid: Solid, com: np.ndarray, radius: float, up: np.ndarray) -> Ite
         free = max(half - radius - _EDGE, 0.0)
         middle = centre + np.clip((com - centre) @ axis, -free, free) * axis
         frame = _frame(axis, up)
-        for a in _SIDEWAYS:
+        for a in SIDEWAYS:
             normal = frame @ np.array([math.cos(a), math.sin(a), 0.0])
             yield middle + size[0] * normal, normal
         if solid.kind == "capsule":

@@ -26,7 +26,7 @@ LOST = "lost"
 
 _RAMP = 0.05  # [s] in which the force rises to the commanded one
 _RELEASE = 0.02  # [s] in which it falls to zero
-_STEADY_TIME = 0.05  # [s] of a seal until the grip is steady
+_SEAL_TIME = 0.05  # [s] of a seal until the grip is steady
 _PATIENCE = 0.5  # [s] in which a seal has to form
 _CHECK_INTERVAL = 10  # steps between two checks that the object covers the whole lip
 _MAX_INTERRUPTION = 5e-3  # [s] without contact after which a seal is broken
@@ -142,9 +142,7 @@ class SuctionGripper(Gripper):
     def steady(self) -> bool:
         """Whether it has been sealed for 50 ms, with the commanded force."""
         return (
-            self.state == SEALED
-            and self._time >= _STEADY_TIME - 1e-9
-            and self._force == self._asked
+            self.state == SEALED and self._time >= _SEAL_TIME - 1e-9 and self._force == self._asked
         )
 
     @property

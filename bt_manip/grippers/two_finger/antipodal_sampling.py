@@ -12,7 +12,7 @@ from .hand import Hand
 FINGER_CLEARANCE = 1.5e-3
 """Minimum clearance between each open finger and the object [m]."""
 
-SAMPLES = 320  # points drawn from the surface
+SURFACE_SAMPLES = 320  # points drawn from the surface
 MAX_PAIRS = 60  # maximum number of selected pairs
 MAX_PARALLEL = 10  # maximum number of selected pairs with similar direction and width
 CONE_FRACTION = 0.8  # used fraction of the friction cone's half angle
@@ -203,7 +203,7 @@ def best_antipodal_pairs(
         [solid.polyhedron for solid in solids],
         cone=friction_cone(solids),
         max_width=hand.stroke - 2.0 * FINGER_CLEARANCE,
-        count=SAMPLES,
+        count=SURFACE_SAMPLES,
         rng=rng,
     )
     contact = pad_contact(solids, pairs, hand)

@@ -158,7 +158,7 @@ class FingerBench:
                 yield self.tendon_joints(int(tendon)) & ours
 
     def motor_of(self, joints: Sequence[int]) -> tuple[str, str] | None:
-        """Return what the model's actuator of coupled joints moves; None if they are independent.
+        """Return the joint or tendon of the coupled joints' actuator; None if they are independent.
 
         Args:
             joints: Ids of one or two joints.

@@ -29,7 +29,7 @@ _MEETS = 2e-3  # [m] of the smallest distance within which surfaces are pads
 _UNEVEN = 6e-3  # [m] difference of the distance of the pads along them
 _WIDE = 0.5  # share of the largest opening from which on surfaces are pads
 _APART = 5e-4  # [m] distance of the pads when they count as closed
-_MAX_DISTANCE = 1.0  # [m] of measured distances
+_MAX_GEOM_DISTANCE = 1.0  # [m] of measured distances
 _ALIGNED = 0.94  # cosine of 20 degrees, within which directions are those of the gripper's base
 _DIGITS = 4  # of the tool's position [m]
 _MOST_PULLED = 2  # actuators on spatial tendons, of two fingers
@@ -39,7 +39,7 @@ _TIP_DISTANCE = 0.015  # [m] of the tool from the ends of the pads, at most
 
 @dataclass(frozen=True, eq=False)
 class FoundFingers:
-    """Two fingers found in a model, and what was measured of them; all names are full ones.
+    """Two fingers found in a model, and their measures; all names are full ones.
 
     Attributes:
         joints: Joints that the fingers follow: one for each, or one for both.
@@ -219,7 +219,9 @@ def _distances(
     """Return the distances of pairs of geoms at positions of all joints [m]."""  # (m, len(geoms))
     rows = []
     for data in (_posed(model, qpos) for qpos in sequence):
-        rows.append([mujoco.mj_geomDistance(model, data, *g, _MAX_DISTANCE, None) for g in geoms])
+        rows.append(
+            [mujoco.mj_geomDistance(model, data, *g, _MAX_GEOM_DISTANCE, None) for g in geoms]
+        )
     return np.array(rows)
 
 
@@ -262,7 +264,7 @@ def _pads_of(
     before = max(np.flatnonzero(gaps > _APART), default=0)
     pair = geoms[int(meeting[distances[before, meeting].argmin()])]
     ends = np.zeros(6)
-    mujoco.mj_geomDistance(model, _posed(model, sequence[before]), *pair, _MAX_DISTANCE, ends)
+    mujoco.mj_geomDistance(model, _posed(model, sequence[before]), *pair, _MAX_GEOM_DISTANCE, ends)
     normal = ends[:3] - ends[3:]
     pads = np.unique(np.array(geoms)[meeting])
     return _Pads(

@@ -14,7 +14,7 @@ from bt_manip.exceptions import BtManipError
 if TYPE_CHECKING:
     from bt_manip.record.mcap.mcap_file import McapFile
 
-IMAGES = "/images/"
+IMAGE_TOPICS = "/images/"
 """Beginning of the topics of images."""
 
 JPEG = {"qmin": "3", "qmax": "3"}
@@ -86,8 +86,8 @@ class CameraImages:
                 format="jpeg",
                 data=b"".join(self._jpeg(self._renderer.frame(self._data, number))),
             )
-            file.add_topic(IMAGES + name, CompressedImage)
-            file.add(IMAGES + name, nanoseconds, image.SerializeToString())
+            file.add_topic(IMAGE_TOPICS + name, CompressedImage)
+            file.add(IMAGE_TOPICS + name, nanoseconds, image.SerializeToString())
 
     def close(self) -> None:
         """Free the OpenGL context."""

@@ -28,7 +28,7 @@ class RecordedInterventions(RunModifier):
         self._left = [one for one in reversed(self._recorded) if one[0] > start]
 
     def before_tick(self) -> None:
-        """Request those of this tick."""
+        """Request the interventions of this tick."""
         while self._left and self._left[-1][0] < self._cell.time + 0.5 * self._cell.dt:
             with self._decoding():
                 self._run.interventions.request(self._left.pop()[1])
@@ -51,11 +51,12 @@ class Continuation:
         """
         self.recording, self.time = recording, time
         where = recording.path
-        if recording.identity.get("faults"):
-            raise BtManipError(
-                f"{where} is of a run with --fault, which cannot be continued: the same options "
-                "of bt-manip run repeat it from its start"
-            )
+        for key, option in (("faults", "--fault"), ("varied", "--vary")):
+            if recording.identity.get(key):
+                raise BtManipError(
+                    f"{where} is of a run with {option}, which cannot be continued: the same "
+                    "options of bt-manip run repeat it from its start"
+                )
         if recording.identity.get("agent"):
             raise BtManipError(
                 f"{where} is of an environment's episode, in which an agent acted; a tree cannot "
@@ -87,7 +88,7 @@ class Continuation:
         return RunRequest(find_tree(fields.pop("tree"), trees), **fields, **others)
 
     def differences(self, run: Run) -> list[str]:
-        """Return what is different from when a run was recorded, for warnings.
+        """Return differences from the time when a run was recorded, for warnings.
 
         Args:
             run: The run, prepared by the same request.

@@ -13,7 +13,7 @@ CHUNK_SIZE = 1 << 20
 
 
 def write_mcap(recording: Recording, path: Path) -> None:
-    """Write what can be read of a recording as a complete MCAP file, with an index.
+    """Write the readable part of a recording as a complete MCAP file, with an index.
 
     Each message keeps its time, its sequence number and its bytes.
     """

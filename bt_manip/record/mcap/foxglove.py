@@ -26,7 +26,7 @@ from bt_manip.record.mcap.protobuf import NumberTemplate
 
 PATH_COLOUR = Color(r=0.1, g=0.5, b=0.9, a=1.0)
 
-PATH_THICKNESS = 3.0
+FOXGLOVE_PATH_THICKNESS = 3.0
 """Thickness of the line of a planned path [pixels]."""
 
 
@@ -273,7 +273,9 @@ def path_line(name: str, nanoseconds: int, points: np.ndarray) -> bytes:
     """
     update = SceneUpdate()
     entity = update.entities.add(timestamp=timestamp_of(nanoseconds), frame_id=WORLD, id=name)
-    line = entity.lines.add(thickness=PATH_THICKNESS, scale_invariant=True, color=PATH_COLOUR)
+    line = entity.lines.add(
+        thickness=FOXGLOVE_PATH_THICKNESS, scale_invariant=True, color=PATH_COLOUR
+    )
     line.pose.orientation.w = 1.0
     for x, y, z in points.tolist():
         line.points.add(x=x, y=y, z=z)

@@ -177,7 +177,7 @@ class McapRecorder(RunObserver):
             self._file.add("/log", time, log_message(time, line[0], event.kind, line[1]))
 
     def cycle_started(self, cycle: int) -> None:
-        """Write what was randomized, and in the first cycle the layout."""
+        """Write the randomized values, and in the first cycle the layout."""
         self._write_scene()
         self._write_images()
         if self._layout is None:
@@ -354,7 +354,7 @@ class RobotChannel:
         self._ticks.append((time, b"".join(self._wrist), state))
 
     def _copy_steps(self, pending: PendingSteps) -> None:
-        """Copy those of the pending steps of the log that are new."""
+        """Copy new pending steps of the log."""
         with self._file.lock:
             known, start = self._copied
             new = slice(start if known is pending else 0, len(pending.touches))

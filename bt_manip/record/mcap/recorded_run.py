@@ -73,7 +73,7 @@ class RecordedCycle(NamedTuple):
 
 
 class RecordedRun:
-    """What a recording says about its run.
+    """Description of a run in its recording.
 
     Attributes:
         recording: The recording.

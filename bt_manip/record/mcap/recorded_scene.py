@@ -14,7 +14,7 @@ from bt_manip.record.mcap.foxglove import shapes_of
 from bt_manip.record.mcap.mcap_recorder import CAMERAS
 from bt_manip.record.mcap.recording import Recording
 
-SCENE = "/scene/"
+SCENE_TOPICS = "/scene/"
 """Beginning of the topics of entities."""
 
 SAME_TIME = 1e-9
@@ -52,7 +52,9 @@ class RecordedScene:
         self._appearances: dict[str, list[tuple[int, SceneUpdate]]] = {}
         self._shapes: dict[tuple[str, int], dict[str, list[VisualShape]]] = {}
         self._views: list[tuple[int, Any]] = []  # ticks; cameras, centre and extent
-        topics = [t for t in recording.topics if t.startswith((SCENE, "/tf")) or t == CAMERAS]
+        topics = [
+            t for t in recording.topics if t.startswith((SCENE_TOPICS, "/tf")) or t == CAMERAS
+        ]
         times, ticks, frames = [], [], {"world": 0}
         fixed: list[tuple[int, FrameTransforms]] = []
         with recording.decoding():
@@ -71,7 +73,7 @@ class RecordedScene:
                     names = [one.frame for one in cameras]
                 else:
                     update = SceneUpdate.FromString(data)
-                    self._appearances.setdefault(topic.removeprefix(SCENE), []).append(
+                    self._appearances.setdefault(topic.removeprefix(SCENE_TOPICS), []).append(
                         (tick, update)
                     )
                     names = [one.frame_id for one in update.entities]
@@ -88,7 +90,7 @@ class RecordedScene:
 
     @property
     def time(self) -> float:
-        """The time of what is shown [s]."""
+        """The time of the shown frame [s]."""
         return float(self.times[self.index])
 
     def seek(self, time: float) -> None:
@@ -128,7 +130,7 @@ class RecordedScene:
         return self._shapes[key]
 
     def poses(self) -> np.ndarray:
-        """Return the poses of all frames; those that are not there have an old pose, or none."""
+        """Return the poses of all frames; absent frames have an old pose, or none."""
         with self._recording.decoding():
             message = FrameTransforms.FromString(self._poses[self.index])
         return self._place(message, self._latest(self._fixed).copy())

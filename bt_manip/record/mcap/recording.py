@@ -29,7 +29,7 @@ from bt_manip.robots import JointLimits
 from bt_manip.runner import STEP_FIELDS, RunEvent
 
 _RECORD_HEAD = struct.Struct("<BQ")  # opcode and length
-_MESSAGE_HEAD = struct.Struct("<HIQQ")  # channel, sequence number, two times
+_MESSAGE_FIELDS = struct.Struct("<HIQQ")  # channel, sequence number, two times
 _READ: dict[int, Any] = {
     Opcode.SCHEMA: Schema, Opcode.CHANNEL: Channel, Opcode.METADATA: Metadata, Opcode.CHUNK: Chunk,
 }  # fmt: skip
@@ -62,7 +62,7 @@ class Recording:
     """
 
     def __init__(self, path: Path | str) -> None:
-        """Read what the file holds.
+        """Read the content of the file.
 
         Raises:
             BtManipError: If there is no such file, or it is no recording.
@@ -95,7 +95,7 @@ class Recording:
                     self.end = max(self.end, record.message_end_time / 1e9)
 
     def _repr_html_(self) -> str:
-        """Show what identifies the run in a notebook."""
+        """Show the identity of the run in a notebook."""
         rows = {key: self.identity.get(key) for key in ("tree", "robot", "scene", "seed")}
         rows["date"] = self.date
         end = f"{self.end:.2f} s" + ("" if self.complete else ", not closed")
@@ -203,7 +203,7 @@ class Recording:
                     raise BtManipError(f"{self.path} is no MCAP file")
                 yield from self._scan(file, emit_chunks)
         except OSError as error:
-            raise BtManipError(f"cannot read {self.path}: {error.strerror}") from error
+            raise BtManipError(f"cannot read '{self.path}': {error.strerror}") from error
 
     def _scan(self, file: BinaryIO, emit_chunks: bool) -> Iterator[McapRecord]:
         size = os.fstat(file.fileno()).st_size
@@ -269,10 +269,10 @@ def _messages_in(
     """Iterate over the messages of some channels; a library's object for each takes ten times."""
     for opcode, start, end in _records_in(chunk.data):
         if opcode == Opcode.MESSAGE:
-            number, sequence, log_time, _ = _MESSAGE_HEAD.unpack_from(chunk.data, start)
+            number, sequence, log_time, _ = _MESSAGE_FIELDS.unpack_from(chunk.data, start)
             if number in channels:
                 topic, is_json = channels[number]
-                data = chunk.data[start + _MESSAGE_HEAD.size : end]
+                data = chunk.data[start + _MESSAGE_FIELDS.size : end]
                 yield sequence, log_time / 1e9, topic, json.loads(data) if is_json else data
 
 

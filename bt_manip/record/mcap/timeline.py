@@ -13,7 +13,7 @@ class Timeline:
     """The states of a recorded run between its ticks, for a viewer that shows any of them.
 
     State 0 is that before the first tick, state i that after the i-th tick. Each state is the one
-    before it and some events, as an `EventStream` reports them during the run.
+    before it and some events, as an `EventStream` emits them during the run.
 
     Attributes:
         scene: The scene; its `index` is that of a state.

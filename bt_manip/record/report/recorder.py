@@ -8,6 +8,7 @@ from typing import Any
 
 from bt_manip.bt.nodes import NodeKind
 from bt_manip.record.identification import identify
+from bt_manip.record.report.node_log import NodeLog
 from bt_manip.record.report.report_file import ReportFile
 from bt_manip.record.report.robot_log import RobotLog, combined
 from bt_manip.record.report.run_report import (
@@ -133,7 +134,8 @@ class Recorder(RunObserver):
         self._time_start = self._time_now = self._cell.time
         self._logs = [RobotLog(self._cell, robot) for robot in station.robots.values()]
         self._phases = PhaseLog(lambda: self._cell.time, self._phase_ended)
-        run.tree.observers.append(self._phases)
+        self._nodes = NodeLog()
+        run.tree.observers += (self._phases, self._nodes)
         self._cell.before_remove.append(self._judge)
         self._begin_cycle()
         self._identity = identify(run)
@@ -168,8 +170,9 @@ class Recorder(RunObserver):
         self._wall = self._wall_so_far()
         if self._judge in self._cell.before_remove:
             self._cell.before_remove.remove(self._judge)
-        if self._phases in self._run.tree.observers:
-            self._run.tree.observers.remove(self._phases)
+        for observer in (self._phases, self._nodes):
+            if observer in self._run.tree.observers:
+                self._run.tree.observers.remove(observer)
 
     # Results
 
@@ -225,6 +228,7 @@ class Recorder(RunObserver):
         for log in self._logs:
             log.begin()
         self._phases.begin()
+        self._nodes.begin()
         self._cycle_start = self._cell.time
         self._gripped, self._present = [], {}
         self._unexpected = {}
@@ -294,6 +298,9 @@ class Recorder(RunObserver):
             unexpected_contacts=tuple(self._unexpected),
             randomized=self._station.randomizer.sampled,
             leaf_times=self._leaf_times(duration),
+            drawn=self._nodes.drawn,
+            retries=dict(self._nodes.retries),
+            rescues=dict(self._nodes.rescues),
             robots=robots if len(robots) > 1 else {},
             **combined(robots.values()),
         )

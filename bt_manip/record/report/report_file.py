@@ -55,7 +55,7 @@ class ReportFile(ABC):
         self._written = 0  # cycles in the file
 
     def update(self, report: RunReport) -> None:
-        """Write the cycles that have ended; those that cannot be written are tried again later.
+        """Write the cycles that have ended; after a failure they are written later.
 
         Args:
             report: The report of the run so far, with the status ``"RUNNING"``.
@@ -81,7 +81,7 @@ class ReportFile(ABC):
 
     @abstractmethod
     def _write(self, report: RunReport, *, final: bool = False) -> None:
-        """Write what the file lacks.
+        """Write the missing part of the file.
 
         Raises:
             OSError: If that fails.

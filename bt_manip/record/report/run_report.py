@@ -4,7 +4,6 @@ import importlib.metadata
 import json
 import math
 import platform
-import re
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, is_dataclass, replace
@@ -12,6 +11,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from bt_manip.exceptions import without_numbers
 from bt_manip.record.files import whole_file
 
 REPORTED_PACKAGES = (
@@ -168,6 +168,10 @@ class CycleReport:
         randomized: Sampled values, by kind, name and quantity.
         leaf_times: How long leaves ran that declare `reports_time`, such as learned policies, by
             registered name.
+        drawn: Values that nodes drew, by path and output; of each, those of the last time it
+            succeeded. Poses are positions and rotation vectors, by axis.
+        retries: How often the child of a `RetryUntilSuccessful` was started again, by path.
+        rescues: How often a fallback succeeded after an action in an earlier child failed, by path.
         robots: With several robots, the figures of each by name; the figures above are then
             maxima or sums.
     """
@@ -193,6 +197,9 @@ class CycleReport:
     max_tool_speed_m_s: float = 0.0
     randomized: dict[str, dict[str, dict[str, Any]]] = field(default_factory=dict)
     leaf_times: dict[str, LeafTime] = field(default_factory=dict)
+    drawn: dict[str, dict[str, Any]] = field(default_factory=dict)
+    retries: dict[str, int] = field(default_factory=dict)
+    rescues: dict[str, int] = field(default_factory=dict)
     robots: dict[str, RobotCycle] = field(default_factory=dict)
 
 
@@ -223,6 +230,7 @@ class RunReport:
         faults: Injected faults, as given after ``--fault``.
         plugins: Version of each loaded plugin, by name.
         foreign: Options for trees of others, where any were given.
+        varied: Parameters that were set as a sweep varies them, by name.
         agent: Kind of the actions of an agent that acted in place of the tree; empty without one.
         sha256: SHA-256 of the files of the ``tree`` (one after the other, if it includes others),
             and of ``scene`` and ``robot`` where these are files.
@@ -248,6 +256,7 @@ class RunReport:
     faults: tuple[str, ...] = ()
     plugins: dict[str, str] = field(default_factory=dict)
     foreign: dict[str, Any] = field(default_factory=dict)
+    varied: dict[str, Any] = field(default_factory=dict)
     agent: str = ""
     sha256: dict[str, str] = field(default_factory=dict)
 
@@ -278,9 +287,6 @@ def plain_cycle(cycle: CycleReport) -> dict[str, Any]:
     return content
 
 
-_NUMBER = re.compile(r"-?\d+(\.\d+)?")
-
-
 class LeafUse:
     """In how many cycles or episodes leaves ran, for which share of the time, and why not."""
 
@@ -302,7 +308,7 @@ class LeafUse:
             counted[:] = map(sum, zip(counted, added, strict=True))
             known = self._reasons.setdefault(name, {})
             for reason in one.reasons:
-                key = _NUMBER.sub("", reason)
+                key = without_numbers(reason)
                 text, count = known.get(key, (reason, 0))
                 known[key] = text, count + 1
 

@@ -15,7 +15,7 @@ from bt_manip.record.mcap.recorded_scene import RecordedScene
 from bt_manip.record.mcap.recording import Recording
 from bt_manip.runner import STEP_FIELDS
 
-POSE = ("x", "y", "z", "qw", "qx", "qy", "qz")
+POSE_COLUMNS = ("x", "y", "z", "qw", "qx", "qy", "qz")
 """Columns of a pose: position [m] and quaternion in the world."""
 
 WRENCH = ("force_x", "force_y", "force_z", "torque_x", "torque_y", "torque_z")
@@ -115,7 +115,7 @@ def _object_columns(scene: RecordedScene, robots: set[str], t: np.ndarray) -> di
     for i, frame in enumerate(scene.frames):
         if entity_of(frame) not in {WORLD, *robots}:
             frames.setdefault(entity_of(frame), i)
-    poses = np.full((len(scene.times), len(frames), len(POSE)), np.nan)
+    poses = np.full((len(scene.times), len(frames), len(POSE_COLUMNS)), np.nan)
     for row, time in zip(poses, scene.times, strict=True):
         scene.seek(time)
         present, now = scene.entities(), scene.poses()
@@ -126,7 +126,7 @@ def _object_columns(scene: RecordedScene, robots: set[str], t: np.ndarray) -> di
     return {
         f"{entity}/{name}": _rows_of(poses[:, i, k], rows)
         for i, entity in enumerate(frames)
-        for k, name in enumerate(POSE)
+        for k, name in enumerate(POSE_COLUMNS)
     }
 
 

@@ -12,14 +12,14 @@ from bt_manip.record.mcap.recorded_run import running_leaves
 from bt_manip.record.mcap.recorded_scene import SAME_TIME, RecordedScene
 from bt_manip.record.mcap.recording import Recording
 from bt_manip.record.video.video_recorder import (
-    SAMPLES,
+    PIXEL_SAMPLES,
     SHADOW_SIZE,
     VideoFile,
     check_video,
     overlay_text,
 )
 
-KINDS = {
+GEOM_TYPES = {
     "box": mujoco.mjtGeom.mjGEOM_BOX,
     "ellipsoid": mujoco.mjtGeom.mjGEOM_ELLIPSOID,
     "cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER,
@@ -85,7 +85,7 @@ class SceneModel:
                 name = f"appearance{appearance}/{next(number)}"
                 geom = bodies[frame].add_geom(
                     name=name,
-                    type=KINDS[shape.kind],
+                    type=GEOM_TYPES[shape.kind],
                     pos=shape.position,
                     quat=shape.quat_wxyz,
                     rgba=shape.rgba,
@@ -134,7 +134,7 @@ def write_video(
     number = camera_number(shown.model, camera)
     times = frame_times(scene.times, fps)
     running = running_leaves(recording, times)
-    renderer = FrameRenderer(shown.model, *extent, shadow_size=SHADOW_SIZE, samples=SAMPLES)
+    renderer = FrameRenderer(shown.model, *extent, shadow_size=SHADOW_SIZE, samples=PIXEL_SAMPLES)
     with closing(renderer), closing(VideoFile(path, *extent, fps)) as video:
         for time, leaves in zip(times.tolist(), running, strict=True):
             scene.seek(time)
@@ -144,7 +144,7 @@ def write_video(
 
 
 def frame_times(times: np.ndarray, fps: float) -> np.ndarray:
-    """Return those of the times of ticks that are shown: the last one before each frame is due.
+    """Return the times of the shown ticks: the last tick before each frame is due.
 
     Args:
         times: Times of the ticks [s].  # (n,)

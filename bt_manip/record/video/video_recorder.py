@@ -17,7 +17,7 @@ from bt_manip.runner import Run, RunObserver
 SHADOW_SIZE = 2048
 """Edge length of the shadow map of videos [pixels]: a quarter of the arena's, twice as fast."""
 
-SAMPLES = 4
+PIXEL_SAMPLES = 4
 """Samples per pixel of videos, which smooth edges."""
 
 GIF_BLOCK = 64
@@ -195,7 +195,7 @@ class VideoRecorder(RunObserver):
             self._number = camera_number(model, self._camera)
             self._close_renderer()
             self._renderer = FrameRenderer(
-                model, *self._size, shadow_size=SHADOW_SIZE, samples=SAMPLES
+                model, *self._size, shadow_size=SHADOW_SIZE, samples=PIXEL_SAMPLES
             )
 
     def run_started(self, run: Run) -> None:

@@ -15,7 +15,7 @@ from .plots import LABEL_WIDTH, LONGEST_REASON, ROW_HEIGHT, BarRow, Plots
 from .replay import replay_html
 from .thinning import LINE_SAMPLES
 
-REASONS = 50
+SHOWN_REASONS = 50
 """Number of different reasons of failed nodes that are listed, the most frequent ones."""
 
 CYCLE_ROWS = 200
@@ -167,7 +167,7 @@ def _reasons(run: RecordedRun) -> str:
     first: dict[tuple[str, str], float] = {}
     for time, where, reason in found:
         first.setdefault((where, reason), time)
-    common = counts.most_common(REASONS)
+    common = counts.most_common(SHOWN_REASONS)
     rows = [
         [f"{first[key]:.2f} s", str(count), escape(key[0]), escape(key[1][:LONGEST_REASON])]
         for key, count in sorted(common, key=lambda one: first[one[0]])
@@ -195,7 +195,7 @@ def _identity(recording: Recording) -> str:
 
 
 def _resolution(run: RecordedRun, rate: float, gap: float) -> str:
-    """Return what was left out to keep the file small."""
+    """Return the parts left out to keep the file small."""
     steps = max((len(robot.t) for robot in run.robots.values()), default=0)
     parts = [f"The replay has {rate:.3g} poses per second."]
     if steps > LINE_SAMPLES:

@@ -10,7 +10,7 @@ from bt_manip.viewer.page import SceneView, close_server, open_server
 RATE = 20.0
 """Poses per second of simulated time in a replay."""
 
-POSES = 1200
+MAX_REPLAY_POSES = 1200
 """Number of poses in a replay: those of 60 s; longer runs have fewer per second."""
 
 LABEL_HEIGHT = 0.9
@@ -22,7 +22,7 @@ def replay_html(recording: Recording) -> tuple[str, float, float]:
     scene = RecordedScene(recording)
     first, last = float(scene.times[0]), float(scene.times[-1])
     duration = last - first
-    rate = min(RATE, POSES / max(duration, 1e-9))
+    rate = min(RATE, MAX_REPLAY_POSES / max(duration, 1e-9))
     server = open_server(0)
     try:
         view = SceneView(server)

@@ -21,7 +21,7 @@ SPEEDS = {"1/10": 0.1, "1/4": 0.25, "1/2": 0.5, "1": 1.0, "2": 2.0, "5": 5.0}
 UNLIMITED = "as fast as possible"
 """Choice of no limit of the speed."""
 
-POLL = 0.05
+PAUSE_POLL = 0.05
 """Wall time between two checks of a paused run [s]."""
 
 
@@ -113,7 +113,7 @@ class Controls(Panel):
                 break
             waited = True
             refresh()
-            self._changed.wait(POLL)
+            self._changed.wait(PAUSE_POLL)
             self._changed.clear()
         if waited:
             self._pacing.start(self._run.station.cell.time)

@@ -8,7 +8,7 @@ import numpy as np
 from .gui import rows_of
 from .panel import Panel
 
-SAMPLES = 1000
+PLOT_SAMPLES = 1000
 """Number of ticks that are shown."""
 
 LINE_COLOURS = ("#1971c2", "#e67700", "#2b8a3e", "#9c36b5")
@@ -49,6 +49,6 @@ class ErrorPlot(Panel):
     def draw(self) -> None:
         """Send the new samples."""
         if self._new:
-            rows = np.concatenate(self._new)[-SAMPLES:]
-            self._plot.append("samples", rows_of(rows), SAMPLES)
+            rows = np.concatenate(self._new)[-PLOT_SAMPLES:]
+            self._plot.append("samples", rows_of(rows), PLOT_SAMPLES)
             self._new.clear()

@@ -23,7 +23,7 @@ JOG_SPEED = 0.25
 GRIP_FORCE = 50.0
 """Largest force with which Close grips [N]: the default of CloseGripper."""
 
-STEP = 1e-3
+SLIDER_STEP = 1e-3
 """Step of the joint sliders [rad] or [m]."""
 
 EDITING = 1.0
@@ -120,7 +120,7 @@ class _RobotJog:
         with self._folder:
             self._sliders = [
                 gui.add_slider(
-                    f"{name} [{unit}]", low, high, STEP, min(max(round(q, 3), low), high)
+                    f"{name} [{unit}]", low, high, SLIDER_STEP, min(max(round(q, 3), low), high)
                 )
                 for name, unit, low, high, q in zip(
                     robot.robot.description.arm_joints, self._arm.model.units,
@@ -160,7 +160,7 @@ class _RobotJog:
             one.visible = active
 
     def follow(self) -> None:
-        """Show the present configuration, except on what is being edited."""
+        """Show the present configuration, except in edited fields."""
         idle = time.monotonic() - self._edited > EDITING
         if self._arm.busy:
             idle &= np.isneginf(self._edited)
@@ -168,7 +168,7 @@ class _RobotJog:
         q = np.clip(self._robot.robot.q, self._lower, self._upper)
         for i in np.flatnonzero(idle & np.isfinite(q)).tolist():
             slider = self._sliders[i]
-            if abs(q[i] - slider.value) > 0.6 * STEP:
+            if abs(q[i] - slider.value) > 0.6 * SLIDER_STEP:
                 slider.value = round(float(q[i]), 3)
         if self._handle.visible and not self._dragging and not self._arm.busy:
             T_wt = self._arm.model.pose(self._arm.q)

@@ -9,7 +9,7 @@ from .panel import Panel
 LINES = 2000
 """Number of lines of the log that are kept."""
 
-LONGEST_VALUE = 200
+SHOWN_CHARACTERS = 200
 """Number of characters of a value that are shown."""
 
 REPEATED = 0.05
@@ -115,6 +115,6 @@ class BlackboardPanel(Panel):
 
 
 def short(value: Any) -> str:
-    """Return a value as text, cut to `LONGEST_VALUE` characters."""
+    """Return a value as text, cut to `SHOWN_CHARACTERS` characters."""
     text = str(value)
-    return text if len(text) <= LONGEST_VALUE else f"{text[:LONGEST_VALUE]}…"
+    return text if len(text) <= SHOWN_CHARACTERS else f"{text[:SHOWN_CHARACTERS]}…"

@@ -11,8 +11,8 @@ from bt_manip.bt import NodeStatus
 from bt_manip.cell import CellScene
 from bt_manip.runner import KINDS, EventStream, Run, RunObserver
 
-from .controls import POLL, Controls
-from .error_plot import SAMPLES
+from .controls import PAUSE_POLL, Controls
+from .error_plot import PLOT_SAMPLES
 from .scene_page import MakePanel, ScenePage
 from .server import PORT
 
@@ -71,7 +71,7 @@ class Page(ScenePage, RunObserver):
         """
         end = time.monotonic() + patience
         while not self.server.get_clients() and time.monotonic() < end and not stop():
-            time.sleep(POLL)
+            time.sleep(PAUSE_POLL)
         return bool(self.server.get_clients())
 
     def show_time(self, time: float | None) -> None:
@@ -97,7 +97,7 @@ class Page(ScenePage, RunObserver):
         self._source = None
 
     def cycle_started(self, cycle: int) -> None:
-        """Let the next update show what was randomized."""
+        """Let the next update show the randomized values."""
         self._source = None
 
     def before_tick(self) -> None:
@@ -111,7 +111,7 @@ class Page(ScenePage, RunObserver):
         robots = self._run.station.robots.values()
         joints = {one.name: (one.robot.q, one.arm.q_ref) for one in robots}
         self._samples.append((self._cell.time, joints))
-        if len(self._samples) >= SAMPLES:
+        if len(self._samples) >= PLOT_SAMPLES:
             self._hand_over_samples()
         for panel in self._panels:
             panel.end_tick()

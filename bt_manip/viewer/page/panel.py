@@ -71,7 +71,7 @@ class Panel:
         """Act after a tick of a run."""
 
     def draw(self) -> None:
-        """Send what has changed to the open pages; called at most ten times a second."""
+        """Send changes to the open pages; called at most ten times a second."""
 
 
 def message_html(message: str, *, error: bool = False) -> str:

@@ -13,7 +13,7 @@ from .panel import Panel
 if TYPE_CHECKING:
     from bt_manip.runner import Run, Station
 
-PATH_THICKNESS = 4.0
+PAGE_PATH_THICKNESS = 4.0
 """Thickness of the line [pixels]."""
 
 
@@ -79,7 +79,7 @@ class PathPanel(Panel):
         colour = tuple(bytes.fromhex(LINE_COLOURS[index][1:]))
         self._lines[name] = self._server.scene.add_line_segments(
             f"/planned path of {name}", segments, colour,
-            thickness=PATH_THICKNESS, thickness_units="screen",
+            thickness=PAGE_PATH_THICKNESS, thickness_units="screen",
         )  # fmt: skip
 
     def _remove(self, name: str) -> None:

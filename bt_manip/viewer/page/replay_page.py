@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from bt_manip.record import RecordedScene, Recording, Timeline
 
 from .controls import UNLIMITED, Controls
-from .error_plot import SAMPLES
+from .error_plot import PLOT_SAMPLES
 from .gui import Gui
 from .scene_page import POSE_PERIOD, MakePanel, ScenePage
 from .server import PORT
@@ -131,7 +131,7 @@ class ReplayPage(ScenePage):
     # Internal
 
     def _act(self, position: float, elapsed: float) -> float:
-        """Do what the controls ask for, or play on; return the simulated time to play on from.
+        """Execute commands of the controls, or play on; return the simulated time to play on from.
 
         Args:
             position: The simulated time up to which has been played [s].
@@ -164,7 +164,7 @@ class ReplayPage(ScenePage):
                 panel.reset()
         for event in timeline.events(before, index):
             self.handle(event)
-        first = max(before + 1, index + 1 - SAMPLES, 1)  # there are no joints in state 0
+        first = max(before + 1, index + 1 - PLOT_SAMPLES, 1)  # there are no joints in state 0
         if first <= index:
             times, joints = timeline.joints(first, index + 1)
             for panel in self._panels:

@@ -1,4 +1,4 @@
-"""What the page of a run and that of a recording share."""
+"""Common base of the page of a run and the page of a recording."""
 
 import contextlib
 import time
@@ -20,7 +20,7 @@ POSE_PERIOD = 1.0 / 20.0
 PANEL_PERIOD = 1.0 / 10.0
 """Wall time between two updates of the panels [s]."""
 
-SHARE = 0.04
+UPDATE_SHARE = 0.04
 """Largest share of wall time that updates take: more pages get fewer of them."""
 
 LONGEST_PERIOD = 2.0
@@ -130,7 +130,7 @@ class ScenePage:
                 self._publish()
         served, self._served = self._served, processor_time(self.server)
         used = time.thread_time() - start + self._served - served
-        self._next = time_now + max(POSE_PERIOD, min(used / SHARE, LONGEST_PERIOD))
+        self._next = time_now + max(POSE_PERIOD, min(used / UPDATE_SHARE, LONGEST_PERIOD))
 
     def _publish(self) -> None:
         with contextlib.suppress(RuntimeError):  # the server is being stopped

@@ -1,4 +1,4 @@
-"""The choice of the next run, and what happens between runs."""
+"""The choice of the next run, and the events between runs."""
 
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
@@ -72,7 +72,7 @@ class SessionPanel(Panel):
         self._show(idle=False)
 
     def take(self) -> tuple[str, RunChoice] | None:
-        """Return what was asked for last, and forget it: ``show``, ``reset`` or ``run``.
+        """Return the last request, and forget it: ``show``, ``reset`` or ``run``.
 
         ``show`` asks for the cell of another tree, scene or robot.
         """

@@ -18,7 +18,7 @@ class AreStacked(Condition):
         self.cell: Cell = infrastructure["cell"]
 
     def update(self) -> Status:
-        """Look what each of them touches."""
+        """Check the contacts of each block."""
         cell = self.cell
         try:
             lowest = blocks_on(cell, self.on)

@@ -62,10 +62,10 @@ class ColouredBlock(composer.Entity):
 
     @property
     def parameters(self) -> Mapping[str, Any]:
-        """What it was made with, as plain data."""
+        """Its parameters, as plain data."""
         return MappingProxyType({"colour": self.colour, "size": self.size})
 
     @property
     def rest_height(self) -> float:
-        """Height of the centre above what it stands on [m]."""
+        """Height of the centre above its support [m]."""
         return self.size / 2

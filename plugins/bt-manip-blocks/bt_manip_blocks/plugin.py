@@ -19,7 +19,7 @@ def register_objects(register):
 
 @hookimpl
 def register_behaviours(register):
-    """Bring what scatters blocks, chooses one, finds its slot, and looks whether all is done."""
+    """Register the behaviours that scatter blocks, choose one, find its slot, and check the end."""
     from bt_manip_blocks.are_sorted import AreSorted
     from bt_manip_blocks.are_stacked import AreStacked
     from bt_manip_blocks.choose_base import ChooseBase

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from bt_manip import spatial
+from bt_manip.behaviours import poses_output
 from bt_manip.bt import Action, Input, Output, Status
 from bt_manip.cell import Cell, CellError, unique_name
 from bt_manip_blocks.blocks import blocks_in
@@ -17,6 +18,8 @@ ATTEMPTS = 2000
 class ScatterBlocks(Action):
     """Clear all coloured blocks away, and scatter new ones with room for the fingers."""
 
+    drawn = ("poses",)
+
     colours = Input(list[str], default=["red", "green", "blue"], doc="Colours, separated by ';'.")
     each = Input(int, default=1, doc="How many of each colour.")
     on = Input(str, default="table", doc="Name of the object whose surface they are put on.")
@@ -27,6 +30,7 @@ class ScatterBlocks(Action):
     )
     spacing = Input(float, default=0.08, doc="Least distance of two centres [m].")
     blocks = Output(list[str], doc="Names of the blocks.")
+    poses = poses_output("Their poses in the world, each x;y;z;qw;qx;qy;qz [m], separated by '|'.")
 
     def setup(self, **infrastructure: Any) -> None:
         """Keep the cell and its randomness."""
@@ -51,7 +55,7 @@ class ScatterBlocks(Action):
         colours = self.colours
         wanted = [(colour, i, j) for i in range(self.each) for j, colour in enumerate(colours)]
         places = self._places(len(wanted))
-        names = []
+        names, poses = [], []
         with cell.editing():
             for name in blocks_in(cell):
                 cell.remove(name)
@@ -65,7 +69,8 @@ class ScatterBlocks(Action):
                 )
                 name = unique_name(block.colour, cell.entities)
                 names.append(cell.add(block, T_wo, name=name))
-        self.blocks = names
+                poses.append(T_wo)
+        self.blocks, self.poses = names, poses
         self.feedback_message = f"{len(names)} blocks"
 
     def _block(self, colour: str, i: int, j: int) -> ColouredBlock:

@@ -82,7 +82,7 @@ class SortingTray(composer.Entity):
 
     @property
     def parameters(self) -> Mapping[str, Any]:
-        """What it was made with, as plain data."""
+        """Its parameters, as plain data."""
         return MappingProxyType({"colours": self.colours, "slots": self.slots})
 
     def row(self, colour: str) -> list[pin.SE3]:

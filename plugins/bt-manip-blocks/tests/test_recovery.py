@@ -1,7 +1,7 @@
 """The trees look at the end, and go on from the blocks as they are."""
 
 from bt_manip.bt import NodeStatus
-from bt_manip.evaluation import StressTester, plan_cases
+from bt_manip.evaluation import StressTester, plan_episodes
 from bt_manip_blocks import ChooseBase
 
 from .test_blocks import put
@@ -9,8 +9,8 @@ from .test_blocks import put
 
 def test_a_tower_from_which_a_block_is_taken_at_the_end_is_built_again():
     tester = StressTester("stack_blocks")
-    (case,) = plan_cases(tester, 1, ["move"], ["MoveHome"])
-    result = tester.run(case)
+    (episode,) = plan_episodes(tester, 1, ["move"], ["MoveHome"])
+    result = tester.run(episode)
     assert (result.outcome, result.reason, result.next_reason) == ("recovered", "", "")
 
 

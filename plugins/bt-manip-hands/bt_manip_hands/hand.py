@@ -23,8 +23,8 @@ STOPPED = "stopped"
 
 _DURATION = 0.8  # [s] of closing from fully open to fully closed
 _REACH = 0.3  # [m] radius of the sensor zones, large enough for all contacts of a link
-_STEADY_BAND = (0.8, 1.3)  # relative to the commanded force
-_STEADY_TIME = 0.1  # [s] inside the band until the grip is steady
+_WRAP_STEADY_BAND = (0.8, 1.3)  # relative to the commanded force
+_WRAP_STEADY_TIME = 0.1  # [s] inside the band until the grip is steady
 _AT_POSTURE = 0.06  # [rad] from the open posture at which the hand is open
 _PATIENCE = 0.3  # [s] fully closed, or with thumb on finger, after which nothing is gripped
 
@@ -140,7 +140,7 @@ class Hand(Gripper):
     @property
     def steady(self) -> bool:
         """Whether thumb and fingers hold an object with about the commanded force."""
-        return self.state == CLOSING and self._time >= _STEADY_TIME - 1e-9
+        return self.state == CLOSING and self._time >= _WRAP_STEADY_TIME - 1e-9
 
     @property
     def closed_on_nothing(self) -> bool:
@@ -251,7 +251,7 @@ class Hand(Gripper):
             return
         error = float(np.clip((self._asked - self._force) / self._asked, -1.0, 1.0))
         self._s = min(max(self._s + error * dt / _DURATION, 0.0), 1.0)
-        low, high = (share * self._asked for share in _STEADY_BAND)
+        low, high = (share * self._asked for share in _WRAP_STEADY_BAND)
         holds = self._force > 0.0 and bool(self.held)
         self._time = self._time + dt if holds and low <= self._force <= high else 0.0
         done = self._s == 1.0 or self._force > low

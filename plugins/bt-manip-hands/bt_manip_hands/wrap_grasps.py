@@ -12,7 +12,7 @@ from bt_manip.exceptions import MotionError
 from bt_manip.grippers import Solid
 from bt_manip.robots import GraspCandidates
 
-_CLEARANCE = 5e-3  # [m] of the fingertips above the object's far side, and of the palm
+_FINGER_CLEARANCE = 5e-3  # [m] of the fingertips above the object's far side, and of the palm
 _SLACK = 8e-3  # [m] of the object between the open thumb and fingers, both sides together
 _BELOW = -0.1  # cosine of approach and straight down, below which a grasp approaches from below
 _FARTHER = (0.0, 0.01, 0.02)  # [m] of the tool, where links of the fingers obstruct the nearest
@@ -111,7 +111,9 @@ class WrapGraspGenerator:
                 continue
             # The tool stays behind the centre where fingertips or palm have too little room.
             back = farther + max(
-                0.0, shape.tip + _CLEARANCE - half[along], half[along] + _CLEARANCE - shape.palm
+                0.0,
+                shape.tip + _FINGER_CLEARANCE - half[along],
+                half[along] + _FINGER_CLEARANCE - shape.palm,
             )
             if back > half[along]:
                 continue

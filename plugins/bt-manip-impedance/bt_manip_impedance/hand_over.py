@@ -101,7 +101,7 @@ class IsHandedOver(ObjectCondition):
         return self.object, self.giver, self.receiver, self.support
 
     def why_not(self) -> str:
-        """Return what the contacts have not shown."""
+        """Return the conditions that the contacts have not shown."""
         for name in self._names():
             self.cell.find(name)
         if self._handed_over:

@@ -19,7 +19,7 @@ MARGIN = 0.005
 LAG = 0.03
 """How far the reference ends beyond the opening [m]: the springs of the tool give way."""
 
-MAX_REST_SPEED = 5e-3
+MAX_DRAWER_SPEED = 5e-3
 """Speed of a drawer that counts as at rest [m/s]; as for objects."""
 
 NEAR = 0.2
@@ -122,7 +122,7 @@ class PullOpen(MotionBehaviour):
                 return Status.RUNNING
             return (
                 Status.SUCCESS
-                if self.steady(abs(drawer.speed) < MAX_REST_SPEED)
+                if self.steady(abs(drawer.speed) < MAX_DRAWER_SPEED)
                 else Status.RUNNING
             )
         if self.object not in self.gripper.held:
@@ -168,7 +168,7 @@ class IsOpen(ObjectCondition):
         drawer = find_drawer(self.cell, self.object)
         if drawer.opening < self.opening:
             return f"'{self.object}' is {1e3 * drawer.opening:.0f} mm open"
-        if abs(drawer.speed) > MAX_REST_SPEED:
+        if abs(drawer.speed) > MAX_DRAWER_SPEED:
             return f"'{self.object}' moves at {1e3 * drawer.speed:.0f} mm/s"
         return ""
 

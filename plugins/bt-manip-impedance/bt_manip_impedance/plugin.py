@@ -50,7 +50,7 @@ def register_behaviours(register):
 
 @hookimpl
 def register_scenes(register):
-    """Register the scenes of the tasks: in Python, and in files with what varies."""
+    """Register the scenes of the tasks: in Python, and in files with variations."""
     from bt_manip.scenes import scene_of
     from bt_manip_impedance.scene import button_on_table, peg_on_table
 

@@ -1,5 +1,9 @@
 """Press a button."""
 
+import math
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 import pinocchio as pin
 
@@ -9,6 +13,9 @@ from bt_manip.cell import CellError
 from bt_manip_impedance.push_button import PRESSED, PushButton
 
 RELEASED = 1e-4  # [m] depth up to which the cap counts as up
+
+NEAR = 0.2
+"""Distance at which the share of progress for being near has fallen to a quarter [m]."""
 
 CLEAR = 0.03
 """Height over the cap that the tool retreats to [m]."""
@@ -115,6 +122,29 @@ class IsReleased(ButtonCondition):
 class WasPressed(ButtonCondition):
     """Check that a button has been pressed down since it was made."""
 
+    released = Input(bool, default=False, doc="Whether it must be up again.")
+
+    def setup(self, **infrastructure: Any) -> None:
+        """Keep the cell and the robots."""
+        super().setup(**infrastructure)
+        self.robots: Mapping[str, Any] = infrastructure["robots"]
+
     def why_not(self) -> str:
-        """Read the button's count."""
-        return "" if self.button.presses else f"'{self.object}' was not pressed"
+        """Read the button's count, and its depth."""
+        button = self.button
+        if not button.presses:
+            return f"'{self.object}' was not pressed"
+        if self.released and button.depth > RELEASED:
+            return f"'{self.object}' is {1e3 * button.depth:.1f} mm down"
+        return ""
+
+    def progress(self) -> float:
+        """Return the progress: shares for coming near, for pressing and for the release."""
+        button = self.button
+        down = min(max(button.depth / button.travel, 0.0), 1.0)
+        if button.presses:
+            return 0.8 + 0.2 * (1.0 - down)
+        top = self.cell.pose(self.object) * pin.SE3(np.eye(3), np.array([0, 0, button.height]))
+        tools = [one.robot.tool_pose.translation for one in self.robots.values()]
+        distance = min(float(np.linalg.norm(tool - top.translation)) for tool in tools)
+        return 0.4 * (1.0 - math.tanh(distance / NEAR)) + 0.4 * down

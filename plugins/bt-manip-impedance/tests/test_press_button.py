@@ -1,10 +1,14 @@
 """The tree press_button needs a compliant controller."""
 
+import itertools
+
 import pytest
 
 from bt_manip import build_station
+from bt_manip.agents import Episodes, goal_progress
 from bt_manip.bt import BehaviourRegistry, NodeStatus, load_tree
 from bt_manip.plugins import load_plugins
+from bt_manip.runner import request_of
 from bt_manip_impedance import Press, WasPressed
 
 
@@ -68,6 +72,20 @@ def test_a_press_is_counted_once_and_kept_in_a_snapshot(parts):
     assert button.presses == 0
     cell.restore(after)
     assert button.presses == 1
+
+
+def test_progress_grows_from_the_approach_to_the_release(parts):
+    episodes = Episodes(request_of("press_button", parts), parts)
+    episodes.reset(0)
+    button, found = episodes.station.cell.find("button"), [(0.0, goal_progress(episodes))]
+    while not episodes.success:
+        episodes.expert_step()
+        found.append((button.depth, goal_progress(episodes)))
+    assert found[0][1] < 0.25 and found[-1][1] == 1.0
+    first = next(i for i, (depth, _) in enumerate(found) if depth > 1e-3)
+    assert max(progress for _, progress in found[:first]) < 0.5  # over the button
+    pressing = [progress for _, progress in found[first:]]
+    assert all(after > before - 0.01 for before, after in itertools.pairwise(pressing))
 
 
 def test_another_object_than_a_button_cannot_be_pressed(parts):

@@ -2,7 +2,7 @@
 
 import pytest
 
-from bt_manip.evaluation import StressCase, StressTester
+from bt_manip.evaluation import StressEpisode, StressTester
 
 
 @pytest.fixture(scope="module")
@@ -13,7 +13,7 @@ def recovers():
     def recovers(tree, fault, phase, seed=0):
         tester = testers.get(tree) or testers.setdefault(tree, StressTester(tree))
         where = [one for one in tester.phases() if phase in one.path][-1]
-        result = tester.run(StressCase(fault, where, seed))
+        result = tester.run(StressEpisode(fault, where, seed))
         return result.outcome, result.reason, result.next_reason
 
     return recovers

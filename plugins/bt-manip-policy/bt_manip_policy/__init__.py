@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from bt_manip_policy.is_above import IsAbove as IsAbove
     from bt_manip_policy.onnx_policy import OnnxPolicy as OnnxPolicy
+    from bt_manip_policy.policy_kind import PolicyKind as PolicyKind
     from bt_manip_policy.policy_process import LoadedPolicy as LoadedPolicy
     from bt_manip_policy.policy_process import PolicyError as PolicyError
     from bt_manip_policy.policy_process import PolicyProcess as PolicyProcess
@@ -19,6 +20,7 @@ _MODULES = {
     "LoadedPolicy": "policy_process",
     "OnnxPolicy": "onnx_policy",
     "PolicyError": "policy_process",
+    "PolicyKind": "policy_kind",
     "PolicyProcess": "policy_process",
     "RunPolicy": "run_policy",
 }

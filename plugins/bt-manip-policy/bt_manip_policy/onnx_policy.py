@@ -1,6 +1,7 @@
 """Policies in ONNX files."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import onnxruntime as ort
@@ -14,16 +15,31 @@ ACTION = "bt_manip.action"
 RATE = "bt_manip.rate"
 """Key of the metadata with the number of actions per second [Hz]."""
 
-_DTYPES = {"tensor(float)": np.float32, "tensor(double)": np.float64}
+HISTORY = "bt_manip.history"
+"""Key of the metadata with the number of observations in a row that the graph gets."""
+
+EXECUTE = "bt_manip.execute"
+"""Key of the metadata with the number of rows that are executed before the next observation."""
+
+ENSEMBLE = "bt_manip.ensemble"
+"""Key of the metadata with the decay of temporal ensembling."""
+
+STATE, NEXT_STATE = "state_", "next_state_"
+"""Beginnings of the names of inputs and outputs that are recurrent state."""
+
+_DTYPES = {"tensor(float)": np.float32, "tensor(double)": np.float64, "tensor(uint8)": np.uint8}
+
+Shape = tuple[int | None, ...]
 
 
 class OnnxPolicy:
     """A function from observations to actions, read from an ONNX file.
 
-    Each input of the graph is the observation of that name; the only output is an action, or one
-    action per row to execute in turn. A leading dimension of 1 may be added to all of them.
-    Normalization is part of the graph. The file's metadata has the kind of the actions under
-    `ACTION` and their rate under `RATE`.
+    Each input of the graph is the observation of that name; the output is an action, or one action
+    per row to execute in turn. A leading dimension of 1 may be added to all of them. An input
+    ``state_NAME`` is zero at first, and then what the output ``next_state_NAME`` was. Normalization
+    is part of the graph. The file's metadata has the kind of the actions under `ACTION`, their rate
+    under `RATE`, and, where they are not the usual ones, `HISTORY`, `EXECUTE` and `ENSEMBLE`.
 
     The graph runs on the CPU in one thread, so that the same observations give the same actions.
     A `PolicyProcess` bounds its time and memory; it takes any class with these attributes.
@@ -32,6 +48,11 @@ class OnnxPolicy:
         action: Kind of the actions.
         rate: Number of actions per second [Hz].
         inputs: Shape of each observation; None is a dimension of any size.
+        states: Shape of each recurrent state, by the name of its input.
+        history: Observations in a row that it gets, the present one last; with more than one, the
+            first dimension of each input has this size.
+        execute: Rows of an output that are executed before the next observation; 0: all.
+        ensemble: Decay of temporal ensembling, for which it acts in each step; None for none.
     """
 
     def __init__(self, path: str) -> None:
@@ -54,44 +75,96 @@ class OnnxPolicy:
         except Exception as error:  # onnxruntime's errors have no other base class
             raise BtManipError(f"does not load: {one_line(error)}") from error
         metadata = self._session.get_modelmeta().custom_metadata_map
-        self.action, self.rate = _read_metadata(metadata)
-        self.inputs: dict[str, tuple[int | None, ...]] = {}
-        for given in self._session.get_inputs():
-            if given.type not in _DTYPES:
-                raise BtManipError(f"has the input '{given.name}' of {given.type}, expected floats")
-            self.inputs[given.name] = tuple(n if isinstance(n, int) else None for n in given.shape)
-        if not self.inputs or len(self._session.get_outputs()) != 1:
+        if missing := [key for key in (ACTION, RATE) if key not in metadata]:
+            raise BtManipError(f"its metadata lack '{missing[0]}'; known: {', '.join(metadata)}")
+        self.action = metadata[ACTION]
+        self.rate = _number(metadata, RATE, 0.0, 1000.0)
+        self.history = int(_number(metadata, HISTORY, 0.5, 64.0, whole=True, default=1))
+        self.execute = int(_number(metadata, EXECUTE, -1.0, 1e6, whole=True, default=0))
+        self.ensemble = _number(metadata, ENSEMBLE, -1e-12, 1e3) if ENSEMBLE in metadata else None
+        given = {one.name: one for one in self._session.get_inputs()}
+        for name, one in given.items():
+            if one.type not in _DTYPES:
+                raise BtManipError(
+                    f"has the input {shown(name)} of {one.type}, expected floats or bytes"
+                )
+        self._dtypes = {name: _DTYPES[one.type] for name, one in given.items()}
+        shapes = {name: _shape(one.shape) for name, one in given.items()}
+        self._outputs = [one.name for one in self._session.get_outputs()]
+        self.states = _states(shapes, self._outputs)
+        self.inputs = {name: shape for name, shape in shapes.items() if name not in self.states}
+        actions = [one for one in self._outputs if not one.startswith(NEXT_STATE)]
+        if not self.inputs or len(actions) != 1:
             raise BtManipError("expected inputs, and one output: the actions")
-        self._dtypes = {one.name: _DTYPES[one.type] for one in self._session.get_inputs()}
 
-    def act(self, observations: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Return the output of the graph: an action, or one per row.
+    def act(
+        self, observations: Mapping[str, np.ndarray]
+    ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+        """Return the actions, one or one per row, and the next states.
 
         Args:
-            observations: The present observations by name.
+            observations: The present observations and states by name.
         """
         feeds = {}
-        for name, shape in self.inputs.items():
+        for name, shape in (self.inputs | self.states).items():
             value = np.asarray(observations[name], dtype=self._dtypes[name])
             feeds[name] = value if value.ndim == len(shape) else value[None]
-        (result,) = self._session.run(None, feeds)
-        return np.asarray(result)
+        results = dict(zip(self._outputs, self._session.run(None, feeds), strict=True))
+        states = {name: results.pop(NEXT_STATE + name.removeprefix(STATE)) for name in self.states}
+        (actions,) = results.values()
+        return np.asarray(actions), states
 
 
-def _read_metadata(metadata: Mapping[str, str]) -> tuple[str, float]:
-    for key in (ACTION, RATE):
-        if key not in metadata:
-            raise BtManipError(f"its metadata lack '{key}'; known: {', '.join(metadata)}")
+def _shape(shape: Sequence[Any]) -> Shape:
+    return tuple(n if isinstance(n, int) else None for n in shape)
+
+
+def _states(inputs: Mapping[str, Shape], outputs: Sequence[str]) -> dict[str, Shape]:
+    """Return the shapes of the recurrent states.
+
+    Raises:
+        BtManipError: If one is of any size, or an output has no input.
+    """
+    found = {}
+    for name, shape in inputs.items():
+        if name.startswith(STATE) and NEXT_STATE + name.removeprefix(STATE) in outputs:
+            if None in shape:
+                raise BtManipError(f"has the state {shown(name)} of any size, expected a fixed one")
+            found[name] = shape
+    for name in outputs:
+        own = STATE + name.removeprefix(NEXT_STATE)
+        if name.startswith(NEXT_STATE) and own not in found:
+            raise BtManipError(f"has the output {shown(name)}, but no input {shown(own)}")
+    return found
+
+
+def _number(
+    metadata: Mapping[str, str],
+    key: str,
+    above: float,
+    most: float,
+    *,
+    whole: bool = False,
+    default: float = 0.0,
+) -> float:
+    """Return a number of the metadata.
+
+    Raises:
+        BtManipError: If it is none, or not within its bounds.
+    """
+    if key not in metadata:
+        return default
     try:
-        rate = float(metadata[RATE])
+        value = float(metadata[key])
     except ValueError:
-        rate = 0.0
-    if not 0.0 < rate <= 1000.0:
+        value = float("nan")
+    if not above < value <= most or (whole and value != int(value)):
+        kind = "a whole number" if whole else "a number"
         raise BtManipError(
-            f"its metadata '{RATE}' must be a number above 0 and up to 1000 [Hz], "
-            f"got {shown(metadata[RATE])}"
+            f"its metadata '{key}' must be {kind} above {max(above, 0.0):g} and up to {most:g}"
+            f"{' [Hz]' if key == RATE else ''}, got {shown(metadata[key])}"
         )
-    return metadata[ACTION], rate
+    return value
 
 
 def _options() -> ort.SessionOptions:

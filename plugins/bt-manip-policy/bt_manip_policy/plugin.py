@@ -18,6 +18,14 @@ def register_behaviours(register):
 
 
 @hookimpl
+def register_policies(register):
+    """Register policies in ONNX files."""
+    from bt_manip_policy.policy_kind import ONNX
+
+    register("onnx", ONNX)
+
+
+@hookimpl
 def register_trees(register):
     """Register the pick and place with a policy."""
     register("pick_place_policy", TREES / "pick_place_policy.xml")

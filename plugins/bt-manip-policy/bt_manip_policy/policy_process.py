@@ -9,23 +9,15 @@ import weakref
 from collections.abc import Callable, Mapping
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from bt_manip.control import ControlError
 from bt_manip.exceptions import did_you_mean, shown
 
+from .policy_kind import ONNX, PolicyKind
 from .worker import MAX_REPLY
-
-CHECK_TIME = 1.5
-"""Longest wall time in which a policy is loaded, and acts for the first time [s]."""
-
-MAX_TIME = 5.0
-"""Longest wall time of an action later [s]: a loaded machine must not decide what happens."""
-
-MAX_MEMORY = 768 << 20
-"""Limit of the data of the process [bytes]; onnxruntime itself takes 110 MB of it."""
 
 START_TIME = 60.0
 """Longest wall time in which the process starts and imports the class of a policy [s]."""
@@ -49,8 +41,13 @@ class PolicyProcess:
     this process, and when its pipe ends, so that no crash leaves it behind.
     """
 
-    def __init__(self) -> None:
-        """Start nothing yet."""
+    def __init__(self, memory: int = ONNX.memory) -> None:
+        """Start nothing yet.
+
+        Args:
+            memory: Limit of the data of the process [bytes].
+        """
+        self._memory = memory
         self._end: Callable[[], object] = lambda: None
         self._process: subprocess.Popen[bytes] | None = None
         self._pipe: Connection | None = None
@@ -109,7 +106,7 @@ class PolicyProcess:
             self._pipe, other = Pipe()
             with other:
                 environment = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", **os.environ}
-                arguments = json.dumps(sys.path), str(other.fileno()), str(MAX_MEMORY)
+                arguments = json.dumps(sys.path), str(other.fileno()), str(self._memory)
                 self._process = subprocess.Popen(
                     [sys.executable, "-P", "-c", _COMMAND, *arguments], pass_fds=[other.fileno()],
                     stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
@@ -147,6 +144,18 @@ class PolicyProcess:
         return f"ended its process ({how})"
 
 
+class Acted(NamedTuple):
+    """A reply of a policy.
+
+    Attributes:
+        actions: One action per row.  # (n, size)
+        states: The next recurrent states by name.
+    """
+
+    actions: np.ndarray
+    states: dict[str, np.ndarray]
+
+
 class LoadedPolicy:
     """A policy in a process.
 
@@ -155,27 +164,37 @@ class LoadedPolicy:
         action: Kind of the actions.
         rate: Number of actions per second [Hz].
         inputs: Shape of each observation; None is a dimension of any size.
+        states: Shape of each recurrent state.
+        history: Observations in a row that it gets, the present one last.
+        execute: Rows of an output that are executed before the next observation; 0: all.
+        ensemble: Decay of temporal ensembling; None for none.
     """
 
-    def __init__(self, process: PolicyProcess, name: str, make: str, *arguments: Any) -> None:
+    def __init__(
+        self, process: PolicyProcess, name: str, kind: PolicyKind | str, *arguments: Any
+    ) -> None:
         """Make a policy in the process.
 
         Args:
             process: The process.
             name: What messages call it.
-            make: ``"module:name"`` of a class or function that makes it there, with the attributes
-                of `OnnxPolicy`.
-            arguments: Its arguments, which are pickled.
+            kind: Its kind, or what makes it, as `PolicyKind.make`.
+            arguments: Arguments for it, which are pickled.
 
         Raises:
             PolicyError: If it cannot be made within the limits.
         """
         self.name, self._process = name, process
-        self._make, self._arguments = make, arguments
-        about = json.loads(self._answer(None, CHECK_TIME))
+        self._kind = kind if isinstance(kind, PolicyKind) else PolicyKind(kind)
+        self._arguments = arguments
+        about = json.loads(self._answer(None, self._kind.load_time))
         self.action: str = about["action"]
         self.rate: float = about["rate"]
         self.inputs = {name: tuple(shape) for name, shape in about["inputs"].items()}
+        self.states = {name: tuple(shape) for name, shape in about["states"].items()}
+        self.history: int = about["history"]
+        self.execute: int = about["execute"]
+        self.ensemble: float | None = about["ensemble"]
 
     def check(self, shapes: Mapping[str, tuple[int, ...]]) -> None:
         """Check that it fits a station.
@@ -192,7 +211,7 @@ class LoadedPolicy:
                     f"expects the observation {shown(name)}, which the station lacks"
                     + did_you_mean(name, shapes)
                 )
-            found = shapes[name]
+            found = shapes[name] if self.history == 1 else (self.history, *shapes[name])
             if not (_fits(found, expected) or _fits((1, *found), expected)):
                 raise self.error(
                     f"expects the observation {shown(name)} of size {_shape_text(expected)}, the "
@@ -200,39 +219,51 @@ class LoadedPolicy:
                 )
 
     def act(
-        self, observations: Mapping[str, np.ndarray], size: int, *, trial: bool = False
-    ) -> np.ndarray:
+        self,
+        observations: Mapping[str, np.ndarray],
+        size: int,
+        states: Mapping[str, np.ndarray] | None = None,
+        *,
+        trial: bool = False,
+    ) -> "Acted":
         """Return the next actions.
 
         Args:
             observations: The present observations by name.
             size: Number of values of an action.
+            states: The recurrent states by name; None: all zero.
             trial: Whether the observations are made up: the actions need not be finite, and take
-                at most `CHECK_TIME`.
-
-        Returns:
-            One action per row.  # (n, size)
+                at most `PolicyKind.load_time`.
 
         Raises:
             PolicyError: If the policy fails, or its result is not finite or has another shape.
         """
         wanted = {name: observations[name] for name in self.inputs}
-        reply = self._answer(wanted, CHECK_TIME if trial else MAX_TIME)
+        wanted |= states or {name: np.zeros(shape) for name, shape in self.states.items()}
+        reply = self._answer(wanted, self._kind.load_time if trial else self._kind.time)
         head, _, data = reply.partition(b"\n")
-        shape = tuple(json.loads(head)["shape"])
-        actions = np.frombuffer(data).reshape(shape)
+        described, numbers = json.loads(head), np.frombuffer(data)
+        if set(described["states"]) != set(self.states):
+            raise self.error("returned other states than it expects")
+        count = int(np.prod(described["shape"], dtype=int))
+        actions, rest = numbers[:count].reshape(described["shape"]), numbers[count:]
+        after = {}
+        for name in described["states"]:
+            n = int(np.prod(self.states[name], dtype=int))
+            after[name], rest = rest[:n], rest[n:]
+        if rest.size or any(one.size != np.prod(self.states[n]) for n, one in after.items()):
+            raise self.error("returned states of other sizes than it expects")
         if actions.ndim == 3 and len(actions) == 1:
             actions = actions[0]
-        if actions.ndim == 1:
-            actions = actions[None]
+        actions = np.atleast_2d(actions)
         if actions.ndim != 2 or not len(actions) or actions.shape[1] != size:
             raise self.error(
-                f"returned values of shape {_shape_text(shape)}, an action "
+                f"returned values of shape {_shape_text(described['shape'])}, an action "
                 f"'{self.action}' of this robot has {size}"
             )
-        if not trial and not np.isfinite(actions).all():
+        if not trial and not np.isfinite(numbers).all():
             raise self.error(f"returned an action that is not finite: {actions.tolist()[0]}")
-        return actions
+        return Acted(actions, {n: one.reshape(self.states[n]) for n, one in after.items()})
 
     def error(self, message: str) -> PolicyError:
         """Return an error with the policy's name."""
@@ -240,17 +271,17 @@ class LoadedPolicy:
 
     def _answer(self, observations: Mapping[str, np.ndarray] | None, limit: float) -> bytes:
         try:
-            return self._process.answer(self._make, self._arguments, observations, limit)
+            return self._process.answer(self._kind.make, self._arguments, observations, limit)
         except PolicyError as error:
             raise self.error(str(error)) from error.__cause__
 
 
-def shared_process() -> PolicyProcess:
-    """Return the process of all policies here, which ends with the last of them."""
-    return _processes.setdefault("policies", PolicyProcess())
+def shared_process(memory: int) -> PolicyProcess:
+    """Return the process of all policies here with a limit of memory; it ends with the last."""
+    return _processes.setdefault(memory, PolicyProcess(memory))
 
 
-_processes: weakref.WeakValueDictionary[str, PolicyProcess] = weakref.WeakValueDictionary()
+_processes: weakref.WeakValueDictionary[int, PolicyProcess] = weakref.WeakValueDictionary()
 
 
 def _kill(process: subprocess.Popen[bytes], pipe: Connection) -> None:

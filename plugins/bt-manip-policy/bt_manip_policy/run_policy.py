@@ -1,13 +1,12 @@
 """Run a learned policy."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from typing import Any, ClassVar, NamedTuple, TypeVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from bt_manip.agents import (
-    Observations,
     command_gripper,
     differential_ik,
     displaced,
@@ -18,22 +17,12 @@ from bt_manip.arm import Arm
 from bt_manip.behaviours import ArmBehaviour
 from bt_manip.bt import Input, Status
 from bt_manip.exceptions import PortError, did_you_mean, shown
+from bt_manip.registry import Registry
 
+from .ensembling import ensembled, older
+from .policy_inputs import PolicyInputs, with_history
+from .policy_kind import PolicyKind
 from .policy_process import LoadedPolicy, shared_process
-
-T = TypeVar("T")
-
-ONNX = "bt_manip_policy.onnx_policy:OnnxPolicy"
-"""Makes policies; only their process imports onnxruntime."""
-
-OF_OBJECTS = {
-    "position": (3,), "rotation": (6,), "velocity": (6,), "contact_wrench": (6,),
-    "joint_positions": (),
-}  # fmt: skip
-"""Observations of objects, with their shapes; that of joints depends on the object."""
-
-OBJECT = "object_"
-"""Beginning of the names of observations of the object that the port ``object`` names."""
 
 
 class RunPolicy(ArmBehaviour):
@@ -44,21 +33,27 @@ class RunPolicy(ArmBehaviour):
     cubics instead (`bt_manip.agents`), which repeat recorded targets but keep fewer limits.
     """
 
-    model = Input(str, doc="ONNX file of the policy.")
+    model = Input(str, doc="File of the policy.")
     object = Input(str, default="", doc="Name of the object that the policy observes as 'object'.")
     time_limit = Input(float, default=10.0, doc="Simulated time after which it fails [s].")
+    policy_kind = Input(str, default="onnx", doc="Registered kind of the policy.")
 
     reports_time = True
 
     amounts: ClassVar = {"time_limit": "s"}
-    memory = (*ArmBehaviour.memory, "_time", "_motion", "_action", "_next")
+    memory = (
+        *ArmBehaviour.memory, "_time", "_motion", "_action", "_next", "_chunks",
+    )  # fmt: skip
 
     _policy: LoadedPolicy | None = None
-    _observations: Observations | None = None
+    _inputs: PolicyInputs | None = None
     _time = 0.0  # [s] simulated, of the present action
     _motion: Sequence[Sequence[float]] | None = None  # [rad] last target, and its change to there
     _action: Sequence[float] = ()  # the present one
     _next: Sequence[Sequence[float]] = ()  # those that follow it without a new observation
+    _chunks: Sequence[tuple[int, Sequence[Sequence[float]]]] = ()  # predictions to ensemble
+    _past: Sequence[dict[str, np.ndarray]] = ()  # observations, the present ones last
+    _states: Mapping[str, np.ndarray] | None = None  # recurrent ones; None at the start
 
     def setup(self, **infrastructure: Any) -> None:
         """Load the policy and check that it fits, as far as ports and objects are known already.
@@ -67,6 +62,7 @@ class RunPolicy(ArmBehaviour):
             PolicyError: If it cannot be loaded, does not fit, or does not act.
         """
         super().setup(**infrastructure)
+        self._kinds: Registry[PolicyKind] = infrastructure["policies"]
         with suppress(PortError):  # an entry is written later
             policy = self._load()
             self._check(policy)
@@ -74,8 +70,9 @@ class RunPolicy(ArmBehaviour):
     def start(self) -> None:
         """Take the first action."""
         self._load()
-        self._observations = None
+        self._close_inputs()
         self._motion, self._next, self._time = None, (), self.cell.time
+        self._chunks, self._past, self._states = (), (), None
         self._act()
 
     def update(self) -> Status:
@@ -104,6 +101,25 @@ class RunPolicy(ArmBehaviour):
         if self.arm.busy and not self.arm.fault:
             self.arm.stop()
         self.stop_gripper()
+        self._close_inputs()
+
+    def get_state(self) -> dict[str, Any]:
+        """Return its state as plain data, observations and recurrent states included."""
+        past = [_plain(one) for one in self._past]
+        states = None if self._states is None else _plain(self._states)
+        return {**super().get_state(), "past": past, "states": states}
+
+    def set_state(self, state: Mapping[str, Any]) -> None:
+        """Restore a state of `get_state`."""
+        super().set_state(state)
+        self._close_inputs()
+        self._past = [_arrays(one) for one in state["past"]]
+        self._states = None if state["states"] is None else _arrays(state["states"])
+
+    def _close_inputs(self) -> None:
+        if self._inputs is not None:
+            self._inputs.close()
+            self._inputs = None
 
     def _load(self) -> LoadedPolicy:
         """Return the policy that the port names.
@@ -111,25 +127,25 @@ class RunPolicy(ArmBehaviour):
         Raises:
             PolicyError: If it is no policy.
         """
-        path = str(self.model)
+        path, kind = str(self.model), self._kinds.get(self.policy_kind)
         if self._policy is None or self._policy.name != path:
-            self._policy = LoadedPolicy(shared_process(), path, ONNX, path)
+            self._policy = LoadedPolicy(shared_process(kind.memory), path, kind, path)
         return self._policy
 
     def _check(self, policy: LoadedPolicy) -> None:
-        """Let the policy act once; what it observes of objects that are not there yet is zero.
+        """Let the policy act once; observations of objects that are not there yet are zero.
 
         Raises:
             PolicyError: If it does not fit the station, or does not act.
         """
         size = self._action_size(policy)
-        observed = dict(self._named(self._present().read()))
-        for name, expected in policy.inputs.items():
-            shape = None if name in observed else self._shape_of_absent(name)
-            if shape is not None:
-                observed[name] = np.zeros(shape or [n or 1 for n in expected], np.float32)
-        policy.check({name: value.shape for name, value in observed.items()})
-        policy.act(observed, size, trial=True)
+        inputs = self._make_inputs(policy)
+        try:
+            observed = inputs.read_or_zero()
+        finally:
+            inputs.close()
+        policy.check(inputs.known() | {name: value.shape for name, value in observed.items()})
+        policy.act(with_history([observed], policy.history), size, trial=True)
 
     def _act(self) -> None:
         """Command the next action.
@@ -143,9 +159,7 @@ class RunPolicy(ArmBehaviour):
         kind = ACTIONS[policy.action]
         n = kind.size(arm)
         gripper = self._robots[self._robot_name].gripper
-        if not self._next:
-            self._next = policy.act(self._observe(policy), size).tolist()
-        self._action, *self._next = self._next
+        self._action, self._next = self._choose(policy, size)
         last, change = self._motion or (arm.q_ref.tolist(), [0.0] * arm.model.nq)
         q, start = kind.target(arm, np.array(self._action[:n]), np.array(last))
         step = 1.0 / policy.rate
@@ -154,6 +168,26 @@ class RunPolicy(ArmBehaviour):
         closing = gripper is not None and gripper.gripping and gripper.moving
         arm.servo(q, v, step, contact=closing)
         self._motion = q.tolist(), (q - start).tolist()
+
+    def _choose(
+        self, policy: LoadedPolicy, size: int
+    ) -> tuple[Sequence[float], Sequence[Sequence[float]]]:
+        """Return the present action, and those that follow it without a new observation.
+
+        Raises:
+            PolicyError: If the policy does not fit the station, or returns no valid action.
+        """
+        if policy.history > 1 or not self._next:
+            self._past = [*self._past, self._observe(policy)][-policy.history :]
+        if self._next:
+            return self._next[0], self._next[1:]
+        observed = with_history(list(self._past), policy.history)
+        actions, self._states = policy.act(observed, size, self._states)
+        rows = actions.tolist()
+        if policy.ensemble is not None:
+            self._chunks = [*older(self._chunks), (0, rows)]
+            return ensembled(self._chunks, policy.ensemble), ()
+        return rows[0], rows[1 : policy.execute or None]
 
     def _action_size(self, policy: LoadedPolicy) -> int:
         """Return the number of values of an action of this robot.
@@ -167,48 +201,18 @@ class RunPolicy(ArmBehaviour):
         gripper = self._robots[self._robot_name].gripper
         return ACTIONS[policy.action].size(self.arm) + (gripper is not None)
 
-    def _present(self) -> Observations:
-        robots = {self._robot_name: self._robots[self._robot_name]}
-        return Observations(self.cell, robots)
+    def _make_inputs(self, policy: LoadedPolicy) -> PolicyInputs:
+        name, object_name = self._robot_name, None
+        with suppress(PortError):  # its entry is written later
+            object_name = str(self.object)
+        return PolicyInputs(policy, self.cell, {name: self._robots[name]}, object_name)
 
     def _observe(self, policy: LoadedPolicy) -> dict[str, np.ndarray]:
-        """Return the observations of the cell, under the names that the policy has for them."""
-        if self._observations is None:
-            self._observations = self._present()
-            policy.check({name: s.shape for name, s in self._named(self._observations.specs)})
-        return dict(self._named(self._observations.read()))
-
-    def _shape_of_absent(self, name: str) -> tuple[int, ...] | None:
-        """Return the shape of an observation of an object that may still come.
-
-        Returns:
-            Empty where the shape depends on the object; None where the name is no such observation.
-        """
-        known = {*self.cell.entities, "robot"}
-        if self._object_name == "":
-            known.add("object")
-        for quantity, shape in OF_OBJECTS.items():
-            owner = name.removesuffix(f"_{quantity}")
-            if owner != name and owner not in known and not owner.startswith("robot_"):
-                return shape
-        return None
-
-    @property
-    def _object_name(self) -> str | None:
-        """Name of the object of the port; None where its entry is written later."""
-        try:
-            return str(self.object)
-        except PortError:
-            return None
-
-    def _named(self, values: Mapping[str, T]) -> Iterator[tuple[str, T]]:
-        """Yield observations; those of the port's object also under the name 'object'."""
-        yield from values.items()
-        if object_name := self._object_name:
-            prefix = f"{object_name}_"
-            for name, value in values.items():
-                if name.startswith(prefix):
-                    yield OBJECT + name.removeprefix(prefix), value
+        """Return the present observations, under the names that the policy has for them."""
+        if self._inputs is None:
+            self._inputs = self._make_inputs(policy)
+            self._inputs.check()
+        return self._inputs.read()
 
     def _grip(self, step: float) -> None:
         """Open or close the gripper; what it holds becomes the arm's payload.
@@ -224,6 +228,14 @@ class RunPolicy(ArmBehaviour):
         payload = held_payload(self.cell, gripper, self.T_wt, self.arm.payload)
         if payload is not self.arm.payload:
             self.arm.payload = payload
+
+
+def _plain(arrays: Mapping[str, np.ndarray]) -> dict[str, Any]:
+    return {name: [one.dtype.str, one.tolist()] for name, one in arrays.items()}
+
+
+def _arrays(plain: Mapping[str, Any]) -> dict[str, np.ndarray]:
+    return {name: np.array(values, dtype) for name, (dtype, values) in plain.items()}
 
 
 def _joint_target(arm: Arm, action: np.ndarray, last: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -59,7 +59,11 @@ def main(descriptor: int, memory: int) -> None:
 
 
 def _about(policy: Any) -> bytes:
-    about = {"action": policy.action, "rate": policy.rate, "inputs": policy.inputs}
+    about = {
+        "action": policy.action, "rate": policy.rate, "inputs": policy.inputs,
+        "states": getattr(policy, "states", {}), "history": getattr(policy, "history", 1),
+        "execute": getattr(policy, "execute", 0), "ensemble": getattr(policy, "ensemble", None),
+    }  # fmt: skip
     text = json.dumps(about)
     if len(text) > LONGEST_ABOUT:
         raise BtManipError(f"has inputs whose names and shapes take {len(text)} characters")
@@ -67,11 +71,14 @@ def _about(policy: Any) -> bytes:
 
 
 def _act(policy: Any, observations: dict[str, np.ndarray]) -> bytes:
-    """Return the actions of a policy, as float64."""
-    actions = np.ascontiguousarray(policy.act(observations), dtype=np.float64)
-    if actions.nbytes > MAX_REPLY // 2:
-        raise BtManipError(f"returned {actions.size} numbers")
-    return json.dumps({"shape": actions.shape}).encode() + b"\n" + actions.tobytes()
+    """Return the actions of a policy, and its next states, as float64."""
+    result = policy.act(observations)
+    actions, states = result if isinstance(result, tuple) else (result, {})
+    arrays = [np.ascontiguousarray(one, dtype=np.float64) for one in (actions, *states.values())]
+    if (size := sum(one.size for one in arrays)) > MAX_REPLY // 16:
+        raise BtManipError(f"returned {size} numbers")
+    head = {"shape": arrays[0].shape, "states": list(states)}
+    return b"\n".join([json.dumps(head).encode(), b"".join(one.tobytes() for one in arrays)])
 
 
 def _problem(error: Exception, memory: int) -> bytes:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-FLOAT, INT64, BOOL = 1, 7, 9
+FLOAT, UINT8, INT64, BOOL = 1, 2, 7, 9
 
 
 def _varint(n):
@@ -82,6 +82,35 @@ def linear(offset, inputs, weights=None, **metadata):
     out = [value("action", offset.shape)]
     metadata = {"action": "cartesian_deltas", "rate": "20", **metadata}
     return model(graph(nodes, described, out, initializers), **metadata)
+
+
+def bright(offset, camera, height, width):
+    """Encode a policy whose first number is the mean of an image, added to an offset (7,)."""
+    axes = message((1, "keepdims"), (3, 0), (20, 2))
+    nodes = [
+        node("Cast", [camera], ["floats"], message((1, "to"), (3, FLOAT), (20, 2))),
+        node("ReduceMean", ["floats"], ["mean"], axes),
+        node("Mul", ["mean", "first"], ["scaled"]),
+        node("Add", ["scaled", "offset"], ["action"]),
+    ]
+    first = np.eye(1, 7)[0]
+    initializers = [tensor("first", first), tensor("offset", np.asarray(offset, dtype=float))]
+    inputs = [value(camera, (height, width, 3), UINT8)]
+    encoded = graph(nodes, inputs, [value("action", (7,))], initializers)
+    return model(encoded, action="cartesian_deltas", rate="20")
+
+
+def counting(output="next_state_n"):
+    """Encode a policy that counts its calls, and returns their number as joint targets."""
+    nodes = [
+        node("Add", ["state_n", "one"], [output]),
+        node("Add", ["robot_joint_positions", output], ["moved"]),
+    ]
+    inputs = [value("robot_joint_positions", (7,)), value("state_n", (7,))]
+    outputs = [value("action", (8,)), value(output, (7,))]
+    initializers = [tensor("one", np.ones(7)), CLOSED]
+    encoded = graph(_gripped(nodes), inputs, outputs, initializers)
+    return model(encoded, action="joint_targets", rate="20")
 
 
 CLOSED = tensor("gripper", np.ones(1))

@@ -5,7 +5,7 @@ import onnx_files as onnx
 import pytest
 
 from bt_manip_policy import LoadedPolicy, OnnxPolicy, PolicyError, PolicyProcess
-from bt_manip_policy.run_policy import ONNX
+from bt_manip_policy.policy_kind import ONNX
 
 Q = {"robot_joint_positions": (3,)}
 OBSERVED = {"robot_joint_positions": np.array([1.0, 2.0, 3.0], dtype=np.float32)}
@@ -45,22 +45,22 @@ def test_inputs_and_metadata_are_the_specification(read):
 def test_same_observations_give_the_same_action(read):
     weights = np.random.default_rng(0).normal(size=(3, 7))
     policy = read(onnx.linear(np.ones(7), Q, {"robot_joint_positions": weights}))
-    first = policy.act(OBSERVED, 7)
+    first = policy.act(OBSERVED, 7).actions
     assert first.shape == (1, 7)
     assert np.allclose(first[0], 1.0 + OBSERVED["robot_joint_positions"] @ weights, atol=1e-5)
-    assert np.array_equal(policy.act(OBSERVED, 7), first)
+    assert np.array_equal(policy.act(OBSERVED, 7).actions, first)
 
 
 @pytest.mark.parametrize("shape", [(1, 3), ("batch", 3)])
 def test_observations_get_the_batch_dimension_that_the_file_asks_for(read, shape):
     policy = read(onnx.linear(np.ones((1, 7)), {"robot_joint_positions": shape}))
     policy.check({"robot_joint_positions": (3,)})
-    assert policy.act(OBSERVED, 7).shape == (1, 7)
+    assert policy.act(OBSERVED, 7).actions.shape == (1, 7)
 
 
 def test_several_rows_are_a_sequence_of_actions(read):
     policy = read(onnx.linear(np.arange(28).reshape(4, 7), Q))
-    assert policy.act(OBSERVED, 7)[:, 0].tolist() == [0.0, 7.0, 14.0, 21.0]
+    assert policy.act(OBSERVED, 7).actions[:, 0].tolist() == [0.0, 7.0, 14.0, 21.0]
 
 
 def test_observations_that_the_station_lacks_are_named(read):
@@ -154,9 +154,45 @@ def test_actions_have_the_bits_that_they_have_in_this_process(read, written):
     policy = read(content)
     for _ in range(10):
         observed = {"robot_joint_positions": rng.normal(size=3).astype(np.float32)}
-        assert policy.act(observed, 7).tobytes() == here.act(observed)[None].astype(float).tobytes()
+        expected = here.act(observed)[0][None].astype(float)
+        assert policy.act(observed, 7).actions.tobytes() == expected.tobytes()
 
 
 def test_a_name_that_is_longer_than_any_is_rejected(read):
-    with pytest.raises(PolicyError, match="names and shapes take 9000"):
+    with pytest.raises(PolicyError, match=r"names and shapes take 900\d{3} characters"):
         read(onnx.linear(np.zeros(7), {"x" * 900_000: (3,)}))
+
+
+# Recurrent states, history and chunks
+
+
+def test_states_are_inputs_that_come_back_from_outputs(read):
+    """A policy that counts its calls."""
+    policy = read(onnx.counting())
+    assert (policy.inputs, policy.states) == ({"robot_joint_positions": (7,)}, {"state_n": (7,)})
+    observed, states = {"robot_joint_positions": np.zeros(7)}, None
+    for count in (1.0, 2.0, 3.0):
+        actions, states = policy.act(observed, 8, states)
+        assert actions[0, :7].tolist() == [count] * 7
+    assert states["state_n"].tolist() == [3.0] * 7
+
+
+def test_a_state_without_an_input_is_rejected(read):
+    with pytest.raises(PolicyError, match="output 'next_state_m', but no input 'state_m'"):
+        read(onnx.counting(output="next_state_m"))
+
+
+def test_the_metadata_of_chunks_and_history_are_read(read):
+    described = {"history": "3", "execute": "2", "ensemble": "0.01"}
+    policy = read(onnx.linear(np.zeros(7), {"robot_joint_positions": (3, 3)}, **described))
+    assert (policy.history, policy.execute, policy.ensemble) == (3, 2, 0.01)
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [("history", "0"), ("history", "2.5"), ("history", "1000"), ("execute", "-1"),
+     ("ensemble", "-0.1"), ("ensemble", "nan"), ("ensemble", "much")],
+)  # fmt: skip
+def test_metadata_without_a_sense_are_rejected(read, key, value):
+    with pytest.raises(PolicyError, match=f"bt_manip.{key}"):
+        read(onnx.linear(np.zeros(7), Q, **{key: value}))

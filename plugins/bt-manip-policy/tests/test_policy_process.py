@@ -5,14 +5,15 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import onnx_files as onnx
 import pytest
 
-from bt_manip_policy import LoadedPolicy, PolicyError, PolicyProcess, policy_process
-from bt_manip_policy.run_policy import ONNX
+from bt_manip_policy import LoadedPolicy, PolicyError, PolicyProcess
+from bt_manip_policy.policy_kind import ONNX
 
 OBSERVED = {"robot_joint_positions": np.ones(7, dtype=np.float32)}
 
@@ -44,10 +45,10 @@ def process():
 def load(process, tmp_path):
     """Load a policy in a file of this content."""
 
-    def load(content):
+    def load(content, **limits):
         path = tmp_path / "policy.onnx"
         path.write_bytes(content)
-        return LoadedPolicy(process, str(path), ONNX, str(path))
+        return LoadedPolicy(process, str(path), replace(ONNX, **limits), str(path))
 
     return load
 
@@ -82,25 +83,23 @@ def test_a_small_file_that_wants_gigabytes_is_a_failure(load, n):
         load(content).act(OBSERVED, 8)
 
 
-def test_a_file_that_does_not_end_to_load_is_a_failure(load, monkeypatch):
-    monkeypatch.setattr(policy_process, "CHECK_TIME", 0.5)
+def test_a_file_that_does_not_end_to_load_is_a_failure(load):
     start = time.monotonic()
     with pytest.raises(PolicyError, match="takes longer than 0.5 s"):
-        load(onnx.product(3000, 1000)).act(OBSERVED, 8)
+        load(onnx.product(3000, 1000), load_time=0.5).act(OBSERVED, 8)
     assert time.monotonic() - start < 5.0
 
 
-def test_a_graph_that_computes_without_end_is_a_failure(load, monkeypatch):
-    monkeypatch.setattr(policy_process, "MAX_TIME", 0.2)
+def test_a_graph_that_computes_without_end_is_a_failure(load):
     with pytest.raises(PolicyError, match="takes longer than 0.2 s"):
-        load(onnx.endless()).act(OBSERVED, 8)
+        load(onnx.endless(), time=0.2).act(OBSERVED, 8)
 
 
 def test_a_policy_may_be_a_class_of_python(in_python, capfd):
     policy = in_python()
     assert (policy.action, policy.rate) == ("joint_targets", 20.0)
-    assert policy.act(OBSERVED, 7).tolist() == [[2.0] * 7]
-    assert policy.act(OBSERVED, 7).tolist() == [[3.0] * 7]
+    assert policy.act(OBSERVED, 7).actions.tolist() == [[2.0] * 7]
+    assert policy.act(OBSERVED, 7).actions.tolist() == [[3.0] * 7]
     assert capfd.readouterr() == ("", "")
 
 
@@ -123,7 +122,7 @@ def test_whatever_happens_is_a_failure_with_a_reason(in_python, line, reason):
     with pytest.raises(PolicyError, match=f"policy 'mine' .*{reason}"):
         policy.act(OBSERVED, 7)
     other = in_python()
-    assert other.act(OBSERVED, 7).shape == (1, 7)
+    assert other.act(OBSERVED, 7).actions.shape == (1, 7)
 
 
 @pytest.mark.parametrize("name", ["no_module:Policy", "some_policy:Nothing", "some_policy:os"])
@@ -137,12 +136,12 @@ def test_a_killed_process_is_a_failure_and_the_next_action_has_a_new_one(load, p
     process._process.kill()
     with pytest.raises(PolicyError, match=r"ended its process \(SIGKILL\)"):
         policy.act(OBSERVED, 7)
-    assert policy.act(OBSERVED, 7).tolist() == [[1.0] * 7]
+    assert policy.act(OBSERVED, 7).actions.tolist() == [[1.0] * 7]
 
 
-def test_a_stopped_process_is_a_failure(load, process, monkeypatch):
-    policy = load(onnx.linear(np.ones(7), {"robot_joint_positions": (7,)}))
-    monkeypatch.setattr(policy_process, "MAX_TIME", -0.9)  # and one second for the reply
+def test_a_stopped_process_is_a_failure(load, process):
+    content = onnx.linear(np.ones(7), {"robot_joint_positions": (7,)})
+    policy = load(content, time=-0.9)  # and one second for the reply
     process._process.send_signal(signal.SIGSTOP)
     with pytest.raises(PolicyError, match="does not answer"):
         policy.act(OBSERVED, 7)

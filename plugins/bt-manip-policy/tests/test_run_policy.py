@@ -1,7 +1,10 @@
 """A policy acts as a leaf: what it moves, what stops it, and why it fails."""
 
+import json
+import os
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import onnx_files as onnx
@@ -10,19 +13,25 @@ import pytest
 from bt_manip import build_station
 from bt_manip.behaviours import Hover, SpawnObject
 from bt_manip.bt import AlwaysSuccess, Fallback, NodeStatus, Sequence, Sleep, Tree
+from bt_manip.cell import CellError
 from bt_manip.exceptions import NodeError
 from bt_manip.plugins import load_plugins
 from bt_manip.record import Recorder
 from bt_manip.runner import Run, RunRequest, TreeSource
 from bt_manip.spatial import pointing_down
-from bt_manip_policy import RunPolicy, policy_process
+from bt_manip.viewer import render
+from bt_manip_policy import PolicyKind, RunPolicy, policy_process
+from bt_manip_policy.policy_kind import ONNX
 
 TOOL = {"robot_tool_position": (3,)}
 
 
 @pytest.fixture(scope="module")
 def built():
-    station = build_station(load_plugins().parts)
+    parts = load_plugins().parts
+    parts.policies.add("quick", replace(ONNX, load_time=0.5, time=0.5), "tests")
+    parts.policies.add("summing", PolicyKind("summing_policy:Policy"), "tests")
+    station = build_station(parts)
     return station, station.get_state()
 
 
@@ -43,6 +52,15 @@ def policy(tmp_path):
         return str(path)
 
     return write
+
+
+@pytest.fixture
+def drawn(station):
+    """Skip where nothing can be drawn."""
+    try:
+        render(station.cell, width=16, height=16)
+    except CellError as error:
+        pytest.skip(str(error))
 
 
 class Acting:
@@ -173,7 +191,7 @@ def test_a_policy_with_a_higher_rate_than_the_ticks_fails(station, policy):
         (np.zeros(7), {"robot_tool_positions": (3,)}, {}, "did you mean 'robot_tool_position'"),
         (np.zeros(7), {"robot_tools_position": (3,)}, {}, "did you mean 'robot_tool_position'"),
         (np.zeros(7), {"robot_joint_positions": (6,)}, {}, "size 6, the station's has 7"),
-        (np.zeros(7), {"overview_rgb": (128, 128, 3)}, {}, "'overview_rgb', which the station"),
+        (np.zeros(7), {"front_rgb": (128, 128, 3)}, {}, "'front_rgb', which the station"),
         (np.zeros(7), {"table_position": (3,)}, {}, "'table_position', which the station"),
         (np.zeros(7), {"object_position": (3,)}, {}, "'object_position', which the station"),
         (np.zeros(7), {"cube_positions": (3,)}, {}, "'cube_positions', which the station"),
@@ -198,14 +216,11 @@ sys.exit(code)
 
 
 @pytest.mark.parametrize("content", [onnx.product(40_000), onnx.endless()], ids=["large", "slow"])
-def test_a_policy_that_cannot_act_is_refused_before_the_run(
-    station, tmp_path, monkeypatch, content
-):
-    monkeypatch.setattr(policy_process, "CHECK_TIME", 0.5)
+def test_a_policy_that_cannot_act_is_refused_before_the_run(station, tmp_path, content):
     path = tmp_path / "policy.onnx"
     path.write_bytes(content)
     with pytest.raises(NodeError, match="needs more than 768 MB of memory|takes longer than 0.5 s"):
-        Acting(station, model=str(path))
+        Acting(station, model=str(path), policy_kind="quick")
 
 
 def test_files_are_checked_before_the_run(station, tmp_path):
@@ -220,12 +235,11 @@ def test_an_object_that_never_comes_is_a_failure(station, policy):
     assert "'cube_position', which the station lacks" in acting.leaf.feedback_message
 
 
-def test_a_policy_that_hangs_at_a_tick_fails_and_the_tree_goes_on(station, tmp_path, monkeypatch):
+def test_a_policy_that_hangs_at_a_tick_fails_and_the_tree_goes_on(station, tmp_path):
     """The file acts when it is checked, and computes without end once there is a cube."""
-    monkeypatch.setattr(policy_process, "MAX_TIME", 0.5)
     path = tmp_path / "policy.onnx"
     path.write_bytes(onnx.endless("cube_position"))
-    leaf = RunPolicy("policy", model=str(path))
+    leaf = RunPolicy("policy", model=str(path), policy_kind="quick")
     spawn = SpawnObject(model="cube", region="0.3;0.3;0;0", object="{cube}")
     tree = Tree(Fallback("or", [Sequence("all", [spawn, leaf]), AlwaysSuccess()]))
     tree.setup(**station.infrastructure)
@@ -255,7 +269,7 @@ def test_the_report_says_that_a_policy_that_fails_at_once_did_nothing(station, p
 
 def test_a_policy_whose_process_is_killed_fails_and_acts_again(station, policy):
     acting = Acting(station, model=policy(np.zeros(7))).run(0.2)
-    policy_process.shared_process()._process.kill()
+    policy_process.shared_process(ONNX.memory)._process.kill()
     acting.run(0.2)
     assert acting.status is NodeStatus.FAILURE
     assert "ended its process (SIGKILL)" in acting.leaf.feedback_message
@@ -294,3 +308,109 @@ def test_hover_goes_on_from_a_halted_policy(station, policy):
     acting.tree.halt()
     result = station.run(Hover(object="basket", height=0.3))
     assert result.status is NodeStatus.SUCCESS, result.reason
+
+
+# Images, history, states, chunks, policies in Python
+
+
+def test_a_policy_observes_images(drawn, station, tmp_path):
+    """The darker the picture, the slower it moves."""
+    moved = []
+    for brightness in (1.0, 0.2):
+        station.cell.override("light:key", brightness=brightness)
+        path = tmp_path / f"{brightness}.onnx"
+        path.write_bytes(onnx.bright([-0.001] + [0.0] * 5 + [-1.0], "overview_rgb", 24, 32))
+        start = tool(station).translation[0]
+        leaf = Acting(station, model=str(path)).leaf
+        observed = leaf._observe(leaf._load())["overview_rgb"]
+        leaf.terminate(None)
+        moved.append(observed.mean())
+        assert observed.shape == (24, 32, 3) and observed.dtype == np.uint8
+        assert tool(station).translation[0] == start
+    assert moved[1] < 0.9 * moved[0]
+
+
+def test_images_of_two_sizes_are_refused_before_the_run(station, policy):
+    inputs = {"overview_rgb": (24, 32, 3), "overview_depth": (1, 16)}
+    with pytest.raises(NodeError, match="images of several sizes"):
+        Acting(station, model=policy(np.zeros(7), inputs))
+
+
+def test_without_opengl_a_policy_with_images_is_refused_before_the_run(policy):
+    model = policy(np.zeros(7), {"overview_rgb": (24, 32, 3)})
+    done = subprocess.run(
+        [sys.executable, "-m", "bt_manip", "run", "pick_place_policy", "--set", f"policy={model}"],
+        capture_output=True, text=True, env={**os.environ, "MUJOCO_GL": "disable"},
+    )  # fmt: skip
+    assert done.returncode == 2
+    assert done.stderr.startswith("Error: ") and "nothing can be drawn" in done.stderr
+
+
+def test_a_history_begins_with_the_first_observation_and_moves_on(station, policy):
+    model = policy(np.zeros((3, 7)), {"robot_tool_position": (3, 3)}, history="3")
+    acting = Acting(station, model=model).run(0.01)
+    (first,) = acting.leaf._past
+    acting.run(0.2)
+    assert len(acting.leaf._past) == 3
+    assert all(one.keys() == {"robot_tool_position"} for one in acting.leaf._past)
+    assert first["robot_tool_position"].shape == (3,)
+
+
+def test_states_go_on_from_action_to_action_and_begin_anew_with_the_leaf(station, tmp_path):
+    path = tmp_path / "counting.onnx"
+    path.write_bytes(onnx.counting())
+    acting = Acting(station, model=str(path)).run(0.25)
+    counts = acting.leaf._states["state_n"]
+    assert set(counts.tolist()) == {5.0}
+    acting.tree.halt()
+    acting.tree.tick()
+    assert set(acting.leaf._states["state_n"].tolist()) == {1.0}
+
+
+@pytest.mark.parametrize("described", [{"execute": "2"}, {"ensemble": "0.0"}])
+def test_a_chunk_is_left_early(station, policy, described):
+    """Rows that are not reached, and rows that are averaged, are not executed as they are."""
+    there = np.zeros((8, 7))
+    there[:2, 0], there[2:, 0] = 0.004, -0.004
+    start = tool(station).translation[0]
+    Acting(station, model=policy(there, **described)).run(0.4)
+    gone = tool(station).translation[0] - start
+    assert gone > 0.02 if "execute" in described else abs(gone) < 0.02
+
+
+def test_a_run_continues_from_the_state_of_a_policy_with_memory(station, tmp_path):
+    path = tmp_path / "counting.onnx"
+    path.write_bytes(onnx.counting())
+    acting = Acting(station, model=str(path)).run(0.2)
+    saved = json.loads(json.dumps(acting.leaf.get_state()))
+    other = RunPolicy("policy", model=str(path))
+    other.set_state(saved)
+    assert other._states["state_n"].tolist() == acting.leaf._states["state_n"].tolist()
+    assert json.dumps(other.get_state()) == json.dumps(saved)
+
+
+PYTHON = """
+class Policy:
+    action, rate, inputs = "cartesian_deltas", 20.0, {"robot_tool_position": (3,)}
+
+    def __init__(self, path):
+        self.step = float(open(path).read())
+
+    def act(self, observations):
+        return [self.step, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0]
+"""
+
+
+def test_a_policy_of_a_registered_kind_is_a_class_of_python(station, tmp_path, monkeypatch):
+    (tmp_path / "summing_policy.py").write_text(PYTHON)
+    (tmp_path / "step.txt").write_text("0.004")
+    monkeypatch.syspath_prepend(tmp_path)
+    policy_process.shared_process(ONNX.memory).close()  # the next one has this path
+    start = tool(station).translation[0]
+    Acting(station, model=str(tmp_path / "step.txt"), policy_kind="summing").run(0.5)
+    assert tool(station).translation[0] - start > 0.02
+
+
+def test_an_unknown_kind_is_refused_before_the_run(station, policy):
+    with pytest.raises(NodeError, match="'onx'; did you mean 'onnx'"):
+        Acting(station, model=policy(np.zeros(7)), policy_kind="onx")

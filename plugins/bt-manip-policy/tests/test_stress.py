@@ -4,7 +4,7 @@ from functools import partial
 
 import pytest
 
-from bt_manip.evaluation import StressTester, plan_cases, run_episodes
+from bt_manip.evaluation import StressTester, plan_episodes, run_episodes
 
 from .test_contracts import IDLE
 
@@ -16,12 +16,12 @@ def tester():
 
 
 def test_a_cube_that_is_displaced_at_the_end_is_picked_by_the_script(tester):
-    (case,) = plan_cases(tester(), 1, ["move"], ["Drop"])
-    result = tester().run(case)
+    (episode,) = plan_episodes(tester(), 1, ["move"], ["Drop"])
+    result = tester().run(episode)
     assert (result.outcome, result.reason, result.next_reason) == ("recovered", "", "")
 
 
 @pytest.mark.soak
 def test_every_fault_at_every_phase_ends_honestly_and_the_next_cycle_succeeds(tester):
-    results = run_episodes(tester, plan_cases(tester(), 1), 2)
+    results = run_episodes(tester, plan_episodes(tester(), 1), 2)
     assert not [result for result in results if not result.acceptable]

@@ -90,7 +90,8 @@ class Client:
     def send(self, uid: int, event: str, value: Any = None) -> None:
         """Use an element; return when the server has read it."""
         self.connection.send(json.dumps({"id": uid, "event": event, "value": value}))
-        self.connection.ping(ack_on_close=True).wait(5)
+        for _ in range(2):  # the first answer may come before the message is taken from its queue
+            self.connection.ping(ack_on_close=True).wait(5)
 
     def close(self) -> None:
         self.connection.close()

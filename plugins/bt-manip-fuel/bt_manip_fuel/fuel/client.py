@@ -26,7 +26,7 @@ _MAX_TEXT = 1 << 16  # [bytes] of details, or of a referral
 
 
 class FuelClient:
-    """Gets models from the cache, and what is not there from the server.
+    """Gets models from the cache, or else from the server.
 
     A model is downloaded and unpacked beside the cache, checked, and takes its place at once. So
     it is there whole or not at all, also when two processes fetch it at the same time.
@@ -137,7 +137,7 @@ def _kind(response: Any) -> str:
 
 
 def _version(address: FuelAddress, header: str | None) -> int:
-    """Read the version that the server sends; one that sends none has sent what was asked."""
+    """Read the version from the response; without one, it is the requested version."""
     if header is None:
         return address.version or 1
     if not header.isascii() or not header.isdigit() or not 0 < int(header) < 10**9:

@@ -10,7 +10,7 @@ import requests
 from bt_manip.models import ModelError, Progress
 
 MAX_REDIRECTS = 5
-_TIMEOUT = (10.0, 30.0)  # [s] to connect, between two pieces
+_HTTP_TIMEOUT = (10.0, 30.0)  # [s] to connect, between two pieces
 _REDIRECTS = (301, 302, 303, 307, 308)
 _CHUNK = 1 << 18
 
@@ -47,7 +47,7 @@ class Transfer:
                     self._check(url)
                     with session.get(
                         url, headers=self._headers(url), stream=True, allow_redirects=False,
-                        timeout=_TIMEOUT,
+                        timeout=_HTTP_TIMEOUT,
                     ) as response:  # fmt: skip
                         if response.status_code not in _REDIRECTS:
                             self._check_status(url, response)
