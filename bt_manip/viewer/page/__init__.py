@@ -9,8 +9,8 @@ from bt_manip.lazy_exports import lazy_exports
 
 if TYPE_CHECKING:
     from bt_manip.viewer.page.error_plot import ErrorPlot as ErrorPlot
-    from bt_manip.viewer.page.gui import Element as Element
     from bt_manip.viewer.page.gui import Gui as Gui
+    from bt_manip.viewer.page.gui import GuiElement as GuiElement
     from bt_manip.viewer.page.jog_panel import JogPanel as JogPanel
     from bt_manip.viewer.page.log_panel import BlackboardPanel as BlackboardPanel
     from bt_manip.viewer.page.log_panel import LogPanel as LogPanel
@@ -33,7 +33,7 @@ __getattr__ = lazy_exports(
     __name__,
     {
         "bt_manip.viewer.page.error_plot": "ErrorPlot",
-        "bt_manip.viewer.page.gui": "Element Gui",
+        "bt_manip.viewer.page.gui": "GuiElement Gui",
         "bt_manip.viewer.page.jog_panel": "JogPanel",
         "bt_manip.viewer.page.log_panel": "BlackboardPanel LogPanel",
         "bt_manip.viewer.page.page": "Page",

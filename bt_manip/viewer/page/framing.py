@@ -8,10 +8,10 @@ import numpy as np
 from bt_manip.cell import OVERVIEW, WORLD, SceneSource, VisualShape
 from bt_manip.viewer.window import FREE_CAMERA
 
-BACKGROUND = (WORLD, "table")
+NOT_FRAMED = (WORLD, "table")
 """Entities that need not be seen whole."""
 
-MARGIN = 0.86
+FRAMED_SHARE = 0.86
 """Part of width and height that is filled: the arms move."""
 
 FIRST_ASPECT = 1.4
@@ -23,7 +23,7 @@ FOV = np.deg2rad(45.0)
 PERIOD = 1.0
 """Wall time between two looks whether all is seen [s]."""
 
-LARGEST = 20_000
+MAX_FRAMED_POINTS = 20_000
 """Number of points that are framed: those of now, and of where arms have been."""
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -54,7 +54,7 @@ class Framing:
             source: The scene, in its present state.
             entities: The shapes of its entities, by their bodies.
         """
-        shown = {n: bodies for n, bodies in entities.items() if n not in BACKGROUND} or entities
+        shown = {n: bodies for n, bodies in entities.items() if n not in NOT_FRAMED} or entities
         self._corners = {
             body: np.concatenate([_corners(shape) for shape in shapes])
             for bodies in shown.values()
@@ -103,7 +103,7 @@ class Framing:
         right, up, forward = (self._points @ self._axes).T
         depths, offsets = [], []
         for across, tangent in ((right, aspect), (up, 1.0)):
-            slope = MARGIN * np.tan(self._fov / 2.0) * tangent
+            slope = FRAMED_SHARE * np.tan(self._fov / 2.0) * tangent
             high, low = (across - slope * forward).max(), (-across - slope * forward).max()
             depths.append(-(high + low) / (2.0 * slope))
             offsets.append((high - low) / 2.0)
@@ -120,7 +120,7 @@ class Framing:
             and not self._sees(points, camera.own[-1], client.camera.aspect)
         ]
         if lost:
-            self._points = np.concatenate([self._points, points])[-LARGEST:]
+            self._points = np.concatenate([self._points, points])[-MAX_FRAMED_POINTS:]
         for client, camera in lost:
             self._place(client, camera)
 

@@ -15,11 +15,11 @@ LONGEST_TEXT = 10_000
 class GuiEvent(NamedTuple):
     """Somebody has used an element in a browser."""
 
-    target: "Element"
+    target: "GuiElement"
     value: Any
 
 
-class Element:
+class GuiElement:
     """An element of the page.
 
     Its properties are attributes. Setting one shows the new value in all browsers at the next
@@ -43,7 +43,7 @@ class Element:
             raise AttributeError(f"the {self.kind} has no property '{name}'")
         self._gui._set(self, name, value)
 
-    def __enter__(self) -> "Element":
+    def __enter__(self) -> "GuiElement":
         """Take the elements that are added from now on."""
         self._gui._stack.append(self.uid)
         return self
@@ -117,7 +117,7 @@ class Gui:
     def __init__(self) -> None:
         """Start without elements."""
         self._lock = threading.RLock()
-        self._elements: dict[int, Element] = {}
+        self._elements: dict[int, GuiElement] = {}
         self._stack = [0]
         self._last = 0
         self._new: set[int] = set()
@@ -126,7 +126,7 @@ class Gui:
         self._merges: dict[tuple[int, str], dict[str, Any]] = {}
         self._appends: dict[tuple[int, str], tuple[list[Any], int]] = {}
 
-    def add(self, kind: str, **props: Any) -> Element:
+    def add(self, kind: str, **props: Any) -> GuiElement:
         """Add an element to the current container.
 
         Args:
@@ -136,16 +136,16 @@ class Gui:
         with self._lock:
             self._last += 1
             props = {"visible": True, "disabled": False, **props}
-            element = Element(self, self._last, kind, self._stack[-1], props)
+            element = GuiElement(self, self._last, kind, self._stack[-1], props)
             self._elements[element.uid] = element
             self._new.add(element.uid)
             return element
 
-    def add_html(self, content: str) -> Element:
+    def add_html(self, content: str) -> GuiElement:
         """Add HTML, in which text has to be escaped, as ``content``."""
         return self.add("html", content=content)
 
-    def add_button(self, label: str, *, hint: str = "", style: str = "") -> Element:
+    def add_button(self, label: str, *, hint: str = "", style: str = "") -> GuiElement:
         """Add a button.
 
         Args:
@@ -155,11 +155,11 @@ class Gui:
         """
         return self.add("button", label=label, hint=hint, style=style)
 
-    def add_button_group(self, label: str, options: Sequence[str], *, hint: str = "") -> Element:
+    def add_button_group(self, label: str, options: Sequence[str], *, hint: str = "") -> GuiElement:
         """Add buttons in a row; an event has the label of the button as value."""
         return self.add("button_group", label=label, options=tuple(options), hint=hint)
 
-    def add_checkbox(self, label: str, value: bool, *, hint: str = "") -> Element:
+    def add_checkbox(self, label: str, value: bool, *, hint: str = "") -> GuiElement:
         """Add a checkbox."""
         return self.add("checkbox", label=label, value=value, hint=hint)
 
@@ -170,36 +170,36 @@ class Gui:
         *,
         initial_value: str | None = None,
         hint: str = "",
-    ) -> Element:
+    ) -> GuiElement:
         """Add a choice of one of several texts, at first the first one."""
         first = options[0] if initial_value is None else initial_value
         return self.add("dropdown", label=label, options=tuple(options), value=first, hint=hint)
 
     def add_slider(
         self, label: str, low: float, high: float, step: float, value: float, *, hint: str = ""
-    ) -> Element:
+    ) -> GuiElement:
         """Add a slider."""
         return self.add("slider", label=label, min=low, max=high, step=step, value=value, hint=hint)
 
     def add_number(
         self, label: str, value: float, *, low: float | None = None, high: float | None = None,
         step: float | None = None, disabled: bool = False, hint: str = "",
-    ) -> Element:  # fmt: skip
+    ) -> GuiElement:  # fmt: skip
         """Add a field for a number, within limits if there are any."""
         return self.add(
             "number", label=label, value=value, min=low, max=high, step=step, disabled=disabled,
             hint=hint,
         )  # fmt: skip
 
-    def add_text(self, label: str, value: str, *, hint: str = "") -> Element:
+    def add_text(self, label: str, value: str, *, hint: str = "") -> GuiElement:
         """Add a field for a line of text."""
         return self.add("text", label=label, value=value, hint=hint)
 
-    def add_plot(self, label: str, unit: str, names: Sequence[str]) -> Element:
+    def add_plot(self, label: str, unit: str, names: Sequence[str]) -> GuiElement:
         """Add a plot of lines over time; rows of ``samples`` have the time and a value of each."""
         return self.add("plot", label=label, unit=unit, names=tuple(names), samples=[])
 
-    def add_folder(self, label: str) -> Element:
+    def add_folder(self, label: str) -> GuiElement:
         """Add a container that can be folded; without a label, one that cannot."""
         return self.add("folder", label=label)
 
@@ -247,12 +247,12 @@ class Gui:
     # For elements
 
     @contextlib.contextmanager
-    def _changing(self, element: Element) -> Iterator[bool]:
+    def _changing(self, element: GuiElement) -> Iterator[bool]:
         """Hold the lock; give whether browsers have the element already."""
         with self._lock:
             yield element.uid not in self._new and element.uid in self._elements
 
-    def _set(self, element: Element, name: str, value: Any) -> None:
+    def _set(self, element: GuiElement, name: str, value: Any) -> None:
         with self._changing(element) as known:
             if element.props[name] == value:
                 return
@@ -262,20 +262,20 @@ class Gui:
                 self._appends.pop((element.uid, name), None)
                 self._sets.setdefault(element.uid, {})[name] = value
 
-    def _merge(self, element: Element, name: str, values: dict[str, Any]) -> None:
+    def _merge(self, element: GuiElement, name: str, values: dict[str, Any]) -> None:
         with self._changing(element) as known:
             element.props[name].update(values)
             if known:
                 self._merges.setdefault((element.uid, name), {}).update(values)
 
-    def _append(self, element: Element, name: str, values: Sequence[Any], keep: int) -> None:
+    def _append(self, element: GuiElement, name: str, values: Sequence[Any], keep: int) -> None:
         with self._changing(element) as known:
             element.props[name] = [*element.props[name], *values][-keep:]
             if known:
                 waiting, _ = self._appends.get((element.uid, name), ([], keep))
                 self._appends[element.uid, name] = [*waiting, *values][-keep:], keep
 
-    def _remove(self, element: Element) -> None:
+    def _remove(self, element: GuiElement) -> None:
         with self._lock:
             for inner in [one for one in self._elements.values() if one.parent == element.uid]:
                 self._remove(inner)
@@ -291,7 +291,7 @@ class Gui:
                     del pending[key]
 
 
-def _description(element: Element) -> list[Any]:
+def _description(element: GuiElement) -> list[Any]:
     return ["add", element.uid, element.parent, element.kind, element.props]
 
 

@@ -20,7 +20,7 @@ from .gui import Gui
 PROTOCOL = "bt-manip"
 """Subprotocol of the sockets of the page; those of its scene have that of viser."""
 
-SCENE = "/scene"
+SCENE_PATH = "/scene"
 """Path of the scene, which only the page shows in a frame."""
 
 STATIC = Path(__file__).parent / "static"
@@ -33,7 +33,7 @@ FILES = {
 
 TYPES = {".html": "text/html", ".css": "text/css", ".js": "text/javascript"}
 
-POLICY = (
+PAGE_POLICY = (
     "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; "
     "object-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
@@ -84,8 +84,8 @@ class Site:
         path = urlsplit(path).path
         path = "/" if path == "/index.html" else path
         headers = Headers({"Cache-Control": "no-cache", "X-Content-Type-Options": "nosniff"})
-        headers["Content-Security-Policy"] = FRAMED if path == SCENE else POLICY
-        if path == SCENE:
+        headers["Content-Security-Policy"] = FRAMED if path == SCENE_PATH else PAGE_POLICY
+        if path == SCENE_PATH:
             name, data = "scene.html", _scene()
         elif (name := FILES.get(path, "")) != "":
             data = _packed((STATIC / name).read_bytes())

@@ -8,7 +8,7 @@ from bt_manip.runner import RunEvent
 from .gui import GuiEvent, is_number
 from .panel import Panel
 
-KEPT = 4000
+KEPT_CHANGES = 4000
 """Number of changes of the running leaf, and of marks, that are kept."""
 
 
@@ -75,7 +75,7 @@ class TimelinePanel(Panel):
         """Send what is new, and the time."""
         for name, values in self._new.items():
             if values:
-                self._line.append(name, values, KEPT)
+                self._line.append(name, values, KEPT_CHANGES)
         self._new = {"leaves": [], "marks": []}
         self._line.time = round(self._controls.time, 6)
         self._line.shown = self._page.shown_time

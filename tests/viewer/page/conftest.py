@@ -1,8 +1,11 @@
 """Clients of the page's sockets, in place of a browser."""
 
+import itertools
 import json
 import struct
-from collections.abc import Callable, Iterator
+import time
+from collections import deque
+from collections.abc import Callable, Collection, Iterator
 from typing import Any
 
 import msgspec
@@ -25,7 +28,10 @@ class Client:
         elements: Of a page: the properties of the elements by uid, with ``kind`` and ``parent``.
     """
 
-    def __init__(self, url: str, what: str = "scene", **headers: str) -> None:
+    def __init__(
+        self, url: str, what: str = "scene", received: Collection[Any] = (), **headers: str
+    ) -> None:
+        self._received, self._numbers = received, itertools.count()
         self.connection = websockets.sync.client.connect(
             url.replace("http:", "ws:") + f"/{what}",
             subprotocols=[PROTOCOLS[what]],
@@ -88,10 +94,12 @@ class Client:
         return found[0]
 
     def send(self, uid: int, event: str, value: Any = None) -> None:
-        """Use an element; return when the server has read it."""
-        self.connection.send(json.dumps({"id": uid, "event": event, "value": value}))
-        for _ in range(2):  # the first answer may come before the message is taken from its queue
-            self.connection.ping(ack_on_close=True).wait(5)
+        """Use an element; return when the page has taken the message."""
+        message = {"id": uid, "event": event, "value": value, "number": next(self._numbers)}
+        self.connection.send(data := json.dumps(message))
+        end = time.monotonic() + 5.0
+        while data not in self._received and time.monotonic() < end:
+            time.sleep(1e-3)
 
     def close(self) -> None:
         self.connection.close()
@@ -108,9 +116,19 @@ def page(parts) -> Iterator[Page]:
 @pytest.fixture
 def connect(page) -> Iterator[Callable[..., Client]]:
     clients: list[Client] = []
+    received: deque[Any] = deque(maxlen=100)
+    receive = page.gui.receive
+
+    def note(data: Any) -> bool:
+        try:
+            return receive(data)
+        finally:
+            received.append(data)
+
+    page.gui.receive = note
 
     def open_client(what: str = "scene", **headers: str) -> Client:
-        clients.append(Client(page.url, what, **headers))
+        clients.append(Client(page.url, what, received, **headers))
         return clients[-1]
 
     yield open_client

@@ -8,7 +8,7 @@ import pytest
 from bt_manip import build_station
 from bt_manip.cell import CellScene
 from bt_manip.viewer.page import SceneView
-from bt_manip.viewer.page.framing import MARGIN
+from bt_manip.viewer.page.framing import FRAMED_SHARE
 from bt_manip.viewer.page.server import close_server, open_server
 
 
@@ -31,8 +31,8 @@ def test_all_corners_are_inside_and_two_of_them_touch_the_margin(framing, aspect
     assert (depth > 0.0).all()
     slope = np.tan(framing._fov / 2.0)
     shares = np.stack([abs(right) / (depth * slope * aspect), abs(up) / (depth * slope)])
-    assert shares.max() == pytest.approx(MARGIN)
-    assert (abs(shares - MARGIN) < 1e-9).sum() >= 2
+    assert shares.max() == pytest.approx(FRAMED_SHARE)
+    assert (abs(shares - FRAMED_SHARE) < 1e-9).sum() >= 2
 
 
 def test_a_camera_that_somebody_has_moved_is_left_alone(framing):
