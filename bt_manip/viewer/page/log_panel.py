@@ -38,7 +38,7 @@ class LogPanel(Panel):
     def reset(self) -> None:
         """Forget the lines."""
         for kept in (self._new, self._texts, self._said):
-            kept.clear()  # type: ignore[attr-defined]
+            kept.clear()
         self._succeeded = None
         self._log.lines = []
 
