@@ -179,7 +179,7 @@ def register_panels(register: Callable[[str, Callable[[Any], Any]], None]) -> No
         ErrorPlot,
         LogPanel,
         NodePanel,
-        PathPanel,
+        OverlayPanel,
         PullPanel,
         TimelinePanel,
         TreePanel,
@@ -191,5 +191,5 @@ def register_panels(register: Callable[[str, Callable[[Any], Any]], None]) -> No
     register("log", LogPanel)
     register("tracking_error", ErrorPlot)
     register("blackboard", BlackboardPanel)
-    register("paths", PathPanel)
+    register("overlays", OverlayPanel)
     register("pull", PullPanel)
