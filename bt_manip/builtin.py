@@ -188,7 +188,7 @@ def register_panels(register: Callable[[str, Callable[[Any], Any]], None]) -> No
         ErrorPlot,
         LogPanel,
         NodePanel,
-        PathPanel,
+        OverlayPanel,
         PullPanel,
         TimelinePanel,
         TreePanel,
@@ -200,5 +200,5 @@ def register_panels(register: Callable[[str, Callable[[Any], Any]], None]) -> No
     register("log", LogPanel)
     register("tracking_error", ErrorPlot)
     register("blackboard", BlackboardPanel)
-    register("paths", PathPanel)
+    register("overlays", OverlayPanel)
     register("pull", PullPanel)
