@@ -22,6 +22,7 @@ $(READY): pyproject.toml constraints.txt tools/setup.sh $(wildcard plugins/*/pyp
 
 run: setup  ## Set up, and let the Panda drop a cube into the basket
 	$(BIN)/bt-manip run pick_place
+	@echo "To watch it in the browser: $(BIN)/bt-manip run pick_place --view"
 
 test: setup  ## Set up, and run all tests, in WORKERS processes
 	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder

@@ -182,19 +182,23 @@ def register_recorders(register: Callable[[str, Callable[[Path | None], Any]], N
 
 @hookimpl
 def register_panels(register: Callable[[str, Callable[[Any], Any]], None]) -> None:
-    """Bring the tree, and below it the tabs."""
+    """Bring the tree, the time line and the tabs."""
     from bt_manip.viewer.page import (
         BlackboardPanel,
         ErrorPlot,
         LogPanel,
+        NodePanel,
         PathPanel,
         PullPanel,
+        TimelinePanel,
         TreePanel,
     )
 
     register("tree", TreePanel)
+    register("timeline", TimelinePanel)
+    register("node", NodePanel)
     register("log", LogPanel)
-    register("blackboard", BlackboardPanel)
     register("tracking_error", ErrorPlot)
+    register("blackboard", BlackboardPanel)
     register("paths", PathPanel)
     register("pull", PullPanel)

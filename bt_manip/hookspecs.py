@@ -157,7 +157,8 @@ def register_panels(register: Callable[[str, Callable[[Any], Any]], None]) -> No
     Args:
         register: ``register(name, factory)``, where ``factory(page)`` adds the inputs of a new
             `bt_manip.viewer.Panel` to a `bt_manip.viewer.Page` and returns the panel. It gets a tab
-            with this name, unless an attribute ``in_tab`` of the factory is False.
+            with this name, unless an attribute ``place`` of the factory is ``left``, ``below`` or
+            ``bar``.
     """
 
 

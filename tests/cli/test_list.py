@@ -81,8 +81,8 @@ def test_the_parameters_of_an_object_are_listed_with_their_defaults(bt_manip):
 
 def test_the_options_of_a_recorder_are_listed_with_their_defaults(bt_manip):
     out = bt_manip("list", "recorders", "video").out
-    assert out.startswith("video (builtin)") and "  size=640x400\n" in out
-    assert "  overlay=no\n" in out
+    assert out.startswith("video (builtin)") and "  size=1280x720\n" in out
+    assert "  overlay=yes\n" in out
 
 
 def test_tasks_are_listed_with_the_robots_that_can_do_them(bt_manip):

@@ -236,8 +236,8 @@ def test_register_panels_shows_a_panel_on_the_page(parts_of):
         station = build_station(parts)
         tree = Tree(Sleep(msec=30), clock=station.clock)
         Run(RunRequest(TreeSource("test", "python")), tree, station).execute([page])
-        (number,) = [h for h in page.server.gui._gui_input_handle_from_uuid.values()
-                     if h.label == "Height [m]"]  # fmt: skip
+        elements = page.gui._elements.values()
+        (number,) = [one for one in elements if one.props.get("label") == "Height [m]"]
         assert number.value == pytest.approx(station.robot.tool_pose.translation[2], abs=1e-3)
     finally:
         page.close()
