@@ -417,8 +417,8 @@ class Arm:
         finally:
             self.follower.lead = 0
         raise MotionError(
-            f"planning takes longer than {lead * 2 ** (SEND_ATTEMPTS - 1)} ms: this computer is too "
-            "busy for the arm", reason="device",
+            f"planning takes longer than {lead * 2 ** (SEND_ATTEMPTS - 1)} ms: this computer is "
+            "too busy for the arm", reason="device",
         )  # fmt: skip
 
     # The motion
