@@ -102,7 +102,8 @@ EXPERIMENTAL = {
     ),
     "bt_manip.scenes": "table_and_basket two_arms scene_of",
     "bt_manip.testing": (
-        "Trial Situations built_in_situations AT_REST assert_stands_still assert_touches_only"
+        "Trial Situations built_in_situations AT_REST assert_stands_still assert_touches_only "
+        "DEVICE_CONTRACT recovers_from_a_problem"
     ),
     "bt_manip.grippers": (
         "FoundFingers FingerTravel SuctionGripper suction_gripper GRIP_DEPTH Solid"
