@@ -56,7 +56,7 @@ soak: setup  ## Run the tests that take minutes, and CYCLES cycles of pick_place
 	$(BIN)/bt-manip run pick_place --cycles $(CYCLES) --seed $(SEED) --quiet --report soak.json
 
 soak-memory: setup  ## Print the memory of a run with page, recording and Groot2 for MINUTES
-	$(BIN)/python tools/soak_memory.py --minutes $(MINUTES)
+	$(BIN)/python tools/soak_memory.py --minutes $(MINUTES) --real-time 0
 
 stress-tables: setup  ## Stress all trees, and write the tables to docs/stress_tables.md; takes hours
 	$(BIN)/python tools/stress_tables.py --workers $(WORKERS)

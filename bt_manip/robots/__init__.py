@@ -23,7 +23,7 @@ from .grasp_candidates import GraspCandidates as GraspCandidates
 from .gripper import FoundGripper as FoundGripper
 from .gripper import GraspGenerator as GraspGenerator
 from .gripper import Gripper as Gripper
-from .gripper import GripperDescription as GripperDescription
+from .gripper_description import GripperDescription as GripperDescription
 from .joint_limits import JointLimits as JointLimits
 from .joint_limits import VelocityNearLimits as VelocityNearLimits
 from .joint_limits import effort_limit as effort_limit

@@ -1,9 +1,12 @@
 """A robot of a station, with its arm, controllers and gripper."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
+
+import numpy as np
+import pinocchio as pin
 
 from bt_manip.arm import Arm, ExternalForceGuard
 from bt_manip.cell import Cell
@@ -12,7 +15,7 @@ from bt_manip.control import Controller, ControllerManager
 from bt_manip.exceptions import BtManipError
 from bt_manip.grasping import GraspPlanner, ReachFromAbove
 from bt_manip.registry import Parts
-from bt_manip.robots import Gripper, Robot
+from bt_manip.robots import Gripper, Robot, compile_alone
 from bt_manip.scenes import SceneRobot, find_robot
 
 
@@ -88,6 +91,50 @@ class NoOnlyRobot:
         )
 
 
+_APART = 0.15  # [m] of the tool at home from the world's origin, where another robot may be
+_SAME_REACH = 0.02  # relative difference from the reach that a scene is made for
+
+
+def at_reach(chosen: SceneRobot, parts: Parts) -> SceneRobot:
+    """Return a robot of a scene where an arm of its reach stands: see `SceneRobot.for_reach`.
+
+    Args:
+        chosen: The robot, with all optional names filled in.
+        parts: The registered parts.
+
+    Raises:
+        BtManipError: If a name is not registered or a model does not load.
+    """
+    if chosen.for_reach is None:
+        return chosen
+    robot = make_robot(chosen, parts)
+    compile_alone(robot)
+    model, T_wb = robot.make_model(), chosen.T_wb
+    scale = model.reach / chosen.for_reach
+    scale = 1.0 if abs(scale - 1.0) < _SAME_REACH else scale
+    shoulder = model.model.jointPlacements[1].translation
+    x, y = T_wb.translation[:2]
+    outwards = np.linalg.norm((model.pose(model.home).translation - shoulder)[:2])
+    scale = max(scale, (outwards + _APART) / np.hypot(x, y))
+    position = scale * T_wb.translation - T_wb.rotation @ shoulder
+    position[2] = T_wb.translation[2]
+    return replace(chosen, T_wb=pin.SE3(T_wb.rotation, position))
+
+
+def make_robot(chosen: SceneRobot, parts: Parts) -> Robot:
+    """Make the entity of a robot of a scene, with its gripper.
+
+    Raises:
+        BtManipError: If a name is not registered or a model does not load.
+    """
+    assert chosen.description
+    description = find_robot(chosen.description, parts.robots)
+    make_gripper = None
+    if description.gripper is not None:
+        make_gripper = parts.grippers.maker(description.gripper.kind, "close", "held_root")
+    return Robot(description, gripper=make_gripper)
+
+
 class RobotEntities:
     """The composer entities of one robot of a scene, before the cell is compiled."""
 
@@ -104,11 +151,7 @@ class RobotEntities:
         assert chosen.description and chosen.controller and chosen.planner
         self._chosen = chosen
         self._make_planner = parts.planners.maker(chosen.planner, "plan")
-        description = find_robot(chosen.description, parts.robots)
-        make_gripper = None
-        if description.gripper is not None:
-            make_gripper = parts.grippers.maker(description.gripper.kind, "close", "held_root")
-        self._robot = Robot(description, gripper=make_gripper)
+        self._robot = make_robot(chosen, parts)
         controllers = parts.controllers
         controllers.get(chosen.controller)  # raises if there is none
         factories = {

@@ -2,18 +2,20 @@
 
 import os
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pinocchio as pin
 from dm_control import composer
 from py_trees.behaviour import Behaviour
 
 from bt_manip.arm import Arm, MultiArmCoordinator
 from bt_manip.bt import AlwaysSuccess, NodeStatus, Tree
-from bt_manip.cell import Cell
+from bt_manip.cell import Cell, OverlapError
 from bt_manip.cell.objects import Catalogue
 from bt_manip.cell.randomization import Randomizer, SceneObject
 from bt_manip.control import Controller, ControllerManager
@@ -21,6 +23,7 @@ from bt_manip.notebook import html_image, html_table
 from bt_manip.registry import Parts
 from bt_manip.robots import Gripper, Robot
 from bt_manip.scenes import (
+    Fixture,
     Scene,
     add_fixture,
     check_supports,
@@ -30,7 +33,7 @@ from bt_manip.scenes import (
     sampled_fixtures,
 )
 
-from .commanded_robot import CommandedRobot, NoOnlyRobot, RobotEntities
+from .commanded_robot import CommandedRobot, NoOnlyRobot, RobotEntities, at_reach
 from .loop import RunLoop
 from .observer import recorder_for
 from .request import TICK, RunRequest
@@ -269,6 +272,37 @@ class Station:
         self.randomizer.set_state(state["randomizer"])
 
 
+_ASIDE = pin.SE3(np.eye(3), np.array([0.0, 0.0, 5.0]))
+"""Above its place: where a fixture is put that will be moved within reach of a robot [m]."""
+
+
+def _fill(
+    cell: Cell,
+    fixtures: Sequence[tuple[Fixture, composer.Entity]],
+    robots: Sequence[RobotEntities],
+    seed: int,
+    *,
+    aside: bool = False,
+) -> list[str]:
+    """Add the fixtures and robots of a scene to a cell; return the names of the robots.
+
+    Raises:
+        CellError: If something overlaps; the cell is as it was then.
+    """
+    later = sampled_fixtures([fixture for fixture, _ in fixtures])
+    with cell.editing():
+        for fixture, entity in fixtures:
+            if fixture.name not in later:
+                away = aside and fixture.within_reach
+                placed = replace(fixture, T_wo=_ASIDE * fixture.T_wo) if away else fixture
+                add_fixture(cell, placed, entity, seed)
+        names = [one.put_into(cell) for one in robots]
+        for fixture, entity in fixtures:
+            if fixture.name in later:
+                add_fixture(cell, fixture, entity, seed)
+    return names
+
+
 def make_station(request: RunRequest, parts: Parts, catalogue: Catalogue | None = None) -> Station:
     """Build a cell with its robots at home and under control.
 
@@ -294,26 +328,29 @@ def make_station(request: RunRequest, parts: Parts, catalogue: Catalogue | None 
         )
         for one in scene.robots
     ]
+    chosen = [at_reach(one, parts) for one in chosen]
     entities = [RobotEntities(one, parts) for one in chosen]
     fixtures = [(f, catalogue.create(f.model, **f.parameters)) for f in scene.fixtures]
-    cell = Cell()
-    with naming_file(scene), cell.editing():
-        later = sampled_fixtures(scene.fixtures)
-        for fixture, entity in fixtures:
-            if fixture.name not in later:
-                add_fixture(cell, fixture, entity, seed)
-        names = [one.put_into(cell) for one in entities]
-        for fixture, entity in fixtures:
-            if fixture.name in later:
-                add_fixture(cell, fixture, entity, seed)
+    cell, aside = Cell(), False
     with naming_file(scene):
+        try:
+            names = _fill(cell, fixtures, entities, seed)
+        except OverlapError:
+            if not any(fixture.within_reach for fixture in scene.fixtures):
+                raise
+            names, aside = _fill(cell, fixtures, entities, seed, aside=True), True
         check_supports(cell, scene.fixtures)
     robots = {name: one.commanded(name, cell) for name, one in zip(names, entities, strict=True)}
     for one in robots.values():
         one.robot.configurations |= scene.configurations
+    reached = {}
     for fixture in scene.fixtures:
         if fixture.within_reach:
-            next(iter(robots.values())).reach.place_container(cell, fixture.name)
+            one = robots.get(str(fixture.within_reach), next(iter(robots.values())))
+            T_wo = _ASIDE.inverse() * cell.pose(fixture.name) if aside else None
+            with naming_file(scene):
+                one.reach.place(cell, fixture.name, T_wo)
+            reached[fixture.name] = partial(one.reach.reaches, cell, fixture.name)
     if len(robots) > 1:
         MultiArmCoordinator({name: one.arm for name, one in robots.items()})
     rng = np.random.default_rng(seed)
@@ -329,5 +366,6 @@ def make_station(request: RunRequest, parts: Parts, catalogue: Catalogue | None 
             seed=seed,
             scene_objects=scene_objects,
             robots=tuple(robots),
+            reached=reached,
         )  # fmt: skip
     return Station(cell, robots, rng, catalogue, parts, randomizer, scene, request)
