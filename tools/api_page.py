@@ -71,7 +71,7 @@ STABLE = {
     ),
     "bt_manip.arm": "Arm",
     "bt_manip.control": (
-        "Controller ControlError ComputedTorque GravityCompensatedPD Reference Hold"
+        "Controller ControlError ComputedTorque GravityCompensatedPD NativePD Reference Hold"
     ),
     "bt_manip.models": "ModelError load_model find_model bundled_path",
     "bt_manip.plugins": "load_plugins Plugins",
@@ -106,8 +106,8 @@ EXPERIMENTAL = {
     ),
     "bt_manip.planning": "edge_is_free shortcut",
     "bt_manip.grippers": (
-        "TwoFingerGripper two_finger_gripper find_fingers FoundFingers FingerTravel "
-        "SuctionGripper suction_gripper GRIP_DEPTH Solid"
+        "TwoFingerGripper NativeTwoFingerGripper two_finger_gripper find_fingers FoundFingers "
+        "FingerTravel SuctionGripper suction_gripper GRIP_DEPTH Solid"
     ),
     "bt_manip.grasping": ("GraspPlanner GripperClearance with_clearance SUFFICIENT_CLEARANCE"),
     "bt_manip.robots": "GraspGenerator GraspCandidates FoundGripper effort_limit ensure_motors",

@@ -8,13 +8,10 @@ from .arm_behaviour import ArmBehaviour
 from .automatic import number_or_auto
 from .payload import payload_of
 
-FORCE = 50.0  # [N] of grippers that are strong enough
-FORCE_PART = 0.8  # of the maximum force of others: a motor at its limit controls no force
-
 
 def default_force(gripper: Gripper) -> float:
     """Return the force to grip with where none is given [N]."""
-    return FORCE if gripper.max_force >= FORCE else FORCE_PART * gripper.max_force
+    return gripper.default_force
 
 
 class Grasp(ArmBehaviour):

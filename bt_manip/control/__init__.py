@@ -7,5 +7,6 @@ from .controller_manager import ControllerManager as ControllerManager
 from .exceptions import ControlError as ControlError
 from .exceptions import ControllerFault as ControllerFault
 from .gravity_compensated_pd import GravityCompensatedPD as GravityCompensatedPD
+from .native_pd import NativePD as NativePD
 from .reference import Hold as Hold
 from .reference import Reference as Reference

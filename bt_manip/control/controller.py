@@ -177,7 +177,13 @@ class Controller(composer.Entity):
             self._base, self._bare, self._model = base, robot.make_model(), None
         self._dt = float(model.opt.timestep)
         # Bound once: a look-up in MuJoCo's data takes longer than the computation.
-        self._drive = writer(data.ctrl, robot.ctrl_adr)
+        self._drive = write = writer(data.ctrl, robot.ctrl_adr)
+        feedback = model.actuator_biasprm[robot.ctrl_adr, 1:3].T  # of a native controller
+        if feedback.any():
+            q, v = data.qpos, data.qvel
+            of_q, of_v = feedback[0].copy(), feedback[1].copy()
+            at_q, at_v = robot.qpos_adr, robot.dof_adr
+            self._drive = lambda tau: write(tau - of_q * q[at_q] - of_v * v[at_v])
 
     def initialize_episode(
         self, physics: mjcf.Physics, random_state: np.random.RandomState

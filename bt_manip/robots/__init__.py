@@ -30,6 +30,7 @@ from .joint_limits import effort_limit as effort_limit
 from .joint_limits import sampling_bounds as sampling_bounds
 from .model_address import MENAGERIE as MENAGERIE
 from .model_building import build_model as build_model
+from .motors import add_feedback as add_feedback
 from .motors import ensure_motors as ensure_motors
 from .panda import panda as panda
 from .payload import Payload as Payload

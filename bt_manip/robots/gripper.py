@@ -35,6 +35,9 @@ if TYPE_CHECKING:
 DEFAULT_KIND = "two_finger"
 """Kind of gripper if the description names none."""
 
+_FORCE = 50.0  # [N] of grippers that are strong enough
+_FORCE_PART = 0.8  # of the maximum force of others: a motor at its limit controls no force
+
 
 @documented
 @dataclass(frozen=True)
@@ -213,6 +216,11 @@ class Gripper(composer.Entity, abc.ABC):
             table = description.read(self._robot.description.name)
             raise table.error("max_force", "is missing: the maximum grip force [N]")
         return description.max_force
+
+    @property
+    def default_force(self) -> float:
+        """Force to grip with where none is given [N]."""
+        return _FORCE if self.max_force >= _FORCE else _FORCE_PART * self.max_force
 
     def check_force(self, force: float) -> float:
         """Return a grip force after checking it [N].

@@ -105,12 +105,14 @@ class RobotEntities:
         self._chosen = chosen
         self._make_planner = parts.planners.maker(chosen.planner, "plan")
         description = find_robot(chosen.description, parts.robots)
+        controllers = parts.controllers
+        first = controllers.get(chosen.controller)  # raises if there is none
         make_gripper = None
         if description.gripper is not None:
-            make_gripper = parts.grippers.maker(description.gripper.kind, "close", "held_root")
+            kind = description.gripper.kind
+            kind = getattr(first, "grippers", {}).get(kind, kind)
+            make_gripper = parts.grippers.maker(kind, "close", "held_root")
         self._robot = Robot(description, gripper=make_gripper)
-        controllers = parts.controllers
-        controllers.get(chosen.controller)  # raises if there is none
         factories = {
             name: controllers.maker(name, "compute", "mjcf_model") for name in controllers.names()
         }
