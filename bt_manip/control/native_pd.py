@@ -12,7 +12,7 @@ from .controller import Controller
 from .exceptions import ControlError
 from .pd_law import default_gains, per_joint
 
-HOLD = 10
+FEEDFORWARD_STEPS = 10
 """Control steps for which a feedforward torque is held."""
 
 _FRICTION_VELOCITY = 1e-2  # [rad/s] at which dry friction is compensated by 76 %
@@ -84,7 +84,7 @@ class NativePD(Controller):
         else:
             reference = self.reference
             self._write(self._signal(reference.q, reference.v, self._feedforward))
-        self._age = (self._age + 1) % HOLD
+        self._age = (self._age + 1) % FEEDFORWARD_STEPS
 
     def compute(
         self, q: np.ndarray, v: np.ndarray, q_ref: np.ndarray, v_ref: np.ndarray, a_ref: np.ndarray
@@ -105,10 +105,9 @@ class NativePD(Controller):
             v_ref: Reference velocities [rad/s].  # (n, nv)
             a_ref: Reference accelerations [rad/s2].  # (n, nv)
         """  # (n, nv) [N m]
-        held = [
-            feedforward(model, q_ref[i], v_ref[i], a_ref[i]) for i in range(0, len(q_ref), HOLD)
-        ]
-        return self._signal(q_ref, v_ref, np.repeat(held, HOLD, axis=0)[: len(q_ref)])
+        n, every = len(q_ref), FEEDFORWARD_STEPS
+        held = [feedforward(model, q_ref[i], v_ref[i], a_ref[i]) for i in range(0, n, every)]
+        return self._signal(q_ref, v_ref, np.repeat(held, every, axis=0)[:n])
 
     def _signal(self, q_ref: np.ndarray, v_ref: np.ndarray, tau: np.ndarray) -> np.ndarray:
         """Return the control signals; the same bits for one step and for rows of many."""

@@ -62,7 +62,7 @@ def stays_inside_the_effort_limits(case: ControllerCase) -> None:
     control.reference = Hold(far)
     for _ in range(200):
         cell.step()
-        commanded = np.abs(robot.tau)
+        commanded = np.abs(cell.data.ctrl[robot.ctrl_adr])
         assert np.isfinite(commanded).all(), f"'{case.name}' commands {commanded}"
         assert (commanded <= limits.effort * (1 + 1e-9)).all(), (
             f"'{case.name}' commands {commanded} N m, the limits are {limits.effort}"
@@ -121,7 +121,7 @@ def does_not_chatter(case: ControllerCase) -> None:
         torques = []
         for _ in range(250):
             cell.step()
-            torques.append(robot.tau)
+            torques.append(cell.data.ctrl[robot.ctrl_adr])
         changes = np.abs(np.diff(torques, axis=0)).mean(axis=0) / robot.limits.effort
         assert changes.max() <= MAX_CHATTER, (
             f"'{case.name}' chatters {state}: a torque changes by {changes.max():.1%} of its limit "

@@ -159,6 +159,20 @@ class NativeTwoFingerGripper(TwoFingerGripper):
         self.advance(steps)
         return rows
 
+    def driven(self) -> tuple[Any, ...]:
+        """Return the reference, and what was measured, for `drive`."""
+        return (
+            self.state, self._asked, self._start, self._aim, self._rate, self._index,
+            self._signals, self._forces, self._touched,
+        )  # fmt: skip
+
+    def drive(self, driven: tuple[Any, ...]) -> None:
+        """Follow the reference of another episode of the same robot."""
+        (
+            self.state, self._asked, self._start, self._aim, self._rate, self._index,
+            self._signals, self._forces, self._touched,
+        ) = driven  # fmt: skip
+
     def advance(self, steps: int) -> None:
         """Advance the reference by some steps; what was measured is outdated."""
         self._forces = self._touched = None
