@@ -140,6 +140,11 @@ class ArmAction(ActionKind):
         self._late = [(delay - 1, one, close) for delay, one, close in self._late]
         return NodeStatus.RUNNING
 
+    @property
+    def waiting(self) -> bool:
+        """Whether a gripper is commanded later in the step."""
+        return bool(self._late)
+
     def take_over(self) -> list[StepReference]:
         """Let the robots follow new references, or the present ones; return those.
 

@@ -59,13 +59,9 @@ class NativePD(Controller):
                 f"'{self.kind}' is part of the robot's model, so that a run cannot switch to it: "
                 f"choose it as the controller to begin with (--controller {self.kind})"
             )
-        gains = (kp, kd)
-        if kp is None or kd is None:
-            own = default_gains(robot.model_alone())
-            gains = (own[0] if kp is None else kp, own[1] if kd is None else kd)
-        n = robot.limits.effort.size
-        self._kp = per_joint("kp", gains[0], n)
-        self._kd = per_joint("kd", gains[1], n)
+        own, n = default_gains(robot.model_alone()), robot.limits.effort.size
+        self._kp = per_joint("kp", own[0] if kp is None else kp, n)
+        self._kd = per_joint("kd", own[1] if kd is None else kd, n)
         robot.arm_actuators = add_feedback(robot.arm_actuators, self._kp, self._kd)
         self._feedforward = np.zeros(n)
         self._age = 0  # control steps since it was computed

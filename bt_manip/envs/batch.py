@@ -70,8 +70,8 @@ class Batch:
         self._action: Any = env.task.action
         self._ticks, self._per_tick = episodes.ticks, episodes.run.request.steps_per_tick
         self._at_first = self._kept()
-        self._slots: list[_Slot | None] = [None] * count
-        self._simulations = Simulations(self._cell.model, count, threads, persistent=True)
+        self._slots: dict[int, _Slot] = {}
+        self.simulations = Simulations(self._cell.model, count, threads, persistent=True)
         self._model = _bytes_of(self._cell.model)
         self._signals = np.zeros((count, self._ticks * self._per_tick, self._cell.model.nu))
 
@@ -83,8 +83,7 @@ class Batch:
         """
         if "state" in options:
             raise BtManipError("an episode of a batch cannot continue from a state")
-        slot = self._slots[i]
-        self._keep(slot.kept if slot else self._at_first)
+        self._keep(self._slots[i].kept if i in self._slots else self._at_first)
         observation, info = self._env.reset(seed=seed, options=dict(options))
         model, data = self._cell.model, self._cell.data
         if _bytes_of(model) != self._model:
@@ -102,7 +101,8 @@ class Batch:
             [(None, one.bare_model.with_payload(None)) for one in controllers],
             copy.copy(data),
         )
-        mujoco.mj_getState(model, data, self._simulations.state[i], _STATE)
+        self._warnings = data.warning.number
+        mujoco.mj_getState(model, data, self.simulations.state[i], _STATE)
         self._signals[i] = data.ctrl
         return observation, info
 
@@ -119,16 +119,16 @@ class Batch:
         slots = [self._slots[i] for i in ids]
         for i, slot, action in zip(ids, slots, actions, strict=True):
             self._load(i, slot)
+            self._action.follow(slot.references)
             self._command(self._signals[i], slot, action)
         if len(ids):
-            warned = self._simulations.warning[ids].copy()
-            self._simulations.rollout(
-                self._signals.shape[1], self._signals[ids], record=(), ids=ids
-            )
-            raised = self._simulations.warning[ids] > warned
+            warned = self.simulations.warning[ids].copy()
+            self.simulations.rollout(self._signals.shape[1], self._signals[ids], record=(), ids=ids)
+            raised = self.simulations.warning[ids] > warned
         results = []
         for k, (i, slot) in enumerate(zip(ids, slots, strict=True)):
             self._load(i, slot)
+            self._keep(slot.kept)
             if raised[k].any():
                 names = np.array(list(mujoco.mjtWarning.__members__))[np.flatnonzero(raised[k])]
                 text = ", ".join(name.removeprefix("mjWARN_") for name in names.tolist())
@@ -155,8 +155,9 @@ class Batch:
                 model = controller.bare_model.with_payload(reference.payload)
                 slot.models[k] = reference.payload, model
             signals[:, one.robot.ctrl_adr] = controller.signals(model, *reference.finish())
-        n = self._per_tick
-        for tick in range(self._ticks):
+        ticks = self._ticks if self._action.waiting else 1  # otherwise one tick is like the next
+        n = self._per_tick * self._ticks // ticks
+        for tick in range(ticks):
             self._action.tick()
             for gripper in self._grippers:
                 rows = signals[tick * n : (tick + 1) * n]
@@ -167,14 +168,12 @@ class Batch:
     def _load(self, i: int, slot: _Slot) -> None:
         """Let the station take the state of an episode."""
         data = self._cell.data
-        warned = data.warning.number.copy()
+        warned = self._warnings.copy()
         if slot.fresh is not None:
             mujoco.mj_copyData(data, self._cell.model, slot.fresh)
         else:
-            self._simulations.get_data(i, data)
-        data.warning.number[:] = warned  # the cell's own
-        self._keep(slot.kept)
-        self._action.follow(slot.references)
+            self.simulations.get_data(i, data)
+        self._warnings[:] = warned  # the cell's own
         for gripper, driven in zip(self._grippers, slot.grippers, strict=True):
             gripper.drive(driven)
 

@@ -7,6 +7,7 @@ import gymnasium
 import numpy as np
 from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space, concatenate, create_empty_array, iterate
+from mujoco.batch import Batch as Simulations
 
 from bt_manip.exceptions import BtManipError
 
@@ -117,7 +118,9 @@ class BatchEnvironment(gymnasium.vector.VectorEnv[Any, Any, Any]):
         infos: dict[str, Any] = {}
         for i in np.flatnonzero(resetting).tolist():
             infos = self._add_info(infos, self._reset(i, None, {}), i)
-        for i, result in zip(moving.tolist(), self._batch.step(moving, units), strict=True):
+        for i, result in zip(
+            moving.tolist(), self._batch.step(moving.tolist(), units), strict=True
+        ):
             observation, rewards[i], ends[i], _, info = result
             self._observations[i] = observation
             self._steps[i] += 1
@@ -128,6 +131,11 @@ class BatchEnvironment(gymnasium.vector.VectorEnv[Any, Any, Any]):
                 info = self._reset(i, None, {})
             infos = self._add_info(infos, info, i)
         return self._gathered(), rewards, ends, limits, infos
+
+    @property
+    def simulations(self) -> Simulations:
+        """MuJoCo's simulations, one for each environment."""
+        return self._batch.simulations
 
     def close_extras(self, **kwargs: Any) -> None:
         """Free the simulations."""
@@ -144,5 +152,5 @@ class BatchEnvironment(gymnasium.vector.VectorEnv[Any, Any, Any]):
         space = self.single_observation_space
         if any(one is None for one in self._observations):
             raise BtManipError("an environment was never reset: call reset() without a mask first")
-        empty = create_empty_array(space, n=self.num_envs)
+        empty: Any = create_empty_array(space, n=self.num_envs)
         return concatenate(space, self._observations, empty)
