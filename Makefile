@@ -1,6 +1,6 @@
 # Everything works on a fresh clone with git, make and Python 3.11 to 3.14.
 .DEFAULT_GOAL := help
-.PHONY: help setup run test test-packages test-clients lint types docs bench soak soak-memory stress-tables
+.PHONY: help setup run test test-packages test-clients rehearsal lint types docs bench soak soak-memory stress-tables
 
 # Compiled modules are kept: uv compiles none, and the tests start hundreds of processes.
 unexport PYTHONDONTWRITEBYTECODE
@@ -22,6 +22,7 @@ $(READY): pyproject.toml constraints.txt tools/setup.sh $(wildcard plugins/*/pyp
 
 run: setup  ## Set up, and let the Panda drop a cube into the basket
 	$(BIN)/bt-manip run pick_place
+	@echo "To watch it in the browser: $(BIN)/bt-manip run pick_place --view"
 
 test: setup  ## Set up, and run all tests, in WORKERS processes
 	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder
@@ -31,6 +32,9 @@ test-packages: setup  ## Test each package of plugins/ where nothing else of thi
 
 test-clients: setup  ## Test with Stable-Baselines3 and robomimic, in an environment of their own
 	$(BIN)/python tools/test_clients.py
+
+rehearsal: setup  ## Rehearse with a simulated Franka behind its own protocol; CUBES=20 for long
+	$(BIN)/python tools/rehearsal.py
 
 lint: setup  ## Check style
 	$(BIN)/ruff check .
@@ -56,7 +60,7 @@ soak: setup  ## Run the tests that take minutes, and CYCLES cycles of pick_place
 	$(BIN)/bt-manip run pick_place --cycles $(CYCLES) --seed $(SEED) --quiet --report soak.json
 
 soak-memory: setup  ## Print the memory of a run with page, recording and Groot2 for MINUTES
-	$(BIN)/python tools/soak_memory.py --minutes $(MINUTES)
+	$(BIN)/python tools/soak_memory.py --minutes $(MINUTES) --real-time 0
 
 stress-tables: setup  ## Stress all trees, and write the tables to docs/stress_tables.md; takes hours
 	$(BIN)/python tools/stress_tables.py --workers $(WORKERS)

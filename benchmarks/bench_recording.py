@@ -26,8 +26,10 @@ PORT = 41667
 READER = """
 import asyncio, sys, viser, websockets
 
-async def read(url, index):
-    protocol = f"viser-v{viser.__version__}"
+PROTOCOLS = {"scene": f"viser-v{viser.__version__}", "page": "bt-manip"}
+
+async def read(what, index):
+    url, protocol = f"{sys.argv[1]}/{what}", PROTOCOLS[what]
     async with websockets.connect(url, subprotocols=[protocol], max_size=None) as connection:
         print("open", flush=True)
         if index < int(sys.argv[3]):
@@ -36,7 +38,7 @@ async def read(url, index):
             pass
 
 async def main():
-    await asyncio.gather(*(read(sys.argv[1], i) for i in range(int(sys.argv[2]))))
+    await asyncio.gather(*(read(what, i) for i in range(int(sys.argv[2])) for what in PROTOCOLS))
 
 asyncio.run(main())
 """
@@ -92,7 +94,7 @@ def _open_pages(number: int, stalled: int = 0) -> Iterator[Page]:
     command = [sys.executable, "-c", READER, url, str(number), str(stalled)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as readers:
         assert readers.stdout is not None
-        for _ in range(number):
+        for _ in range(2 * number):  # page and scene
             assert readers.stdout.readline() == b"open\n"
         yield page
         readers.kill()

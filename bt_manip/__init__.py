@@ -17,7 +17,10 @@ if TYPE_CHECKING:
     from bt_manip.version import __version__ as __version__
 
 # dm_control tries GLFW if MUJOCO_GL is unset, and does without where there is no display.
-warnings.filterwarnings("ignore", r".*X11: (The DISPLAY environment variable|Failed to open)")
+warnings.filterwarnings(
+    "ignore",
+    r".*(X11: (The DISPLAY environment variable|Failed to open)|GLFW library is not initialized)",
+)
 
 __getattr__ = lazy_exports(
     __name__,

@@ -73,7 +73,7 @@ def register_behaviours(register: Callable[..., None]) -> None:
         "OpenGripper", "CloseGripper",
         "MoveToPose", "MoveToConfiguration", "MoveHome", "MoveLinear", "MoveThrough", "MoveArc",
         "Approach", "Retreat", "BackOff",
-        "FollowTarget", "Stop", "SetSpeed", "SwitchController", "IsAt",
+        "FollowTarget", "Stop", "Recover", "SetSpeed", "SwitchController", "IsAt",
     ):  # fmt: skip
         register(getattr(behaviours, name))
 
@@ -161,6 +161,15 @@ def register_actions(register: Callable[[str, Callable[[Any], Any]], None]) -> N
 
 
 @hookimpl
+def register_pose_sources(register: Callable[[str, Callable[..., Any]], None]) -> None:
+    """Bring the poses that a scene describes, confirmed by an operator or not."""
+    from bt_manip.scenes import OperatorPoses, ScenePoses
+
+    register("scene", ScenePoses)
+    register("operator", OperatorPoses)
+
+
+@hookimpl
 def register_recorders(register: Callable[[str, Callable[[Path | None], Any]], None]) -> None:
     """Bring the trace of the joints, the recording of everything, videos, and logs for Groot2."""
     from bt_manip.groot import BtlogRecorder, SqliteRecorder
@@ -175,19 +184,23 @@ def register_recorders(register: Callable[[str, Callable[[Path | None], Any]], N
 
 @hookimpl
 def register_panels(register: Callable[[str, Callable[[Any], Any]], None]) -> None:
-    """Bring the tree, and below it the tabs."""
+    """Bring the tree, the time line and the tabs."""
     from bt_manip.viewer.page import (
         BlackboardPanel,
         ErrorPlot,
         LogPanel,
+        NodePanel,
         PathPanel,
         PullPanel,
+        TimelinePanel,
         TreePanel,
     )
 
     register("tree", TreePanel)
+    register("timeline", TimelinePanel)
+    register("node", NodePanel)
     register("log", LogPanel)
-    register("blackboard", BlackboardPanel)
     register("tracking_error", ErrorPlot)
+    register("blackboard", BlackboardPanel)
     register("paths", PathPanel)
     register("pull", PullPanel)

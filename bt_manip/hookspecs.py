@@ -157,7 +157,8 @@ def register_panels(register: Callable[[str, Callable[[Any], Any]], None]) -> No
     Args:
         register: ``register(name, factory)``, where ``factory(page)`` adds the inputs of a new
             `bt_manip.viewer.Panel` to a `bt_manip.viewer.Page` and returns the panel. It gets a tab
-            with this name, unless an attribute ``in_tab`` of the factory is False.
+            with this name, unless an attribute ``place`` of the factory is ``left``, ``below`` or
+            ``bar``.
     """
 
 
@@ -187,6 +188,26 @@ def register_policies(register: Callable[[str, Any], None]) -> None:
 
     Args:
         register: ``register(name, kind)`` with a `bt_manip_policy.PolicyKind`.
+    """
+
+
+@hookspec
+def register_backends(register: Callable[[str, Any], None]) -> None:
+    """Register backends, by which ``bt-manip run --backend NAME=ADDRESS`` runs on a real robot.
+
+    Args:
+        register: ``register(name, backend)`` with a `bt_manip.robots.Backend`.
+    """
+
+
+@hookspec
+def register_pose_sources(register: Callable[[str, Callable[..., Any]], None]) -> None:
+    """Register sources of poses, which ``bt-manip run --poses NAME`` asks where objects are.
+
+    Args:
+        register: ``register(name, factory)``, where ``factory(expected)`` gets the
+            `bt_manip.scenes.Fixture` of each expected object and returns a
+            `bt_manip.scenes.PoseSource`.
     """
 
 

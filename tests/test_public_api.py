@@ -3,6 +3,7 @@
 import ast
 import importlib
 import importlib.util
+import inspect
 import re
 import subprocess
 from importlib.metadata import version
@@ -11,6 +12,8 @@ from pathlib import Path
 import pytest
 
 import bt_manip
+from bt_manip.bt.nodes import Node
+from bt_manip.exceptions import BtManipError
 
 REPOSITORY = Path(__file__).resolve().parent.parent
 TOOLS = REPOSITORY / "tools"
@@ -47,11 +50,11 @@ def test_the_pages_of_keys_are_up_to_date(path):
     assert path.read_text() == key_page.PAGES[path](), "run python tools/key_page.py"
 
 
-def shown_code() -> list[tuple[str, str]]:
-    """Give name and text of the code that users are shown or given."""
+def shown_code(*paths: str) -> list[tuple[str, str]]:
+    """Give name and text of the Python code that users are shown or given."""
     files = subprocess.run(
-        ["git", "ls-files", "--", "docs", "examples", "templates", "plugins", "README.md"],
-        cwd=REPOSITORY, capture_output=True, text=True, check=True,
+        ["git", "ls-files", "--", *paths], cwd=REPOSITORY, capture_output=True, text=True,
+        check=True,
     ).stdout.split()  # fmt: skip
     found = []
     for name in files:
@@ -59,10 +62,7 @@ def shown_code() -> list[tuple[str, str]]:
         if path.suffix == ".py":
             found.append((name, path.read_text()))
         elif path.suffix == ".md":
-            blocks = re.findall(
-                r"^```python\n(.*?)^```", path.read_text(), re.DOTALL | re.MULTILINE
-            )
-            found += [(name, block) for block in blocks]
+            found += [(name, block) for block in BLOCK.findall(path.read_text())]
     return found
 
 
@@ -83,7 +83,7 @@ def imported(code: str) -> list[tuple[str, str]]:
 
 def test_examples_tutorials_templates_and_plugins_import_documented_names_only():
     documented = api_page.names()
-    code = shown_code()
+    code = shown_code("docs", "examples", "templates", "plugins", "README.md")
     assert len(code) > 50
     private = {
         f"{where}: from {module} import {name}"
@@ -92,6 +92,33 @@ def test_examples_tutorials_templates_and_plugins_import_documented_names_only()
         if name not in documented.get(module, {}) and f"{module}.{name}" not in documented
     }
     assert not private, "\n".join(sorted(private))
+
+
+GUIDES = (
+    "README.md", "docs/start.md", "docs/authoring-python.md", "docs/testing.md", "docs/howto",
+    "docs/plugins", "templates", "examples",
+)  # fmt: skip
+"""Where users learn what to import."""
+
+TREES = ("bt_manip.bt", "bt_manip.behaviours")
+"""Packages whose nodes trees name or extend."""
+
+
+def test_the_stable_names_are_those_of_guides_nodes_of_trees_and_errors():
+    documented = api_page.names()
+    guides = {pair for _, text in shown_code(*GUIDES) for pair in imported(text)}
+    expected, stable = set(), set()
+    for package, names in documented.items():
+        for name, stability in names.items():
+            thing = getattr(importlib.import_module(package), name)
+            is_class = inspect.isclass(thing)
+            is_node = is_class and issubclass(thing, Node) and package in TREES
+            is_error = is_class and BtManipError in thing.__bases__
+            if (package, name) in guides or is_node or is_error:
+                expected.add(f"{package}.{name}")
+            if stability == "stable":
+                stable.add(f"{package}.{name}")
+    assert stable == expected
 
 
 def test_the_version_is_that_of_the_installed_package():

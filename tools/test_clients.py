@@ -6,14 +6,11 @@
 be had, nothing is tested, and the reason is printed.
 """
 
-import hashlib
 import subprocess
 import sys
-import venv
-from pathlib import Path
 
-REPOSITORY = Path(__file__).resolve().parents[1]
-FOLDER = REPOSITORY / ".venv-clients"
+from own_environment import REPOSITORY, OwnEnvironment
+
 REQUIREMENTS = REPOSITORY / "tests" / "clients" / "requirements.txt"
 CONSTRAINTS = REPOSITORY / "constraints.txt"
 ROBOMIMIC = "robomimic==0.3.0"
@@ -21,48 +18,25 @@ LEROBOT = (
     "LeRobot is not tested: 0.4.4, the last one for Python 3.11, needs torch < 2.11 and av < 16. "
     "With LEROBOT_PYTHON, the Python of an environment that has it, 'make test' tests the export."
 )
-
-PIP = ("-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-c", str(CONSTRAINTS))
+OURS = ("-e", f"{REPOSITORY}[learn]", "-e", f"{REPOSITORY}/plugins/bt-manip-impedance")
+STEPS = (
+    ("hatchling",),
+    ("-r", str(REQUIREMENTS)),
+    ("--no-deps", ROBOMIMIC),
+    ("--no-build-isolation", *OURS),
+)
 
 
 def main(options: list[str]) -> int:
     """Test; return pytest's exit code, or 0 where the packages cannot be had."""
-    reason = install()
+    environment = OwnEnvironment(".venv-clients", REQUIREMENTS, CONSTRAINTS)
+    reason = environment.install(*(("-c", str(CONSTRAINTS), *step) for step in STEPS))
     if reason:
         print(f"skipped: the clients cannot be installed: {reason}")
         return 0
     print(LEROBOT)
-    command = [python(), "-m", "pytest", "tests/clients", "-q", "-p", "no:cacheprovider", *options]
-    return subprocess.run(command, cwd=REPOSITORY).returncode
-
-
-def python() -> str:
-    """Return the interpreter of the environment."""
-    return str(FOLDER / "bin" / "python")
-
-
-def install() -> str:
-    """Make the environment, unless it has these packages; return why not, empty if it could."""
-    wanted = hashlib.sha256(REQUIREMENTS.read_bytes() + CONSTRAINTS.read_bytes()).hexdigest()
-    ready = FOLDER / ".ready"
-    if ready.is_file() and ready.read_text() == wanted:
-        return ""
-    venv.create(FOLDER, clear=True, with_pip=True)
-    ours = ["-e", f"{REPOSITORY}[learn]", "-e", f"{REPOSITORY}/plugins/bt-manip-impedance"]
-    for words in (
-        ["hatchling"],
-        ["-r", str(REQUIREMENTS)],
-        ["--no-deps", ROBOMIMIC],
-        ["--no-build-isolation", *ours],
-    ):
-        done = subprocess.run(
-            [python(), *PIP, *words], cwd=REPOSITORY, capture_output=True, text=True
-        )
-        if done.returncode:
-            errors = [line for line in done.stderr.splitlines() if line.startswith("ERROR")]
-            return (errors or done.stderr.splitlines() or ["pip failed"])[-1]
-    ready.write_text(wanted)
-    return ""
+    pytest = ["-m", "pytest", "tests/clients", "-q", "-p", "no:cacheprovider"]
+    return subprocess.run([environment.python, *pytest, *options], cwd=REPOSITORY).returncode
 
 
 if __name__ == "__main__":

@@ -1,18 +1,23 @@
 """Set down the held object."""
 
 from collections.abc import Sequence
+from itertools import islice
 
 import numpy as np
 import pinocchio as pin
 
 from bt_manip.bt import Input, Status
 from bt_manip.cell import CellError, extent, why_not_on
+from bt_manip.exceptions import MotionError
 from bt_manip.grasping import GripperClearance, with_clearance
 
 from .poses import QUARTER_TURN, nearest_orientation, pose_input, yaw_of
 from .releasing import ReleasingBehaviour
+from .support import Support, find_support
 
 OVER, DOWN = "over", "down"
+_MAX_PLACES = 64  # free places on a support whose motion is planned
+_LEVEL = 0.03  # [m] of an object's bottom from the top of its support
 
 
 class PlacingBehaviour(ReleasingBehaviour):
@@ -40,6 +45,10 @@ class PlacingBehaviour(ReleasingBehaviour):
             self.fail(f"the gripper holds {held}, not '{self.object}'")
             return
         self._carried = [self.object]
+        self.begin_over()
+
+    def begin_over(self) -> None:
+        """Begin the motion over the target."""
         clearance = GripperClearance(self.cell, self.arm.robot, self.ignored())
         grips, _ = with_clearance(self._grips(), clearance)
         up = np.array([0.0, 0.0, self.height])
@@ -94,22 +103,52 @@ class PlacingBehaviour(ReleasingBehaviour):
 
 
 class PlaceOn(PlacingBehaviour):
-    """Set the held object down on the centre of another one, and release it."""
+    """Set the held object down on another one, and release it.
 
-    support = Input(str, doc="Name of the object to set it down on.")
+    It is set down in the middle of the top, or at the nearest free place there within reach. The
+    support is an object, or a geom of one such as ``shelf/board_1``.
+    """
+
+    support = Input(str, doc="Name of the object to set it down on, or of a geom: object/geom.")
+
+    memory = (*PlacingBehaviour.memory, "_offset")
+
+    _offset: Sequence[float] = (0.0, 0.0)  # [m] from the middle of the top, along its axes
+
+    def begin_over(self) -> None:
+        """Move over the first free place that is within reach."""
+        support = self._support()
+        offsets = support.free_offsets(self.cell, self.object)
+        first: MotionError | None = None
+        for offset in islice(offsets, _MAX_PLACES):
+            self._offset = offset.tolist()
+            try:
+                return super().begin_over()
+            except MotionError as error:
+                if error.reason == "robot":
+                    raise
+                first = first or error
+        if first is not None:
+            raise first
+        raise MotionError(f"there is no free place on '{self.support}'", reason="collision")
 
     def target(self) -> tuple[np.ndarray, float]:
-        """Return the centre of the support's top, and its yaw."""
-        if self.support == self.object:
-            raise CellError(f"'{self.object}' cannot be set down on itself")
-        lower, upper = extent(self.cell, self.support)
-        centre = 0.5 * (lower + upper)
-        top = np.array([centre[0], centre[1], upper[2]])
-        return top, yaw_of(self.cell.pose(self.support))
+        """Return the chosen place on the support's top, and its yaw."""
+        support = self._support()
+        return support.at(np.array(self._offset)), support.yaw
 
     def why_not_released(self, name: str) -> str:
         """Return why the object does not rest on the support."""
-        return why_not_on(self.cell, name, self.support)
+        support = self._support()
+        reason = why_not_on(self.cell, name, support.entity)
+        if not reason and abs(extent(self.cell, name)[0][2] - support.top[2]) > _LEVEL:
+            return f"'{name}' is not at the height of '{self.support}'"
+        return reason
+
+    def _support(self) -> Support:
+        if self.support == self.object:
+            raise CellError(f"'{self.object}' cannot be set down on itself")
+        return find_support(self.cell, self.support)
 
 
 class PlaceAt(PlacingBehaviour):

@@ -15,6 +15,8 @@ from .exceptions import CellError
 if TYPE_CHECKING:
     from .cell import Cell
 
+_DISABLED = ("disable", "disabled", "off", "false", "0")  # values of MUJOCO_GL
+
 
 class NoOpenGLError(CellError):
     """No OpenGL backend works."""
@@ -59,6 +61,12 @@ class FrameRenderer(mujoco.Renderer):
                 f"an image of this cell has up to {most[0]} x {most[1]} pixels, "
                 f"got {width} x {height}"
             )
+        backend = os.environ.get("MUJOCO_GL") or "unset"
+        if backend.strip().lower() in _DISABLED:
+            raise NoOpenGLError(
+                f"nothing can be drawn with MUJOCO_GL {backend}; without a display, MUJOCO_GL=egl "
+                "draws where it is installed"
+            )
         quality = model.vis.quality
         kept = quality.shadowsize, quality.offsamples
         if shadow_size is not None:
@@ -71,7 +79,6 @@ class FrameRenderer(mujoco.Renderer):
                 super().__init__(model, height, width)
         except Exception as error:  # each backend raises an error of its own
             text = " ".join(str(error).split()) or type(error).__name__
-            backend = os.environ.get("MUJOCO_GL") or "unset"
             raise NoOpenGLError(
                 f"nothing can be drawn with MUJOCO_GL {backend} ({text}); without a display, "
                 "MUJOCO_GL=egl or MUJOCO_GL=osmesa draws where one of them is installed"

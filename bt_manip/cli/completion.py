@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 import click
 from click.shell_completion import CompletionItem
 
-from bt_manip.cli.name_cache import NameCache
 from bt_manip.cli.plugin_options import chosen
 from bt_manip.exceptions import BtManipError
 
 if TYPE_CHECKING:
+    from bt_manip.cli.name_cache import NameCache
     from bt_manip.plugins import Plugins
 
 Items = list[CompletionItem]
@@ -22,8 +22,8 @@ Complete = Callable[[click.Context, click.Parameter, str], Items]
 
 LISTED = (
     "trees", "behaviours", "objects", "robots", "grippers", "controllers", "planners",
-    "scenes", "actions", "model_sources", "model_formats", "model_caches", "recorders", "panels",
-    "faults", "policies", "plugins",
+    "scenes", "actions", "backends", "pose_sources", "model_sources", "model_formats",
+    "model_caches", "recorders", "panels", "faults", "policies", "plugins",
 )  # fmt: skip
 """Kinds of parts that can be listed."""
 
@@ -47,7 +47,7 @@ def complete_kind(ctx: click.Context, _: click.Parameter, incomplete: str) -> It
     kinds = _matching(LISTED, incomplete)
     if kinds or not incomplete:
         return kinds
-    return _matching(NameCache(chosen(ctx)).get("all names", lambda: _all_names(ctx)), incomplete)
+    return _matching(_cache(ctx).get("all names", lambda: _all_names(ctx)), incomplete)
 
 
 def complete_listed(ctx: click.Context, _: click.Parameter, incomplete: str) -> Items:
@@ -69,7 +69,7 @@ def complete_key(ctx: click.Context, _: click.Parameter, incomplete: str) -> Ite
         return []
     try:
         place = tree if tree in _names(ctx, "trees") else os.path.abspath(tree)
-        keys = NameCache(chosen(ctx)).get(f"keys of {place}", lambda: _keys(tree, _plugins(ctx)))
+        keys = _cache(ctx).get(f"keys of {place}", lambda: _keys(tree, _plugins(ctx)))
     except BtManipError:  # reported when the command runs
         return []
     return _matching((f"{key}=" for key in keys), incomplete)
@@ -77,6 +77,7 @@ def complete_key(ctx: click.Context, _: click.Parameter, incomplete: str) -> Ite
 
 def part_names(plugins: "Plugins", kind: str) -> list[str]:
     """Return the names of all parts of a kind, of all nodes of the language for behaviours."""
+    kind = "trees" if kind == "tasks" else kind
     if kind == "plugins":
         return [plugin.name for plugin in plugins.plugins]
     if kind == "behaviours":
@@ -88,7 +89,7 @@ def part_names(plugins: "Plugins", kind: str) -> list[str]:
 
 def _names(ctx: click.Context, kind: str) -> list[str]:
     """Return the names of all parts of a kind, from the cache where it is valid."""
-    return NameCache(chosen(ctx)).get(kind, lambda: (part_names(_plugins(ctx), kind), ()))
+    return _cache(ctx).get(kind, lambda: (part_names(_plugins(ctx), kind), ()))
 
 
 def _all_names(ctx: click.Context) -> tuple[list[str], tuple[()]]:
@@ -129,6 +130,12 @@ def _plugins(ctx: click.Context) -> "Plugins":
     from bt_manip.plugins import load_plugins
 
     return load_plugins(warn=lambda _: None, choice=chosen(ctx))
+
+
+def _cache(ctx: click.Context) -> "NameCache":
+    from bt_manip.cli.name_cache import NameCache
+
+    return NameCache(chosen(ctx))
 
 
 def _matching(names: Iterable[str], incomplete: str) -> Items:

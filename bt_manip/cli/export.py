@@ -55,9 +55,12 @@ def _complete(ctx: click.Context, param: click.Parameter, incomplete: str) -> li
     help="File to write.  [default: FILE with the suffix of the format]",
 )  # fmt: skip
 @click.option("--camera", metavar="NAME", help="Of a video.  [default: overview]")
-@click.option("--size", metavar="WxH", help="Of a video, in pixels.  [default: 640x400]")
+@click.option("--size", metavar="WxH", help="Of a video, in pixels.  [default: 1280x720]")
 @click.option("--fps", type=float, help="Frames per simulated second.  [default: 25]")
-@click.option("--overlay", is_flag=True, help="Show time and running leaves over a video.")
+@click.option(
+    "--overlay/--no-overlay", default=None,
+    help="Show time and running leaves over a video.  [default: overlay]",
+)  # fmt: skip
 def export(
     file: Path,
     form: str | None,
@@ -65,7 +68,7 @@ def export(
     camera: str | None,
     size: str | None,
     fps: float | None,
-    overlay: bool,
+    overlay: bool | None,
 ) -> None:
     """Convert a recording to a table, a trace, a complete recording, a log of Groot2, or a video.
 
@@ -76,7 +79,7 @@ def export(
     if form not in FORMATS:
         raise click.UsageError(f"--to or the suffix of --out is one of {', '.join(FORMATS)}")
     chosen = FORMATS[form]
-    options = {"camera": camera, "size": size, "fps": fps, "overlay": overlay or None}
+    options = {"camera": camera, "size": size, "fps": fps, "overlay": overlay}
     given = {name: value for name, value in options.items() if value is not None}
     for name in given:
         if name not in chosen.options:

@@ -7,7 +7,10 @@ import click
 
 from bt_manip.cli.plugin_options import load_chosen_plugins
 
-PLUGIN_KINDS = ("object", "controller", "robot", "behaviour", "planner")
+PLUGIN_KINDS = (
+    "object", "controller", "robot", "behaviour", "planner", "gripper", "fault", "panel",
+    "recorder",
+)  # fmt: skip
 
 
 @click.group()

@@ -1,6 +1,7 @@
 """The page of the command line: runs that are chosen on it, and the cell between them."""
 
 import contextlib
+import io
 import os
 from dataclasses import replace
 from pathlib import Path
@@ -19,10 +20,17 @@ from bt_manip.extras import require_extra
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from bt_manip.groot import GrootPublisher
     from bt_manip.plugins import Plugins
     from bt_manip.runner import RunLoop, RunRequest, Station
     from bt_manip.viewer import Page
     from bt_manip.viewer.page import RunChoice
+
+FIRST_LOOK = 10.0
+"""Longest wait for a browser before the first run [s]."""
+
+RESULT_WIDTH = 46
+"""Characters of a line of the result on the page."""
 
 SAVED = Path("configurations.toml")
 """File of the configurations that are saved on the page, unless an option names one."""
@@ -90,6 +98,8 @@ class PageSession:
         self._station: Station | None = None
         self._built: tuple[Any, ...] = ()
         self._loop: RunLoop | None = None  # between runs; None while the cell stands still
+        self._publisher: GrootPublisher | None = None  # for Groot2, of all runs
+        self._request: RunRequest | None = None  # whose tree is shown before the first run
         self._is_new = False  # nothing has moved in the station since it was built
         self.last: RunJob | None = None
 
@@ -108,6 +118,7 @@ class PageSession:
             request = make_request(self._options, plugins.parts)
             self._build(request)
             self._open_page(request, plugins)
+            self._request = request
 
     def run(self, options: RunOptions, station: "Station | None") -> int:
         """Run a tree, in a station as it is or in a new one; return the exit code.
@@ -115,13 +126,20 @@ class PageSession:
         Raises:
             BtManipError: For bad input.
         """
+        if options.groot and self._publisher is None:
+            from bt_manip.groot import GrootPublisher
+
+            self._publisher = GrootPublisher(options.groot_port, self._tell, stays=True)
         job = self.last = RunJob(
-            options, self._interrupt, open_page=self._open_page, station=station
-        )
+            options, self._interrupt, open_page=self._await_page, station=station,
+            publisher=self._publisher,
+        )  # fmt: skip
         code = job.execute()
         if job.run is not None:
             self._station, self._built = job.run.station, job.run.request.station
             self._is_new = False
+        if self._page is not None and job.report is not None:
+            self._panel.show_result(job.report.status, self._result_of(job))
         return code
 
     def serve(self) -> None:
@@ -135,6 +153,8 @@ class PageSession:
         assert self._page is not None
         self._tell(f"The page stays up at {self._page.url}; press Ctrl-C to leave.")
         self._rest()
+        if self._request is not None:
+            self._show_tree(self._request)
         pacing, time = Pacing(1.0), 0.0  # also where the cell stands still
         with self._interrupt.patient():
             while not self._interrupt.requested:
@@ -151,11 +171,23 @@ class PageSession:
         return self._page is not None
 
     def close(self) -> None:
-        """Stop the server."""
+        """Stop the servers."""
         if self._page is not None:
             self._page.close()
+        if self._publisher is not None:
+            self._publisher.close()
 
     # Internal
+
+    def _await_page(self, request: "RunRequest", plugins: "Plugins") -> "Page":
+        """Return the page; before the first run, wait until a browser shows it, but not long."""
+        if self._page is not None:
+            return self._page
+        page = self._open_page(request, plugins)
+        if FIRST_LOOK:
+            self._tell(f"The run begins when it is open, at the latest in {FIRST_LOOK:.0f} s.")
+            page.wait_until_open(FIRST_LOOK, lambda: self._interrupt.requested)
+        return page
 
     def _open_page(self, request: "RunRequest", plugins: "Plugins") -> "Page":
         if self._page is not None:
@@ -192,7 +224,7 @@ class PageSession:
             self._jog = JogPanel(page, self._save)
             return self._jog
 
-        make_session.in_tab = False  # type: ignore[attr-defined]
+        make_session.place = "left"  # type: ignore[attr-defined]
         panels = {"run": make_session, **page_panels(plugins), "jog": make_jog}
         self._page = Page(panels, speed=self._options.speed or None)
         self._tell(f"The page of the run: {self._page.url}")
@@ -201,6 +233,31 @@ class PageSession:
     def _tell(self, message: str) -> None:
         if not self._options.quiet:
             click.echo(message)
+
+    def _result_of(self, job: RunJob) -> str:
+        """Return the lines that a run ends with in the terminal, and what can be done next."""
+        from rich.console import Console
+
+        from bt_manip.cli.cycle_table import print_cycles
+
+        assert job.report is not None
+        lines = io.StringIO()
+        print_cycles(Console(file=lines, width=RESULT_WIDTH), job.report)
+        again = (
+            f"To keep it: bt-manip run {job.report.tree} --seed {job.report.seed} --record "
+            "run.mcap; then bt-manip replay run.mcap, or bt-manip report run.mcap."
+        )
+        steps = job.next_step(job.report, on_page=True) or again
+        steps += "\n\nRun starts it again; another seed places the objects elsewhere."
+        return f"{lines.getvalue()}\n{steps}"
+
+    def _show_tree(self, request: "RunRequest") -> None:
+        """Show the tree of a request that does not run yet; a mistake is shown when it runs."""
+        from bt_manip.runner import prepare
+
+        assert self._plugins is not None and self._page is not None
+        with contextlib.suppress(BtManipError):
+            self._page.show_prepared(prepare(request, self._plugins.parts, station=self._station))
 
     def _obey(self, action: str, choice: "RunChoice") -> None:
         """Execute the request of the page; errors are shown there."""
@@ -219,6 +276,8 @@ class PageSession:
                 with self._interrupt.raised():
                     self._build(request)
                 self._rest()
+            if action == "show":
+                self._show_tree(request)
             self._panel.tell(self.last.error if action == "run" and self.last else "", error=True)
         except BtManipError as error:
             self._panel.tell(str(error), error=True)

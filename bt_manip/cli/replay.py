@@ -74,8 +74,8 @@ def replay(
     panels = page_panels(load_chosen_plugins())
     page = ReplayPage(opened, panels, port=port, start=start, speed=speed)
     try:
-        click.echo(f"The page of the recording: {page.url}; press Ctrl-C to leave.")
         with interrupt.held():
+            click.echo(f"The page of the recording: {page.url}; press Ctrl-C to leave.")
             page.serve(lambda: interrupt.requested)
     finally:
         page.close()

@@ -45,6 +45,7 @@ def robot() -> None:
     help="Site or body between the fingers; z is the direction of approach.  [default: measured]",
 )  # fmt: skip
 @_cycles
+@click.option("--overwrite", is_flag=True, help="Replace the file if it exists.")
 def new(
     model: str,
     gripper: str | None,
@@ -53,6 +54,7 @@ def new(
     mount: str | None,
     tool_frame: str | None,
     cycles: int,
+    overwrite: bool,
 ) -> int:
     """Write the description of a robot from its model.
 
@@ -60,8 +62,8 @@ def new(
     model does not have are conservative, and marked in the file. The robot is tried: it grasps a
     cube on a post and runs pick_place. Exits with 1 if that fails.
     """
-    if output.exists():
-        raise click.UsageError(f"{output} exists: remove it, or choose another file (-o)")
+    if output.exists() and not overwrite:
+        raise click.UsageError(f"{output} exists: --overwrite replaces it, -o names another file")
     os.environ.setdefault("MUJOCO_GL", "disable")
     from bt_manip.robot_setup import describe_robot, gripper_names, try_robot
     from bt_manip.robots import description_text

@@ -17,7 +17,7 @@ from bt_manip.cli.exit_codes import FAILED, FAULT, INTERRUPTED, SUCCESS
 from bt_manip.cli.interrupt import Interrupt
 from bt_manip.cli.plugin_options import load_chosen_plugins, print_warning
 from bt_manip.cli.record_option import is_rendered, record_target
-from bt_manip.cli.run_options import RunOptions, make_request, vary
+from bt_manip.cli.run_options import RunOptions, check_backend, make_request, vary
 from bt_manip.exceptions import ANY_BUT_INTERRUPT, BtManipError, NodeError, reason_of
 
 if TYPE_CHECKING:
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
     from rich.console import Console
 
+    from bt_manip.groot import GrootPublisher
     from bt_manip.plugins import Plugins
     from bt_manip.record import Continuation, Recorder, ReportFile, RunReport, Trace
     from bt_manip.registry import Parts
@@ -48,6 +49,7 @@ class RunJob:
         *,
         open_page: "Callable[[RunRequest, Plugins], Page] | None" = None,
         station: "Station | None" = None,
+        publisher: "GrootPublisher | None" = None,
     ) -> None:
         """Keep the options.
 
@@ -56,10 +58,11 @@ class RunJob:
             interrupt: The handler of Ctrl-C.
             open_page: Returns the page on which the run is shown; None for none.
             station: As for `bt_manip.runner.prepare`.
+            publisher: The publisher for Groot2 if it stays after this run.
         """
         self._options = options
         self._interrupt = interrupt
-        self._open_page, self._station = open_page, station
+        self._open_page, self._station, self._publisher = open_page, station, publisher
         self.run: Run | None = None
         self.report: RunReport | None = None
         self.error = ""
@@ -109,6 +112,7 @@ class RunJob:
 
     def _prepare(self) -> tuple["Run", list["RunObserver"]]:
         """Return the run and its observers; all bad input is found here."""
+        check_backend(self._options)
         options = replace(self._options, window=self._can_open_window())
         self._plugins = plugins = load_chosen_plugins()
         parts = plugins.parts
@@ -159,7 +163,7 @@ class RunJob:
         if options.groot:
             from bt_manip.groot import GrootPublisher
 
-            publisher = GrootPublisher(options.groot_port, self._tell)
+            publisher = self._publisher or GrootPublisher(options.groot_port, self._tell)
             observers.append(guarded(publisher, "the publisher for Groot2", print_warning))
             self._tell(f"Groot2 can connect to 127.0.0.1, port {options.groot_port}.")
         if self._open_page is not None:
@@ -305,11 +309,16 @@ class RunJob:
         from bt_manip.cli.cycle_table import print_cycles
 
         print_cycles(self._console, report)
-        if next_step := self._next_step(report):
+        if next_step := self.next_step(report):
             self._tell(next_step)
 
-    def _next_step(self, report: "RunReport") -> str:
-        """Return a line with the next step for the user, or an empty text."""
+    def next_step(self, report: "RunReport", *, on_page: bool = False) -> str:
+        """Return a line that says what to do next, or an empty text.
+
+        Args:
+            report: The report of the run.
+            on_page: Whether it is for the page instead of the terminal.
+        """
         options = self._options
         files = [record_target(text)[1] for text in options.records]
         recordings = [file for file in files if file.endswith(".mcap") and Path(file).exists()]
@@ -319,6 +328,8 @@ class RunJob:
         if report.status == "FAILURE" and not files:
             view = "" if options.view else " --view"
             return f"To watch the failure: the same command with --record run.mcap{view}"
+        if on_page:
+            return ""
         untried = {
             "--window": not options.window,
             "--view": not options.view,

@@ -61,7 +61,7 @@ def _panel_maker(plugins: Plugins, name: str) -> Callable[[Any], Any]:
         return guarded(panel, label, print_warning, hint, base=Panel)
 
     kind: Any = panels.get(name)
-    make.in_tab = getattr(kind, "in_tab", Panel.in_tab)  # type: ignore[attr-defined]
+    make.place = getattr(kind, "place", Panel.place)  # type: ignore[attr-defined]
     make.needs_run = getattr(kind, "needs_run", Panel.needs_run)  # type: ignore[attr-defined]
     return make
 

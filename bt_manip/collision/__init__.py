@@ -11,6 +11,7 @@ from .inter_robot_distance import INTER_ROBOT_STEP as INTER_ROBOT_STEP
 from .inter_robot_distance import InterRobotDistance as InterRobotDistance
 from .robot_geometry import OtherRobot as OtherRobot
 from .robot_geometry import RobotGeometry as RobotGeometry
+from .robot_geometry import moved_bodies as moved_bodies
 from .self_collision import SelfCollision as SelfCollision
 from .self_collision import check_home as check_home
 from .self_collision import permanent_self_collisions as permanent_self_collisions

@@ -8,6 +8,7 @@ import threading
 import traceback
 from collections import deque
 from collections.abc import Callable, Collection, Iterable, Iterator
+from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from typing import Any, NoReturn, Protocol, TypeVar
 
@@ -197,6 +198,7 @@ class _Process:
         context = multiprocessing.get_context("spawn")
         self.pipe, other = context.Pipe()
         self._process = context.Process(target=_work, args=(make_worker, other), daemon=True)
+        resource_tracker.ensure_running()  # `start` would do it, which unblocks SIGINT
         # The process inherits the mask: Ctrl-C reaches this process only, which ends it.
         signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         chosen = any(name in os.environ for name in BLAS_THREADS)

@@ -8,9 +8,11 @@ import pinocchio as pin
 
 from bt_manip.arm import Arm
 from bt_manip.cell import Cell, centre_of_mass
+from bt_manip.cell.objects import DeclaredGrasp
 from bt_manip.grippers import Solid, solids_of
 from bt_manip.robots import GraspCandidate, GraspGenerator, Robot
 
+from .declared_grasps import declared_grasps
 from .grasp_search import GraspPlan, GraspSearch
 from .grip_friction import check_friction
 from .gripper_clearance import MAX_PENETRATION, GripperClearance
@@ -172,19 +174,26 @@ class GraspPlanner:
         clearance = self._clearance(name)
         T_wo = cell.pose(name)
         solids, com = solids_of(cell, name), centre_of_mass(cell, name)
-        key = _content(solids, com)  # joints of the object and overrides of friction change it
+        declared = declared_grasps(cell, name)
+        # Joints of the object and overrides of friction change it.
+        key = _content(solids, com, declared)
         known, generator = self._generators.get(name, (b"", None))
         if generator is None or known != key:
-            generator = gripper.grasp_generator(
-                name, solids, clearance.geom_poses, com, np.random.default_rng(0)
-            )
+            poses = clearance.geom_poses
+            generator = None
+            if declared:
+                generator = gripper.declared_grasp_generator(name, declared, poses, com)
+            if generator is None:
+                rng = np.random.default_rng(0)
+                generator = gripper.grasp_generator(name, solids, poses, com, rng)
             self._generators[name] = key, generator
         candidates = generator.candidates(-T_wo.rotation[2])
         ranking = GraspRanking(candidates, T_wo, generator.com, T_now)
         return GraspSearch(self.arm, name, ranking, clearance, self._rejections(name))
 
 
-def _content(solids: Sequence[Solid], com: np.ndarray) -> bytes:
+def _content(solids: Sequence[Solid], com: np.ndarray, declared: Sequence[DeclaredGrasp]) -> bytes:
     """Return all that may change in an object between two compiles, as bytes."""
     parts = [com, *([s.friction, *s.T_os.homogeneous.ravel()] for s in solids)]
+    parts += ([g.width, *g.T_og.homogeneous.ravel()] for g in declared)
     return b"".join(np.array(part).tobytes() for part in parts)

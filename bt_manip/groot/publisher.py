@@ -99,13 +99,19 @@ class GrootPublisher(RunObserver):
     kinds = ("tree", "status", "blackboard", "cycle", "tick")
 
     def __init__(
-        self, port: int = 1667, tell: Callable[[str], None] = lambda message: None
+        self,
+        port: int = 1667,
+        tell: Callable[[str], None] = lambda message: None,
+        *,
+        stays: bool = False,
     ) -> None:
         """Bind the sockets: replies at the port, notifications at the next one.
 
         Args:
             port: The port.
             tell: Called with a line when the run waits at a breakpoint.
+            stays: Whether it answers after the end of a run, for several runs one after the other,
+                until `close`.
 
         Raises:
             BtManipError: If a package is missing, or a port is taken.
@@ -113,7 +119,7 @@ class GrootPublisher(RunObserver):
         require_extra("groot", "--groot", "zmq", "msgpack")
         import zmq
 
-        self._tell = tell
+        self._tell, self._stays = tell, stays
         context = zmq.Context()
         context.linger = 0
         self._context = context
@@ -140,13 +146,23 @@ class GrootPublisher(RunObserver):
         self._hooks.apply(self._image.nodes, self._run.interventions)
 
     def run_ended(self) -> None:
+        """Remove the hooks, and close the sockets unless it stays."""
+        if not self._stays:
+            self._stop_answering()
+        self._hooks.clear()
+        self._hooks.apply(self._image.nodes, self._run.interventions)
+        if not self._stays:
+            self._context.destroy()
+
+    def close(self) -> None:
         """Stop answering requests, and close the sockets."""
+        self._stop_answering()
+        self._context.destroy()
+
+    def _stop_answering(self) -> None:
         self._closing = True
         if self._thread.is_alive():
             self._thread.join()
-        self._hooks.clear()
-        self._hooks.apply(self._image.nodes, self._run.interventions)
-        self._context.destroy()
 
     # The thread of the run
 

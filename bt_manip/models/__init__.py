@@ -25,6 +25,7 @@ from .images import read_png as read_png
 from .load import load_model as load_model
 from .menagerie import MenagerieCache as MenagerieCache
 from .menagerie import menagerie_file as menagerie_file
+from .menagerie import menagerie_grippers as menagerie_grippers
 from .meshes import Mesh as Mesh
 from .meshes import read_mesh as read_mesh
 from .mjcf_files import check_mjcf as check_mjcf

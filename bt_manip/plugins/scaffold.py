@@ -12,7 +12,10 @@ from bt_manip.models import bundled_root
 from bt_manip.plugins.loading import load_plugins
 from bt_manip.plugins.plugin import BUILTIN, Plugins
 
-PLUGIN_KINDS = ("object", "controller", "robot", "behaviour", "planner")
+PLUGIN_KINDS = (
+    "object", "controller", "robot", "behaviour", "planner", "gripper", "fault", "panel",
+    "recorder",
+)  # fmt: skip
 """Kinds of parts with a template."""
 
 _NAME = re.compile(r"[a-z][a-z0-9]*([-_][a-z0-9]+)*")

@@ -1,36 +1,31 @@
 """Checks of a robot's description, each finding with the key and the change to make."""
 
-import contextlib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-import pinocchio as pin
 
-from bt_manip.cell import escaped_name, literal_name
+from bt_manip.cell import literal_name
 from bt_manip.collision import CollisionWorld, permanent_self_collisions, self_collisions
 from bt_manip.exceptions import BtManipError, did_you_mean
-from bt_manip.grippers import find_fingers
 from bt_manip.registry import Parts
 from bt_manip.robots import (
     Gripper,
     Robot,
     RobotDescription,
     RobotModel,
-    compile_alone,
     read_description,
     read_gripper,
     read_model,
 )
 from bt_manip.testing import ROBOT_CONTRACT, RobotCase
 
-from .inspection import ReachMap, make_robot, reach_map
+from .inspection import ReachMap, make_robot, reach_map, tool_findings
 from .joint_data import light_joints
+from .reach import GRASP_HEIGHT
 from .trial import CYCLES, try_robot
 
-_TILT = 0.35  # [rad] of the tool's z axis from the direction of approach
-_DEPTH = 0.02  # [m] of the tool's position from the measured one
 _CUBE = 0.1  # [kg] that an arm should carry: twice the cube of the pick and place task
 _PARTS = {"joints": ("joint",), "fingers": ("body",), "motor": ("joint", "tendon")}
 
@@ -68,9 +63,9 @@ def check_description(path: Path, parts: Parts, cycles: int = CYCLES) -> Checked
     try:
         robot = make_robot(description, parts)
     except BtManipError as error:
-        return Checked([str(error), *_tool_findings(description)], [], None)
+        return Checked([str(error), *tool_findings(description)], [], None)
     findings += _home_findings(robot)
-    findings += _tool_findings(description)
+    findings += tool_findings(description)
     model = robot.make_model()
     reached = reach_map(robot, model)
     findings += _reach_findings(description, reached)
@@ -118,6 +113,7 @@ _REMEDIES = {
         "gripper",
         "check its joints, motor and max_force; frictionloss = 0.0 replaces the model's friction",
     ),
+    "its_gripper_continues_from_its_state": ("gripper.kind", "this kind has to save its state"),
 }
 
 
@@ -192,43 +188,14 @@ def _home_findings(robot: Robot) -> Iterator[str]:
         )
 
 
-def _tool_findings(description: RobotDescription) -> Iterator[str]:
-    """Yield differences from the fingers measured on the model."""
-    if description.gripper is not None:
-        with contextlib.suppress(BtManipError):  # other kinds of grippers
-            yield from _finger_findings(description)
-
-
-def _finger_findings(description: RobotDescription) -> Iterator[str]:
-    where, robot = description.where, Robot(description)
-    model = robot.alone
-    found = find_fingers(model, [escaped_name(name) for name in description.arm_joints])
-    T_bt, body = found.T_bt, literal_name(found.body.rpartition("/")[2])
-    compile_alone(robot)
-    data, ids = robot.mj_data, robot.mj_model
-    at = next(b for b in range(ids.nbody) if ids.body(b).name.endswith(found.body))
-    T_wb = pin.SE3(data.xmat[at].reshape(3, 3), data.xpos[at])
-    T_bs = T_wb.inverse() * robot.tool_pose
-    angle = float(np.arccos(np.clip(T_bs.rotation[:, 2] @ T_bt.rotation[:, 2], -1.0, 1.0)))
-    p = ", ".join(f"{x:.4g}" for x in T_bt.translation + 0.0)
-    quat = pin.Quaternion(T_bt.rotation)
-    q = ", ".join(f"{x:.4g}" for x in (quat.w, quat.x, quat.y, quat.z))
-    remedy = f'frame = "{body}", position = [{p}], quat_wxyz = [{q}] fit the fingers'
-    if angle > _TILT:
-        yield (
-            f"{where}: key 'tool': its z axis, the direction of approach, is "
-            f"{np.degrees(angle):.0f} degrees from that of the fingers; {remedy}"
-        )
-    offset = T_bt.actInv(T_bs.translation)
-    if float(np.abs(offset).max()) > _DEPTH:
-        yield (
-            f"{where}: key 'tool': it is {1e3 * float(np.linalg.norm(offset)):.0f} mm from the "
-            f"middle of the finger pads; {remedy}"
-        )
-
-
 def _reach_findings(description: RobotDescription, reached: ReachMap) -> Iterator[str]:
-    if not reached.reached.any():
+    if reached.below_tool >= GRASP_HEIGHT:
+        yield (
+            f"{description.where}: key 'tool': the open gripper reaches "
+            f"{1e3 * reached.below_tool:.0f} mm below it, and it grips the cube of pick_place "
+            f"{1e3 * GRASP_HEIGHT:.0f} mm over the table; put it nearer to the fingertips"
+        )
+    elif not reached.reached.any():
         yield (
             f"{description.where}: key 'base': the tool, pointing down, reaches no part of the "
             "table; change position or pedestal, or the tool's z axis"

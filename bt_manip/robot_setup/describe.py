@@ -132,7 +132,9 @@ def describe_robot(
         "tolerance": "CHOSEN: five joints cannot follow a gripped object that tilts [m], [rad].",
         "velocity": ("From the model [rad/s]." if data.velocity_known else f"{_CHOSEN} [rad/s]."),
     }
-    known = None if gripper is None else find_gripper(gripper, parts)
+    known = None
+    if gripper is not None:
+        gripper, known = find_gripper(gripper, parts)
     if gripper == CUP:
         description = replace(description, **_built_cup(at))
         notes["gripper"] = "CHOSEN: a cup of 3 cm, built at the mount."

@@ -1,6 +1,7 @@
 """Facts about a described robot: its reach over a table, its payload, a picture."""
 
-from collections.abc import Sequence
+import contextlib
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import mujoco
@@ -8,7 +9,9 @@ import numpy as np
 import pinocchio as pin
 
 from bt_manip.behaviours import default_force
-from bt_manip.cell import Cell, FrameRenderer
+from bt_manip.cell import Cell, FrameRenderer, escaped_name, literal_name
+from bt_manip.exceptions import BtManipError
+from bt_manip.grippers import find_fingers
 from bt_manip.registry import Parts
 from bt_manip.robots import (
     Gripper,
@@ -19,11 +22,12 @@ from bt_manip.robots import (
     compile_alone,
 )
 
-from .reach import DownwardReach
+from .reach import GRASP_HEIGHT, DownwardReach
 
 # Of the table, seen from where the scene places the robot [m].
 _X, _Y = np.arange(-0.6, 0.81, 0.1), np.arange(0.35, -0.36, -0.1)
-_HEIGHT = 0.03  # [m] of the tool over the table, where it grips a small object
+_TILT = 0.35  # [rad] of the tool's z axis from the direction of approach
+_DEPTH = 0.02  # [m] of the tool's position from the measured one
 _GRAVITY = 9.81  # [m/s2]
 _SIZE = (960, 720)  # [pixels] of a picture
 
@@ -37,11 +41,13 @@ class ReachMap(NamedTuple):
             the table [kg].
         gripped: Largest mass that the gripper holds with its default force, at a friction of 1
             where friction carries it [kg]; inf without a gripper.
+        below_tool: Height of the tool over the lowest point of the open gripper [m].
     """
 
     reached: np.ndarray
     payload: float
     gripped: float
+    below_tool: float
 
     def lines(self) -> list[str]:
         """Return the map, the front of the robot to the right, and the payload as text."""
@@ -76,15 +82,17 @@ def make_robot(description: RobotDescription, parts: Parts) -> Robot:
 
 def reach_map(robot: Robot, model: RobotModel) -> ReachMap:
     """Return where the tool of a robot, compiled alone, reaches the plane on which it stands."""
-    downward, q = DownwardReach(robot, model), model.home
+    downward, q, below = DownwardReach(robot, model), model.home, 0.0
     reached, found = np.zeros((len(_Y), len(_X)), dtype=bool), []
     for i, y in enumerate(_Y):
         for j, x in enumerate(_X):
-            one = downward.solve(np.array([x, y, _HEIGHT]), q)
+            one = downward.solve(np.array([x, y, GRASP_HEIGHT]), q)
             if one is not None:
-                reached[i, j], q = True, one
+                q = one
                 found.append(one)
-    return ReachMap(reached, _payload(model, found), _gripped(robot.gripper))
+                below = downward.below_tool(one)
+                reached[i, j] = below < GRASP_HEIGHT
+    return ReachMap(reached, _payload(model, found), _gripped(robot.gripper), below)
 
 
 def _gripped(gripper: Gripper | None) -> float:
@@ -104,16 +112,8 @@ def _gripped(gripper: Gripper | None) -> float:
 
 def _payload(model: RobotModel, configurations: Sequence[np.ndarray]) -> float:
     """Return the largest mass at the tool that the arm holds at rest in all configurations [kg]."""
-    most, zero = np.inf, np.zeros(model.nq)
-    for q in configurations:
-        tau = model.rnea(q, zero, zero)
-        pin.computeJointJacobians(model.model, model.data, q)
-        pin.updateFramePlacements(model.model, model.data)
-        per_kg = _GRAVITY * model.jacobian(q)[2]
-        room = model.limits.effort - np.sign(per_kg) * tau
-        loaded = np.abs(per_kg) > 1e-9
-        most = min([most, *(room[loaded] / np.abs(per_kg[loaded]))])
-    return float(max(most, 0.0))
+    up = np.array([0.0, 0.0, 1.0])
+    return min((model.static_force(q, up) for q in configurations), default=np.inf) / _GRAVITY
 
 
 def picture(robot: Robot) -> np.ndarray:
@@ -171,3 +171,38 @@ def summary(robot: Robot) -> list[str]:
     one = robot.gripper
     force = f"{one.kind}, up to {one.max_force:g} N; {one.status}" if one else "none"
     return [*lines, f"gripper: {force}", *reach_map(robot, model).lines()]
+
+
+def tool_findings(description: RobotDescription) -> Iterator[str]:
+    """Yield what differs from the fingers measured on the model."""
+    if description.gripper is not None:
+        with contextlib.suppress(BtManipError):  # other kinds of grippers
+            yield from _finger_findings(description)
+
+
+def _finger_findings(description: RobotDescription) -> Iterator[str]:
+    where, robot = description.where, Robot(description)
+    model = robot.alone
+    found = find_fingers(model, [escaped_name(name) for name in description.arm_joints])
+    T_bt, body = found.T_bt, literal_name(found.body.rpartition("/")[2])
+    compile_alone(robot)
+    data, ids = robot.mj_data, robot.mj_model
+    at = next(b for b in range(ids.nbody) if ids.body(b).name.endswith(found.body))
+    T_wb = pin.SE3(data.xmat[at].reshape(3, 3), data.xpos[at])
+    T_bs = T_wb.inverse() * robot.tool_pose
+    angle = float(np.arccos(np.clip(T_bs.rotation[:, 2] @ T_bt.rotation[:, 2], -1.0, 1.0)))
+    p = ", ".join(f"{x:.4g}" for x in T_bt.translation + 0.0)
+    quat = pin.Quaternion(T_bt.rotation)
+    q = ", ".join(f"{x:.4g}" for x in (quat.w, quat.x, quat.y, quat.z))
+    remedy = f'frame = "{body}", position = [{p}], quat_wxyz = [{q}] fit the fingers'
+    if angle > _TILT:
+        yield (
+            f"{where}: key 'tool': its z axis, the direction of approach, is "
+            f"{np.degrees(angle):.0f} degrees from that of the fingers; {remedy}"
+        )
+    offset = T_bt.actInv(T_bs.translation)
+    if float(np.abs(offset).max()) > _DEPTH:
+        yield (
+            f"{where}: key 'tool': it is {1e3 * float(np.linalg.norm(offset)):.0f} mm from the "
+            f"middle of the finger pads; {remedy}"
+        )

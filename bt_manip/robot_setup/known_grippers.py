@@ -3,6 +3,7 @@
 from pathlib import Path, PurePosixPath
 
 from bt_manip.exceptions import did_you_mean
+from bt_manip.models import menagerie_grippers
 from bt_manip.registry import Parts
 from bt_manip.robots import MENAGERIE, RobotDescription, RobotError
 
@@ -25,10 +26,11 @@ def gripper_names(parts: Parts) -> list[str]:
     return sorted([*known_grippers(parts), CUP])
 
 
-def find_gripper(name: str, parts: Parts) -> RobotDescription | None:
-    """Return the registered robot with a gripper of a name, or with the same model of a hand.
+def find_gripper(name: str, parts: Parts) -> tuple[str, RobotDescription | None]:
+    """Return a gripper's name or model, and the registered robot whose description it shares.
 
-    Two fingers of a model are not looked up: they are measured.
+    That is the robot with a gripper of the name, or with the same model of a hand. Two fingers of
+    a model are not looked up: they are measured. A name that no robot has may be one of Menagerie.
 
     Args:
         name: The name, or the path or address of a model.
@@ -38,20 +40,22 @@ def find_gripper(name: str, parts: Parts) -> RobotDescription | None:
         RobotError: If it is neither a name nor a model.
     """
     known = known_grippers(parts)
-    if name in known:
-        return known[name]
-    if name != CUP and not (name.startswith(MENAGERIE) or Path(name).is_file()):
-        names = gripper_names(parts)
-        raise RobotError(
-            f"there is no gripper '{name}'{did_you_mean(name, names)}: give one of "
-            f"{', '.join(names)}, or a model (--gripper)"
-        )
+    if name == CUP or name in known:
+        return name, known.get(name)
+    if not (name.startswith(MENAGERIE) or Path(name).is_file()):
+        others = menagerie_grippers()
+        if name not in others:
+            names = {*gripper_names(parts), *others}
+            raise RobotError(
+                f"there is no gripper or model '{name}'{did_you_mean(name, names)} (--gripper)"
+            )
+        name = others[name]
     for description in known.values():
         gripper = description.gripper
         assert gripper is not None and gripper.model is not None
         if gripper.kind != "two_finger" and _parts(gripper.model) == _parts(name):
-            return description
-    return None
+            return name, description
+    return name, None
 
 
 def _parts(model: str) -> tuple[str, str]:

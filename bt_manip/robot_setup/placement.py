@@ -10,11 +10,12 @@ import pinocchio as pin
 from bt_manip import spatial
 from bt_manip.robots import Robot, RobotError
 
-from .reach import DownwardReach, RadialReach
+from .lowest_point import foot_bodies
+from .reach import GRASP_HEIGHT, DownwardReach, RadialReach
 
 # Of the scene with a table and a basket, seen from where it places the robot [m].
 _PICK_X, _PICK_Y = (0.3, 0.4, 0.5), (-0.3, -0.15, 0.0, 0.15, 0.3)
-_PICK_HEIGHTS = (0.03, 0.15, 0.4)  # where a cube is gripped, lifted clear, and carried
+_PICK_HEIGHTS = (GRASP_HEIGHT, 0.15, 0.4)  # where a cube is gripped, lifted clear, and carried
 _BASKET_X, _BASKET_HEIGHTS = 0.78, (0.25, 0.22, 0.19)  # of the tool over the table
 _TABLE_X = (-0.1, 0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
 _TABLE_Y = (-0.35, -0.25, -0.15, -0.05, 0.05, 0.15, 0.25, 0.35)
@@ -27,7 +28,6 @@ _HOME_HEIGHT = 0.3  # [m] of the tool over the table at home, or less for a smal
 _CORNERS = np.array(np.meshgrid(*[[-1.0, 1.0]] * 3)).reshape(3, -1).T  # of a box
 _FOOT = (0.05, 0.15)  # [m] least and largest half width of a pedestal
 _DIGITS = 3  # of the base's position [m]
-_VERTICAL = 0.999  # cosine of a hinge's axis with the vertical
 _LISTED = 3  # pairs of bodies in a message
 
 
@@ -95,7 +95,7 @@ def find_home(downward: DownwardReach, reach: RadialReach, base: pin.SE3) -> np.
         middle = 0.5 * (reached[0] + reached[-1])
         for radius in reached[np.argsort(np.abs(reached - middle), kind="stable")]:
             position = [*(reach.axis + radius * direction), reach.heights[row]]
-            q = downward.configuration(np.array(position))
+            q = downward.configuration(np.array(position), -base.translation[2])
             if q is not None:
                 return q
     blocking = downward.blocking(_LISTED)
@@ -128,24 +128,11 @@ def _covered(reach: RadialReach, axis: np.ndarray, z: float) -> tuple[float, flo
 
 
 def _foot(robot: Robot) -> tuple[float, float]:
-    """Return the lowest point of the foot, and half its width [m].
-
-    The foot is what keeps its height: fixed bodies, and links that turn about the vertical only.
-    """
+    """Return the lowest point of the foot, and half its width [m]."""
     model, data = robot.mj_model, robot.mj_data
-    foot = {0}
-    for body in range(1, model.nbody):
-        joints = range(model.body_jntadr[body], model.body_jntadr[body] + model.body_jntnum[body])
-        level = (
-            int(model.jnt_type[j]) == int(mujoco.mjtJoint.mjJNT_HINGE)
-            and abs(data.xaxis[j, 2]) > _VERTICAL
-            for j in joints
-        )
-        if int(model.body_parentid[body]) in foot and all(level):
-            foot.add(body)
     points = []
     fixed = np.zeros((1, 2))
-    for geom in np.flatnonzero(np.isin(model.geom_bodyid, list(foot))):
+    for geom in np.flatnonzero(foot_bodies(robot)[model.geom_bodyid]):
         mesh = int(model.geom_dataid[geom])
         if int(model.geom_type[geom]) == int(mujoco.mjtGeom.mjGEOM_MESH):
             start = int(model.mesh_vertadr[mesh])

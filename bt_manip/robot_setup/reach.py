@@ -5,12 +5,16 @@ from typing import NamedTuple
 
 import mujoco
 import numpy as np
-import pinocchio as pin
 
 from bt_manip import spatial
 from bt_manip.collision import CollisionWorld
 from bt_manip.kinematics import IKProblem, InverseKinematics, PoseTarget, manipulability
 from bt_manip.robots import Robot, RobotModel
+
+from .lowest_point import LowestPoint
+
+GRASP_HEIGHT = 0.04
+"""Height of the tool over the table at a grasp of the pick and place task's cube [m]."""
 
 _SAMPLES = 500  # random configurations from which the size of the arm is estimated
 _AZIMUTHS = np.arange(8) * np.pi / 4  # [rad] in which the front of the arm is searched
@@ -18,7 +22,7 @@ _AHEAD = 0.5  # [rad] by which the first hinge has to be nearer to the middle of
 _RADII = np.linspace(0.05, 1.0, 20)  # of the farthest position
 _HEIGHTS = np.linspace(-0.5, 0.8, 14)  # of the farthest position
 _FEW, _MANY = 20, 60  # initial guesses of a search, besides the last solution or the middle
-_ROUNDING = 1e-3  # [m] of the height of a joint
+_ROUNDING = 1e-3  # [m] of heights
 _SELF_CLEARANCE = 5e-3  # [m] of the arm from itself at home
 
 
@@ -32,8 +36,9 @@ class RadialReach(NamedTuple):
         front: Direction in which the arm points in the middle of that hinge's range [rad].
         radii: Distances from the axis [m].  # (n,)
         heights: Heights above the origin of the base [m].  # (m,)
-        lowest: Height of the lowest joint when each position is reached without self-collision,
-            -inf where it is not [m].  # (m, n)
+        lowest: Height of the lowest point of the links before the last one, when each position is
+            reached without self-collision, -inf where it is not [m].  # (m, n)
+        below_tool: Height of the tool over the lowest point of the last link and gripper [m].
     """
 
     axis: np.ndarray
@@ -41,21 +46,24 @@ class RadialReach(NamedTuple):
     radii: np.ndarray
     heights: np.ndarray
     lowest: np.ndarray
+    below_tool: float = 0.0
 
     def reached(self, floor: float) -> np.ndarray:
-        """Return whether each position is reached with all joints above a height [m]."""  # (m, n)
-        return np.array(self.lowest > floor - _ROUNDING)
+        """Return whether each position is reached with all of the arm above a height [m]."""
+        low = np.minimum(self.lowest, (self.heights - self.below_tool)[:, np.newaxis])
+        return np.array(low > floor - _ROUNDING)  # (m, n)
 
     def covers(self, radius: np.ndarray, height: np.ndarray, floor: float) -> np.ndarray:
-        """Return whether the measured positions next to each position are reached.
+        """Return whether the gripper stays above a height and the links do so nearby.
 
         Args:
             radius: Distances from the axis [m].  # (k,)
             height: Heights above the origin of the base [m].  # (k,)
-            floor: Height above which all joints stay [m].
+            floor: Height above which the gripper stays at each position, and the links at the
+                measured positions next to it [m].
         """  # (k,)
-        reached = self.reached(floor)
-        inside = np.ones(radius.shape, dtype=bool)
+        reached = self.lowest > floor - _ROUNDING
+        inside = np.array(height - self.below_tool > floor - _ROUNDING)
         cells = []
         for values, grid in ((radius, self.radii), (height, self.heights)):
             inside &= (values >= grid[0]) & (values <= grid[-1])
@@ -79,20 +87,23 @@ class DownwardReach:
         self._robot, self._model = robot, model
         self._ik = InverseKinematics(model)
         self._world = CollisionWorld(robot, model)
+        self._world.refresh(fixed_only=True)  # with the gripper open
+        self._lowest = LowestPoint(robot)
         lower, upper = model.limits.sampling_bounds()
         self._colliding: Counter[tuple[str, str]] = Counter()
         self._middle, self._half = 0.5 * (lower + upper), 0.5 * (upper - lower)
 
-    def configuration(self, position: np.ndarray) -> np.ndarray | None:
+    def configuration(self, position: np.ndarray, floor: float) -> np.ndarray | None:
         """Return a configuration far from limits and singularities, or None.
 
         Args:
             position: Of the tool [m].  # (3,)
+            floor: Height above which all of the arm has to be [m].
         """  # (nq,)
         best, least = None, np.inf
         for result in self._ik.solutions(_down(self._ik, position), self._middle, restarts=_MANY):
             q = np.array(result.q)
-            if self._lowest(q) > -_ROUNDING and self._is_free(q, _SELF_CLEARANCE):
+            if self._is_above(q, floor) and self._is_free(q, _SELF_CLEARANCE):
                 off = (q - self._middle) / self._half
                 volume = manipulability(self._model.jacobian(q))
                 cost = float(np.sum(2.0 * off**2 + off**8) - 0.3 * np.log(volume + 1e-9))
@@ -106,14 +117,15 @@ class DownwardReach:
         size = self._size(axis)
         front, q = self._front(axis, size)
         direction = np.array([np.cos(front), np.sin(front)])
-        lowest = np.full((len(_HEIGHTS), len(_RADII)), -np.inf)
+        lowest, below = np.full((len(_HEIGHTS), len(_RADII)), -np.inf), 0.0
         for i, height in enumerate(size * _HEIGHTS):
             for j, radius in enumerate(size * _RADII):
                 position = np.array([*(axis + radius * direction), height])
                 found = self.solve(position, q, floor=-np.inf)
                 if found is not None:
-                    lowest[i, j], q = self._lowest(found), found
-        return RadialReach(axis, front, size * _RADII, size * _HEIGHTS, lowest)
+                    lowest[i, j], q = self._lowest.of_links(found), found
+                    below = self._lowest.below_tool(found)
+        return RadialReach(axis, front, size * _RADII, size * _HEIGHTS, lowest, below)
 
     def _axis(self) -> np.ndarray:
         model, data = self._robot.mj_model, self._robot.mj_data
@@ -144,23 +156,26 @@ class DownwardReach:
         Args:
             position: Of the tool [m].  # (3,)
             q0: The first initial guess.  # (nq,)
-            floor: Height above which all joints have to be [m]; those above 0 are preferred.
+            floor: Height above which all links before the last one have to be [m]; those above 0
+                are preferred.
         """  # (nq,)
-        problem = _down(self._ik, position)
+        problem, height = _down(self._ik, position), self._lowest.of_links
         result = self._ik.solve(problem, q0, restarts=0)
-        if result.solved and self._lowest(result.q) > -_ROUNDING and self._is_free(result.q):
+        if result.solved and height(result.q) > -_ROUNDING and self._is_free(result.q):
             return np.array(result.q)
         free = (r.q for r in self._ik.solutions(problem, q0, restarts=_FEW) if self._is_free(r.q))
-        best = max(free, key=lambda q: min(self._lowest(q), 0.0), default=None)
-        if best is None or self._lowest(best) < floor - _ROUNDING:
+        best = max(free, key=lambda q: min(height(q), 0.0), default=None)
+        if best is None or height(best) < floor - _ROUNDING:
             return None
         return np.array(best)
 
-    def _lowest(self, q: np.ndarray) -> float:
-        """Return the height of the lowest joint [m]."""
-        model = self._model
-        pin.forwardKinematics(model.model, model.data, q)
-        return float(min(T.translation[2] for T in list(model.data.oMi)[1:]))
+    def below_tool(self, q: np.ndarray) -> float:
+        """Return the height of the tool over the lowest point of the last link and gripper [m]."""
+        return self._lowest.below_tool(q)
+
+    def _is_above(self, q: np.ndarray, floor: float) -> bool:
+        height = float(self._model.pose(q).translation[2]) - self._lowest.below_tool(q)
+        return min(height, self._lowest.of_links(q)) > floor - _ROUNDING
 
     def blocking(self, most: int) -> list[tuple[str, str]]:
         """Return the pairs of bodies that collided in most configurations, at most so many."""

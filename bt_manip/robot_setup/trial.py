@@ -28,6 +28,8 @@ from bt_manip.robots import RobotDescription
 from bt_manip.runner import RunObserver, Station, prepare, request_of
 from bt_manip.scenes import table_and_basket
 
+from .inspection import tool_findings
+
 if TYPE_CHECKING:
     from bt_manip.bt.nodes import Link
     from bt_manip.runner import Run
@@ -70,7 +72,8 @@ class RobotTrial(NamedTuple):
     """Result of a trial.
 
     Attributes:
-        findings: What failed, each in a line with the key and the remedy.
+        findings: What failed, each in a line with the key and the remedy; before it, what is
+            wrong with the tool frame.
         facts: What was measured, each in a line.
     """
 
@@ -97,9 +100,12 @@ def try_robot(description: RobotDescription, parts: Parts, cycles: int = CYCLES)
         run = prepare(request_of(_TASK, parts, cycles=cycles, seed=_SEED), parts, station=station)
         run.execute([watch], stop=lambda: watch.failed >= _MAX_FAILED)
     except BtManipError as error:
-        return RobotTrial([_finding(where, "the pick and place task", str(error))], [])
+        reason = _finding(where, "the pick and place task", str(error))
+        return RobotTrial([*tool_findings(description), reason], [])
     findings = [_finding(where, "a cube on a post", air)] if air else []
     findings += watch.findings(where)
+    if findings:
+        findings = [*tool_findings(description), *findings]
     done = watch.cycles
     facts = [
         f"{_TASK}: {done - watch.failed} of {done} cycles, {watch.retried} of them with a retry",

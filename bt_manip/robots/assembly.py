@@ -14,7 +14,7 @@ from bt_manip.exceptions import BtManipError, did_you_mean, one_line
 from bt_manip.models import ModelError, load_model, menagerie_file
 
 from .errors import RobotError
-from .gripper import GripperDescription
+from .gripper_description import GripperDescription
 from .locking import lock_other_joints
 from .model_address import MENAGERIE
 from .robot_description import RobotDescription

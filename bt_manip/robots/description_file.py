@@ -8,7 +8,7 @@ from bt_manip.toml_tables import TomlFile
 from bt_manip.toml_text import toml_text
 
 from .errors import RobotError
-from .gripper import GripperDescription, GripperTable
+from .gripper_description import GripperDescription, GripperTable
 from .robot_description import RobotDescription
 
 

@@ -1,113 +1,31 @@
-"""Interface of grippers, and their part of a robot's description."""
+"""Interface of grippers."""
 
 import abc
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from pathlib import Path
+from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 
 import mujoco
 import numpy as np
 import pinocchio as pin
 from dm_control import composer, mjcf
 
-from bt_manip.cell import BodyNames
-from bt_manip.toml_fields import (
-    Key,
-    KeyField,
-    OtherKeys,
-    documented,
-    entries_of,
-    read_fields,
-    write_fields,
-)
-from bt_manip.toml_tables import PythonSource, TomlFile, TomlTable
+from bt_manip.cell import BodyNames, entity_of
+from bt_manip.cell.objects import DeclaredGrasp
+from bt_manip.toml_tables import TomlTable
 
 from .errors import GripperError, RobotError
 from .grasp_candidates import GraspCandidates
-from .model_address import ModelAddress
 
 if TYPE_CHECKING:
+    from .link import GripperLink
     from .robot import Robot
 
-DEFAULT_KIND = "two_finger"
-"""Kind of gripper if the description names none."""
+GRIP_FORCE = 50.0
+"""Force to grip with, of grippers that are strong enough [N]."""
 
-_FORCE = 50.0  # [N] of grippers that are strong enough
-_FORCE_PART = 0.8  # of the maximum force of others: a motor at its limit controls no force
-
-
-@documented
-@dataclass(frozen=True)
-class GripperDescription:
-    """Description of a gripper: its kind, common data, and parameters of the kind.
-
-    The field `file`, not a key, is the file that contains the parameters, for messages.
-    """
-
-    kind: Annotated[str, Key("Registered name of the kind of gripper")] = DEFAULT_KIND
-    max_force: Annotated[
-        float | None,
-        Key("Maximum grip force; left out where parameters of the kind imply it", "N", above=0.0),
-    ] = None
-    model: Annotated[
-        str | None,
-        Key("Its file of MJCF or URDF; left out if it is part of the arm's", values=ModelAddress()),
-    ] = None
-    mount: Annotated[
-        str | None, Key("The arm's site or body to which a separate model is attached")
-    ] = None
-    T_mg: Annotated[pin.SE3, Key("Pose of that model in the mount", "m, rad")] = field(
-        default_factory=pin.SE3.Identity
-    )
-    parameters: Annotated[
-        Mapping[str, Any],
-        Key(
-            "Parameters of the kind, as plain data; `read` gives a table",
-            values=OtherKeys("keys of the kind"),
-        ),
-    ] = field(default_factory=dict)
-    file: TomlFile | PythonSource | None = field(default=None, compare=False, repr=False)
-
-    def read(self, robot: str) -> TomlTable:
-        """Return the parameters as a table; the kind calls ``finish`` to reject unknown keys.
-
-        Args:
-            robot: Name of the robot, for messages.
-        """
-        source = self.file or PythonSource(f"robot '{robot}'", RobotError)
-        table = TomlTable(source, self.parameters, ("gripper",))
-        for entry in entries_of(type(self)):  # known, to be suggested for mistyped keys
-            if not isinstance(entry.values, OtherKeys):
-                entry.values.read(table, entry, None)
-        return table
-
-
-class GripperTable:
-    """The table of a gripper's description; one with a model of its own needs a mount."""
-
-    type, cls = "a table", GripperDescription
-
-    def read(self, table: TomlTable, entry: KeyField, size: Any) -> GripperDescription | None:
-        """Return the description."""
-        return self.read_table(table.table(entry.name))
-
-    def read_table(self, table: TomlTable | None) -> GripperDescription | None:
-        """Return the description in ``[gripper]``."""
-        if table is None:
-            return None
-        given = read_fields(GripperDescription, table)
-        if "model" in given:
-            table.require("mount", "a text")
-        return GripperDescription(**given, file=table.file)
-
-    def write(
-        self, value: GripperDescription, entry: KeyField, folder: Path | None
-    ) -> dict[str, Any]:
-        """Return the table."""
-        return {entry.name: write_fields(value, folder)}
+_WEAK_SHARE = 0.8  # of the maximum force of others: a motor at its limit controls no force
 
 
 class FoundGripper(NamedTuple):
@@ -155,6 +73,8 @@ class Gripper(composer.Entity, abc.ABC):
     creates it (``Robot(description, gripper=MyGripper)``) before the model is compiled, so
     ``_build`` may change the robot's model, for example by adding actuators and sensors. Composer's
     hooks then run it. Commands return at once and are executed during the following steps.
+
+    A kind implements the eight abstract methods; `get_state` returns what changes during a run.
     """
 
     kind: ClassVar[str] = "gripper"
@@ -194,6 +114,18 @@ class Gripper(composer.Entity, abc.ABC):
         """
         return None
 
+    @classmethod
+    def on_device(cls, link: "GripperLink") -> "Callable[[Robot], Gripper]":
+        """Return a factory of grippers of this kind that command a real one.
+
+        Args:
+            link: Speaks to the real gripper.
+
+        Raises:
+            RobotError: If this kind has none; the default.
+        """
+        raise RobotError(f"grippers of kind '{cls.kind}' do not run on real robots")
+
     @property
     def mjcf_model(self) -> mjcf.RootElement:
         """An empty model, which composer attaches."""
@@ -217,10 +149,13 @@ class Gripper(composer.Entity, abc.ABC):
             raise table.error("max_force", "is missing: the maximum grip force [N]")
         return description.max_force
 
-    @property
-    def default_force(self) -> float:
-        """Force to grip with where none is given [N]."""
-        return _FORCE if self.max_force >= _FORCE else _FORCE_PART * self.max_force
+    def default_force(self, preferred: float = GRIP_FORCE) -> float:
+        """Return the force to grip with where none is given [N].
+
+        Args:
+            preferred: Force of grippers that are strong enough [N].
+        """
+        return preferred if self.max_force >= preferred else _WEAK_SHARE * self.max_force
 
     def check_force(self, force: float) -> float:
         """Return a grip force after checking it [N].
@@ -253,6 +188,11 @@ class Gripper(composer.Entity, abc.ABC):
         """Width of the widest object that fits the open gripper [m]; inf where any does."""
         return math.inf
 
+    @property
+    def min_object_width(self) -> float:
+        """Width of the narrowest object that it grips [m]; 0 where it closes completely."""
+        return 0.0
+
     # Commands
 
     @abc.abstractmethod
@@ -267,16 +207,15 @@ class Gripper(composer.Entity, abc.ABC):
             GripperError: If the gripper cannot hold with this force.
         """
 
-    @abc.abstractmethod
-    def stop(self) -> None:
-        """Stop at the current opening; a held object stays held."""
+    def stop(self) -> None:  # noqa: B027
+        """Stop at the current opening; a held object stays held. By default it goes on."""
 
     # Measurements
 
     @property
-    @abc.abstractmethod
     def moving(self) -> bool:
         """Whether a command is still being executed."""
+        return not (self.is_open or self.steady or self.closed_on_nothing)
 
     @property
     @abc.abstractmethod
@@ -289,9 +228,9 @@ class Gripper(composer.Entity, abc.ABC):
         """Whether it has held with the commanded force for some time."""
 
     @property
-    @abc.abstractmethod
     def closed_on_nothing(self) -> bool:
-        """Whether it has closed without gripping anything."""
+        """Whether it has closed without gripping anything; False for a kind that cannot tell."""
+        return False
 
     @property
     def gripping(self) -> bool:
@@ -299,14 +238,15 @@ class Gripper(composer.Entity, abc.ABC):
         return self.steady or self.closed_on_nothing
 
     @property
-    @abc.abstractmethod
     def is_free(self) -> bool:
         """Whether it may move away: it touches nothing that moves with it."""
+        return self.held_root() == 0
 
     @property
-    @abc.abstractmethod
     def held(self) -> tuple[str, ...]:
-        """Names of the held entities."""
+        """Names of the held entities; by default that of `held_root`."""
+        root = self.held_root()
+        return (entity_of(self.body_names.of_body[root]),) if root else ()
 
     @property
     @abc.abstractmethod
@@ -314,16 +254,37 @@ class Gripper(composer.Entity, abc.ABC):
         """Force on the held object in the last step, one per gripping surface [N]."""
 
     @property
-    @abc.abstractmethod
     def status(self) -> str:
         """Short description of its state: the forces or the opening."""
+        return "open" if self.is_open else f"presses with {max(self.forces):.1f} N at most"
+
+    # A real gripper
+
+    def update(self) -> None:
+        """Read the state of a real gripper, before each tick; default: there is none."""
+
+    def close_link(self) -> None:
+        """End the connection to a real gripper; default: there is none."""
+
+    def follow_tool(self, T_wt: pin.SE3) -> None:
+        """Write what a real gripper has measured into the physics; default: there is none.
+
+        Args:
+            T_wt: Measured pose of the tool in the world.
+        """
 
     # Geometry
 
     @property
-    @abc.abstractmethod
     def contact_bodies(self) -> Sequence[Any]:
-        """Bodies of the robot's model (PyMJCF elements) that may touch a gripped object."""
+        """Bodies of the robot's model (PyMJCF elements) that may touch a gripped object.
+
+        By default those of the gripper's own model, or the tool's body and all that it carries.
+        """
+        if self._description.model is not None:
+            return list(self._robot.gripper_root.find_all("body"))
+        body = self._robot.tool_site.parent
+        return [body, *body.find_all("body")]
 
     @abc.abstractmethod
     def held_root(self) -> int:
@@ -361,6 +322,25 @@ class Gripper(composer.Entity, abc.ABC):
             rng: Random generator for points on its surface.
         """
 
+    def declared_grasp_generator(
+        self,
+        name: str,
+        grasps: Sequence[DeclaredGrasp],
+        geom_poses: Mapping[int, pin.SE3],
+        com: np.ndarray,
+    ) -> GraspGenerator | None:
+        """Return a generator of the grasps that an object declares.
+
+        None, the default, for a kind that grips in another way: its own are generated.
+
+        Args:
+            name: Name of the object, for messages.
+            grasps: One or more grasps for two fingers.
+            geom_poses: As for `grasp_generator`.
+            com: The object's centre of mass, in its frame [m].  # (3,)
+        """
+        return None
+
     @property
     def contact_body_ids(self) -> tuple[int, ...]:
         """Ids of the contact bodies in the compiled model."""
@@ -380,10 +360,9 @@ class Gripper(composer.Entity, abc.ABC):
 
     # State
 
-    @abc.abstractmethod
     def get_state(self) -> dict[str, Any]:
-        """Return the state kept between steps, as plain data."""
+        """Return the state kept between steps, as plain data; by default there is none."""
+        return {}
 
-    @abc.abstractmethod
-    def set_state(self, state: Mapping[str, Any]) -> None:
+    def set_state(self, state: Mapping[str, Any]) -> None:  # noqa: B027
         """Restore a state returned by ``get_state``."""

@@ -4,7 +4,7 @@ from math import pi
 
 from bt_manip.models import bundled_path
 
-from .gripper import GripperDescription
+from .gripper_description import GripperDescription
 from .robot_description import RobotDescription
 
 

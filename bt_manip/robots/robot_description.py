@@ -10,7 +10,7 @@ from bt_manip.toml_fields import Key, check_fields, documented
 
 from .configurations import Configuration, Configurations
 from .errors import RobotError
-from .gripper import GripperDescription, GripperTable
+from .gripper_description import GripperDescription, GripperTable
 from .model_address import ModelAddress
 
 Numbers = tuple[float, ...]

@@ -16,8 +16,10 @@ from bt_manip.behaviours import (
     top_grasp_poses,
     yaw_of,
 )
+from bt_manip.behaviours.support import find_support
 from bt_manip.bt import NodeStatus
 from bt_manip.cell import CellError, Cube
+from bt_manip.cell.objects import Box, Shelf
 from bt_manip.grasping import GripperClearance, with_clearance
 from bt_manip.grippers import GRIP_DEPTH
 from bt_manip.testing.end_states import assert_tower
@@ -47,6 +49,45 @@ def test_place_on_leaves_a_tower(beside_another, trial):
     assert np.linalg.norm(off[:2]) < 2e-3
     quarter = (yaw_of(cell.pose("cube")) - yaw_of(cell.pose("other"))) / (np.pi / 2)
     assert abs(quarter - round(quarter)) < 0.02
+
+
+def test_place_on_takes_a_free_place_where_the_middle_is_occupied(with_the_cube, trial):
+    cell = with_the_cube.cell
+    cell.add(Box(size=(0.3, 0.3, 0.02)), spatial.pose((0.45, -0.1, 1.025)), name="tray", free=False)
+    cell.add(Cube(), spatial.pose((0.45, -0.1, 1.06)), name="other")
+    cell.step(100)
+    trial(PlaceOn(object="cube", support="tray")).tick_until("SUCCESS", timeout=8.0)
+    off = cell.pose("cube").translation - cell.pose("other").translation
+    assert 0.05 < np.linalg.norm(off[:2]) < 0.12 and abs(off[2]) < 2e-3
+
+
+def test_place_on_takes_a_place_within_reach(with_the_cube, trial):
+    cell = with_the_cube.cell
+    cell.add(Box(size=(0.9, 0.1, 0.02)), spatial.pose((1.0, 0.25, 1.025)), name="rail", free=False)
+    trial(PlaceOn(object="cube", support="rail")).tick_until("SUCCESS", timeout=8.0)
+    assert 0.55 < cell.pose("cube").translation[0] < 0.9
+
+
+def test_place_on_a_full_support_says_so(with_the_cube, trial):
+    cell = with_the_cube.cell
+    cell.add(Box(size=(0.1, 0.1, 0.02)), spatial.pose((0.45, -0.1, 1.025)), name="tray", free=False)
+    cell.add(Cube(), spatial.pose((0.45, -0.1, 1.06)), name="other")
+    assert trial(PlaceOn(object="cube", support="tray")).fails_with("no free place on 'tray'")
+
+
+def test_boards_of_a_shelf_are_supports(with_the_cube, trial):
+    cell = with_the_cube.cell
+    shelf = Shelf(size=(0.2, 0.3, 0.2))
+    cell.add(shelf, spatial.pose((0.45, -0.15, 1.015), (0.0, 0.0, 0.0, 1.0)), name="rack")
+    for i, height in enumerate(shelf.levels, 1):
+        support = find_support(cell, f"rack/board_{i}")
+        assert support.top == pytest.approx([0.45, -0.15, 1.015 + height], abs=1e-6)
+        assert support.half == pytest.approx([0.1, 0.135], abs=1e-6)
+    with pytest.raises(CellError, match=r"'rack' has no geom 'bord_1'; did you mean 'rack/board_1"):
+        find_support(cell, "rack/bord_1")
+    placing = trial(PlaceOn(object="cube", support="rack/board_3"))
+    placing.tick_until("SUCCESS", timeout=8.0)
+    assert cell.pose("cube").translation[2] == pytest.approx(1.015 + 0.2 + 0.025, abs=2e-3)
 
 
 def test_what_was_set_down_is_no_payload_any_more(with_the_cube, trial):

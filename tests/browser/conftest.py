@@ -84,8 +84,28 @@ DRAW_ONE_FRAME = """
 POSITION = "() => __viserMutable.nodeRefFromName['/cube/cube:cube']?.position.toArray() ?? []"
 """Gives the position of the cube in the scene [m], or nothing where there is none."""
 
-SIZE = {"width": 1340, "height": 620}
-"""Size of the window [pixels]; the panels take 760 of the width."""
+SIZE = {"width": 1280, "height": 720}
+"""Size of the window [pixels]."""
+
+CORNERS = """
+    names => {
+        const { nodeRefFromName, camera } = __viserMutable, corners = [];
+        camera.updateMatrixWorld();
+        for (const name of names) nodeRefFromName[name].traverse((mesh) => {
+            if (!mesh.isMesh || !mesh.geometry?.attributes?.position) return;
+            mesh.updateWorldMatrix(true, false);
+            const { array, itemSize } = mesh.geometry.attributes.position;
+            const step = itemSize * Math.max(1, Math.floor(array.length / itemSize / 200));
+            for (let i = 0; i < array.length; i += step) {
+                const v = camera.position.clone().set(array[i], array[i + 1], array[i + 2]);
+                v.applyMatrix4(mesh.matrixWorld).project(camera);
+                corners.push([v.x, v.y]);
+            }
+        });
+        return corners;
+    }
+"""
+"""Gives points of nodes of the scene; in both directions, the picture is from -1 to 1."""
 
 
 class Program:
@@ -142,16 +162,35 @@ class Window:
 
     def choose(self, label: str, option: str) -> None:
         """Choose an option of a drop-down list."""
-        choice = self.page.get_by_role("option", name=option, exact=True)
+        self.page.get_by_label(label, exact=True).select_option(option)
 
-        def is_open() -> bool:
-            if not choice.count():  # a click opens or closes the list
-                self.page.get_by_label(label, exact=True).first.dispatch_event("click")
-                self.page.wait_for_timeout(500)
-            return bool(choice.count())
+    def node(self, name: str) -> Any:
+        """Return the row of a node of the tree that is in view."""
+        name = re.escape(name)
+        rows = self.page.locator(".line:not([hidden])")
+        return rows.filter(has=self.page.locator(".name", has_text=re.compile(f"^{name}$"))).first
 
-        wait_until(is_open)
-        choice.dispatch_event("click")
+    def select(self, name: str) -> None:
+        """Select a node of the tree."""
+        self.node(name).locator(".name").click(force=True)
+
+    def set_breakpoint(self, name: str) -> None:
+        """Set a breakpoint in the margin of a node, or remove it."""
+        self.node(name).locator(".margin").click(force=True)
+
+    def tree(self) -> str:
+        """Return the rows of the tree that are in view, a line for each."""
+        rows = "[...document.querySelectorAll('.line:not([hidden])')]"
+        order = "sort((a, b) => parseFloat(a.style.top) - parseFloat(b.style.top))"
+        texts = "map((line) => [...line.children].slice(2).map((e) => e.textContent).join(' '))"
+        return str(self.page.evaluate(f"() => {rows}.{order}.{texts}.join('\\n')"))
+
+    def wait_for_tree(self, pattern: str) -> None:
+        """Wait until a row of the tree matches."""
+        wait_until(
+            lambda: re.search(pattern, self.tree(), re.MULTILINE) is not None,
+            lambda: f"no {pattern!r} in:\n{self.tree()}",
+        )
 
     def open_tab(self, name: str) -> None:
         """Bring a tab to the front."""
@@ -187,6 +226,15 @@ class Window:
 
     def wait_for_scene(self) -> None:
         """Wait until the scene is there, with its light."""
+        if self.page.locator("iframe#scene").count():
+            scenes: list[Any] = []
+            wait_until(
+                lambda: (
+                    bool(scenes.extend(f for f in self.page.frames if f.url.endswith("/scene")))
+                    or bool(scenes)
+                )
+            )
+            self.frame = scenes[0]
         wait_until(
             lambda: self.evaluate(
                 "() => window.__viserTestpoints?.rendererInfo.render.triangles > 1000"

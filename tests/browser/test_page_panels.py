@@ -29,28 +29,23 @@ def program(tree, start) -> Program:
     return start("run", tree, "--view", "--watch", "--real-time", "1")
 
 
-def test_a_chosen_node_shows_its_ports_with_present_values(window):
-    window.choose("Node", "spawn")
+def test_a_selected_node_shows_its_ports_with_present_values(window):
+    window.select("spawn")
     window.wait_for_text("Action SpawnObject, success")
     window.wait_for_text(r"object\s+output\s+\{cube\}\s+cube = cube")
-    window.press("Running")
-    window.wait_for_text("Action (MoveToConfiguration|MoveHome), running")
     window.keep("chosen_node")
 
 
-def test_several_breakpoints_are_listed_and_removed(window):
+def test_a_run_pauses_at_each_of_several_breakpoints(window):
     for node in ("home", "away"):
-        window.choose("Node", node)
-        window.wait_for_text(f"{node}\nAction Move")
-        window.press("Breakpoint")
-        window.button(f"✕ {node}").wait_for()
+        window.set_breakpoint(node)
     first = window.wait_for_text("s: paused at (home|away)").split()[-1]
     window.press("Continue")
     other = {"home": "away", "away": "home"}[first]
     window.wait_for_text(f"s: paused at {other}")
     for node in ("home", "away"):
-        window.press(f"✕ {node}")
-        window.button(f"✕ {node}").wait_for(state="detached")
+        window.set_breakpoint(node)
+    wait_until(lambda: not window.page.locator(".margin.set").count())
     window.press("Continue")
     window.button("Pause").wait_for()
 

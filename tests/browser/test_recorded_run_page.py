@@ -75,6 +75,18 @@ def test_the_replay_shows_the_robot_at_each_time_that_is_chosen(report, picked):
     assert 1e-4 < share["/cube"] < share["/panda"]  # in the gripper
 
 
+def test_a_click_on_a_plot_shows_its_time_in_the_replay(report, picked):
+    section = report.page.locator("section", has_text="Time line of the tree")
+    section.scroll_into_view_if_needed()
+    box = section.locator("canvas").first.bounding_box()
+    start, end = x_range(report)
+    field = report.frame.locator("input").first
+    for share in (0.7, 0.4):
+        report.page.mouse.click(box["x"] + share * box["width"], box["y"] + 15)
+        due = start + share * (end - start)
+        wait_until(lambda due=due: abs(float(field.input_value()) - due) < 0.1 * (end - start))
+
+
 def test_plots_are_drawn_and_zoom_together(report):
     page = report.page
     assert page.evaluate("() => Bokeh.documents[0].roots().length") == 6

@@ -2,11 +2,23 @@
 
 import time
 
+import mujoco
+import numpy as np
 import pytest
 
 from bt_manip import build_station
 from bt_manip.viewer import render
 from tests.browser.conftest import Program, Window, wait_until
+
+CAMERA = """
+    () => {
+        const { nodeRefFromName, camera } = __viserMutable, world = nodeRefFromName[''];
+        camera.updateMatrixWorld();
+        world.updateMatrixWorld();
+        return world.matrixWorld.clone().invert().multiply(camera.matrixWorld).toArray();
+    }
+"""
+"""Gives the pose of the camera in the world, a 4x4 matrix by columns."""
 
 
 @pytest.fixture(scope="module")
@@ -21,10 +33,15 @@ def paused(window) -> Window:
     return window
 
 
-def test_the_robot_is_drawn_as_the_overview_camera_sees_it(opengl, paused):
+def test_the_robot_is_drawn_as_a_camera_of_mujoco_there_sees_it(opengl, paused):
     shown = paused.scene("picking")
     share = (abs(shown - paused.scene_without("/panda")).max(axis=2) > 20).mean()
     cell = build_station().cell
+    pose = np.array(paused.evaluate(CAMERA)).reshape(4, 4).T
+    camera = cell.model.camera("overview")
+    camera.pos[:] = pose[:3, 3]
+    mujoco.mju_mat2Quat(camera.quat, np.ascontiguousarray(pose[:3, :3]).ravel())
+    camera.fovy[:] = paused.evaluate("() => __viserMutable.camera.fov")
     height, width = shown.shape[:2]
     expected = render(cell, width=width, height=height).astype(int)
     cell.model.geom_rgba[_robot(cell.model)] = 0.0
@@ -39,9 +56,10 @@ def _robot(model):
 
 
 def test_the_tree_follows_the_run_with_statuses_and_reasons(window):
-    window.wait_for_text("▶ Hover|▶ Reach|▶ Lift|▶ Drop")
-    window.wait_for_text("✓ SpawnObject")
-    window.wait_for_text("✗ IsHolding the gripper holds nothing, not 'cube'")
+    window.wait_for_tree("▶ (Hover|Reach|Lift|Drop)")
+    window.wait_for_tree("✓ SpawnObject +'cube' at")
+    window.wait_for_tree("✗ IsHolding +the gripper holds nothing, not 'cube'")
+    window.wait_for_tree(r"▶ (Hover|Reach|Lift|Drop) .*\d\.\d\d s$")
 
 
 def test_a_paused_run_stands_still_and_makes_single_ticks(paused):
@@ -49,7 +67,7 @@ def test_a_paused_run_stands_still_and_makes_single_ticks(paused):
     time.sleep(0.5)
     assert paused.time() == before
     for tick in (1, 2):
-        paused.press("Step one tick")
+        paused.press("Step")
         wait_until(lambda due=before + 0.01 * tick: abs(paused.time() - due) < 1e-6)
     paused.press("Continue")
     wait_until(lambda: paused.time() > before + 0.5)
@@ -66,25 +84,77 @@ def test_the_speed_can_be_changed(window):
     wait_until(lambda: window.time() > after + 1.0)
 
 
-def test_a_breakpoint_pauses_where_its_node_starts(window):
-    window.choose("Node", "attempt/pick/Lift::20")
-    window.wait_for_text("Action Lift, ")
-    window.press("Breakpoint")
+def test_a_breakpoint_in_the_margin_pauses_where_its_node_starts(window):
+    window.set_breakpoint("Lift")
     try:
-        window.wait_for_text("s: paused at attempt/pick/Lift::20")
-        assert "▶ Lift" in window.text()
+        window.wait_for_text(r"s: paused at attempt/pick/Lift::\d+")
+        assert "▶ Lift" in window.tree()
     finally:
-        window.press("✕ attempt/pick/Lift::20")
+        window.set_breakpoint("Lift")
+    wait_until(lambda: not window.page.locator(".margin.set").count())
+
+
+def test_a_click_selects_an_arrow_folds_and_a_double_click_shows_a_sub_tree_alone(window):
+    window.select("Grasp")
+    window.wait_for_text("attempt/pick/Grasp")
+    window.wait_for_text("Action Grasp, ")
+    window.node("pick").locator(".fold").click(force=True)
+    wait_until(lambda: "Grasp" not in window.tree())
+    window.node("pick").locator(".fold").click(force=True)
+    wait_until(lambda: "Grasp" in window.tree())
+    window.node("pick").locator(".name").dblclick(force=True)
+    wait_until(lambda: window.tree().split()[1] == "pick")
+    window.press("⬑ Whole tree")
+    wait_until(lambda: "SpawnObject" in window.tree())
+
+
+def test_the_keys_are_those_of_a_file_tree(window):
+    keys = window.page.keyboard
+    window.select("pick")
+    for key, selected in {
+        "ArrowLeft": "pick",
+        "ArrowRight": "pick",
+        "ArrowDown": "Sequence",
+    }.items():
+        keys.press(key)
+        wait_until(lambda name=selected: name in window.page.locator(".line.chosen").inner_text())
+    keys.press("b")
+    window.page.locator(".line.chosen .margin.set").wait_for()
+    keys.press("b")
+    wait_until(lambda: not window.page.locator(".margin.set").count())
+    keys.press("/")
+    keys.type("drop")
+    wait_until(lambda: "Lift" not in window.tree() and "Drop" in window.tree())
+    keys.press("Escape")
+    wait_until(lambda: "Lift" in window.tree())
+
+
+def test_the_time_line_shows_the_last_minute_while_the_run_is_paused(paused):
+    line = paused.page.get_by_role("slider", name="Time line")
+    box = line.bounding_box()
+    now = paused.time()
+    line.click(position={"x": box["width"] / 2, "y": box["height"] / 2})
+    paused.button("Back to now").wait_for()
+    wait_until(lambda: float(line.get_attribute("aria-valuenow")) < now - 0.1)
+    paused.keep("look_back")
+    paused.press("Back to now")
+    wait_until(lambda: float(line.get_attribute("aria-valuenow")) == pytest.approx(now, abs=0.01))
 
 
 def test_log_blackboard_and_plot_are_in_tabs(window):
-    window.wait_for_text("s cube added")
-    window.wait_for_text("s cycle 1 started")
+    window.open_tab("Log")
+    window.wait_for_text("cube added")
+    window.wait_for_text(r"Grasp: fingers press with")
+    assert "IsHolding: " not in window.text()
+    window.page.get_by_label("condition").check()
+    window.wait_for_text("IsHolding: the gripper holds nothing")
+    window.page.get_by_label("condition").uncheck()
     window.open_tab("Blackboard")
     window.wait_for_text("cube\\s+auto")
     window.open_tab("Tracking error")
-    plot = window.page.locator(".uplot canvas")
+    plot = window.page.locator("canvas.plot")
     plot.wait_for()
+    window.page.wait_for_timeout(500)
     drawn = plot.evaluate(
         "canvas => canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data"
         ".filter((value, index) => index % 4 == 3 && value > 0).length"

@@ -15,7 +15,7 @@ def window(start, open_window) -> Window:
 def test_a_joint_slider_moves_the_arm_which_is_saved_by_name(window):
     window.open_tab("Jog")
     before = window.pixel("/panda/panda:hand")
-    joint1 = window.page.locator(".mantine-NumberInput-input").first
+    joint1 = window.page.get_by_role("spinbutton", name="joint1 [rad] value")
     joint1.fill("0.5")
     joint1.press("Enter")
 
@@ -23,17 +23,20 @@ def test_a_joint_slider_moves_the_arm_which_is_saved_by_name(window):
         return abs(window.pixel("/panda/panda:hand")[0] - before[0]) > 20
 
     wait_until(moved)
-    window.page.locator(".mantine-TextInput-input").first.fill("beside")
+    window.page.get_by_label("Save as").fill("beside")
     window.press("Save configuration")
     window.wait_for_text(r"beside.*configurations\.toml")
     window.keep("jog")
 
 
 def test_a_tree_runs_is_stopped_and_the_cell_is_reset(window):
-    window.press("Run")
+    assert "SpawnObject" in window.tree() and "s: ready" in window.text()
+    window.press("▶ Run")
     window.wait_for_text("cycle 1, ")
-    window.wait_for_text("▶ Hover|▶ Reach|▶ Lift|▶ Drop")
+    window.wait_for_tree("▶ (Hover|Reach|Lift|Drop)")
     window.press("Stop")
+    window.wait_for_text("INTERRUPTED")
+    window.wait_for_text(r"bt-manip replay run\.mcap")
     window.button("Reset").wait_for()
     window.press("Reset")
     wait_until(lambda: window.time() < 1.0)

@@ -1,5 +1,8 @@
 """bt-manip robot new, check and show."""
 
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -29,7 +32,21 @@ def test_new_writes_a_description_and_says_what_to_run_next(bt_manip, described)
 
 def test_new_overwrites_nothing(bt_manip, described):
     code, _, err = bt_manip("robot", "new", PANDA, "-o", described)
-    assert code == 2 and "exists: remove it, or choose another file (-o)" in err
+    assert code == 2 and "exists: --overwrite replaces it, -o names another" in err
+
+
+def test_new_replaces_a_file_when_asked(bt_manip, tmp_path):
+    file = tmp_path / "arm.toml"
+    file.write_text("")
+    code, out, _ = bt_manip("robot", "new", PANDA, "-o", file, "--cycles", "0", "--overwrite")
+    assert code == 0 and f"wrote {file}, not tried" in out and "arm_joints" in file.read_text()
+
+
+def test_check_warns_of_nothing_without_a_display(described):
+    unset = {k: v for k, v in os.environ.items() if k not in ("MUJOCO_GL", "DISPLAY")}
+    command = [sys.executable, "-m", "bt_manip", "robot", "check", described, "--cycles", "0"]
+    done = subprocess.run(command, env=unset, capture_output=True, text=True, check=False)
+    assert done.returncode == 0 and "GLFW" not in done.stderr and "Error" not in done.stderr
 
 
 def test_check_exits_with_1_if_there_are_findings(bt_manip, described, tmp_path):

@@ -144,7 +144,7 @@ def test_an_agents_episode_is_watched_on_the_page(parts):
             pass
         shown = page.controls
         shown.draw()
-        assert "cycle 1" in shown._html.content and "FAILURE" in shown._html.content
+        assert "cycle 1" in shown._status.text and "FAILURE" in shown._status.text
     finally:
         page.close()
 

@@ -2,12 +2,14 @@
 
 import os
 import signal
+import subprocess
+import sys
 from functools import partial
 from pathlib import Path
 
 import pytest
 
-from bt_manip.evaluation import WorkerDiedError, run_episodes
+from bt_manip.evaluation import ProcessPool, WorkerDiedError, call_in_process, run_episodes
 from bt_manip.exceptions import BtManipError
 
 
@@ -34,6 +36,28 @@ class Environment:
         return os.environ.get(name, "")
 
 
+class ConfusedError(BtManipError):
+    """An error that cannot be copied to another process."""
+
+    def __init__(self, message: str, *, reason: str) -> None:
+        super().__init__(message)
+        self.reason = reason
+
+
+def confuse() -> None:
+    raise ConfusedError("so many", reason="none")
+
+
+FIRST = """
+from bt_manip.evaluation import ProcessPool
+
+pool = ProcessPool(float)
+print(open(f"/proc/{pool.start()._process.pid}/status").read())
+pool.close()
+"""
+"""Prints the status of the first process that an interpreter starts."""
+
+
 @pytest.fixture
 def squares(tmp_path):
     return lambda deaths=0: partial(Squares, tmp_path, deaths)
@@ -57,6 +81,26 @@ def test_a_process_has_one_thread_for_linear_algebra_unless_told_otherwise(monke
 
 def test_one_job_runs_in_this_process(squares):
     assert list(run_episodes(squares(), range(3), 1)) == [(n * n, os.getpid()) for n in range(3)]
+
+
+def test_one_job_runs_in_another_process_if_there_is_a_pool(squares):
+    pool = ProcessPool(squares())
+    ((square, process),) = run_episodes(squares(), [2], 1, pool=pool)
+    assert square == 4 and process != os.getpid()
+
+
+def test_a_function_is_called_in_another_process():
+    assert call_in_process("the call", os.getpid) != os.getpid()
+    with pytest.raises(WorkerDiedError, match=r"^the call: its process ended with exit code 3$"):
+        call_in_process("the call", partial(os._exit, 3))
+    with pytest.raises(BtManipError, match=r"^so many"):
+        call_in_process("the call", confuse)
+
+
+def test_ctrl_c_does_not_reach_the_first_process_either():
+    status = subprocess.run([sys.executable, "-c", FIRST], capture_output=True, text=True).stdout
+    (blocked,) = (line.split()[1] for line in status.splitlines() if line.startswith("SigBlk"))
+    assert int(blocked, 16) & 1 << signal.SIGINT - 1
 
 
 def test_an_episode_whose_process_died_runs_again(squares):

@@ -14,7 +14,7 @@ import pytest
 
 from bt_manip import build_station
 from bt_manip.behaviours import MoveHome, MoveToConfiguration
-from bt_manip.bt import BehaviourRegistry, Sequence, Tree, parse_tree
+from bt_manip.bt import BehaviourRegistry, Sequence, Sleep, Tree, parse_tree
 from bt_manip.exceptions import BtManipError
 from bt_manip.groot import GrootPublisher
 from bt_manip.record import Recorder
@@ -131,6 +131,26 @@ def test_a_tree_that_is_replaced_has_another_uuid_and_no_hooks(watch, small_tree
     assert first[6:] != other[6:]
     assert b'msec="20"' in xml and b'msec="30"' in new_xml
     assert client.hooks() == []
+
+
+def test_a_publisher_that_stays_answers_between_runs_with_the_last_tree(parts):
+    port = free_ports()
+    publisher = GrootPublisher(port, stays=True)
+    client, seen = None, set()
+    try:
+        for name in ("first", "second"):
+            station = build_station(parts)
+            tree = Tree(Sleep(name, msec=30), clock=station.clock)
+            Run(RunRequest(TreeSource("test", "python")), tree, station).execute([publisher])
+            client = client or Client(port)
+            xml = client.ask("T")
+            assert f'name="{name}"'.encode() in xml
+            seen.add(xml)
+    finally:
+        publisher.close()
+        if client:
+            client.close()
+    assert len(seen) == 2
 
 
 def test_only_loopback_is_listened_to(watch, small_tree):

@@ -48,9 +48,11 @@ def videos(opengl, make_run, tmp_path_factory):
     ends = Ends()
     make_run(MoveToConfiguration("turn", configuration=TARGET)).execute([
         ends,
-        VideoRecorder(files[0], size=SIZE, fps=15.0),
-        VideoRecorder(files[1], size=SIZE, fps=4.0, overlay=True),
-        VideoRecorder(files[2], size="80x51", fps=5.0, camera="panda/wrist"),
+        VideoRecorder(files[0], size=SIZE, fps=15.0, overlay=False),
+        VideoRecorder(files[1], size=SIZE, fps=4.0),
+        VideoRecorder(
+            files[2], size="80x51", fps=5.0, camera="panda/wrist", overlay=False
+        ),
     ])  # fmt: skip
     return files, ends
 

@@ -106,6 +106,13 @@ def test_a_tool_beside_the_fingers_is_found(checked):
     assert "mm from the middle of the finger pads" in "".join(result.findings)
 
 
+def test_a_gripper_that_reaches_the_table_before_its_tool_grips_is_found(checked):
+    result = checked(('frame = "tool"', 'frame = "tool"\nposition = [0.0, 0.0, -0.04]'))
+    assert result.facts[0].startswith("reach: 0 %")
+    assert "the open gripper reaches 5" in result.findings[-1]
+    assert "mm below it, and it grips the cube of pick_place 40 mm over" in result.findings[-1]
+
+
 def test_a_gripper_that_does_not_open_so_wide_is_found(checked):
     result = checked(("max_force = 60.0", "max_force = 60.0\nopen_width = 0.2"))
     assert len(result.findings) == 1 and "open_width" in result.findings[0]

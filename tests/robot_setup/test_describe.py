@@ -12,6 +12,7 @@ import pytest
 from bt_manip.collision import CollisionWorld, self_collisions
 from bt_manip.models import bundled_path
 from bt_manip.robot_setup import Draft, check_description, describe_robot, gripper_names
+from bt_manip.robot_setup.known_grippers import find_gripper
 from bt_manip.robot_setup.placement import find_home
 from bt_manip.robot_setup.reach import RadialReach
 from bt_manip.robots import RobotError, Tolerance, description_text, read_description
@@ -79,6 +80,10 @@ def test_a_second_gripper_is_refused(parts):
         describe_robot(PANDA, parts, name="one", gripper=PANDA)
 
 
+def test_a_gripper_that_is_no_registered_one_may_be_one_of_menagerie(parts):
+    assert find_gripper("leap_hand", parts) == ("menagerie:leap_hand/right_hand", None)
+
+
 def test_velocities_and_efforts_of_urdf_are_kept(parts):
     found = describe_robot(str(SIX_JOINTS), parts, name="six").description
     assert found.arm_joints == ("pan", "lift", "elbow", "roll", "pitch", "turn")
@@ -139,7 +144,7 @@ def test_a_foot_that_reaches_below_the_origin_of_the_base_is_lifted(parts, tmp_p
 def test_a_robot_that_collides_wherever_its_tool_points_down_is_refused_with_the_pairs():
     reach = RadialReach(np.zeros(2), 0.0, np.ones(1), np.ones(1), np.ones((1, 1)))
     downward = SimpleNamespace(
-        configuration=lambda position: None, blocking=lambda most: [("base", "forearm")]
+        configuration=lambda position, floor: None, blocking=lambda most: [("base", "forearm")]
     )
     with pytest.raises(RobotError, match="these bodies collide: 'base' and 'forearm'; check"):
         find_home(downward, reach, pin.SE3.Identity())
@@ -166,5 +171,16 @@ def test_a_registered_gripper_is_given_by_its_name(parts, tmp_path):
 
 
 def test_an_unknown_gripper_is_refused_with_the_known_ones(parts):
-    with pytest.raises(RobotError, match="no gripper 'suctoin'; did you mean 'suction'"):
+    with pytest.raises(
+        RobotError, match=r"no gripper or model 'suctoin'; did you mean 'suction'\? \(--g"
+    ):
         describe_robot(str(SIX_JOINTS), parts, name="six", gripper="suctoin")
+
+
+def test_a_position_is_reached_where_the_gripper_stays_above_the_table():
+    reach = RadialReach(
+        np.zeros(2), 0.0, np.arange(3.0), np.arange(-1.0, 2.0), np.zeros((3, 3)), below_tool=0.3
+    )
+    assert reach.reached(0.0).all(axis=1).tolist() == [False, False, True]
+    height = np.array([0.2, 0.4])
+    assert reach.covers(np.full(2, 0.5), height, 0.0).tolist() == [False, True]

@@ -10,6 +10,8 @@ from bt_manip.cli.app import run_app
 from bt_manip.cli.interrupt import Interrupt
 from bt_manip.models import bundled_path
 
+from .assembled_arms import SIX_JOINTS, write_jaw_arm, write_mimic_arm, write_mobile_arm
+
 GRIPPER = "robotiq_2f85/2f85.xml"
 MENAGERIE = {
     "franka_emika_panda/panda.xml": None,
@@ -26,7 +28,16 @@ MORE = {
 }
 
 
-def pick(folder: Path, model: Path, gripper: Path | None, cycles: int) -> list[dict[str, Any]]:
+ASSEMBLED = {
+    "mimic joint": (write_mimic_arm, None),
+    "jaw": (write_jaw_arm, None),
+    "suction cup": (lambda folder: SIX_JOINTS, "suction"),
+}
+
+
+def pick(
+    folder: Path, model: Path, gripper: Path | str | None, cycles: int
+) -> list[dict[str, Any]]:
     """Describe a robot from its model and return the cycles of pick_place with it."""
     file, report = folder / "robot.toml", folder / "report.json"
     carried = [] if gripper is None else ["--gripper", str(gripper)]
@@ -75,3 +86,26 @@ def test_arms_of_menagerie_pick(tmp_path, menagerie, model):
 def test_further_arms_of_menagerie_pick(tmp_path, more_models, model):
     gripper = MORE[model]
     check_cycles(pick(tmp_path, more_models / model, gripper and more_models / gripper, 20))
+
+
+def test_a_chosen_arm_of_a_larger_robot_picks(tmp_path, capsys):
+    """Its platform, torso and head are locked."""
+    model, file = write_mobile_arm(tmp_path), tmp_path / "arm.toml"
+    joints = ",".join(f"joint{i}" for i in range(1, 7))
+    command = ["robot", "new", str(model), "--joints", joints, "--cycles", "2", "-o", str(file)]
+    assert run_app(Interrupt(), command) == 0
+    assert "pick_place: 2 of 2 cycles" in capsys.readouterr().err
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("assembled", ASSEMBLED)
+def test_assembled_arms_pick(tmp_path, assembled):
+    write, gripper = ASSEMBLED[assembled]
+    check_cycles(pick(tmp_path, write(tmp_path), gripper, 20))
+
+
+@pytest.mark.soak
+def test_an_arm_with_a_hand_that_is_not_registered_picks(tmp_path, menagerie, more_models):
+    pytest.importorskip("bt_manip_hands")
+    arm = menagerie / "universal_robots_ur5e" / "ur5e.xml"
+    check_cycles(pick(tmp_path, arm, more_models / "wonik_allegro" / "left_hand.xml", 20))

@@ -50,3 +50,9 @@ def test_failures_that_repeat_are_printed_once_with_their_count(parts):
 def test_the_cause_is_named(parts, changes, key):
     trial = try_robot(replace(panda(), **changes), parts, cycles=3)
     assert key in keys(trial)
+
+
+def test_a_tool_frame_far_from_the_fingers_is_named_before_what_fails_with_it(parts):
+    trial = try_robot(replace(panda(), T_ft=spatial.pose((0.0, 0.0, -0.1))), parts, cycles=1)
+    assert keys(trial)[0] == "tool"
+    assert "mm from the middle of the finger pads" in trial.findings[0]

@@ -10,8 +10,19 @@ from bt_manip.agents import ActionSpace, JointTargets
 from bt_manip.behaviours import ArmBehaviour, CellBehaviour, Hover, MoveHome, SpawnObject
 from bt_manip.bt import Action, Condition, Input, Sequence, Sleep, Status
 from bt_manip.control import ComputedTorque
+from bt_manip.grippers import TwoFingerGripper
 
 _runs = itertools.count(1)
+
+
+class ForgetfulGripper(TwoFingerGripper):
+    """Keep everything to itself."""
+
+    def get_state(self):
+        return {}
+
+    def set_state(self, state):
+        pass
 
 
 class AsksTheCellAtOnce(Hover):

@@ -4,15 +4,18 @@ from dataclasses import replace
 
 import pytest
 
+from bt_manip.robots import panda
 from bt_manip.testing import behaviour_contract as behaviours
 from bt_manip.testing import controller_contract as controllers
 from bt_manip.testing import environment_contract as environments
 from bt_manip.testing import object_contract as objects
+from bt_manip.testing import robot_contract as robots
 from bt_manip.testing import run_contract as runs
 from bt_manip.testing.behaviour_contract import BehaviourCase, Example
 from bt_manip.testing.controller_contract import ControllerCase
 from bt_manip.testing.environment_contract import EnvironmentCase
 from bt_manip.testing.object_contract import ObjectCase
+from bt_manip.testing.robot_contract import RobotCase
 from bt_manip.testing.run_contract import RunCase
 
 from . import broken_parts as broken
@@ -48,6 +51,12 @@ CUBE = Example({"object": "cube"})
 def test_a_broken_behaviour_is_found(situations, check, cls, example, message):
     with pytest.raises(AssertionError, match=message):
         check(BehaviourCase(cls, example, situations))
+
+
+def test_a_gripper_that_forgets_its_state_is_found():
+    case = RobotCase(panda(), broken.ForgetfulGripper)
+    with pytest.raises(AssertionError, match="'panda' does not continue from its state"):
+        robots.its_gripper_continues_from_its_state(case)
 
 
 def test_a_behaviour_that_needs_a_cell_to_be_made_is_found(situations):

@@ -80,8 +80,15 @@ def test_without_opengl_it_says_what_would_help(monkeypatch):
     def fail(*_):
         raise mujoco.FatalError("no context")
 
+    monkeypatch.setenv("MUJOCO_GL", "egl")
     monkeypatch.setattr(mujoco.Renderer, "__init__", fail)
     with pytest.raises(NoOpenGLError, match=r"\(no context\).*MUJOCO_GL=egl"):
+        render(Cell())
+
+
+def test_with_opengl_disabled_it_says_so(monkeypatch):
+    monkeypatch.setenv("MUJOCO_GL", "disable")
+    with pytest.raises(NoOpenGLError, match="with MUJOCO_GL disable; without a display"):
         render(Cell())
 
 
@@ -96,5 +103,6 @@ def test_a_notebook_shows_a_cell_as_text_without_opengl_or_an_overview(monkeypat
     def fail(*_):
         raise mujoco.FatalError("no context")
 
+    monkeypatch.setenv("MUJOCO_GL", "egl")
     monkeypatch.setattr(mujoco.Renderer, "__init__", fail)
     assert Cell()._repr_png_() is None

@@ -1,5 +1,6 @@
 """Things that stand in a cell."""
 
+from .bounds import geom_box as geom_box
 from .bundled import Basket as Basket
 from .bundled import Cube as Cube
 from .bundled import Table as Table
@@ -10,6 +11,7 @@ from .catalogue import Catalogue as Catalogue
 from .categories import CONTAINER as CONTAINER
 from .categories import check_spelling as check_spelling
 from .cell_object import CellObject as CellObject
+from .cell_object import DeclaredGrasp as DeclaredGrasp
 from .cell_object import as_object as as_object
 from .cell_object import bottom_of as bottom_of
 from .model_object import ModelObject as ModelObject

@@ -42,13 +42,21 @@ def bounds_of(model: mujoco.MjModel) -> Bounds:
     geoms = np.flatnonzero(collides if collides.any() else finite)
     if not len(geoms):
         return Bounds(np.zeros(3), np.zeros(3))
-    boxes = [_box(model, data, int(geom)) for geom in geoms]
+    boxes = [geom_box(model, data, int(geom)) for geom in geoms]
     lower, upper = (np.array(part) for part in zip(*boxes, strict=True))
     return Bounds(lower.min(axis=0), upper.max(axis=0))
 
 
-def _box(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the lower and upper corner of one geom's exact bounding box."""
+def geom_box(
+    model: mujoco.MjModel, data: mujoco.MjData, geom: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the lower and upper corner of the exact bounding box of a geom, in the world [m].
+
+    Args:
+        model: The compiled model.
+        data: Its data, with the poses of geoms.
+        geom: Id of the geom.
+    """
     kind, size = int(model.geom_type[geom]), model.geom_size[geom]
     position, rotation = data.geom_xpos[geom], data.geom_xmat[geom].reshape(3, 3)
     if kind == _MESH:

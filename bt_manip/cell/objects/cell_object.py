@@ -1,14 +1,27 @@
 """The attributes that bt-manip reads from an object."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pinocchio as pin
 from dm_control import composer
 
 _NO_PARAMETERS: Mapping[str, Any] = MappingProxyType({})
+
+
+class DeclaredGrasp(NamedTuple):
+    """A grasp that an object brings with it, such as that of a handle.
+
+    Attributes:
+        T_og: Middle of the gripped part in the object's frame; z is the direction of approach, and
+            the fingers close along y.
+        width: Gripped width [m].
+    """
+
+    T_og: pin.SE3
+    width: float
 
 
 class CellObject:
@@ -61,6 +74,24 @@ class CellObject:
     def surface_height(self) -> float | None:
         """Height above the origin at which other objects are put on it [m]; None: not at all."""
         return None
+
+    @property
+    def grasps(self) -> Sequence[DeclaredGrasp]:
+        """Grasps for two fingers that replace the generated ones; empty: those are generated.
+
+        Sites of its model whose names begin with ``grasp`` are further ones: along y, a box has
+        the gripped width, any other shape its radius twice.
+        """
+        return ()
+
+    @property
+    def tool_targets(self) -> Sequence[Sequence[pin.SE3]]:
+        """Poses of the tool in the object's frame that its use takes: one of each alternatives.
+
+        Empty: the tool pointing down at its grasp centre, and above it; for a container, above its
+        bottom.
+        """
+        return ()
 
     def get_state(self) -> Any:
         """Return state of its own beyond MuJoCo's, as plain data for snapshots; None: no state."""

@@ -4,12 +4,17 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+import pinocchio as pin
+
+from bt_manip.spatial import pointing_down
 
 from ..exceptions import CellError
 from .primitive_prop import PrimitiveProp
 
 GRASP_CENTRE_DEPTH = 0.03
 """Depth below its top at which an object is gripped that is higher than grippers are deep [m]."""
+
+_PEG_HELD, _PEG_IN = 0.08, 0.03  # [m] height of the tool over a held peg's end; its insertion
 
 MAX_BOARDS = 100
 """Maximum number of a shelf's boards, each a geom to compile."""
@@ -305,7 +310,10 @@ class Tray(Bin):
 
 
 class Shelf(PrimitiveProp):
-    """A shelf that is open in front, which is towards -x."""
+    """A shelf that is open in front, which is towards -x.
+
+    Its boards are ``board_1``, the lowest, and so on: ``PlaceOn`` takes ``shelf/board_1``.
+    """
 
     kind = "shelf"
     category = "surface"
@@ -323,8 +331,8 @@ class Shelf(PrimitiveProp):
             raise CellError(f"boards must be a number from 2 to {MAX_BOARDS}, got {boards}")
         inside = (y - 2 * thickness) / 2
         heights = [half + i * (z - thickness) / (boards - 1) for i in range(boards)]
-        for height in heights:
-            self._add("box", (x / 2, inside, half), (0, 0, height))
+        for i, height in enumerate(heights, 1):
+            self._add("box", (x / 2, inside, half), (0, 0, height), name=f"board_{i}")
         for sign in (1, -1):
             self._add("box", (x / 2, half, z / 2), (0, sign * (y / 2 - half), z / 2))
         self._add("box", (half, inside, z / 2), (x / 2 - half, 0, z / 2))
@@ -367,6 +375,15 @@ class HoleBoard(PrimitiveProp):
         "offset": [0.0, 0.0],  # of the hole from the middle, along x and y [m]
         "mass": 0.9, "friction": 0.4, "colour": (0.50, 0.53, 0.58),
     }  # fmt: skip
+
+    @property
+    def tool_targets(self) -> list[list[pin.SE3]]:
+        """The tool with the end of a peg in the hole, and over the board."""
+        top = float(self._parameters["size"][2])
+        return [
+            [pointing_down((0.0, 0.0, top + z), k * np.pi / 4) for k in range(4)]
+            for z in (_PEG_HELD - _PEG_IN, _PEG_HELD, _PEG_HELD + 0.03)
+        ]
 
     def _add_shapes(self, hole: float, size: Sequence[float], offset: Sequence[float]) -> None:
         x, y, z = size

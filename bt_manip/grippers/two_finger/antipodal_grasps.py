@@ -18,7 +18,7 @@ from .antipodal_sampling import (
     face_extents,
     friction_cone,
 )
-from .hand import Hand
+from .hand import BELOW, CLOSING_MARGIN, Hand
 
 GRIP_DEPTH = 0.010
 """Depth of the tool centre point below the upper edge of the gripped faces [m].
@@ -41,7 +41,6 @@ DEPTH_WEIGHT = 0.5
 
 _MAX_ANGLE = 0.25 * math.pi  # [rad]
 _MIN_SLACK = 5e-3  # [m] on each side
-_CLOSING_MARGIN = 3e-3  # [m] on each side of the contacts, within which the fingers may touch
 
 MAX_PRIMITIVES = 8  # of an object, up to which each solid is gripped separately
 
@@ -50,7 +49,6 @@ _TIP_CLEARANCE = (5e-3, 1e-3)  # [m] of the tips above the object's far side: pr
 _MIN_OVERLAP = 4e-3  # [m] of the fingers with flat faces
 _TIP_OVERHANG = 2e-3  # [m] of the tips beyond a point contact, at least
 _MAX_OFF_CENTRE = 0.25  # radii from the widest point of round sides at which the tips may end
-_BELOW = -0.1  # cosine of approach and straight down, below which a grasp approaches from below
 
 _LONG = 3.0  # half lengths in pad half widths from which on a box is also gripped off its centre
 _OFF_CENTRE = 0.6  # of the half length at which it is gripped then
@@ -108,7 +106,7 @@ def box_grasps(solid: Solid, hand: Hand, down: np.ndarray) -> Iterator[Antipodal
             for along, other in ((j, k), (k, j)):
                 contact = min(1.0, half[other] / hand.pad)
                 for a in (R[:, along], -R[:, along]):
-                    if a @ down < _BELOW:
+                    if a @ down < BELOW:
                         continue
                     extent = float(half[along])
                     yield AntipodalGrasp(centre, closing, a, width, extent, contact)
@@ -118,7 +116,7 @@ def box_grasps(solid: Solid, hand: Hand, down: np.ndarray) -> Iterator[Antipodal
                         yield AntipodalGrasp(centre - shift, closing, a, width, extent, contact)
             for sign_j, sign_k in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
                 a = _DIAGONAL * (sign_j * R[:, j] + sign_k * R[:, k])
-                if a @ down >= _BELOW:
+                if a @ down >= BELOW:
                     extent = _DIAGONAL * float(min(half[j], half[k]))
                     yield AntipodalGrasp(centre, closing, a, width, extent, _EDGE_CONTACT)
 
@@ -139,7 +137,7 @@ def cylinder_grasps(solid: Solid, hand: Hand, down: np.ndarray) -> Iterator[Anti
     diameter, length = 2.0 * radius, 2.0 * end
     if _fits(diameter, hand):
         for a in (axis, -axis):
-            if a @ down >= _BELOW:
+            if a @ down >= BELOW:
                 x = solid.T_os.rotation[:, 0]
                 y = np.cross(a, x)
                 for yaw in _EIGHTHS:
@@ -148,7 +146,7 @@ def cylinder_grasps(solid: Solid, hand: Hand, down: np.ndarray) -> Iterator[Anti
         free = max(half - hand.pad, 0.0)
         shifts = (0.0, _OFF_CENTRE * free, -_OFF_CENTRE * free) if free > hand.pad else (0.0,)
         for a in _orthogonal(axis, down, _EIGHTHS):
-            if a @ down >= _BELOW:
+            if a @ down >= BELOW:
                 for shift in shifts:
                     for closing in (np.cross(axis, a), np.cross(a, axis)):
                         yield AntipodalGrasp(
@@ -160,7 +158,7 @@ def cylinder_grasps(solid: Solid, hand: Hand, down: np.ndarray) -> Iterator[Anti
         contact = min(1.0, radius / hand.pad) if flat else _POINT_CONTACT
         extent = 0.5 * radius if flat else 0.0
         for a in _orthogonal(axis, down, SIDEWAYS):
-            if a @ down >= _BELOW:
+            if a @ down >= BELOW:
                 yield AntipodalGrasp(centre, axis, a, length, extent, contact)
                 yield AntipodalGrasp(centre, -axis, a, length, extent, contact)
 
@@ -205,7 +203,7 @@ def sampled_grasps(
     for i, line in enumerate(lines):
         centre = 0.5 * (pairs.first[i] + pairs.second[i])
         for k, a in enumerate(approaches[i]):
-            if a @ down >= _BELOW:
+            if a @ down >= BELOW:
                 for closing in (line, -line):
                     yield AntipodalGrasp(
                         centre, closing, a, widths[i], float(extents[i]) if k == 0 else 0.0,
@@ -244,10 +242,7 @@ def grasp_candidates(
     # Round sides: the tips end short of the widest point, where the normals are inclined.
     off_centre = np.clip((back - hand.tip) / np.maximum(radius, 1e-9), 0.0, max_off_centre)
     angle = np.where(radius > 0.0, np.arcsin(off_centre), angle)
-    object_axes = np.stack([closing, np.cross(approach, closing), approach], axis=2)
-    z = np.array([0.0, 0.0, 1.0])
-    tool_axes = np.stack([hand.closing, np.cross(z, hand.closing), z], axis=1)
-    margin = _CLOSING_MARGIN + hand.pad * np.tan(angle)
+    margin = CLOSING_MARGIN + hand.pad * np.tan(angle)
     depth_loss = (back - preferred) / max(hand.tip + hand.palm, 1e-3)
     costs = {
         "contact": CONTACT_WEIGHT * np.clip(1.0 - contact, 0.0, 1.0),
@@ -257,7 +252,7 @@ def grasp_candidates(
     }
     k = np.flatnonzero(enough <= largest)
     return GraspCandidates(
-        object_axes[k] @ tool_axes.T,
+        hand.rotations(closing, approach)[k],
         (centre - back[:, None] * approach - hand.offset(width)[:, None] * closing)[k],
         width[k],
         hand.opening(np.minimum(width + 2.0 * margin, hand.stroke))[k],

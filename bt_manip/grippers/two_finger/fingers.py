@@ -8,13 +8,15 @@ import numpy as np
 import pinocchio as pin
 from dm_control import mjcf
 
+from bt_manip.cell.objects import DeclaredGrasp
 from bt_manip.robots import Gripper, Robot
 from bt_manip.toml_tables import TomlTable
 
 from ..solids import Solid
 from .antipodal_grasps import AntipodalGraspGenerator
 from .contacts import FingerContacts, Touched, held_root
-from .hand import measure_hand
+from .declared_grasps import DeclaredGraspGenerator
+from .hand import Hand, measure_hand
 from .mechanism import Mechanism
 from .parameters import KIND, read_parameters
 from .position_loop import FingerLoop
@@ -126,6 +128,11 @@ class DrivenFingers(Gripper):
         return self._open
 
     @property
+    def min_object_width(self) -> float:
+        """The opening at which the fingers have closed on nothing [m]."""
+        return float(self._min + MET)
+
+    @property
     def contact_bodies(self) -> list[Any]:
         """The finger bodies."""
         return self.mechanism.fingers
@@ -148,9 +155,21 @@ class DrivenFingers(Gripper):
         rng: np.random.Generator,
     ) -> AntipodalGraspGenerator:
         """Return the generator of antipodal grasps of an object."""
+        return AntipodalGraspGenerator(name, solids, self._hand(geom_poses), com, rng)
+
+    def declared_grasp_generator(
+        self,
+        name: str,
+        grasps: Sequence[DeclaredGrasp],
+        geom_poses: Mapping[int, pin.SE3],
+        com: np.ndarray,
+    ) -> DeclaredGraspGenerator:
+        """Return the generator of the grasps that an object declares."""
+        return DeclaredGraspGenerator(name, grasps, self._hand(geom_poses), com)
+
+    def _hand(self, geom_poses: Mapping[int, pin.SE3]) -> Hand:
         robot = self.robot
-        hand = measure_hand(robot.mj_model, self.mechanism, robot.tool_site_id, geom_poses)
-        return AntipodalGraspGenerator(name, solids, hand, com, rng)
+        return measure_hand(robot.mj_model, self.mechanism, robot.tool_site_id, geom_poses)
 
     # Composer's hooks
 

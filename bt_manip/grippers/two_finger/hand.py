@@ -16,6 +16,12 @@ from .mechanism import Mechanism
 FIXED_JAW_CLEARANCE = 1e-3
 """Clearance between a fixed jaw and the object before the other jaw pushes it there [m]."""
 
+CLOSING_MARGIN = 3e-3
+"""Distance on each side of the contacts within which the fingers may touch the object [m]."""
+
+BELOW = -0.1
+"""Cosine of approach and straight down below which a grasp approaches from below."""
+
 _JAW_DEPTH = 0.25  # of the opening, from the jaw's face, from which on its body is a palm
 _SIGNS = np.array(list(product((-1.0, 1.0), repeat=3)))  # (8, 3) corners of a box
 
@@ -52,6 +58,18 @@ class Hand(NamedTuple):
             width: Gripped width [m].
         """
         return self.centre + self.shift * (width + 2.0 * FIXED_JAW_CLEARANCE)
+
+    def rotations(self, closing: np.ndarray, approach: np.ndarray) -> np.ndarray:
+        """Return the rotations of the tool at grasps, in their frame.
+
+        Args:
+            closing: Directions from one contact to the other.  # (n, 3)
+            approach: Approach directions, orthogonal to these.  # (n, 3)
+        """  # (n, 3, 3)
+        grasp_axes = np.stack([closing, np.cross(approach, closing), approach], axis=2)
+        z = np.array([0.0, 0.0, 1.0])
+        tool_axes = np.stack([self.closing, np.cross(z, self.closing), z], axis=1)
+        return np.asarray(grasp_axes @ tool_axes.T)
 
     def opening(self, width: np.ndarray) -> np.ndarray:
         """Return the relative opening at widths [m]: 1 for open, 0 for closed."""

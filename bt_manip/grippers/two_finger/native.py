@@ -219,7 +219,7 @@ class NativeTwoFingerGripper(TwoFingerGripper):
 
     def _reset(self) -> None:
         super()._reset()
-        self._asked = self.default_force
+        self._asked = self.default_force()
         self._start = self._aim = 0.5 * self._open
         self._rate, self._signals, self._index = self._speed, None, 0
 

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 TOPICS = {
     "tree": "/tree/nodes",
     "status": "/tree/status",
+    "message": "/tree/messages",
     "edit": "/tree/edits",
     "blackboard": "/blackboard",
     "entity": "/entities",

@@ -110,9 +110,9 @@ def write_video(
     path: Path,
     *,
     camera: str = "overview",
-    size: str = "640x400",
+    size: str = "1280x720",
     fps: float = 25.0,
-    overlay: bool = False,
+    overlay: bool = True,
 ) -> None:
     """Render a recording to a video; each frame is the state after a tick, at its time.
 

@@ -151,8 +151,8 @@ class VideoFile:
 class VideoRecorder(RunObserver):
     """Write a video of a camera: H.264 in a .mp4 file, or an animated .gif.
 
-    Each frame has the simulated time of its state, to which the run is not slowed down. With
-    ``overlay=yes`` it shows this time and the running leaves of the tree.
+    Each frame has the simulated time of its state, to which the run is not slowed down. Unless
+    ``overlay=no``, it shows this time and the running leaves of the tree.
     """
 
     suffix: ClassVar = VideoFile.suffixes
@@ -162,16 +162,16 @@ class VideoRecorder(RunObserver):
         path: Path | None,
         *,
         camera: str = "overview",
-        size: str = "640x400",
+        size: str = "1280x720",
         fps: float = 25.0,
-        overlay: bool = False,
+        overlay: bool = True,
     ) -> None:
         """Check the parameters, and the package that is needed.
 
         Args:
             path: The file to write.
             camera: Full name of a camera of the cell.
-            size: Width and height [pixels], both even: ``640x400``.
+            size: Width and height [pixels], both even: ``1280x720``.
             fps: Frames per simulated second.
             overlay: Whether to show the time and the running leaves.
 

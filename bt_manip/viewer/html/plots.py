@@ -46,6 +46,20 @@ LABEL_WIDTH = 230
 """Space for the names on the left of all plots, so that their times are one below the other."""
 
 
+SEEK = """
+const player = document.querySelector("iframe").contentDocument;
+player.querySelector("button:has(.tabler-icon-player-pause-filled)")?.click();
+const box = player.querySelector("input"), view = player.defaultView;
+const value = Object.getOwnPropertyDescriptor(view.HTMLInputElement.prototype, "value");
+box.focus();
+value.set.call(box, Math.max(cb_obj.x - start, 0).toFixed(3));
+box.dispatchEvent(new view.Event("input", { bubbles: true }));
+box.dispatchEvent(new view.KeyboardEvent("keydown", { key: "Enter", bubbles: true }));
+box.blur();
+"""
+"""Lets the replay show the time of a click: viser's player has a field for it."""
+
+
 class BarRow(NamedTuple):
     """A row of a time line."""
 
@@ -63,9 +77,14 @@ class Plots:
         gap: Largest gap between bars of a time line that are drawn as one [s].
     """
 
-    def __init__(self, run: RecordedRun) -> None:
-        """Share a time axis."""
-        self._run, self.gap = run, 0.0
+    def __init__(self, run: RecordedRun, start: float) -> None:
+        """Share a time axis.
+
+        Args:
+            run: The run.
+            start: Simulated time at the start of its replay [s].
+        """
+        self._run, self._start, self.gap = run, start, 0.0
         end = max(run.recording.end, 1e-3)
         self._range = Range1d(start=0.0, end=end, bounds=(0.0, end), min_interval=1e-3)
 
@@ -153,6 +172,7 @@ class Plots:
         starts = [cycle.start for cycle in self._run.cycles[1:]]
         if starts:
             plot.vspan(x=starts, line_color="#868e96", line_dash="dotted")
+        plot.js_on_event("tap", CustomJS(args={"start": self._start}, code=SEEK))
         plot.js_on_event("doubletap", CustomJS(args={"plot": plot}, code="plot.reset.emit()"))
         return plot
 

@@ -34,8 +34,8 @@ def run_page(recording: Recording) -> str:
         BtManipError: If it is not the recording of a run.
     """
     run = RecordedRun(recording)
-    replay, rate = replay_html(recording)
-    plots = Plots(run)
+    replay, rate, start = replay_html(recording)
+    plots = Plots(run, start)
     nodes = [node for node in run.nodes.values() if node.intervals]
     tree = [BarRow(n.name, n.path, n.intervals, n.depth, not n.is_leaf) for n in nodes]
     drawn: list[tuple[str, Any, str]] = [("Time line of the tree", *plots.bars(tree))]
@@ -66,9 +66,9 @@ def run_page(recording: Recording) -> str:
     title = f"{recording.identity['tree']}, seed {recording.identity['seed']}"
     player = f'<iframe title="3D replay" srcdoc="{escape(replay)}"></iframe>'
     hint = (
-        "All plots have the same time axis. Drag to zoom in, Ctrl and the wheel to zoom, "
-        "double-click to reset. A click on a name hides its line. Dotted lines are starts of "
-        "cycles."
+        "All plots have the same time axis. A click shows its time in the replay. Drag to zoom in, "
+        "Ctrl and the wheel to zoom, double-click to reset. A click on a name hides its line. "
+        "Dotted lines are starts of cycles."
     )
     parts = (
         _head(run),

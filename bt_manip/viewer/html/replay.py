@@ -17,8 +17,8 @@ LABEL_HEIGHT = 0.9
 """Height of the label above the centre of the picture; 1 is the upper edge."""
 
 
-def replay_html(recording: Recording) -> tuple[str, float]:
-    """Return the replay of a recording as HTML, and its number of poses per second."""
+def replay_html(recording: Recording) -> tuple[str, float, float]:
+    """Return the replay of a recording as HTML, its poses per second, and its start [s]."""
     scene = RecordedScene(recording)
     first, last = float(scene.times[0]), float(scene.times[-1])
     duration = last - first
@@ -44,7 +44,7 @@ def replay_html(recording: Recording) -> tuple[str, float]:
             else:
                 view.update()
             label.text = f"{time:.2f} s  {', '.join(node['name'] for node in leaves)}"
-        return serializer.as_html(), rate
+        return serializer.as_html(), rate, first
     finally:
         close_server(server)
 

@@ -1,4 +1,4 @@
-"""The page of a run in the browser, on viser (the extra ``view``).
+"""The page of a run in the browser, its scene by viser (the extra ``view``).
 
 Each name is imported on first use: panels are registered also where viser is not installed.
 """
@@ -9,6 +9,8 @@ from bt_manip.lazy_exports import lazy_exports
 
 if TYPE_CHECKING:
     from bt_manip.viewer.page.error_plot import ErrorPlot as ErrorPlot
+    from bt_manip.viewer.page.gui import Gui as Gui
+    from bt_manip.viewer.page.gui import GuiElement as GuiElement
     from bt_manip.viewer.page.jog_panel import JogPanel as JogPanel
     from bt_manip.viewer.page.log_panel import BlackboardPanel as BlackboardPanel
     from bt_manip.viewer.page.log_panel import LogPanel as LogPanel
@@ -23,12 +25,15 @@ if TYPE_CHECKING:
     from bt_manip.viewer.page.server import open_server as open_server
     from bt_manip.viewer.page.session_panel import RunChoice as RunChoice
     from bt_manip.viewer.page.session_panel import SessionPanel as SessionPanel
+    from bt_manip.viewer.page.timeline_panel import TimelinePanel as TimelinePanel
+    from bt_manip.viewer.page.tree_panel import NodePanel as NodePanel
     from bt_manip.viewer.page.tree_panel import TreePanel as TreePanel
 
 __getattr__ = lazy_exports(
     __name__,
     {
         "bt_manip.viewer.page.error_plot": "ErrorPlot",
+        "bt_manip.viewer.page.gui": "GuiElement Gui",
         "bt_manip.viewer.page.jog_panel": "JogPanel",
         "bt_manip.viewer.page.log_panel": "BlackboardPanel LogPanel",
         "bt_manip.viewer.page.page": "Page",
@@ -39,6 +44,7 @@ __getattr__ = lazy_exports(
         "bt_manip.viewer.page.scene": "SceneView",
         "bt_manip.viewer.page.server": "PORT close_server open_server",
         "bt_manip.viewer.page.session_panel": "RunChoice SessionPanel",
-        "bt_manip.viewer.page.tree_panel": "TreePanel",
+        "bt_manip.viewer.page.timeline_panel": "TimelinePanel",
+        "bt_manip.viewer.page.tree_panel": "NodePanel TreePanel",
     },
 )

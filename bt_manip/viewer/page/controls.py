@@ -3,13 +3,13 @@
 import math
 import threading
 from collections.abc import Callable
-from html import escape
 from typing import TYPE_CHECKING, Any
 
 from bt_manip.exceptions import BtManipError
 from bt_manip.runner import Pacing, RunEvent
 
-from .panel import Panel, block
+from .gui import Gui
+from .panel import Panel
 
 if TYPE_CHECKING:
     from bt_manip.runner import Run, Station
@@ -28,23 +28,23 @@ PAUSE_POLL = 0.05
 class Controls(Panel):
     """Pauses, steps, slows down and stops a run.
 
-    viser calls the callbacks of the inputs in threads of its own: they only set what the thread
-    of the run reads between two ticks.
+    The callbacks of the inputs only set what the thread of the run reads between two ticks.
 
     Attributes:
         paused: Whether the run waits before its next tick.
         stopped: Whether the run has to end.
         breakpoints: Paths of the nodes at whose start the run pauses.
+        task: Name of the tree.
     """
 
     texts = ("running", "Continue")
     """The state that is shown while time goes on, and the label of the button when it is paused."""
 
-    def __init__(self, gui: Any, speed: float | None) -> None:
+    def __init__(self, gui: Gui, speed: float | None) -> None:
         """Add the inputs to the current container.
 
         Args:
-            gui: viser's ``GuiApi``.
+            gui: The inputs of the page.
             speed: Simulated seconds per second of wall time at first; None is without limit.
 
         Raises:
@@ -54,36 +54,47 @@ class Controls(Panel):
             raise BtManipError(f"the speed must be a positive number, got {speed:g}")
         self.paused = self.stopped = False
         self.breakpoints: frozenset[str] = frozenset()
+        self.task = ""
         self._broken = ""  # path of the node at which the run has paused
         self._steps = 0
         self._changed = threading.Event()
-        self._state = self._cycle = ""
+        self._state = self._cycle = self._note = ""
         self._run: Any = None
         self._cell: Any = None  # has the time
+        self._end_time: float | None = None  # of the run that has ended
         speeds = dict(SPEEDS)
         if speed is not None and speed not in speeds.values():
             speeds[f"{speed:g}"] = speed
         self._speeds: dict[str, float | None] = {**speeds, UNLIMITED: None}
         self._speed = speed
         self._pacing = Pacing(speed)
-        self._html = gui.add_html("")
-        self._pause = gui.add_button("Pause")
+        self._status = gui.add("status", task="", look="", text="", note="")
+        self._pause = gui.add_button("Pause", style="primary", hint="Pause or go on (space)")
         self._pause.on_click(self._toggle)
-        self._step = gui.add_button("Step one tick")
+        self._step = gui.add_button("Step", hint="Pause, or make one tick")
         self._step.on_click(self._add_step)
+        self._stop = gui.add_button("Stop", style="danger", hint="Stop the arms and end the run")
+        self._stop.on_click(self._end)
         chosen = next(name for name, value in self._speeds.items() if value == speed)
         self._choice = gui.add_dropdown(
-            "Speed", tuple(self._speeds), initial_value=chosen,
+            "Speed", self._offered(), initial_value=chosen,
             hint="Simulated seconds per second of wall time",
         )  # fmt: skip
         self._choice.on_update(self._set_speed)
-        self._stop = gui.add_button("Stop", color="red", hint="Stop the arms and end the run")
-        self._stop.on_click(self._end)
         self._in_run = (self._pause, self._step, self._stop)
+
+    @property
+    def time(self) -> float:
+        """The simulated time that is shown; that of a run stands still after its end [s]."""
+        if self._end_time is not None:
+            return self._end_time
+        return 0.0 if self._cell is None else float(self._cell.time)
 
     def start(self, run: "Run") -> None:
         """Let the run end when it is stopped here."""
-        self._run, self._cell = run, run.station.cell
+        self._run, self._cell, self._end_time = run, run.station.cell, None
+        request = run.request
+        self._note = f"{request.robot} in {request.scene}, seed {request.seed}"
         for control in self._in_run:
             control.disabled, control.visible = False, True
         stop = run.stop
@@ -138,6 +149,7 @@ class Controls(Panel):
         """Show that the run has ended."""
         self._state = f"{'stopped' if self.stopped else 'ended'} {self._state}".rstrip()
         self.paused, self._steps = False, 0
+        self._end_time = self.time
         for control in self._in_run:
             control.disabled = True
 
@@ -145,8 +157,13 @@ class Controls(Panel):
         """Show the time of the cell, and no controls that are for a run."""
         if station.cell is not self._cell:
             self._cell, self._cycle, self._state = station.cell, "", "ready"
+            self._end_time, self._note = None, ""
         for control in self._in_run:
             control.visible = False
+
+    def show_ready(self) -> None:
+        """Show that the tree can be run."""
+        self._state = "ready"
 
     def draw(self) -> None:
         """Send the state of the run if it has changed."""
@@ -154,12 +171,18 @@ class Controls(Panel):
             return
         running, go_on = self.texts
         state = self._state or ("paused" if self.paused else running)
+        look = state.split()[-1]
         if self._broken and self.paused:
-            state += f" at {self._broken}"
-        cycle = f"{escape(self._cycle)}, " if self._cycle else ""
-        text = f"{cycle}{self._cell.time:.2f} s: {escape(state)}"
-        self._html.content = block(text, "font-weight:bold;font-size:1em")
+            state, look = f"{state} at {self._broken}", "paused"
+        cycle = f"{self._cycle}, " if self._cycle else ""
+        self._status.text = f"{cycle}{self.time:.2f} s: {state}"
+        self._status.look, self._status.task, self._status.note = look, self.task, self._note
         self._pause.label = go_on if self.paused else "Pause"
+
+    # For subclasses
+
+    def _offered(self) -> tuple[str, ...]:
+        return tuple(self._speeds)
 
     # Callbacks
 

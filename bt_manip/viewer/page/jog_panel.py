@@ -50,9 +50,9 @@ class JogPanel(Panel):
             save: Saves a configuration by its name; returns a line about it.
         """
         self.moved = False
-        self._server, self._save = page.server, save
-        self._message = page.server.gui.add_html("")
-        self._container = page.server.gui.add_folder(None)
+        self._page, self._save = page, save
+        self._message = page.gui.add_html("")
+        self._container = page.gui.add_folder("")
         self._robots: list[_RobotJog] = []
         self._station: Any = None
 
@@ -77,7 +77,7 @@ class JogPanel(Panel):
 
     def draw(self) -> None:
         """Let sliders and handles follow the arms."""
-        with self._server.atomic():
+        with self._page.server.atomic():
             for robot in self._robots:
                 robot.follow()
 
@@ -91,7 +91,7 @@ class JogPanel(Panel):
                 old.remove()
             with self._container:
                 self._robots = [
-                    _RobotJog(self._server, robot, self._save) for robot in station.robots.values()
+                    _RobotJog(self._page, robot, self._save) for robot in station.robots.values()
                 ]
         self._tell("" if active else "A tree is running.")
         for robot in self._robots:
@@ -108,12 +108,12 @@ class _RobotJog:
         requests: What was asked for since the last tick, by input; each returns a line about it.
     """
 
-    def __init__(self, server: Any, robot: "CommandedRobot", save: Save) -> None:
+    def __init__(self, page: Any, robot: "CommandedRobot", save: Save) -> None:
         self.requests: dict[Any, Callable[[], str]] = {}
         self._robot, self._arm, self._save = robot, robot.arm, save
         self._edited = np.full(self._arm.model.nq, -np.inf)  # wall time of the last change [s]
         self._dragging = False
-        gui, limits = server.gui, self._arm.model.limits
+        gui, limits = page.gui, self._arm.model.limits
         self._lower = np.maximum(limits.lower, -2.0 * np.pi)
         self._upper = np.minimum(limits.upper, 2.0 * np.pi)
         self._folder = gui.add_folder(robot.name)
@@ -139,7 +139,7 @@ class _RobotJog:
             self._others += [self._name, button]
         for i, slider in enumerate(self._sliders):
             slider.on_update(partial(self._slider_moved, i))
-        self._handle = server.scene.add_transform_controls(
+        self._handle = page.server.scene.add_transform_controls(
             f"/jog/{robot.name}", HANDLE_SIZE, depth_test=False
         )
         self._handle.on_update(self._handle_moved)
@@ -215,13 +215,11 @@ class _RobotJog:
         self._robot.robot.configurations[name] = q
         return message
 
-    # Callbacks; coroutines keep their order
+    # Callbacks
 
-    async def _slider_moved(self, i: int, event: Any) -> None:
-        if event.client_id is None:  # it follows the joint
-            return
+    def _slider_moved(self, i: int, event: Any) -> None:
         self._edited[i] = time.monotonic()
-        self.requests["joint", i] = partial(self._move_joint, i, event.target.value)
+        self.requests["joint", i] = partial(self._move_joint, i, event.value)
 
     async def _handle_moved(self, event: Any) -> None:
         self._dragging = event.phase != "end"
@@ -229,10 +227,10 @@ class _RobotJog:
             pose = event.target.position.copy(), event.target.wxyz.copy()
             self.requests["tool"] = partial(self._move_tool, *pose)
 
-    async def _gripper_pressed(self, event: Any) -> None:
-        self.requests["gripper"] = partial(self._grip, event.target.value)
+    def _gripper_pressed(self, event: Any) -> None:
+        self.requests["gripper"] = partial(self._grip, event.value)
 
-    async def _save_pressed(self, _: Any) -> None:
+    def _save_pressed(self, _: Any) -> None:
         self.requests["save"] = partial(self._save_as, self._name.value)
 
 

@@ -1,46 +1,91 @@
-"""The log of a run, and its blackboard, as HTML."""
+"""The log of a run in words, and its blackboard."""
 
-from collections import deque
-from html import escape
 from typing import Any
 
 from bt_manip.runner import RunEvent, log_line
 
-from .node_details import keep_value, short
-from .panel import Panel, block
+from .panel import Panel
 
-LINES = 100
+LINES = 2000
 """Number of lines of the log that are kept."""
 
-COLOURS_OF_LEVELS = {"INFO": "inherit", "WARNING": "#e67700", "ERROR": "#c92a2a"}
-"""Colour of a line by its level."""
+SHOWN_CHARACTERS = 200
+"""Number of characters of a value that are shown."""
 
-STYLE = "line-height:1.5"
-"""Style of the text."""
+REPEATED = 0.05
+"""Time after which a leaf may say the same once more [s]."""
+
+LEVELS = {"INFO": "info", "WARNING": "warning", "ERROR": "error"}
 
 
 class LogPanel(Panel):
-    """Shows reasons of failures, cycles and objects that come and go; the latest line first."""
+    """Writes what leaves did and said, failures, cycles, and objects that come and go.
+
+    A line has its time, its kind, its text and the uid of its node, 0 for none. Each browser
+    filters by kind: ``condition`` is hidden at first.
+    """
 
     def __init__(self, page: Any) -> None:
         """Add it to the current container."""
-        self._html = page.server.gui.add_html("")
-        self._lines: deque[str] = deque(maxlen=LINES)
+        self._log = page.gui.add("log", lines=[])
+        self._new: list[list[Any]] = []
+        self._nodes: dict[int, Any] = {}
+        self._parents: set[int] = set()
+        self._texts: dict[int, str] = {}  # messages by uid
+        self._succeeded: tuple[int, float] | None = None  # the last leaf; its message may follow
+        self._said: dict[int, tuple[float, str]] = {}  # time and text of the last line of a leaf
 
     def reset(self) -> None:
         """Forget the lines."""
-        self._lines.clear()
+        for kept in (self._new, self._texts, self._said):
+            kept.clear()
+        self._succeeded = None
+        self._log.lines = []
 
     def handle(self, event: RunEvent) -> None:
-        """Keep a line for people."""
-        if (line := log_line(event)) is not None:
-            colour = COLOURS_OF_LEVELS[line[0]]
-            text = f"{event.time:.2f} s  {line[1]}"
-            self._lines.appendleft(f'<div style="color:{colour}">{escape(text)}</div>')
+        """Keep a line."""
+        data = event.data
+        if event.kind == "message":
+            self._texts[data["uid"]] = data["text"]
+        self._say_succeeded()
+        if event.kind == "tree":
+            self._nodes = {node["uid"]: node for node in data["nodes"]}
+            self._parents = {node["parent"] for node in data["nodes"]}
+        elif event.kind == "status":
+            self._note_status(event)
+        elif (line := log_line(event)) is not None:
+            kind = "cycle" if line[0] == "INFO" and event.kind == "cycle" else LEVELS[line[0]]
+            self._new.append([event.time, kind, line[1], 0])
 
     def draw(self) -> None:
-        """Send the log if it has changed."""
-        self._html.content = block("".join(self._lines), STYLE)
+        """Send the new lines."""
+        self._say_succeeded()
+        if self._new:
+            self._log.append("lines", self._new, LINES)
+            self._new = []
+
+    # Internal
+
+    def _note_status(self, event: RunEvent) -> None:
+        uid, status = event.data["uid"], event.data["status"]
+        if status == "SUCCESS" and uid not in self._parents:
+            self._succeeded = uid, event.time
+        elif status == "FAILURE" and event.data["reason"]:
+            self._say(event.time, uid, "failure", event.data["reason"])
+
+    def _say_succeeded(self) -> None:
+        if self._succeeded is not None:
+            (uid, time), self._succeeded = self._succeeded, None
+            self._say(time, uid, "success", self._texts.get(uid, "") or "succeeded")
+
+    def _say(self, time: float, uid: int, kind: str, text: str) -> None:
+        """Write a line of a node, but not at each tick at which a reactive node repeats it."""
+        before, self._said[uid] = self._said.get(uid), (time, text)
+        if before is not None and before[0] > time - REPEATED and before[1] == text:
+            return
+        node = self._nodes.get(uid, {"kind": "", "name": str(uid)})
+        kind = "condition" if node["kind"] == "Condition" else kind
+        self._new.append([time, kind, f"{node['name']}: {text}", uid])
 
 
 class BlackboardPanel(Panel):
@@ -48,23 +93,28 @@ class BlackboardPanel(Panel):
 
     def __init__(self, page: Any) -> None:
         """Add it to the current container."""
-        self._html = page.server.gui.add_html("")
-        self._values: dict[str, Any] = {}
-        self._changed = False
+        self._board = page.gui.add("blackboard", values={})
+        self._changed: dict[str, str | None] = {}
 
     def reset(self) -> None:
         """Forget the entries."""
-        self._values.clear()
-        self._changed = True
+        self._changed.clear()
+        self._board.values = {}
 
     def handle(self, event: RunEvent) -> None:
         """Keep the value."""
-        self._changed |= keep_value(self._values, event)
+        if event.kind == "blackboard":
+            value = event.data["value"]
+            self._changed[event.data["key"]] = None if value is None else short(value)
 
     def draw(self) -> None:
-        """Send the entries if they have changed."""
+        """Send the entries that have changed."""
         if self._changed:
-            self._changed = False
-            entries = sorted(self._values.items())
-            lines = [f"<div><b>{escape(key)}</b> {short(value)}</div>" for key, value in entries]
-            self._html.content = block("".join(lines), STYLE)
+            self._board.merge("values", self._changed)
+            self._changed = {}
+
+
+def short(value: Any) -> str:
+    """Return a value as text, cut to `SHOWN_CHARACTERS` characters."""
+    text = str(value)
+    return text if len(text) <= SHOWN_CHARACTERS else f"{text[:SHOWN_CHARACTERS]}…"

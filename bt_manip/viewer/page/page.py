@@ -1,21 +1,35 @@
 """The page of a run: scene, tree and controls in the browser."""
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+import time
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from bt_manip.bt import NodeStatus
 from bt_manip.cell import CellScene
-from bt_manip.runner import KINDS, Run, RunObserver
+from bt_manip.runner import KINDS, EventStream, Run, RunObserver
 
-from .controls import Controls
+from .controls import PAUSE_POLL, Controls
 from .error_plot import PLOT_SAMPLES
 from .scene_page import MakePanel, ScenePage
-from .server import PORT, is_open
+from .server import PORT
 
 if TYPE_CHECKING:
     from bt_manip.runner import Station
+
+
+PAST = 60.0
+"""Simulated time that can be looked back at [s]."""
+
+
+class _State(NamedTuple):
+    """The poses of the bodies at a time."""
+
+    time: float
+    frames: Sequence[str]
+    poses: np.ndarray
 
 
 class Page(ScenePage, RunObserver):
@@ -25,7 +39,7 @@ class Page(ScenePage, RunObserver):
     paused there. A run that is watched without intervention is the same run as without a page.
     """
 
-    kinds = tuple(kind for kind in KINDS if kind not in ("contact", "message"))  # not shown
+    kinds = tuple(kind for kind in KINDS if kind != "contact")  # not shown
 
     def __init__(
         self,
@@ -44,7 +58,25 @@ class Page(ScenePage, RunObserver):
         self._cell: Any = None
         self._source: CellScene | None = None  # None: the scene has changed
         self._samples: list[tuple[float, dict[str, tuple[np.ndarray, np.ndarray]]]] = []
+        self._past: deque[_State] = deque()
+        self._wanted: float | None = None  # time to look back at [s]
         ScenePage.__init__(self, lambda gui: Controls(gui, speed), panels or {}, port)
+
+    def wait_until_open(self, patience: float, stop: Callable[[], bool]) -> bool:
+        """Wait until a browser shows the scene; return whether one does.
+
+        Args:
+            patience: Longest wait [s].
+            stop: Ends the wait where it returns True.
+        """
+        end = time.monotonic() + patience
+        while not self.server.get_clients() and time.monotonic() < end and not stop():
+            time.sleep(PAUSE_POLL)
+        return bool(self.server.get_clients())
+
+    def show_time(self, time: float | None) -> None:
+        """Let all browsers look back at another time of the last minute; None is the present."""
+        self._wanted = time
 
     @property
     def stopped(self) -> bool:
@@ -55,6 +87,7 @@ class Page(ScenePage, RunObserver):
         """Show the name of the tree."""
         self._run, self._cell = run, run.station.cell
         self._samples.clear()
+        self._forget_past()
         self._show_tree(run.request.tree.name)
         for panel in self._panels:
             panel.start(run)
@@ -82,7 +115,7 @@ class Page(ScenePage, RunObserver):
             self._hand_over_samples()
         for panel in self._panels:
             panel.end_tick()
-        if is_open(self.server):
+        if self.is_open:
             self._refresh()
 
     def run_ended(self) -> None:
@@ -90,9 +123,19 @@ class Page(ScenePage, RunObserver):
         self.controls.end()
         self._refresh(now=True)
 
+    def show_prepared(self, run: Run) -> None:
+        """Show the tree of a run that has not begun, ready for breakpoints."""
+        self._show_tree(run.request.tree.name)
+        self.controls.show_ready()
+        events = EventStream(run)
+        events.listen(self.handle, ("tree",))
+        events.begin_cycle(0)
+        self._refresh(now=True)
+
     def begin_idle(self, station: "Station") -> None:
         """Show a cell in which no tree runs; in a new cell nothing has happened yet."""
         if station.cell is not self._cell:
+            self._forget_past()
             for panel in self._panels:
                 panel.reset()
         self._cell, self._source = station.cell, None
@@ -116,6 +159,28 @@ class Page(ScenePage, RunObserver):
             self._scene.bind(self._source)
         if self._samples:
             self._hand_over_samples()
+
+    def _show_scene(self) -> None:
+        """Show the poses of the present, or of the time to look back at, and keep the former."""
+        source, past, wanted = self._scene.source, self._past, self._wanted
+        if not past or self._cell.time > past[-1].time:
+            past.append(_State(self._cell.time, source.frames, source.poses()))
+            while past[0].time < self._cell.time - PAST:
+                past.popleft()
+        self.shown_time = None
+        poses = source.poses()
+        if wanted is not None:
+            state = next((one for one in reversed(past) if one.time <= wanted), past[0])
+            self.shown_time = state.time
+            index = {name: i for i, name in enumerate(state.frames)}
+            for i, name in enumerate(source.frames):  # what was not there then stays where it is
+                if name in index:
+                    poses[i] = state.poses[index[name]]
+        self._scene.show(poses)
+
+    def _forget_past(self) -> None:
+        self._past.clear()
+        self._wanted = None
 
     def _hand_over_samples(self) -> None:
         samples, self._samples = self._samples, []

@@ -22,23 +22,24 @@ class Panel:
     It shows events and samples, which are those of a run or of a recording. Where a recording goes
     back to an earlier time, `reset` is called, and all events up to that time follow again.
 
-    Callbacks of its inputs are called by threads of viser: they should only set what the thread of
-    the run reads. A panel that raises is not called again; the page and the run go on.
+    Callbacks of its inputs are called by the thread of the server: they should only set what the
+    thread of the run reads. A panel that raises is not called again; the page and the run go on.
 
     Attributes:
-        in_tab: Whether it has a tab of its own; otherwise it is a folder on the right.
+        place: ``tab`` for a tab of its own, ``left`` beside the scene, ``below`` it, or ``bar``.
         needs_run: Whether it is left out on the page of a recording, where `start` and `end_tick`
             are not called.
     """
 
-    in_tab = True
+    place = "tab"
     needs_run = False
 
     def __init__(self, page: Any) -> None:
-        """Add the inputs to the current container of viser.
+        """Add the inputs to the current container of the page.
 
         Args:
-            page: The `Page`; ``page.server`` is viser's ``ViserServer`` with ``gui`` and ``scene``.
+            page: The `Page`: ``page.gui`` is the `Gui` that adds inputs, and ``page.server.scene``
+                adds things to the scene, which viser draws.
         """
 
     def start(self, run: "Run") -> None:
@@ -73,12 +74,6 @@ class Panel:
         """Send changes to the open pages; called at most ten times a second."""
 
 
-def block(html: str, style: str = "") -> str:
-    """Return HTML with the margins and the font of the panels; empty where it is empty."""
-    style = f"font-size:0.85em;padding:0 0.8em;overflow-wrap:anywhere;{style}"
-    return html and f'<div style="{style}">{html}</div>'
-
-
 def message_html(message: str, *, error: bool = False) -> str:
     """Return a message as HTML; empty where there is none."""
-    return block(escape(message), f"white-space:pre-wrap;color:{'#c92a2a' if error else 'inherit'}")
+    return message and f'<div class="{"error" if error else "note"}">{escape(message)}</div>'

@@ -8,7 +8,7 @@ import numpy as np
 from bt_manip.arm import tool_path
 
 from .error_plot import LINE_COLOURS
-from .panel import Panel, block
+from .panel import Panel
 
 if TYPE_CHECKING:
     from bt_manip.runner import Run, Station
@@ -27,11 +27,11 @@ class PathPanel(Panel):
 
     def __init__(self, page: Any) -> None:
         """Add its inputs to the current container."""
-        self._server = page.server
-        self._checkbox = page.server.gui.add_checkbox(
+        self._page, self._server = page, page.server
+        self._checkbox = page.gui.add_checkbox(
             "Planned paths", True, hint="Draw the path of the tool during each motion"
         )
-        self._html = page.server.gui.add_html("")
+        self._html = page.gui.add_html("")
         self._lines: dict[str, Any] = {}  # by robot
         self._texts: dict[str, str] = {}
         self._drawn: dict[str, Any] = {}  # trajectories
@@ -54,7 +54,7 @@ class PathPanel(Panel):
 
     def draw(self) -> None:
         """Draw the paths of motions that have begun, remove those of motions that have ended."""
-        shown = self._checkbox.value and bool(self._server.get_clients())
+        shown = self._checkbox.value and self._page.is_open
         for name, robot in self._robots.items():
             trajectory = robot.arm.trajectory
             if not shown or not robot.arm.busy:
@@ -62,7 +62,7 @@ class PathPanel(Panel):
             elif trajectory is not None and trajectory is not self._drawn.get(name):
                 self._add(name, trajectory)
         html = "".join(f"<div>{escape(self._texts[name])}</div>" for name in sorted(self._texts))
-        self._html.content = block(html)
+        self._html.content = html
 
     # Internal
 

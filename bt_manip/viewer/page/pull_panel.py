@@ -1,5 +1,6 @@
 """Pulling an object by a handle in the scene."""
 
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -33,9 +34,9 @@ class PullPanel(Panel):
 
     def __init__(self, page: Any) -> None:
         """Add its inputs to the current container."""
-        gui, self._scene = page.server.gui, page.server.scene
+        gui, self._page, self._scene = page.gui, page, page.server.scene
         self._choice = gui.add_dropdown(
-            "Object", (NO_OBJECT,), hint="Drag its handle in the scene to pull it"
+            "Object", (NO_OBJECT,), hint="Or click it in the scene, then drag its handle to pull it"
         )
         self._force = gui.add_slider(
             "Maximum force [N]", *FORCES, 1.0, MAX_FORCE, hint="Limit of the spring force"
@@ -85,7 +86,10 @@ class PullPanel(Panel):
             return
         if self._has_new_objects:
             self._has_new_objects = False
-            self._choice.options = (NO_OBJECT, *filter(self._is_movable, self._cell.entities))
+            movable = tuple(filter(self._is_movable, self._cell.entities))
+            self._choice.options = (NO_OBJECT, *movable)
+            for name in movable:
+                self._page.on_click(name, partial(self._choose, name))
         name = self._choice.value
         if name == NO_OBJECT or name not in self._cell.entities:
             self._remove()
@@ -134,6 +138,9 @@ class PullPanel(Panel):
             self._line = None
 
     # Callbacks; viser calls those that are async in the order of the messages
+
+    def _choose(self, name: str) -> None:
+        self._choice.value = name
 
     async def _dragged(self, event: Any) -> None:  # it also ends when the page is closed
         self._target = None if event.phase == "end" else event.target.position.tolist()

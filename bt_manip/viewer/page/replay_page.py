@@ -2,52 +2,49 @@
 
 import time
 from collections.abc import Callable, Mapping
-from typing import Any
 
 from bt_manip.record import RecordedScene, Recording, Timeline
 
 from .controls import UNLIMITED, Controls
 from .error_plot import PLOT_SAMPLES
-from .panel import message_html
+from .gui import Gui
 from .scene_page import POSE_PERIOD, MakePanel, ScenePage
 from .server import PORT
+from .timeline_panel import TimelinePanel
 
 LONGEST_ADVANCE = 0.5
 """Longest wall time that playing catches up with at once [s]."""
 
 
 class ReplayControls(Controls):
-    """Plays a recording: a time line, play and pause, single ticks, speed."""
+    """Plays a recording: play and pause, single ticks, speed."""
 
     texts = ("playing", "Play")
 
-    def __init__(self, gui: Any, speed: float, scene: RecordedScene, note: str) -> None:
+    def __init__(self, gui: Gui, speed: float, scene: RecordedScene, note: str) -> None:
         """Add the inputs to the current container; nothing is played at first.
 
         Args:
-            gui: viser's ``GuiApi``.
+            gui: The inputs of the page.
             speed: Simulated seconds per second of wall time at first.
             scene: The recorded scene, which has the times.
-            note: A line above the inputs.
+            note: A line beside the state.
         """
-        self._note = gui.add_html(message_html(note, error=True))
         super().__init__(gui, speed)
-        self.paused, self._cell = True, scene
+        self.paused, self._cell, self._note = True, scene, note
         self._wanted: float | None = None
-        self._choice.options = tuple(name for name in self._speeds if name != UNLIMITED)
         self._stop.visible = False
-        start, step = float(scene.times[0]), 0.01
-        if len(scene.times) > 1:
-            step = round(float(scene.times[1]) - start, 6)
-        end = max(float(scene.times[-1]), start + step)
-        self._line = gui.add_slider("Time [s]", start, end, step, start)
-        self._line.on_update(self._want)
 
     @property
     def speed(self) -> float:
         """Simulated seconds per second of wall time."""
         assert self._speed is not None
         return self._speed
+
+    def want(self, time: float) -> None:
+        """Ask for another time [s]."""
+        self._wanted = time
+        self._changed.set()
 
     def leave_breakpoint(self, paused: bool) -> None:
         """Play or pause as before events of another time, whose breakpoints have no effect."""
@@ -58,16 +55,8 @@ class ReplayControls(Controls):
         wanted, self._wanted = self._wanted, None
         return wanted
 
-    def draw(self) -> None:
-        """Send time and state if they have changed."""
-        super().draw()
-        now = round(self._cell.time, 6)
-        if self._line.value != now and self._wanted is None:
-            self._line.value = now
-
-    def _want(self, event: Any) -> None:
-        if event.client_id is not None:  # it was not set above
-            self._wanted = float(self._line.value)
+    def _offered(self) -> tuple[str, ...]:
+        return tuple(name for name in self._speeds if name != UNLIMITED)
 
 
 class ReplayPage(ScenePage):
@@ -107,7 +96,18 @@ class ReplayPage(ScenePage):
         note = "" if recording.complete else end
         super().__init__(lambda gui: ReplayControls(gui, speed, scene, note), shown, port)
         self._show_tree(recording.identity["tree"])
+        for panel in self._panels:
+            if isinstance(panel, TimelinePanel):
+                last = len(scene.times) - 1
+                panel.show_all(
+                    self._timeline.events(-1, last), float(scene.times[0]), float(scene.times[-1])
+                )
         self.seek(float(scene.times[0]) if start is None else start)
+
+    def show_time(self, time: float | None) -> None:
+        """Ask for the state at another time [s]."""
+        if time is not None:
+            self.controls.want(time)
 
     def seek(self, time: float) -> None:
         """Show the state after the last tick that ended at or before a time [s]."""

@@ -2,18 +2,22 @@
 
 import hashlib
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import mujoco
 import numpy as np
 import trimesh
 
-from bt_manip.cell import OVERVIEW, SceneCamera, SceneSource, Triangles, VisualShape
-from bt_manip.viewer.window import FREE_CAMERA
+from bt_manip.cell import SceneSource, Triangles, VisualShape
+
+from .framing import Framing
 
 BRIGHTNESS = 0.4
 """Intensity of the environment's light: with viser's 1, light colours of cells look white."""
+
+SKY = ((214, 226, 240), (246, 248, 250))
+"""Colours of the background at the top and at the bottom."""
 
 SMALLEST_MOTION = 1e-5
 """Smallest change of a pose that is sent, in position [m] and quaternion."""
@@ -30,18 +34,24 @@ class SceneView:
         """Start with an empty scene on a ``viser.ViserServer``."""
         self._server = server
         server.scene.configure_environment_map(environment_intensity=BRIGHTNESS)
+        sky = np.linspace(*SKY, 64).astype(np.uint8)
+        server.scene.set_background_image(np.repeat(sky[:, None], 2, axis=1))
         self._shown: dict[str, Any] = {}  # the appearance of the entities, by name
         self._digests: dict[str, str] = {}  # of their shapes: those of another cell may be equal
         self._nodes: dict[str, Any] = {}  # by entity
+        self._meshes: dict[str, list[Any]] = {}  # by entity
+        self._clickable: set[str] = set()  # entities
         self._added = Counter[str]()  # how often each entity was added
         self._frames: dict[str, dict[str, Any]] = {}  # by entity and body
         self._bound: list[Any] = []  # nodes of the bodies
         self._sent = np.empty((0, 7))  # their poses as they were sent last
-        self._has_camera = False
+        self._shapes: dict[str, Any] = {}  # by entity
+        self._framing = Framing(server)
 
     def bind(self, source: SceneSource) -> None:
         """Show the entities that the source has now, as they look now."""
         present = source.entities()
+        changed = False
         with self._server.atomic():
             for name in [name for name in self._shown if name not in present]:
                 self._remove(name)
@@ -52,7 +62,9 @@ class SceneView:
                     if self._digests.get(name) != digest:
                         self._remove(name)
                         self._add(name, shapes)
+                        changed = True
                     self._shown[name], self._digests[name] = appearance, digest
+                    self._shapes[name] = shapes
         self._source = source
         index = {name: i for i, name in enumerate(source.frames)}
         frames = {body: node for bodies in self._frames.values() for body, node in bodies.items()}
@@ -63,14 +75,39 @@ class SceneView:
         )
         self._bound = list(frames.values())
         self._ids = np.array([index[body] for body in frames], dtype=int)
-        if not self._has_camera:
-            self._has_camera = True
-            self._aim(source)
+        if changed:
+            self._framing.show(source, self._shapes)
         self.update()
 
     def update(self) -> None:
         """Send the poses that have changed."""
-        poses = self._source.poses()[self._ids]
+        self.show(self._source.poses())
+
+    def on_click(self, entity: str, call: Callable[[], None]) -> None:
+        """Call a function when a present entity is clicked; once for each that is added.
+
+        Args:
+            entity: Its name.
+            call: Called by another thread.
+        """
+        if entity not in self._clickable:
+            self._clickable.add(entity)
+            for mesh in self._meshes.get(entity, ()):
+                mesh.on_click(lambda _: call())
+
+    @property
+    def source(self) -> SceneSource:
+        """What is shown."""
+        return self._source
+
+    def show(self, poses: np.ndarray) -> None:
+        """Send the poses that differ from those that were sent last.
+
+        Args:
+            poses: Of the frames of the source.  # (n, 7)
+        """
+        self._framing.update(self._source)
+        poses = poses[self._ids]
         still = np.all(np.abs(poses - self._sent) < SMALLEST_MOTION, axis=1)  # NaN: not sent yet
         moved = np.flatnonzero(~still).tolist()
         if not moved:
@@ -86,7 +123,8 @@ class SceneView:
     def _remove(self, name: str) -> None:
         if self._shown.pop(name, None) is not None:
             self._nodes.pop(name).remove()
-            del self._frames[name], self._digests[name]
+            del self._frames[name], self._digests[name], self._shapes[name], self._meshes[name]
+            self._clickable.discard(name)
 
     def _add(self, name: str, bodies: Mapping[str, Sequence[VisualShape]]) -> None:
         scene, root = self._server.scene, f"/{name}"
@@ -95,7 +133,7 @@ class SceneView:
             # viser's page and player mix up the poses of two nodes that have the same name in turn.
             root += f" ({count})"
         self._nodes[name] = scene.add_frame(root, show_axes=False)
-        frames = self._frames[name] = {}
+        frames, meshes = self._frames[name], self._meshes[name] = {}, []
         for body, shapes in bodies.items():
             # Poses are those in the world: bodies are no children of each other.
             path = f"{root}/{body.replace('/', ':')}"
@@ -103,39 +141,16 @@ class SceneView:
             for i, shape in enumerate(shapes):
                 vertices, faces = triangles_of(shape)
                 *rgb, alpha = shape.rgba
-                scene.add_mesh_simple(
-                    f"{path}/shape{i}",
-                    _transformed(vertices, shape),
-                    faces,
-                    color=tuple(round(255 * part) for part in rgb),
-                    opacity=None if alpha >= 1.0 else alpha,
-                    flat_shading=shape.kind in ("box", "cylinder"),
+                meshes.append(
+                    scene.add_mesh_simple(
+                        f"{path}/shape{i}",
+                        _transformed(vertices, shape),
+                        faces,
+                        color=tuple(round(255 * part) for part in rgb),
+                        opacity=None if alpha >= 1.0 else alpha,
+                        flat_shading=shape.kind in ("box", "cylinder"),
+                    )
                 )
-
-    def _aim(self, source: SceneSource) -> None:
-        """Give pages that are opened the viewpoint of the overview camera."""
-        first = self._server.initial_camera
-        for camera in source.cameras:
-            if camera.name == OVERVIEW:
-                position, look_at = _line_of_sight(camera, source)
-                first.position, first.look_at = position, look_at
-                first.fov = float(np.deg2rad(camera.fovy))
-                return
-        azimuth, elevation = np.deg2rad(FREE_CAMERA)
-        level = np.cos(elevation)
-        forward = np.array([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)])
-        first.position = source.centre - 1.5 * source.extent * forward
-        first.look_at = source.centre
-
-
-def _line_of_sight(camera: SceneCamera, source: SceneSource) -> tuple[np.ndarray, np.ndarray]:
-    """Return where a camera is, and the point on its axis at the depth of the cell's centre."""
-    pose = source.poses()[list(source.frames).index(camera.frame)]
-    position, quat, forward = np.zeros(3), np.zeros(4), np.zeros(3)
-    mujoco.mju_mulPose(position, quat, pose[:3], pose[3:], camera.position, camera.quat_wxyz)
-    mujoco.mju_rotVecQuat(forward, np.array([0.0, 0.0, -1.0]), quat)
-    depth = float(forward @ (source.centre - position))
-    return position, position + (depth if depth > 0.0 else 1.0) * forward
 
 
 def _transformed(vertices: np.ndarray, shape: VisualShape) -> np.ndarray:

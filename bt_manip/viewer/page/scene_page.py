@@ -1,5 +1,6 @@
 """Common base of the page of a run and the page of a recording."""
 
+import contextlib
 import time
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
@@ -7,9 +8,11 @@ from typing import Any
 from bt_manip.runner import RunEvent
 
 from .controls import Controls
+from .gui import Gui
 from .panel import Panel
 from .scene import SceneView
 from .server import HOST, close_server, open_server, processor_time
+from .site import Site
 
 POSE_PERIOD = 1.0 / 20.0
 """Wall time between two updates of the poses [s]."""
@@ -23,20 +26,21 @@ UPDATE_SHARE = 0.04
 LONGEST_PERIOD = 2.0
 """Longest wall time between two updates [s]."""
 
-PANEL_WIDTH = 380
-"""Width of the panels on the left and on the right [pixels]."""
-
 MakePanel = Callable[[Any], Panel]
 """Makes a panel of a page; see the hook ``register_panels``."""
 
 
 class ScenePage:
-    """Scene, controls and panels in the browser; viser serves them in a thread of its own.
+    """Scene, controls and panels in the browser, served by a thread of its own.
 
     Attributes:
         url: Address of the page.
-        server: The ``viser.ViserServer``.
+        gui: The inputs and texts around the scene.
+        bar: The container at the top.
+        tabs: The container of tabs.
+        server: The ``viser.ViserServer`` of the scene.
         controls: The controls.
+        shown_time: The simulated time that is shown, where it is not the present one [s].
     """
 
     def __init__(
@@ -45,46 +49,56 @@ class ScenePage:
         """Start the server.
 
         Args:
-            make_controls: Makes the controls, of viser's ``GuiApi``.
+            make_controls: Makes the controls, of the `Gui`.
             panels: Makers of the panels by name.
             port: The first port that is tried; 0 lets the system choose.
         """
-        server = self.server = open_server(port)
-        self.url = f"http://{HOST}:{server.get_port()}"
-        server.gui.configure_theme(show_logo=False, show_share_button=False)
-        server.gui.set_panel_label("bt-manip")
-        self._scene = SceneView(server)
-        server.gui.main_panel.dock_right()
-        server.gui.main_panel.set_width(PANEL_WIDTH)
-        self.controls = make_controls(server.gui)
+        self.gui = Gui()
+        self.shown_time: float | None = None
+        self.site = Site(self.gui)
+        self.server = open_server(port, self.site)
+        self.url = f"http://{HOST}:{self.server.get_port()}"
+        self._scene = SceneView(self.server)
+        self.bar, self.tabs = self.gui.add("bar"), self.gui.add("tabs")
+        self._places = {"bar": self.bar, "left": self.gui.add("left")}
+        self._places["below"] = self.gui.add("below")
+        with self.bar:
+            self.controls = make_controls(self.gui)
         self._panels: list[Panel] = [self.controls, *self._make(panels)]
         self._next = self._next_panels = self._served = 0.0
 
     def close(self) -> None:
         """Stop the server."""
+        self.site.close()
         close_server(self.server)
+
+    @property
+    def is_open(self) -> bool:
+        """Whether any browser shows the page."""
+        return self.site.is_open or bool(self.server._websock_server._live_connections)
+
+    def on_click(self, entity: str, call: Callable[[], None]) -> None:
+        """Call a function, from another thread, when an entity of the scene is clicked."""
+        self._scene.on_click(entity, call)
+
+    def show_time(self, time: float | None) -> None:
+        """Show another time than the present one; None is the present [s]."""
 
     # For subclasses
 
     def _make(self, panels: Mapping[str, MakePanel]) -> Iterator[Panel]:
-        """Yield new panels, each in a tab on the left or in a folder on the right."""
-        gui, tabs = self.server.gui, None
+        """Yield new panels, each in its place."""
         for name, make in panels.items():
-            label = name.replace("_", " ").capitalize()
-            if not getattr(make, "in_tab", True):
-                with gui.add_folder(label):
-                    yield make(self)
-                continue
-            if tabs is None:
-                tabs = gui.add_panel()
-                tabs.dock_left()
-                tabs.set_width(PANEL_WIDTH)
-            with tabs.add_tab(label):
+            container = self._places.get(getattr(make, "place", Panel.place))
+            if container is None:
+                with self.tabs:
+                    container = self.gui.add("tab", label=name.replace("_", " ").capitalize())
+            with container:
                 yield make(self)
 
     def _show_tree(self, name: str) -> None:
         """Show the name of the tree that runs, and forget the events of another run."""
-        self.server.gui.set_panel_label(name.rpartition("/")[2])
+        self.controls.task = name.rpartition("/")[2]
         for panel in self._panels:
             panel.reset()
 
@@ -96,6 +110,10 @@ class ScenePage:
     def _catch_up(self) -> None:
         """Bring scene and panels to the present state, before they are drawn."""
 
+    def _show_scene(self) -> None:
+        """Send the poses that have changed."""
+        self._scene.update()
+
     def _refresh(self, *, now: bool = False) -> None:
         """Update scene and panels where the last update is old enough."""
         time_now = time.perf_counter()
@@ -104,11 +122,16 @@ class ScenePage:
         start = time.thread_time()
         with self.server.atomic():  # wakes the server's thread once
             self._catch_up()
-            self._scene.update()
+            self._show_scene()
             if now or time_now >= self._next_panels:
                 self._next_panels = time_now + PANEL_PERIOD
                 for panel in self._panels:
                     panel.draw()
+                self._publish()
         served, self._served = self._served, processor_time(self.server)
         used = time.thread_time() - start + self._served - served
         self._next = time_now + max(POSE_PERIOD, min(used / UPDATE_SHARE, LONGEST_PERIOD))
+
+    def _publish(self) -> None:
+        with contextlib.suppress(RuntimeError):  # the server is being stopped
+            self.server.get_event_loop().call_soon_threadsafe(self.site.publish)

@@ -1,4 +1,4 @@
-"""The web server of the page: viser on loopback, closed to other sites and invalid messages."""
+"""The web server of page and scene: on loopback, closed to other sites and invalid messages."""
 
 import asyncio
 import contextlib
@@ -17,6 +17,8 @@ import viser
 import viser._messages as viser_messages
 import websockets.asyncio.server
 
+from .site import PROTOCOL, Site
+
 HOST = "127.0.0.1"
 """The only address that the page is served on."""
 
@@ -26,14 +28,8 @@ PORT = 8080
 LOCAL_NAMES = ("127.0.0.1", "localhost", "::1")
 """Names of this computer in the header Host; the port differs behind ``ssh -L``."""
 
-NOT_FRAMED = "frame-ancestors 'none'"
-"""Content security policy of all responses: no page may show this one in a frame."""
-
 LARGEST_MESSAGE = 1 << 18
 """Size of a message of a page above which it is disconnected [bytes]; viser has 50 MB."""
-
-LONGEST_TEXT = 10_000
-"""Characters of a text that is typed on a page."""
 
 REST = 5e-4
 """Pause after each message, so that a flood of them leaves the interpreter to the run [s]."""
@@ -46,15 +42,16 @@ UNUSED = (
     viser_messages.ShareUrlDisconnect,
     viser_messages.FileTransferStartUpload,
     viser_messages.FileTransferPart,
+    viser_messages.GuiUpdateMessage,  # the page has the inputs
     viser_messages.GuiFormDirtyMessage,  # sent on to all pages, whatever they name
     viser_messages.GuiFormSubmitMessage,
 )
-"""Messages of pages that have no effect here."""
+"""Messages of the scene that have no effect here."""
 
 _serving = threading.Lock()
 
 
-def open_server(port: int = PORT) -> viser.ViserServer:
+def open_server(port: int = PORT, site: Site | None = None) -> viser.ViserServer:
     """Start viser on loopback, in a thread of its own.
 
     Connections whose Host is not this computer, or whose Origin is another site, are closed
@@ -63,32 +60,19 @@ def open_server(port: int = PORT) -> viser.ViserServer:
 
     Args:
         port: The first port that is tried; 0 lets the system choose.
+        site: The page around the scene; without one, nothing is sent to browsers.
     """
     # viser prints a line, and websockets a traceback, for each connection that it cannot use.
     logging.getLogger("websockets.server").setLevel(logging.CRITICAL)
     # viser draws its addresses on standard output.
-    with _serving, _checked_connections(), contextlib.redirect_stdout(io.StringIO()):
+    with _serving, _checked_connections(site), contextlib.redirect_stdout(io.StringIO()):
         server = viser.ViserServer(host=HOST, port=port, verbose=False)
     sockets = server._websock_server
     for kind in UNUSED:
         sockets.unregister_handler(kind)
-    update: Any
-    (update,) = sockets._incoming_handlers[viser_messages.GuiUpdateMessage]
-
-    async def checked(client_id: Any, message: Any) -> None:
-        handle = server.gui._gui_input_handle_from_uuid.get(message.uuid)
-        if handle is not None and is_valid_update(handle._impl, message.updates):
-            await update(client_id, message)
-
-    sockets._incoming_handlers[viser_messages.GuiUpdateMessage] = [checked]
     # What is valid, but fails all the same, would be printed with its traceback.
     server.get_event_loop().set_exception_handler(lambda loop, context: None)
     return server
-
-
-def is_open(server: viser.ViserServer) -> bool:
-    """Return whether any page is open."""
-    return bool(server._websock_server._live_connections)
 
 
 def processor_time(server: viser.ViserServer) -> float:
@@ -142,34 +126,6 @@ def is_valid(data: Any) -> bool:
         return False
 
 
-def is_valid_update(state: Any, updates: dict[str, Any]) -> bool:
-    """Return whether a page may update an input so.
-
-    Args:
-        state: viser's state of the input, of which a page may only set the value.
-        updates: The new properties.
-    """
-    if updates.keys() != {"value"}:
-        return False
-    old, new = state.value, updates["value"]
-    limits = [getattr(state.props, name, None) for name in ("options", "min", "max", "disabled")]
-    options, low, high, disabled = limits
-    if disabled or (options is not None and new not in options):
-        return False
-    if isinstance(old, tuple):
-        return isinstance(new, list) and len(new) == len(old) and all(map(_is_number, new))
-    if isinstance(old, bool):
-        return isinstance(new, bool)
-    if isinstance(old, int | float):
-        in_limits = (low is None or new >= low) and (high is None or new <= high)
-        return _is_number(new) and in_limits
-    return isinstance(new, str) and len(new) <= LONGEST_TEXT
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
-
-
 def _is_finite(value: Any) -> bool:
     """Return whether all numbers of a message are finite."""
     if isinstance(value, dict):
@@ -180,11 +136,11 @@ def _is_finite(value: Any) -> bool:
 
 
 @contextlib.contextmanager
-def _checked_connections() -> Iterator[None]:
+def _checked_connections(site: Site | None) -> Iterator[None]:
     """Let servers that are started meanwhile check connections: viser has no option for it."""
     module: Any = websockets.asyncio.server
     serve = module.serve
-    protocol = f"viser-v{viser.__version__}"
+    protocols = [f"viser-v{viser.__version__}"] + ([PROTOCOL] if site else [])
 
     def checked(
         handler: Callable[..., Any],
@@ -194,37 +150,42 @@ def _checked_connections() -> Iterator[None]:
     ) -> Any:
         def process(connection: Any, request: Any) -> Any:
             headers = request.headers
-            if is_local(headers) and (
-                "Upgrade" not in headers or headers.get_all("Sec-WebSocket-Protocol") == [protocol]
-            ):
-                response = process_request(connection, request)
-                if response is not None:  # not a WebSocket
-                    response.headers["Content-Security-Policy"] = NOT_FRAMED
-                return response
+            asked = headers.get_all("Sec-WebSocket-Protocol")
+            if is_local(headers) and site is not None and "Upgrade" not in headers:
+                return site.response(request.path, "gzip" in headers.get("Accept-Encoding", ""))
+            if is_local(headers) and len(asked) == 1 and asked[0] in protocols:
+                return process_request(connection, request)
             connection.transport.abort()
             return connection.respond(http.HTTPStatus.FORBIDDEN, "")
 
         async def handle(connection: Any) -> None:
             receive, send = connection.recv, connection.send
+            of_page = connection.subprotocol == PROTOCOL
 
             async def receive_valid() -> Any:
                 while True:
                     data = await receive()
                     await asyncio.sleep(REST)
-                    if is_valid(data):
+                    if of_page or is_valid(data):
                         return data
 
-            async def send_in_time(data: bytes) -> None:
+            async def send_in_time(data: bytes, **options: Any) -> None:
                 try:
-                    await asyncio.wait_for(send(data), STALLED)
+                    await asyncio.wait_for(send(data, **options), STALLED)
                 except TimeoutError:
                     connection.transport.abort()
                     raise
 
             connection.recv, connection.send = receive_valid, send_in_time
-            await handler(connection)
+            if site is not None and of_page:
+                await site.serve(connection)
+            else:
+                await handler(connection)
 
-        options["max_size"] = LARGEST_MESSAGE
+        options |= {
+            "max_size": LARGEST_MESSAGE,
+            "select_subprotocol": lambda _, asked: asked[0] if asked[0] in protocols else None,
+        }
         return serve(handle, *args, process_request=process, **options)
 
     module.serve = checked

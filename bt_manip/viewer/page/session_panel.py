@@ -27,7 +27,7 @@ class SessionPanel(Panel):
     It is hidden while a tree runs.
     """
 
-    in_tab = False
+    place = "left"
 
     def __init__(
         self,
@@ -48,24 +48,28 @@ class SessionPanel(Panel):
         """
         self._scene_of, self._seed_of = scene_of, seed_of
         self._requests: deque[tuple[str, RunChoice]] = deque(maxlen=1)
-        gui = page.server.gui
-        self._folder = gui.add_folder(None)
+        gui = page.gui
+        with page.bar:
+            self._run = gui.add_button("▶ Run", style="run", hint="Run the chosen tree")
+            self._reset = gui.add_button("Reset", hint="Build the scene anew, as at the start")
+        self._folder = gui.add_folder("")
         with self._folder:
             self._inputs = [
                 gui.add_dropdown(kind.capitalize(), names[kind], initial_value=getattr(first, kind))
                 for kind in ("tree", "scene", "robot")
             ]
-            self._seed = gui.add_number("Seed", first.seed, min=0, step=1)
+            self._seed = gui.add_number("Seed", first.seed, low=0, step=1)
             self._cycles = gui.add_number(
-                "Cycles", first.cycles, min=0, step=1, hint="Runs of the tree; 0 is without end"
-            )
-            self._buttons = gui.add_button_group(
-                "", ("Run", "Reset"), hint="Reset builds the scene anew, as at the start"
+                "Cycles", first.cycles, low=0, step=1, hint="Runs of the tree; 0 is without end"
             )
         self._message = gui.add_html("")
+        with page.tabs, gui.add("tab", label="Result", visible=False, front=0) as self._tab:
+            self._result = gui.add("result", status="", text="")
         for one in self._inputs:
             one.on_update(self._chosen)
-        self._buttons.on_click(self._pressed)
+        self._run.on_click(lambda _: self._requests.append(("run", self._choice())))
+        self._reset.on_click(lambda _: self._requests.append(("reset", self._choice())))
+        self._show(idle=False)
 
     def take(self) -> tuple[str, RunChoice] | None:
         """Return the last request, and forget it: ``show``, ``reset`` or ``run``.
@@ -78,16 +82,31 @@ class SessionPanel(Panel):
         """Show one message below the choice; an empty one removes it."""
         self._message.content = message_html(message, error=error)
 
+    def show_result(self, status: str, text: str) -> None:
+        """Show how a run has ended, in front of the other tabs.
+
+        Args:
+            status: Its status.
+            text: Its lines: the reason, the table of cycles, what to do next.
+        """
+        self._tab.visible = True
+        self._result.status, self._result.text = status, text
+        self._tab.front += 1
+
     def start(self, run: "Run") -> None:
-        """Show the present run in place of the choice."""
-        self._folder.visible = False
-        request = run.request
-        self.tell(f"{request.robot} in {request.scene}, seed {request.seed}")
+        """Show what runs in place of the choice."""
+        self._show(idle=False)
+        self._tab.visible = False
+        self.tell("")
 
     def begin_idle(self, station: "Station") -> None:
         """Show the choice."""
-        self._folder.visible = True
+        self._show(idle=True)
         self.tell("")
+
+    def _show(self, *, idle: bool) -> None:
+        for one in (self._run, self._reset, self._folder):
+            one.visible = idle
 
     # Callbacks
 
@@ -96,8 +115,6 @@ class SessionPanel(Panel):
         return RunChoice(tree, scene, robot, int(self._seed.value), int(self._cycles.value))
 
     def _chosen(self, event: Any) -> None:
-        if event.client_id is None:  # set below
-            return
         tree, scene, _ = self._inputs
         before = scene.value
         if event.target is tree and self._scene_of(tree.value) in scene.options:
@@ -105,6 +122,3 @@ class SessionPanel(Panel):
         if event.target is scene or scene.value != before:
             self._seed.value = self._seed_of(scene.value)
         self._requests.append(("show", self._choice()))
-
-    def _pressed(self, event: Any) -> None:
-        self._requests.append((event.target.value.lower(), self._choice()))

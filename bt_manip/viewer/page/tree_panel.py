@@ -1,139 +1,100 @@
-"""The tree as it runs: statuses and reasons, the chosen node, breakpoints, errors of an edit."""
+"""The tree as it runs: states of its nodes, breakpoints, errors of an edit."""
 
-from collections import deque
-from collections.abc import Iterable
-from html import escape
 from typing import Any
 
 from bt_manip.runner import RunEvent
 
-from .node_details import details_html, keep_value
-from .panel import Panel, block
-from .tree_view import TreeView
-
-NO_NODE = "none"
-"""Choice of no node."""
-
-STATUSES = {"Running": "RUNNING", "Failed": "FAILURE"}
-"""Statuses of the nodes that these buttons choose."""
+from .gui import GuiEvent
+from .panel import Panel
 
 
 class TreePanel(Panel):
-    """Shows the tree, which is sent whole and only when it has changed, and the chosen node."""
+    """Sends the tree when it has changed, and of its nodes the states that have changed.
 
-    in_tab = False
+    Selection, folds and search belong to each browser.
+    """
+
+    place = "left"
 
     def __init__(self, page: Any) -> None:
-        """Add its inputs to the current container."""
-        gui = self._gui = page.server.gui
-        self._controls, self._view = page.controls, TreeView()
-        self._values: dict[str, Any] = {}  # of the blackboard
-        self._changed = self._has_new_tree = False
-        self._problems: Iterable[str] = ()
-        self._problem_html = gui.add_html("")
-        self._search = gui.add_text("Search", "", hint="Part of a node's name or kind")
-        self._follow = gui.add_checkbox(
-            "Follow", True, hint="Open the sub-trees of a large tree that run or have failed"
+        """Add the tree to the current container."""
+        self._controls = page.controls
+        self._tree = page.gui.add(
+            "tree", nodes=[], states={}, breakpoints=[], problems=[], failed=False
         )
-        self._choice = gui.add_dropdown("Node", (NO_NODE,), hint="Node whose ports are shown")
-        for inputs in (self._search, self._follow, self._choice):
-            inputs.on_update(self._note_change)
-        choose = gui.add_button_group(
-            "Choose", (*STATUSES, "Parent"), hint="Choose the node that runs or failed last"
-        )
-        change = gui.add_button_group(
-            "Chosen node", ("Breakpoint", "Fold"),
-            hint="Set or remove a breakpoint: the run pauses after the tick in which the node "
-            "starts. Fold or unfold its sub-tree.",
-        )  # fmt: skip
-        self._buttons: deque[str] = deque()  # that were clicked
-        for group in (choose, change):
-            group.on_click(lambda event: self._buttons.append(event.target.value))
-        self._chosen_html = gui.add_html("")
-        self._folder = gui.add_folder("Breakpoints", visible=False)
-        self._breakpoints: dict[str, Any] = {}  # buttons that remove them, by path
-        self._unset: deque[str] = deque()  # paths of those that were clicked
-        self._html = gui.add_html("")
+        self._tree.on("breakpoint", self._toggle, self._is_path)
+        self._paths: frozenset[str] = frozenset()
+        self._texts: dict[int, str] = {}  # messages by uid
+        self._states: dict[str, list[Any]] = {}  # by uid: status, message, start, end [s]
+        self._changed: dict[str, list[Any]] = {}
 
     def reset(self) -> None:
-        """Forget statuses, values and errors; the tree follows as an event."""
-        self._view.reset()
-        self._values.clear()
-        self._problems, self._changed = (), True
+        """Forget states and errors; the tree follows as an event."""
+        self._texts.clear()
+        self._forget_states()
+        self._tree.problems = []
 
     def handle(self, event: RunEvent) -> None:
-        """Keep nodes, statuses, reasons and values."""
-        if event.kind == "edit":
-            self._problems, self._changed = event.data["problems"], True
-            return
-        self._has_new_tree |= event.kind == "tree"
-        self._changed |= self._view.handle(event) | keep_value(self._values, event)
+        """Keep nodes, states and errors."""
+        data = event.data
+        if event.kind == "status":
+            self._keep_status(event)
+        elif event.kind == "message":
+            uid = data["uid"]
+            self._texts[uid] = data["text"]
+            if (state := self._states.get(str(uid))) is not None:
+                self._keep(uid, [state[0], data["text"], *state[2:]])
+        elif event.kind == "tree":
+            self._tree.nodes = data["nodes"]
+            self._paths = frozenset(node["path"] for node in data["nodes"])
+            self._texts.clear()
+            self._forget_states()
+        elif event.kind == "cycle":
+            if data["status"] == "RUNNING":
+                self._forget_states()
+            self._tree.failed = data["status"] == "FAILURE"
+        elif event.kind == "edit":
+            self._tree.problems = data["problems"]
 
     def draw(self) -> None:
-        """Send changes."""
-        view = self._view
-        while self._buttons:
-            self._obey(self._buttons.popleft())
-        while self._unset:
-            self._controls.breakpoints -= {self._unset.popleft()}
-        chosen = self._choice.value if self._choice.value != NO_NODE else ""
-        if view.chosen != chosen or view.breakpoints != self._controls.breakpoints:
-            view.chosen, view.breakpoints = chosen, self._controls.breakpoints
-            view.forget_lines()
-            self._draw_breakpoints()
-            self._changed = True
-        if not self._changed:
-            return
-        self._changed = False
-        if self._has_new_tree:
-            self._has_new_tree = False
-            paths = dict.fromkeys(node["path"] for node in view.nodes.values())
-            self._choice.options = (NO_NODE, *paths)
-        view.search, view.follow = self._search.value.strip(), self._follow.value
-        node = view.find(chosen) if chosen else None
-        details = ""
-        if node is not None:
-            status = view.statuses.get(node["uid"], "IDLE")
-            details = details_html(node, status, view.reasons.get(node["uid"], ""), self._values)
-        problems = "".join(f"<div>{escape(problem)}</div>" for problem in self._problems)
-        if problems:
-            problems = f"<b>The edited file has errors, the tree goes on as it was:</b>{problems}"
-        self._chosen_html.content = block(details, "background:rgba(34,139,230,0.1)")
-        self._problem_html.content = block(problems, "color:#c92a2a")
-        self._html.content = view.html()
+        """Send what has changed."""
+        if self._changed:
+            self._tree.merge("states", self._changed)
+            self._changed = {}
+        self._tree.breakpoints = sorted(self._controls.breakpoints)
 
     # Internal
 
-    def _note_change(self, _: Any) -> None:
-        self._changed = True
-
-    def _obey(self, button: str) -> None:
-        """Choose another node, or change the chosen one."""
-        view = self._view
-        node = view.find(self._choice.value)
-        path = ""
-        if button in STATUSES:
-            path = view.latest(STATUSES[button])
-        elif node is None:
+    def _keep_status(self, event: RunEvent) -> None:
+        data = event.data
+        uid, status, before = data["uid"], data["status"], self._states.get(str(data["uid"]))
+        # A parent resets its children as soon as it ends: their last status is kept.
+        if status == "IDLE" and data["old"] != "RUNNING":
             return
-        elif button == "Parent":
-            path = view.nodes.get(node["parent"], node)["path"]
-        elif button == "Breakpoint":
-            self._controls.breakpoints ^= {node["path"]}
-        else:
-            view.folds[node["path"]] = view.is_open(node["uid"])
-        self._choice.value = path or self._choice.value
-        self._changed = True
+        start, end = event.time, None if status == "RUNNING" else event.time
+        if before is not None and before[0] == "RUNNING":
+            start = before[2]
+        self._keep(uid, [status, data["reason"] or self._texts.get(uid, ""), start, end])
 
-    def _draw_breakpoints(self) -> None:
-        """Add and remove buttons as the breakpoints have changed."""
-        wanted, buttons = self._controls.breakpoints, self._breakpoints
-        for path in buttons.keys() - wanted:
-            buttons.pop(path).remove()
-        with self._folder:
-            for path in sorted(wanted - buttons.keys()):
-                buttons[path] = self._gui.add_button(
-                    f"✕ {path}", color="gray", hint="Remove this breakpoint"
-                )
-                buttons[path].on_click(lambda _, path=path: self._unset.append(path))
-        self._folder.visible = bool(wanted)
+    def _keep(self, uid: int, state: list[Any]) -> None:
+        self._states[str(uid)] = self._changed[str(uid)] = state
+
+    def _forget_states(self) -> None:
+        self._states.clear()
+        self._changed.clear()
+        if self._tree.states:
+            self._tree.states = {}
+
+    def _is_path(self, value: Any) -> bool:
+        return isinstance(value, str) and value in self._paths | self._controls.breakpoints
+
+    def _toggle(self, event: GuiEvent) -> None:
+        self._controls.breakpoints ^= {event.value}
+
+
+class NodePanel(Panel):
+    """Shows the node that is selected in the browser: kind, status, ports with their values."""
+
+    def __init__(self, page: Any) -> None:
+        """Add it to the current container."""
+        page.gui.add("node")

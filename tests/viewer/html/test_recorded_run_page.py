@@ -96,7 +96,7 @@ def test_the_label_of_the_replay_names_time_and_running_leaf(page):
 def test_lines_reach_the_largest_tracking_error(picked):
     run = RecordedRun(Recording(picked))
     robot = run.robots["panda"]
-    lines = Plots(run).lines("[mrad]", robot.t, 1e3 * robot.error, robot.joints).renderers
+    lines = Plots(run, 0.0).lines("[mrad]", robot.t, 1e3 * robot.error, robot.joints).renderers
     found = [line.data_source.data["y"] for line in lines if "y" in line.data_source.data]
     largest = max(abs(values).max() for values in found)
     assert largest == pytest.approx(1e3 * abs(robot.error).max(), rel=1e-6)

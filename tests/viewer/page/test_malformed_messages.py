@@ -1,5 +1,6 @@
 """Whatever a page sends, or does not read: the run stays as it is."""
 
+import json
 import random
 import socket
 import threading
@@ -15,6 +16,7 @@ from bt_manip.behaviours import MoveHome, RemoveObject, SpawnObject
 from bt_manip.bt import Sequence, Sleep
 from bt_manip.record import Recorder
 from bt_manip.runner import RunObserver
+from bt_manip.viewer.page import Gui
 from bt_manip.viewer.page import server as page_server
 
 FIELDS = {
@@ -54,39 +56,49 @@ CAMERA = {
 }  # fmt: skip
 """The first message of a page; viser ignores what a page sends to inputs before it."""
 
-PROPERTIES = ("removed", "update_cb", "props", "uuid", "label", "disabled", "sync_cb", "order")
-"""Attributes of viser's state of an input that no page may set."""
+NESTED = b"\x91" * 100_000
+VALUES = (0, -1, 10**18, 1.5, float("nan"), float("inf"), None, True, "", "x" * 20_000, [], [0] * 3,
+          ["a"] * 4, {}, {"value": None})  # fmt: skip
 
 
-def messages(number, uuids):
-    """Give malformed messages of many kinds; `uuids` are of the inputs of the page."""
+def scene_messages(number):
+    """Give malformed messages of many kinds for the scene."""
     rng = random.Random(1)
     encode = msgspec.msgpack.encode
-    nested = b"\x91" * 100_000
-    fixed = [b"", "text", b"\xc1", nested, b"\x81\xa4type" + nested, b"\xff" * 200_000, encode([]),
+    fixed = [b"", "text", b"\xc1", NESTED, b"\x81\xa4type" + NESTED, b"\xff" * 200_000, encode([]),
              encode({"type": 3}), encode({"type": "x" * 100_000}), encode({1: 2})]  # fmt: skip
-    values = (0, -1, 10**18, 1.5, float("nan"), float("inf"), None, True, "", "x" * 20_000, b"x",
-              [], [0] * 3, ["a"] * 4, [float("nan")] * 4, {}, {"value": None})  # fmt: skip
     for index in range(number):
         if index < len(fixed):
             yield fixed[index]
             continue
         kind = rng.choice(list(FIELDS))
+        values = (*VALUES, b"x", [float("nan")] * 4)
         message = {name: rng.choice(values) for name in FIELDS[kind] if rng.random() < 0.95}
-        if kind == "GuiUpdateMessage":
-            message["uuid"] = rng.choice(uuids)
-            message["updates"] = rng.choice(
-                (
-                    {rng.choice(PROPERTIES): rng.choice(values)},
-                    {"value": rng.choice((None, [], {}, b"x", "no option" * 2000))},
-                    {},
-                    rng.choice(values),
-                )
-            )
         data = encode({"type": kind, **message})
         if rng.random() < 0.2:
             data = data[: rng.randrange(len(data))] + rng.randbytes(rng.randrange(20))
         yield data
+
+
+def page_messages(number, page):
+    """Give malformed messages for the elements of the page, and values that they do not offer."""
+    rng = random.Random(2)
+    fixed = [b"", "", "null", "[]", "3", '"text"', b"\xff" * 200_000, "[" * 100_000,
+             '{"id":' * 20_000, '{"id": 1}', '{"event": "click"}', "{" * 1000]  # fmt: skip
+    # What they offer is chosen by valid messages, which are left out here.
+    events = ("value", "click", "breakpoint", "seek", "", "set", "no event")
+    for index in range(number):
+        if index < len(fixed):
+            yield fixed[index]
+            continue
+        element = rng.choice([*page.gui._elements.values()])
+        value = rng.choice(VALUES)
+        event = rng.choice(events)
+        if element.accepts(value) or value is None or event in ("seek",):
+            value = {"not": ["offered"]}
+        uid = rng.choice((element.uid, element.uid, element.uid, *VALUES))
+        text = json.dumps({"id": uid, "event": rng.choice((event, event, *VALUES)), "value": value})
+        yield text[: rng.randrange(len(text))] if rng.random() < 0.2 else text
 
 
 def moving():
@@ -101,7 +113,7 @@ def digest_of(make_run, *observers):
     return recorder.report().state_digest
 
 
-def attack(make_run, page, connect, messages):
+def attack(make_run, page, connect, messages, what):
     """Watch a run while messages arrive; return its digest, and how many were sent."""
     sent = []
 
@@ -123,8 +135,9 @@ def attack(make_run, page, connect, messages):
                 sent.append(message)
 
         def open(self):
-            client = connect()
-            client.connection.send(msgspec.msgpack.encode(CAMERA))
+            client = connect(what)
+            if what == "scene":
+                client.connection.send(msgspec.msgpack.encode(CAMERA))
             return client
 
         def before_tick(self):
@@ -137,37 +150,38 @@ def attack(make_run, page, connect, messages):
     return digest, len(sent)
 
 
-@pytest.mark.parametrize("number", [1_000, pytest.param(10_000, marks=pytest.mark.soak)])
+@pytest.mark.parametrize("number", [500, pytest.param(10_000, marks=pytest.mark.soak)])
+@pytest.mark.parametrize("what", ["scene", "page"])
 def test_malformed_messages_leave_the_run_and_the_page_as_they_are(
-    make_run, page, connect, capfd, number
+    make_run, page, connect, capfd, number, what
 ):
-    inputs = {key: vars(one._impl).copy() for key, one in inputs_of(page).items()}
-    digest, sent = attack(make_run, page, connect, messages(number, list(inputs)))
+    before = values_of(page)
+    messages = scene_messages(number) if what == "scene" else page_messages(number, page)
+    digest, sent = attack(make_run, page, connect, messages, what)
     assert sent == number
-    for key, one in inputs_of(page).items():
-        for name in ("value", "removed", "update_cb", "uuid"):
-            assert getattr(one._impl, name) == inputs[key][name] or name == "value"
+    assert values_of(page) == before and not page.controls.breakpoints and not page.stopped
     assert len(page.server.gui._current_file_upload_states) == 0
     assert page.server._share_tunnel is None
-    assert connect().read()
+    assert connect().read() and connect("page").see().elements
     assert digest == digest_of(make_run)
     assert capfd.readouterr().err == ""
 
 
+def values_of(page):
+    elements = page.gui._elements.values()
+    return {one.label: one.value for one in elements if "value" in one.props}
+
+
 def test_a_valid_message_that_is_sent_like_those_changes_the_run(make_run, page, connect):
-    (stop,) = (key for key, one in inputs_of(page).items() if one._impl.props.label == "Stop")
-    press = {"type": "GuiUpdateMessage", "uuid": stop, "updates": {"value": True}}
-    digest, sent = attack(make_run, page, connect, [msgspec.msgpack.encode(press)])
+    (stop,) = (one.uid for one in page.gui._elements.values() if one.props.get("label") == "Stop")
+    press = json.dumps({"id": stop, "event": "click", "value": None})
+    digest, sent = attack(make_run, page, connect, [press], "page")
     assert sent == 1 and page.stopped
     assert digest != digest_of(make_run)
 
 
-def inputs_of(page):
-    return dict(page.server.gui._gui_input_handle_from_uuid)
-
-
 def test_a_message_that_is_too_large_closes_only_its_page(page, connect):
-    large, other = connect(), connect()
+    large, other = connect("page"), connect()
     large.connection.send(b"x" * (page_server.LARGEST_MESSAGE + 1))
     with pytest.raises(websockets.exceptions.ConnectionClosed):
         while True:
@@ -175,18 +189,27 @@ def test_a_message_that_is_too_large_closes_only_its_page(page, connect):
     assert other.read()
 
 
-def test_the_inputs_of_a_page_accept_only_values_that_they_offer(page):
-    updates = {
-        "Speed": ["1/2", "no speed", 1, None], "Search": ["arm", "x" * 20_000, 3],
+def test_the_inputs_of_a_page_accept_only_values_that_they_offer():
+    gui = Gui()
+    offers = {
+        gui.add_dropdown("Speed", ("1/2", "1")): ["1/2", "no speed", 1, None],
+        gui.add_text("Name", ""): ["arm", "x" * 20_000, 3],
+        gui.add_slider("q", -1.0, 1.0, 0.1, 0.0): [0.5, 1.5, "0.5", True, float("nan"), [0.5]],
+        gui.add_number("Seed", 0, low=0): [7, -1, "7", float("inf")],
+        gui.add_checkbox("Shown", True): [False, 0, "no"],
+        gui.add_html(""): [],
     }  # fmt: skip
-    for one in inputs_of(page).values():
-        label = one._impl.props.label
-        for index, value in enumerate(updates.get(label, ())):
-            valid = page_server.is_valid_update(one._impl, {"value": value})
-            assert valid == (index == 0), (label, value)
+    for one, values in offers.items():
+        taken = [
+            gui.receive(json.dumps({"id": one.uid, "event": "value", "value": v})) for v in values
+        ]
+        assert taken == [index == 0 for index in range(len(values))], one.kind
+        one.disabled = True
+        assert not gui.receive(json.dumps({"id": one.uid, "event": "value", "value": values[:1]}))
 
 
-def test_a_page_that_stops_reading_is_disconnected(page, monkeypatch):
+@pytest.mark.parametrize("protocol", [f"viser-v{viser.__version__}", "bt-manip"])
+def test_a_page_that_stops_reading_is_disconnected(page, monkeypatch, protocol):
     monkeypatch.setattr(page_server, "STALLED", 0.5)
     address = urlsplit(page.url)
     with socket.create_connection((address.hostname, address.port), timeout=10) as client:
@@ -194,14 +217,17 @@ def test_a_page_that_stops_reading_is_disconnected(page, monkeypatch):
             "GET / HTTP/1.1", f"Host: {address.netloc}", "Upgrade: websocket",
             "Connection: Upgrade", "Sec-WebSocket-Version: 13",
             "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==",
-            f"Sec-WebSocket-Protocol: viser-v{viser.__version__}", "", "",
+            f"Sec-WebSocket-Protocol: {protocol}", "", "",
         )  # fmt: skip
         client.sendall("\r\n".join(lines).encode())
         assert client.recv(12) == b"HTTP/1.1 101"
         deadline = time.monotonic() + 60.0  # [s] of a hopeless wait, not of a passing test
-        while not page_server.is_open(page.server):
+        while not page.is_open:
             assert time.monotonic() < deadline
-        while page_server.is_open(page.server):
+        text = page.gui.add_html("")
+        while page.is_open:
             assert time.monotonic() < deadline
             page.server.gui.set_panel_label(random.randbytes(200_000).hex())
+            text.content = random.randbytes(200_000).hex()
+            page._publish()
             time.sleep(0.02)

@@ -15,13 +15,15 @@ from bt_manip.behaviours import RemoveObject, SpawnObject
 from bt_manip.bt import Sequence, Sleep
 from bt_manip.runner import RunObserver
 from bt_manip.viewer.page import server as page_server
+from tests.viewer.page.conftest import PROTOCOLS
 
 READERS = """
-import asyncio, sys, viser, websockets
+import asyncio, sys, websockets
 
 async def read(index):
-    protocol = f"viser-v{viser.__version__}"
-    async with websockets.connect(sys.argv[1], subprotocols=[protocol], max_size=None) as page:
+    what, protocol = sys.argv[3:]
+    address = f"{sys.argv[1]}/{what}"
+    async with websockets.connect(address, subprotocols=[protocol], max_size=None) as page:
         print("open", flush=True)
         if index == 0:
             await asyncio.sleep(3600)
@@ -34,7 +36,7 @@ async def main():
 
 asyncio.run(main())
 """
-"""Opens pages, the first of which does not read; writes how many bytes the second gets."""
+"""Opens pages or scenes, the first of which does not read; writes how much the second gets."""
 
 PAGES = 20
 
@@ -46,10 +48,12 @@ SENT = 4e6
 """Number of bytes that a page gets during the measurement, after another one has stalled."""
 
 
-@pytest.fixture
-def received(page):
+@pytest.fixture(params=PROTOCOLS)
+def received(page, request):
     """Open the pages in a process of their own; give the sizes of what the second one gets."""
-    command = [sys.executable, "-c", READERS, page.url.replace("http:", "ws:"), str(PAGES)]
+    address, what = page.url.replace("http:", "ws:"), request.param
+    arguments = [address, str(PAGES), what, PROTOCOLS[what]]
+    command = [sys.executable, "-c", READERS, *arguments]
     sizes = []
     pipe = subprocess.PIPE
     with subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True) as process:
@@ -67,15 +71,19 @@ class Memory(RunObserver):
 
     def __init__(self, page, received):
         self.page, self.received = page, received
+        self.text = page.gui.add_html("")
         self.sizes, self.sums = [], []  # [bytes], since a page does not read
 
     def after_tick(self):
-        self.page.server.gui.set_panel_label(random.randbytes(TEXT // 2).hex())
+        text = random.randbytes(TEXT // 2).hex()
+        self.page.server.gui.set_panel_label(text)
+        self.text.content = text
         self.page._refresh(now=True)
         time.sleep(0.02)
 
     def cycle_ended(self, status, reason):
-        connections = self.page.server._websock_server._live_connections.values()
+        scenes = self.page.server._websock_server._live_connections.values()
+        connections = [*scenes, *self.page.site._browsers]
         if self.sums or any(one.transport.get_write_buffer_size() > 0 for one in connections):
             gc.collect()
             self.sizes.append(tracemalloc.get_traced_memory()[0])

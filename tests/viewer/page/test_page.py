@@ -6,15 +6,13 @@ import time
 import mujoco
 import pytest
 
-from bt_manip.behaviours import MoveHome, RemoveObject, SpawnObject
+from bt_manip.behaviours import IsHolding, MoveHome, RemoveObject, SpawnObject
 from bt_manip.bt import AlwaysFailure, Fallback, Script, Sequence, Sleep
 from bt_manip.cell import CellScene
 from bt_manip.exceptions import BtManipError
 from bt_manip.record import Recorder
 from bt_manip.runner import RunObserver
 from bt_manip.viewer import Page
-from bt_manip.viewer.page import ErrorPlot
-from bt_manip.viewer.page.server import is_open
 
 
 def picking():
@@ -31,12 +29,6 @@ def of_type(messages, kind):
     return [message for message in messages if message["type"] == kind]
 
 
-def html_of(messages):
-    """Return all HTML that was sent, first or as an update."""
-    sent = [message.get("props", message.get("updates", {})) for message in messages]
-    return "".join(props.get("content") or "" for props in sent)
-
-
 def test_a_watched_run_keeps_its_digest(make_run, page, connect):
     def digest(*observers):
         recorder = Recorder("test", 0)
@@ -44,6 +36,7 @@ def test_a_watched_run_keeps_its_digest(make_run, page, connect):
         return recorder.report().state_digest
 
     connect()  # never reads
+    connect("page")
     assert digest() == digest(page)
 
 
@@ -110,18 +103,17 @@ def test_only_changed_poses_are_sent_when_objects_come_and_go(page, connect):
 
 def test_a_page_that_nobody_has_opened_is_drawn_once_at_the_end(make_run, page, monkeypatch):
     calls = []
-    for name in ("bind", "update"):
+    for name in ("bind", "show"):
         shown = getattr(page._scene, name)
         monkeypatch.setattr(
             page._scene, name, lambda *args, shown=shown, n=name: (calls.append(n), shown(*args))
         )
     make_run(picking(), cycles=2).execute([page])
-    assert calls == ["bind", "update", "update"]  # `bind` updates, too
+    assert calls == ["bind", "show", "show"]  # `bind` shows, too
 
 
 def test_a_page_that_is_opened_during_the_run_shows_what_came_before(make_run, page, connect):
-    messages = []
-    (plot,) = (panel for panel in page._panels if isinstance(panel, ErrorPlot))
+    seen = []
 
     class Opener(RunObserver):
         """Opens the page at the third tick, and reads it after the fourth."""
@@ -131,43 +123,99 @@ def test_a_page_that_is_opened_during_the_run_shows_what_came_before(make_run, p
         def after_tick(self):
             self.ticks += 1
             if self.ticks == 3:
-                self.client = connect()
-                wait_until(lambda: is_open(page.server))
+                self.clients = connect("scene"), connect("page")
+                wait_until(lambda: page.site.is_open)
             elif self.ticks == 4:
-                messages.extend(self.client.read())
-                assert len(plot._plot.data[0]) == 4
+                scene, client = self.clients
+                seen.extend(scene.read())
+                client.see()
+                assert len(client.find("plot")["samples"]) == 4
 
     root = Sequence("root", Script(code="x := 5"), SpawnObject(object="{cube}"), Sleep(msec=50))
-    make_run(root).execute([page, Opener()])
-    assert any(m["name"].startswith("/cube/") for m in of_type(messages, "MeshMessage"))
-    assert "<b>x</b> 5" in html_of(messages) and "cube added" in html_of(messages)
+    opener = Opener()
+    make_run(root).execute([page, opener])
+    assert any(m["name"].startswith("/cube/") for m in of_type(seen, "MeshMessage"))
+    client = opener.clients[1].see()
+    assert client.find("blackboard")["values"]["x"] == "5"
+    assert "cube added" in texts_of(client)
 
 
-def test_log_and_blackboard_are_shown_and_escaped(make_run, page, connect):
-    root = Sequence("root", Script(code="x := '<i>'"), AlwaysFailure("never"))
+def texts_of(client):
+    return [text for _, _, text, _ in client.find("log")["lines"]]
+
+
+def test_the_log_says_what_leaves_did(make_run, page, connect):
+    root = Sequence("root", SpawnObject("spawn", object="{cube}"), AlwaysFailure("never"))
     make_run(root).execute([page])
-    html = html_of(connect().read())
-    assert "<b>x</b> &lt;i&gt;" in html
-    assert "cycle 1 started" in html and "cycle 1 failed" in html
+    lines = connect("page").see().find("log")["lines"]
+    kinds = {text.split(":")[0]: kind for _, kind, text, _ in lines}
+    assert kinds["spawn"] == "success" and kinds["never"] == "failure"
+    assert kinds["cycle 1 failed"] == "error"
+    (said,) = (text for _, _, text, _ in lines if text.startswith("spawn: "))
+    assert "cube" in said.removeprefix("spawn: ")
+
+
+def test_a_condition_that_fails_has_a_kind_of_its_own(make_run, page, connect):
+    wrong = Fallback("root", IsHolding("holding", object="cube"), Sleep("rest", msec=30))
+    make_run(Sequence(SpawnObject(name="cube"), wrong)).execute([page])
+    lines = connect("page").see().find("log")["lines"]
+    assert {kind for _, kind, text, _ in lines if text.startswith("holding")} == {"condition"}
 
 
 def test_the_tracking_error_is_plotted(make_run, page, connect):
     make_run(Sleep("rest", msec=50)).execute([page])
-    plots = [m for m in connect().read() if "data" in m.get("props", m.get("updates", {}))]
-    assert plots
+    samples = connect("page").see().find("plot")["samples"]
+    assert [row[0] for row in samples] == pytest.approx([0.01, 0.02, 0.03, 0.04, 0.05, 0.06])
 
 
-def test_statuses_and_reasons_are_shown_and_escaped(make_run, page, connect):
+def test_texts_are_sent_as_data_not_as_html(make_run, page, connect):
     root = Fallback("<b>root</b>", AlwaysFailure("never"), Sleep("rest", msec=20))
     make_run(root).execute([page])
-    html = html_of(connect().read())
-    assert "&lt;b&gt;root" in html and "<b>root" not in html
-    assert "✗" in html and "✓" in html
+    client = connect("page").see()
+    assert client.find("tree")["nodes"][0]["name"] == "<b>root</b>"
+    assert not any("root" in one["content"] for one in client.elements.values() if "content" in one)
 
 
 def test_a_page_that_is_opened_later_shows_the_last_state(make_run, page, connect):
     make_run(Sleep("rest", msec=50)).execute([page])
-    assert "0.06 s: ended SUCCESS" in html_of(connect().read())
+    status = connect("page").see().find("status")
+    assert status["text"] == "cycle 1, 0.06 s: ended SUCCESS" and status["look"] == "SUCCESS"
+
+
+def test_the_clock_stands_still_after_the_run(make_run, page, connect):
+    run = make_run(Sleep("rest", msec=50))
+    run.execute([page])
+    page.begin_idle(run.station)
+    run.station.cell.step()
+    page._refresh(now=True)
+    assert "0.06 s" in connect("page").see().find("status")["text"]
+
+
+def test_one_can_look_back_while_the_run_is_paused(in_thread, page, connect):
+    page.controls.breakpoints = frozenset(["second"])
+    root = Sequence("root", Sleep("first", msec=3000), Sleep("second", msec=50))
+    connect()
+    client = connect("page")
+    wait_until(lambda: page.site.is_open)
+    run, thread = in_thread(root)
+    wait_until(lambda: page.controls.paused)
+    client.see()
+    line = client.uid("timeline")
+    client.send(line, "seek", 0.0)
+    wait_until(lambda: page.shown_time is not None)
+    assert client.see().find("timeline")["shown"] < run.station.cell.time
+    client.send(line, "seek", None)
+    wait_until(lambda: page.shown_time is None)
+    assert client.see().find("timeline")["shown"] is None
+    page.controls._toggle(None)
+    thread.join(30)
+
+
+def test_the_wait_for_a_browser_ends_when_there_is_none(page):
+    start = time.monotonic()
+    assert not page.wait_until_open(0.2, lambda: False)
+    assert not page.wait_until_open(100.0, lambda: True)
+    assert time.monotonic() - start < 20.0
 
 
 @pytest.fixture

@@ -1,5 +1,6 @@
 """The page of a recording shows at each time what the page of the run had shown then."""
 
+import json
 import threading
 import time
 
@@ -13,18 +14,30 @@ from bt_manip.record import McapRecorder, Recording
 from bt_manip.runner import RunObserver
 from bt_manip.viewer import Page, Panel, ReplayPage
 
+SHOWN = {
+    "tree": ("nodes", "states", "failed"), "log": ("lines",), "blackboard": ("values",),
+    "plot": ("samples",),
+}  # fmt: skip
+"""Properties of elements that are the same in a run and in its replay."""
+
 
 def texts_of(page):
-    """Return the HTML and the plots of the panels, up to date."""
-    found = []
-    for panel in page._panels[1:]:  # not the controls
-        panel._next = 0.0  # of the plot
+    """Return what the elements show, up to date."""
+    for panel in page._panels:
         panel.draw()
-        if html := getattr(panel, "_html", None):
-            found.append(html.content)
-        elif (plot := getattr(panel, "_plot", None)) and panel._samples:
-            found.append(np.round(plot.data, 9).tolist())
-    return found
+    return [
+        rounded([element.props[name] for name in SHOWN[element.kind]])
+        for element in page.gui._elements.values()
+        if element.kind in SHOWN and element.props.get("samples") != []
+    ]
+
+
+def rounded(value):
+    if isinstance(value, dict):
+        return {key: rounded(one) for key, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [rounded(one) for one in value]
+    return round(value, 5) if isinstance(value, float) else value
 
 
 class States(RunObserver):
@@ -138,26 +151,39 @@ def test_it_makes_single_ticks(playing):
 
 
 def test_the_time_line_chooses_the_time(playing):
-    scene, controls = playing._timeline.scene, playing.controls
+    (line,) = (one for one in playing.gui._elements.values() if one.kind == "timeline")
     for wanted in (0.25, 0.1):
-        controls._wanted = wanted
-        wait_until(lambda due=wanted: scene.time == pytest.approx(due))
-        wait_until(lambda due=wanted: controls._line.value == pytest.approx(due))
+        data = json.dumps({"id": line.uid, "event": "seek", "value": wanted})
+        assert playing.gui.receive(data)
+        wait_until(lambda due=wanted: playing._timeline.scene.time == pytest.approx(due))
+        wait_until(lambda due=wanted: line.time == pytest.approx(due))
+
+
+def test_the_time_line_has_the_whole_recording_at_any_time(replay):
+    (line,) = (one for one in replay.gui._elements.values() if one.kind == "timeline")
+    before = list(line.leaves), list(line.marks)
+    assert {name for _, _, name in before[0]} >= {"rest", "MoveToConfiguration", ""}
+    assert [text for _, kind, text in before[1] if kind == "cycle"] == ["cycle 1", "cycle 2"]
+    assert any(kind == "failure" and "never" in text for _, kind, text in before[1])
+    for moment in (0.5, 0.1):
+        replay.seek(moment)
+        assert (line.leaves, line.marks) == before
+    assert line.end == pytest.approx(replay._timeline.scene.times[-1])
 
 
 def test_playing_pauses_at_a_breakpoint_but_moving_past_it_does_not(playing):
     scene, controls = playing._timeline.scene, playing.controls
     controls.breakpoints = frozenset(["rest"])
-    controls._wanted = float(scene.times[-1])
+    controls.want(float(scene.times[-1]))
     wait_until(lambda: scene.time == scene.times[-1])
-    controls._wanted = 0.0
+    controls.want(0.0)
     wait_until(lambda: scene.time == 0.0)
     controls._toggle(None)
-    wait_until(lambda: "paused at rest" in controls._html.content)
+    wait_until(lambda: "paused at rest" in controls._status.text)
     assert 0.0 < scene.time < scene.times[-1]
     controls._toggle(None)
     controls._toggle(None)
-    wait_until(lambda: controls._html.content.endswith("s: paused</div>"))
+    wait_until(lambda: controls._status.text.endswith("s: paused"))
 
 
 def test_panels_that_need_a_run_are_left_out(recorded):
@@ -181,6 +207,6 @@ def test_the_page_says_that_a_recording_is_incomplete(recorded, panels, tmp_path
     page = ReplayPage(Recording(tmp_path / "cut.mcap"), panels, port=0, start=0.1)
     try:
         assert page._timeline.scene.time == pytest.approx(0.1)
-        assert "incomplete: it was cut off after" in page.controls._note.content
+        assert "incomplete: it was cut off after" in page.controls._status.note
     finally:
         page.close()

@@ -3,7 +3,7 @@
 import socket
 from contextlib import nullcontext
 from urllib.error import HTTPError
-from urllib.parse import urljoin, urlsplit
+from urllib.parse import urlsplit
 from urllib.request import urlopen
 
 import pytest
@@ -56,12 +56,22 @@ def test_the_page_is_sent_to_requests_from_this_computer(page):
     assert answer(page.url, f"Host: {host}").startswith(b"HTTP/1.1 200")
 
 
-@pytest.mark.parametrize("path", ["/", "/index.html", "/missing"])
+@pytest.mark.parametrize("path", ["/", "/index.html", "/page.js", "/missing", "/../page.py"])
 def test_no_page_shows_this_one_in_a_frame(page, path):
-    with pytest.raises(HTTPError) if path == "/missing" else nullcontext() as error:
-        response = urlopen(urljoin(page.url, path), timeout=10)
+    missing = path in ("/missing", "/../page.py")
+    with pytest.raises(HTTPError) if missing else nullcontext() as error:
+        response = urlopen(page.url + path, timeout=10)
     headers = error.value.headers if error else response.headers
-    assert headers.get_all("Content-Security-Policy") == ["frame-ancestors 'none'"]
+    if error:
+        error.value.close()
+    (policy,) = headers.get_all("Content-Security-Policy")
+    assert "frame-ancestors 'none'" in policy and "script-src" not in policy
+    assert "default-src 'self'" in policy
+
+
+def test_only_the_page_itself_shows_the_scene_in_a_frame(page):
+    headers = urlopen(f"{page.url}/scene", timeout=10).headers
+    assert headers.get_all("Content-Security-Policy") == ["frame-ancestors 'self'"]
 
 
 @pytest.mark.parametrize(
@@ -81,13 +91,15 @@ def test_a_foreign_request_is_closed_without_an_answer(page, lines):
     assert answer(page.url, *lines) == b""
 
 
-def test_a_foreign_page_gets_no_message(connect):
+@pytest.mark.parametrize("what", ["scene", "page"])
+def test_a_foreign_page_gets_no_message(connect, what):
     with pytest.raises((websockets.exceptions.WebSocketException, EOFError, OSError)):
-        connect(Origin="http://attacker.example")
+        connect(what, Origin="http://attacker.example")
 
 
 def test_a_page_of_the_server_connects(page, connect):
-    assert connect(Origin=page.url).read()
+    assert connect("scene", Origin=page.url).read()
+    assert connect("page", Origin=page.url).see().elements
 
 
 def test_a_forwarded_port_is_local():

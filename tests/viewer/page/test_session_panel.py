@@ -1,6 +1,6 @@
 """The next run is chosen on the page."""
 
-from types import SimpleNamespace
+import json
 
 import pytest
 
@@ -26,17 +26,23 @@ def page():
 
 @pytest.fixture
 def panel(page):
-    return page._panels[-1]
+    (panel,) = (panel for panel in page._panels if isinstance(panel, SessionPanel))
+    return panel
 
 
 def choose(panel, i, value):
     """Choose as on an open page: 0 is the tree, 1 the scene, 2 the robot."""
-    panel._inputs[i].value = value
-    panel._chosen(SimpleNamespace(client_id=1, target=panel._inputs[i]))
+    use(panel, panel._inputs[i], "value", value)
 
 
 def press(panel, button):
-    panel._pressed(SimpleNamespace(target=SimpleNamespace(value=button)))
+    use(panel, {"Run": panel._run, "Reset": panel._reset}[button], "click", None)
+
+
+def use(panel, element, event, value):
+    element.visible = True
+    data = json.dumps({"id": element.uid, "event": event, "value": value})
+    assert element._gui.receive(data)
 
 
 def test_nothing_is_asked_for_at_first(panel):
@@ -74,11 +80,20 @@ def test_messages_are_escaped(panel):
 
 
 def test_the_choice_is_hidden_while_a_tree_runs(page, panel, make_run):
+    def shown():
+        return [panel._folder.visible, panel._run.visible, page.controls._stop.visible]
+
     run = make_run(Sleep("rest", msec=20))
     page.begin_idle(run.station)
-    shown = [panel._folder.visible, page.controls._stop.visible]
+    assert shown() == [True, True, False]
     run.execute([page])
-    shown += [panel._folder.visible, page.controls._stop.visible]
+    assert shown() == [False, False, True]
     page.begin_idle(run.station)
-    shown += [panel._folder.visible, page.controls._stop.visible]
-    assert shown == [True, False, False, True, True, False]
+    assert shown() == [True, True, False]
+
+
+def test_the_result_comes_to_the_front_until_the_next_run(panel, make_run):
+    panel.show_result("FAILURE", "cycle 1: never")
+    assert panel._tab.visible and panel._tab.front == 1
+    panel.start(make_run(Sleep("rest", msec=20)))
+    assert not panel._tab.visible

@@ -1,4 +1,6 @@
-"""The inputs of the tree panel: choosing a node, breakpoints, folding, errors of an edit."""
+"""What browsers get of the tree: nodes, states, breakpoints, errors of an edit."""
+
+import json
 
 import pytest
 
@@ -6,12 +8,6 @@ from bt_manip import build_station
 from bt_manip.behaviours import RemoveObject, SpawnObject
 from bt_manip.bt import AlwaysFailure, Fallback, Sequence, Sleep
 from bt_manip.runner import RunObserver
-
-
-@pytest.fixture
-def panel(page):
-    (panel,) = [panel for panel in page._panels if type(panel).__name__ == "TreePanel"]
-    return panel
 
 
 def tree():
@@ -26,48 +22,63 @@ def press(panel, *buttons):
     panel.draw()
 
 
-def test_a_chosen_node_shows_its_ports_and_values(make_run, page, panel):
+def states_of(client):
+    """Return the states of the nodes by name."""
+    tree = client.find("tree")
+    names = {str(node["uid"]): node["name"] for node in tree["nodes"]}
+    return {names[uid]: state for uid, state in tree["states"].items()}
+
+
+def test_the_nodes_have_ports_statuses_and_messages(make_run, page, connect):
     make_run(tree()).execute([page])
-    assert panel._choice.options == ("none", "root", "try", "never", "rest", "spawn", "remove")
-    panel._choice.value = "spawn"
-    panel.draw()
-    html = panel._chosen_html.content
-    assert "SpawnObject, success" in html and "{cube}" in html and "cube = cube" in html
-    assert panel._html.content.count("background:") == 1
+    client = connect("page").see()
+    nodes = {node["name"]: node for node in client.find("tree")["nodes"]}
+    assert list(nodes) == ["root", "try", "never", "rest", "spawn", "remove"]
+    (port,) = (port for port in nodes["spawn"]["ports"] if port["name"] == "object")
+    assert port["text"] == "{cube}" and port["key"] == "cube"
+    states = states_of(client)
+    assert states["never"][:2] == ["FAILURE", "always fails"]
+    assert states["spawn"][0] == "SUCCESS" and "cube" in states["spawn"][1]
 
 
-def test_nodes_are_chosen_by_buttons(make_run, page, panel):
+def test_a_state_has_the_times_at_which_the_node_began_and_ended(make_run, page, connect):
     make_run(tree()).execute([page])
-    press(panel, "Parent", "Fold", "Breakpoint", "Running")  # nothing is chosen, nothing runs
-    assert panel._choice.value == "none"
-    press(panel, "Failed")
-    assert panel._choice.value == "never" and "always fails" in panel._chosen_html.content
-    press(panel, "Parent", "Fold")
-    assert panel._choice.value == "try"
-    assert ">never<" not in panel._html.content
-    press(panel, "Parent", "Parent")
-    assert panel._choice.value == "root"
+    _, _, start, end = states_of(connect("page").see())["rest"]
+    assert end - start == pytest.approx(0.02)
 
 
-def test_several_breakpoints_are_set_and_removed_in_a_list(make_run, page, panel):
+def test_only_the_states_that_have_changed_are_sent(make_run, page, connect):
+    sent = []
+    client = connect("page")
+    client.see()
+
+    class Look(RunObserver):
+        def after_tick(self):
+            page._refresh(now=True)
+
+    make_run(tree()).execute([page, Look()])
+    try:
+        while True:
+            sent += json.loads(client.connection.recv(0.5))
+    except TimeoutError:
+        merged = [change[3] for change in sent if change[0] == "merge" and change[2] == "states"]
+    assert len(merged) >= 2 and len(merged[-1]) < 6
+
+
+def test_breakpoints_are_set_and_removed_in_the_margin(make_run, page, connect):
     make_run(tree()).execute([page])
-    for path in ("spawn", "rest"):
-        panel._choice.value = path
-        press(panel, "Breakpoint")
+    client = connect("page").see()
+    margin = client.uid("tree")
+    for path in ("spawn", "rest", "no such path", 5, None):
+        client.send(margin, "breakpoint", path)
     assert page.controls.breakpoints == {"spawn", "rest"}
-    buttons = panel._breakpoints
-    assert [button.label for button in buttons.values()] == ["✕ spawn", "✕ rest"]
-    assert panel._html.content.count("●") == 2
-    for _ in range(2):  # a double click
-        panel._unset.append("spawn")  # as its button does
-    panel.draw()
-    assert list(buttons) == ["rest"]
-    press(panel, "Breakpoint")
-    assert page.controls.breakpoints == frozenset()
-    assert not buttons and not panel._folder.visible
+    page._refresh(now=True)
+    assert client.see().find("tree")["breakpoints"] == ["rest", "spawn"]
+    client.send(margin, "breakpoint", "spawn")
+    assert page.controls.breakpoints == {"rest"}
 
 
-def test_errors_of_an_edited_tree_are_shown_until_they_are_gone(make_run, page, panel):
+def test_errors_of_an_edited_tree_are_shown_until_they_are_gone(make_run, page, connect):
     seen = []
 
     class Editor(RunObserver):
@@ -75,22 +86,35 @@ def test_errors_of_an_edited_tree_are_shown_until_they_are_gone(make_run, page, 
             self.emit = run.events.emit
 
         def after_tick(self):
-            wrong = len(seen) < 2
             problem = "task.xml:3:7: error: unknown node '<Slep>'"
-            self.emit("edit", {"problems": [problem] if wrong else []})
-            panel.draw()
-            seen.append(panel._problem_html.content)
+            self.emit("edit", {"problems": [problem] if len(seen) < 2 else []})
+            seen.append(panel._tree.problems)
 
+    (panel,) = [one for one in page._panels if type(one).__name__ == "TreePanel"]
     make_run(Sleep("rest", msec=30)).execute([page, Editor()])
-    assert "task.xml:3:7: error: unknown node &#x27;&lt;Slep&gt;&#x27;" in seen[1]
-    assert seen[-1] == ""
+    assert seen[1] == ["task.xml:3:7: error: unknown node '<Slep>'"] and seen[-1] == []
 
 
-def test_statuses_and_values_are_kept_until_there_is_a_new_cell(make_run, page, panel, parts):
+def test_a_cycle_that_fails_marks_the_tree(make_run, page, connect):
+    make_run(Sequence("root", AlwaysFailure("never"))).execute([page])
+    assert connect("page").see().find("tree")["failed"]
+
+
+def test_states_are_kept_until_there_is_a_new_cell(make_run, page, connect, parts):
     run = make_run(tree())
     run.execute([page])
+    client = connect("page")
     page.begin_idle(run.station)
-    assert "✗" in panel._html.content and panel._values
+    assert states_of(client.see())["never"][0] == "FAILURE"
     page.begin_idle(build_station(parts))
-    assert ">never<" in panel._html.content and not panel._values
-    assert "✗" not in panel._html.content and "✓" not in panel._html.content
+    assert states_of(client.see()) == {} and client.find("tree")["nodes"]
+    assert client.find("blackboard")["values"] == {}
+
+
+def test_the_tree_of_a_run_that_has_not_begun_is_shown(make_run, page, connect):
+    run = make_run(tree())
+    page.begin_idle(run.station)
+    page.show_prepared(run)
+    client = connect("page").see()
+    assert client.find("tree")["nodes"][0]["name"] == "root"
+    assert client.find("status")["text"] == "0.00 s: ready"

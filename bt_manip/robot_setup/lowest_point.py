@@ -1,0 +1,85 @@
+"""Lowest points of a robot's links and of its gripper."""
+
+import mujoco
+import numpy as np
+
+from bt_manip.cell.objects import geom_box
+from bt_manip.collision import moved_bodies
+from bt_manip.robots import Robot
+
+_VERTICAL = 0.999  # cosine of a hinge's axis with the vertical
+
+
+class LowestPoint:
+    """Measures how low a robot reaches, the open gripper included.
+
+    Its foot, which keeps its height, does not count.
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        """Measure for a robot that is compiled alone.
+
+        Args:
+            robot: The robot.
+        """
+        self._robot, self._model = robot, robot.mj_model
+        model = self._model
+        self._data = mujoco.MjData(model)
+        if robot.gripper is not None:
+            robot.gripper.set_opening(self._data.qpos)
+        collides = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
+        carried = moved_bodies(model, robot.dof_adr[-1:])
+        links = moved_bodies(model, robot.dof_adr) & ~carried & ~foot_bodies(robot)
+        self._carried, self._links = (
+            np.flatnonzero(collides & bodies[model.geom_bodyid]) for bodies in (carried, links)
+        )
+
+    def of_links(self, q: np.ndarray) -> float:
+        """Return the height of the lowest point of the links before the last one [m].
+
+        Args:
+            q: Configuration of the arm [rad].  # (nq,)
+        """
+        self._place(q)
+        joints = self._data.xanchor[self._model.dof_jntid[self._robot.dof_adr], 2]
+        return min(float(joints.min()), self._lowest(self._links))
+
+    def below_tool(self, q: np.ndarray) -> float:
+        """Return the height of the tool over the lowest point of the last link and the gripper [m].
+
+        Args:
+            q: Configuration of the arm [rad].  # (nq,)
+        """
+        self._place(q)
+        tool = float(self._data.site_xpos[self._robot.tool_site_id, 2])
+        return tool - min(tool, self._lowest(self._carried))
+
+    def _place(self, q: np.ndarray) -> None:
+        self._data.qpos[self._robot.qpos_adr] = q
+        mujoco.mj_kinematics(self._model, self._data)
+
+    def _lowest(self, geoms: np.ndarray) -> float:
+        boxes = (geom_box(self._model, self._data, int(geom)) for geom in geoms)
+        return min((float(lower[2]) for lower, _ in boxes), default=np.inf)
+
+
+def foot_bodies(robot: Robot) -> np.ndarray:
+    """Return the mask of the bodies that keep their height.
+
+    These are fixed bodies, and links that turn about the vertical only.
+
+    Args:
+        robot: The robot, compiled alone.
+    """  # (nbody,)
+    model, data = robot.mj_model, robot.mj_data
+    foot = np.zeros(model.nbody, dtype=bool)
+    foot[0] = True
+    for body in range(1, model.nbody):
+        start = model.body_jntadr[body]
+        joints = range(start, start + model.body_jntnum[body])
+        foot[body] = foot[model.body_parentid[body]] and all(
+            int(model.jnt_type[j]) == int(mujoco.mjtJoint.mjJNT_HINGE)
+            and abs(data.xaxis[j, 2]) > _VERTICAL
+            for j in joints
+        )
+    return foot

@@ -1,0 +1,300 @@
+"""The inputs and texts of the page: their state, and its changes as messages for browsers."""
+
+import contextlib
+import math
+import threading
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import Any, NamedTuple
+
+import msgspec
+
+LONGEST_TEXT = 10_000
+"""Characters of a text that is typed on a page."""
+
+
+class GuiEvent(NamedTuple):
+    """Somebody has used an element in a browser."""
+
+    target: "GuiElement"
+    value: Any
+
+
+class GuiElement:
+    """An element of the page.
+
+    Its properties are attributes. Setting one shows the new value in all browsers at the next
+    update of the page. As a context, a container takes the elements that are added meanwhile.
+    """
+
+    def __init__(self, gui: "Gui", uid: int, kind: str, parent: int, props: dict[str, Any]) -> None:
+        """Keep the properties; `Gui` makes elements."""
+        vars(self).update(_gui=gui, uid=uid, kind=kind, parent=parent, props=props, _calls={})
+
+    def __getattr__(self, name: str) -> Any:
+        """Return a property."""
+        try:
+            return self.props[name]
+        except KeyError:
+            raise AttributeError(f"the {self.kind} has no property '{name}'") from None
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        """Set a property."""
+        if name not in self.props:
+            raise AttributeError(f"the {self.kind} has no property '{name}'")
+        self._gui._set(self, name, value)
+
+    def __enter__(self) -> "GuiElement":
+        """Take the elements that are added from now on."""
+        self._gui._stack.append(self.uid)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Leave the container."""
+        self._gui._stack.pop()
+
+    def merge(self, name: str, values: dict[str, Any]) -> None:
+        """Set some entries of a property that is a dict; only these are sent."""
+        self._gui._merge(self, name, values)
+
+    def append(self, name: str, values: Sequence[Any], keep: int) -> None:
+        """Append to a property that is a list, of which the latest values are kept."""
+        self._gui._append(self, name, values, keep)
+
+    def on(self, event: str, call: Callable[[GuiEvent], None], accepts: Any = None) -> None:
+        """Call a function with each event of a kind.
+
+        Args:
+            event: The kind.
+            call: Called by the server's thread: it should only set what other threads read.
+            accepts: Says of the value of an event whether it is valid; None: it needs no value.
+        """
+        self._calls.setdefault(event, []).append((call, accepts or (lambda value: value is None)))
+
+    def on_click(self, call: Callable[[GuiEvent], None]) -> None:
+        """Call a function at each click; of a group, the value is the label of the button."""
+        self.on("click", call, self._is_option if "options" in self.props else None)
+
+    def on_update(self, call: Callable[[GuiEvent], None]) -> None:
+        """Call a function when somebody has changed the value in a browser."""
+        self._calls.setdefault("value", []).append((call, self.accepts))
+
+    def remove(self) -> None:
+        """Remove it with all that it contains."""
+        self._gui._remove(self)
+
+    def accepts(self, value: Any) -> bool:
+        """Return whether a value is one that a browser may set."""
+        props = self.props
+        if "value" not in props:
+            return False
+        if "options" in props:
+            return self._is_option(value)
+        if isinstance(props["value"], bool):
+            return isinstance(value, bool)
+        if isinstance(props["value"], int | float):
+            low, high = props.get("min"), props.get("max")
+            return is_number(value) and not (
+                (low is not None and value < low) or (high is not None and value > high)
+            )
+        return isinstance(value, str) and len(value) <= LONGEST_TEXT
+
+    def _is_option(self, value: Any) -> bool:
+        return isinstance(value, str) and value in self.props["options"]
+
+
+def is_number(value: Any) -> bool:
+    """Return whether a value is a finite number."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+class Gui:
+    """The elements of a page, which all its browsers show.
+
+    Any thread may add, change and remove elements. `flush` returns the changes since its last call
+    as one message, `snapshot` also one with all elements.
+    """
+
+    def __init__(self) -> None:
+        """Start without elements."""
+        self._lock = threading.RLock()
+        self._elements: dict[int, GuiElement] = {}
+        self._stack = [0]
+        self._last = 0
+        self._new: set[int] = set()
+        self._gone: list[int] = []
+        self._sets: dict[int, dict[str, Any]] = {}
+        self._merges: dict[tuple[int, str], dict[str, Any]] = {}
+        self._appends: dict[tuple[int, str], tuple[list[Any], int]] = {}
+
+    def add(self, kind: str, **props: Any) -> GuiElement:
+        """Add an element to the current container.
+
+        Args:
+            kind: Its kind, which the script of the page draws.
+            props: Its properties.
+        """
+        with self._lock:
+            self._last += 1
+            props = {"visible": True, "disabled": False, **props}
+            element = GuiElement(self, self._last, kind, self._stack[-1], props)
+            self._elements[element.uid] = element
+            self._new.add(element.uid)
+            return element
+
+    def add_html(self, content: str) -> GuiElement:
+        """Add HTML, in which text has to be escaped, as ``content``."""
+        return self.add("html", content=content)
+
+    def add_button(self, label: str, *, hint: str = "", style: str = "") -> GuiElement:
+        """Add a button.
+
+        Args:
+            label: What it does.
+            hint: Shown where the mouse rests on it.
+            style: ``primary`` for the main action, ``danger`` for one that ends something.
+        """
+        return self.add("button", label=label, hint=hint, style=style)
+
+    def add_button_group(self, label: str, options: Sequence[str], *, hint: str = "") -> GuiElement:
+        """Add buttons in a row; an event has the label of the button as value."""
+        return self.add("button_group", label=label, options=tuple(options), hint=hint)
+
+    def add_checkbox(self, label: str, value: bool, *, hint: str = "") -> GuiElement:
+        """Add a checkbox."""
+        return self.add("checkbox", label=label, value=value, hint=hint)
+
+    def add_dropdown(
+        self,
+        label: str,
+        options: Sequence[str],
+        *,
+        initial_value: str | None = None,
+        hint: str = "",
+    ) -> GuiElement:
+        """Add a choice of one of several texts, at first the first one."""
+        first = options[0] if initial_value is None else initial_value
+        return self.add("dropdown", label=label, options=tuple(options), value=first, hint=hint)
+
+    def add_slider(
+        self, label: str, low: float, high: float, step: float, value: float, *, hint: str = ""
+    ) -> GuiElement:
+        """Add a slider."""
+        return self.add("slider", label=label, min=low, max=high, step=step, value=value, hint=hint)
+
+    def add_number(
+        self, label: str, value: float, *, low: float | None = None, high: float | None = None,
+        step: float | None = None, disabled: bool = False, hint: str = "",
+    ) -> GuiElement:  # fmt: skip
+        """Add a field for a number, within limits if there are any."""
+        return self.add(
+            "number", label=label, value=value, min=low, max=high, step=step, disabled=disabled,
+            hint=hint,
+        )  # fmt: skip
+
+    def add_text(self, label: str, value: str, *, hint: str = "") -> GuiElement:
+        """Add a field for a line of text."""
+        return self.add("text", label=label, value=value, hint=hint)
+
+    def add_plot(self, label: str, unit: str, names: Sequence[str]) -> GuiElement:
+        """Add a plot of lines over time; rows of ``samples`` have the time and a value of each."""
+        return self.add("plot", label=label, unit=unit, names=tuple(names), samples=[])
+
+    def add_folder(self, label: str) -> GuiElement:
+        """Add a container that can be folded; without a label, one that cannot."""
+        return self.add("folder", label=label)
+
+    def flush(self) -> bytes | None:
+        """Return the changes since the last call as JSON; None if there are none."""
+        with self._lock:
+            new = [e for uid in sorted(self._new) if (e := self._elements.get(uid)) is not None]
+            changes: list[Any] = [["remove", uid] for uid in self._gone]
+            changes += map(_description, new)
+            changes += [["set", *one] for one in self._sets.items()]
+            changes += [["merge", *key, values] for key, values in self._merges.items()]
+            changes += [["append", *key, *one] for key, one in self._appends.items()]
+            for pending in (self._new, self._gone, self._sets, self._merges, self._appends):
+                pending.clear()
+            return msgspec.json.encode(changes) if changes else None
+
+    def snapshot(self) -> tuple[bytes | None, bytes]:
+        """Return the changes for browsers that have been here, and all elements for a new one."""
+        with self._lock:
+            elements = [["reset"], *map(_description, self._elements.values())]
+            return self.flush(), msgspec.json.encode(elements)
+
+    def receive(self, data: Any) -> bool:
+        """Take a message of a browser; return whether it was valid. Others have no effect."""
+        try:
+            message = msgspec.json.decode(data)
+            uid, event, value = message["id"], message["event"], message.get("value")
+        except (msgspec.MsgspecError, KeyError, TypeError, AttributeError, RecursionError):
+            return False
+        if type(uid) is not int or not isinstance(event, str):
+            return False
+        with self._lock:
+            element = self._elements.get(uid)
+            if element is None or element.disabled or not element.visible:
+                return False
+            if event == "value":
+                if not element.accepts(value):
+                    return False
+                self._set(element, "value", value)
+            called = [call for call, accepts in element._calls.get(event, ()) if accepts(value)]
+        for call in called:
+            call(GuiEvent(element, value))
+        return bool(called) or event == "value"
+
+    # For elements
+
+    @contextlib.contextmanager
+    def _changing(self, element: GuiElement) -> Iterator[bool]:
+        """Hold the lock; give whether browsers have the element already."""
+        with self._lock:
+            yield element.uid not in self._new and element.uid in self._elements
+
+    def _set(self, element: GuiElement, name: str, value: Any) -> None:
+        with self._changing(element) as known:
+            if element.props[name] == value:
+                return
+            element.props[name] = value
+            if known:
+                self._merges.pop((element.uid, name), None)
+                self._appends.pop((element.uid, name), None)
+                self._sets.setdefault(element.uid, {})[name] = value
+
+    def _merge(self, element: GuiElement, name: str, values: dict[str, Any]) -> None:
+        with self._changing(element) as known:
+            element.props[name].update(values)
+            if known:
+                self._merges.setdefault((element.uid, name), {}).update(values)
+
+    def _append(self, element: GuiElement, name: str, values: Sequence[Any], keep: int) -> None:
+        with self._changing(element) as known:
+            element.props[name] = [*element.props[name], *values][-keep:]
+            if known:
+                waiting, _ = self._appends.get((element.uid, name), ([], keep))
+                self._appends[element.uid, name] = [*waiting, *values][-keep:], keep
+
+    def _remove(self, element: GuiElement) -> None:
+        with self._lock:
+            for inner in [one for one in self._elements.values() if one.parent == element.uid]:
+                self._remove(inner)
+            if self._elements.pop(element.uid, None) is None:
+                return
+            if element.uid in self._new:
+                self._new.discard(element.uid)
+            else:
+                self._gone.append(element.uid)
+            self._sets.pop(element.uid, None)
+            for pending in (self._merges, self._appends):
+                for key in [key for key in pending if key[0] == element.uid]:
+                    del pending[key]
+
+
+def _description(element: GuiElement) -> list[Any]:
+    return ["add", element.uid, element.parent, element.kind, element.props]
+
+
+def rows_of(values: Iterable[Iterable[float]]) -> list[list[float]]:
+    """Return rows of numbers for a plot, rounded to what can be seen."""
+    return [[float(f"{value:.6g}") for value in row] for row in values]

@@ -1,0 +1,253 @@
+"use strict";
+// The elements of the page: one maker per kind. A maker returns the DOM node, and functions that
+// draw it; `send(event, value)` tells the server. All text is set as text, but for `html`.
+
+const make = (tag, props = {}, ...children) => {
+  const node = Object.assign(document.createElement(tag), props);
+  node.append(...children);
+  return node;
+};
+
+let inputs = 0;
+
+function row(element, input, ...more) {
+  const p = element.props;
+  input.id = `input${++inputs}`;
+  const label = make("label", { textContent: p.label, htmlFor: input.id });
+  const node = make("div", { className: "row", title: p.hint || "" }, label, input, ...more);
+  const all = [input, ...more];
+  return {
+    node,
+    draw() {
+      label.textContent = p.label;
+      for (const one of all) one.disabled = p.disabled;
+    },
+  };
+}
+
+function numeric(element, input) {
+  // A field for a number: follows the value unless it is being edited.
+  const p = element.props;
+  input.type = "number";
+  if (p.min !== null) input.min = p.min;
+  if (p.max !== null) input.max = p.max;
+  input.step = p.step ?? "any";
+  input.onchange = () => {
+    const value = Math.min(Math.max(Number(input.value), p.min ?? -Infinity), p.max ?? Infinity);
+    if (input.value !== "" && Number.isFinite(value)) element.send("value", value);
+  };
+  input.onkeydown = (event) => { if (event.key == "Enter") input.blur(); };
+  return () => { if (document.activeElement !== input) input.value = p.value; };
+}
+
+const WIDGETS = {
+  html(element) {
+    const node = make("div", { className: "html" });
+    return { node, draw() { node.innerHTML = element.props.content; } };
+  },
+  folder(element) {
+    const node = make("div", { className: "folder" });
+    if (!element.props.label) return { node, inner: node };
+    const inner = make("details", { open: true }, make("summary", { textContent: element.props.label }));
+    node.append(inner);
+    return { node, inner };
+  },
+  button(element) {
+    const p = element.props;
+    const node = make("button", { className: p.style, title: p.hint });
+    node.onclick = () => element.send("click", null);
+    return { node, draw() { node.textContent = p.label; node.disabled = p.disabled; } };
+  },
+  button_group(element) {
+    const p = element.props;
+    const buttons = p.options.map((option) => make("button", {
+      textContent: option, onclick: () => element.send("click", option),
+    }));
+    const label = p.label ? [make("label", { textContent: p.label })] : [];
+    const node = make("div", { className: "row", title: p.hint }, ...label, ...buttons);
+    return { node, draw() { for (const one of buttons) one.disabled = p.disabled; } };
+  },
+  checkbox(element) {
+    const input = make("input", { type: "checkbox" });
+    const made = row(element, input);
+    input.onchange = () => element.send("value", input.checked);
+    return { node: made.node, draw() { made.draw(); input.checked = element.props.value; } };
+  },
+  dropdown(element) {
+    const p = element.props;
+    const input = make("select");
+    const made = row(element, input);
+    made.node.classList.add("wide");
+    let options = null;
+    input.onchange = () => element.send("value", input.value);
+    return { node: made.node, draw() {
+      made.draw();
+      if (options !== p.options) {
+        options = p.options;
+        input.replaceChildren(...options.map((one) => make("option", { value: one, textContent: one })));
+      }
+      input.value = p.value;
+      input.setAttribute("aria-label", p.label);
+    } };
+  },
+  text(element) {
+    const input = make("input", { type: "text", maxLength: 10000 });
+    const made = row(element, input);
+    input.oninput = () => element.send("value", input.value);
+    return { node: made.node, draw() {
+      made.draw();
+      if (document.activeElement !== input) input.value = element.props.value;
+    } };
+  },
+  number(element) {
+    const input = make("input");
+    const made = row(element, input), follow = numeric(element, input);
+    return { node: made.node, draw() { made.draw(); follow(); } };
+  },
+  slider(element) {
+    const p = element.props;
+    const input = make("input", { type: "range", min: p.min, max: p.max, step: p.step });
+    const field = make("input", { ariaLabel: `${p.label} value` });
+    const made = row(element, input, field), follow = numeric(element, field);
+    let held = false;
+    input.onpointerdown = () => { held = true; };
+    input.onpointerup = input.onpointercancel = () => { held = false; };
+    input.oninput = () => element.send("value", Number(input.value));
+    return { node: made.node, draw() { made.draw(); follow(); if (!held) input.value = p.value; } };
+  },
+  status(element) {
+    const p = element.props;
+    const task = make("b"), chip = make("span", { className: "chip" });
+    const note = make("span", { className: "dim" });
+    const node = make("div", { className: "status", role: "status" }, task, chip, note);
+    return { node, draw() {
+      task.textContent = p.task;
+      chip.textContent = chip.title = p.text;
+      chip.className = `chip ${p.look}`;
+      note.textContent = p.note;
+      document.title = p.task ? `${p.task} – bt-manip` : "bt-manip";
+    } };
+  },
+  plot(element) {
+    const canvas = make("canvas", { className: "plot" });
+    const node = make("div", {}, canvas);
+    const draw = () => drawPlot(canvas, element.props);
+    new ResizeObserver(draw).observe(canvas);
+    return { node, draw };
+  },
+  blackboard(element) {
+    const body = make("table"), node = make("div", {}, body);
+    return { node, draw() {
+      const entries = Object.entries(element.props.values).filter(([, value]) => value !== null).sort();
+      body.replaceChildren(...entries.map(([key, value]) =>
+        make("tr", {}, make("td", {}, make("b", { textContent: key })), make("td", { textContent: value }))));
+    } };
+  },
+  result(element) {
+    const p = element.props;
+    const chip = make("span"), text = make("pre"), node = make("div", {}, make("p", {}, chip), text);
+    return { node, draw() {
+      chip.className = `chip ${p.status}`;
+      chip.textContent = p.status;
+      text.textContent = p.text;
+    } };
+  },
+  tree: makeTree,
+  node: makeNode,
+  timeline: makeTimeline,
+  log(element, page) {
+    const kinds = { success: true, cycle: true, info: true, warning: true, failure: true, error: true, condition: false };
+    Object.assign(kinds, page.saved("log") ?? {});
+    const lines = make("div", { className: "loglines" });
+    const filters = make("div", { className: "filters" });
+    for (const kind in kinds) {
+      const box = make("input", { type: "checkbox", checked: kinds[kind] });
+      box.onchange = () => { kinds[kind] = box.checked; page.save("log", kinds); drawn = null; draw(); };
+      filters.append(make("label", {}, box, ` ${kind}`));
+    }
+    const node = make("div", { className: "log" }, filters, lines);
+    let drawn = null, last = null;  // the lines that are drawn, the last of them
+    const line = (one) => {
+      const [time, kind, text, uid] = one;
+      const node = make("div", { className: `logline ${kind}` },
+        make("time", { textContent: `${time.toFixed(2)} s` }), make("span", { textContent: text }));
+      node.onclick = () => { if (uid) page.select(uid); page.seek(time); };
+      return node;
+    };
+    const draw = () => {
+      const all = element.props.lines;
+      const first = drawn === all || (last && all.includes(last)) ? all.indexOf(last) + 1 : 0;
+      if (first == 0 || drawn === null) lines.replaceChildren();
+      const fresh = all.slice(drawn === null ? 0 : first).filter((one) => kinds[one[1]]);
+      lines.prepend(...fresh.slice(-500).reverse().map(line));
+      while (lines.children.length > 500) lines.lastChild.remove();
+      drawn = all; last = all.at(-1) ?? null;
+    };
+    return { node, draw };
+  },
+};
+
+function makeNode(element, page) {
+  // The selected node, with the values of its ports.
+  const node = make("div");
+  const draw = () => {
+    const tree = page.first("tree"), one = tree && tree.made.find(page.selected);
+    if (!one) return node.replaceChildren(make("p", { className: "dim", textContent: "Select a node of the tree." }));
+    const [status, message, start, end] = tree.made.state(one.uid);
+    const values = page.first("blackboard")?.props.values ?? {};
+    const kinds = one.kind == one.registration ? one.kind : `${one.kind} ${one.registration}`;
+    const broken = tree.props.breakpoints.includes(one.path);
+    const took = start === null ? "" : `, ${((end ?? page.time()) - start).toFixed(2)} s`;
+    const button = make("button", { textContent: broken ? "Remove breakpoint" : "Set breakpoint" });
+    button.onclick = () => tree.send("breakpoint", one.path);
+    const ports = (one.ports ?? []).map((port) => make("tr", {},
+      make("td", { textContent: port.name }), make("td", { className: "dim", textContent: port.direction }),
+      make("td", {}, port.text, ...(port.key ? [make("div", { textContent: `${port.key} = ${values[port.key] ?? "(not set)"}` })] : []))));
+    node.replaceChildren(
+      make("div", {}, make("b", { textContent: one.path })),
+      make("div", { textContent: `${kinds}, ${status.toLowerCase()}${took}` }),
+      make("div", { className: status == "FAILURE" ? "error" : "note", textContent: message }),
+      make("table", {}, ...ports), make("p", {}, button));
+  };
+  return { node, draw, follows: ["tree", "blackboard"] };
+}
+
+const COLOURS = ["#1971c2", "#e67700", "#2b8a3e", "#9c36b5"];
+
+function sized(canvas) {
+  // A canvas with as many pixels as it has on the screen.
+  const { width, height } = canvas.getBoundingClientRect(), ratio = window.devicePixelRatio || 1;
+  if (canvas.width != Math.round(width * ratio)) canvas.width = Math.round(width * ratio);
+  if (canvas.height != Math.round(height * ratio)) canvas.height = Math.round(height * ratio);
+  const context = canvas.getContext("2d");
+  context.setTransform(ratio, 0, 0, ratio, 0, 0);
+  context.clearRect(0, 0, width, height);
+  return { context, width, height };
+}
+
+const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+
+function drawPlot(canvas, { label, unit, names, samples }) {
+  const { context: c, width, height } = sized(canvas);
+  if (!width) return;
+  const [left, top, bottom] = [44, 20, 20];
+  const high = Math.max(1e-9, ...samples.flatMap((one) => one.slice(1)));
+  const first = samples[0]?.[0] ?? 0, end = samples.at(-1)?.[0] ?? 1;
+  const x = (t) => left + (t - first) / Math.max(end - first, 1e-9) * (width - left - 6);
+  const y = (v) => height - bottom - v / high * (height - top - bottom);
+  c.font = "11px system-ui"; c.fillStyle = colour("--dim"); c.strokeStyle = colour("--line"); c.lineWidth = 1;
+  for (const share of [0, 0.5, 1]) {
+    c.fillText((share * high).toPrecision(2), 2, y(share * high) + 4);
+    c.beginPath(); c.moveTo(left, y(share * high)); c.lineTo(width, y(share * high)); c.stroke();
+  }
+  c.fillText(`${first.toFixed(1)} s`, left, height - 5);
+  c.fillText(`${end.toFixed(1)} s`, width - 40, height - 5);
+  c.fillText(`${label} [${unit}]`, left, 12);
+  names.forEach((name, i) => {
+    c.strokeStyle = c.fillStyle = COLOURS[i % COLOURS.length]; c.lineWidth = 1.5;
+    c.fillText(name, width - 70 * (names.length - i), 12);
+    c.beginPath();
+    for (const one of samples) c.lineTo(x(one[0]), y(one[i + 1]));
+    c.stroke();
+  });
+}

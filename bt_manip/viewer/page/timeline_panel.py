@@ -1,0 +1,108 @@
+"""The time line below the scene: the running leaf, failures, cycles and breakpoints."""
+
+from collections.abc import Iterable
+from typing import Any
+
+from bt_manip.runner import RunEvent
+
+from .gui import GuiEvent, is_number
+from .panel import Panel
+
+KEPT_CHANGES = 4000
+"""Number of changes of the running leaf, and of marks, that are kept."""
+
+
+class TimelinePanel(Panel):
+    """Shows when which leaf ran; a click asks the page to show that time.
+
+    A recording is shown whole from the start.
+    """
+
+    place = "below"
+
+    def __init__(self, page: Any) -> None:
+        """Add it to the current container."""
+        self._page, self._controls = page, page.controls
+        self._line = page.gui.add(
+            "timeline", leaves=[], marks=[], time=0.0, start=0.0, end=None, shown=None
+        )
+        self._line.on("seek", self._seek, lambda value: value is None or is_number(value))
+        self._nodes: dict[int, Any] = {}
+        self._parents: set[int] = set()
+        self._running: dict[int, None] = {}  # leaves, the latest one last
+        self._new: dict[str, list[Any]] = {"leaves": [], "marks": []}
+        self._is_whole = False
+
+    def show_all(self, events: Iterable[RunEvent], start: float, end: float) -> None:
+        """Show a whole recording.
+
+        Args:
+            events: All its events.
+            start: Simulated time at its start [s].
+            end: At its end [s].
+        """
+        for event in events:
+            self.handle(event)
+        self.draw()
+        self._line.start, self._line.end, self._is_whole = start, end, True
+
+    def reset(self) -> None:
+        """Forget the past, but for a recording."""
+        if not self._is_whole:
+            self._running.clear()
+            self._new = {"leaves": [], "marks": []}
+            self._line.leaves, self._line.marks = [], []
+
+    def handle(self, event: RunEvent) -> None:
+        """Keep the running leaf and the marks."""
+        if self._is_whole:
+            return
+        data = event.data
+        if event.kind == "tree":
+            self._nodes = {node["uid"]: node for node in data["nodes"]}
+            self._parents = {node["parent"] for node in data["nodes"]}
+            self._running.clear()
+        elif event.kind == "status":
+            self._note_status(event)
+        elif event.kind == "cycle":
+            failed = data["status"] == "FAILURE"
+            if failed or data["status"] == "RUNNING":
+                text = f"cycle {data['cycle'] + 1}"
+                text += f" failed: {data['reason']}" if failed else ""
+                self._mark(event.time, "failure" if failed else "cycle", text)
+
+    def draw(self) -> None:
+        """Send what is new, and the time."""
+        for name, values in self._new.items():
+            if values:
+                self._line.append(name, values, KEPT_CHANGES)
+        self._new = {"leaves": [], "marks": []}
+        self._line.time = round(self._controls.time, 6)
+        self._line.shown = self._page.shown_time
+
+    # Internal
+
+    def _note_status(self, event: RunEvent) -> None:
+        uid, status, path = (event.data[key] for key in ("uid", "status", "path"))
+        if status == "FAILURE" and uid not in self._parents:
+            if self._nodes.get(uid, {}).get("kind") != "Condition":
+                self._mark(event.time, "failure", f"{path}: {event.data['reason']}")
+        if status != "IDLE" and event.data["old"] != "RUNNING":
+            if path in self._controls.breakpoints:
+                self._mark(event.time, "breakpoint", path)
+        if uid in self._parents:
+            return
+        before = next(reversed(self._running), 0)
+        self._running.pop(uid, None)
+        if status == "RUNNING":
+            self._running[uid] = None
+        now = next(reversed(self._running), 0)
+        if now != before:
+            name = self._nodes[now]["name"] if now in self._nodes else ""
+            self._new["leaves"].append([event.time, now, name])
+
+    def _mark(self, time: float, kind: str, text: str) -> None:
+        self._new["marks"].append([time, kind, text])
+
+    def _seek(self, event: GuiEvent) -> None:
+        self._page.show_time(event.value)

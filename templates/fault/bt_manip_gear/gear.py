@@ -1,0 +1,27 @@
+"""The fault."""
+
+from dataclasses import dataclass
+
+from bt_manip.faults import Fault, parameter
+
+
+@dataclass
+class Gear(Fault):
+    """A wind blows on the object."""
+
+    force: float = parameter(0.2, "Force along the world's x axis [N].")
+
+    def begin(self):
+        """Choose the object; the wind ends with the fault."""
+        self.name = self.context.find_object()
+        self.at_end(self.blow, 0.0)
+
+    def bind(self):
+        """Blow, also after each compile of the cell."""
+        self.blow(self.force)
+
+    def blow(self, force):
+        """Set the external force on the object."""
+        cell = self.context.cell
+        if self.name in cell.entities:
+            cell.data.xfrc_applied[cell.body_id(self.name), 0] = force

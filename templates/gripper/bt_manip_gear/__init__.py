@@ -1,0 +1,1 @@
+"""A kind of gripper for bt-manip."""

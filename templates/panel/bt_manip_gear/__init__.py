@@ -1,0 +1,1 @@
+"""A panel for bt-manip."""

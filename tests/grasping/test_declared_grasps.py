@@ -1,0 +1,92 @@
+"""Objects bring their grasps: by their class, or by sites of their model."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bt_manip import build_station
+from bt_manip.behaviours import Grasp, Hover, Lift, Reach
+from bt_manip.bt import NodeStatus, Sequence
+from bt_manip.cell import Cell
+from bt_manip.cell.objects import ModelObject, Mug
+from bt_manip.exceptions import MotionError
+from bt_manip.grasping.declared_grasps import declared_grasps
+from bt_manip.plugins import Choice, load_plugins
+from bt_manip.spatial import pose
+
+PLUGIN = Choice(folders=(Path(__file__).with_name("plugin"),))
+RIM = """<mujoco><worldbody><body name="cup">
+<geom type="box" size="0.03 0.03 0.04" pos="0 0 0.04"/>
+<site name="grasp_rim" type="box" size="0.01 0.002 0.01" pos="0 0.03 0.07" zaxis="0 0 -1"/>
+<site name="grasp_ball" size="0.005" pos="0 0 0.1"/><site name="lid"/>
+</body></worldbody></mujoco>"""
+
+
+@pytest.fixture(scope="module")
+def parts():
+    return load_plugins(entry_points=(), warn=pytest.fail, choice=PLUGIN).parts
+
+
+@pytest.fixture
+def station(parts):
+    return build_station(parts)
+
+
+def add_mug(station, parts, yaw=1.2):
+    thing = parts.objects.create("handled_mug")
+    quat = (np.cos(0.5 * yaw), 0.0, 0.0, np.sin(0.5 * yaw))
+    T_wo = pose((0.4, 0.1, station.cell.surface_height("table")), quat)
+    station.cell.add(thing, T_wo, name="mug")
+    station.cell.step(100)
+    return thing
+
+
+def test_a_mug_of_a_plugin_is_picked_by_its_handle(station, parts):
+    mug = add_mug(station, parts)
+    height = station.cell.pose("mug").translation[2]
+    tree = Sequence(Hover(object="mug"), Reach(object="mug"), Grasp(object="mug"), Lift(height=0.1))
+    assert station.run(tree).status is NodeStatus.SUCCESS, tree.tip().feedback_message
+    station.cell.step(500)
+    T_wo = station.cell.pose("mug")
+    assert T_wo.translation[2] > height + 0.07
+    assert station.gripper.held == ("mug",) and station.gripper.width == pytest.approx(
+        9e-3, abs=1e-3
+    )
+    x, y, _ = T_wo.actInv(station.robot.tool_pose.translation)
+    assert x > mug.parameters["radius"] and abs(y) < 3e-3
+
+
+def test_a_gripper_that_grips_in_another_way_takes_its_own_grasps(station, parts, monkeypatch):
+    add_mug(station, parts)
+    candidate, _ = station.first.grasp_planner.nearest("mug", station.robot.tool_pose)
+    assert candidate.width == 0.009
+    monkeypatch.setattr(station.gripper, "declared_grasp_generator", lambda *arguments: None)
+    monkeypatch.setattr(station.first.grasp_planner, "_generators", {})
+    candidate, _ = station.first.grasp_planner.nearest("mug", station.robot.tool_pose)
+    assert candidate.width != 0.009
+
+
+def test_grasps_that_do_not_fit_or_come_from_below_are_refused(station, parts):
+    mug = add_mug(station, parts)
+    planner, (grasp,) = station.first.grasp_planner, mug.grasps
+    generator = station.gripper.declared_grasp_generator
+    wide = generator("mug", [grasp._replace(width=0.2)], planner._clearance("mug").geom_poses, 0)
+    with pytest.raises(MotionError, match=r"grasps of 200 mm or more, and the gripper opens 80"):
+        wide.candidates(np.array([0.0, 0.0, -1.0]))
+    fits = generator("mug", [grasp], planner._clearance("mug").geom_poses, np.zeros(3))
+    assert len(fits.candidates(np.array([0.0, 0.0, -1.0]))) == 2  # either finger first
+    with pytest.raises(MotionError, match="no grasp that approaches from above or from the side"):
+        fits.candidates(np.array([0.0, 0.0, 1.0]))
+
+
+def test_sites_of_a_model_are_grasps(tmp_path):
+    (tmp_path / "cup.xml").write_text(RIM)
+    cell = Cell()
+    cell.add(ModelObject(str(tmp_path / "cup.xml")), pose((0.3, 0.0, 0.5)), name="cup")
+    cell.add(Mug(), pose((0.6, 0.0, 0.5)), name="mug")
+    rim, ball = declared_grasps(cell, "cup")
+    np.testing.assert_allclose(rim.T_og.translation, [0.0, 0.03, 0.07], atol=1e-9)
+    np.testing.assert_allclose(rim.T_og.rotation[:, 2], [0.0, 0.0, -1.0], atol=1e-9)
+    assert (rim.width, ball.width) == pytest.approx((0.004, 0.01))
+    assert declared_grasps(cell, "mug") == []
