@@ -75,7 +75,8 @@ EXPERIMENTAL = {
     ),
     "bt_manip.robots": (
         "GripperDescription Tolerance ToolLimits Payload RobotModel verify GraspGenerator "
-        "FoundGripper effort_limit ensure_motors ArmDevice GripperDevice DeviceState GripperState"
+        "FoundGripper effort_limit ensure_motors ArmDevice GripperDevice DeviceState "
+        "GripperState"
     ),
     "bt_manip.planning": "Planner LineTo ArcTo TurnAbout edge_is_free shortcut",
     "bt_manip.agents": (
@@ -89,7 +90,9 @@ EXPERIMENTAL = {
         "newcombe_interval Parameter parse_parameter grid samples StressTester StressEpisode "
         "plan_episodes"
     ),
-    "bt_manip.control": "ComputedTorque GravityCompensatedPD Reference Hold ControllerManager",
+    "bt_manip.control": (
+        "ComputedTorque GravityCompensatedPD NativePD Reference Hold ControllerManager"
+    ),
     "bt_manip.models": (
         "load_model find_model bundled_path FoundModel Progress terminal_progress "
         "check_downloads model_name find_package_file read_xml read_png image_of_obj Mesh "
