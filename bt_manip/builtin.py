@@ -36,9 +36,10 @@ def register_robots(register: Callable[[Any], None]) -> None:
 @hookimpl
 def register_grippers(register: Callable[[str, Callable[..., Any]], None]) -> None:
     """Bring grippers of two fingers, and suction cups."""
-    from bt_manip.grippers import SuctionGripper, TwoFingerGripper
+    from bt_manip.grippers import NativeTwoFingerGripper, SuctionGripper, TwoFingerGripper
 
     register(TwoFingerGripper.kind, TwoFingerGripper)
+    register(NativeTwoFingerGripper.kind, NativeTwoFingerGripper)
     register(SuctionGripper.kind, SuctionGripper)
 
 
@@ -49,6 +50,7 @@ def register_controllers(register: Callable[[str, Callable[..., Any]], None]) ->
 
     register("computed_torque", control.ComputedTorque)
     register("gravity_compensated_pd", control.GravityCompensatedPD)
+    register("native_pd", control.NativePD)
 
 
 @hookimpl
@@ -188,7 +190,7 @@ def register_panels(register: Callable[[str, Callable[[Any], Any]], None]) -> No
         ErrorPlot,
         LogPanel,
         NodePanel,
-        PathPanel,
+        OverlayPanel,
         PullPanel,
         TimelinePanel,
         TreePanel,
@@ -200,5 +202,5 @@ def register_panels(register: Callable[[str, Callable[[Any], Any]], None]) -> No
     register("log", LogPanel)
     register("tracking_error", ErrorPlot)
     register("blackboard", BlackboardPanel)
-    register("paths", PathPanel)
+    register("overlays", OverlayPanel)
     register("pull", PullPanel)

@@ -42,7 +42,7 @@ STABLE = {
     "bt_manip.models": "ModelError MjcfModel ModelFormat ModelCache",
     "bt_manip.plugins": "load_plugins",
     "bt_manip.runner": "Station RunObserver prepare request_of",
-    "bt_manip.scenes": "Scene SceneRobot Fixture",
+    "bt_manip.scenes": "Scene SceneRobot Fixture PoseSource",
     "bt_manip.testing": "Stub Example contracts_of trees_of run_tree play assert_tower",
     "bt_manip.grippers": "TwoFingerGripper two_finger_gripper find_fingers",
     "bt_manip.record": "RecordingError",
@@ -75,8 +75,8 @@ EXPERIMENTAL = {
     ),
     "bt_manip.robots": (
         "GripperDescription Tolerance ToolLimits Payload RobotModel verify GraspGenerator "
-        "FoundGripper effort_limit ArmDevice GripperDevice DeviceState GripperState "
-        "ensure_motors"
+        "FoundGripper effort_limit ensure_motors ArmDevice GripperDevice DeviceState "
+        "GripperState"
     ),
     "bt_manip.planning": "Planner LineTo ArcTo TurnAbout edge_is_free shortcut",
     "bt_manip.agents": (
@@ -90,7 +90,9 @@ EXPERIMENTAL = {
         "newcombe_interval Parameter parse_parameter grid samples StressTester StressEpisode "
         "plan_episodes"
     ),
-    "bt_manip.control": ("ComputedTorque GravityCompensatedPD Reference Hold ControllerManager"),
+    "bt_manip.control": (
+        "ComputedTorque GravityCompensatedPD NativePD Reference Hold ControllerManager"
+    ),
     "bt_manip.models": (
         "load_model find_model bundled_path FoundModel Progress terminal_progress "
         "check_downloads model_name find_package_file read_xml read_png image_of_obj Mesh "
@@ -103,7 +105,8 @@ EXPERIMENTAL = {
     ),
     "bt_manip.scenes": "table_and_basket two_arms scene_of",
     "bt_manip.testing": (
-        "Trial Situations built_in_situations AT_REST assert_stands_still assert_touches_only"
+        "Trial Situations built_in_situations AT_REST assert_stands_still assert_touches_only "
+        "DEVICE_CONTRACT recovers_from_a_problem"
     ),
     "bt_manip.grippers": (
         "FoundFingers FingerTravel SuctionGripper suction_gripper GRIP_DEPTH Solid"

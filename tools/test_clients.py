@@ -1,42 +1,65 @@
-"""Test bt-manip with the learning libraries that its users have, in an environment of their own.
+"""Test bt-manip with the learning libraries that its users have, in environments of their own.
 
     .venv/bin/python tools/test_clients.py [PYTEST OPTION...]
 
-`.venv-clients` is made where it is missing, or other packages are listed. Where the packages cannot
-be had, nothing is tested, and the reason is printed.
+`.venv-clients` and, for LeRobot, `.venv-lerobot` are made where they are missing, or other packages
+are listed. Where the packages cannot be had, nothing is tested, and the reason is printed.
 """
 
+import os
 import subprocess
 import sys
+from pathlib import Path
 
 from own_environment import REPOSITORY, OwnEnvironment
 
-REQUIREMENTS = REPOSITORY / "tests" / "clients" / "requirements.txt"
 CONSTRAINTS = REPOSITORY / "constraints.txt"
-ROBOMIMIC = "robomimic==0.3.0"
-LEROBOT = (
-    "LeRobot is not tested: 0.4.4, the last one for Python 3.11, needs torch < 2.11 and av < 16. "
-    "With LEROBOT_PYTHON, the Python of an environment that has it, 'make test' tests the export."
-)
+LISTS = REPOSITORY / "tests" / "clients"
+ROBOMIMIC, LEROBOT = "robomimic==0.3.0", "lerobot==0.4.4"
 OURS = ("-e", f"{REPOSITORY}[learn]", "-e", f"{REPOSITORY}/plugins/bt-manip-impedance")
-STEPS = (
-    ("hatchling",),
-    ("-r", str(REQUIREMENTS)),
-    ("--no-deps", ROBOMIMIC),
-    ("--no-build-isolation", *OURS),
-)
+TESTS = ("tests/clients", "tests/demonstrations/test_export_lerobot.py")
+
+# The operators of torchvision's wheel are built for another build of torch, which refuses to
+# declare them; its part in Python, which LeRobot uses, works without.
+WITHOUT_OPERATORS = """\
+import sys, types
+sys.modules["torchvision._meta_registrations"] = types.ModuleType("_meta_registrations")
+"""
 
 
 def main(options: list[str]) -> int:
     """Test; return pytest's exit code, or 0 where the packages cannot be had."""
-    environment = OwnEnvironment(".venv-clients", REQUIREMENTS, CONSTRAINTS)
-    reason = environment.install(*(("-c", str(CONSTRAINTS), *step) for step in STEPS))
+    listed = LISTS / "requirements.txt"
+    clients = OwnEnvironment(".venv-clients", listed, CONSTRAINTS)
+    steps = (
+        ("hatchling",),
+        ("-r", str(listed)),
+        ("--no-deps", ROBOMIMIC),
+        ("--no-build-isolation", *OURS),
+    )
+    reason = clients.install(*(("-c", str(CONSTRAINTS), *step) for step in steps))
     if reason:
         print(f"skipped: the clients cannot be installed: {reason}")
         return 0
-    print(LEROBOT)
-    pytest = ["-m", "pytest", "tests/clients", "-q", "-p", "no:cacheprovider"]
-    return subprocess.run([environment.python, *pytest, *options], cwd=REPOSITORY).returncode
+    variables = dict(os.environ)
+    lerobot = OwnEnvironment(".venv-lerobot", LISTS / "requirements-lerobot.txt")
+    reason = install_lerobot(lerobot)
+    if reason:
+        print(f"LeRobot is not tested: it cannot be installed: {reason}")
+    else:
+        variables.setdefault("LEROBOT_PYTHON", lerobot.python)
+    pytest = ["-m", "pytest", *TESTS, "-q", "-p", "no:cacheprovider"]
+    command = [clients.python, *pytest, *options]
+    return subprocess.run(command, cwd=REPOSITORY, env=variables).returncode
+
+
+def install_lerobot(environment: OwnEnvironment) -> str:
+    """Make the environment of LeRobot; return why not, empty if it could."""
+    listed = LISTS / "requirements-lerobot.txt"
+    reason = environment.install(("-r", str(listed)), ("--no-deps", LEROBOT))
+    for packages in Path(environment.python).parents[1].glob("lib/python*/site-packages"):
+        (packages / "sitecustomize.py").write_text(WITHOUT_OPERATORS)
+    return reason
 
 
 if __name__ == "__main__":

@@ -54,7 +54,7 @@ SERVO_ACCELERATION = 0.7  # of the limits, with which it plans to brake: the res
 AHEAD_SAMPLES = 8  # configurations of the rest of a motion whose tool poses are compared
 PLANNING_LEAD = 60  # control steps from a request until a real arm follows the planned motion
 STOPPING_LEAD = 15  # the same of a stop, which is planned in about 4 ms
-ATTEMPTS = 5  # to plan a change for a real arm in time, each with twice the lead
+SEND_ATTEMPTS = 5  # to plan a change for a real arm in time, each with twice the lead
 RETRY_INTERVAL = 20  # control steps after which a change of the speed scale is tried again
 
 
@@ -407,7 +407,7 @@ class Arm:
             change()
             return
         try:
-            for attempt in range(ATTEMPTS):
+            for attempt in range(SEND_ATTEMPTS):
                 self.follower.lead = self.link.behind + lead * 2**attempt
                 with suppress(LateError):
                     change()
@@ -417,8 +417,8 @@ class Arm:
         finally:
             self.follower.lead = 0
         raise MotionError(
-            f"planning takes longer than {lead * 2 ** (ATTEMPTS - 1)} ms: this computer is too "
-            "busy for the arm", reason="device",
+            f"planning takes longer than {lead * 2 ** (SEND_ATTEMPTS - 1)} ms: this computer is "
+            "too busy for the arm", reason="device",
         )  # fmt: skip
 
     # The motion

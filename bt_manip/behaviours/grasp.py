@@ -2,30 +2,27 @@
 
 from bt_manip.bt import Input, Status
 from bt_manip.grasping import check_friction
-from bt_manip.robots import Gripper
+from bt_manip.robots import GRIP_FORCE, Gripper
 
 from .arm_behaviour import ArmBehaviour
 from .automatic import number_or_auto
 from .payload import payload_of
 
-FORCE = 50.0  # [N] of grippers that are strong enough
-FORCE_PART = 0.8  # of the maximum force of others: a motor at its limit controls no force
 
-
-def default_force(gripper: Gripper, preferred: float = FORCE) -> float:
+def default_force(gripper: Gripper, preferred: float = GRIP_FORCE) -> float:
     """Return the force to grip with where none is given [N].
 
     Args:
         gripper: The gripper.
         preferred: Force of grippers that are strong enough [N].
     """
-    return preferred if gripper.max_force >= preferred else FORCE_PART * gripper.max_force
+    return gripper.default_force(preferred)
 
 
 def preferred_force_input() -> Input:
     """Declare the port of the force that ``auto`` takes."""
     return Input(
-        float, default=FORCE, doc="Gripping force that auto takes if the gripper has it [N]."
+        float, default=GRIP_FORCE, doc="Gripping force that auto takes if the gripper has it [N]."
     )
 
 

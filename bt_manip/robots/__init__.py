@@ -26,6 +26,7 @@ from .errors import GripperError as GripperError
 from .errors import RobotError as RobotError
 from .grasp_candidates import GraspCandidate as GraspCandidate
 from .grasp_candidates import GraspCandidates as GraspCandidates
+from .gripper import GRIP_FORCE as GRIP_FORCE
 from .gripper import FoundGripper as FoundGripper
 from .gripper import GraspGenerator as GraspGenerator
 from .gripper import Gripper as Gripper
@@ -40,6 +41,7 @@ from .link import LateError as LateError
 from .link_worker import rows_problem as rows_problem
 from .model_address import MENAGERIE as MENAGERIE
 from .model_building import build_model as build_model
+from .motors import add_feedback as add_feedback
 from .motors import ensure_motors as ensure_motors
 from .panda import panda as panda
 from .payload import Payload as Payload

@@ -22,6 +22,11 @@ if TYPE_CHECKING:
     from .link import GripperLink
     from .robot import Robot
 
+GRIP_FORCE = 50.0
+"""Force to grip with, of grippers that are strong enough [N]."""
+
+_WEAK_SHARE = 0.8  # of the maximum force of others: a motor at its limit controls no force
+
 
 class FoundGripper(NamedTuple):
     """A gripper of some kind found in a model; all names are full ones.
@@ -143,6 +148,14 @@ class Gripper(composer.Entity, abc.ABC):
             table = description.read(self._robot.description.name)
             raise table.error("max_force", "is missing: the maximum grip force [N]")
         return description.max_force
+
+    def default_force(self, preferred: float = GRIP_FORCE) -> float:
+        """Return the force to grip with where none is given [N].
+
+        Args:
+            preferred: Force of grippers that are strong enough [N].
+        """
+        return preferred if self.max_force >= preferred else _WEAK_SHARE * self.max_force
 
     def check_force(self, force: float) -> float:
         """Return a grip force after checking it [N].

@@ -22,22 +22,22 @@ from .joint_limits import JointLimits
 ROW = 1e-3
 """Time between two rows of references [s], the control step."""
 
-KEPT = 8192
+KEPT_ROWS = 8192
 """Rows whose readings the shared memory keeps."""
 
 HEADER = 64
 """Numbers before the readings; `Header` has their meaning."""
 
-REST = 0.1
+REST_TIME = 0.1
 """Time at rest after which a motion is ended [s]."""
 
 MOVED = 0.02
 """Distance of a joint from the first reference from which it was moved by someone else [rad]."""
 
-TOLERANCE = 5e-3
+LIMIT_TOLERANCE = 5e-3
 """Part of the limits of acceleration and jerk by which differences of rows may exceed them."""
 
-IDLE = 0.05
+IDLE_PERIOD = 0.05
 """Time between two readings of a gripper [s]."""
 
 TEXT = 400
@@ -73,25 +73,25 @@ class SharedReadings:
 
     def __init__(self, memory: Any, joints: int) -> None:
         """Use a memory of `size` bytes."""
-        numbers = np.frombuffer(memory, dtype=float, count=HEADER + KEPT * 5 * joints)
+        numbers = np.frombuffer(memory, dtype=float, count=HEADER + KEPT_ROWS * 5 * joints)
         self.header = numbers[:HEADER]
-        self._readings = numbers[HEADER:].reshape(KEPT, 5, joints)
+        self._readings = numbers[HEADER:].reshape(KEPT_ROWS, 5, joints)
         self._text = np.frombuffer(memory, dtype=np.uint8, offset=numbers.nbytes)
 
     @staticmethod
     def size(joints: int) -> int:
         """Return the size of the memory [bytes]."""
-        return 8 * (HEADER + KEPT * 5 * joints) + TEXT
+        return 8 * (HEADER + KEPT_ROWS * 5 * joints) + TEXT
 
     def write(self, number: int, state: DeviceState, q_ref: np.ndarray) -> None:
         """Write the reading of a row."""
-        reading = self._readings[number % KEPT]
+        reading = self._readings[number % KEPT_ROWS]
         reading[0], reading[1], reading[2] = state.q, state.v, state.tau
         reading[3], reading[4] = state.tau_external, q_ref
 
     def read(self, number: int) -> ArmReading:
         """Return the reading of a row, a copy."""
-        return ArmReading(*self._readings[number % KEPT].copy())
+        return ArmReading(*self._readings[number % KEPT_ROWS].copy())
 
     def set_problem(self, text: str, recoverable: bool) -> None:
         """Write why the arm does not move; empty if it does."""
@@ -144,7 +144,7 @@ class ArmWorker:
             if problem and self._streaming:
                 self._end()
             held = state.q if state.q_held is None else state.q_held
-            for row in range(max(before, self._row - KEPT) + 1, self._row + 1):
+            for row in range(max(before, self._row - KEPT_ROWS) + 1, self._row + 1):
                 shared.write(row, state, self._reference(row) if self._streaming else held)
             if problem != shared.problem:
                 shared.set_problem(problem, state.recoverable or not state.problem)
@@ -154,7 +154,7 @@ class ArmWorker:
             if self._streaming:
                 self._device.write(self._reference(self._row))
                 self._rested = self._rested + 1 if self._row >= self._end_row else 0
-                if self._rested * self._device.period > REST:
+                if self._rested * self._device.period > REST_TIME:
                     self._end()
             while self._waiting and not self._streaming:
                 self._command(*self._waiting.pop(0))
@@ -257,7 +257,7 @@ def rows_problem(before: np.ndarray, rows: np.ndarray, limits: JointLimits) -> s
     room = np.maximum(np.maximum(limits.lower - q[0], q[0] - limits.upper), 0.0) + 1e-6
     v = np.diff(q, axis=0) / ROW
     a, j = np.diff(v, axis=0) / ROW, np.diff(v, n=2, axis=0) / ROW**2
-    most = 1.0 + TOLERANCE
+    most = 1.0 + LIMIT_TOLERANCE
     checks = (
         ("position", np.maximum(limits.lower - room - q, q - limits.upper - room) > 0.0),
         ("velocity", np.abs(v) > limits.velocity_at(q[:-1], v) * (1.0 + 1e-4) + 1e-6),
@@ -340,7 +340,7 @@ def serve_gripper(pipe: Connection, factory: str, address: str) -> None:
         while True:
             done: tuple[Any, ...] = ()
             try:
-                if pipe.poll(IDLE):
+                if pipe.poll(IDLE_PERIOD):
                     number, kind, *arguments = pipe.recv()
                     done = (number, False, "")
                     done = (number, getattr(device, kind)(*arguments) is not False, "")

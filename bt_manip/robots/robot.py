@@ -245,8 +245,17 @@ class Robot(MonitoredEntity):
         qpos = self.mj_model.qpos0.copy()
         if self.gripper is not None:
             self.gripper.set_opening(qpos, 0.5)
+        return self._model_of(self.mj_model, qpos)
+
+    def model_alone(self) -> RobotModel:
+        """Build the model before the robot is compiled into a world, the gripper as in its file."""
+        root = self._mjcf_root
+        model = mujoco.MjModel.from_xml_string(root.to_xml_string(), root.get_assets())
+        return self._model_of(model, model.qpos0)
+
+    def _model_of(self, mj_model: mujoco.MjModel, qpos: np.ndarray) -> RobotModel:
         return RobotModel(
-            self.mj_model,
+            mj_model,
             joints=[joint.full_identifier for joint in self.arm_joints],
             tool_frame=self.tool_site.full_identifier,
             limits=self.limits,

@@ -133,9 +133,13 @@ def make_robot(chosen: SceneRobot, parts: Parts, backend: BackendChoice | None =
     description = find_robot(chosen.description, parts.robots)
     make_gripper = None
     if description.gripper is not None:
-        make_gripper = parts.grippers.maker(description.gripper.kind, "close", "held_root")
+        name = description.gripper.kind
+        if backend is None and chosen.controller:
+            first = parts.controllers.get(chosen.controller)  # may bring grippers of its own
+            name = getattr(first, "grippers", {}).get(name, name)
+        make_gripper = parts.grippers.maker(name, "close", "held_root")
         if backend is not None:
-            kind: Any = parts.grippers.get(description.gripper.kind)
+            kind: Any = parts.grippers.get(name)
             make_gripper = kind.on_device(backend.link_gripper())
     return Robot(description, gripper=make_gripper)
 

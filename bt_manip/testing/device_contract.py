@@ -5,7 +5,7 @@ first joint by 0.5 rad, and leaves the arm at rest.
 """
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -16,6 +16,7 @@ STROKE = 0.5  # [rad] of the first joint
 ARRIVED = 5e-3  # [rad]
 STOP_TIME = 0.05  # [s] in which a stop begins
 LONGEST = 20.0  # [s] of a motion
+RECOVERY_TIME = 2.0  # [s] from a problem's recovery until the arm is ready
 
 
 def stays_on_a_motion_to_its_end(station: Station) -> None:
@@ -91,6 +92,29 @@ def refuses_what_exceeds_a_limit(station: Station) -> None:
         _assert_at(station, before)
         return
     raise AssertionError("a jump of the reference was accepted")
+
+
+def recovers_from_a_problem(station: Station, provoke: Callable[[], object]) -> None:
+    """Check that a problem in a motion is named, and that the arm moves again after its recovery.
+
+    Args:
+        station: The station.
+        provoke: Brings about a recoverable problem of the moving arm, such as a reflex.
+    """
+    arm = station.arm
+    _set_off(station)
+    loop = _begun(station)
+    provoke()
+    list(_ticks(station))
+    assert arm.problem, "the arm names no problem"
+    assert arm.problem in arm.fault, f"the problem is '{arm.problem}', the fault '{arm.fault}'"
+    arm.recover()
+    asked = station.cell.time
+    while arm.problem:
+        late = station.cell.time - asked
+        assert late < RECOVERY_TIME, f"still after {RECOVERY_TIME:g} s: {arm.problem}"
+        loop.step()
+    stays_on_a_motion_to_its_end(station)
 
 
 DEVICE_CONTRACT = (

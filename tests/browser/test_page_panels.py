@@ -51,7 +51,7 @@ def test_a_run_pauses_at_each_of_several_breakpoints(window):
 
 
 def test_the_planned_path_is_drawn(opengl, window):
-    window.open_tab("Paths")
+    window.open_tab("Overlays")
     window.wait_for_text(r"panda: 0\.\d+ m in \d+")
     window.press("Pause")
     window.wait_for_text("s: paused")

@@ -7,7 +7,11 @@ import subprocess
 import sys
 import urllib.request
 
+import click
 import pytest
+
+from bt_manip.cli.app import run_app
+from bt_manip.cli.interrupt import Interrupt
 
 pytest.importorskip("viser", reason="the extra [view] is not installed")
 
@@ -73,3 +77,10 @@ def test_the_page_is_served_until_ctrl_c(recording):
         assert (process.returncode, out, err) == (0, "", "")
     finally:
         process.kill()
+
+
+def test_ctrl_c_ends_it_in_order_as_soon_as_the_address_is_printed(recording, monkeypatch, capfd):
+    interrupt = Interrupt()
+    monkeypatch.setattr(click, "echo", lambda line: interrupt._signalled(signal.SIGINT, None))
+    assert run_app(interrupt, ["replay", str(recording), "--port", "0"]) == 0
+    assert capfd.readouterr() == ("", "")

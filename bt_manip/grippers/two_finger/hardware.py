@@ -20,7 +20,7 @@ SPEED = 0.1
 SLIPPED = 3e-3
 """Change of the width from which a gripped object has slipped [m]; also of fully open or closed."""
 
-NEAR = 0.1
+NEAR_WIDTH = 0.1
 """Greatest distance of the tool from the centre of mass of an object that it grips [m]."""
 
 FALLING = 50
@@ -183,7 +183,7 @@ class RealTwoFingerGripper(DrivenFingers):
             return
         away = np.linalg.norm(data.subtree_com[bodies] - tool.translation, axis=1)
         nearest = int(away.argmin())
-        if away[nearest] > NEAR:
+        if away[nearest] > NEAR_WIDTH:
             return
         self._held = entity_of(self.body_names.of_body[int(bodies[nearest])])
         joint = self._joint()

@@ -14,9 +14,9 @@ if TYPE_CHECKING:
     from bt_manip.viewer.page.jog_panel import JogPanel as JogPanel
     from bt_manip.viewer.page.log_panel import BlackboardPanel as BlackboardPanel
     from bt_manip.viewer.page.log_panel import LogPanel as LogPanel
+    from bt_manip.viewer.page.overlay_panel import OverlayPanel as OverlayPanel
     from bt_manip.viewer.page.page import Page as Page
     from bt_manip.viewer.page.panel import Panel as Panel
-    from bt_manip.viewer.page.path_panel import PathPanel as PathPanel
     from bt_manip.viewer.page.pull_panel import PullPanel as PullPanel
     from bt_manip.viewer.page.replay_page import ReplayPage as ReplayPage
     from bt_manip.viewer.page.scene import SceneView as SceneView
@@ -38,7 +38,7 @@ __getattr__ = lazy_exports(
         "bt_manip.viewer.page.log_panel": "BlackboardPanel LogPanel",
         "bt_manip.viewer.page.page": "Page",
         "bt_manip.viewer.page.panel": "Panel",
-        "bt_manip.viewer.page.path_panel": "PathPanel",
+        "bt_manip.viewer.page.overlay_panel": "OverlayPanel",
         "bt_manip.viewer.page.pull_panel": "PullPanel",
         "bt_manip.viewer.page.replay_page": "ReplayPage",
         "bt_manip.viewer.page.scene": "SceneView",

@@ -1,6 +1,7 @@
 """The cameras of the browsers: each shows robots, objects and containers, whatever its size."""
 
 import time
+from collections import deque
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,9 @@ FOV = np.deg2rad(45.0)
 PERIOD = 1.0
 """Wall time between two looks whether all is seen [s]."""
 
+SAME = 1e-3
+"""Largest difference of coordinates of one position [m]."""
+
 MAX_FRAMED_POINTS = 20_000
 """Number of points that are framed: those of now, and of where arms have been."""
 
@@ -43,6 +47,7 @@ class Framing:
         self._axes, self._fov = np.eye(3), float(FOV)
         self._corners: dict[str, np.ndarray] = {}  # of the boxes around shapes, by body
         self._cameras: dict[int, _Camera] = {}  # by client
+        self._own: deque[np.ndarray] = deque(maxlen=100)  # latest positions chosen here
         self._next = 0.0
         server.on_client_connect(self._connected)
         server.on_client_disconnect(lambda client: self._cameras.pop(client.client_id, None))
@@ -66,6 +71,7 @@ class Framing:
         first = self._server.initial_camera
         first.position, first.look_at = self._placed(FIRST_ASPECT)
         first.fov = self._fov
+        self._own.append(np.array(first.position))  # viser may move a new client there, late
         self._bring_back(self._points)
 
     def update(self, source: SceneSource) -> None:
@@ -117,7 +123,7 @@ class Framing:
             (client, camera)
             for client in self._server.get_clients().values()
             if (camera := self._cameras.get(client.client_id)) is not None
-            and not self._sees(points, camera.own[-1], client.camera.aspect)
+            and not self._sees(points, camera.position, client.camera.aspect)
         ]
         if lost:
             self._points = np.concatenate([self._points, points])[-MAX_FRAMED_POINTS:]
@@ -129,7 +135,8 @@ class Framing:
         if camera.moved or not len(self._points):
             return
         position, look_at = self._placed(client.camera.aspect)
-        camera.own = [*camera.own[-3:], position]
+        camera.position = position
+        self._own.append(position)
         with client.atomic():
             client.camera.fov = self._fov
             client.camera.position, client.camera.look_at = position, look_at
@@ -147,8 +154,9 @@ class Framing:
         def _(_: Any) -> None:
             now = [client.camera.image_width, client.camera.image_height]
             position = client.camera.position
-            camera.moved |= all(np.abs(position - own).max() > 1e-3 for own in camera.own)
-            if size != now:
+            known = (camera.first, *self._own)
+            camera.moved |= all(np.abs(position - own).max() > SAME for own in known)
+            if size != now or np.abs(position - camera.position).max() > SAME:
                 size[:] = now
                 self._place(client, camera)
 
@@ -159,12 +167,13 @@ class _Camera:
     """The camera of a client.
 
     Attributes:
-        own: Its latest positions that were not chosen by somebody.
+        first: Its position when the client connected.
+        position: The last position that was chosen here.
         moved: Whether somebody has moved it.
     """
 
-    def __init__(self, position: np.ndarray) -> None:
-        self.own = [position]
+    def __init__(self, first: np.ndarray) -> None:
+        self.first = self.position = first
         self.moved = False
 
 

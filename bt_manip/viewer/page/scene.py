@@ -19,6 +19,12 @@ BRIGHTNESS = 0.4
 SKY = ((214, 226, 240), (246, 248, 250))
 """Colours of the background at the top and at the bottom."""
 
+AXES_LENGTH = 0.08
+"""Length of the axes of a body [m]."""
+
+AXES_RADIUS = 0.003
+"""Their radius [m]."""
+
 SMALLEST_MOTION = 1e-5
 """Smallest change of a pose that is sent, in position [m] and quaternion."""
 
@@ -47,6 +53,7 @@ class SceneView:
         self._sent = np.empty((0, 7))  # their poses as they were sent last
         self._shapes: dict[str, Any] = {}  # by entity
         self._framing = Framing(server)
+        self._with_axes = False
 
     def bind(self, source: SceneSource) -> None:
         """Show the entities that the source has now, as they look now."""
@@ -95,6 +102,13 @@ class SceneView:
             for mesh in self._meshes.get(entity, ()):
                 mesh.on_click(lambda _: call())
 
+    def show_frames(self, shown: bool) -> None:
+        """Show or hide the axes of all bodies."""
+        self._with_axes = shown
+        for frames in list(self._frames.values()):
+            for frame in list(frames.values()):
+                frame.show_axes = shown
+
     @property
     def source(self) -> SceneSource:
         """What is shown."""
@@ -137,7 +151,9 @@ class SceneView:
         for body, shapes in bodies.items():
             # Poses are those in the world: bodies are no children of each other.
             path = f"{root}/{body.replace('/', ':')}"
-            frames[body] = scene.add_frame(path, show_axes=False)
+            frames[body] = scene.add_frame(
+                path, show_axes=self._with_axes, axes_length=AXES_LENGTH, axes_radius=AXES_RADIUS
+            )
             for i, shape in enumerate(shapes):
                 vertices, faces = triangles_of(shape)
                 *rgb, alpha = shape.rgba

@@ -81,6 +81,10 @@ class ScenePage:
         """Call a function, from another thread, when an entity of the scene is clicked."""
         self._scene.on_click(entity, call)
 
+    def show_frames(self, shown: bool) -> None:
+        """Show or hide the axes of all bodies of the scene."""
+        self._scene.show_frames(shown)
+
     def show_time(self, time: float | None) -> None:
         """Show another time than the present one; None is the present [s]."""
 

@@ -20,7 +20,7 @@ from bt_manip.plugins import Choice
 from bt_manip.robots import DeviceError, rows_problem
 from bt_manip.robots.link_worker import serve_arm
 from bt_manip.runner import RunLoop
-from bt_manip.testing import DEVICE_CONTRACT
+from bt_manip.testing import DEVICE_CONTRACT, recovers_from_a_problem
 
 HERE = Path(__file__).parent
 FAKE = "fake=0.5"  # half of real time: a busy machine must not be taken for silence
@@ -110,6 +110,10 @@ def ended(station, node):
 @pytest.mark.parametrize("check", DEVICE_CONTRACT, ids=lambda check: check.__name__)
 def test_the_fake_arm_keeps_the_contract(station, check):
     check(station)
+
+
+def test_the_fake_arm_recovers_from_a_problem(station, reflex):
+    recovers_from_a_problem(station, reflex)
 
 
 def test_a_reflex_in_a_motion_is_named_and_waiting_recovers_from_it(station, reflex):

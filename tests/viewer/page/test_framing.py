@@ -1,5 +1,6 @@
 """The position from which all points are seen."""
 
+import contextlib
 from types import SimpleNamespace
 
 import numpy as np
@@ -35,7 +36,37 @@ def test_all_corners_are_inside_and_two_of_them_touch_the_margin(framing, aspect
     assert (abs(shares - FRAMED_SHARE) < 1e-9).sum() >= 2
 
 
-def test_a_camera_that_somebody_has_moved_is_left_alone(framing):
-    camera = SimpleNamespace(moved=True, own=[np.zeros(3)])
-    framing._place(None, camera)  # would fail with a client
-    assert len(camera.own) == 1
+class Camera:
+    """The camera of a client, as viser has it."""
+
+    image_width, image_height, aspect, fov = 800, 600, 4 / 3, 0.8
+
+    def __init__(self, position):
+        self.position = self.look_at = np.array(position)
+
+    def on_update(self, call):
+        self.report = lambda: call(None)
+
+
+@pytest.fixture
+def client(framing):
+    client = SimpleNamespace(
+        client_id=99, camera=Camera((3.0, 3.0, 3.0)), atomic=contextlib.nullcontext
+    )
+    framing._connected(client)
+    return client
+
+
+def test_a_camera_that_somebody_has_moved_is_left_alone(framing, client):
+    moved = client.camera.position = client.camera.position + 0.1
+    client.camera.report()
+    client.camera.image_width = 400
+    client.camera.report()
+    np.testing.assert_array_equal(client.camera.position, moved)
+
+
+def test_a_camera_that_viser_puts_to_its_initial_position_is_placed_again(framing, client):
+    placed = client.camera.position
+    client.camera.position = np.array(framing._server.initial_camera.position)
+    client.camera.report()
+    np.testing.assert_allclose(client.camera.position, placed)

@@ -1,4 +1,4 @@
-"""The planned paths of the tools, as lines in the scene."""
+"""Planned paths, contact forces and frames in the scene."""
 
 from html import escape
 from typing import TYPE_CHECKING, Any
@@ -16,11 +16,16 @@ if TYPE_CHECKING:
 PAGE_PATH_THICKNESS = 4.0
 """Thickness of the line [pixels]."""
 
+FORCE_SCALE = 0.005
+"""Length of the line of a force [m/N]."""
 
-class PathPanel(Panel):
-    """Draws the path of each arm's tool while the arm moves or its motion is paused.
+FORCE_COLOUR = (224, 49, 49)
 
-    A path is computed when the motion begins, if the page is open anywhere.
+
+class OverlayPanel(Panel):
+    """Draws the path of each arm's tool during its motions, forces on objects, and frames.
+
+    They are computed where the page is open anywhere: a path when its motion begins.
     """
 
     needs_run = True
@@ -31,7 +36,15 @@ class PathPanel(Panel):
         self._checkbox = page.gui.add_checkbox(
             "Planned paths", True, hint="Draw the path of the tool during each motion"
         )
+        self._with_forces = page.gui.add_checkbox(
+            "Contact forces", False, hint=f"Draw the forces on objects, {FORCE_SCALE:g} m per N"
+        )
+        self._with_frames = page.gui.add_checkbox(
+            "Frames", False, hint="Draw the axes of all bodies: x red, y green, z blue"
+        )
+        self._with_frames.on_update(lambda event: page.show_frames(event.value))
         self._html = page.gui.add_html("")
+        self._forces: Any = None
         self._lines: dict[str, Any] = {}  # by robot
         self._texts: dict[str, str] = {}
         self._drawn: dict[str, Any] = {}  # trajectories
@@ -44,13 +57,14 @@ class PathPanel(Panel):
     def begin_idle(self, station: "Station") -> None:
         """Draw the paths of jogging, too."""
         self.reset()
-        self._robots = dict(station.robots)
+        self._cell, self._robots = station.cell, dict(station.robots)
         self._models = {name: robot.arm.model.copy() for name, robot in self._robots.items()}
 
     def reset(self) -> None:
         """Remove the lines."""
         for name in list(self._drawn):
             self._remove(name)
+        self._draw_forces(np.empty((0, 2, 3)))
 
     def draw(self) -> None:
         """Draw the paths of motions that have begun, remove those of motions that have ended."""
@@ -63,8 +77,40 @@ class PathPanel(Panel):
                 self._add(name, trajectory)
         html = "".join(f"<div>{escape(self._texts[name])}</div>" for name in sorted(self._texts))
         self._html.content = html
+        if self._robots:
+            wanted = self._with_forces.value and self._page.is_open
+            self._draw_forces(self._force_lines() if wanted else np.empty((0, 2, 3)))
 
     # Internal
+
+    def _force_lines(self) -> np.ndarray:
+        """Return lines from the contact points of the objects along the normal forces on them."""
+        # (n, 2, 3)
+        cell = self._cell
+        points = [
+            point
+            for name in cell.entities
+            if name not in self._robots and cell.model.body_weldid[cell.body_id(name)] != 0
+            for point in cell.contacts.points(name)
+        ]
+        if not points:
+            return np.empty((0, 2, 3))
+        starts = np.array([point.position for point in points])
+        forces = np.array([point.force * point.normal for point in points])
+        return np.stack([starts, starts + FORCE_SCALE * forces], axis=1)
+
+    def _draw_forces(self, lines: np.ndarray) -> None:
+        if self._forces is not None:
+            if len(lines):
+                self._forces.points = lines
+                return
+            self._forces.remove()
+            self._forces = None
+        elif len(lines):
+            self._forces = self._server.scene.add_line_segments(
+                "/contact forces", lines, FORCE_COLOUR,
+                thickness=PAGE_PATH_THICKNESS, thickness_units="screen",
+            )  # fmt: skip
 
     def _add(self, name: str, trajectory: Any) -> None:
         points = tool_path(self._models[name], trajectory)

@@ -4,17 +4,18 @@ import numpy as np
 import pytest
 
 from bt_manip.arm.tool_path import PATH_SAMPLES
-from bt_manip.behaviours import MoveToConfiguration
+from bt_manip.behaviours import MoveToConfiguration, SpawnObject
 from bt_manip.bt import Sequence, Sleep
 from bt_manip.runner import RunObserver
-from bt_manip.viewer.page import path_panel
+from bt_manip.viewer.page import overlay_panel
+from bt_manip.viewer.page.overlay_panel import FORCE_SCALE
 
 READY = "0;0.3;0;-1.8;0;2.1;0.8"
 
 
 @pytest.fixture
 def panel(page):
-    (panel,) = [panel for panel in page._panels if type(panel).__name__ == "PathPanel"]
+    (panel,) = [panel for panel in page._panels if type(panel).__name__ == "OverlayPanel"]
     return panel
 
 
@@ -64,7 +65,7 @@ def test_the_path_is_drawn_from_begin_to_end_of_a_motion_and_removed(make_run, p
 
 
 def test_nothing_is_computed_without_a_page(make_run, page, panel, monkeypatch):
-    monkeypatch.setattr(path_panel, "tool_path", pytest.fail)
+    monkeypatch.setattr(overlay_panel, "tool_path", pytest.fail)
     make_run(moves()).execute([page, Watch(panel)])
 
 
@@ -84,3 +85,35 @@ def test_the_path_of_a_motion_between_runs_is_drawn(make_run, page, panel):
     robot.arm.move_to_configuration(np.array([0, 0.3, 0, -1.8, 0, 2.1, 0.8]))
     panel.draw()
     assert "panda" in panel._lines
+
+
+@pytest.mark.usefixtures("browser")
+def test_the_force_on_an_object_at_rest_is_its_weight(make_run, page, panel):
+    panel._with_forces.value = True
+    seen = []
+
+    class Look(RunObserver):
+        def after_tick(self):
+            panel.draw()
+            seen.append(None if panel._forces is None else panel._forces.points.copy())
+
+    run = make_run(Sequence("root", SpawnObject(object="{cube}"), Sleep(msec=300)))
+    run.execute([page, Look()])
+    cell = run.station.cell
+    weight = 9.81 * cell.model.body_subtreemass[cell.body_id("cube")]
+    lines = seen[-1]
+    force = (lines[:, 1] - lines[:, 0]).sum(axis=0) / FORCE_SCALE
+    np.testing.assert_allclose(force, (0.0, 0.0, weight), atol=0.02 * weight)
+    panel._with_forces.value = False
+    panel.draw()
+    assert panel._forces is None
+
+
+def test_frames_are_shown_on_request(make_run, page, panel, connect):
+    make_run(moves()).execute([page])
+    client = connect("page").see()
+    client.send(client.uid("checkbox", "Frames"), "value", True)
+    shown = [
+        frame.show_axes for frames in page._scene._frames.values() for frame in frames.values()
+    ]
+    assert len(shown) > 10 and all(shown)
