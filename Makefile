@@ -1,6 +1,6 @@
 # Everything works on a fresh clone with git, make and Python 3.11 to 3.14.
 .DEFAULT_GOAL := help
-.PHONY: help setup run test test-packages test-clients lint types docs bench soak soak-memory stress-tables
+.PHONY: help setup run test test-packages test-clients rehearsal lint types docs bench soak soak-memory stress-tables
 
 # Compiled modules are kept: uv compiles none, and the tests start hundreds of processes.
 unexport PYTHONDONTWRITEBYTECODE
@@ -30,8 +30,11 @@ test: setup  ## Set up, and run all tests, in WORKERS processes
 test-packages: setup  ## Test each package of plugins/ where nothing else of this checkout is
 	$(BIN)/python tools/test_packages.py
 
-test-clients: setup  ## Test with Stable-Baselines3 and robomimic, in an environment of their own
+test-clients: setup  ## Test with Stable-Baselines3, robomimic and LeRobot, in environments of their own
 	$(BIN)/python tools/test_clients.py
+
+rehearsal: setup  ## Rehearse with a simulated Franka behind its own protocol; CUBES=20 for long
+	$(BIN)/python tools/rehearsal.py
 
 lint: setup  ## Check style
 	$(BIN)/ruff check .

@@ -1,13 +1,18 @@
 """What a step of an environment costs, beside the physics alone over the same states."""
 
+import resource
 import statistics
 import time
+from pathlib import Path
+from typing import Any
 
+import gymnasium
 import mujoco
 import numpy as np
 
 from bt_manip.cell import integration_state
 from bt_manip.envs import LearningTask
+from bt_manip.envs.vector_env import BatchEnvironment
 from bt_manip.runner import Run, RunObserver
 
 SEEDS = range(4)
@@ -73,6 +78,69 @@ def step_and_physics(action: str, reward: str) -> tuple[float, float, float]:
     return statistics.median(resets), statistics.median(whole), statistics.median(alone)
 
 
+def _resident() -> int:
+    """Return the memory of this process [bytes]."""
+    return int(Path("/proc/self/statm").read_text().split()[1]) * resource.getpagesize()
+
+
+def batch(count: int, steps: int = 15) -> tuple[float, ...]:
+    """Time a batch, its physics, and single environments with the same actions; medians [s].
+
+    Returns:
+        A step of one environment in the batch: Python's part, and the physics; the same physics
+        step by step; a step of a single environment with native_pd, and with computed torque; and
+        the memory of an environment in the batch [bytes].
+    """
+    options = {"reward": "dense", "disable_env_checker": True}
+    memory = _resident()
+    several = BatchEnvironment("pick_place", count, reward="dense")
+    several.reset(seed=0)
+    several.step(np.zeros(several.action_space.shape, np.float32))
+    memory = _resident() - memory
+    singles = [
+        gymnasium.make("bt_manip/PickPlace-v0", controller=name, **options)
+        for name in ("native_pd", "computed_torque")
+    ]
+    for single in singles:
+        single.reset(seed=0)
+    simulations: Any = several.simulations
+    bare, rollout = mujoco.MjData(simulations.model), simulations.rollout
+    alone: list[float] = []
+    in_rollout = [0.0, 0.0]  # of the thread, of the process
+
+    def timed(steps: int, signals: np.ndarray, *, record: Any, ids: list[int]) -> Any:
+        before = _clock()
+        for i in ids[::8]:  # the same physics, one step after the other
+            mujoco.mj_setState(simulations.model, bare, simulations.state[i], _STATE)
+            start = _clock()
+            for values in signals[i]:
+                bare.ctrl[:] = values
+                mujoco.mj_step(simulations.model, bare)
+            alone.append(_clock() - start)
+        start = time.process_time()
+        found = rollout(steps, signals, record=record, ids=ids)
+        in_rollout[:] = _clock() - before, time.process_time() - start
+        return found
+
+    simulations.rollout = timed
+    rng = np.random.default_rng(0)
+    python, physics, one = [], [], ([], [])
+    for _ in range(steps):
+        actions = 0.2 * rng.uniform(-1, 1, several.action_space.shape).astype(np.float32)
+        start = _clock()
+        several.step(actions)
+        python.append((_clock() - start - in_rollout[0]) / count)
+        physics.append(in_rollout[1] / count)
+        for times, single in zip(one, singles, strict=True):
+            for action in actions[:4]:
+                start = _clock()
+                single.step(action)
+                times.append(_clock() - start)
+    several.close()
+    medians = [statistics.median(times) for times in (python, physics, alone, *one)]
+    return (*medians, memory / count)
+
+
 def rows() -> list[tuple[str, str, str]]:
     """Give the figures: what, how much, beside what."""
     found = []
@@ -90,4 +158,17 @@ def rows() -> list[tuple[str, str, str]]:
                 f"{alone / whole:.2f} of bare mj_step's real-time factor (at least 0.35)",
             )
         )
-    return found
+    python, physics, alone, native, single, memory = batch(64)
+    rate = 1.0 / (python + 0.5 * physics)  # Python's part runs on one of the two cores
+    what = "step of 64 environments in a batch, joint_targets, dense reward, state observations"
+    return [
+        *found,
+        (
+            what,
+            f"{rate:.0f} steps/s on two free cores: {1e6 * python:.0f} us of Python, "
+            f"{1e6 * physics:.0f} us of physics",
+            f"{0.5 * rate * alone:.2f} of two bare cores (at least 0.75), "
+            f"{rate * single:.1f} times one environment, {rate * native:.1f} with native_pd",
+        ),
+        ("memory of an environment in a batch", f"{memory / 1e6:.1f} MB", ""),
+    ]

@@ -36,9 +36,10 @@ def register_robots(register: Callable[[Any], None]) -> None:
 @hookimpl
 def register_grippers(register: Callable[[str, Callable[..., Any]], None]) -> None:
     """Bring grippers of two fingers, and suction cups."""
-    from bt_manip.grippers import SuctionGripper, TwoFingerGripper
+    from bt_manip.grippers import NativeTwoFingerGripper, SuctionGripper, TwoFingerGripper
 
     register(TwoFingerGripper.kind, TwoFingerGripper)
+    register(NativeTwoFingerGripper.kind, NativeTwoFingerGripper)
     register(SuctionGripper.kind, SuctionGripper)
 
 
@@ -49,6 +50,7 @@ def register_controllers(register: Callable[[str, Callable[..., Any]], None]) ->
 
     register("computed_torque", control.ComputedTorque)
     register("gravity_compensated_pd", control.GravityCompensatedPD)
+    register("native_pd", control.NativePD)
 
 
 @hookimpl
@@ -71,7 +73,7 @@ def register_behaviours(register: Callable[..., None]) -> None:
         "OpenGripper", "CloseGripper",
         "MoveToPose", "MoveToConfiguration", "MoveHome", "MoveLinear", "MoveThrough", "MoveArc",
         "Approach", "Retreat", "BackOff",
-        "FollowTarget", "Stop", "SetSpeed", "SwitchController", "IsAt",
+        "FollowTarget", "Stop", "Recover", "SetSpeed", "SwitchController", "IsAt",
     ):  # fmt: skip
         register(getattr(behaviours, name))
 
@@ -156,6 +158,15 @@ def register_actions(register: Callable[[str, Callable[[Any], Any]], None]) -> N
         agents.JointTorques, agents.JointTargets, agents.CartesianDeltas, agents.SubtreeChoice,
     ):  # fmt: skip
         register(make.kind, make)
+
+
+@hookimpl
+def register_pose_sources(register: Callable[[str, Callable[..., Any]], None]) -> None:
+    """Bring the poses that a scene describes, confirmed by an operator or not."""
+    from bt_manip.scenes import OperatorPoses, ScenePoses
+
+    register("scene", ScenePoses)
+    register("operator", OperatorPoses)
 
 
 @hookimpl

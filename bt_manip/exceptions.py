@@ -133,7 +133,8 @@ class MotionError(BtManipError):
             followed to its end), ``"collision"`` (an obstacle blocks the target or every path),
             ``"robot"`` (another robot blocks them, which may move away), ``"stopping"`` (the arm is
             coming to rest after a fault), ``"sensor"`` (a measurement is not finite), ``"effort"``,
-            ``"limits"`` or ``"grasp"`` (an object that cannot be gripped).
+            ``"limits"``, ``"device"`` (a real arm that cannot follow) or ``"grasp"`` (an object
+            that cannot be gripped).
         fraction: How much of a tool path could be followed, 0 to 1; None where not known.
     """
 

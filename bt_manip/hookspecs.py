@@ -192,6 +192,26 @@ def register_policies(register: Callable[[str, Any], None]) -> None:
 
 
 @hookspec
+def register_backends(register: Callable[[str, Any], None]) -> None:
+    """Register backends, by which ``bt-manip run --backend NAME=ADDRESS`` runs on a real robot.
+
+    Args:
+        register: ``register(name, backend)`` with a `bt_manip.robots.Backend`.
+    """
+
+
+@hookspec
+def register_pose_sources(register: Callable[[str, Callable[..., Any]], None]) -> None:
+    """Register sources of poses, which ``bt-manip run --poses NAME`` asks where objects are.
+
+    Args:
+        register: ``register(name, factory)``, where ``factory(expected)`` gets the
+            `bt_manip.scenes.Fixture` of each expected object and returns a
+            `bt_manip.scenes.PoseSource`.
+    """
+
+
+@hookspec
 def after_compile(station: Any) -> None:
     """Observe the cell after each compilation: before the first step, and after each change.
 

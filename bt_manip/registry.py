@@ -231,6 +231,8 @@ class Parts:
         faults: Classes of faults, ``cls(**parameters) -> Fault``.
         actions: Factories, ``factory(episodes) -> ActionKind``.
         policies: Kinds of learned policies, which leaves of trees run.
+        backends: Real robots, `bt_manip.robots.Backend`.
+        pose_sources: Factories, ``factory(expected) -> bt_manip.scenes.PoseSource``.
         surroundings: Required scene and controller of trees, by the name of the tree.
     """
 
@@ -256,6 +258,10 @@ class Parts:
     faults: Registry[Callable[..., Any]] = field(default_factory=lambda: Registry("fault"))
     actions: Registry[Callable[..., Any]] = field(default_factory=lambda: Registry("action kind"))
     policies: Registry[Any] = field(default_factory=lambda: Registry("kind of policies"))
+    backends: Registry[Any] = field(default_factory=lambda: Registry("backend"))
+    pose_sources: Registry[Callable[..., Any]] = field(
+        default_factory=lambda: Registry("pose source")
+    )
     surroundings: dict[str, Surroundings] = field(default_factory=dict)
 
     def by_kind(self) -> Mapping[str, Registry[Any]]:
@@ -277,4 +283,6 @@ class Parts:
             "faults": self.faults,
             "actions": self.actions,
             "policies": self.policies,
+            "backends": self.backends,
+            "pose_sources": self.pose_sources,
         }

@@ -4,6 +4,7 @@
 ``quat_wxyz`` in MuJoCo, ``quat_xyzw`` in Pinocchio.
 """
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -24,11 +25,11 @@ def pose(
         ValueError: If a number is not finite or the quaternion is zero.
     """
     p = np.asarray(position, dtype=float)
-    w, x, y, z = (float(c) for c in quat_wxyz)
-    norm = float(np.sqrt(w * w + x * x + y * y + z * z))
-    if p.shape != (3,) or not np.isfinite(p).all():
+    w, x, y, z = quat_wxyz.tolist() if isinstance(quat_wxyz, np.ndarray) else map(float, quat_wxyz)
+    norm = math.sqrt(w * w + x * x + y * y + z * z)
+    if p.shape != (3,) or not all(map(math.isfinite, p.tolist())):
         raise ValueError(f"a position is three finite numbers [m], got {position!r}")
-    if not np.isfinite(norm) or norm < 1e-9:
+    if not math.isfinite(norm) or norm < 1e-9:
         raise ValueError(f"a quaternion is four finite numbers, not all zero, got {quat_wxyz!r}")
     return pin.SE3(pin.Quaternion(w / norm, x / norm, y / norm, z / norm).matrix(), p)
 

@@ -27,13 +27,13 @@ STABLE = {
         "Reach Grasp Lift Drop PlaceOn PlaceAt IsHolding IsAt OpenGripper CloseGripper "
         "MoveToPose MoveToConfiguration MoveHome MoveLinear MoveThrough MoveArc Approach "
         "Retreat BackOff FollowTarget Stop SetSpeed SwitchController WaitUntilAtRest "
-        "WaitUntilUndisturbed ArmBehaviour RobotCondition ObjectCondition"
+        "WaitUntilUndisturbed ArmBehaviour RobotCondition ObjectCondition PlannedMove Recover"
     ),
     "bt_manip.cell": "Cell CellError",
     "bt_manip.cell.objects": "Cube",
     "bt_manip.robots": (
         "Robot RobotDescription Gripper GripperError JointLimits RobotError panda "
-        "read_description GraspCandidates"
+        "read_description GraspCandidates DeviceError Backend"
     ),
     "bt_manip.planning": "PlanningProblem PlanningResult RRTConnect",
     "bt_manip.agents": "ActionKind ActionSpace",
@@ -42,7 +42,7 @@ STABLE = {
     "bt_manip.models": "ModelError MjcfModel ModelFormat ModelCache",
     "bt_manip.plugins": "load_plugins",
     "bt_manip.runner": "Station RunObserver prepare request_of",
-    "bt_manip.scenes": "Scene SceneRobot Fixture",
+    "bt_manip.scenes": "Scene SceneRobot Fixture PoseSource",
     "bt_manip.testing": "Stub Example contracts_of trees_of run_tree play assert_tower",
     "bt_manip.grippers": "TwoFingerGripper two_finger_gripper find_fingers",
     "bt_manip.record": "RecordingError",
@@ -62,7 +62,7 @@ EXPERIMENTAL = {
     "bt_manip.behaviours": (
         "pose_to_text pose_from_text pose_input poses_input poses_output centre_pose "
         "bottom_pose top_grasp_poses downward_poses nearest_orientation yaw_of payload_of "
-        "extent default_force"
+        "extent default_force feasible_force number_or_auto numbers_or_auto"
     ),
     "bt_manip.cell": (
         "OverlapError PhysicsDiverged Region Camera looking_at at_rest is_in is_on entity_of "
@@ -75,7 +75,8 @@ EXPERIMENTAL = {
     ),
     "bt_manip.robots": (
         "GripperDescription Tolerance ToolLimits Payload RobotModel verify GraspGenerator "
-        "FoundGripper effort_limit ensure_motors"
+        "FoundGripper effort_limit ensure_motors ArmDevice GripperDevice DeviceState "
+        "GripperState"
     ),
     "bt_manip.planning": "Planner LineTo ArcTo TurnAbout edge_is_free shortcut",
     "bt_manip.agents": (
@@ -89,7 +90,9 @@ EXPERIMENTAL = {
         "newcombe_interval Parameter parse_parameter grid samples StressTester StressEpisode "
         "plan_episodes"
     ),
-    "bt_manip.control": "ComputedTorque GravityCompensatedPD Reference Hold ControllerManager",
+    "bt_manip.control": (
+        "ComputedTorque GravityCompensatedPD NativePD Reference Hold ControllerManager"
+    ),
     "bt_manip.models": (
         "load_model find_model bundled_path FoundModel Progress terminal_progress "
         "check_downloads model_name find_package_file read_xml read_png image_of_obj Mesh "
@@ -102,7 +105,8 @@ EXPERIMENTAL = {
     ),
     "bt_manip.scenes": "table_and_basket two_arms scene_of",
     "bt_manip.testing": (
-        "Trial Situations built_in_situations AT_REST assert_stands_still assert_touches_only"
+        "Trial Situations built_in_situations AT_REST assert_stands_still assert_touches_only "
+        "DEVICE_CONTRACT recovers_from_a_problem"
     ),
     "bt_manip.grippers": (
         "FoundFingers FingerTravel SuctionGripper suction_gripper GRIP_DEPTH Solid"
@@ -131,8 +135,10 @@ EXPERIMENTAL = {
     "bt_manip.trajectories": (
         "Trajectory PathTrajectory SplinePath StraightPath time_parameterize plan_stop limit_use"
     ),
-    "bt_manip.grasping": "GraspPlanner GripperClearance with_clearance SUFFICIENT_CLEARANCE",
-    "bt_manip.robot_setup": "describe_robot try_robot",
+    "bt_manip.grasping": (
+        "GraspPlanner GripperClearance with_clearance SUFFICIENT_CLEARANCE holding_force"
+    ),
+    "bt_manip.robot_setup": "describe_robot try_robot why_not",
     "bt_manip.toml_fields": "Key documented read_part",
     "bt_manip.toml_tables": "TomlTable",
 }

@@ -44,6 +44,8 @@ PARTS = {
     "faults": "Faults",
     "actions": "Kinds of actions",
     "policies": "Kinds of policies",
+    "backends": "Backends",
+    "pose_sources": "Pose sources",
     "model_sources": "Model sources",
     "model_formats": "Model formats",
     "model_caches": "Model caches",

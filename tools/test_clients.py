@@ -1,68 +1,65 @@
-"""Test bt-manip with the learning libraries that its users have, in an environment of their own.
+"""Test bt-manip with the learning libraries that its users have, in environments of their own.
 
     .venv/bin/python tools/test_clients.py [PYTEST OPTION...]
 
-`.venv-clients` is made where it is missing, or other packages are listed. Where the packages cannot
-be had, nothing is tested, and the reason is printed.
+`.venv-clients` and, for LeRobot, `.venv-lerobot` are made where they are missing, or other packages
+are listed. Where the packages cannot be had, nothing is tested, and the reason is printed.
 """
 
-import hashlib
+import os
 import subprocess
 import sys
-import venv
 from pathlib import Path
 
-REPOSITORY = Path(__file__).resolve().parents[1]
-FOLDER = REPOSITORY / ".venv-clients"
-REQUIREMENTS = REPOSITORY / "tests" / "clients" / "requirements.txt"
-CONSTRAINTS = REPOSITORY / "constraints.txt"
-ROBOMIMIC = "robomimic==0.3.0"
-LEROBOT = (
-    "LeRobot is not tested: 0.4.4, the last one for Python 3.11, needs torch < 2.11 and av < 16. "
-    "With LEROBOT_PYTHON, the Python of an environment that has it, 'make test' tests the export."
-)
+from own_environment import REPOSITORY, OwnEnvironment
 
-PIP = ("-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-c", str(CONSTRAINTS))
+CONSTRAINTS = REPOSITORY / "constraints.txt"
+LISTS = REPOSITORY / "tests" / "clients"
+ROBOMIMIC, LEROBOT = "robomimic==0.3.0", "lerobot==0.4.4"
+OURS = ("-e", f"{REPOSITORY}[learn]", "-e", f"{REPOSITORY}/plugins/bt-manip-impedance")
+TESTS = ("tests/clients", "tests/demonstrations/test_export_lerobot.py")
+
+# The operators of torchvision's wheel are built for another build of torch, which refuses to
+# declare them; its part in Python, which LeRobot uses, works without.
+WITHOUT_OPERATORS = """\
+import sys, types
+sys.modules["torchvision._meta_registrations"] = types.ModuleType("_meta_registrations")
+"""
 
 
 def main(options: list[str]) -> int:
     """Test; return pytest's exit code, or 0 where the packages cannot be had."""
-    reason = install()
+    listed = LISTS / "requirements.txt"
+    clients = OwnEnvironment(".venv-clients", listed, CONSTRAINTS)
+    steps = (
+        ("hatchling",),
+        ("-r", str(listed)),
+        ("--no-deps", ROBOMIMIC),
+        ("--no-build-isolation", *OURS),
+    )
+    reason = clients.install(*(("-c", str(CONSTRAINTS), *step) for step in steps))
     if reason:
         print(f"skipped: the clients cannot be installed: {reason}")
         return 0
-    print(LEROBOT)
-    command = [python(), "-m", "pytest", "tests/clients", "-q", "-p", "no:cacheprovider", *options]
-    return subprocess.run(command, cwd=REPOSITORY).returncode
+    variables = dict(os.environ)
+    lerobot = OwnEnvironment(".venv-lerobot", LISTS / "requirements-lerobot.txt")
+    reason = install_lerobot(lerobot)
+    if reason:
+        print(f"LeRobot is not tested: it cannot be installed: {reason}")
+    else:
+        variables.setdefault("LEROBOT_PYTHON", lerobot.python)
+    pytest = ["-m", "pytest", *TESTS, "-q", "-p", "no:cacheprovider"]
+    command = [clients.python, *pytest, *options]
+    return subprocess.run(command, cwd=REPOSITORY, env=variables).returncode
 
 
-def python() -> str:
-    """Return the interpreter of the environment."""
-    return str(FOLDER / "bin" / "python")
-
-
-def install() -> str:
-    """Make the environment, unless it has these packages; return why not, empty if it could."""
-    wanted = hashlib.sha256(REQUIREMENTS.read_bytes() + CONSTRAINTS.read_bytes()).hexdigest()
-    ready = FOLDER / ".ready"
-    if ready.is_file() and ready.read_text() == wanted:
-        return ""
-    venv.create(FOLDER, clear=True, with_pip=True)
-    ours = ["-e", f"{REPOSITORY}[learn]", "-e", f"{REPOSITORY}/plugins/bt-manip-impedance"]
-    for words in (
-        ["hatchling"],
-        ["-r", str(REQUIREMENTS)],
-        ["--no-deps", ROBOMIMIC],
-        ["--no-build-isolation", *ours],
-    ):
-        done = subprocess.run(
-            [python(), *PIP, *words], cwd=REPOSITORY, capture_output=True, text=True
-        )
-        if done.returncode:
-            errors = [line for line in done.stderr.splitlines() if line.startswith("ERROR")]
-            return (errors or done.stderr.splitlines() or ["pip failed"])[-1]
-    ready.write_text(wanted)
-    return ""
+def install_lerobot(environment: OwnEnvironment) -> str:
+    """Make the environment of LeRobot; return why not, empty if it could."""
+    listed = LISTS / "requirements-lerobot.txt"
+    reason = environment.install(("-r", str(listed)), ("--no-deps", LEROBOT))
+    for packages in Path(environment.python).parents[1].glob("lib/python*/site-packages"):
+        (packages / "sitecustomize.py").write_text(WITHOUT_OPERATORS)
+    return reason
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
 from .actions import ActionKind as ActionKind
 from .actions import ActionSpace as ActionSpace
 from .actions import action_kind as action_kind
+from .arm_actions import ArmAction as ArmAction
 from .arm_actions import CartesianDeltas as CartesianDeltas
 from .arm_actions import JointTargets as JointTargets
 from .arm_actions import JointTorques as JointTorques

@@ -140,6 +140,25 @@ class ArmAction(ActionKind):
         self._late = [(delay - 1, one, close) for delay, one, close in self._late]
         return NodeStatus.RUNNING
 
+    @property
+    def waiting(self) -> bool:
+        """Whether a gripper is commanded later in the step."""
+        return bool(self._late)
+
+    def take_over(self) -> list[StepReference]:
+        """Let the robots follow new references, or the present ones; return those.
+
+        The first command of an episode does so too.
+        """
+        self._take_over()
+        return self._references
+
+    def follow(self, references: list[StepReference]) -> None:
+        """Let the robots follow references that were taken over in another episode."""
+        self._references = references
+        for one, reference in zip(self._robots, references, strict=True):
+            one.controllers.reference = reference
+
     def recorded(self) -> np.ndarray:
         """Return the action that reproduces the step since `watch`."""
         numbers: list[float] = []

@@ -1,5 +1,6 @@
 """How far an episode is from the goal of its tree, and whether that can still be met."""
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -61,7 +62,8 @@ def _progress(condition: Node, episodes: Episodes) -> float:
 
 
 def _closeness(a: np.ndarray, b: np.ndarray) -> float:
-    return 1.0 - float(np.tanh(np.linalg.norm(a - b) / NEAR))
+    d = a - b
+    return 1.0 - float(np.tanh(math.sqrt(d.dot(d)) / NEAR))  # the bits of NumPy's norm, faster
 
 
 class LossCheck:

@@ -107,6 +107,12 @@ class StepReference(Reference):
         if step < len(self._rows):
             self._now[:] = self._rows[step]
 
+    def finish(self) -> np.ndarray:
+        """End the motion at once; return its positions, velocities and accelerations."""
+        rows, self._step = self._rows, len(self._rows)
+        self._now[:] = rows[-1]
+        return rows[:-1].reshape(len(rows) - 1, 3, -1).swapaxes(0, 1)  # (3, steps, nq)
+
     def get_state(self) -> Any:
         """Return the state between two steps, as plain data."""
         return {

@@ -1,6 +1,7 @@
 """The arm as behaviours and scripts command it."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -22,7 +23,7 @@ from bt_manip.collision import CollisionWorld
 from bt_manip.exceptions import MotionError
 from bt_manip.kinematics import InverseKinematics, Target
 from bt_manip.planning import MAX_BLEND, LineTo, Planner, RRTConnect, Step, tool_distance
-from bt_manip.robots import Payload, Robot, RobotModel
+from bt_manip.robots import ArmLink, DeviceError, LateError, Payload, Robot, RobotModel
 from bt_manip.trajectories import SplinePath, Trajectory
 
 from .diagnosis import ArmMeasurement, diagnose
@@ -51,6 +52,9 @@ RECOVERY_TIMEOUT = 1.0  # [s] in which joints come to rest after a compliant sto
 SERVO_VELOCITY = 0.98  # of the velocity limits, for rounding
 SERVO_ACCELERATION = 0.7  # of the limits, with which it plans to brake: the rest is for the jerk
 AHEAD_SAMPLES = 8  # configurations of the rest of a motion whose tool poses are compared
+PLANNING_LEAD = 60  # control steps from a request until a real arm follows the planned motion
+STOPPING_LEAD = 15  # the same of a stop, which is planned in about 4 ms
+SEND_ATTEMPTS = 5  # to plan a change for a real arm in time, each with twice the lead
 RETRY_INTERVAL = 20  # control steps after which a change of the speed scale is tried again
 
 
@@ -72,6 +76,9 @@ class Arm:
         blend_radius: Radius around the tool's target within which the next motion may begin before
             this one has come to rest [m]; then it is planned from the target. At 0 it replaces this
             one at once. The next motion, a stop and a reset set it to 0.
+        link: Sends the reference to a real arm; None in simulation. With a link, changes of the
+            motion take effect some control steps later, and there are no compliant stops.
+        speed_factor: Factor of all speed scales, for a whole run.
         q: Reference position [rad], read-only and live.  # (nq,)
         v: Reference velocity [rad/s], read-only and live.  # (nq,)
         a: Reference acceleration [rad/s2], read-only and live.  # (nq,)
@@ -107,6 +114,8 @@ class Arm:
         self.blend_radius = 0.0
         self._settling = 0  # control steps at rest in a compliant stop
         self._unchecked = 0  # control steps since external forces were checked
+        self.link: ArmLink | None = None
+        self.speed_factor = 1.0
         self.follower = TrajectoryFollower(robot.q)
         self.q, self.v, self.a = self.follower.q, self.follower.v, self.follower.a
 
@@ -121,7 +130,7 @@ class Arm:
 
         Called when another controller takes over: it starts without a position error.
         """
-        if not self.busy:
+        if not self.busy and self.link is None:
             self.follower.hold_at(q)
 
     # Requests
@@ -308,6 +317,23 @@ class Arm:
         travelled = self.follower.travelled[::-1]
         self._move(BackOffRequest(travelled, distance, check_speed(speed)))
 
+    @property
+    def problem(self) -> str:
+        """Why a real arm does not move, such as a reflex; empty in simulation and when ready."""
+        return "" if self.link is None else self.link.problem
+
+    def recover(self) -> None:
+        """Clear errors and reflexes of a real arm; `problem` tells the result a little later.
+
+        Raises:
+            MotionError: When the arm cannot recover by itself.
+        """
+        if self.link is None or not self.problem:
+            return
+        if not self.link.recoverable:
+            raise MotionError(f"the arm cannot recover: {self.problem}", reason="device")
+        self.link.recover()
+
     def check_ready(self) -> None:
         """Check that a motion can be planned from where the arm is.
 
@@ -318,6 +344,8 @@ class Arm:
         problem = self.robot.measurement_problem
         if problem:
             raise MotionError(problem, reason="sensor")
+        if self.problem:
+            raise MotionError(f"the arm does not move: {self.problem}", reason="device")
         if self._recovering:
             raise MotionError(f"the arm has not come to rest yet: {self.fault}", reason="stopping")
 
@@ -342,14 +370,18 @@ class Arm:
         self.check_ready()
         delay = partial(self.coordinator.delay, self) if self.coordinator else in_sequence
         scene = PlanningScene(self.model, self.ik, self.world, planner, delay)
-        state = self.follower.state._replace(blend_radius=self.blend_radius)
-        if self.compliant:
-            state = state._replace(q=self.robot.q)
-        motion = plan(request, state, scene, rng)
-        if self.compliant:
-            self.follower.hold_at(state.q)
         was_guarded = self.moving and self._guarded and not self.fault
-        self.follower.follow(motion, self.model)
+
+        def change() -> None:
+            state = self.follower.state._replace(blend_radius=self.blend_radius)
+            if self.compliant:
+                state = state._replace(q=self.robot.q)
+            motion = plan(request, state, scene, rng)
+            if self.compliant:
+                self.follower.hold_at(state.q)
+            self.follower.follow(motion, self.model)
+
+        self._in_time(change, PLANNING_LEAD)
         self.compliant = False
         contact = isinstance(request, ToolPathRequest | ServoRequest) and request.contact
         self.fault, self._guarded = "", self.world is not None and not contact
@@ -359,6 +391,35 @@ class Arm:
             self._unchecked = 0
         if self.coordinator is not None and self.speed_scale < 1.0:
             self.coordinator.motion_changed(self)
+
+    def _in_time(self, change: Callable[[], None], lead: int) -> None:
+        """Change the motion; with a link, so early that the change arrives in time.
+
+        Args:
+            change: Plans the change and makes it.
+            lead: Control steps from now until it takes effect, at first.
+
+        Raises:
+            MotionError: When there is no such motion, or the arm cannot follow it; then nothing
+                changes.
+        """
+        if self.link is None:
+            change()
+            return
+        try:
+            for attempt in range(SEND_ATTEMPTS):
+                self.follower.lead = self.link.behind + lead * 2**attempt
+                with suppress(LateError):
+                    change()
+                    return
+        except DeviceError as error:
+            raise MotionError(str(error), reason="device") from error
+        finally:
+            self.follower.lead = 0
+        raise MotionError(
+            f"planning takes longer than {lead * 2 ** (SEND_ATTEMPTS - 1)} ms: this computer is "
+            "too busy for the arm", reason="device",
+        )  # fmt: skip
 
     # The motion
 
@@ -396,7 +457,7 @@ class Arm:
     def undisturbed(self) -> bool:
         """Whether it is at rest and no external torque exceeds the threshold of a contact."""
         settled = self.at_rest and not self._recovering
-        return settled and not external_load(self.robot, self.model).exceeded
+        return settled and not self.problem and not external_load(self.robot, self.model).exceeded
 
     @property
     def trajectory(self) -> Trajectory | None:
@@ -439,12 +500,13 @@ class Arm:
 
         It can be changed at any time; a motion stays on its path.
         """
-        return self.follower.speed_scale
+        return self.follower.speed_scale / self.speed_factor
 
     @speed_scale.setter
     def speed_scale(self, speed_scale: float) -> None:
         speed_scale = check_number(speed_scale, "speed scale", at_least=0.0, at_most=1.0)
-        self.follower.set_speed_scale(speed_scale, self.model)
+        speed_scale *= self.speed_factor
+        self._in_time(lambda: self.follower.set_speed_scale(speed_scale, self.model), PLANNING_LEAD)
         if self.coordinator is not None:
             self.coordinator.motion_changed(self)
 
@@ -467,10 +529,10 @@ class Arm:
             fault: Why the arm stops by itself, where it does; kept as `fault`.
             compliant: Whether it yields to contact after the stop.
         """
-        self.follower.stop(self.model)
+        self._in_time(lambda: self.follower.stop(self.model), STOPPING_LEAD)
         if not fault:
             self.blend_radius = 0.0
-        if compliant:
+        if compliant and self.link is None:
             self._recovering, self._settling = True, 0
         if self.coordinator is not None:
             self.coordinator.motion_changed(self)
@@ -481,18 +543,37 @@ class Arm:
         """Advance the reference by a control step [s]."""
         follower = self.follower
         if follower.trajectory is None:
-            if self._recovering:
+            if self._recovering and self.link is None:
                 self._recover(dt)
             return
         follower.advance(dt)
-        if self._recovering and np.abs(self.q - self.robot.q).max() > MAX_TRACKING_ERROR:
+        if (
+            self._recovering
+            and self.link is None
+            and np.abs(self.q - self.robot.q).max() > MAX_TRACKING_ERROR
+        ):
             self._hold_compliantly()  # it is blocked: to go on would only press
         if follower.lagging and not follower.step % RETRY_INTERVAL:
-            self.speed_scale = follower.speed_scale
+            self.speed_scale = follower.speed_scale / self.speed_factor
         if self._guarded:
             self._unchecked += 1
             if self._unchecked >= CHECK_INTERVAL and self.moving and not self.fault:
                 self._check_external_forces(dt)
+
+    def give_up(self, fault: str) -> None:
+        """Discard the motion of a real arm that does not follow it; requests wait for its rest.
+
+        Args:
+            fault: The reason.
+        """
+        self.follower.hold_at(self.robot.q)
+        self.follower.paused = None
+        self.fault, self.blend_radius, self._recovering = fault, 0.0, True
+
+    def rest_at(self, q: np.ndarray) -> None:
+        """Rest where a real arm rests [rad]."""
+        self.follower.hold_at(q)
+        self._recovering = False
 
     def _check_external_forces(self, dt: float) -> None:
         self._unchecked = 0

@@ -71,6 +71,8 @@ def external_load(robot: Robot, model: RobotModel) -> ExternalLoad:
         robot: The robot with its measured motion and motor torques.
         model: The arm with its payload.
     """
+    if robot.read_tau_external is not None:
+        return ExternalLoad(robot.read_tau_external(), torque_thresholds(model))
     dt, a = float(robot.mj_model.opt.timestep), robot.a
     q, v = robot.q - dt * robot.v, robot.v - dt * a  # of that step: an oscillating arm changes fast
     torque = model.rnea(q, v, a) + model.damping * v - robot.tau
@@ -119,8 +121,11 @@ class ExternalForceGuard:
             v_ref: Reference velocity [rad/s].  # (nq,)
             a_ref: Reference acceleration [rad/s2].  # (nq,)
         """
-        self._last = now = self._measure(model, v_ref, a_ref)
-        torque = np.abs(model.rnea(now.q, now.v, self._robot.a) - now.tau)
+        if self._robot.read_tau_external is not None:
+            torque = np.abs(self._robot.read_tau_external())
+        else:
+            self._last = now = self._measure(model, v_ref, a_ref)
+            torque = np.abs(model.rnea(now.q, now.v, self._robot.a) - now.tau)
         present = np.maximum(torque - model.friction, 0.0)  # friction is in the thresholds
         self._tolerate(self.thresholds + INITIAL_MARGIN * present)
         self._detections = 0
@@ -139,6 +144,8 @@ class ExternalForceGuard:
         Returns:
             The detected force; None when there is none.
         """
+        if self._robot.read_tau_external is not None:
+            return self._sustained(self._robot.read_tau_external())
         before, now = self._last, self._measure(model, v_ref, a_ref)
         self._last, a = now, self._robot.read_a()
         inverse_dynamics = model.rnea(now.q, now.v, a)
@@ -156,6 +163,10 @@ class ExternalForceGuard:
                 motors = CHECK_INTERVAL * dt * abs(before.corrective(model)[joint])
                 load = ExternalLoad(impulse, threshold, impact=True)
                 return Detection(load, following=motors < abs(impulse[joint]))
+        return self._sustained(torque)
+
+    def _sustained(self, torque: np.ndarray) -> Detection | None:
+        """Return external torques [N m] that have exceeded the tolerated ones in a row."""
         within = (np.abs(torque) <= self._tolerated).all()  # NaN is not
         self._detections = 0 if within else self._detections + 1
         if self._detections < CONSECUTIVE_DETECTIONS:

@@ -1,5 +1,6 @@
 """The reference of an arm: trajectory following, time scaling, pause and stop."""
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,6 +21,7 @@ from bt_manip.trajectories import (
 )
 
 PATH_SPACING = 0.02  # [rad] between the configurations that are kept of a travelled path
+SENT_AHEAD = 500  # rows of a motion that a real arm gets, before a stop planned ahead
 PATH_MEMORY = 64  # configurations that are kept: 1.3 rad of the joint that moves most
 
 
@@ -78,7 +80,14 @@ class TrajectoryFollower:
         stopping: Whether the trajectory is a stop that discards the motion.
         lagging: Whether the limits have not allowed (all of) the last change of the speed scale.
         step: Control steps since the trajectory was last sampled.
+        lead: Control steps from now until a change of the motion takes effect; 0 in simulation. It
+            is set while a change is requested, which is then planned from the state at that time.
+        send: Called with a lead and the positions from there on, which end in a stop, before a
+            change is made; an exception leaves the motion as it was.  # (n, nq) [rad]
     """
+
+    lead = 0
+    send: Callable[[int, np.ndarray], None] | None = None
 
     def __init__(self, q: np.ndarray) -> None:
         """Rest at a configuration [rad]."""
@@ -109,7 +118,9 @@ class TrajectoryFollower:
 
     @property
     def state(self) -> ArmState:
-        """The present state; its arrays are live."""
+        """The state when a change takes effect; of the present one the arrays are live."""
+        if self.lead and self.trajectory is not None:
+            return self._state_ahead()
         return ArmState(
             self.q, self.v, self.a, self.trajectory, self.time, self.speed_scale, self.stopping
         )
@@ -144,6 +155,9 @@ class TrajectoryFollower:
         trajectory = self.trajectory
         if trajectory is None:
             return np.tile(self.q, (len(times), 1))
+        if self.send is not None:  # the trajectory may begin later
+            rows = self.step + np.rint(times / self._dt).astype(int)
+            return self._rows[np.minimum(rows, self._last), : len(self.q)]
         return trajectory.sample(np.minimum(self.time + times, trajectory.duration))[0]
 
     def follow(self, motion: PlannedMotion | None, model: RobotModel) -> None:
@@ -160,8 +174,8 @@ class TrajectoryFollower:
             self.paused = None
         elif self.speed_scale == 0.0 and self.state.at_rest:
             self._checked(motion.trajectory, model)
-            self.trajectory, self.paused = None, (motion.trajectory, 0.0)
-            self.stopping = self.lagging = False
+            self.paused, self.lagging = (motion.trajectory, 0.0), False
+            self._let_end()
         else:
             self._take(motion.trajectory, model)
             self.paused, self.stopping, self.lagging = None, motion.stops, motion.lagging
@@ -169,10 +183,10 @@ class TrajectoryFollower:
     def stop(self, model: RobotModel) -> None:
         """Stop on the path as soon as the limits allow, and discard the motion."""
         self.paused, self.lagging = None, False
-        if self.trajectory is None or self.state.at_rest:
-            self.trajectory, self.stopping = None, False
+        if self.trajectory is None or (state := self.state).at_rest:
+            self._let_end()
             return
-        self._take(plan_stop(self.trajectory, self.time, model), model)
+        self._take(plan_stop(self.trajectory, state.time, model), model)
         self.stopping = True
 
     def set_speed_scale(self, speed_scale: float, model: RobotModel) -> None:
@@ -184,22 +198,27 @@ class TrajectoryFollower:
             MotionError: When the motion would take too long; then nothing changes.
         """
         change: tuple[Trajectory, tuple[float, float, float]] | None = None
-        if self.paused is not None:
+        state, paused = self.state, self.paused
+        if self.trajectory is not None and state.trajectory is None and not self.stopping:
+            paused = _pause_at_end(self.trajectory)  # it rests by then
+        elif paused is not None and state.trajectory is not None:
+            self.lead = self._last - self.step  # from rest only
+        if paused is not None:
             if speed_scale > 0.0:
-                nominal, s = self.paused
+                nominal, s = paused
                 # At its start a trajectory itself accelerates from rest.
                 change = nominal, (s, 0.0 if s else speed_scale, 0.0)
-        elif self.trajectory is not None and not self.stopping:
-            if isinstance(self.trajectory, TimeScaledTrajectory):
-                change = self.trajectory.nominal, self.trajectory.time_scaling.at(self.time)
+        elif state.trajectory is not None and not self.stopping:
+            if isinstance(state.trajectory, TimeScaledTrajectory):
+                change = state.trajectory.nominal, state.trajectory.time_scaling.at(state.time)
             else:
-                change = self.trajectory, (self.time, 1.0, 0.0)
+                change = state.trajectory, (state.time, 1.0, 0.0)
         lagging = False
         if change is not None:
             found = change_speed_scale(*change, speed_scale, model)
             if found is not None:
                 self._take(found.trajectory, model)
-                self.paused = None
+                self.paused, self.stopping = None, False
             lagging = found is None or not found.near_optimal
         self.speed_scale, self.lagging = speed_scale, lagging
 
@@ -248,11 +267,59 @@ class TrajectoryFollower:
     def _take(self, trajectory: Trajectory, model: RobotModel) -> None:
         """Follow a trajectory from its start, if it is inside the limits."""
         rows = self._checked(trajectory, model)
+        if self.lead:
+            self._take_later(trajectory, np.concatenate(rows, axis=1), model)
+            return
         self.trajectory, self._start = trajectory, 0.0
         if self._dt == CONTROL_STEP:
             self._keep(rows)
         else:
             self._sample()
+
+    def _take_later(self, trajectory: Trajectory, rows: np.ndarray, model: RobotModel) -> None:
+        """Follow a trajectory after the lead."""
+        lead, n = self.lead, len(self.q)
+        before = self._now[np.newaxis]
+        if self.trajectory is not None:
+            before = self._rows[self.step : self.step + lead]
+        rest = np.repeat(before[-1:], lead - len(before[:lead]), axis=0)
+        rest[:, n:] = 0.0
+        joined = np.concatenate([before[:lead], rest, rows])
+        start = -lead * self._dt
+        if self.send is not None:
+            self.send(lead, _with_stop(joined[lead:, :n], trajectory, 0.0, model))
+        self._travelled = self.travelled
+        self.trajectory, self._start, self._rows = trajectory, start, joined
+        self.step, self._last = 0, len(joined) - 1
+
+    def send_on(self, lead: int, model: RobotModel) -> bool:
+        """Send what follows of the motion after a lead; return whether it goes on beyond that.
+
+        Raises:
+            Exception: Any of `send`.
+        """
+        begin = self.step + lead
+        if self.trajectory is None or self.send is None or begin >= self._last:
+            return False
+        rows = self._rows[begin:, : len(self.q)]
+        self.send(lead, _with_stop(rows, self.trajectory, self._start + begin * self._dt, model))
+        return len(rows) > SENT_AHEAD + 1
+
+    def _state_ahead(self) -> ArmState:
+        """Return the state after the lead."""
+        row = self.step + self.lead
+        q, v, a = self._rows[min(row, self._last)].reshape(3, -1)
+        trajectory, time = self.trajectory, self._start + row * self._dt
+        if row >= self._last:
+            v, a, trajectory, time = np.zeros_like(q), np.zeros_like(q), None, 0.0
+        return ArmState(q, v, a, trajectory, max(time, 0.0), self.speed_scale, self.stopping)
+
+    def _let_end(self) -> None:
+        """Drop a trajectory that is at rest when a change takes effect."""
+        if self.lead and self.trajectory is not None:
+            self.stopping = True  # it does not pause at its end
+        else:
+            self.trajectory, self.stopping = None, False
 
     def _checked(self, trajectory: Trajectory, model: RobotModel) -> Samples:
         """Return the samples of a trajectory at all control steps.
@@ -273,8 +340,8 @@ class TrajectoryFollower:
     def _end(self) -> None:
         """Rest at the end of the trajectory, or paused in the middle of it."""
         ended, self.trajectory = self.trajectory, None
-        if isinstance(ended, TimeScaledTrajectory) and not (self.stopping or ended.complete):
-            self.paused = ended.nominal, ended.time_scaling.end
+        if ended is not None and not self.stopping:
+            self.paused = _pause_at_end(ended)
         self.stopping = self.lagging = False
 
     def _sample(self) -> None:
@@ -287,3 +354,26 @@ class TrajectoryFollower:
         self._travelled = self.travelled
         self._rows = np.concatenate(rows, axis=1)
         self.step, self._last = 0, len(self._rows) - 1
+
+
+def _pause_at_end(trajectory: Trajectory) -> tuple[Trajectory, float] | None:
+    """Return the trajectory that is paused at the end of another one, and the time in it [s]."""
+    if isinstance(trajectory, TimeScaledTrajectory) and not trajectory.complete:
+        return trajectory.nominal, trajectory.time_scaling.end
+    return None
+
+
+def _with_stop(q: np.ndarray, trajectory: Trajectory, time: float, model: RobotModel) -> np.ndarray:
+    """Return the first `SENT_AHEAD` rows of a motion, and a stop after them.
+
+    Args:
+        q: Positions at the control steps of the rest of the motion [rad].  # (n, nq)
+        trajectory: The motion.
+        time: Time in the trajectory of the first row [s].
+        model: The arm with its payload.
+    """  # (m, nq)
+    if len(q) <= SENT_AHEAD + 1:
+        return q
+    stop = plan_stop(trajectory, time + SENT_AHEAD * CONTROL_STEP, model)
+    after = stop.sample(sample_times(stop.duration, CONTROL_STEP))[0]
+    return np.concatenate([q[:SENT_AHEAD], after])

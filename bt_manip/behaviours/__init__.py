@@ -7,6 +7,9 @@ from .approach import Retreat as Retreat
 from .arm_behaviour import ArmBehaviour as ArmBehaviour
 from .arm_behaviour import CellBehaviour as CellBehaviour
 from .arm_behaviour import MotionBehaviour as MotionBehaviour
+from .automatic import feasible_force as feasible_force
+from .automatic import number_or_auto as number_or_auto
+from .automatic import numbers_or_auto as numbers_or_auto
 from .back_off import BackOff as BackOff
 from .close_gripper import CloseGripper as CloseGripper
 from .drop import Drop as Drop
@@ -17,6 +20,7 @@ from .hover import Hover as Hover
 from .is_at import IsAt as IsAt
 from .is_holding import IsHolding as IsHolding
 from .lift import Lift as Lift
+from .move import PlannedMove as PlannedMove
 from .move_arc import MoveArc as MoveArc
 from .move_home import MoveHome as MoveHome
 from .move_linear import MoveLinear as MoveLinear
@@ -41,6 +45,7 @@ from .poses import poses_output as poses_output
 from .poses import top_grasp_poses as top_grasp_poses
 from .poses import yaw_of as yaw_of
 from .reach import Reach as Reach
+from .recover import Recover as Recover
 from .remove_object import RemoveObject as RemoveObject
 from .resting import IsIn as IsIn
 from .resting import IsOn as IsOn

@@ -30,7 +30,7 @@ class CellBehaviour(Action):
     memory: ClassVar[tuple[str, ...]] = ("_started", "_violated")
 
     amounts: ClassVar[Mapping[str, str]] = {}
-    """Ports that must not be negative, with their units."""
+    """Ports that must not be negative, with their units; None is allowed."""
 
     _started = 0.0  # [s] simulated
     _violated: float | None = None  # [s] when the condition of `steady` was last violated
@@ -53,7 +53,9 @@ class CellBehaviour(Action):
             MotionError: Naming the port.
         """
         for port, unit in self.amounts.items():
-            check_non_negative(getattr(self, port), f"port '{port}'", unit)
+            value = getattr(self, port)
+            if value is not None:
+                check_non_negative(value, f"port '{port}'", unit)
 
     def _tick(self) -> NodeStatus:
         try:
@@ -73,6 +75,10 @@ class CellBehaviour(Action):
             ModelError: When a model cannot be found.
             UnknownPartError: When a name is not registered.
         """
+
+    def why_infeasible(self) -> str:
+        """Return why it would fail, as far as that is known before it starts; empty: not known."""
+        return ""
 
     @property
     def elapsed(self) -> float:
@@ -171,6 +177,12 @@ class ArmBehaviour(RobotPort, CellBehaviour):
             )
         self.feedback_message = f"settling, {error:.4f} rad left"
         return Status.RUNNING
+
+    def yield_to_force(self) -> None:
+        """Let an arm at rest yield until its next motion if an external force acts on it."""
+        arm = self.arm
+        if arm.at_rest and not (arm.paused or arm.compliant or arm.undisturbed):
+            arm.stop(compliant=True)
 
     def stop_gripper(self) -> None:
         """Stop the gripper, where there is one."""

@@ -37,7 +37,8 @@ class Drop(ReleasingBehaviour):
             self.fail("the gripper holds nothing")
             return
         bottom = bottom_pose(self.cell, self.container).translation
-        first_reachable(self.height, DROP_HEIGHTS, lambda height: self._move_over(bottom, height))
+        heights = DROP_HEIGHTS if self.height is None else (self.height,)
+        first_reachable(heights, lambda height: self._move_over(bottom, height))
 
     def _move_over(self, bottom: np.ndarray, height: float) -> None:
         """Move the tool over the container's bottom.

@@ -2,19 +2,28 @@
 
 from bt_manip.bt import Input, Status
 from bt_manip.grasping import check_friction
-from bt_manip.robots import Gripper
+from bt_manip.robots import GRIP_FORCE, Gripper
 
 from .arm_behaviour import ArmBehaviour
 from .automatic import number_or_auto
 from .payload import payload_of
 
-FORCE = 50.0  # [N] of grippers that are strong enough
-FORCE_PART = 0.8  # of the maximum force of others: a motor at its limit controls no force
+
+def default_force(gripper: Gripper, preferred: float = GRIP_FORCE) -> float:
+    """Return the force to grip with where none is given [N].
+
+    Args:
+        gripper: The gripper.
+        preferred: Force of grippers that are strong enough [N].
+    """
+    return gripper.default_force(preferred)
 
 
-def default_force(gripper: Gripper) -> float:
-    """Return the force to grip with where none is given [N]."""
-    return FORCE if gripper.max_force >= FORCE else FORCE_PART * gripper.max_force
+def preferred_force_input() -> Input:
+    """Declare the port of the force that ``auto`` takes."""
+    return Input(
+        float, default=GRIP_FORCE, doc="Gripping force that auto takes if the gripper has it [N]."
+    )
 
 
 class Grasp(ArmBehaviour):
@@ -31,8 +40,10 @@ class Grasp(ArmBehaviour):
 
     object = Input(str, doc="Name of the object.")
     force = number_or_auto(
-        "Gripping force at each contact [N]; auto: 50, or 0.8 of the gripper's maximum if lower."
+        "Gripping force at each contact [N]; auto: the preferred one, or 0.8 of the gripper's "
+        "maximum if that is lower."
     )
+    preferred_force = preferred_force_input()
     patience = Input(float, default=2.0, doc="Timeout in simulated time [s].")
 
     amounts = {"patience": "s"}
@@ -44,15 +55,13 @@ class Grasp(ArmBehaviour):
         """Start to close."""
         self.cell.find(self.object)
         gripper, given = self.gripper, self.force
-        self._force = default_force(gripper) if given is None else given
+        self._force = default_force(gripper, self.preferred_force) if given is None else given
         check_friction(self.cell, gripper, self.object, self._force)
         gripper.close(self._force)
 
     def update(self) -> Status:
         """Wait for a steady grip; yield to the forces of closing."""
-        arm = self.arm
-        if arm.at_rest and not (arm.paused or arm.compliant or arm.undisturbed):
-            arm.stop(compliant=True)
+        self.yield_to_force()
         self.feedback_message = self.gripper.status
         if self.gripper.steady:
             return self._held()

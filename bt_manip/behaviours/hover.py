@@ -1,5 +1,7 @@
 """Hover over an object."""
 
+from collections.abc import Sequence
+
 from bt_manip.bt import Input, Output, Status
 
 from .arm_behaviour import MotionBehaviour, blend_radius_input
@@ -24,6 +26,10 @@ class Hover(MotionBehaviour):
         "Height of the tool over the object's centre [m]; auto: 0.4, or the next lower of 0.3, "
         "0.2, 0.15, 0.1 and 0.07 that the arm reaches.",
     )
+    least = number_or_auto(
+        "Least of these heights to take where the arm does not reach the given one [m]; auto: only "
+        "the given one.",
+    )
     speed = Input(float, default=1.0, doc="Fraction of the arm's limits, above 0 and up to 1.")
     grasp = Output(
         str, doc="The grasp: pose of the tool in the object and width, x;y;z;qw;qx;qy;qz;width [m]."
@@ -36,18 +42,24 @@ class Hover(MotionBehaviour):
     def start(self) -> None:
         """Choose a grasp and move to its pre-grasp configuration."""
         self._reason = ""
-        T_wo = centre_pose(self.cell, self.object)
+        T_wo, heights = centre_pose(self.cell, self.object), self._heights()
         if self._is_fixed():
             first_reachable(
-                self.height,
-                HOVER_HEIGHTS,
+                heights,
                 lambda height: self.arm.move_to_pose(top_grasp_poses(T_wo, height), self.speed),
             )
             return
-        heights = HOVER_HEIGHTS if self.height is None else [self.height]
         plan = self.grasp_planner.plan(self.object, heights, T_wo.translation)
         self.grasp, self._reason = plan.grasp.to_text(), plan.reason
         self.arm.move_to_configuration(plan.q_pregrasp, speed=self.speed)
+
+    def _heights(self) -> Sequence[float]:
+        """Return the heights to choose from, the preferred one first [m]."""
+        height, least = self.height, self.least
+        if height is None:
+            return HOVER_HEIGHTS
+        lower = () if least is None else (h for h in HOVER_HEIGHTS if least <= h < height)
+        return (height, *lower)
 
     def _is_fixed(self) -> bool:
         return bool(self.cell.model.body_weldid[self.cell.body_id(self.object)] == 0)

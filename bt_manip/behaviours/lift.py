@@ -19,20 +19,24 @@ class Lift(MotionBehaviour):
 
     blend_radius = blend_radius_input()
     height = number_or_auto("How far up [m]; auto: 0.4, or as far as the arm reaches.")
+    least = number_or_auto(
+        "Height that is enough where the arm reaches no higher [m]; auto: the whole height, or "
+        "0.03 where that is auto."
+    )
     speed = Input(float, default=1.0, doc="Fraction of the arm's limits, above 0 and up to 1.")
 
     def start(self) -> None:
         """Move up the vertical through the tool."""
-        if self.height is not None:
-            self._lift(self.height)
-            return
-        height = LIFT_HEIGHT
+        height, least = self.height, self.least
+        if least is None:
+            least = MIN_HEIGHT if height is None else height
+        height = LIFT_HEIGHT if height is None else height
         while True:
             try:
                 return self._lift(height)
             except MotionError as error:
                 height *= FOLLOWED_PART * (error.fraction or 0.0)
-                if height < MIN_HEIGHT:
+                if not height >= least:  # also where one is not a number
                     raise
 
     def _lift(self, height: float) -> None:

@@ -1,8 +1,11 @@
 """Remove an object from the cell."""
 
+from typing import Any
+
 from bt_manip.bt import Input, Status
 
 from .arm_behaviour import CellBehaviour
+from .awaited_objects import AwaitedObjects
 
 
 class RemoveObject(CellBehaviour):
@@ -18,6 +21,11 @@ class RemoveObject(CellBehaviour):
 
     amounts = {"patience": "s"}
 
+    def setup(self, **infrastructure: Any) -> None:
+        """Keep the expected objects of the scene."""
+        super().setup(**infrastructure)
+        self._poses: AwaitedObjects | None = infrastructure.get("poses")
+
     def start(self) -> None:
         """Check that the object exists."""
         self.cell.find(self.object)
@@ -28,6 +36,8 @@ class RemoveObject(CellBehaviour):
         status = self.wait_for_rest(name, self.patience, self._started)
         if status is not Status.RUNNING and name in self.cell.entities:
             self.cell.remove(name)
+            if self._poses is not None:
+                self._poses.taken(name)
             if status is Status.SUCCESS:
                 self.feedback_message = f"'{name}' removed"
         return status

@@ -17,6 +17,7 @@ from bt_manip.models import is_address
 
 from .arm_behaviour import CellBehaviour
 from .automatic import AUTO, numbers_or_auto
+from .awaited_objects import AwaitedObjects
 from .poses import centre_pose, pose_output
 from .robot_port import ENTRY, StationRobot
 
@@ -29,7 +30,11 @@ ATTEMPTS = 100  # random positions to find one that keeps the gap
 
 
 class SpawnObject(CellBehaviour):
-    """Put a new object at a random free position on another one, with a random yaw."""
+    """Put a new object at a random free position on another one, with a random yaw.
+
+    Where a run takes poses from elsewhere (``--poses``), it waits for the next object that the
+    scene expects instead.
+    """
 
     drawn = ("pose",)
 
@@ -61,6 +66,10 @@ class SpawnObject(CellBehaviour):
     object = Output(str, doc="Its unique name.")
     pose = pose_output("Pose of its origin in the world, x;y;z;qw;qx;qy;qz [m].")
 
+    memory = (*CellBehaviour.memory, "_awaited")
+
+    _awaited = ""  # name of the expected object that is not there yet
+
     def setup(self, **infrastructure: Any) -> None:
         """Keep the cell, its random generator and the registered objects.
 
@@ -72,13 +81,18 @@ class SpawnObject(CellBehaviour):
         self.rng: np.random.Generator = infrastructure["rng"]
         self.models: Catalogue = infrastructure["models"]
         self._robots: Mapping[str, StationRobot] = infrastructure.get("robots", {})
+        self._expected: AwaitedObjects | None = infrastructure.get("poses")
         self._made: dict[tuple[Any, ...], composer.Entity] = {}
         with contextlib.suppress(PortError):  # the entry is written later
             if self.model != AUTO:
                 self.models.get(self.model)
 
     def start(self) -> None:
-        """Create the object and insert it."""
+        """Create the object and insert it, or expect one."""
+        self._awaited = ""
+        if self._expected is not None:
+            self._awaited = self._expected.next("" if self.model == AUTO else self.model).name
+            return
         bounds = self._bounds()
         entity, hint = self._make()
         declared = as_object(entity)
@@ -90,12 +104,15 @@ class SpawnObject(CellBehaviour):
         middle_x, middle_y, _ = declared.centre_offset
         region = replace(region, z=(z, z), middle=(middle_x, middle_y))
         self.object = name = self._place(entity, region, self.name_hint or hint or None)
-        self.pose = self.cell.pose(name)
-        x, y, _ = centre_pose(self.cell, name).translation
-        self.feedback_message = f"'{name}' at ({x:.3f}, {y:.3f}) m"
+        self._describe(name)
         if region.squares:
             square_metres = len(region.squares) * region.side**2
             self.feedback_message += f", on {square_metres:.2g} m2 that the robot reaches"
+
+    def _describe(self, name: str) -> None:
+        self.pose = self.cell.pose(name)
+        x, y, _ = centre_pose(self.cell, name).translation
+        self.feedback_message = f"'{name}' at ({x:.3f}, {y:.3f}) m"
 
     def _make(self) -> tuple[composer.Entity, str]:
         """Make the object; return it with a name for it, empty for that of its model."""
@@ -161,5 +178,12 @@ class SpawnObject(CellBehaviour):
         return x_min, x_max, y_min, y_max
 
     def update(self) -> Status:
-        """Succeed: the object is in the cell."""
+        """Succeed once the object is in the cell."""
+        if self._awaited and self._expected is not None:
+            if not self._expected.add(self._awaited):
+                self.feedback_message = f"waiting for '{self._awaited}'"
+                return Status.RUNNING
+            self.object = name = self._awaited
+            self._describe(name)
+            self._awaited = ""
         return Status.SUCCESS

@@ -88,6 +88,7 @@ class BodyNames:
         self.of_geom = [self.of_body[b] for b in model.geom_bodyid.tolist()]
         self._model = model
         self._masks: dict[str, np.ndarray] = {}
+        self._ids: dict[str, list[int]] = {}
 
     def names(self) -> list[str]:
         """Return the names of all bodies and entities."""
@@ -99,10 +100,12 @@ class BodyNames:
         Raises:
             KeyError: If there is none of that name.
         """
-        ids = [i for i, b in enumerate(self.of_body) if name in (b, entity_of(b))]
-        if not ids:
-            raise KeyError(name)
-        return ids
+        if name not in self._ids:
+            ids = [i for i, b in enumerate(self.of_body) if name in (b, entity_of(b))]
+            if not ids:
+                raise KeyError(name)
+            self._ids[name] = ids
+        return self._ids[name]
 
     def geoms(self, name: str) -> np.ndarray:
         """Mask the geoms of a body's or entity's name.

@@ -3,6 +3,7 @@
 None of them holds in a state that is not finite.
 """
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -127,7 +128,8 @@ def why_not_on(cell: "Cell", name: str, support: str) -> str:
 
 def _why_moving(velocity: np.ndarray) -> str:
     """Return how fast an object of this velocity [m/s, rad/s] moves; empty if it is at rest."""
-    speed, turning = np.linalg.norm(velocity[:3]), np.linalg.norm(velocity[3:])
+    linear, angular = velocity[:3], velocity[3:]
+    speed, turning = math.sqrt(linear.dot(linear)), math.sqrt(angular.dot(angular))
     if not speed <= MAX_REST_SPEED:
         return f"moves at {1000 * speed:.1f} mm/s"
     if not turning <= MAX_REST_TURNING:

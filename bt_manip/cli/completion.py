@@ -22,8 +22,8 @@ Complete = Callable[[click.Context, click.Parameter, str], Items]
 
 LISTED = (
     "trees", "behaviours", "objects", "robots", "grippers", "controllers", "planners",
-    "scenes", "actions", "model_sources", "model_formats", "model_caches", "recorders", "panels",
-    "faults", "policies", "plugins",
+    "scenes", "actions", "backends", "pose_sources", "model_sources", "model_formats",
+    "model_caches", "recorders", "panels", "faults", "policies", "plugins",
 )  # fmt: skip
 """Kinds of parts that can be listed."""
 
@@ -77,6 +77,7 @@ def complete_key(ctx: click.Context, _: click.Parameter, incomplete: str) -> Ite
 
 def part_names(plugins: "Plugins", kind: str) -> list[str]:
     """Return the names of all parts of a kind, of all nodes of the language for behaviours."""
+    kind = "trees" if kind == "tasks" else kind
     if kind == "plugins":
         return [plugin.name for plugin in plugins.plugins]
     if kind == "behaviours":

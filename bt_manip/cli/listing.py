@@ -8,7 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from bt_manip.cli.completion import LISTED, complete_kind, complete_listed, part_names
+from bt_manip.cli.completion import (
+    LISTED,
+    complete_kind,
+    complete_listed,
+    complete_part,
+    part_names,
+)
 from bt_manip.cli.plugin_options import load_chosen_plugins
 from bt_manip.exceptions import BtManipError, did_you_mean
 from bt_manip.key_values import keyword_defaults
@@ -17,21 +23,35 @@ if TYPE_CHECKING:
     from bt_manip.plugins import Plugins
 
 
+TASKS = "tasks"
+
+
 @click.command("list")
 @click.argument("kind", required=False, metavar="[KIND|NAME]", shell_complete=complete_kind)
 @click.argument("name", required=False, shell_complete=complete_listed)
-def list_parts(kind: str | None, name: str | None) -> None:
+@click.option(
+    "--robot", "robots", multiple=True, metavar="R", shell_complete=complete_part("robots"),
+    help="With tasks: a registered name, or path.toml that describes one; may be given more than "
+    "once. Default: all registered robots.",
+)  # fmt: skip
+def list_parts(kind: str | None, name: str | None, robots: tuple[str, ...]) -> None:
     """List registered parts with the plugin of each.
 
     Without a KIND, everything is listed. With a NAME, only that part, with its documentation and
     its ports or parameters; a KIND before it chooses between parts of the same name.
 
     Kinds: trees, behaviours, objects, robots, grippers, controllers, planners, scenes, actions,
-    model_sources, model_formats, model_caches, recorders, panels, faults, policies, plugins.
+    backends, pose_sources, model_sources, model_formats, model_caches, recorders, panels, faults,
+    policies, plugins. The kind tasks lists which robot can do which tree, with the reason where
+    not: the station is built, starts are sampled, and the first motion of each is planned.
     """
     os.environ.setdefault("MUJOCO_GL", "disable")
+    if robots and kind != TASKS:
+        raise BtManipError("--robot is for: bt-manip list tasks")
     plugins = load_chosen_plugins()
-    if kind is not None and kind not in LISTED:
+    if kind == TASKS:
+        _list_tasks(plugins, name, robots)
+    elif kind is not None and kind not in LISTED:
         if name is not None:
             raise BtManipError(f"there is no kind '{kind}'{did_you_mean(kind, LISTED)}")
         _describe_any(plugins, kind)
@@ -66,6 +86,30 @@ def _describe_any(plugins: "Plugins", name: str) -> None:
         if len(found) > 1:
             click.echo(f"{kind}:")
         _describe(plugins, kind, name)
+
+
+def _list_tasks(plugins: "Plugins", name: str | None, robots: tuple[str, ...]) -> None:
+    """Print a line for each task and robot as it is found.
+
+    Raises:
+        BtManipError: If there is no such task or robot.
+    """
+    from bt_manip.robot_setup import why_not
+    from bt_manip.scenes import find_robot
+
+    parts = plugins.parts
+    if name is not None:
+        parts.trees.get(name)  # raises if there is none
+    chosen = robots or tuple(parts.robots.names())
+    for robot in chosen:
+        find_robot(robot, parts.robots)
+    tasks = parts.trees.names() if name is None else [name]
+    widths = [max(map(len, column)) for column in (tasks, chosen)]
+    for task in tasks:
+        for robot in chosen:
+            reason = why_not(task, robot, parts)
+            answer = f"no: {reason}" if reason else "yes"
+            click.echo(f"{task:{widths[0]}}  {robot:{widths[1]}}  {answer}")
 
 
 def _describe(plugins: "Plugins", kind: str, name: str) -> None:

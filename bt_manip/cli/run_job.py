@@ -17,7 +17,7 @@ from bt_manip.cli.exit_codes import FAILED, FAULT, INTERRUPTED, SUCCESS
 from bt_manip.cli.interrupt import Interrupt
 from bt_manip.cli.plugin_options import load_chosen_plugins, print_warning
 from bt_manip.cli.record_option import is_rendered, record_target
-from bt_manip.cli.run_options import RunOptions, make_request, vary
+from bt_manip.cli.run_options import RunOptions, check_backend, make_request, vary
 from bt_manip.exceptions import ANY_BUT_INTERRUPT, BtManipError, NodeError, reason_of
 
 if TYPE_CHECKING:
@@ -112,6 +112,7 @@ class RunJob:
 
     def _prepare(self) -> tuple["Run", list["RunObserver"]]:
         """Return the run and its observers; all bad input is found here."""
+        check_backend(self._options)
         options = replace(self._options, window=self._can_open_window())
         self._plugins = plugins = load_chosen_plugins()
         parts = plugins.parts

@@ -20,6 +20,10 @@ if TYPE_CHECKING:
     from bt_manip.runner import RunRequest
 
 
+REAL_SPEED = 0.1
+"""Default factor of all speeds on a real robot."""
+
+
 @dataclass(frozen=True)
 class RunOptions(StationOptions):
     """The options of ``bt-manip run``."""
@@ -100,6 +104,21 @@ class RunOptions(StationOptions):
         "--resume", type=click.Path(path_type=Path), metavar="FILE",
         help="Continue from a snapshot of a run with the same options.",
     )  # fmt: skip
+    backend: str = option(
+        "--backend", default="", metavar="NAME=ADDRESS",
+        shell_complete=complete_part("backends"),
+        help="Run on a real robot (see: bt-manip list backends).  [default: simulate it]",
+    )  # fmt: skip
+    speed_factor: float | None = option(
+        "--speed", type=click.FloatRange(0.0, 1.0, min_open=True), metavar="X",
+        help="Factor of all speeds of the arm.  [default: 0.1 on a real robot, else 1]",
+    )  # fmt: skip
+    poses: str | None = option(
+        "--poses", metavar="P", shell_complete=complete_part("pose_sources"),
+        help="Where objects are: physics spawns them; scene takes those that the scene expects, "
+        "operator asks for each of them (see: bt-manip list pose_sources).  [default: operator on "
+        "a real robot, else physics]",
+    )  # fmt: skip
     watch: bool = option("--watch", is_flag=True, help="Reload the tree whenever its file changes.")
     quiet: bool = option("--quiet", is_flag=True, help="Print nothing but warnings and errors.")
     foreign: ForeignTrees = options_of(ForeignTrees)
@@ -145,6 +164,9 @@ def make_request(
         seed=options.seed,
         tick=options.tick_ms / 1e3,
         configurations=_configurations(options),
+        poses=options.poses or ("operator" if options.backend else None),
+        backend=options.backend,
+        speed=_speed_factor(options),
         **watched,
     )
     if options.seed is not None:
@@ -173,6 +195,33 @@ def vary(
             raise BtManipError(f"--vary {one.name}: a run has one value, see bt-manip sweep")
     point = {one.name: one.values[0] for one in parameters}
     return *with_values(request, parts, point), point
+
+
+def _speed_factor(options: RunOptions) -> float:
+    if options.speed_factor is not None:
+        return options.speed_factor
+    return REAL_SPEED if options.backend else 1.0
+
+
+def check_backend(options: RunOptions) -> None:
+    """Check that a run on a real robot has no options that need a simulation.
+
+    Args:
+        options: The options.
+
+    Raises:
+        BtManipError: If it has one.
+    """
+    simulated = {
+        "--resume": options.resume is not None,
+        "--snapshot-at": bool(options.snapshots),
+        "--fault": bool(options.faults),
+        "--episode": options.episode is not None,
+        "--poses physics": options.poses == "physics",
+    }
+    for name, given in simulated.items():
+        if options.backend and given:
+            raise BtManipError(f"{name} needs a simulation, not --backend {options.backend}")
 
 
 def _configurations(options: RunOptions) -> "Mapping[str, Configuration]":

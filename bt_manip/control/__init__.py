@@ -7,5 +7,8 @@ from .controller_manager import ControllerManager as ControllerManager
 from .exceptions import ControlError as ControlError
 from .exceptions import ControllerFault as ControllerFault
 from .gravity_compensated_pd import GravityCompensatedPD as GravityCompensatedPD
+from .measured_arm import MeasuredArm as MeasuredArm
+from .native_pd import FEEDFORWARD_STEPS as FEEDFORWARD_STEPS
+from .native_pd import NativePD as NativePD
 from .reference import Hold as Hold
 from .reference import Reference as Reference

@@ -150,7 +150,9 @@ class Controller(composer.Entity):
     @reference.setter
     def reference(self, reference: Reference | None) -> None:
         if reference is not None:
-            if not isinstance(reference, Reference):
+            # Derived ones are recognized in a hundredth of the time of comparing all attributes.
+            derived = Reference in type(reference).__mro__
+            if not derived and not isinstance(reference, Reference):
                 raise ControlError(
                     "a reference has the attributes of bt_manip.control.Reference: derive "
                     f"{type(reference).__name__} from it"
@@ -177,7 +179,13 @@ class Controller(composer.Entity):
             self._base, self._bare, self._model = base, robot.make_model(), None
         self._dt = float(model.opt.timestep)
         # Bound once: a look-up in MuJoCo's data takes longer than the computation.
-        self._drive = writer(data.ctrl, robot.ctrl_adr)
+        self._drive = write = writer(data.ctrl, robot.ctrl_adr)
+        feedback = model.actuator_biasprm[robot.ctrl_adr, 1:3].T  # of a native controller
+        if feedback.any():
+            q, v = data.qpos, data.qvel
+            of_q, of_v = feedback[0].copy(), feedback[1].copy()
+            at_q, at_v = robot.qpos_adr, robot.dof_adr
+            self._drive = lambda tau: write(tau - of_q * q[at_q] - of_v * v[at_v])
 
     def initialize_episode(
         self, physics: mjcf.Physics, random_state: np.random.RandomState

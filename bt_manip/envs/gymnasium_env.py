@@ -9,7 +9,7 @@ from gymnasium import spaces
 from bt_manip.agents import ActionSpace, Images, Observations, ObservationSpec
 from bt_manip.exceptions import BtManipError
 
-from .learning_task import OPTIONS, LearningTask, refuse_unknown
+from .learning_task import OPTIONS, LearningTask, Outcome, refuse_unknown
 from .position_goal import PositionGoal
 
 RENDERED = Images(("rgb",), ("overview",), 640, 480)
@@ -120,9 +120,17 @@ class GymnasiumEnvironment(gymnasium.Env[dict[str, np.ndarray], Any]):
 
     def step(self, action: Any) -> tuple[dict[str, np.ndarray], float, bool, bool, dict[str, Any]]:
         """Make one step; see `gymnasium.Env`."""
-        if self._scaled:
-            action = self.task.action.space.physical(action)
-        reward, success, failure = self.task.step(action)
+        return self.result(self.task.step(self.in_units(action)))
+
+    def in_units(self, action: Any) -> Any:
+        """Return an action in the units of the task."""
+        return self.task.action.space.physical(action) if self._scaled else action
+
+    def result(
+        self, outcome: Outcome
+    ) -> tuple[dict[str, np.ndarray], float, bool, bool, dict[str, Any]]:
+        """Return what `step` returns, with the present observations."""
+        reward, success, failure = outcome
         info, observation = self._info(success, failure), self._observe()
         if self._goal is not None:
             goals = observation["achieved_goal"], observation["desired_goal"]

@@ -205,9 +205,24 @@ class LearningTask:
         shaping = self._discount * (0.0 if failure else progress) - self._progress
         return Outcome(float(success) + shaping, success, failure), progress
 
+    def judge(self, diverged: str = "") -> Outcome:
+        """Judge the present state as the end of a step.
+
+        Args:
+            diverged: How the physics has diverged in it; empty if it has not.
+        """
+        self._diverged = diverged
+        outcome, self._progress = self._outcome()
+        return outcome
+
+    @property
+    def observed(self) -> bool:
+        """Whether episodes are recorded, observed or modified by faults."""
+        return self._recorded or bool(self._observers or self._faults)
+
     def _judge(self) -> Outcome:
         """Judge the state after a step, and end the episode where it has ended."""
-        outcome, self._progress = self._outcome()
+        outcome = self.judge(self._diverged)
         if (outcome.success or outcome.failure) and not self.episodes.ended:
             self.episodes.finish(outcome.failure)
         return outcome

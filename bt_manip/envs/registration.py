@@ -30,6 +30,7 @@ def register_environments() -> None:
             gymnasium.register(
                 environment_id(tree),
                 entry_point="bt_manip.envs.gymnasium_env:GymnasiumEnvironment",
+                vector_entry_point="bt_manip.envs.vector_env:BatchEnvironment",
                 max_episode_steps=MAX_EPISODE_STEPS,
                 kwargs={"tree": tree},
             )

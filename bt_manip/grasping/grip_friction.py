@@ -39,3 +39,18 @@ def check_friction(cell: Cell, gripper: Gripper, name: str, force: float | None 
             f"{friction:.3g}",
             reason="grasp",
         )
+
+
+def holding_force(cell: Cell, gripper: Gripper, name: str, force: float) -> float:
+    """Return the force along its surfaces with which friction holds an object [N].
+
+    Infinite where a grip does not depend on friction.
+
+    Args:
+        cell: The cell that the object is in.
+        gripper: The gripper, whose required friction is taken as proportional to the load.
+        name: The object.
+        force: Grip force [N].
+    """
+    per_newton = gripper.required_friction(1.0, force)
+    return contact_friction(solids_of(cell, name)) / per_newton if per_newton else np.inf

@@ -3,12 +3,14 @@
 import contextlib
 from collections import deque
 from collections.abc import Sequence
+from functools import partial
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
 
 from bt_manip.arm import MARGIN, Arm
-from bt_manip.cell import Cell, CellError, Region, extent
+from bt_manip.cell import Cell, CellError, Region, as_object, entity_of, extent
 from bt_manip.spatial import pointing_down
 
 REFERENCE_AREA = (0.2, 0.4, -0.3, 0.3)
@@ -47,72 +49,130 @@ class ReachFromAbove:
             arm: The arm, compiled into a cell.
         """
         self._arm = arm
-        self._known: dict[tuple[float, bytes, bytes], Region] = {}
+        self._known: dict[tuple[Any, ...], Region] = {}
 
-    def area(self, cell: Cell, surface: str, height: float) -> Region:
+    def area(
+        self,
+        cell: Cell,
+        surface: str,
+        height: float,
+        preferred: tuple[float, float, float, float] = REFERENCE_AREA,
+    ) -> Region:
         """Return the part of a surface that the arm can pick objects from.
 
-        This is `REFERENCE_AREA` if all of it is within reach, or else all squares of a grid at
+        This is the preferred one if all of it is within reach, or else all squares of a grid at
         whose corners and middles the tool points down, reaches the height and comes down to it.
 
         Args:
             cell: The cell.
             surface: Name of the object with the surface.
             height: Height of the tool above the surface at a grasp, rounded to micrometres [m].
+            preferred: x_min, x_max, y_min and y_max in the world [m].
 
         Raises:
             CellError: If there is no such object or it has no surface, or the arm reaches nothing.
         """
         height = round(height, 6)
-        key = height, _bounds(cell, surface), _fixed_content(cell)
+        key = height, preferred, _bounds(cell, surface), _fixed_content(cell)
         if key not in self._known:
-            self._known[key] = self._find_area(cell, surface, height)
+            self._known[key] = self._find_area(cell, surface, height, preferred)
         return self._known[key]
 
-    def place_container(self, cell: Cell, name: str) -> None:
-        """Move a fixed container towards the arm until the arm can drop into it.
+    def reaches(self, cell: Cell, name: str, T_wo: pin.SE3 | None = None) -> bool:
+        """Return whether the arm reaches what the use of an object takes, clear of all else fixed.
 
-        It stays where it is if the tool reaches, pointing down, one of `DROP_HEIGHTS` above it, or
-        if no position on the straight line to the arm's base allows that.
+        These are its ``tool_targets`` (`bt_manip.cell.CellObject`).
 
         Args:
             cell: The cell.
-            name: Name of the container.
+            name: Name of the object.
+            T_wo: Its pose in the world; None: where it is.
         """
-        T_wc = cell.pose(name)
-        base, _ = self._base()
-        offset = T_wc.translation - base
-        distance = float(np.hypot(*offset[:2]))
+        T_wo = cell.pose(name) if T_wo is None else T_wo
         if self._arm.world is not None:
             self._arm.world.refresh(fixed_only=True)
-        if self._can_drop(T_wc.translation, DROP_HEIGHTS):
-            return
-        shifts = np.arange(_SHIFT, distance - NEAREST, _SHIFT)
-        for heights in (DROP_HEIGHTS[:_CLEAR], DROP_HEIGHTS):
-            within = 0
-            for shift in shifts:
-                moved = T_wc.translation - shift / distance * np.array([*offset[:2], 0.0])
-                within = within + 1 if self._can_drop(moved, heights) else 0
-                if within > 1:  # not at the very end of its reach
-                    with contextlib.suppress(CellError):  # something stands there
-                        cell.move(name, pin.SE3(T_wc.rotation, moved))
-                        return
+        declared = as_object(cell.find(name))
+        if declared.category == "container":
+            return self._can_drop(T_wo, DROP_HEIGHTS)
+        targets = [[T_wo * T_ot for T_ot in poses] for poses in declared.tool_targets]
+        if not targets:
+            centre = T_wo.act(np.array(declared.centre_offset))
+            targets = [_downward(centre + (0.0, 0.0, z)) for z in (0.0, APPROACH)]
+        q: np.ndarray | None = self._arm.model.home
+        for poses in targets:
+            if q is not None:
+                q = self._first_free(poses, q, name)
+        return q is not None
 
-    def _can_drop(self, bottom: np.ndarray, heights: Sequence[float]) -> bool:
+    def _first_free(self, poses: Sequence[pin.SE3], q0: np.ndarray, used: str) -> np.ndarray | None:
+        """Return a configuration at one of several poses, free of all but a used object."""
+        for restarts in (0, _RESTARTS):
+            for T_wt in poses:
+                for found in self._arm.ik.nearest_first(T_wt, q0, restarts=restarts, margin=MARGIN):
+                    if self._free(found.q, used):
+                        return np.array(found.q)
+        return None
+
+    def place(self, cell: Cell, name: str, T_wo: pin.SE3 | None = None) -> None:
+        """Move an object towards the arm, or away from it, until the arm reaches it.
+
+        It stays where it is if the arm `reaches` it there, or nowhere on the straight line from the
+        arm's base.
+
+        Args:
+            cell: The cell.
+            name: Name of the object.
+            T_wo: Pose in the world to begin with, where it cannot be; None: it is where it can be.
+
+        Raises:
+            CellError: If it cannot be where it should, and is reached nowhere else.
+        """
+        taken = T_wo is not None
+        T_wo = cell.pose(name) if T_wo is None else T_wo
+        if not taken and self.reaches(cell, name):
+            return
+        base, length = self._base()
+        offset = T_wo.translation - base
+        distance = float(np.hypot(*offset[:2]))
+        direction = np.array([*offset[:2], 0.0]) / distance
+        if as_object(cell.find(name)).category == "container":
+            tests = [
+                partial(self._can_drop, heights=heights)
+                for heights in (DROP_HEIGHTS[:_CLEAR], DROP_HEIGHTS)
+            ]
+        else:
+            tests = [partial(self.reaches, cell, name)]
+        for reached in tests:
+            for sign in (-1.0, 1.0):
+                within, most = 0, distance - NEAREST if sign < 0 else length - distance
+                for shift in np.arange(_SHIFT, most, _SHIFT):
+                    at = T_wo.translation + sign * shift * direction
+                    T_moved = pin.SE3(T_wo.rotation, at)
+                    within = within + 1 if reached(T_moved) else 0
+                    if within > 1:  # not at the very end of its reach
+                        with contextlib.suppress(CellError):  # something stands there
+                            cell.move(name, T_moved)
+                            return
+        if taken:
+            raise CellError(f"there is no free place for '{name}' within reach of the arm")
+
+    def _can_drop(self, T_wc: pin.SE3, heights: Sequence[float]) -> bool:
+        bottom = T_wc.translation
         ik, home = self._arm.ik, self._arm.model.home
         for height in heights:
-            for k in range(4):
-                T_wt = pointing_down(bottom + np.array([0.0, 0.0, height]), k * np.pi / 4)
+            for T_wt in _downward(bottom + np.array([0.0, 0.0, height])):
                 if next(ik.nearest_first(T_wt, home, restarts=1, margin=MARGIN), None):
                     return True
         return False
 
-    def _find_area(self, cell: Cell, surface: str, height: float) -> Region:
+    def _find_area(
+        self, cell: Cell, surface: str, height: float, preferred: tuple[float, ...]
+    ) -> Region:
         low, high = extent(cell, surface)
         z = cell.surface_height(surface)
         if self._arm.world is not None:
             self._arm.world.refresh(fixed_only=True)
-        x_min, x_max, y_min, y_max = REFERENCE_AREA
+        x_min, x_max, y_min, y_max = preferred
         inside = low[0] <= x_min and x_max <= high[0] and low[1] <= y_min and y_max <= high[1]
         points = [
             (x, y) for x in np.linspace(x_min, x_max, 3) for y in np.linspace(y_min, y_max, 3)
@@ -244,8 +304,10 @@ class ReachFromAbove:
             q = found.q
         return True
 
-    def _free(self, q: np.ndarray) -> bool:
-        return self._arm.world is None or not self._arm.world.collisions(q)
+    def _free(self, q: np.ndarray, used: str = "") -> bool:
+        """Return whether the arm is free of collisions, those with a used object aside."""
+        pairs = [] if self._arm.world is None else self._arm.world.collisions(q)
+        return all(used in (entity_of(pair.first), entity_of(pair.second)) for pair in pairs)
 
     def _base(self) -> tuple[np.ndarray, float]:
         """Return the position of the first joint, and the length of the stretched arm [m]."""
@@ -254,6 +316,11 @@ class ReachFromAbove:
         travel = np.maximum(np.abs(model.limits.lower), np.abs(model.limits.upper))[slides]
         length = float(sum(model.link_lengths) + sum(travel))
         return np.array(model.model.jointPlacements[1].translation), length
+
+
+def _downward(position: np.ndarray) -> list[pin.SE3]:
+    """Return tool poses that point down at a position, with yaws over half a turn."""
+    return [pointing_down(position, k * np.pi / 4) for k in range(4)]
 
 
 def _bounds(cell: Cell, surface: str) -> bytes:

@@ -9,6 +9,7 @@ from .suction import suction_gripper as suction_gripper
 from .two_finger import GRIP_DEPTH as GRIP_DEPTH
 from .two_finger import FingerTravel as FingerTravel
 from .two_finger import FoundFingers as FoundFingers
+from .two_finger import NativeTwoFingerGripper as NativeTwoFingerGripper
 from .two_finger import TwoFingerGripper as TwoFingerGripper
 from .two_finger import find_fingers as find_fingers
 from .two_finger import two_finger_gripper as two_finger_gripper

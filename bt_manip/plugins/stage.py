@@ -119,6 +119,13 @@ class Stage:
             raise BtManipError(f"a kind of policies is a PolicyKind, got {kind!r}")
         self._add("policies", name, kind)
 
+    def _register_backends(self, name: str, backend: Any) -> None:
+        from bt_manip.robots import Backend
+
+        if not isinstance(backend, Backend):
+            raise BtManipError(f"backend '{name}' is no Backend: {backend!r}")
+        self._add("backends", name, backend)
+
     def _register_model_formats(self, name: str, format: Any) -> None:
         from bt_manip.models import ModelFormat
 

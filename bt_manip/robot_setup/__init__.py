@@ -10,5 +10,7 @@ from .inspection import picture as picture
 from .inspection import reach_map as reach_map
 from .inspection import summary as summary
 from .known_grippers import gripper_names as gripper_names
+from .tasks import STARTS as STARTS
+from .tasks import why_not as why_not
 from .trial import RobotTrial as RobotTrial
 from .trial import try_robot as try_robot

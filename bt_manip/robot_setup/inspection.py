@@ -112,16 +112,8 @@ def _gripped(gripper: Gripper | None) -> float:
 
 def _payload(model: RobotModel, configurations: Sequence[np.ndarray]) -> float:
     """Return the largest mass at the tool that the arm holds at rest in all configurations [kg]."""
-    most, zero = np.inf, np.zeros(model.nq)
-    for q in configurations:
-        tau = model.rnea(q, zero, zero)
-        pin.computeJointJacobians(model.model, model.data, q)
-        pin.updateFramePlacements(model.model, model.data)
-        per_kg = _GRAVITY * model.jacobian(q)[2]
-        room = model.limits.effort - np.sign(per_kg) * tau
-        loaded = np.abs(per_kg) > 1e-9
-        most = min([most, *(room[loaded] / np.abs(per_kg[loaded]))])
-    return float(max(most, 0.0))
+    up = np.array([0.0, 0.0, 1.0])
+    return min((model.static_force(q, up) for q in configurations), default=np.inf) / _GRAVITY
 
 
 def picture(robot: Robot) -> np.ndarray:

@@ -2,7 +2,7 @@
 
 import abc
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 
@@ -19,7 +19,13 @@ from .errors import GripperError, RobotError
 from .grasp_candidates import GraspCandidates
 
 if TYPE_CHECKING:
+    from .link import GripperLink
     from .robot import Robot
+
+GRIP_FORCE = 50.0
+"""Force to grip with, of grippers that are strong enough [N]."""
+
+_WEAK_SHARE = 0.8  # of the maximum force of others: a motor at its limit controls no force
 
 
 class FoundGripper(NamedTuple):
@@ -108,6 +114,18 @@ class Gripper(composer.Entity, abc.ABC):
         """
         return None
 
+    @classmethod
+    def on_device(cls, link: "GripperLink") -> "Callable[[Robot], Gripper]":
+        """Return a factory of grippers of this kind that command a real one.
+
+        Args:
+            link: Speaks to the real gripper.
+
+        Raises:
+            RobotError: If this kind has none; the default.
+        """
+        raise RobotError(f"grippers of kind '{cls.kind}' do not run on real robots")
+
     @property
     def mjcf_model(self) -> mjcf.RootElement:
         """An empty model, which composer attaches."""
@@ -130,6 +148,14 @@ class Gripper(composer.Entity, abc.ABC):
             table = description.read(self._robot.description.name)
             raise table.error("max_force", "is missing: the maximum grip force [N]")
         return description.max_force
+
+    def default_force(self, preferred: float = GRIP_FORCE) -> float:
+        """Return the force to grip with where none is given [N].
+
+        Args:
+            preferred: Force of grippers that are strong enough [N].
+        """
+        return preferred if self.max_force >= preferred else _WEAK_SHARE * self.max_force
 
     def check_force(self, force: float) -> float:
         """Return a grip force after checking it [N].
@@ -161,6 +187,11 @@ class Gripper(composer.Entity, abc.ABC):
     def max_object_width(self) -> float:
         """Width of the widest object that fits the open gripper [m]; inf where any does."""
         return math.inf
+
+    @property
+    def min_object_width(self) -> float:
+        """Width of the narrowest object that it grips [m]; 0 where it closes completely."""
+        return 0.0
 
     # Commands
 
@@ -226,6 +257,21 @@ class Gripper(composer.Entity, abc.ABC):
     def status(self) -> str:
         """Short description of its state: the forces or the opening."""
         return "open" if self.is_open else f"presses with {max(self.forces):.1f} N at most"
+
+    # A real gripper
+
+    def update(self) -> None:
+        """Read the state of a real gripper, before each tick; default: there is none."""
+
+    def close_link(self) -> None:
+        """End the connection to a real gripper; default: there is none."""
+
+    def follow_tool(self, T_wt: pin.SE3) -> None:
+        """Write what a real gripper has measured into the physics; default: there is none.
+
+        Args:
+            T_wt: Measured pose of the tool in the world.
+        """
 
     # Geometry
 

@@ -51,6 +51,8 @@ class Robot(MonitoredEntity):
         read_v: Returns the measured velocities, likewise [rad/s].
         read_a: Returns the accelerations in the last step without a copy [rad/s2].
         read_tau: Returns the efforts of the motors in the last step without a copy [N m].
+        read_tau_external: Returns the external torques that a real arm measures [N m]; None in
+            simulation, where they are estimated.
         tool_site_id: Id of the tool site in the compiled model.
         wrist_body_id: Id of the body mounted on the last link, in the compiled model.
     """
@@ -78,6 +80,7 @@ class Robot(MonitoredEntity):
             **description.configurations,
         }
         self._where = description.where
+        self.read_tau_external: Callable[[], np.ndarray] | None = None
         root, alone, hand, self.tool_site = assemble(description, name or description.name)
         self.limits = read_limits(alone, description)
         try:
@@ -242,8 +245,17 @@ class Robot(MonitoredEntity):
         qpos = self.mj_model.qpos0.copy()
         if self.gripper is not None:
             self.gripper.set_opening(qpos, 0.5)
+        return self._model_of(self.mj_model, qpos)
+
+    def model_alone(self) -> RobotModel:
+        """Build the model before the robot is compiled into a world, the gripper as in its file."""
+        root = self._mjcf_root
+        model = mujoco.MjModel.from_xml_string(root.to_xml_string(), root.get_assets())
+        return self._model_of(model, model.qpos0)
+
+    def _model_of(self, mj_model: mujoco.MjModel, qpos: np.ndarray) -> RobotModel:
         return RobotModel(
-            self.mj_model,
+            mj_model,
             joints=[joint.full_identifier for joint in self.arm_joints],
             tool_frame=self.tool_site.full_identifier,
             limits=self.limits,

@@ -12,6 +12,7 @@ from .model_building import build_model, find
 from .payload import Payload
 from .robot_description import Tolerance, ToolLimits
 
+_SAMPLES = 1000  # random configurations from which the reach is estimated
 _SLIDE = int(mujoco.mjtJoint.mjJNT_SLIDE)
 
 
@@ -136,3 +137,25 @@ class RobotModel:
         """Return the required motor efforts, including viscous and dry friction."""
         tau = pin.rnea(self.model, self.data, q, v, a)
         return tau + self.damping * v + self.friction * np.sign(v)  # (nv,)
+
+    @property
+    def reach(self) -> float:
+        """Largest distance of the tool from the first joint in random configurations [m]."""
+        rng, shoulder = np.random.default_rng(0), self.model.jointPlacements[1].translation
+        lower, upper = self.limits.sampling_bounds()
+        draws = rng.uniform(lower, upper, (_SAMPLES, self.nq))
+        return max(float(np.linalg.norm(self.pose(q).translation - shoulder)) for q in draws)
+
+    def static_force(self, q: np.ndarray, direction: np.ndarray) -> float:
+        """Return the largest force that the tool exerts at rest within the effort limits [N].
+
+        Args:
+            q: Configuration [rad].  # (nq,)
+            direction: Of the force on the surroundings, in world axes; unit.  # (3,)
+        """
+        zero = np.zeros(self.nq)
+        tau = self.rnea(q, zero, zero)
+        per_newton = self.jacobian(q)[:3].T @ direction
+        room = self.limits.effort - np.sign(per_newton) * tau
+        loaded = np.abs(per_newton) > 1e-9
+        return float(max(min(room[loaded] / np.abs(per_newton[loaded]), default=np.inf), 0.0))

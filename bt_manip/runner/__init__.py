@@ -22,6 +22,7 @@ from .pulls import MAX_FORCE as MAX_FORCE
 from .python_tree import as_tree as as_tree
 from .python_tree import make_any as make_any
 from .python_tree import make_tree as make_tree
+from .real_robot import RealRobot as RealRobot
 from .reloading import Reloader as Reloader
 from .request import CONTROLLER as CONTROLLER
 from .request import SCENE as SCENE

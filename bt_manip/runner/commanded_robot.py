@@ -1,19 +1,24 @@
 """A robot of a station, with its arm, controllers and gripper."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 from typing import Any
+
+import numpy as np
+import pinocchio as pin
 
 from bt_manip.arm import Arm, ExternalForceGuard
 from bt_manip.cell import Cell
 from bt_manip.collision import CollisionWorld, check_home
-from bt_manip.control import Controller, ControllerManager
+from bt_manip.control import Controller, ControllerManager, MeasuredArm
 from bt_manip.exceptions import BtManipError
 from bt_manip.grasping import GraspPlanner, ReachFromAbove
 from bt_manip.registry import Parts
-from bt_manip.robots import Gripper, Robot
+from bt_manip.robots import ArmLink, Gripper, Robot, compile_alone
 from bt_manip.scenes import SceneRobot, find_robot
+
+from .real_robot import BackendChoice
 
 
 @dataclass(frozen=True)
@@ -88,32 +93,92 @@ class NoOnlyRobot:
         )
 
 
+_APART = 0.15  # [m] of the tool at home from the world's origin, where another robot may be
+_SAME_REACH = 0.02  # relative difference from the reach that a scene is made for
+
+
+def at_reach(chosen: SceneRobot, parts: Parts) -> SceneRobot:
+    """Return a robot of a scene where an arm of its reach stands: see `SceneRobot.for_reach`.
+
+    Args:
+        chosen: The robot, with all optional names filled in.
+        parts: The registered parts.
+
+    Raises:
+        BtManipError: If a name is not registered or a model does not load.
+    """
+    if chosen.for_reach is None:
+        return chosen
+    robot = make_robot(chosen, parts)
+    compile_alone(robot)
+    model, T_wb = robot.make_model(), chosen.T_wb
+    scale = model.reach / chosen.for_reach
+    scale = 1.0 if abs(scale - 1.0) < _SAME_REACH else scale
+    shoulder = model.model.jointPlacements[1].translation
+    x, y = T_wb.translation[:2]
+    outwards = np.linalg.norm((model.pose(model.home).translation - shoulder)[:2])
+    scale = max(scale, (outwards + _APART) / np.hypot(x, y))
+    position = scale * T_wb.translation - T_wb.rotation @ shoulder
+    position[2] = T_wb.translation[2]
+    return replace(chosen, T_wb=pin.SE3(T_wb.rotation, position))
+
+
+def make_robot(chosen: SceneRobot, parts: Parts, backend: BackendChoice | None = None) -> Robot:
+    """Make the entity of a robot of a scene, with its gripper, which a backend may move.
+
+    Raises:
+        BtManipError: If a name is not registered or a model does not load.
+    """
+    assert chosen.description
+    description = find_robot(chosen.description, parts.robots)
+    make_gripper = None
+    if description.gripper is not None:
+        name = description.gripper.kind
+        if backend is None and chosen.controller:
+            first = parts.controllers.get(chosen.controller)  # may bring grippers of its own
+            name = getattr(first, "grippers", {}).get(name, name)
+        make_gripper = parts.grippers.maker(name, "close", "held_root")
+        if backend is not None:
+            kind: Any = parts.grippers.get(name)
+            make_gripper = kind.on_device(backend.link_gripper())
+    return Robot(description, gripper=make_gripper)
+
+
 class RobotEntities:
     """The composer entities of one robot of a scene, before the cell is compiled."""
 
-    def __init__(self, chosen: SceneRobot, parts: Parts) -> None:
+    def __init__(
+        self, chosen: SceneRobot, parts: Parts, backend: BackendChoice | None = None
+    ) -> None:
         """Make the robot with its gripper, and its controllers.
 
         Args:
             chosen: The robot, with all optional names filled in.
             parts: The registered parts.
+            backend: The real robot; None simulates it.
 
         Raises:
-            BtManipError: If a name is not registered or a model does not load.
+            BtManipError: If a name is not registered, a model does not load, or the real robot
+                cannot be reached.
         """
         assert chosen.description and chosen.controller and chosen.planner
         self._chosen = chosen
         self._make_planner = parts.planners.maker(chosen.planner, "plan")
-        description = find_robot(chosen.description, parts.robots)
-        make_gripper = None
-        if description.gripper is not None:
-            make_gripper = parts.grippers.maker(description.gripper.kind, "close", "held_root")
-        self._robot = Robot(description, gripper=make_gripper)
+        if backend is not None:
+            backend.check_controller(chosen.controller)
+        self._robot = make_robot(chosen, parts, backend)
         controllers = parts.controllers
-        controllers.get(chosen.controller)  # raises if there is none
-        factories = {
-            name: controllers.maker(name, "compute", "mjcf_model") for name in controllers.names()
-        }
+        self.link: ArmLink | None = None
+        if backend is not None:
+            self.link = backend.link_arm(self._robot.limits)
+            make: Any = partial(MeasuredArm, link=self.link)
+            factories = dict.fromkeys(backend.backend.controllers, make)
+        else:
+            controllers.get(chosen.controller)  # raises if there is none
+            factories = {
+                name: controllers.maker(name, "compute", "mjcf_model")
+                for name in controllers.names()
+            }
         self._controllers = ControllerManager(self._robot, factories, chosen.controller)
         self._robot.attach(self._controllers)
 

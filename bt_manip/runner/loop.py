@@ -58,7 +58,8 @@ class RunLoop:
         self._started: list[RunObserver] = []
         self._cycle: int | None = None
         self._generation: int | None = None
-        self._pacing = Pacing(run.request.real_time)
+        is_real = run.station.real is not None  # the robot has its own time
+        self._pacing = Pacing(None if is_real else run.request.real_time)
         self._log = run.log = RunLog(run)
         self._events = run.events = EventStream(run)
 
@@ -204,8 +205,12 @@ class RunLoop:
 
     def _control(self, steps: int) -> None:
         """Make control steps; all steps of all loops are made here."""
-        interventions = self.run.interventions
-        if interventions.pulling:
+        interventions, real = self.run.interventions, self._station.real
+        if real is not None and steps:
+            steps = real.wait(steps)
+            self._cell.step(steps, then=self._then)
+            real.update()
+        elif interventions.pulling:
             for _ in range(steps):
                 interventions.apply()
                 self._cell.step(then=self._then)

@@ -13,7 +13,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.trees import BehaviourTree
 
 from bt_manip.bt import TASK, Tree, TreeDefinition, TreeDocument
-from bt_manip.exceptions import BtManipError, did_you_mean, shortened
+from bt_manip.exceptions import BtManipError, did_you_mean
 
 from .tree_source import TreeSource
 
@@ -136,7 +136,7 @@ def _arguments(
     for key in settings:
         if key not in parameters:
             raise BtManipError(
-                f"--set {shortened(key)}: the tree '{source.name}' has no key '{key}'"
+                f"--set: the tree '{source.name}' has no key '{key}'"
                 + did_you_mean(key, parameters)
             )
     missing = [

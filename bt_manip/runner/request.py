@@ -8,9 +8,10 @@ from typing import Any
 from bt_manip.exceptions import BtManipError
 from bt_manip.registry import Parts, Surroundings
 from bt_manip.robots import Configuration, RobotDescription
-from bt_manip.scenes import Scene
+from bt_manip.scenes import PHYSICS, Scene
 from bt_manip.trajectories import CONTROL_STEP
 
+from .real_robot import find_backend
 from .tree_source import TreeSource, find_tree
 
 CONTROLLER = "computed_torque"
@@ -49,6 +50,10 @@ class RunRequest:
         real_time: Simulated seconds per second of wall time; None runs as fast as possible.
         configurations: Named configurations of the robots, besides those of their descriptions and
             of the scene.
+        poses: Name of a registered source of poses of the objects that the scene expects, or
+            `bt_manip.scenes.PHYSICS`.
+        backend: ``NAME=ADDRESS`` of a registered backend and a real robot; empty simulates it.
+        speed: Factor of all speed scales of the arms, above 0 and up to 1.
         reading: Further options of `bt_manip.bt.read_tree`: ``stubs``, ``libraries``.
     """
 
@@ -66,6 +71,9 @@ class RunRequest:
     configurations: Mapping[str, Configuration] = field(
         default_factory=lambda: MappingProxyType({})
     )
+    poses: str = PHYSICS
+    backend: str = ""
+    speed: float = 1.0
     reading: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
 
     def __post_init__(self) -> None:
@@ -87,6 +95,10 @@ class RunRequest:
                 f"tick must be a whole number of control steps of {CONTROL_STEP * 1e3:g} ms, "
                 f"got {self.tick * 1e3:g} ms"
             )
+        if not 0.0 < self.speed <= 1.0:
+            raise BtManipError(f"speed must be above 0 and at most 1, got {self.speed:g}")
+        if self.backend and self.faults:
+            raise BtManipError("faults are simulated: they cannot be injected into a real robot")
         if self.real_time is not None and not 0.0 < self.real_time < float("inf"):
             raise BtManipError(f"real-time factor must be positive, got {self.real_time:g}")
 
@@ -95,7 +107,7 @@ class RunRequest:
         """The part of the request that a station is built from, as a key."""
         return (
             self.scene, self.robot, self.controller, self.planner, self.seed,
-            tuple(self.settings.items()),
+            tuple(self.settings.items()), self.poses, self.backend, self.speed,
         )  # fmt: skip
 
     @property
@@ -117,6 +129,9 @@ def request_of(tree: str, parts: Parts, **options: Any) -> RunRequest:
     """
     wants = parts.surroundings.get(tree, Surroundings())
     defaults = {"scene": wants.scene, "controller": wants.controller}
+    if options.get("backend"):
+        choice = find_backend(options["backend"], parts)
+        defaults["controller"] = wants.controller or choice.backend.controllers[0]
     given = {key: value for key, value in options.items() if value is not None}
     chosen = {key: value for key, value in defaults.items() if value is not None}
     registered = {name: parts.trees.get(name) for name in parts.trees}

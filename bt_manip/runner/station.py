@@ -2,18 +2,20 @@
 
 import os
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pinocchio as pin
 from dm_control import composer
 from py_trees.behaviour import Behaviour
 
 from bt_manip.arm import Arm, MultiArmCoordinator
 from bt_manip.bt import AlwaysSuccess, NodeStatus, Tree
-from bt_manip.cell import Cell
+from bt_manip.cell import Cell, OverlapError
 from bt_manip.cell.objects import Catalogue
 from bt_manip.cell.randomization import Randomizer, SceneObject
 from bt_manip.control import Controller, ControllerManager
@@ -21,18 +23,22 @@ from bt_manip.notebook import html_image, html_table
 from bt_manip.registry import Parts
 from bt_manip.robots import Gripper, Robot
 from bt_manip.scenes import (
+    ExpectedObjects,
+    Fixture,
     Scene,
     add_fixture,
     check_supports,
     find_scene,
+    make_pose_source,
     naming_file,
     place_again,
     sampled_fixtures,
 )
 
-from .commanded_robot import CommandedRobot, NoOnlyRobot, RobotEntities
+from .commanded_robot import CommandedRobot, NoOnlyRobot, RobotEntities, at_reach
 from .loop import RunLoop
 from .observer import recorder_for
+from .real_robot import RealRobot, check_real, find_backend
 from .request import TICK, RunRequest
 from .run import Run
 from .tree_source import TreeSource
@@ -79,6 +85,8 @@ class Station:
         randomizer: Randomizes the cell at the beginning of a cycle.
         scene: The scene that it was built with.
         request: The request that it was built from.
+        poses: The objects that the scene expects; None where the physics decides the poses.
+        real: The real robot that the cell follows; None in simulation.
     """
 
     cell: Cell
@@ -89,6 +97,8 @@ class Station:
     randomizer: Randomizer
     scene: Scene
     request: RunRequest
+    poses: ExpectedObjects | None = None
+    real: RealRobot | None = None
 
     @property
     def first(self) -> CommandedRobot:
@@ -144,6 +154,7 @@ class Station:
             "models": self.models,
             "planners": self.parts.planners,
             "policies": self.parts.policies,
+            "poses": self.poses,
         }
 
     def clock(self) -> float:
@@ -244,7 +255,8 @@ class Station:
 
     def get_state(self) -> dict[str, Any]:
         """Return the state of the station as plain data."""
-        return {
+        poses = {} if self.poses is None else {"poses": self.poses.get_state()}
+        return poses | {
             "cell": self.cell.snapshot(),
             "robots": {name: robot.get_state() for name, robot in self.robots.items()},
             "rng": self.rng.bit_generator.state,
@@ -267,6 +279,39 @@ class Station:
             robot.set_state(state["robots"][name])
         self.rng.bit_generator.state = state["rng"]
         self.randomizer.set_state(state["randomizer"])
+        if self.poses is not None:
+            self.poses.set_state(state.get("poses", ()))
+
+
+_ASIDE = pin.SE3(np.eye(3), np.array([0.0, 0.0, 5.0]))
+"""Above its place: where a fixture is put that will be moved within reach of a robot [m]."""
+
+
+def _fill(
+    cell: Cell,
+    fixtures: Sequence[tuple[Fixture, composer.Entity]],
+    robots: Sequence[RobotEntities],
+    seed: int,
+    *,
+    aside: bool = False,
+) -> list[str]:
+    """Add the fixtures and robots of a scene to a cell; return the names of the robots.
+
+    Raises:
+        CellError: If something overlaps; the cell is as it was then.
+    """
+    later = sampled_fixtures([fixture for fixture, _ in fixtures])
+    with cell.editing():
+        for fixture, entity in fixtures:
+            if fixture.name not in later:
+                away = aside and fixture.within_reach
+                placed = replace(fixture, T_wo=_ASIDE * fixture.T_wo) if away else fixture
+                add_fixture(cell, placed, entity, seed)
+        names = [one.put_into(cell) for one in robots]
+        for fixture, entity in fixtures:
+            if fixture.name in later:
+                add_fixture(cell, fixture, entity, seed)
+    return names
 
 
 def make_station(request: RunRequest, parts: Parts, catalogue: Catalogue | None = None) -> Station:
@@ -294,32 +339,39 @@ def make_station(request: RunRequest, parts: Parts, catalogue: Catalogue | None 
         )
         for one in scene.robots
     ]
-    entities = [RobotEntities(one, parts) for one in chosen]
-    fixtures = [(f, catalogue.create(f.model, **f.parameters)) for f in scene.fixtures]
-    cell = Cell()
-    with naming_file(scene), cell.editing():
-        later = sampled_fixtures(scene.fixtures)
-        for fixture, entity in fixtures:
-            if fixture.name not in later:
-                add_fixture(cell, fixture, entity, seed)
-        names = [one.put_into(cell) for one in entities]
-        for fixture, entity in fixtures:
-            if fixture.name in later:
-                add_fixture(cell, fixture, entity, seed)
+    chosen = [at_reach(one, parts) for one in chosen]
+    source = make_pose_source(request.poses, parts.pose_sources, scene.fixtures)
+    backend = find_backend(request.backend, parts) if request.backend else None
+    if backend is not None:
+        check_real(scene, backend)
+    entities = [RobotEntities(one, parts, backend) for one in chosen]
+    placed = [fixture for fixture in scene.fixtures if not fixture.expected]
+    fixtures = [(f, catalogue.create(f.model, **f.parameters)) for f in placed]
+    cell, aside = Cell(), False
     with naming_file(scene):
+        try:
+            names = _fill(cell, fixtures, entities, seed)
+        except OverlapError:
+            if not any(fixture.within_reach for fixture in scene.fixtures):
+                raise
+            names, aside = _fill(cell, fixtures, entities, seed, aside=True), True
         check_supports(cell, scene.fixtures)
     robots = {name: one.commanded(name, cell) for name, one in zip(names, entities, strict=True)}
     for one in robots.values():
         one.robot.configurations |= scene.configurations
-    for fixture in scene.fixtures:
+    reached = {}
+    for fixture in placed:
         if fixture.within_reach:
-            next(iter(robots.values())).reach.place_container(cell, fixture.name)
+            one = robots.get(str(fixture.within_reach), next(iter(robots.values())))
+            T_wo = _ASIDE.inverse() * cell.pose(fixture.name) if aside else None
+            with naming_file(scene):
+                one.reach.place(cell, fixture.name, T_wo)
+            reached[fixture.name] = partial(one.reach.reaches, cell, fixture.name)
     if len(robots) > 1:
         MultiArmCoordinator({name: one.arm for name, one in robots.items()})
     rng = np.random.default_rng(seed)
     scene_objects = {
-        f.name: SceneObject(f.model, cell.pose(f.name), f.parameters, f.free)
-        for f in scene.fixtures
+        f.name: SceneObject(f.model, cell.pose(f.name), f.parameters, f.free) for f in placed
     }
     with naming_file(scene):
         randomizer = Randomizer(
@@ -329,5 +381,14 @@ def make_station(request: RunRequest, parts: Parts, catalogue: Catalogue | None 
             seed=seed,
             scene_objects=scene_objects,
             robots=tuple(robots),
+            reached=reached,
         )  # fmt: skip
-    return Station(cell, robots, rng, catalogue, parts, randomizer, scene, request)
+    poses = None if source is None else ExpectedObjects(source, cell, catalogue)
+    real = None
+    if backend is not None and (link := entities[0].link) is not None:
+        only = next(iter(robots.values()))
+        real = RealRobot(backend, link, only.arm, only.gripper)
+    for one in robots.values():
+        one.arm.speed_factor = request.speed
+        one.arm.follower.speed_scale *= request.speed
+    return Station(cell, robots, rng, catalogue, parts, randomizer, scene, request, poses, real)

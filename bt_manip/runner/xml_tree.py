@@ -12,7 +12,7 @@ from bt_manip.bt import (
     cannot_run,
     read_tree,
 )
-from bt_manip.exceptions import BlackboardError, BtManipError, did_you_mean, shortened, shown
+from bt_manip.exceptions import BlackboardError, BtManipError, did_you_mean, shown
 from bt_manip.registry import Parts
 
 from .tree_source import TreeSource
@@ -110,8 +110,7 @@ def set_keys(
     for key in settings:
         if key not in keys:
             raise BtManipError(
-                f"--set {shortened(key)}: the tree '{source.name}' has no key '{key}'"
-                + did_you_mean(key, keys)
+                f"--set: the tree '{source.name}' has no key '{key}'" + did_you_mean(key, keys)
             )
     for key, default in keys.items():
         if only_new and key in tree.blackboard:

@@ -7,6 +7,12 @@ from .fixtures import naming_file as naming_file
 from .fixtures import place_again as place_again
 from .fixtures import sampled_fixtures as sampled_fixtures
 from .fixtures import with_models as with_models
+from .poses import PHYSICS as PHYSICS
+from .poses import ExpectedObjects as ExpectedObjects
+from .poses import OperatorPoses as OperatorPoses
+from .poses import PoseSource as PoseSource
+from .poses import ScenePoses as ScenePoses
+from .poses import make_pose_source as make_pose_source
 from .scene import Fixture as Fixture
 from .scene import Scene as Scene
 from .scene import SceneRobot as SceneRobot

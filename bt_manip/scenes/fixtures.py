@@ -96,6 +96,8 @@ def sampled_fixtures(fixtures: Sequence[Fixture]) -> set[str]:
     """Return the names of fixtures with a sampled pose, and of those on them: added last."""
     later: set[str] = set()
     for fixture in fixtures:
+        if fixture.expected:
+            continue
         if fixture.region is not None or fixture.on in later:
             later.add(fixture.name)
     return later
@@ -113,13 +115,8 @@ def add_fixture(cell: Cell, fixture: Fixture, entity: composer.Entity, seed: int
     Raises:
         CellError: If it would penetrate something, or there is no free pose.
     """
-    height = 0.0
     declared = as_object(entity)
-    if fixture.on:
-        try:
-            height = cell.surface_height(fixture.on) + declared.rest_height
-        except CellError as error:
-            raise CellError(f"'{fixture.name}' cannot be put there: {error}") from error
+    height = support_height(cell, fixture, entity)
     if fixture.region is None:
         rise = pin.SE3(np.eye(3), np.array([0.0, 0.0, height]))
         cell.add(entity, rise * fixture.T_wo, name=fixture.name, free=fixture.free)
@@ -130,6 +127,20 @@ def add_fixture(cell: Cell, fixture: Fixture, entity: composer.Entity, seed: int
         region = replace(region, z=(height, height))
     rng = generator(seed, "place", fixture.name)
     cell.place(entity, region, rng, name=fixture.name, free=fixture.free)
+
+
+def support_height(cell: Cell, fixture: Fixture, entity: composer.Entity) -> float:
+    """Return the height of a fixture's origin at rest on what it is on [m]; 0 if on nothing.
+
+    Raises:
+        CellError: If nothing can be put there.
+    """
+    if not fixture.on:
+        return 0.0
+    try:
+        return cell.surface_height(fixture.on) + float(as_object(entity).rest_height)
+    except CellError as error:
+        raise CellError(f"'{fixture.name}' cannot be put there: {error}") from error
 
 
 def check_supports(cell: Cell, fixtures: Sequence[Fixture]) -> None:
@@ -144,7 +155,7 @@ def check_supports(cell: Cell, fixtures: Sequence[Fixture]) -> None:
             that it is sampled from.
     """
     for fixture in fixtures:
-        if not fixture.on:
+        if not fixture.on or fixture.expected:
             continue
         lower, upper = extent(cell, fixture.on)
         if fixture.region is None:

@@ -32,6 +32,7 @@ from .scene_keys import (
     RandomizationTable,
     RegionTable,
     RobotAddress,
+    WithinReach,
     check_object,
 )
 
@@ -43,11 +44,7 @@ MAX_OBJECTS = 250
 @documented
 @dataclass(frozen=True)
 class Fixture:
-    """An object of a scene.
-
-    The field `within_reach`, not a key, tells whether it is moved towards the first robot where
-    that cannot drop into it.
-    """
+    """An object of a scene."""
 
     model: Annotated[str, Key("The object", values=ObjectModel())]
     name: Annotated[
@@ -81,7 +78,21 @@ class Fixture:
             values=RegionTable(),
         ),
     ] = None
-    within_reach: bool = False
+    within_reach: Annotated[
+        bool | str,
+        Key(
+            "Whether it is moved to where the first robot reaches it, and its sampled poses are "
+            "those that are reached; or the name of the robot",
+            values=WithinReach(),
+        ),
+    ] = False
+    expected: Annotated[
+        bool,
+        Key(
+            "Whether it is not in the cell at first: a source of poses says when it is there, "
+            "`bt-manip run --poses`"
+        ),
+    ] = False
 
 
 @documented
@@ -118,8 +129,15 @@ class FixtureTables:
     def read(self, table: TomlTable, entry: KeyField, size: Any) -> tuple[Fixture, ...]:
         """Return the objects in the order in which they are added."""
         found: list[Fixture] = []
+        robots = [part.text("name") or "" for part in table.tables("robots", MAX_ROBOTS)]
         for part in table.tables("objects", MAX_OBJECTS):
             if fixture := read_part(Fixture, part, free=None):
+                if isinstance(reached_by := fixture.within_reach, str) and reached_by not in robots:
+                    near = did_you_mean(reached_by, robots)
+                    text = f"is true or the name of a robot, got '{reached_by}'{near}"
+                    part.reject("within_reach", text)
+                if fixture.expected and fixture.region is not None:
+                    part.reject("region", "and 'expected' exclude each other: give a 'position'")
                 self._add(found, part, fixture, Fixture)
         for part in table.tables("cameras", MAX_OBJECTS):
             if camera := read_part(FixedCamera, part):
@@ -166,6 +184,17 @@ class SceneRobot:
     ] = None
     planner: Annotated[
         str | None, Key("Its planner; by default that of the run", values=PartName("planners"))
+    ] = None
+    for_reach: Annotated[
+        float | None,
+        Key(
+            "Reach of the arm that the position is for: the first joint of an arm with another "
+            "reach is nearer to the world's origin, or farther, in proportion, and above the "
+            "position; at home the tool keeps 0.15 m from the origin. By default the position is "
+            "that of any arm",
+            "m",
+            above=0.0,
+        ),
     ] = None
 
 

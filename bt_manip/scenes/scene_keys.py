@@ -184,6 +184,18 @@ class CameraPose:
         return _attempt(table, "looking_at", looking_at, T_wc.translation, target) or T_wc
 
 
+class WithinReach:
+    """Whether, or of which robot, an object is within reach."""
+
+    type = "true or a robot's name"
+
+    def read(self, table: TomlTable, entry: KeyField, size: Any) -> bool | str | None:
+        """Return the flag or the name."""
+        if isinstance(table.value(entry.name), str):
+            return table.text(entry.name)
+        return table.flag(entry.name)
+
+
 class RegionTable:
     """A region, whose height follows from what the object is on, if anything."""
 

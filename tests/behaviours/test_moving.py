@@ -102,6 +102,15 @@ def test_an_automatic_lift_ends_below_an_obstacle_within_reach(station, trial):
     assert 0.03 < station.robot.tool_pose.translation[2] - before[2] < 0.25
 
 
+def test_a_lift_below_an_obstacle_is_shorter_where_less_height_is_enough(station, trial):
+    before = station.robot.tool_pose.translation
+    shelf = spatial.pose(before + [0.0, 0.13, 0.3])
+    station.cell.add(Box(size=(0.1, 0.1, 0.02)), shelf, name="shelf", free=False)
+    assert trial(Lift(height=0.25, least=0.2)).fails_with("'shelf'")
+    assert trial(Lift(height=0.25, least=0.03)).until_done() is SUCCESS
+    assert 0.03 < station.robot.tool_pose.translation[2] - before[2] < 0.2
+
+
 def test_move_to_pose_arrives_at_the_pose(station, trial):
     target = spatial.pointing_down((0.35, -0.2, 1.3), 0.4)
     assert trial(MoveToPose(pose=pose_to_text(target))).until_done() is SUCCESS

@@ -131,6 +131,20 @@ def test_poses_are_drawn_until_they_are_free(parts):
         assert np.arctan2(R[1, 0], R[0, 0]) == pytest.approx(drawn["yaw"])
 
 
+def test_poses_out_of_reach_are_not_sampled(parts):
+    positions = distributions.Uniform((0.0, -0.3, 1.04), (0.4, 0.3, 1.04))
+    free = Varied(parts, objects={"cube": {"position": positions}})
+    reached = Varied(parts, objects={"cube": {"position": positions}})
+    reached.randomizer._reached = {"cube": lambda T_wo: T_wo.translation[1] > 0.0}
+    for cycle in range(6):
+        y = [one.begin(cycle)["objects"]["cube"]["position"][1] for one in (free, reached)]
+        assert y[1] > 0.0
+        assert y[0] == y[1] or y[0] <= 0.0
+    reached.randomizer._reached = {"cube": lambda T_wo: False}
+    with pytest.raises(CellError, match="no free place for 'cube' .* no robot reaches it at"):
+        reached.begin(0)
+
+
 def test_where_no_place_is_free_it_says_so(parts):
     varied = Varied(parts, objects={"cube": {"position": (-0.2, 0.0, 1.04)}})
     with pytest.raises(CellError, match=r"no free place for 'cube' in 100 attempts.*inside 'can'"):

@@ -53,7 +53,7 @@ def digest_of(path, *options) -> str:
     return json.loads(report.read_text())["state_digest"]
 
 
-@pytest.mark.parametrize("share", [0.3, 0.8])
+@pytest.mark.parametrize("share", [0.3, pytest.param(0.8, marks=pytest.mark.soak)])
 def test_another_process_ends_in_the_recorded_state(recorded, share, tmp_path):
     path, report = recorded
     again = tmp_path / "again.mcap"

@@ -83,3 +83,14 @@ def test_the_options_of_a_recorder_are_listed_with_their_defaults(bt_manip):
     out = bt_manip("list", "recorders", "video").out
     assert out.startswith("video (builtin)") and "  size=1280x720\n" in out
     assert "  overlay=yes\n" in out
+
+
+def test_tasks_are_listed_with_the_robots_that_can_do_them(bt_manip):
+    code, out, err = bt_manip("list", "tasks", "press_button", "--robot", "panda")
+    assert (code, err, out.split()) == (0, "", ["press_button", "panda", "yes"])
+
+
+def test_a_robot_is_for_the_list_of_tasks_only(bt_manip):
+    code, _, err = bt_manip("list", "scenes", "--robot", "panda")
+    assert code == 2
+    assert "bt-manip list tasks" in err

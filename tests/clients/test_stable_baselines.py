@@ -12,6 +12,9 @@ from stable_baselines3.common.callbacks import BaseCallback, EvalCallback  # noq
 from stable_baselines3.common.env_checker import check_env  # noqa: E402
 from stable_baselines3.common.vec_env import DummyVecEnv, VecMonitor  # noqa: E402
 
+from bt_manip.envs.stable_baselines import BatchVecEnv  # noqa: E402
+
+ID = "bt_manip/PickPlace-v0"
 TASKS = ("PickPlace", "PressButton", "OpenDrawer")
 STEPS = 2000
 SMALL = {"net_arch": [32, 32]}
@@ -81,3 +84,21 @@ def test_it_relabels_goals():
     rewards = batch.rewards.numpy()
     assert set(np.unique(rewards)) == {-1.0, 0.0}  # relabelled goals are reached
     env.close()
+
+
+def test_it_learns_in_a_batch_with_the_results_of_single_environments():
+    options = {"reward": "dense", "controller": "native_pd", "max_episode_steps": 30}
+    batch = VecMonitor(BatchVecEnv("pick_place", 4, **options))
+    singles = VecMonitor(DummyVecEnv([lambda: gymnasium.make(ID, **options)] * 4))
+    trained = []
+    for env in (batch, singles):
+        model = PPO("MultiInputPolicy", env, n_steps=64, policy_kwargs=SMALL, seed=0, device="cpu")
+        ended = Ended()
+        model.learn(256, callback=ended)
+        weights = [one.detach().numpy() for one in model.policy.parameters()]
+        trained.append((ended.lengths, ended.keys, weights))
+        env.close()
+    (lengths, keys, weights), (others, other_keys, other_weights) = trained
+    assert lengths == others and len(lengths) >= 8
+    assert keys == other_keys
+    assert all(np.array_equal(a, b) for a, b in zip(weights, other_weights, strict=True))

@@ -90,9 +90,9 @@ def make_arm(description):
     return make
 
 
-def panda_cell(offset=0.0, cube=True):
+def panda_cell(offset=0.0, cube=True, make_gripper=TwoFingerGripper):
     """Build a cell where the Panda's open fingers surround a cube on a post."""
-    robot = Robot(panda(), gripper=TwoFingerGripper)
+    robot = Robot(panda(), gripper=make_gripper)
     control, gripper = ComputedTorque(robot), robot.gripper
     robot.attach(control)
     cell = Cell()

@@ -180,7 +180,7 @@ def test_an_episode_whose_state_diverges_is_a_failed_one(tmp_path):
 def test_images_of_chosen_cameras_are_observed(make_recorder, opengl):
     recorder = make_recorder(cameras=["overview"], size=(32, 24), settings={"goal": "table"})
     spec = recorder.identity()["observations"]["overview_rgb"]
-    assert spec == {"shape": (24, 32, 3), "dtype": "uint8", "unit": "-"}
+    assert spec == {"shape": (24, 32, 3), "dtype": "uint8", "unit": "-", "group": "robot"}
     images = recorder.record(0).observations["overview_rgb"]
     assert images.shape[1:] == (24, 32, 3) and images.dtype == np.uint8
     assert images[0].std() > 5.0

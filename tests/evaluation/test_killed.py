@@ -86,7 +86,7 @@ def check_goes_on(command: list[str], folder: Path, episodes: int) -> dict[int, 
     return dict(zip(numbers, digests, strict=True))
 
 
-@pytest.mark.parametrize("episodes", [20, pytest.param(1000, marks=pytest.mark.soak)])
+@pytest.mark.parametrize("episodes", [12, pytest.param(1000, marks=pytest.mark.soak)])
 def test_an_evaluation_goes_on_after_kill_9(evaluation, tmp_path, episodes):
     small = evaluation()
     command = ["evaluate", small.tree, "--scene", small.options["scene"], "--episodes"]

@@ -72,6 +72,25 @@ def test_the_basket_stays_where_the_arm_can_drop_into_it(parts):
     assert build_station(parts).cell.pose("basket").translation.tolist() == [0.68, 0.0, 1.015]
 
 
+def test_the_preferred_area_is_kept_where_it_is_within_reach(parts):
+    station, preferred = build_station(parts), (0.25, 0.5, -0.3, 0.05)
+    region = station.first.reach.area(station.cell, "table", HEIGHT, preferred)
+    assert (*region.x, *region.y) == preferred
+
+
+def test_an_object_that_is_too_far_away_is_moved_towards_the_arm(small):
+    state, reach = small.get_state(), small.first.reach
+    far = pose((0.6, -0.3, 1.04))
+    small.cell.add(Cube(), far, name="cube", free=True)
+    assert not reach.reaches(small.cell, "cube")
+    reach.place(small.cell, "cube")
+    assert reach.reaches(small.cell, "cube")
+    base, moved = small.arm.model.model.jointPlacements[1].translation, small.cell.pose("cube")
+    (x, y), (u, v) = (T.translation[:2] - base[:2] for T in (far, moved))
+    assert x * v - y * u == pytest.approx(0.0, abs=1e-6)  # on the line to the base
+    small.set_state(state)
+
+
 def test_an_arm_that_reaches_nothing_from_above_says_where_to_place_it(small):
     with pytest.raises(CellError, match="reaches no part of 'table' from above.*base"):
         ReachFromAbove(small.arm).area(small.cell, "table", 0.6)

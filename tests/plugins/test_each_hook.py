@@ -201,6 +201,25 @@ def test_register_model_caches_lists_fetches_and_deletes_models(example, capfd):
     assert not mug.exists()
 
 
+def test_register_backends_makes_robots_that_can_be_chosen(parts_of):
+    parts = parts_of("register_backends")
+    with pytest.raises(BtManipError, match="--backend wants acme=ADDRESS, where ADDRESS is the co"):
+        build_station(parts, backend="acme=")
+    with pytest.raises(BtManipError, match="'acme' has no controller 'computed_torque'"):
+        build_station(parts, backend="acme=192.168.0.2")
+
+
+def test_register_pose_sources_tells_where_expected_objects_are(parts_of, tmp_path):
+    scene = tmp_path / "scene.toml"
+    scene.write_text(
+        'robots = [{position = [-0.1, 0.0, 1.015]}]\n[[objects]]\nmodel = "table"\n[[objects]]\n'
+        'model = "cube"\non = "table"\nposition = [0.3, 0.1]\nexpected = true\n'
+    )
+    station = build_station(parts_of("register_pose_sources"), scene=str(scene), poses="shifted")
+    assert station.poses.add(station.poses.next().name)
+    np.testing.assert_allclose(station.cell.pose("cube").translation[:2], [0.31, 0.1])
+
+
 def test_register_recorders_writes_files_about_a_run(run, tmp_path):
     file = tmp_path / "heights.txt"
     run("register_recorders", "--record", f"heights={file}")

@@ -170,9 +170,9 @@ def zeros(compression, size):
 
 @pytest.mark.parametrize("compression", ["lz4", "zstd"])
 def test_a_small_chunk_that_holds_gigabytes_is_refused(tmp_path, compression):
-    path = chunk_file(tmp_path / "run.mcap", compression, zeros(compression, 2 << 30), 100)
+    path = chunk_file(tmp_path / "run.mcap", compression, zeros(compression, 1 << 30), 100)
     command = [sys.executable, "-m", "bt_manip", "report", path]
-    limit = lambda: resource.setrlimit(resource.RLIMIT_DATA, (1 << 30, 1 << 30))  # noqa: E731
+    limit = lambda: resource.setrlimit(resource.RLIMIT_DATA, (1 << 29, 1 << 29))  # noqa: E731
     done = subprocess.run(command, preexec_fn=limit, timeout=20, capture_output=True, text=True)
     assert done.returncode == 2
     assert "claims 100 bytes and has more" in " ".join(done.stderr.split())

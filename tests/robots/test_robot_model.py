@@ -1,6 +1,7 @@
 import mujoco
 import numpy as np
 import pinocchio as pin
+import pytest
 
 from bt_manip.robots import Payload
 
@@ -69,3 +70,11 @@ def test_a_pose_given_out_does_not_change_afterwards(model):
     kept = first.copy()
     model.pose(model.home + 0.1)
     assert first == kept
+
+
+def test_the_static_force_takes_one_joint_to_its_limit(model, rng):
+    q = rng.uniform(model.limits.lower, model.limits.upper)
+    up = np.array([0.0, 0.0, 1.0])
+    force, zero = model.static_force(q, up), np.zeros(model.nq)
+    tau = model.rnea(q, zero, zero) + force * model.jacobian(q)[2]
+    assert (np.abs(tau) / model.limits.effort).max() == pytest.approx(1.0)

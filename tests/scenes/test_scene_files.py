@@ -233,6 +233,8 @@ def test_a_file_may_say_which_seed(write, parts):
         ),
         (TABLE + '[[objects]]\nmodel = "cube"\nmass = 0\n', ":7: .*mass' is wrong: mass must be"),
         (TABLE + '[[objects]]\nmodel = "cube"\nmass = -1\n', "positive number .kg., got -1"),
+        (TABLE + "within_reach = 3\n", ":5: key .*within_reach' is true or false"),
+        (TABLE + 'within_reach = "lfet"\n', "within_reach' is true or the name of a robot, got"),
         (TABLE + "region = { x = [0, 1] }\n", "region.y' is missing"),
         (TABLE + "region = { x = [1, 0], y = [0, 1], z = [0, 0] }\n", "goes from low to high"),
         (TABLE + "position = [0, 0, 0]\nregion = { }\n", "'region' both say where it is"),

@@ -84,6 +84,15 @@ class CellObject:
         """
         return ()
 
+    @property
+    def tool_targets(self) -> Sequence[Sequence[pin.SE3]]:
+        """Poses of the tool in the object's frame that its use takes: one of each alternatives.
+
+        Empty: the tool pointing down at its grasp centre, and above it; for a container, above its
+        bottom.
+        """
+        return ()
+
     def get_state(self) -> Any:
         """Return state of its own beyond MuJoCo's, as plain data for snapshots; None: no state."""
         return None

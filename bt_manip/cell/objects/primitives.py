@@ -4,12 +4,17 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+import pinocchio as pin
+
+from bt_manip.spatial import pointing_down
 
 from ..exceptions import CellError
 from .primitive_prop import PrimitiveProp
 
 GRASP_CENTRE_DEPTH = 0.03
 """Depth below its top at which an object is gripped that is higher than grippers are deep [m]."""
+
+_PEG_HELD, _PEG_IN = 0.08, 0.03  # [m] height of the tool over a held peg's end; its insertion
 
 MAX_BOARDS = 100
 """Maximum number of a shelf's boards, each a geom to compile."""
@@ -370,6 +375,15 @@ class HoleBoard(PrimitiveProp):
         "offset": [0.0, 0.0],  # of the hole from the middle, along x and y [m]
         "mass": 0.9, "friction": 0.4, "colour": (0.50, 0.53, 0.58),
     }  # fmt: skip
+
+    @property
+    def tool_targets(self) -> list[list[pin.SE3]]:
+        """The tool with the end of a peg in the hole, and over the board."""
+        top = float(self._parameters["size"][2])
+        return [
+            [pointing_down((0.0, 0.0, top + z), k * np.pi / 4) for k in range(4)]
+            for z in (_PEG_HELD - _PEG_IN, _PEG_HELD, _PEG_HELD + 0.03)
+        ]
 
     def _add_shapes(self, hole: float, size: Sequence[float], offset: Sequence[float]) -> None:
         x, y, z = size

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from fnmatch import fnmatchcase
+from types import MappingProxyType
 from typing import Any
 
 import mujoco
@@ -38,6 +39,10 @@ _POSE = {"position": np.zeros(3), "yaw": 0.0}
 _ELEMENTS = (("lights", "light"), ("cameras", "camera"))
 
 
+class _OutOfReachError(CellError):
+    """A sampled pose is out of reach."""
+
+
 class Randomizer:
     """Randomizes a cell in each cycle.
 
@@ -55,6 +60,7 @@ class Randomizer:
         seed: int,
         scene_objects: Mapping[str, SceneObject],
         robots: tuple[str, ...] = (),
+        reached: Mapping[str, Callable[[pin.SE3], bool]] = MappingProxyType({}),
     ) -> None:
         """Randomize a cell.
 
@@ -65,13 +71,14 @@ class Randomizer:
             seed: Seed of the run.
             scene_objects: The objects of the scene, by name.
             robots: Names of the robots in the cell.
+            reached: Tells by object whether a sampled pose is accepted.
 
         Raises:
             CellError: If something varies that does not exist.
         """
         self._randomization = randomization
         self._cell, self._catalogue, self._seed = cell, catalogue, seed
-        self._robots = robots
+        self._robots, self._reached = robots, reached
         self._scene = dict(scene_objects)
         self._nominal: dict[
             tuple[str, str | None], composer.Entity
@@ -298,7 +305,7 @@ class Randomizer:
                     T_wo = self._sample_pose(name, posed, self._scene[name].T_wo, attempt)
                     self._cell.move(name, T_wo)
                 return
-            except OverlapError as error:
+            except (OverlapError, _OutOfReachError) as error:
                 reason = error
         raise CellError(f"no free place for '{name}' in {ATTEMPTS} attempts; in the last, {reason}")
 
@@ -330,7 +337,11 @@ class Randomizer:
         for key, varied in posed.items():
             sampled[key] = self._sample("objects", name, key, varied, sampled[key], attempt)
         rotation = pin.utils.rotate("z", sampled["yaw"]) @ T_wo.rotation
-        return pin.SE3(rotation, np.array(sampled["position"]))
+        T_wo = pin.SE3(rotation, np.array(sampled["position"]))
+        if name in self._reached and not self._reached[name](T_wo):
+            x, y, _ = T_wo.translation
+            raise _OutOfReachError(f"no robot reaches it at {x:.3f} {y:.3f} m")
+        return T_wo
 
     def _sample_parameters(self, model: str) -> dict[str, Any]:
         """Sample the parameters of an object that is made during the cycle."""

@@ -5,4 +5,5 @@ from .finger_search import FoundFingers as FoundFingers
 from .finger_search import find_fingers as find_fingers
 from .finger_travel import FingerTravel as FingerTravel
 from .gripper import TwoFingerGripper as TwoFingerGripper
+from .native import NativeTwoFingerGripper as NativeTwoFingerGripper
 from .parameters import two_finger_gripper as two_finger_gripper

@@ -128,6 +128,11 @@ class DrivenFingers(Gripper):
         return self._open
 
     @property
+    def min_object_width(self) -> float:
+        """The opening at which the fingers have closed on nothing [m]."""
+        return float(self._min + MET)
+
+    @property
     def contact_bodies(self) -> list[Any]:
         """The finger bodies."""
         return self.mechanism.fingers

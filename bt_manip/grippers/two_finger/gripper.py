@@ -1,10 +1,12 @@
 """A two-finger gripper: position control while moving, force control while holding."""
 
+from collections.abc import Callable
+
 import numpy as np
 from dm_control import composer
 from dm_control.composer.observation import observable
 
-from bt_manip.robots import GripperError, Robot
+from bt_manip.robots import GripperError, GripperLink, Robot
 
 from .fingers import (
     CLOSING,
@@ -17,6 +19,7 @@ from .fingers import (
     STILL,
     DrivenFingers,
 )
+from .hardware import RealTwoFingerGripper
 
 _RELEASE = 0.04  # [s] in which the force falls to zero before opening
 _STEADY_TIME = 0.05  # [s] inside the force band until the grip is steady
@@ -60,6 +63,11 @@ class TwoFingerGripper(DrivenFingers):
         self._given_speed = speed
         self._speed = self._checked_speed(speed)
         self._reset()
+
+    @classmethod
+    def on_device(cls, link: GripperLink) -> Callable[[Robot], RealTwoFingerGripper]:
+        """Return a factory of the same fingers where a real gripper's are."""
+        return lambda robot: RealTwoFingerGripper(robot, link)
 
     def _build_observables(self) -> TwoFingerGripperObservables:
         return TwoFingerGripperObservables(self)

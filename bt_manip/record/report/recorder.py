@@ -19,7 +19,7 @@ from bt_manip.record.report.run_report import (
     RunReport,
     versions,
 )
-from bt_manip.runner import Run, RunObserver, StepBlock
+from bt_manip.runner import RealRobot, Run, RunObserver, StepBlock
 
 GRASP = "Grasp"
 """Registered name of the behaviour after which the grip force is measured."""
@@ -113,6 +113,7 @@ class Recorder(RunObserver):
         self._file = file
         self._identity: dict[str, Any] = {}
         self._digest = b""  # to continue
+        self._real: RealRobot | None = None
         self._cycles: list[CycleReport] = []
         self._unfinished = False
         self._wall_start: float | None = None
@@ -139,6 +140,7 @@ class Recorder(RunObserver):
         self._cell.before_remove.append(self._judge)
         self._begin_cycle()
         self._identity = identify(run)
+        self._real = run.station.real
         self._wall_start = time.perf_counter()
         self._write()
 
@@ -204,6 +206,7 @@ class Recorder(RunObserver):
             state_digest=(digest or hashlib.sha256().digest()).hex(),
             versions=versions(),
             error=error,
+            real={} if self._real is None else self._real.report,
             **self._identity,
         )
 
@@ -216,6 +219,9 @@ class Recorder(RunObserver):
         self._digest = bytes.fromhex(state["digest"])
 
     # Internal
+
+    def _judged_by(self) -> str:
+        return "physics" if self._real is None else "gripper and assumption"
 
     def _write(self) -> None:
         if self._file is not None:
@@ -289,7 +295,7 @@ class Recorder(RunObserver):
             reason=reason,
             goal=goal.holds if ended else None,
             goal_reason=goal.reason if ended else "",
-            judged_by="physics" if self._run.tree.goal_reads_cell else "tree",
+            judged_by=self._judged_by() if self._run.tree.goal_reads_cell else "tree",
             object=objects[0].name if len(objects) == 1 else None,
             placed=all(placed) if placed else None,
             objects=objects,

@@ -147,8 +147,9 @@ class CycleReport:
         goal: Whether the goal that the tree declares holds in the physics; None if it declares
             none. A cycle whose goal does not hold has failed.
         goal_reason: Why the goal does not hold.
-        judged_by: ``"physics"``, or ``"tree"`` where no condition of a goal reads the cell, so that
-            the tree alone decides whether the cycle succeeded.
+        judged_by: ``"physics"``, ``"gripper and assumption"`` on a real robot, or ``"tree"`` where
+            no condition of a goal reads the cell, so that the tree alone decides whether the cycle
+            succeeded.
         object: Name of the object that was gripped, or None if none or several were.
         placed: Whether all `objects` that the goal names are placed; None if there are none.
         objects: The objects that were gripped, in this order.
@@ -234,6 +235,9 @@ class RunReport:
         agent: Kind of the actions of an agent that acted in place of the tree; empty without one.
         sha256: SHA-256 of the files of the ``tree`` (one after the other, if it includes others),
             and of ``scene`` and ``robot`` where these are files.
+        real: On a real robot: ``backend``, ``late_ticks``, ``lost_cycles``, ``longest_gap_s``
+            between two cycles, ``assumed`` objects, whose poses nobody has measured since they were
+            released, and what the device says. Empty in simulation.
     """
 
     tree: str
@@ -259,6 +263,7 @@ class RunReport:
     varied: dict[str, Any] = field(default_factory=dict)
     agent: str = ""
     sha256: dict[str, str] = field(default_factory=dict)
+    real: dict[str, Any] = field(default_factory=dict)
 
     def to_json(self) -> str:
         """Return the report as JSON; non-finite numbers become null.

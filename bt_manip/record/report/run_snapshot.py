@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 from bt_manip.exceptions import BtManipError, shown
 from bt_manip.record.report.recorder import Recorder
 from bt_manip.runner import RunObserver
-from bt_manip.scenes import is_scene_file
+from bt_manip.scenes import PHYSICS, is_scene_file
 
 if TYPE_CHECKING:
     from bt_manip.runner import Run, RunRequest
@@ -25,6 +25,7 @@ def request_fields(request: "RunRequest") -> dict[str, Any]:
         "tick": request.tick,
         "settings": dict(request.settings),
         "configurations": dict(request.configurations),
+        **({} if request.poses == PHYSICS else {"poses": request.poses}),
     }
 
 

@@ -11,5 +11,5 @@ def table_and_tray() -> Scene:
     scene = table_and_basket()
     table = next(fixture for fixture in scene.fixtures if fixture.name == "table")
     surface = scene.T_wb.translation[2]
-    tray = Fixture("sorting_tray", "tray", spatial.pose((0.38, 0.24, surface)))
+    tray = Fixture("sorting_tray", "tray", spatial.pose((0.38, 0.24, surface)), within_reach=True)
     return replace(scene, fixtures=(table, tray))

@@ -10,12 +10,14 @@ from dm_control import composer, mjcf
 
 from bt_manip.cell import CellError
 from bt_manip.exceptions import did_you_mean
+from bt_manip.spatial import pointing_down
 from bt_manip_blocks.coloured_block import COLOURS
 
 FLOOR = 0.005  # [m] thickness
 RIM = 0.012  # [m] height over the floor
 WALL = 0.005  # [m] thickness
 ROW = 0.085  # [m] from row to row: the open fingers reach 55 mm to either side of a block
+BLOCK = 0.03  # [m] height of the tool over a slot's bottom when it places a block
 SLOT = 0.06  # [m] from slot to slot
 
 
@@ -84,6 +86,18 @@ class SortingTray(composer.Entity):
     def parameters(self) -> Mapping[str, Any]:
         """Its parameters, as plain data."""
         return MappingProxyType({"colours": self.colours, "slots": self.slots})
+
+    @property
+    def tool_targets(self) -> list[list[pin.SE3]]:
+        """The tool at blocks in the corners of the tray, and over them."""
+        places = [
+            slot for colour in (self.colours[0], self.colours[-1]) for slot in self.row(colour)
+        ]
+        return [
+            [pointing_down(slot.translation + (0.0, 0.0, z), k * np.pi / 4) for k in range(4)]
+            for slot in (places[0], places[self.slots - 1], places[-self.slots], places[-1])
+            for z in (BLOCK, BLOCK + 0.1)
+        ]
 
     def row(self, colour: str) -> list[pin.SE3]:
         """List the places for blocks of a colour, seen from the tray: bottoms of blocks.

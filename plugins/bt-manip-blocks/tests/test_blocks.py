@@ -8,7 +8,7 @@ import pytest
 from bt_manip import spatial
 from bt_manip.behaviours import Hover, PlaceAt, Reach
 from bt_manip.bt import NodeStatus
-from bt_manip.cell import CellError
+from bt_manip.cell import CellError, extent
 from bt_manip_blocks import (
     AreSorted,
     AreStacked,
@@ -34,6 +34,17 @@ def test_blocks_lie_in_the_region_and_keep_their_distance(station, trial):
     assert (places[:, :2] >= [0.2, -0.35]).all() and (places[:, :2] <= [0.5, 0.05]).all()
     for a, b in itertools.combinations(places, 2):
         assert np.linalg.norm((a - b)[:2]) >= 0.07
+
+
+def test_blocks_lie_where_the_robot_reaches_beside_the_tray(station, trial):
+    wide = [0.2, 1.2, -0.35, 0.38]  # farther than the arm reaches, and over the tray
+    scattering = trial(ScatterBlocks(each=2, blocks="{blocks}", preferred_region=wide))
+    assert scattering.tick() is SUCCESS
+    lower, upper = extent(station.cell, "tray")
+    for name in scattering.blackboard["blocks"]:
+        place = station.cell.pose(name).translation[:2]
+        assert np.maximum(lower[:2] - place, place - upper[:2]).max() > 0.04
+        assert station.first.reach.reaches(station.cell, name)
 
 
 def test_scattering_again_clears_the_old_ones_away(station, trial):

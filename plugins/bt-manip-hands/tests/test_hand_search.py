@@ -23,7 +23,7 @@ def carried(path):
     return mujoco.MjModel.from_xml_string(root.to_xml_string(), root.get_assets())
 
 
-@pytest.mark.parametrize("side", ["left", "right"])
+@pytest.mark.parametrize("side", ["right", pytest.param("left", marks=pytest.mark.soak)])
 def test_palm_thumb_and_postures_of_a_hand_are_found(menagerie, side):
     model = carried(menagerie / "wonik_allegro" / f"{side}_hand.xml")
     found, prefix = find_hand(model, ["turn"]), f"allegro_{side}/"

@@ -3,6 +3,7 @@
 from bt_manip_impedance.cartesian_impedance import CartesianImpedance as CartesianImpedance
 from bt_manip_impedance.drawer import Drawer as Drawer
 from bt_manip_impedance.hand_over import FindFreeEnd as FindFreeEnd
+from bt_manip_impedance.hand_over import HoldOut as HoldOut
 from bt_manip_impedance.hand_over import IsHandedOver as IsHandedOver
 from bt_manip_impedance.insert import Insert as Insert
 from bt_manip_impedance.insert import IsInserted as IsInserted

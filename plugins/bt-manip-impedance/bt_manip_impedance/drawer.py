@@ -6,12 +6,15 @@ from dm_control import composer, mjcf
 from dm_control.composer.observation import observable
 
 from bt_manip.cell import CellError, ParametricEntity
+from bt_manip.spatial import pointing_down
 
 SIZE = (0.3, 0.24, 0.12)  # [m] of the cabinet along x, y and z
 WALL = 0.01  # [m] thickness of all boards
 GAP = 0.002  # [m] between the front of the drawer and the boards around it
 HANDLE = (0.06, 0.016, 0.04)  # [m] length along x, thickness, height
 GRIP = 0.04  # [m] distance of the handle's grasp from the front: fingers have clearance behind it
+PULLED = 0.18  # [m] by which `PullOpen` moves the handle where the opening is 0.15 m
+OVER, CLEAR = 0.12, 0.03  # [m] height over the handle to come down from, and to leave it to
 MASS = 1.5  # [kg] of the drawer
 DAMPING = 10.0  # [N s/m] of the slide
 
@@ -97,6 +100,15 @@ class Drawer(ParametricEntity):
     def speed(self) -> float:
         """Speed at which it opens; negative while it closes [m/s]."""
         return float(self._data.qvel[self._velocity])
+
+    @property
+    def tool_targets(self) -> list[list[pin.SE3]]:
+        """The tool at the handle and over it, with the drawer closed and pulled out by `PULLED`."""
+        grasp, (x, _, z) = [], (-0.5 * SIZE[0] - GRIP, 0.0, 0.5 * SIZE[2])
+        for pulled, height in ((0.0, OVER), (0.0, 0.0), (PULLED, 0.0), (PULLED, CLEAR)):
+            position = (x - pulled, 0.0, z + height)
+            grasp.append([pointing_down(position, yaw) for yaw in (0.0, np.pi)])
+        return grasp
 
     @property
     def T_oh(self) -> pin.SE3:

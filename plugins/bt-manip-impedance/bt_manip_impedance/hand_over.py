@@ -1,19 +1,34 @@
 """Hand an object over from one robot to another."""
 
+import math
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import pinocchio as pin
 
+from bt_manip import spatial
 from bt_manip.behaviours import (
     ArmBehaviour,
     ObjectCondition,
+    PlannedMove,
     nearest_orientation,
     pose_from_text,
     pose_to_text,
 )
 from bt_manip.bt import Input, Output, Status
 from bt_manip.cell import CellError, ContactEvent, entity_of, extent
+from bt_manip.exceptions import MotionError, did_you_mean
+from bt_manip.kinematics import PoseTarget
+
+HEIGHTS = (0.535, 0.45, 0.4, 0.35, 0.3, 0.6)
+"""Heights over the bases to hand over at, the preferred one first [m]."""
+
+OFFSETS = (0.0, -0.05, -0.1, 0.05)
+"""Distances of the middle of the object from the middle between the robots [m]."""
+
+_FORWARD = (0.70710678, 0.0, 0.70710678, 0.0)  # quaternion of a tool that points along x
+_HALF_TURN = pin.utils.rotate("y", math.pi)
 
 
 class FindFreeEnd(ArmBehaviour):
@@ -63,6 +78,88 @@ class FindFreeEnd(ArmBehaviour):
     def update(self) -> Status:
         """Succeed: the pose is written."""
         return Status.SUCCESS
+
+
+class HoldOut(PlannedMove):
+    """Hold an object out to another robot: the tool points at it, where both reach the object.
+
+    The middle of the object comes over the middle between the robots, or beside it where their arms
+    are in each other's way there.
+    """
+
+    needs_gripper = True
+
+    object = Input(str, doc="Name of the held object.")
+    receiver = Input(str, doc="Name of the other robot.")
+    inset = Input(float, default=0.01, doc="Distance of both grasps from the ends [m].")
+    distance = Input(float, default=0.1, doc="Distance from which the receiver approaches [m].")
+
+    amounts = {**PlannedMove.amounts, "inset": "m", "distance": "m"}
+
+    def start(self) -> None:
+        """Move to the first pose that both robots reach."""
+        if self.receiver not in self._robots:
+            raise CellError(
+                f"there is no robot '{self.receiver}'{did_you_mean(self.receiver, self._robots)}"
+            )
+        lower, upper = extent(self.cell, self.object, self.cell.pose(self.object))
+        between = float((upper - lower).max()) - 2.0 * self.inset
+        first: MotionError | None = None
+        for T_wt in self._poses(between):
+            if not self._is_taken(T_wt, between):
+                continue
+            target = PoseTarget(self.arm.ik.tool, T_wt, free_axis="z")
+            try:
+                return self.arm.move_to_pose(target, speed=self.speed, **self.planning())
+            except MotionError as error:
+                if error.reason not in ("unreachable", "collision", "robot"):
+                    raise
+                first = first or error
+        raise first or MotionError(
+            f"no pose to hold '{self.object}' out at is within reach of '{self.receiver}'",
+            reason="unreachable",
+        )
+
+    def why_infeasible(self) -> str:
+        """Look for a pose that both robots reach."""
+        sizes = np.ptp(extent(self.cell, self.object), axis=0)
+        between = float(sizes.max()) - 2.0 * self.inset
+        tool, home = self.arm.ik.tool, self.arm.model.home
+        for T_wt in self._poses(between):
+            target = PoseTarget(tool, T_wt, free_axis="z")
+            found = self.arm.ik.nearest_first(target, home)
+            if next(iter(found), None) and self._is_taken(T_wt, between):
+                return ""
+        pair = f"'{self.robot_name}' and '{self.receiver}'"
+        return f"{pair} reach no pose to hand '{self.object}' over"
+
+    def _poses(self, between: float) -> Iterator[pin.SE3]:
+        """Yield poses of the tool, the preferred one first."""
+        giver, receiver = (self.cell.pose(one) for one in (self.robot_name, self.receiver))
+        along = receiver.translation - giver.translation
+        yaw = math.atan2(along[1], along[0])
+        R = pin.utils.rotate("z", yaw) @ spatial.pose((0.0, 0.0, 0.0), _FORWARD).rotation
+        middle = 0.5 * (giver.translation + receiver.translation)
+        for offset in OFFSETS:
+            for height in HEIGHTS:
+                position = middle + (offset - 0.5 * between) * R[:, 2] + (0.0, 0.0, height)
+                yield pin.SE3(R, np.round(position, 9))
+
+    def _is_taken(self, T_wt: pin.SE3, between: float) -> bool:
+        """Return whether the receiver reaches the other end, and the pose before it."""
+        arm, a = self._robots[self.receiver].arm, T_wt.rotation[:, 2]
+        q = arm.model.home
+        for along in (between + self.distance, between):
+            T_wr = pin.SE3(T_wt.rotation @ _HALF_TURN, T_wt.translation + along * a)
+            poses = [
+                T_wr * pin.SE3(pin.utils.rotate("z", k * math.pi / 2), np.zeros(3))
+                for k in range(4)
+            ]
+            found = next(iter(arm.ik.nearest_first(poses, q)), None)
+            if found is None:
+                return False
+            q = found.q
+        return True
 
 
 class IsHandedOver(ObjectCondition):

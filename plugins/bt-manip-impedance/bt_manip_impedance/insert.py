@@ -6,10 +6,18 @@ from collections.abc import Iterator
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.behaviours import MotionBehaviour, ObjectCondition, extent
+from bt_manip.behaviours import (
+    MotionBehaviour,
+    ObjectCondition,
+    extent,
+    feasible_force,
+    number_or_auto,
+)
 from bt_manip.bt import Input, Status
 from bt_manip.cell import Cell, CellError, at_rest, bottom_of
+from bt_manip.grasping import holding_force
 from bt_manip.planning import ArcTo
+from bt_manip_impedance.cartesian_impedance import CartesianImpedance
 
 STANDOFF = 0.005
 """Height of the object's bottom over the socket before it is inserted [m]."""
@@ -30,6 +38,17 @@ LOWERING_SPEED = 0.04
 SEARCH_SPEED = 0.2
 """Speed on the spiral, as a fraction of the limits; about 20 mm/s."""
 
+MAX_FORCE = 30.0
+"""Contact force at which it gives up, where the arm exerts more [N]."""
+
+PRESS_FORCE = 6.0
+"""Force on the socket in a search, where the grip holds against it [N]."""
+
+STIFFNESS = 1000.0
+"""Stiffness of controllers other than `CartesianImpedance` [N/m]."""
+
+DOWN = np.array([0.0, 0.0, -1.0])
+
 OVER, LOWERING, SEARCHING, PUSHING = "over", "lowering", "searching", "pushing"
 
 
@@ -48,24 +67,29 @@ class Insert(MotionBehaviour):
     be as much larger.
     """
 
-    memory = (*MotionBehaviour.memory, "_phase", "_tare", "_last_force")
+    memory = (*MotionBehaviour.memory, "_phase", "_tare", "_last_force", "_limit")
 
     object = Input(str, doc="Name of the held object.")
     socket = Input(str, doc="Name of the object with the hole, whose axis is its z axis.")
     depth = Input(float, default=0.03, doc="How deep the object is inserted [m].")
-    max_force = Input(float, default=30.0, doc="Contact force at which it gives up [N].")
+    max_force = number_or_auto(
+        "Contact force at which it gives up [N]; auto: 30, or 0.8 of what the arm exerts if that "
+        "is lower."
+    )
     speed = Input(float, default=0.1, doc="Speed of the insertion, as a fraction of the limits.")
     controller = Input(str, default="cartesian_impedance", doc="Registered compliant controller.")
     search = Input(
         float, default=0.0, doc="Radius around the middle to search for the hole [m]; 0: none."
     )
-    press = Input(
-        float, default=0.006, doc="Depth of the reference below the socket's top in a search [m]."
+    press = number_or_auto(
+        "Depth of the reference below the socket's top in a search [m]; auto: that of a force of "
+        "6 N at the controller's stiffness, or of 0.8 of what the grip holds if that is lower."
     )
 
     amounts = {**MotionBehaviour.amounts, "search": "m", "press": "m"}
 
     _phase = OVER
+    _limit = MAX_FORCE  # [N] contact force at which it gives up
     _tare: tuple[float, ...] = ()  # [N] force at the wrist before contact, in the tool's axes
     _last_force = 0.0  # [N] at the last tick
 
@@ -85,10 +109,10 @@ class Insert(MotionBehaviour):
         force, self._last_force = min(now, self._last_force), now  # an impact is no sustained force
         depth = -self._height()
         self.feedback_message = f"{self._phase}, {1e3 * depth:.1f} mm deep, {force:.1f} N"
-        if force > self.max_force:
+        if force > self._limit:
             return self.fail(
                 f"'{self.object}' is {1e3 * depth:.1f} mm deep in '{self.socket}' and meets "
-                f"{force:.1f} N, at most {self.max_force:g} N are allowed"
+                f"{force:.1f} N, at most {self._limit:.3g} N are allowed"
             )
         if depth >= self.depth - DEPTH_TOLERANCE:
             return Status.SUCCESS
@@ -113,6 +137,8 @@ class Insert(MotionBehaviour):
         """Switch to the compliant controller and move down."""
         self._phase, self._ended, self._last_force = LOWERING if self.search else PUSHING, None, 0.0
         self._tare = tuple(self.arm.robot.wrist_wrench().force.tolist())
+        given = self.max_force
+        self._limit = feasible_force(MAX_FORCE, self.arm, DOWN) if given is None else given
         self.controllers.switch(self.controller)
         return self.begin_motion(self._lower if self.search else self._push)
 
@@ -126,8 +152,17 @@ class Insert(MotionBehaviour):
         super().terminate(new_status)
 
     def _lower(self) -> None:
-        target = self._tool_pose(-self.press)
+        given = self.press
+        target = self._tool_pose(-(self._press_depth() if given is None else given))
         self.arm.move_linear(target, speed=LOWERING_SPEED, contact=True)
+
+    def _press_depth(self) -> float:
+        """Return how far the reference is below the socket's top in a search [m]."""
+        grip = self.gripper
+        held = holding_force(self.cell, grip, self.object, float(np.mean(grip.forces)))
+        active = self.controllers.controller
+        stiffness = active.stiffness[2] if isinstance(active, CartesianImpedance) else STIFFNESS
+        return float(feasible_force(PRESS_FORCE, self.arm, DOWN, held) / stiffness)
 
     def _search(self) -> None:
         """Follow a spiral of half circles around the middle of the socket."""

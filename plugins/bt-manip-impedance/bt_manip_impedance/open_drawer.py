@@ -8,10 +8,16 @@ import numpy as np
 import pinocchio as pin
 
 from bt_manip import spatial
-from bt_manip.behaviours import MotionBehaviour, ObjectCondition
+from bt_manip.behaviours import (
+    MotionBehaviour,
+    ObjectCondition,
+    feasible_force,
+    number_or_auto,
+)
 from bt_manip.bt import Input, Status
 from bt_manip.cell import Cell, CellError
-from bt_manip_impedance.drawer import Drawer
+from bt_manip.grasping import holding_force
+from bt_manip_impedance.drawer import HANDLE, Drawer
 
 MARGIN = 0.005
 """How much farther than asked a drawer is pulled [m]."""
@@ -21,6 +27,9 @@ LAG = 0.03
 
 MAX_DRAWER_SPEED = 5e-3
 """Speed of a drawer that counts as at rest [m/s]; as for objects."""
+
+MAX_FORCE = 40.0
+"""Force on the handle at which it gives up, where arm and grip hold more [N]."""
 
 NEAR = 0.2
 """Distance from the handle at which the progress for reaching it has fallen to a quarter [m]."""
@@ -78,17 +87,21 @@ class PullOpen(MotionBehaviour):
     the arm returns to its own controller once it is at rest.
     """
 
-    memory = (*MotionBehaviour.memory, "_pulling", "_tare")
+    memory = (*MotionBehaviour.memory, "_pulling", "_tare", "_limit")
 
     object = Input(str, doc="Name of the drawer.")
     opening = Input(float, default=0.15, doc="How far it is opened [m].")
-    max_force = Input(float, default=40.0, doc="Force on the handle at which it gives up [N].")
+    max_force = number_or_auto(
+        "Force on the handle at which it gives up [N]; auto: 40, or 0.8 of what arm or grip hold "
+        "if that is lower."
+    )
     speed = Input(float, default=0.2, doc="Fraction of the arm's limits, above 0 and up to 1.")
     controller = Input(str, default="cartesian_impedance", doc="Registered compliant controller.")
 
     amounts = {**MotionBehaviour.amounts, "opening": "m"}
 
     _pulling = False
+    _limit = MAX_FORCE  # [N] force at which it gives up
     _tare: tuple[float, ...] = ()  # [N] force at the wrist at first, in the tool's axes
 
     def start(self) -> None:
@@ -101,6 +114,8 @@ class PullOpen(MotionBehaviour):
         distance = self.opening + LAG - drawer.opening
         pull = self.cell.pose(self.object).rotation @ np.array([-distance, 0.0, 0.0])
         T_wt = self.T_wt
+        given = self.max_force
+        self._limit = self._feasible_force(pull) if given is None else given
         self.controllers.switch(self.controller)
         self._pulling = True
         self._tare = tuple(self.arm.robot.wrist_wrench().force.tolist())
@@ -127,10 +142,10 @@ class PullOpen(MotionBehaviour):
             )
         if self.object not in self.gripper.held:
             return self.fail(f"the handle of '{self.object}' was lost {1e3 * opened:.0f} mm open")
-        if force > self.max_force:
+        if force > self._limit:
             return self.fail(
                 f"'{self.object}' is {1e3 * opened:.0f} mm open and holds back with {force:.1f} N, "
-                f"at most {self.max_force:g} N are allowed"
+                f"at most {self._limit:.3g} N are allowed"
             )
         if arm.moving:
             return Status.RUNNING
@@ -141,6 +156,23 @@ class PullOpen(MotionBehaviour):
                 f"{1e3 * self.opening:.0f} mm"
             )
         return Status.RUNNING
+
+    def why_infeasible(self) -> str:
+        """Compare the thickness of the handle with the gripper."""
+        find_drawer(self.cell, self.object)
+        thickness, least = HANDLE[1], self.gripper.min_object_width
+        if thickness > least:
+            return ""
+        return (
+            f"the gripper grips what is wider than {1e3 * least:.1f} mm, the handle of "
+            f"'{self.object}' is {1e3 * thickness:g} mm thick"
+        )
+
+    def _feasible_force(self, pull: np.ndarray) -> float:
+        """Return the force with which arm and grip can pull [N]."""
+        grip = self.gripper
+        held = holding_force(self.cell, grip, self.object, float(np.mean(grip.forces)))
+        return feasible_force(MAX_FORCE, self.arm, pull / np.linalg.norm(pull), held)
 
     def terminate(self, new_status: Status) -> None:
         """Stop, and return to the arm's own controller."""

@@ -31,7 +31,7 @@ def register_controllers(register):
 @hookimpl
 def register_behaviours(register):
     """Register the behaviours that need a compliant controller."""
-    from bt_manip_impedance.hand_over import FindFreeEnd, IsHandedOver
+    from bt_manip_impedance.hand_over import FindFreeEnd, HoldOut, IsHandedOver
     from bt_manip_impedance.insert import Insert, IsInserted
     from bt_manip_impedance.open_drawer import IsOpen, PullOpen, ReachHandle
     from bt_manip_impedance.press import IsReleased, Press, WasPressed
@@ -45,6 +45,7 @@ def register_behaviours(register):
     register(PullOpen)
     register(IsOpen)
     register(FindFreeEnd)
+    register(HoldOut)
     register(IsHandedOver)
 
 

@@ -7,7 +7,12 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.behaviours import MotionBehaviour, ObjectCondition
+from bt_manip.behaviours import (
+    MotionBehaviour,
+    ObjectCondition,
+    feasible_force,
+    number_or_auto,
+)
 from bt_manip.bt import Input, Status
 from bt_manip.cell import CellError
 from bt_manip_impedance.push_button import PRESSED, PushButton
@@ -16,6 +21,9 @@ RELEASED = 1e-4  # [m] depth up to which the cap counts as up
 
 NEAR = 0.2
 """Distance at which the share of progress for being near has fallen to a quarter [m]."""
+
+MAX_FORCE = 40.0
+"""Largest contact force, where the arm can exert it [N]."""
 
 CLEAR = 0.03
 """Height over the cap that the tool retreats to [m]."""
@@ -29,23 +37,30 @@ class Press(MotionBehaviour):
     limit, and the behaviour releases the button and fails.
     """
 
-    memory = (*MotionBehaviour.memory, "_since", "_outcome")
+    memory = (*MotionBehaviour.memory, "_since", "_outcome", "_limit", "_last_force")
 
     object = Input(str, doc="Name of the button.")
     depth = Input(float, default=0.02, doc="Depth of the reference below the cap's top [m].")
     hold = Input(float, default=0.3, doc="Time that the button is held down [s].")
-    max_force = Input(float, default=40.0, doc="Largest allowed contact force [N].")
+    max_force = number_or_auto(
+        "Largest allowed contact force [N]; auto: 40, or 0.8 of what the arm exerts if that is "
+        "lower."
+    )
     speed = Input(float, default=0.1, doc="Fraction of the arm's limits, above 0 and up to 1.")
 
+    _last_force = 0.0  # [N] at the last tick
+    _limit = MAX_FORCE  # [N] largest allowed contact force
     _since: float | None = None  # [s] when the cap was down
     _outcome: str | None = None  # reason of a failure, empty for success; None while it presses
 
     def start(self) -> None:
         """Move straight down."""
-        self._since = self._outcome = None
+        self._since, self._outcome, self._last_force = None, None, 0.0
         button = self.cell.find(self.object)
         if not isinstance(button, PushButton):
             raise CellError(f"'{self.object}' is not a button")
+        given, down = self.max_force, np.array([0.0, 0.0, -1.0])
+        self._limit = feasible_force(MAX_FORCE, self.arm, down) if given is None else given
         self._move_over_the_cap(-self.depth)
 
     def update(self) -> Status:
@@ -59,7 +74,9 @@ class Press(MotionBehaviour):
     def _check_button(self) -> None:
         """Measure depth and force, and retreat when the outcome is known."""
         button, now = self.cell.find(self.object), self.cell.time
-        force = float(np.linalg.norm(self.cell.contacts.wrench(self.object).force))
+        pressing = float(np.linalg.norm(self.cell.contacts.wrench(self.object).force))
+        force = min(pressing, self._last_force)  # an impact is no sustained force
+        self._last_force = pressing
         self.feedback_message = f"{1e3 * button.depth:.1f} mm down, {force:.1f} N"
         if button.depth < PRESSED * button.travel:
             self._since = None
@@ -67,9 +84,9 @@ class Press(MotionBehaviour):
             self._since = now
         if self._ended is None and not self.arm.moving:
             self._ended = now
-        if force > self.max_force:
+        if force > self._limit:
             self._outcome = (
-                f"'{self.object}' is pressed with {force:.1f} N, at most {self.max_force:g} N "
+                f"'{self.object}' is pressed with {force:.1f} N, at most {self._limit:.3g} N "
                 "are allowed; a stiff controller cannot do this"
             )
         elif self._since is not None:

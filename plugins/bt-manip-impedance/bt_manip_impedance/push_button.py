@@ -4,16 +4,19 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+import pinocchio as pin
 from dm_control import composer, mjcf
 from dm_control.composer.observation import observable
 
 from bt_manip.cell import CellError, ParametricEntity
+from bt_manip.spatial import pointing_down
 
 RADIUS = 0.025  # [m]
 HOUSING = 0.02  # [m] height
 PRESSED = 0.95
 """Fraction of the travel at which the cap counts as down; its stop is soft."""
 
+HOVER = 0.07  # [m] over the cap, from which a tool presses
 PRELOAD = 0.2  # fraction of the full force at which the cap begins to move
 
 
@@ -70,6 +73,12 @@ class PushButton(ParametricEntity):
     def height(self) -> float:
         """Height of the released cap's top over the bottom [m]."""
         return HOUSING + self.travel + 0.002
+
+    @property
+    def tool_targets(self) -> list[list[pin.SE3]]:
+        """The tool on the cap, and over it where `Hover` leads to at least."""
+        heights = (self.height, self.height + HOVER)
+        return [[pointing_down((0.0, 0.0, z), k * np.pi / 4) for k in range(8)] for z in heights]
 
     @property
     def joint(self) -> mjcf.Element:

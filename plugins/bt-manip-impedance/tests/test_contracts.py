@@ -49,6 +49,7 @@ test_contracts = contracts_of(
             start=OVER_THE_HOLE,
             fails=({"object": "table"}, {"inset": -1.0}),
         ),
+        "HoldOut": Example(ports={"object": "peg", "receiver": "nobody"}, status="FAILURE"),
         "IsHandedOver": Example(
             ports={"object": "peg", "giver": "panda", "receiver": "panda"}, status="FAILURE"
         ),

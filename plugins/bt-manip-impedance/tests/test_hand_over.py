@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from bt_manip import build_station, spatial
-from bt_manip.behaviours import Grasp, Hover, Lift, MoveToPose, Reach
+from bt_manip.behaviours import Grasp, Hover, Lift, Reach
 from bt_manip.bt import NodeStatus, Tree
 from bt_manip.cell import Cell, extent
 from bt_manip.cell.objects import Box
 from bt_manip.plugins import load_plugins
-from bt_manip_impedance import FindFreeEnd, IsHandedOver
+from bt_manip_impedance import FindFreeEnd, HoldOut, IsHandedOver
 
 HIGH = 0.5  # [m] of the posts, which stand for two robots
 
@@ -52,15 +52,15 @@ def test_an_object_is_handed_over_while_both_touch_it_in_the_air(cell):
 def test_the_tool_points_along_the_object_at_the_end_that_is_not_held():
     parts = load_plugins().parts
     station = build_station(parts, scene=parts.scenes.create("hand_over"))
-    held_out = spatial.pose((-0.06, 0.0, 1.55), (0.5**0.5, 0.0, 0.5**0.5, 0.0))
     for behaviour in (
         Hover("hover", object="rod", height=0.2, robot="left"),
         Reach("reach", object="rod", robot="left"),
         Grasp("grasp", object="rod", force=40.0, robot="left"),
         Lift("lift", height=0.2, robot="left"),
-        MoveToPose("hold out", pose=held_out, free_axis="z", robot="left"),
+        HoldOut("hold out", object="rod", receiver="right", robot="left"),
     ):
         assert station.run(behaviour).status is NodeStatus.SUCCESS
+    assert station.cell.pose("rod").translation[:2] == pytest.approx([0.0, 0.0], abs=0.02)
     tree = Tree(FindFreeEnd("find", object="rod", robot="right", pose="{pose}"))
     tree.setup(**station.infrastructure)
     assert tree.tick() is NodeStatus.SUCCESS

@@ -7,7 +7,9 @@ import pytest
 from bt_manip import build_station
 from bt_manip.behaviours import CloseGripper
 from bt_manip.bt import NodeStatus
+from bt_manip.grippers import TwoFingerGripper
 from bt_manip.plugins import load_plugins
+from bt_manip.robot_setup import why_not
 from bt_manip_impedance import IsOpen, PullOpen, ReachHandle
 
 
@@ -55,3 +57,10 @@ def test_a_handle_that_is_not_held_is_not_pulled(parts):
     assert station.run(is_open).status is NodeStatus.FAILURE
     assert 0.0 < is_open.progress() < 0.2
     assert behaviour.feedback_message == "the gripper does not hold 'drawer'"
+
+
+def test_a_handle_that_is_too_thin_for_the_gripper_is_found_before_a_run(parts, monkeypatch):
+    assert why_not("open_drawer", "panda", parts, starts=1) == ""
+    monkeypatch.setattr(TwoFingerGripper, "min_object_width", 0.02)
+    reason = why_not("open_drawer", "panda", parts, starts=1)
+    assert reason.startswith("PullOpen: the gripper grips what is wider than 20.0 mm")

@@ -19,7 +19,9 @@ def recovers():
     return recovers
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(
+    "seed", [0, pytest.param(1, marks=pytest.mark.soak), pytest.param(2, marks=pytest.mark.soak)]
+)
 def test_a_drawer_that_the_falling_arm_pushes_is_pulled_again(recovers, seed):
     found = recovers("open_drawer", "torque_loss", "OpenGripper", seed)
     assert found == ("recovered", "", "")
@@ -27,7 +29,11 @@ def test_a_drawer_that_the_falling_arm_pushes_is_pulled_again(recovers, seed):
 
 @pytest.mark.parametrize(
     ("fault", "phase"),
-    [("push", "Press"), ("stuck_joint", "MoveHome"), ("sensor_delay", "Hover")],
+    [
+        ("push", "Press"),
+        pytest.param("stuck_joint", "MoveHome", marks=pytest.mark.soak),
+        pytest.param("sensor_delay", "Hover", marks=pytest.mark.soak),
+    ],
 )
 def test_a_button_is_pressed_in_spite_of_a_disturbance(recovers, fault, phase):
     assert recovers("press_button", fault, phase) == ("recovered", "", "")

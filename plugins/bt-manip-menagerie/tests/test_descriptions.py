@@ -11,8 +11,7 @@ from bt_manip.plugins import load_plugins
 from bt_manip.robots import read_description
 from bt_manip_menagerie import description_files
 
-README = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
-UR5E_WITH_XARM_GRIPPER = README.partition("```toml\n")[2].partition("```")[0]
+UR5E_WITH_XARM_GRIPPER = Path(__file__).with_name("ur5e_xarm.toml")
 
 
 @pytest.fixture
@@ -42,10 +41,8 @@ def test_reading_them_needs_no_models(monkeypatch, tmp_path):
     assert len([read_description(path) for path in description_files()]) == 5
 
 
-def test_the_readmes_arm_and_gripper_which_nobody_listed_pick_and_place(tmp_path, run):
-    path = tmp_path / "ur5e_xarm.toml"
-    path.write_text(UR5E_WITH_XARM_GRIPPER)
-    code, report = run(path, 2)
+def test_an_arm_and_a_gripper_that_no_robot_combines_pick_and_place(run):
+    code, report = run(UR5E_WITH_XARM_GRIPPER, 2)
     assert code == 0
     assert [cycle["placed"] for cycle in report["cycles"]] == [True, True]
 

@@ -10,6 +10,7 @@ It needs the extra: pip install bt-manip-policy[train]
 import argparse
 import math
 import time
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -62,8 +63,8 @@ class ClonedPick(nn.Module):
         near = torch.clip(between - torch.tensor([0.0, 0.0, 0.015]), -NEAR, NEAR)
         azimuth = torch.atan2(cube[..., 1:2] - BASE[1], cube[..., 0:1] - BASE[0])
         quarter = math.pi / 2.0
-        yaw = azimuth + _wrapped(_yaw(cube_axes) - azimuth, quarter)
-        turn = _wrapped(_yaw(tool_axes) - yaw, 2.0 * math.pi)
+        yaw = azimuth + _wrapped(yaw_of(cube_axes) - azimuth, quarter)
+        turn = _wrapped(yaw_of(tool_axes) - yaw, 2.0 * math.pi)
         tilt = torch.cat([tool_axes[..., 2:3], tool_axes[..., 5:6]], -1)  # z of the x and y axes
         return torch.cat([between, tool, near, turn, tilt, opening], -1)
 
@@ -87,16 +88,16 @@ class Gripped(nn.Module):
         return torch.cat([action[..., :6], 2.0 * (action[..., 6:] > 0.0).float() - 1.0], -1)
 
 
-def read(folder: Path) -> tuple[list[torch.Tensor], torch.Tensor]:
-    """Return observations and actions of the picks in a folder of demonstrations."""
-    observations: list[list[np.ndarray]] = [[] for _ in INPUTS]
+def read(folder: Path, names: Iterable[str]) -> tuple[list[torch.Tensor], torch.Tensor]:
+    """Return observations of these names and actions of the picks in a folder of demonstrations."""
+    observations: dict[str, list[np.ndarray]] = {name: [] for name in names}
     actions = []
     for one in read_demonstrations(folder):
         n = next((i for i, leaf in enumerate(one.leaves) if "Drop" in leaf), len(one))
-        for rows, name in zip(observations, INPUTS.values(), strict=True):
+        for name, rows in observations.items():
             rows.append(one.observations[name][:n])
         actions.append(one.actions[ACTION][:n])
-    tensors = [torch.tensor(np.concatenate(rows), dtype=torch.float32) for rows in observations]
+    tensors = [torch.from_numpy(np.concatenate(rows)) for rows in observations.values()]
     return tensors, torch.tensor(np.concatenate(actions), dtype=torch.float32)
 
 
@@ -157,13 +158,11 @@ def train(policy: ClonedPick, observations, actions, steps: int, seed: int) -> N
             print(f"step {step}: loss {loss:.4f}, {time.perf_counter() - start:.0f} s", flush=True)
 
 
-def export(policy: ClonedPick, path: Path) -> None:
-    """Write a policy with its specification."""
-    sizes = (3, 6, 1, 3, 6)
-    example = tuple(torch.ones(size) for size in sizes)
+def export(policy: nn.Module, example: dict[str, torch.Tensor], path: Path) -> None:
+    """Write a policy with its specification; `example` has an observation of each input."""
     torch.onnx.export(
-        Gripped(policy), example, str(path), input_names=[*INPUTS], output_names=["action"],
-        dynamo=False, opset_version=17,
+        policy, tuple(example.values()), str(path), input_names=[*example],
+        output_names=["action"], dynamo=False, opset_version=17,
     )  # fmt: skip
     model = onnx.load(path)
     onnx.helper.set_model_props(model, {"bt_manip.action": ACTION, "bt_manip.rate": str(RATE)})
@@ -182,7 +181,8 @@ def _turned(axes, turn):
     return torch.cat([nn.functional.normalize(x, dim=1), nn.functional.normalize(y, dim=1)], 1)
 
 
-def _yaw(axes):
+def yaw_of(axes):
+    """Return the yaw of frames with these x and y axes."""
     return torch.atan2(axes[..., 1:2], axes[..., 0:1])
 
 
@@ -197,12 +197,13 @@ def main() -> None:
     options = parser.parse_args()
     torch.set_num_threads(1)  # a network as small as this is no faster in more
     torch.manual_seed(options.seed)
-    observations, actions = read(options.demonstrations)
+    observations, actions = read(options.demonstrations, INPUTS.values())
     policy = ClonedPick(options.width)
     rows = chosen(policy, observations, actions)
     print(f"{int(rows.sum())} of {len(rows)} steps")
     train(policy, [o[rows] for o in observations], actions[rows], options.steps, options.seed)
-    export(policy.eval(), options.policy)
+    example = {name: one[0] for name, one in zip(INPUTS, observations, strict=True)}
+    export(Gripped(policy).eval(), example, options.policy)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,63 @@
+"""A real arm in the simulated cell: its measured joints are written into the physics."""
+
+import numpy as np
+from dm_control import mjcf
+
+from bt_manip.robots import ArmLink, Robot, writer
+
+from .controller import Controller
+
+
+class MeasuredArm(Controller):
+    """Stands for a controller of the vendor, which follows the reference on the real arm.
+
+    After each step of the physics it writes the measured joints into it, and the held object where
+    the gripper takes it. Torques are those that the arm measures.
+    """
+
+    kind = "measured_arm"
+
+    def _build(self, robot: Robot, link: ArmLink) -> None:  # type: ignore[override]
+        """Take readings from a link."""
+        super()._build(robot)
+        self._link = link
+        self._reading = link.latest
+        self._still = np.zeros_like(self._limit)
+
+    def compute(
+        self, q: np.ndarray, v: np.ndarray, q_ref: np.ndarray, v_ref: np.ndarray, a_ref: np.ndarray
+    ) -> np.ndarray:
+        """Return no torques: nothing is simulated."""
+        return np.zeros_like(self._limit)
+
+    def after_compile(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
+        """Bind to the compiled model; what is measured comes from the arm."""
+        super().after_compile(physics, random_state)
+        robot, data = self._robot, physics.data.ptr
+        robot.read_a = lambda: self._still
+        robot.read_tau = lambda: self._reading.tau
+        robot.read_tau_external = lambda: self._reading.tau_external
+        self._write_q = writer(data.qpos, robot.qpos_adr)
+        self._write_v = writer(data.qvel, robot.dof_adr)
+
+    def take_over(self, previous: Controller) -> None:
+        """Continue from another controller of the vendor; they follow the same reference."""
+        self.reference, self.payload = previous.reference, previous.payload
+        self._carried = previous._carried
+
+    def before_substep(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
+        """Tell the arm when the payload has changed."""
+        payload = self.reference.payload
+        if payload is not self._carried:
+            self.payload = self._carried = payload
+            self._link.set_payload(payload)
+
+    def after_substep(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
+        """Write what the arm has measured, and advance the reference."""
+        self._reading = reading = self._link.take()
+        self.tau = reading.tau
+        self._write_q(reading.q)
+        self._write_v(reading.v)
+        if self._robot.gripper is not None:
+            self._robot.gripper.follow_tool(self.bare_model.pose(reading.q))
+        self.reference.advance(self._dt)

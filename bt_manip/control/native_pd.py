@@ -1,0 +1,142 @@
+"""PD control by the simulator's actuators."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar
+
+import numpy as np
+from dm_control import mjcf
+
+from bt_manip.robots import Robot, RobotModel, add_feedback, writer
+
+from .controller import Controller
+from .exceptions import ControlError
+from .pd_law import default_gains, per_joint
+
+FEEDFORWARD_STEPS = 10
+"""Control steps for which a feedforward torque is held."""
+
+_FRICTION_VELOCITY = 1e-2  # [rad/s] at which dry friction is compensated by 76 %
+
+
+class NativePD(Controller):
+    """PD control of each joint by MuJoCo's actuators, with feedforward from inverse dynamics.
+
+    ``tau = Kp (q_ref - q) + Kd (v_ref - v) + tau_ff``, with ``tau_ff`` the inverse dynamics of the
+    reference, payload and friction included, at every tenth control step. The feedback is part of
+    the model, so it measures the true state, and MuJoCo makes many steps in one call: batches of
+    environments need it. It follows to a few milliradians.
+
+    It replaces the robot's motors by actuators with feedback when the model is built, so a run
+    has to begin with it. Others can take over, and hand back.
+    """
+
+    kind = "native_pd"
+    saturates = True
+
+    grippers: ClassVar[Mapping[str, str]] = {"two_finger": "native_two_finger"}
+    """Kinds of grippers that the simulator drives as well, by the described kind."""
+
+    def _build(
+        self,
+        robot: Robot,
+        kp: float | Sequence[float] | None = None,
+        kd: float | Sequence[float] | None = None,
+    ) -> None:
+        """Give the robot's actuators their gains.
+
+        Args:
+            robot: The robot to control, not compiled yet.
+            kp: Position gains [N m/rad]; default: as of `GravityCompensatedPD`.
+            kd: Velocity gains [N m s/rad]; default: likewise.
+
+        Raises:
+            ControlError: If a gain is negative, their number is not that of the joints, or the
+                robot is compiled already.
+        """
+        super()._build(robot)
+        if hasattr(robot, "mj_model"):
+            raise ControlError(
+                f"'{self.kind}' is part of the robot's model, so that a run cannot switch to it: "
+                f"choose it as the controller to begin with (--controller {self.kind})"
+            )
+        own, n = default_gains(robot.model_alone()), robot.limits.effort.size
+        self._kp = per_joint("kp", own[0] if kp is None else kp, n)
+        self._kd = per_joint("kd", own[1] if kd is None else kd, n)
+        robot.arm_actuators = add_feedback(robot.arm_actuators, self._kp, self._kd)
+        self._feedforward = np.zeros(n)
+        self._age = 0  # control steps since it was computed
+
+    def after_compile(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
+        """Bind to the compiled model."""
+        super().after_compile(physics, random_state)
+        self._write = writer(physics.data.ptr.ctrl, self._robot.ctrl_adr)
+
+    def before_substep(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
+        """Command the reference of the step that begins."""
+        fading = self._transfer_steps
+        self.tau = tau = self._checked_torque()
+        if fading or self._substitute is not None:
+            self._drive(tau)
+        else:
+            reference = self.reference
+            self._write(self._signal(reference.q, reference.v, self._feedforward))
+        self._age = (self._age + 1) % FEEDFORWARD_STEPS
+
+    def compute(
+        self, q: np.ndarray, v: np.ndarray, q_ref: np.ndarray, v_ref: np.ndarray, a_ref: np.ndarray
+    ) -> np.ndarray:
+        """Return the torques that the actuators will apply [N m]."""  # (nv,)
+        if self._age == 0:
+            self._feedforward = feedforward(self.model, q_ref, v_ref, a_ref)
+        return self._kp * (q_ref - q) + self._kd * (v_ref - v) + self._feedforward
+
+    def signals(
+        self, model: RobotModel, q_ref: np.ndarray, v_ref: np.ndarray, a_ref: np.ndarray
+    ) -> np.ndarray:
+        """Return the control signals of many steps, those of `before_substep` bit for bit.
+
+        Args:
+            model: The arm's model, with its payload.
+            q_ref: Reference positions [rad].  # (n, nv)
+            v_ref: Reference velocities [rad/s].  # (n, nv)
+            a_ref: Reference accelerations [rad/s2].  # (n, nv)
+        """  # (n, nv) [N m]
+        n, every = len(q_ref), FEEDFORWARD_STEPS
+        held = [feedforward(model, q_ref[i], v_ref[i], a_ref[i]) for i in range(0, n, every)]
+        return self._signal(q_ref, v_ref, np.repeat(held, every, axis=0)[:n])
+
+    def _signal(self, q_ref: np.ndarray, v_ref: np.ndarray, tau: np.ndarray) -> np.ndarray:
+        """Return the control signals; the same bits for one step and for rows of many."""
+        return self._kp * q_ref + self._kd * v_ref + tau
+
+    # State
+
+    def reset(self) -> None:
+        """Clear the state kept between steps."""
+        super().reset()
+        self._age = 0
+
+    def get_state(self) -> dict[str, Any]:
+        """Return the state, including the held feedforward."""
+        held = {"feedforward": self._feedforward.tolist(), "age": self._age}
+        return {**super().get_state(), **held}
+
+    def set_state(self, state: Mapping[str, Any]) -> None:
+        """Restore the state, including the held feedforward."""
+        super().set_state(state)
+        self._feedforward, self._age = np.array(state["feedforward"]), state["age"]
+
+
+def feedforward(
+    model: RobotModel, q_ref: np.ndarray, v_ref: np.ndarray, a_ref: np.ndarray
+) -> np.ndarray:
+    """Return the inverse dynamics of a reference, damping and dry friction included [N m].
+
+    Args:
+        model: The arm's model, with its payload.
+        q_ref: Reference positions [rad].  # (nv,)
+        v_ref: Reference velocities [rad/s].  # (nv,)
+        a_ref: Reference accelerations [rad/s2].  # (nv,)
+    """  # (nv,)
+    losses = model.damping * v_ref + model.friction * np.tanh(v_ref / _FRICTION_VELOCITY)
+    return model.rnea(q_ref, v_ref, a_ref) + losses

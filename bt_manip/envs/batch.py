@@ -1,0 +1,241 @@
+"""Many episodes of one environment side by side, their physics in one batch of MuJoCo."""
+
+import copy
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import mujoco
+import numpy as np
+from dm_control import composer
+from mujoco.batch import Batch as Simulations
+
+from bt_manip.agents import ArmAction, JointTorques
+from bt_manip.control import FEEDFORWARD_STEPS, ControllerManager, NativePD
+from bt_manip.exceptions import BtManipError
+from bt_manip.grippers import NativeTwoFingerGripper
+from bt_manip.robots import Payload, RobotModel
+
+from .gymnasium_env import GymnasiumEnvironment
+from .learning_task import LearningTask
+
+_STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION.value)
+_OF_ENVIRONMENT = ("_seed", "_episode", "_np_random", "_np_random_seed")
+_OF_TASK = ("_losses", "_progress", "_diverged", "_last")
+
+
+@dataclass
+class _Slot:
+    """What an episode keeps beside the state of its physics.
+
+    Attributes:
+        kept: Attributes of the environment, and of the task.
+        references: References of the arms.
+        grippers: References of the grippers.
+        models: Each arm's payload, and its model with that.
+        fresh: Data of an episode that has not moved yet; None later.
+    """
+
+    kept: tuple[Mapping[str, Any], Mapping[str, Any]]
+    references: list[Any]
+    grippers: list[tuple[Any, ...]]
+    models: list[tuple[Payload | None, RobotModel]]
+    fresh: mujoco.MjData | None
+
+
+class Batch:
+    """Episodes of one environment that share its station and its model.
+
+    A step commands each episode, makes the physics of all in one call, and judges each. To command,
+    observe and judge an episode, the station takes its state, so that the functions are those of
+    the single environment.
+    """
+
+    def __init__(self, env: GymnasiumEnvironment, count: int, threads: int) -> None:
+        """Prepare the episodes; `reset` starts each.
+
+        Args:
+            env: The environment.
+            count: Number of episodes.
+            threads: Threads of the simulation; 0: one for each CPU.
+
+        Raises:
+            BtManipError: If the task cannot be batched, with the reason.
+        """
+        refuse(env.task)
+        self._env, self._task = env, env.task
+        episodes = env.task.episodes
+        self._cell, self._robots = episodes.station.cell, list(episodes.station.robots.values())
+        self._grippers: list[Any] = [r.gripper for r in self._robots if r.gripper is not None]
+        self._action: Any = env.task.action
+        self._ticks, self._per_tick = episodes.ticks, episodes.run.request.steps_per_tick
+        self._at_first = self._kept()
+        self._slots: dict[int, _Slot] = {}
+        self.simulations = Simulations(self._cell.model, count, threads, persistent=True)
+        self._model = _bytes_of(self._cell.model)
+        self._signals = np.zeros((count, self._ticks * self._per_tick, self._cell.model.nu))
+
+    def reset(self, i: int, seed: int | None, options: Mapping[str, Any]) -> tuple[Any, Any]:
+        """Start an episode; return its observations and its ``info``.
+
+        Raises:
+            BtManipError: If it cannot be started, or its model is another one.
+        """
+        if "state" in options:
+            raise BtManipError("an episode of a batch cannot continue from a state")
+        self._keep(self._slots[i].kept if i in self._slots else self._at_first)
+        observation, info = self._env.reset(seed=seed, options=dict(options))
+        model, data = self._cell.model, self._cell.data
+        if _bytes_of(model) != self._model:
+            raise BtManipError(
+                f"episodes in a batch share one model, and that of seed {info['seed']}, episode "
+                f"{info['episode_number']}, differs: fixed objects are placed or physical "
+                "properties are randomized in each episode; make one environment per process"
+            )
+        references = self._action.take_over()
+        controllers = [one.controllers.controller for one in self._robots]
+        self._slots[i] = _Slot(
+            self._kept(),
+            references,
+            [gripper.driven() for gripper in self._grippers],
+            [(None, one.bare_model.with_payload(None)) for one in controllers],
+            copy.copy(data),
+        )
+        self._warnings = data.warning.number
+        mujoco.mj_getState(model, data, self.simulations.state[i], _STATE)
+        self._signals[i] = data.ctrl
+        return observation, info
+
+    def step(self, ids: Sequence[int], actions: Sequence[Any]) -> list[Any]:
+        """Make one step of some episodes.
+
+        Args:
+            ids: Their numbers.
+            actions: An action in units for each of them.
+
+        Returns:
+            What `GymnasiumEnvironment.step` returns, for each of them.
+        """
+        slots = [self._slots[i] for i in ids]
+        for i, slot, action in zip(ids, slots, actions, strict=True):
+            self._load(i, slot)
+            self._action.follow(slot.references)
+            self._command(self._signals[i], slot, action)
+        if len(ids):
+            warned = self.simulations.warning[ids].copy()
+            self.simulations.rollout(self._signals.shape[1], self._signals[ids], record=(), ids=ids)
+            raised = self.simulations.warning[ids] > warned
+        results = []
+        for k, (i, slot) in enumerate(zip(ids, slots, strict=True)):
+            self._load(i, slot)
+            self._keep(slot.kept)
+            if raised[k].any():
+                names = np.array(list(mujoco.mjtWarning.__members__))[np.flatnonzero(raised[k])]
+                text = ", ".join(name.removeprefix("mjWARN_") for name in names.tolist())
+                diverged = f"MuJoCo warned at {self._cell.time:.3f} s: {text}"
+            else:
+                diverged = ""
+            results.append(self._env.result(self._task.judge(diverged)))
+            slot.kept = self._kept()
+        return results
+
+    def _command(self, signals: np.ndarray, slot: _Slot, action: Any) -> None:
+        """Write the control signals of a step, and advance all references to its end.
+
+        Args:
+            signals: Control signals of all actuators in each control step.  # (steps, nu)
+            slot: The episode.
+            action: Its action, in units.
+        """
+        self._action.command(action)
+        for k, (one, reference) in enumerate(zip(self._robots, slot.references, strict=True)):
+            controller: Any = one.controllers.controller
+            payload, model = slot.models[k]
+            if reference.payload is not payload:
+                model = controller.bare_model.with_payload(reference.payload)
+                slot.models[k] = reference.payload, model
+            signals[:, one.robot.ctrl_adr] = controller.signals(model, *reference.finish())
+        ticks = self._ticks if self._action.waiting else 1  # otherwise one tick is like the next
+        n = self._per_tick * self._ticks // ticks
+        for tick in range(ticks):
+            self._action.tick()
+            for gripper in self._grippers:
+                rows = signals[tick * n : (tick + 1) * n]
+                rows[:, gripper.mechanism.ctrl_adr] = gripper.signals(n)
+        slot.grippers = [gripper.driven() for gripper in self._grippers]
+        slot.fresh = None
+
+    def _load(self, i: int, slot: _Slot) -> None:
+        """Let the station take the state of an episode."""
+        data = self._cell.data
+        warned = self._warnings.copy()
+        if slot.fresh is not None:
+            mujoco.mj_copyData(data, self._cell.model, slot.fresh)
+        else:
+            self.simulations.get_data(i, data)
+        self._warnings[:] = warned  # the cell's own
+        for gripper, driven in zip(self._grippers, slot.grippers, strict=True):
+            gripper.drive(driven)
+
+    def _kept(self) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Return the attributes of environment and task that belong to an episode."""
+        return (
+            {name: getattr(self._env, name) for name in _OF_ENVIRONMENT},
+            {name: getattr(self._task, name) for name in _OF_TASK},
+        )
+
+    def _keep(self, kept: tuple[Mapping[str, Any], Mapping[str, Any]]) -> None:
+        """Set these attributes."""
+        vars(self._env).update(kept[0])
+        vars(self._task).update(kept[1])
+
+
+def refuse(task: LearningTask) -> None:
+    """Check that a task can be batched.
+
+    Raises:
+        BtManipError: If not, with the reason.
+    """
+    for reason in _reasons(task):
+        raise BtManipError(
+            f"these environments cannot be batched: {reason}; make one environment per process"
+        )
+
+
+def _reasons(task: LearningTask) -> Any:
+    """Generate the reasons why a task cannot be batched."""
+    episodes = task.episodes
+    if not isinstance(task.action, ArmAction) or isinstance(task.action, JointTorques):
+        yield (
+            f"actions of kind '{task.action.kind}' act between control steps "
+            "(joint_targets and cartesian_deltas do not)"
+        )
+    if any(len(spec.shape) > 1 for spec in task.observations.specs.values()):
+        yield "images are rendered one by one"
+    if task.observed:
+        yield "'record', 'observers' and 'faults' act in control steps"
+    for name, one in episodes.station.robots.items():
+        active, gripper = one.controllers.controller, one.gripper
+        if not isinstance(active, NativePD):
+            yield f"robot '{name}': the controller '{active.kind}' is not 'native_pd'"
+        if gripper is not None and not isinstance(gripper, NativeTwoFingerGripper):
+            yield f"robot '{name}': its gripper '{gripper.kind}' is not controlled by the simulator"
+    if episodes.run.request.steps_per_tick % FEEDFORWARD_STEPS:
+        yield f"a tick has to be a multiple of {FEEDFORWARD_STEPS} control steps"
+    for condition in episodes.run.tree.goal:
+        if condition.memory:
+            yield f"the condition '{condition.registration}' of the goal has a memory"
+    native = (ControllerManager, NativeTwoFingerGripper)
+    for entity in episodes.station.cell.arena.iter_entities():
+        if not isinstance(entity, native) and any(
+            getattr(type(entity), hook) is not getattr(composer.Entity, hook)
+            for hook in ("before_substep", "after_substep")
+        ):
+            yield f"'{entity.mjcf_model.model}' acts in control steps"
+
+
+def _bytes_of(model: mujoco.MjModel) -> bytes:
+    """Return a model as bytes."""
+    buffer = np.empty(mujoco.mj_sizeModel(model), np.uint8)
+    mujoco.mj_saveModel(model, None, buffer)
+    return buffer.tobytes()

@@ -1,0 +1,156 @@
+"""Many environments of a tree as one vector environment of Gymnasium, in one process."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium.vector import AutoresetMode
+from gymnasium.vector.utils import batch_space, concatenate, create_empty_array, iterate
+from mujoco.batch import Batch as Simulations
+
+from bt_manip.exceptions import BtManipError
+
+from .batch import Batch
+from .gymnasium_env import GymnasiumEnvironment
+from .registration import MAX_EPISODE_STEPS
+
+
+class BatchEnvironment(gymnasium.vector.VectorEnv[Any, Any, Any]):
+    """Environments of a tree that share one model, all stepped by one call of MuJoCo.
+
+    Observations, rewards and ends are bit for bit those of single environments with the controller
+    ``native_pd``, for any number of threads. Its methods, spaces and ``info`` are those of
+    Gymnasium's ``SyncVectorEnv`` of single environments.
+
+    Attributes:
+        env: The single environment whose functions serve all of them.
+    """
+
+    def __init__(
+        self,
+        tree: str,
+        num_envs: int = 1,
+        *,
+        max_episode_steps: int | None = MAX_EPISODE_STEPS,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        threads: int = 0,
+        **options: Any,
+    ) -> None:
+        """Prepare the environments.
+
+        Args:
+            tree: The tree, as in ``bt-manip run``.
+            num_envs: Number of environments.
+            max_episode_steps: Steps after which an episode is truncated; None: never.
+            autoreset_mode: When an environment that has ended is reset; see Gymnasium.
+            threads: Threads of the simulation; 0: one for each CPU.
+            **options: Those of `GymnasiumEnvironment`; ``controller`` is ``"native_pd"``.
+
+        Raises:
+            BtManipError: If an option is invalid, or the task cannot be batched, with the reason.
+        """
+        if num_envs < 1:
+            raise BtManipError(f"a batch has at least one environment, got {num_envs}")
+        self.env = GymnasiumEnvironment(tree, **{"controller": "native_pd", **options})
+        try:
+            self._batch = Batch(self.env, num_envs, threads)
+        except BaseException:
+            self.env.close()
+            raise
+        self.num_envs = num_envs
+        self._mode = AutoresetMode(autoreset_mode)
+        self.metadata = {**self.env.metadata, "autoreset_mode": self._mode}
+        self.single_observation_space = self.env.observation_space
+        self.single_action_space = self.env.action_space
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self._max_steps = max_episode_steps
+        self._steps = np.zeros(num_envs, dtype=int)
+        self._ended = np.zeros(num_envs, dtype=bool)
+        self._observations: list[Any] = [None] * num_envs
+
+    def reset(
+        self,
+        *,
+        seed: int | Sequence[int | None] | None = None,
+        options: dict[str, Any] | None = None,
+    ) -> tuple[Any, dict[str, Any]]:
+        """Start an episode in each environment, or in those of a mask.
+
+        Args:
+            seed: Seed of the first environment, and one more for each further one; or one each.
+            options: Those of `GymnasiumEnvironment.reset` but ``state``; and ``reset_mask``, which
+                environments to reset.
+
+        Raises:
+            BtManipError: If an episode cannot be started.
+        """
+        options = dict(options or {})
+        mask = options.pop("reset_mask", np.ones(self.num_envs, dtype=bool))
+        if seed is None or isinstance(seed, int):
+            seed = [None if seed is None else seed + i for i in range(self.num_envs)]
+        if len(seed) != self.num_envs or np.shape(mask) != (self.num_envs,):
+            raise BtManipError(
+                f"a batch of {self.num_envs} environments has as many seeds, and its 'reset_mask' "
+                f"as many entries; got {len(seed)} and {np.shape(mask)}"
+            )
+        infos: dict[str, Any] = {}
+        for i in np.flatnonzero(mask).tolist():
+            infos = self._add_info(infos, self._reset(i, seed[i], options), i)
+        return self._gathered(), infos
+
+    def step(self, actions: Any) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+        """Make one step in each environment; see `gymnasium.vector.VectorEnv`."""
+        n = self.num_envs
+        rewards, ends, limits = np.zeros(n), np.zeros(n, dtype=bool), np.zeros(n, dtype=bool)
+        resetting = self._ended & (self._mode is AutoresetMode.NEXT_STEP)
+        if self._mode is AutoresetMode.DISABLED and self._ended.any():
+            raise BtManipError(
+                "an environment has ended, and autoreset is disabled: reset it with 'reset_mask'"
+            )
+        moving = np.flatnonzero(~resetting)
+        given = list(iterate(self.action_space, actions))
+        for i in moving.tolist():
+            if not np.isfinite(given[i]).all():
+                raise BtManipError(f"the action of environment {i} is not finite: {given[i]}")
+        units = [self.env.in_units(given[i]) for i in moving.tolist()]
+        infos: dict[str, Any] = {}
+        for i in np.flatnonzero(resetting).tolist():
+            infos = self._add_info(infos, self._reset(i, None, {}), i)
+        for i, result in zip(
+            moving.tolist(), self._batch.step(moving.tolist(), units), strict=True
+        ):
+            observation, rewards[i], ends[i], _, info = result
+            self._observations[i] = observation
+            self._steps[i] += 1
+            limits[i] = self._max_steps is not None and self._steps[i] >= self._max_steps
+            self._ended[i] = ends[i] or limits[i]
+            if self._ended[i] and self._mode is AutoresetMode.SAME_STEP:
+                infos = self._add_info(infos, {"final_obs": observation, "final_info": info}, i)
+                info = self._reset(i, None, {})
+            infos = self._add_info(infos, info, i)
+        return self._gathered(), rewards, ends, limits, infos
+
+    @property
+    def simulations(self) -> Simulations:
+        """MuJoCo's simulations, one for each environment."""
+        return self._batch.simulations
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """Free the simulations."""
+        self.env.close()
+
+    def _reset(self, i: int, seed: int | None, options: dict[str, Any]) -> dict[str, Any]:
+        """Start an episode in one environment; return its ``info``."""
+        self._observations[i], info = self._batch.reset(i, seed, options)
+        self._steps[i], self._ended[i] = 0, False
+        return info
+
+    def _gathered(self) -> Any:
+        """Return the observations of all environments, in new arrays."""
+        space = self.single_observation_space
+        if any(one is None for one in self._observations):
+            raise BtManipError("an environment was never reset: call reset() without a mask first")
+        empty: Any = create_empty_array(space, n=self.num_envs)
+        return concatenate(space, self._observations, empty)

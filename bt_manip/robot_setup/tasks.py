@@ -1,0 +1,105 @@
+"""Which robot can do which task, found before a run."""
+
+import contextlib
+from typing import TYPE_CHECKING
+
+from bt_manip.behaviours import ArmBehaviour, CellBehaviour
+from bt_manip.bt import NodeStatus
+from bt_manip.exceptions import BtManipError, PortError, one_line
+from bt_manip.registry import Parts
+from bt_manip.robots import RobotDescription
+from bt_manip.runner import Run, RunObserver, prepare, request_of
+
+if TYPE_CHECKING:
+    from bt_manip.bt.nodes import Link
+
+STARTS = 3
+"""Starts of a task that are sampled."""
+
+_PATIENCE = 5.0  # [s] of simulated time until the first motion: objects settle, the gripper closes
+
+
+def why_not(task: str, robot: str | RobotDescription, parts: Parts, starts: int = STARTS) -> str:
+    """Return why a robot cannot do a task; empty if nothing speaks against it.
+
+    The scene is built, and its starts are sampled within reach of the robot. From each start the
+    tree is ticked until an arm begins to move, so that the first grasp is planned; no motion is
+    executed. Then all behaviours are asked (`CellBehaviour.why_infeasible`).
+
+    Args:
+        task: Name of a registered tree, or path of one.
+        robot: Name of a registered robot, path of a description, or a description.
+        parts: The registered parts.
+        starts: Number of starts.
+    """
+    try:
+        run = prepare(request_of(task, parts, robot=robot), parts)
+        for start in range(starts):
+            run.begin_episode(start)
+            reason = _why_not_from_here(run)
+            if reason:
+                return reason
+    except BtManipError as error:
+        return one_line(error)
+    return ""
+
+
+def _why_not_from_here(run: Run) -> str:
+    """Return why a run fails, as far as it is known when its first motion begins."""
+    cell, watch = run.station.cell, _Watch(run)
+    end = cell.time + _PATIENCE
+
+    def begins() -> bool:
+        moving = any(one.arm.moving for one in run.station.robots.values())
+        if moving:
+            watch.moves = [n for n in run.tree if n.engine_status is NodeStatus.RUNNING]
+        return moving or cell.time > end
+
+    run.execute([watch], stop=begins)
+    # A motion of another kind than the failed one clears up after it.
+    recovers = watch.failed and not any(type(n) is type(watch.failed[0]) for n in watch.moves)
+    if watch.failed and recovers:
+        return watch.failed[1]
+    if not watch.moves:
+        return watch.reason or "no motion begins"
+    for node in run.tree:
+        if isinstance(node, CellBehaviour):
+            with contextlib.suppress(PortError):  # of an entry that is written later
+                reason = node.why_infeasible()
+                if reason:
+                    return f"{node.name}: {reason}"
+    return ""
+
+
+class _Watch(RunObserver):
+    """Keeps the first failure of a behaviour of an arm.
+
+    Attributes:
+        failed: The behaviour, and its name with the reason; None: none has failed.
+        moves: The running nodes when the first motion began.
+        reason: Why the cycle failed.
+    """
+
+    def __init__(self, run: Run) -> None:
+        """Observe the nodes of a run."""
+        self.failed: tuple[Link, str] | None = None
+        self.moves: list[Link] = []
+        self.reason = ""
+        self._tree = run.tree
+
+    def run_started(self, run: Run) -> None:
+        """Observe the nodes."""
+        run.tree.observers.append(self._node_changed)
+
+    def run_ended(self) -> None:
+        """Observe the nodes no longer."""
+        self._tree.observers.remove(self._node_changed)
+
+    def cycle_ended(self, status: str, reason: str) -> None:
+        """Keep the reason."""
+        self.reason = reason
+
+    def _node_changed(self, node: "Link", old: NodeStatus, new: NodeStatus) -> None:
+        failed = new is NodeStatus.FAILURE and isinstance(node, ArmBehaviour)
+        if failed and self.failed is None:
+            self.failed = node, f"{node.name}: {node.feedback_message}"

@@ -1,0 +1,318 @@
+"""Links to a real arm and its gripper, each in a process of its own."""
+
+import contextlib
+import json
+import mmap
+import os
+import subprocess
+import sys
+import tempfile
+import time
+import weakref
+from collections.abc import Sequence
+from multiprocessing import Pipe
+from multiprocessing.connection import Connection
+from typing import Any
+
+import numpy as np
+
+from .device import DeviceError, GripperState
+from .joint_limits import JointLimits
+from .link_worker import ArmReading, Field, SharedReadings
+from .payload import Payload
+
+START_TIME = 60.0
+"""Longest wall time in which a process starts [s]."""
+
+CONNECT_TIME = 10.0
+"""Longest wall time in which an arm is connected [s]."""
+
+HOMING_TIME = 30.0
+"""Longest wall time in which a gripper is connected and homed [s]."""
+
+ANSWER_TIME = 3.0
+"""Longest wall time without an answer of a link [s]."""
+
+_COMMAND = """
+import json, sys
+sys.path[:] = json.loads(sys.argv[1])
+from bt_manip.robots.link_worker import main
+main(int(sys.argv[2]))
+"""
+
+
+class LateError(Exception):
+    """A change of a motion came after the row at which it was to take effect."""
+
+
+class _Process:
+    """The process of a device, which ends with its pipe."""
+
+    def __init__(
+        self, what: str, address: str, limit: float, *message: Any, files: Sequence[int] = ()
+    ) -> None:
+        """Start it and wait until the device is connected.
+
+        Raises:
+            DeviceError: If the device cannot be reached in time.
+        """
+        self._what, self._address = what, address
+        self.pipe, other = Pipe()
+        with other:
+            environment = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", **os.environ}
+            self.process = subprocess.Popen(
+                [sys.executable, "-P", "-c", _COMMAND, json.dumps(sys.path), str(other.fileno())],
+                pass_fds=[other.fileno(), *files], stdin=subprocess.DEVNULL, env=environment,
+                process_group=0,  # Ctrl-C reaches this process only
+            )  # fmt: skip
+        self._end = weakref.finalize(self, _end, self.process, self.pipe)
+        try:
+            self.pipe.send(message)
+            self.receive(START_TIME)
+            answer = self.receive(limit)
+        except BaseException:
+            self.process.kill()
+            self._end()
+            raise
+        if answer[0] == "error":
+            self._end()
+            raise DeviceError(answer[1])
+        self.about = answer[1:]
+
+    def receive(self, limit: float = ANSWER_TIME) -> Any:
+        """Return the next message.
+
+        Raises:
+            DeviceError: If there is none within a wall time [s], or the process has ended.
+        """
+        try:
+            if self.pipe.poll(limit):
+                return self.pipe.recv()
+        except (EOFError, OSError):
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                code = self.process.wait(1.0)
+                raise self.error(f"its process has ended (exit code {code})") from None
+        raise self.error(
+            f"no answer within {limit:g} s", "is it switched on, and is no other client connected?"
+        )
+
+    def error(self, problem: str, remedy: str = "") -> DeviceError:
+        """Return an error of the device."""
+        return DeviceError(f"{self._what}: {problem}", self._address, remedy)
+
+    def close(self) -> None:
+        """Let the process end once the device is at rest."""
+        self._end()
+
+
+class ArmLink:
+    """Sends references to an arm ahead of time, and reads what it measures.
+
+    References are rows `ROW` apart, counted since the arm was connected.
+
+    Attributes:
+        rows: Number of the last row whose reading was taken.
+        last: That reading.
+        properties: What the device says about itself and its host.
+    """
+
+    def __init__(self, factory: str, address: str, limits: JointLimits) -> None:
+        """Connect.
+
+        Args:
+            factory: ``"module:name"`` of a function that makes the `ArmDevice`.
+            address: Its argument.
+            limits: Limits that every row is checked against.
+
+        Raises:
+            DeviceError: If the arm cannot be reached.
+        """
+        joints = len(limits.lower)
+        with tempfile.TemporaryFile() as file:
+            file.truncate(SharedReadings.size(joints))
+            self._memory = mmap.mmap(file.fileno(), SharedReadings.size(joints))
+            self._process = _Process(
+                "arm", address, CONNECT_TIME, "arm", file.fileno(), factory, address, limits,
+                files=[file.fileno()],
+            )  # fmt: skip
+        self._shared = SharedReadings(self._memory, joints)
+        self.properties: dict[str, str] = self._process.about[0]
+        self.rows = 0
+        self.rows += self.wait(1)
+        self.last = self.latest
+
+    @property
+    def process_id(self) -> int:
+        """Id of the process that speaks to the arm."""
+        return self._process.process.pid
+
+    # Readings
+
+    @property
+    def problem(self) -> str:
+        """Why the arm does not move; empty when it is ready."""
+        return self._shared.problem
+
+    @property
+    def recoverable(self) -> bool:
+        """Whether `recover` may clear the problem."""
+        return bool(self._shared.header[Field.RECOVERABLE])
+
+    @property
+    def streaming(self) -> bool:
+        """Whether the arm follows references."""
+        return bool(self._shared.header[Field.STREAMING])
+
+    @property
+    def longest_gap(self) -> float:
+        """Longest wall time between two cycles of a motion [s]."""
+        return float(self._shared.header[Field.LONGEST])
+
+    @property
+    def lost_cycles(self) -> int:
+        """Cycles of motions in which the arm got no reference."""
+        return int(self._shared.header[Field.LOST])
+
+    @property
+    def behind(self) -> int:
+        """Rows that have passed since the last reading was taken."""
+        return int(self._shared.header[Field.ROWS]) - self.rows
+
+    def wait(self, rows: int) -> int:
+        """Wait until this many rows have passed since the last reading was taken.
+
+        Returns:
+            The rows that have passed.
+
+        Raises:
+            DeviceError: If the link does not go on.
+        """
+        header, began = self._shared.header, time.monotonic()
+        seen = header[Field.ROWS]
+        while (passed := self.behind) < rows:
+            time.sleep(2e-4)
+            if header[Field.ROWS] != seen:
+                seen, began = header[Field.ROWS], time.monotonic()
+            elif self._process.process.poll() is not None:
+                raise self._process.error("its process has ended unexpectedly")
+            elif time.monotonic() - began > ANSWER_TIME:
+                raise self._process.error(f"it has stopped reading for {ANSWER_TIME:g} s")
+        return passed
+
+    def take(self) -> ArmReading:
+        """Take the reading of the next row."""
+        self.rows += min(self.behind, 1)
+        self.last = self._shared.read(self.rows)
+        return self.last
+
+    @property
+    def latest(self) -> ArmReading:
+        """The latest reading."""
+        return self._shared.read(int(self._shared.header[Field.ROWS]))
+
+    # Commands
+
+    def send(self, lead: int, rows: np.ndarray) -> None:
+        """Send rows that replace those from a future row on.
+
+        Args:
+            lead: Rows after the last taken reading at which they begin.
+            rows: Positions that end at rest [rad].  # (n, nq)
+
+        Raises:
+            LateError: If that row has passed.
+            DeviceError: If the arm cannot follow them.
+        """
+        try:
+            self._process.pipe.send(("rows", self.rows + lead, np.ascontiguousarray(rows)))
+        except OSError:
+            raise self._process.error("its process has ended") from None
+        problem, detail = self._process.receive()
+        if problem == "late":
+            raise LateError
+        if problem == "moved":
+            raise self._process.error(f"the arm was moved: {detail}", "plan again from there")
+        if problem == "limits":
+            raise self._process.error(f"the motion exceeds a limit: {detail}")
+        if problem:
+            raise self._process.error(detail)
+
+    def recover(self) -> None:
+        """Clear errors, once the arm is at rest; `problem` tells the result."""
+        self._process.pipe.send(("recover",))
+
+    def set_payload(self, payload: Payload | None) -> None:
+        """Set the held object, once the arm is at rest."""
+        payload = payload or Payload(0.0)
+        arguments = payload.mass, np.array(payload.com), np.array(payload.inertia)
+        self._process.pipe.send(("set_payload", *arguments))
+
+    def close(self) -> None:
+        """Let the process end once the arm is at rest."""
+        self._process.close()
+
+
+class GripperLink:
+    """Sends commands to a gripper, and reads its state.
+
+    Attributes:
+        state: The latest state.
+        succeeded: Whether the last command has succeeded.
+    """
+
+    def __init__(self, factory: str, address: str) -> None:
+        """Connect and home it.
+
+        Args:
+            factory: ``"module:name"`` of a function that makes the `GripperDevice`.
+            address: Its argument.
+
+        Raises:
+            DeviceError: If it cannot be reached.
+        """
+        message = ("gripper", factory, address)
+        self._process = _Process("gripper", address, HOMING_TIME, *message)
+        self._sent = self._done = 0
+        self.succeeded, self.problem = False, ""
+        self._read(self._process.receive())
+
+    @property
+    def busy(self) -> bool:
+        """Whether a command is being executed."""
+        return self._done < self._sent
+
+    def command(self, kind: str, *arguments: float) -> None:
+        """Send a command of `GripperDevice`; those before it are completed first."""
+        self._sent += 1
+        self._process.pipe.send((self._sent, kind, *arguments))
+
+    def update(self) -> None:
+        """Read what has arrived.
+
+        Raises:
+            DeviceError: If the process has ended.
+        """
+        try:
+            while self._process.pipe.poll():
+                self._read(self._process.pipe.recv())
+        except (EOFError, OSError):
+            raise self._process.error("its process has ended") from None
+
+    def _read(self, message: tuple[Any, ...]) -> None:
+        _, done, state = message
+        self.state = GripperState(*state)
+        if done:
+            self._done, self.succeeded, self.problem = done
+
+    def close(self) -> None:
+        """Let the process end."""
+        self._process.close()
+
+
+def _end(process: subprocess.Popen[bytes], pipe: Connection) -> None:
+    pipe.close()
+    try:
+        process.wait(5.0)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()

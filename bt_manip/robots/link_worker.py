@@ -1,0 +1,355 @@
+"""The process that speaks to a real arm or gripper; it knows no vendor and plans nothing.
+
+One thread does everything: the clients of vendors hold Python's lock while they wait for the robot.
+Messages come through a pipe, whose end tells that the parent has ended. Readings of the arm go to
+memory that both processes share, so that a busy parent never delays a cycle.
+"""
+
+import gc
+import mmap
+import time
+from multiprocessing.connection import Connection
+from pkgutil import resolve_name
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from bt_manip.exceptions import BtManipError, one_line
+
+from .device import ArmDevice, DeviceError, DeviceState, GripperDevice
+from .joint_limits import JointLimits
+
+ROW = 1e-3
+"""Time between two rows of references [s], the control step."""
+
+KEPT_ROWS = 8192
+"""Rows whose readings the shared memory keeps."""
+
+HEADER = 64
+"""Numbers before the readings; `Header` has their meaning."""
+
+REST_TIME = 0.1
+"""Time at rest after which a motion is ended [s]."""
+
+MOVED = 0.02
+"""Distance of a joint from the first reference from which it was moved by someone else [rad]."""
+
+LIMIT_TOLERANCE = 5e-3
+"""Part of the limits of acceleration and jerk by which differences of rows may exceed them."""
+
+IDLE_PERIOD = 0.05
+"""Time between two readings of a gripper [s]."""
+
+TEXT = 400
+"""Bytes of a problem."""
+
+
+class Field:
+    """Places in the header of the shared memory."""
+
+    ROWS, STREAMING, LONGEST, LOST, PROBLEM, RECOVERABLE = range(6)
+
+
+class ArmReading(NamedTuple):
+    """A reading of the arm.
+
+    Attributes:
+        q: Measured positions [rad].  # (n,)
+        v: Measured velocities [rad/s].  # (n,)
+        tau: Measured torques [N m].  # (n,)
+        tau_external: External torques [N m].  # (n,)
+        q_ref: The reference of this cycle, or the configuration held [rad].  # (n,)
+    """
+
+    q: np.ndarray
+    v: np.ndarray
+    tau: np.ndarray
+    tau_external: np.ndarray
+    q_ref: np.ndarray
+
+
+class SharedReadings:
+    """The reading of each row, in memory that two processes share; one of them writes."""
+
+    def __init__(self, memory: Any, joints: int) -> None:
+        """Use a memory of `size` bytes."""
+        numbers = np.frombuffer(memory, dtype=float, count=HEADER + KEPT_ROWS * 5 * joints)
+        self.header = numbers[:HEADER]
+        self._readings = numbers[HEADER:].reshape(KEPT_ROWS, 5, joints)
+        self._text = np.frombuffer(memory, dtype=np.uint8, offset=numbers.nbytes)
+
+    @staticmethod
+    def size(joints: int) -> int:
+        """Return the size of the memory [bytes]."""
+        return 8 * (HEADER + KEPT_ROWS * 5 * joints) + TEXT
+
+    def write(self, number: int, state: DeviceState, q_ref: np.ndarray) -> None:
+        """Write the reading of a row."""
+        reading = self._readings[number % KEPT_ROWS]
+        reading[0], reading[1], reading[2] = state.q, state.v, state.tau
+        reading[3], reading[4] = state.tau_external, q_ref
+
+    def read(self, number: int) -> ArmReading:
+        """Return the reading of a row, a copy."""
+        return ArmReading(*self._readings[number % KEPT_ROWS].copy())
+
+    def set_problem(self, text: str, recoverable: bool) -> None:
+        """Write why the arm does not move; empty if it does."""
+        data = text.encode()[: TEXT - 1].ljust(TEXT, b"\0")
+        self._text[:TEXT] = np.frombuffer(data, np.uint8)
+        self.header[Field.RECOVERABLE] = recoverable
+        self.header[Field.PROBLEM] = bool(text)
+
+    @property
+    def problem(self) -> str:
+        """Why the arm does not move."""
+        if not self.header[Field.PROBLEM]:
+            return ""
+        return self._text[:TEXT].tobytes().rstrip(b"\0").decode(errors="replace")
+
+
+class ArmWorker:
+    """Streams references to an arm from a table that the parent sends ahead."""
+
+    def __init__(self, device: ArmDevice, pipe: Connection, limits: JointLimits) -> None:
+        """Keep the connected device."""
+        self._device, self._pipe, self._limits = device, pipe, limits
+        self._rows_per_cycle = max(1, round(device.period / ROW))
+        self._table = np.empty((0, len(limits.lower)))
+        self._first = self._row = self._rested = 0
+        self._time = 0.0  # [s] of the robot, of the last reading
+        self._streaming = self._orphaned = False
+        self._waiting: list[tuple[Any, ...]] = []  # commands for an arm at rest
+        self._refused = ""  # a command that the device has refused
+
+    def run(self, shared: SharedReadings) -> None:
+        """Make cycles until the parent has ended and the arm is at rest."""
+        header, last = shared.header, time.perf_counter()
+        self._header = header
+        while not (self._orphaned and not self._streaming):
+            state = self._device.read()
+            now = time.perf_counter()
+            if self._streaming:
+                header[Field.LONGEST] = max(header[Field.LONGEST], now - last)
+            last = now
+            cycles = 1
+            if state.time and self._time:  # lost cycles have passed for the robot, too
+                cycles = max(1, round((state.time - self._time) / self._device.period))
+            self._time = state.time
+            if self._streaming:
+                header[Field.LOST] += cycles - 1
+            before = self._row
+            self._row += cycles * self._rows_per_cycle
+            problem = state.problem or self._refused
+            if problem and self._streaming:
+                self._end()
+            held = state.q if state.q_held is None else state.q_held
+            for row in range(max(before, self._row - KEPT_ROWS) + 1, self._row + 1):
+                shared.write(row, state, self._reference(row) if self._streaming else held)
+            if problem != shared.problem:
+                shared.set_problem(problem, state.recoverable or not state.problem)
+            header[Field.STREAMING] = self._streaming
+            header[Field.ROWS] = self._row
+            self._take_messages(state)
+            if self._streaming:
+                self._device.write(self._reference(self._row))
+                self._rested = self._rested + 1 if self._row >= self._end_row else 0
+                if self._rested * self._device.period > REST_TIME:
+                    self._end()
+            while self._waiting and not self._streaming:
+                self._command(*self._waiting.pop(0))
+
+    @property
+    def _end_row(self) -> int:
+        return self._first + len(self._table) - 1
+
+    def _reference(self, row: int) -> np.ndarray:
+        """Return the reference of a row."""
+        row = min(max(row - self._first, 0), len(self._table) - 1)
+        return np.asarray(self._table[row])
+
+    def _end(self) -> None:
+        """End the motion."""
+        self._streaming, self._rested = False, 0
+        try:
+            self._device.finish()
+        except DeviceError as error:
+            self._refused = str(error)
+
+    def _take_messages(self, state: DeviceState) -> None:
+        try:
+            while not self._orphaned and self._pipe.poll():
+                kind, *arguments = self._pipe.recv()
+                if kind == "rows":
+                    answer = self._splice(state, *arguments)
+                    self._header[Field.STREAMING] = self._streaming
+                    self._pipe.send(answer)
+                else:
+                    self._waiting.append((kind, *arguments))
+        except (EOFError, OSError):
+            self._orphaned = True
+
+    def _command(self, kind: str, *arguments: Any) -> None:
+        """Execute a command for an arm at rest."""
+        try:
+            if kind == "recover":
+                self._refused = ""
+            getattr(self._device, kind)(*arguments)
+        except DeviceError as error:
+            self._refused = str(error)
+
+    def _splice(self, state: DeviceState, first: int, rows: np.ndarray) -> tuple[str, str]:
+        """Take rows from a future row on; return whether, and why not.
+
+        Args:
+            state: The present state.
+            first: Number of the first row.
+            rows: Positions that end at rest [rad].  # (n, nq)
+        """
+        if state.problem or self._refused:
+            return "problem", state.problem or self._refused
+        if first <= self._row + self._rows_per_cycle:
+            return "late", ""
+        if self._streaming:
+            begin = first - self._first
+            before = self._table[max(0, begin - 3) : begin]
+            before = np.concatenate([self._table[:1]] * (3 - len(before)) + [before])
+            if begin > len(self._table):
+                before = np.repeat(self._table[-1:], 3, axis=0)
+        else:
+            off = np.abs(state.q - rows[0])
+            joint = int(off.argmax())
+            if off[joint] > MOVED:
+                return "moved", f"joint {joint + 1} by {off[joint]:.3f} rad"
+            before = np.repeat(rows[:1], 3, axis=0)
+        problem = rows_problem(before, rows, self._limits)
+        if problem:
+            return "limits", problem
+        if self._streaming:
+            oldest = max(self._row - 3, self._first)  # for the differences of the next rows
+            kept = self._table[oldest - self._first : begin]
+            held_rows = np.repeat(self._table[-1:], first - oldest - len(kept), axis=0)
+            self._first, self._table = oldest, np.concatenate([kept, held_rows, rows])
+            self._rested = 0
+            return "", ""
+        try:
+            self._device.start()
+        except DeviceError as error:
+            self._refused = str(error)
+            return "problem", str(error)
+        self._table, self._first, self._streaming, self._rested = rows, first, True, 0
+        return "", ""
+
+
+def rows_problem(before: np.ndarray, rows: np.ndarray, limits: JointLimits) -> str:
+    """Return which limit rows exceed; empty if none.
+
+    Args:
+        before: The rows before them [rad].  # (3, nq)
+        rows: Positions `ROW` apart, at rest at the end [rad].  # (n, nq)
+        limits: The limits.
+    """
+    if rows.ndim != 2 or rows.shape[1] != len(limits.lower) or not len(rows):
+        return f"rows of shape {rows.shape}"
+    if not np.isfinite(rows).all():
+        return "a row is not finite"
+    q = np.concatenate([before, rows, rows[-1:], rows[-1:], rows[-1:]])
+    room = np.maximum(np.maximum(limits.lower - q[0], q[0] - limits.upper), 0.0) + 1e-6
+    v = np.diff(q, axis=0) / ROW
+    a, j = np.diff(v, axis=0) / ROW, np.diff(v, n=2, axis=0) / ROW**2
+    most = 1.0 + LIMIT_TOLERANCE
+    checks = (
+        ("position", np.maximum(limits.lower - room - q, q - limits.upper - room) > 0.0),
+        ("velocity", np.abs(v) > limits.velocity_at(q[:-1], v) * (1.0 + 1e-4) + 1e-6),
+        ("acceleration", np.abs(a) > limits.acceleration * most + 1e-4),
+        ("jerk", np.abs(j) > limits.jerk * most + 0.1),
+    )
+    for name, exceeded in checks:
+        if exceeded.any():
+            row, joint = (int(i) for i in np.argwhere(exceeded)[0])
+            return f"{name} of joint {joint + 1} in row {row - 3}"
+    return ""
+
+
+def _made(factory: str, address: str) -> Any:
+    """Make and connect a device.
+
+    Raises:
+        BtManipError: If that fails.
+    """
+    try:
+        device = resolve_name(factory)(address)
+        device.connect()
+    except BtManipError:
+        raise
+    except Exception as error:
+        text = f"{type(error).__name__}: {one_line(error)}"
+        raise DeviceError(f"{factory} failed: {text}", address) from error
+    return device
+
+
+def serve_arm(
+    pipe: Connection, memory: Any, factory: str, address: str, limits: JointLimits
+) -> None:
+    """Connect an arm and stream references to it until the parent ends."""
+    try:
+        device: ArmDevice = _made(factory, address)
+    except BtManipError as error:
+        pipe.send(("error", str(error)))
+        return
+    try:
+        state = device.read()
+        joints = len(limits.lower)
+        if len(state.q) != joints:
+            text = f"the arm has {len(state.q)} joints, the robot of the run has {joints}"
+            pipe.send(("error", f"{address}: {text}"))
+            return
+        pipe.send(("connected", device.properties))
+        gc.collect()
+        gc.freeze()
+        gc.disable()  # a collection would be a gap
+        ArmWorker(device, pipe, limits).run(SharedReadings(memory, joints))
+    finally:
+        device.close()
+
+
+def main(descriptor: int) -> None:
+    """Serve the device that the first message names, until the pipe ends."""
+    with Connection(descriptor) as pipe:
+        kind, *arguments = pipe.recv()
+        pipe.send(("started",))
+        if kind == "gripper":
+            serve_gripper(pipe, *arguments)
+            return
+        file, *arguments = arguments
+        joints = len(arguments[-1].lower)
+        with mmap.mmap(file, SharedReadings.size(joints)) as memory:
+            serve_arm(pipe, memory, *arguments)
+
+
+def serve_gripper(pipe: Connection, factory: str, address: str) -> None:
+    """Connect a gripper and execute commands until the parent ends."""
+    try:
+        device: GripperDevice = _made(factory, address)
+        device.home()
+    except BtManipError as error:
+        pipe.send(("error", str(error)))
+        return
+    try:
+        pipe.send(("connected",))
+        while True:
+            done: tuple[Any, ...] = ()
+            try:
+                if pipe.poll(IDLE_PERIOD):
+                    number, kind, *arguments = pipe.recv()
+                    done = (number, False, "")
+                    done = (number, getattr(device, kind)(*arguments) is not False, "")
+                state = tuple(device.read())
+            except DeviceError as error:
+                done = (done[0], False, str(error)) if done else ()
+                state = (np.nan, False, str(error))
+            pipe.send(("state", done, state))
+    except (EOFError, OSError):
+        pass
+    finally:
+        device.close()

@@ -1,0 +1,158 @@
+"""Contract of backends: an arm that is driven through one behaves as bt-manip needs it.
+
+Each check gets a station with a real robot, simulated by its vendor or not, which can move its
+first joint by 0.5 rad, and leaves the arm at rest.
+"""
+
+import time
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from bt_manip.robots import DeviceError, LateError
+from bt_manip.runner import RunLoop, Station
+
+STROKE = 0.5  # [rad] of the first joint
+ARRIVED = 5e-3  # [rad]
+STOP_TIME = 0.05  # [s] in which a stop begins
+LONGEST = 20.0  # [s] of a motion
+RECOVERY_TIME = 2.0  # [s] from a problem's recovery until the arm is ready
+
+
+def stays_on_a_motion_to_its_end(station: Station) -> None:
+    """Check that the arm follows a motion and rests at its end."""
+    goal = _set_off(station)
+    worst = 0.0
+    arm = station.arm
+    for _ in _ticks(station):
+        worst = max(worst, float(np.abs(arm.robot.q - arm.q).max()))
+    assert worst < 0.1, f"the arm was {worst:.3f} rad off its reference"
+    _assert_at(station, goal)
+
+
+def stops_on_its_path(station: Station) -> None:
+    """Check that a stop begins within 50 ms of robot time and keeps the other joints still."""
+    arm = station.arm
+    start = arm.q_ref
+    goal = _set_off(station, away=STROKE)
+    loop = _begun(station)
+    speed, asked = abs(arm.v[0]), station.cell.time
+    arm.stop()
+    while abs(arm.v[0]) > 0.98 * speed and station.cell.time < asked + 1.0:
+        loop.step()
+    late = station.cell.time - asked - 0.02  # two ticks until it is seen
+    assert late < STOP_TIME, f"the stop began {1e3 * late:.0f} ms after it was requested"
+    list(_ticks(station))
+    assert abs(arm.q[0] - goal[0]) > 0.02, "the arm went on to its goal"
+    others = float(np.abs(arm.q - start)[1:].max())
+    assert others < ARRIVED, f"another joint has moved by {others:.3f} rad"
+    _assert_at(station, arm.q_ref)
+
+
+def stops_by_itself_when_nothing_more_arrives(station: Station) -> None:
+    """Check that the arm rests on its path when its parent is silent, and moves again later."""
+    arm = station.arm
+    arm.speed_scale = 0.2
+    _set_off(station)
+    _begun(station)
+    time.sleep(2.5)  # silent
+    list(_ticks(station))
+    arm.speed_scale = 1.0
+    assert "no motion arrived in time" in arm.fault, f"it says '{arm.fault}'"
+    stays_on_a_motion_to_its_end(station)
+
+
+def refuses_a_change_that_comes_too_late(station: Station) -> None:
+    """Check that the motion goes on when a change of it arrives after its row."""
+    arm = station.arm
+    goal = _set_off(station)
+    _begun(station)
+    send = arm.follower.send
+    assert send is not None
+    try:
+        send(-20, np.tile(arm.q, (10, 1)))
+    except LateError:
+        list(_ticks(station))
+        _assert_at(station, goal)
+        return
+    raise AssertionError("a change that came too late was accepted")
+
+
+def refuses_what_exceeds_a_limit(station: Station) -> None:
+    """Check that a jump is refused with its reason, and nothing moves."""
+    arm = station.arm
+    before = arm.q_ref
+    rows = np.concatenate([np.tile(before, (5, 1)), np.tile(before + 0.05, (5, 1))])
+    send = arm.follower.send
+    assert send is not None
+    try:
+        send(50, rows)
+    except DeviceError as error:
+        assert "limit" in str(error), f"it says '{error}'"
+        _assert_at(station, before)
+        return
+    raise AssertionError("a jump of the reference was accepted")
+
+
+def recovers_from_a_problem(station: Station, provoke: Callable[[], object]) -> None:
+    """Check that a problem in a motion is named, and that the arm moves again after its recovery.
+
+    Args:
+        station: The station.
+        provoke: Brings about a recoverable problem of the moving arm, such as a reflex.
+    """
+    arm = station.arm
+    _set_off(station)
+    loop = _begun(station)
+    provoke()
+    list(_ticks(station))
+    assert arm.problem, "the arm names no problem"
+    assert arm.problem in arm.fault, f"the problem is '{arm.problem}', the fault '{arm.fault}'"
+    arm.recover()
+    asked = station.cell.time
+    while arm.problem:
+        late = station.cell.time - asked
+        assert late < RECOVERY_TIME, f"still after {RECOVERY_TIME:g} s: {arm.problem}"
+        loop.step()
+    stays_on_a_motion_to_its_end(station)
+
+
+DEVICE_CONTRACT = (
+    stays_on_a_motion_to_its_end,
+    stops_on_its_path,
+    stops_by_itself_when_nothing_more_arrives,
+    refuses_a_change_that_comes_too_late,
+    refuses_what_exceeds_a_limit,
+)
+
+
+def _set_off(station: Station, away: float = STROKE) -> np.ndarray:
+    """Begin a motion of the first joint towards zero or away from it; return its goal."""
+    arm = station.arm
+    goal = arm.q_ref
+    goal[0] += -away if goal[0] > 0.0 else away
+    arm.move_to_configuration(goal)
+    return goal
+
+
+def _begun(station: Station) -> RunLoop:
+    """Advance until the arm has clearly begun its motion; return the loop."""
+    loop, arm = RunLoop(station.resting()), station.arm
+    start, end = arm.q_ref[0], station.cell.time + LONGEST
+    while abs(arm.q[0] - start) < 0.1 and station.cell.time < end:
+        loop.step()
+    return loop
+
+
+def _ticks(station: Station) -> Iterator[None]:
+    """Advance tick by tick until the arm is at rest."""
+    loop, arm, end = RunLoop(station.resting()), station.arm, station.cell.time + LONGEST
+    while arm.busy or not arm.at_rest or (arm.link is not None and arm.link.streaming):
+        assert station.cell.time < end, f"the arm moves for more than {LONGEST:g} s"
+        loop.step()
+        yield
+
+
+def _assert_at(station: Station, goal: np.ndarray) -> None:
+    off = float(np.abs(station.robot.q - goal).max())
+    assert off < ARRIVED, f"the arm is {off:.4f} rad from where it should be"

@@ -1,0 +1,135 @@
+"""Changes of a motion that take effect later, as for a real arm: what is sent is what happens."""
+
+import numpy as np
+import pytest
+
+from bt_manip.exceptions import MotionError
+from bt_manip.robots import LateError, rows_problem
+
+
+class Table:
+    """The table of a link: rows by number, spliced as in the process that speaks to the arm."""
+
+    def __init__(self, arm):
+        self.arm, self.row, self.behind, self.problem, self.streaming = arm, 0, 0, "", True
+        self.rows = np.tile(arm.q, (4, 1))  # from row -3
+        self.sent = 0
+        self.refuse = 0
+        self.shortest = np.inf
+        arm.link, arm.follower.send = self, self.send
+
+    def send(self, lead, rows):
+        if self.refuse:
+            self.refuse -= 1
+            raise LateError
+        first = self.row + lead + 3
+        self.extend(first)
+        problem = rows_problem(self.rows[first - 3 : first], rows, self.arm.model.limits)
+        assert problem == ""
+        self.rows = np.concatenate([self.rows[:first], rows])
+        self.sent += 1
+        self.shortest = min(self.shortest, lead)
+
+    def extend(self, length):
+        missing = max(0, length - len(self.rows))
+        self.rows = np.concatenate([self.rows, np.repeat(self.rows[-1:], missing, axis=0)])
+
+    def advance(self, steps):
+        """Advance, with a refresh every 100 rows; check the reference."""
+        for _ in range(steps):
+            self.arm.advance(1e-3)
+            self.row += 1
+            if self.row % 100 == 0 and self.arm.moving:
+                self.arm.follower.send_on(25, self.arm.model)
+            self.extend(self.row + 4)
+            np.testing.assert_allclose(self.rows[self.row + 3], self.arm.q, atol=1e-12)
+
+
+@pytest.fixture
+def table(arm):
+    return Table(arm)
+
+
+def random_change(arm, rng):
+    limits = arm.model.limits
+    middle, half = 0.5 * (limits.lower + limits.upper), 0.5 * (limits.upper - limits.lower)
+    goal = middle + 0.6 * half * rng.uniform(-1.0, 1.0, arm.model.nq)
+    change = rng.integers(7)
+    if change == 0:
+        arm.stop()
+    elif change == 1:
+        arm.pause()
+    elif change == 2:
+        arm.speed_scale = rng.uniform(0.1, 1.0)
+    elif change == 3:
+        arm.resume()
+    elif change == 4:
+        arm.blend_radius = 0.05
+        arm.move_to_configuration(goal)
+    elif change == 5:
+        arm.servo(arm.q + 0.05 * rng.uniform(-1.0, 1.0, arm.model.nq), np.zeros(arm.model.nq), 0.1)
+    else:
+        arm.move_to_configuration(goal, speed=rng.uniform(0.3, 1.0))
+
+
+SEEDS = [0, *(pytest.param(seed, marks=pytest.mark.soak) for seed in range(1, 20))]
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_what_is_sent_is_the_reference_and_inside_the_limits(arm, table, seed):
+    rng = np.random.default_rng(seed)
+    refused = 0
+    for _ in range(25):
+        try:
+            random_change(arm, rng)
+        except MotionError as error:  # such as efforts
+            refused += error.reason not in ("effort", "limits")
+        table.advance(int(rng.integers(5, 400)))
+    arm.stop()
+    table.advance(1500)
+    assert not arm.moving and table.sent > 20 and not refused
+
+
+def test_a_stop_takes_effect_soon_and_ends_on_the_path(arm, table):
+    start = arm.q_ref
+    goal = start + np.array([1.0, 0, 0, 0, 0, 0, 0])
+    arm.move_to_configuration(goal)
+    table.advance(300)
+    arm.stop()
+    assert table.shortest <= 15
+    table.advance(1000)
+    assert not arm.busy and start[0] < arm.q[0] < goal[0]
+    np.testing.assert_allclose(arm.q[1:], start[1:], atol=1e-9)
+
+
+def test_a_change_that_is_late_is_planned_again_with_twice_the_time(arm, table):
+    table.refuse = 2
+    arm.move_to_configuration(arm.q_ref + 0.3)
+    assert table.sent == 1 and table.shortest == 4 * 60
+    table.refuse = 10
+    with pytest.raises(MotionError, match="too busy for the arm"):
+        arm.move_to_configuration(arm.q_ref - 0.3)
+    table.refuse = 0
+    table.advance(1500)
+    assert not arm.moving
+
+
+def test_a_motion_ends_in_a_stop_planned_ahead_when_nothing_more_is_sent(arm, table):
+    start = arm.q_ref
+    arm.speed_scale = 0.2
+    arm.move_to_configuration(start + np.array([1.0, 0, 0, 0, 0, 0, 0]))
+    rest = table.rows[-1]
+    assert 0.02 < rest[0] - start[0] < 0.9
+    assert np.abs(np.diff(table.rows[-2:], axis=0)).max() < 1e-6
+    assert len(table.rows) < 1000  # rows of 1 ms
+
+
+def test_there_are_no_compliant_stops_and_no_jumps_to_the_measured_joints(arm, table):
+    arm.move_to_configuration(arm.q_ref + 0.3)
+    table.advance(200)
+    arm.stop("something", compliant=True)
+    table.advance(1000)
+    before = arm.q_ref
+    arm.hold_at(before + 0.1)
+    assert not arm.compliant and arm.fault == "something"
+    np.testing.assert_array_equal(arm.q, before)

@@ -1,0 +1,92 @@
+"""A real gripper in the simulated cell: what it holds, from its flag and width."""
+
+import numpy as np
+import pytest
+
+from bt_manip.cell import Cell
+from bt_manip.cell.objects import Cube
+from bt_manip.grippers import TwoFingerGripper
+from bt_manip.robots import GripperState, Robot, panda
+from bt_manip.spatial import pose
+
+
+class StubLink:
+    def __init__(self):
+        self.state, self.busy, self.problem, self.sent = GripperState(0.08, False), False, "", []
+
+    def command(self, kind, *arguments):
+        self.sent.append((kind, *arguments))
+        self.busy = True
+
+    def done(self, width, is_grasped):
+        self.state, self.busy = GripperState(width, is_grasped), False
+
+    def update(self):
+        pass
+
+
+@pytest.fixture
+def link():
+    return StubLink()
+
+
+@pytest.fixture
+def cell():
+    return Cell()
+
+
+@pytest.fixture
+def gripper(cell, link):
+    robot = Robot(panda(), gripper=TwoFingerGripper.on_device(link))
+    cell.add(robot)
+    cell.add(Cube(size=0.05), robot.tool_pose, name="cube", overlap=0.1)
+    gripper = robot.gripper
+    gripper.follow_tool(robot.tool_pose)
+    return gripper
+
+
+@pytest.fixture
+def holding(gripper, link):
+    gripper.close(30.0)
+    link.done(0.049, True)
+    gripper.update()
+    return gripper
+
+
+def test_it_holds_the_object_at_the_tool_which_moves_with_it(holding, cell):
+    assert holding.steady and holding.held == ("cube",) and holding.forces == (30.0, 30.0)
+    moved = pose((0.0, 0.1, 0.2)) * holding.robot.tool_pose
+    holding.follow_tool(moved)
+    np.testing.assert_allclose(cell.pose("cube").translation, moved.translation, atol=1e-6)
+    assert holding.held_root() == cell.body_id("cube")
+
+
+def test_commands_take_until_the_device_has_completed_them(gripper, link):
+    gripper.close(30.0)
+    gripper.update()
+    assert gripper.moving and not gripper.steady and not gripper.closed_on_nothing
+    assert link.sent == [("grasp", 0.0, 0.1, 30.0)]
+
+
+@pytest.mark.parametrize(("width", "flag"), [(0.0, True), (0.049, False)])
+def test_it_holds_nothing_without_the_flag_or_without_a_width(gripper, link, width, flag):
+    gripper.close(30.0)
+    link.done(width, flag)
+    gripper.update()
+    assert gripper.closed_on_nothing and not gripper.held and gripper.forces == (0.0, 0.0)
+
+
+def test_an_object_that_slips_is_no_longer_held_and_its_pose_is_assumed(holding, link):
+    link.state = GripperState(0.02, True)  # the vendor still says that it is gripped
+    holding.update()
+    assert holding.held == () and holding.assumed == {"cube"}
+
+
+def test_a_released_object_falls_before_the_gripper_counts_as_free(holding, link):
+    holding.open()
+    link.done(0.08, False)
+    holding.update()
+    assert holding.is_open and not holding.is_free and holding.assumed == {"cube"}
+    for _ in range(50):
+        holding.follow_tool(holding.robot.tool_pose)
+    assert holding.is_free

@@ -1,0 +1,67 @@
+"""A simulated Franka in a process of its own, and the scene that both it and bt-manip are given."""
+
+import os
+import sys
+from pathlib import Path
+
+import pytest
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+CUBES = int(os.environ.get("CUBES", "3"))
+for folder in (Path(__file__).parent, REPOSITORY / "plugins" / "bt-manip-franka" / "tests"):
+    sys.path.insert(0, str(folder))
+
+pytest.importorskip("pylibfranka")
+
+from real_cell import RealCell, write_model, write_scene  # noqa: E402
+from simulation import MENAGERIE, SimulatedRobot  # noqa: E402
+
+ARM = MENAGERIE / "franka_fr3" / "fr3.xml"
+
+
+@pytest.fixture(scope="session", autouse=True)
+def models():
+    """Let ``menagerie:`` mean the folder of the models."""
+    if not os.environ.get("FRANKA_SIM_PYTHON"):
+        pytest.skip("FRANKA_SIM_PYTHON names no Python with franka-sim: see make rehearsal")
+    if not ARM.is_file():
+        pytest.skip(f"no model of MuJoCo Menagerie at {ARM}")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("MENAGERIE_ROOT", str(MENAGERIE))
+        yield
+
+
+@pytest.fixture(scope="session")
+def scene(models, tmp_path_factory) -> Path:
+    """A scene file with a table, a basket and `CUBES` cubes to come."""
+    path = tmp_path_factory.mktemp("scene") / "scene.toml"
+    write_scene(path, CUBES)
+    return path
+
+
+@pytest.fixture(scope="session")
+def real(scene) -> tuple[Path, RealCell]:
+    """The model of the real cell, and what is in it."""
+    model = scene.with_name("real.xml")
+    return model, write_model(scene, ARM, model)
+
+
+@pytest.fixture(scope="session")
+def start_robot(tmp_path_factory):
+    """Start simulated robots, which end with the tests."""
+    started = []
+
+    def start(model: Path = ARM, *options: str) -> SimulatedRobot:
+        log = tmp_path_factory.mktemp("robot") / "log"
+        started.append(SimulatedRobot(model, *options, log=log))
+        return started[-1]
+
+    yield start
+    for robot in started:
+        robot.end()
+
+
+@pytest.fixture(scope="module")
+def robot(start_robot) -> SimulatedRobot:
+    """A robot alone."""
+    return start_robot()

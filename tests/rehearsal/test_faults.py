@@ -1,0 +1,131 @@
+"""Faults of the real cell in the middle of a run: each is named, and recovered from."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+from cell_operator import Operator
+
+FAR = 0.2  # [rad] by which a person moves a joint
+HOLD = "import sys; from bt_manip_franka import FrankaArm; arm = FrankaArm(sys.argv[1])"
+HOLD += "; arm.connect(); print(flush=True); sys.stdin.read()"
+
+
+@pytest.fixture(scope="module")
+def cell_robot(start_robot, real):
+    """A robot in the real cell, in which each test takes the first cube."""
+    return start_robot(real[0], "--patient")
+
+
+@pytest.fixture
+def run(cell_robot, scene, real):
+    """A run of one cycle in the real cell, which is ended with the test."""
+    run = Operator(cell_robot, scene, real[1])
+    yield run
+    run.process.kill()
+    run.process.wait()
+
+
+@pytest.fixture(scope="module", autouse=True)
+def refused(start_robot, scene, real):
+    """A run on a robot that another client uses, begun early because it waits long."""
+    robot = start_robot()
+    other = subprocess.Popen(
+        [sys.executable, "-c", HOLD, robot.host], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    )
+    assert other.stdout.readline()
+    run = Operator(robot, scene, real[1])
+    yield run
+    for process in (run.process, other):
+        process.kill()
+        process.wait()
+
+
+def fails_named(run, text):
+    """Check that a run is refused with one line and no traceback."""
+    assert run.end() == 2, run.output
+    assert text in " ".join(run.output.split()), run.output
+    assert "Traceback" not in run.output
+
+
+def succeeds_in_spite_of(run, text):
+    """Check that a run names a fault and goes on to the end."""
+    assert run.end() == 0, run.output
+    assert text in " ".join(run.output.split()), run.output
+    assert "Traceback" not in run.output
+    assert run.placed == ["cube_1"]
+
+
+def moving(robot):
+    """Wait until the arm moves."""
+    robot.until(lambda arm: np.abs(arm["v"]).max() > 0.1, 30.0)
+
+
+def test_a_reflex_is_named_and_recovered_from(cell_robot, run):
+    run.until("OpenGripper")
+    moving(cell_robot)
+    cell_robot.ask("reflex", joint=4)
+    succeeds_in_spite_of(run, "joint_reflex, joint 4")
+
+
+def test_a_cut_connection_is_named_and_built_up_anew(cell_robot, run):
+    run.until("OpenGripper")
+    moving(cell_robot)
+    cell_robot.ask("cut")
+    succeeds_in_spite_of(run, "connection lost")
+
+
+def test_a_user_stop_is_named_and_the_tree_goes_on_after_its_release(cell_robot, run):
+    run.until("OpenGripper")
+    moving(cell_robot)
+    cell_robot.ask("user_stop", pressed=True)
+    run.until("user_stop")
+    time.sleep(1.0)
+    cell_robot.ask("user_stop", pressed=False)
+    succeeds_in_spite_of(run, "user_stop")
+
+
+def test_an_arm_moved_by_hand_before_the_start_is_named(cell_robot, run):
+    def push():
+        q = cell_robot.ask("arm")["q"]
+        cell_robot.ask("move_by_hand", q=[q[0] + FAR, *q[1:]])
+        time.sleep(0.5)
+
+    run.before_answer = push
+    succeeds_in_spite_of(run, "joint 1")
+
+
+def test_an_object_that_slips_is_named_and_picked_again(cell_robot, run):
+    run.until("Lift: arrived")
+    run.put("cube_1")  # back to where it was
+    run.end()
+    assert "Traceback" not in run.output
+    assert "Drop" in run.output
+
+
+def test_another_version_is_refused(robot, scene, real):
+    robot.ask("set_version", version=5)
+    fails_named(Operator(robot, scene, real[1]), "server version: 5")
+    robot.ask("set_version", version=10)
+
+
+def test_a_robot_that_is_not_there_is_refused(robot, scene, real):
+    host, robot.host = robot.host, "127.0.0.1"
+    fails_named(Operator(robot, scene, real[1]), "activate FCI")
+    robot.host = host
+
+
+def test_the_arm_stops_on_its_path_when_the_process_of_the_tree_is_killed(cell_robot, run):
+    run.until("OpenGripper")
+    moving(cell_robot)
+    os.kill(run.process.pid, signal.SIGKILL)
+    cell_robot.until(lambda arm: np.abs(arm["v"]).max() < 0.02, 10.0)
+    assert cell_robot.ask("errors") == []
+
+
+def test_another_client_is_named(refused):
+    fails_named(refused, "no other client connected")

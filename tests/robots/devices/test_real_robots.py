@@ -1,0 +1,288 @@
+"""Real robots: the whole way to a fake arm in a process of its own."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from multiprocessing import Pipe
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bt_manip import build_station, load_plugins
+from bt_manip.behaviours import MoveToConfiguration, Recover, SwitchController, WaitUntilUndisturbed
+from bt_manip.bt import NodeStatus, Tree
+from bt_manip.exceptions import BtManipError, MotionError
+from bt_manip.plugins import Choice
+from bt_manip.robots import DeviceError, rows_problem
+from bt_manip.robots.link_worker import serve_arm
+from bt_manip.runner import RunLoop
+from bt_manip.testing import DEVICE_CONTRACT, recovers_from_a_problem
+
+HERE = Path(__file__).parent
+FAKE = "fake=0.5"  # half of real time: a busy machine must not be taken for silence
+SCENE = """
+robots = [{name = "arm", position = [-0.1, 0.0, 1.015]}]
+[[objects]]
+model = "table"
+[[objects]]
+model = "basket"
+on = "table"
+position = [0.68, 0.0]
+rpy = [0.0, 0.0, 1.5708]
+[[objects]]
+model = "cube"
+on = "table"
+position = [0.3, 0.1]
+expected = true
+"""
+RUNNING, SUCCESS, FAILURE = NodeStatus.RUNNING, NodeStatus.SUCCESS, NodeStatus.FAILURE
+
+
+@pytest.fixture(scope="module")
+def parts():
+    sys.path.append(str(HERE))
+    choice = Choice(folders=(HERE,))
+    yield load_plugins(entry_points=(), choice=choice, warn=lambda text: None).parts
+    sys.path.remove(str(HERE))
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory):
+    return tmp_path_factory.mktemp("fake") / "rows.npy"
+
+
+@pytest.fixture(scope="module")
+def station(parts, file):
+    station = build_station(parts, backend=f"{FAKE},{file}", controller="joint_impedance")
+    yield station
+    station.real.close()
+
+
+@pytest.fixture
+def reflex(station, file):
+    """Give a function that stops the arm with a reflex."""
+    problem = Path(f"{file}.problem")
+    yield lambda text="joint_reflex, joint 4": problem.write_text(text)
+    problem.unlink(missing_ok=True)
+    steps(station, 20)
+
+
+def steps(station, ticks):
+    loop = RunLoop(station.resting())
+    for _ in range(ticks):
+        loop.step()
+
+
+def set_off(station):
+    """Move the first joint for some seconds; return its goal once it has moved by 0.1 rad."""
+    arm = station.arm
+    start = arm.q_ref
+    goal = start + np.array([1.2 if start[0] < 0.5 else -1.2, 0, 0, 0, 0, 0, 0])
+    arm.move_to_configuration(goal, speed=0.25)
+    until(station, lambda: abs(arm.q[0] - start[0]) > 0.1)
+    return goal
+
+
+def until(station, condition):
+    for _ in range(1000):
+        if condition():
+            return
+        steps(station, 1)
+    raise TimeoutError
+
+
+def ended(station, node):
+    tree = Tree(node, clock=station.clock)
+    tree.setup(**station.infrastructure)
+    loop = RunLoop(station.resting())
+    for _ in range(2000):
+        status = tree.tick()
+        loop.step()
+        if status is not RUNNING:
+            return status, tree.failure_reason() if status is FAILURE else ""
+    raise TimeoutError
+
+
+@pytest.mark.parametrize("check", DEVICE_CONTRACT, ids=lambda check: check.__name__)
+def test_the_fake_arm_keeps_the_contract(station, check):
+    check(station)
+
+
+def test_the_fake_arm_recovers_from_a_problem(station, reflex):
+    recovers_from_a_problem(station, reflex)
+
+
+def test_a_reflex_in_a_motion_is_named_and_waiting_recovers_from_it(station, reflex):
+    arm = station.arm
+    set_off(station)
+    reflex()
+    until(station, lambda: not arm.moving)
+    assert arm.fault == "the arm has stopped: joint_reflex, joint 4" and not arm.moving
+    with pytest.raises(MotionError, match="does not move: joint_reflex, joint 4"):
+        arm.move_to_configuration(arm.q_ref + 0.05)
+    before = station.cell.time
+    assert ended(station, WaitUntilUndisturbed()) == (SUCCESS, "")
+    assert station.cell.time - before < 2.0
+    goal = arm.q_ref + 0.05
+    assert ended(station, MoveToConfiguration(configuration=goal.tolist())) == (SUCCESS, "")
+
+
+def test_recover_clears_an_error_and_does_nothing_without_one(station, reflex):
+    assert ended(station, Recover()) == (SUCCESS, "")
+    reflex()
+    until(station, lambda: not station.arm.undisturbed)
+    assert ended(station, Recover()) == (SUCCESS, "")
+    assert station.arm.undisturbed
+
+
+def test_a_paused_arm_goes_on_and_half_speed_takes_effect(station):
+    arm = station.arm
+    goal = set_off(station)
+    arm.pause()
+    until(station, lambda: not arm.moving and arm.at_rest)
+    rests = arm.q_ref[0]
+    assert arm.paused and abs(rests - goal[0]) > 0.1
+    arm.speed_scale = 0.5
+    until(station, lambda: abs(arm.q[0] - rests) > 0.1)
+    arm.speed_scale = 1.0
+    until(station, lambda: not arm.busy and arm.at_rest)
+    np.testing.assert_allclose(station.robot.q, goal, atol=1e-3)
+    assert not arm.fault
+
+
+def test_an_external_force_stops_the_arm_without_making_it_compliant(station, file):
+    arm, force = station.arm, Path(f"{file}.force")
+    goal = set_off(station)
+    force.touch()
+    until(station, lambda: not arm.moving and arm.at_rest)
+    force.unlink()
+    assert arm.fault.startswith("external force on the arm: a torque of 30.0 N m")
+    assert arm.at_rest and not arm.compliant and abs(arm.q[0] - goal[0]) > 0.1
+    steps(station, 20)
+
+
+def test_an_arm_that_is_moved_by_hand_is_named(station, file):
+    station.arm.fault = ""
+    Path(f"{file}.pushed").touch()
+    until(station, lambda: station.arm.fault)
+    assert station.arm.fault.startswith("the arm was moved: joint 2 by 0.1")
+    np.testing.assert_allclose(station.arm.q, station.robot.q, atol=1e-6)
+
+
+def test_a_tree_that_wants_another_controller_is_refused_before_it_runs(station):
+    tree = Tree(SwitchController(controller="cartesian_impedance"))
+    with pytest.raises(Exception, match="no controller is called 'cartesian_impedance'"):
+        tree.setup(**station.infrastructure)
+
+
+@pytest.mark.parametrize(
+    ("request_fields", "message"),
+    [
+        ({"backend": "fake=1"}, "backend 'fake' has no controller 'computed_torque'"),
+        ({"backend": "fak=1"}, "unknown backend 'fak'; did you mean 'fake'"),
+        ({"backend": "fake"}, "--backend wants fake=ADDRESS"),
+        ({"backend": "fake=1", "scene": "two_arms"}, "moves one robot, the scene has several"),
+        ({"backend": "fake=1", "faults": ("vanish at=Grasp",)}, "faults are simulated"),
+        ({"speed": 0.0}, "speed must be above 0"),
+    ],
+)
+def test_impossible_requests_are_refused_with_a_reason(parts, request_fields, message):
+    with pytest.raises(BtManipError, match=message):
+        build_station(parts, **request_fields)
+
+
+@pytest.mark.parametrize(
+    ("factory", "message"),
+    [
+        ("fake_arm:FakeArm", "x: fake_arm:FakeArm failed: ValueError: could not convert"),
+        ("fake_arm:NoArm", "x: fake_arm:NoArm failed: AttributeError"),
+        ("no_module:Arm", "x: no_module:Arm failed: ModuleNotFoundError"),
+    ],
+)
+def test_a_device_that_cannot_be_made_is_named_with_its_reason(parts, station, factory, message):
+    here, there = Pipe()
+    with here, there:
+        serve_arm(there, b"", factory, "x", station.robot.limits)
+        kind, text = here.recv()
+    assert kind == "error" and text.startswith(message)
+
+
+@pytest.fixture
+def run(tmp_path):
+    """Start a tree on the fake arm; give the process and the file of references."""
+    scene, rows = tmp_path / "scene.toml", tmp_path / "rows.npy"
+    scene.write_text(SCENE)
+    started = []
+
+    def start(*options):
+        command = [sys.executable, "-m", "bt_manip", "run", "pick_place", "--scene", scene]
+        command += ["--plugins-dir", HERE, "--poses", "scene", "--backend", f"{FAKE},{rows}"]
+        environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(HERE), *sys.path])}
+        started.append(
+            subprocess.Popen(
+                [str(part) for part in (*command, *options)],
+                env=environment,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                text=True,
+            )  # fmt: skip
+        )
+        return started[-1], rows
+
+    yield start
+    for process in started:
+        process.kill()
+        process.wait()
+
+
+def test_pick_place_runs_whole_on_the_fake_arm(run, tmp_path):
+    report = tmp_path / "report.json"
+    process, _ = run("--speed", 1, "--report", report)
+    out, _ = process.communicate(timeout=100)
+    assert process.returncode == 0, out
+    found = json.loads(report.read_text())
+    assert found["cycles"][0]["judged_by"] == "gripper and assumption"
+    assert found["real"]["backend"] == "fake" and found["real"]["assumed"] == ["cube"]
+
+
+def moving_rows(rows, limits):
+    """Return the written references from where the arm sets off; check their limits."""
+    before = np.repeat(rows[:1], 3, axis=0)
+    assert rows_problem(before, rows, limits) == ""
+    return np.abs(np.diff(rows, axis=0)).max(axis=1) / 1e-3
+
+
+@pytest.mark.parametrize(
+    "sign", [signal.SIGKILL, pytest.param(signal.SIGINT, marks=pytest.mark.soak)]
+)
+def test_the_arm_rests_on_its_path_when_the_run_is_killed_or_interrupted(run, station, sign):
+    process, file = run("--speed", 0.3)
+    progress = Path(f"{file}.moving")
+    for _ in range(600):
+        time.sleep(0.05)
+        if progress.exists():
+            break
+    time.sleep(0.6)
+    process.send_signal(sign)
+    process.wait(20)
+    for _ in range(200):
+        time.sleep(0.05)
+        if file.exists():
+            break
+    speeds = moving_rows(np.load(file), station.robot.limits)
+    assert speeds.max() > 0.1  # it was moving
+    assert not speeds[-20:].any()  # and rests
+    if sign is signal.SIGKILL:
+        assert process.returncode == -signal.SIGKILL
+    else:
+        assert process.returncode == 130
+
+
+def test_an_arm_process_that_dies_is_named(station):  # the last one: it is the end of the arm
+    os.kill(station.arm.link.process_id, signal.SIGKILL)
+    with pytest.raises(DeviceError, match="arm: its process has ended unexpectedly"):
+        steps(station, 1000)
