@@ -89,6 +89,7 @@ def test_a_tree_without_a_goal_is_refused(stress):
     assert "declares no goal to judge it by; add one to its main <BehaviorTree>" in err
 
 
+@pytest.mark.soak
 def test_a_fault_with_which_the_process_ends_is_a_failed_case(stress):
     code, out, err = stress("--faults", "heavy,push", "--set", "least=5", name="leaving")
     assert (code, err) == (0, "")

@@ -19,6 +19,7 @@ HOPELESS = 120.0
 """Wall time without a further result after which a test that waits has failed [s]."""
 
 
+@pytest.mark.soak
 def test_workers_that_leave_are_failed_rows(evaluation):
     rows = list(evaluate(evaluation("leaving"), 2, 2))
     assert {row.episode for row in rows} == {0, 1}

@@ -58,6 +58,7 @@ def check_cycles(cycles: list[dict[str, Any]]) -> None:
         assert not cycle["unexpected_contacts"]
 
 
+@pytest.mark.soak
 def test_the_bundled_arm_picks_as_described_from_its_model(tmp_path):
     check_cycles(pick(tmp_path, bundled_path("panda/panda.xml"), None, 2))
 
