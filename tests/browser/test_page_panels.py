@@ -60,10 +60,11 @@ def test_the_planned_path_is_drawn(opengl, window):
     assert changed.sum() > 100
 
 
-def test_an_object_is_pulled_by_its_handle_and_falls_when_it_is_let_go(window):
-    window.open_tab("Pull")
-    window.choose("Object", "cube")
+def test_a_clicked_object_is_pulled_by_its_handle_and_falls_when_it_is_let_go(window):
+    window.page.mouse.click(*window.pixel("/cube/cube:cube"))
     wait_until(lambda: window.evaluate("() => !!__viserMutable.nodeRefFromName['/handle']"))
+    window.open_tab("Pull")
+    assert window.page.get_by_label("Object", exact=True).input_value() == "cube"
 
     def height() -> float:
         return window.pixel("/cube/cube:cube")[1]

@@ -38,6 +38,10 @@ def test_a_tree_runs_is_stopped_and_the_cell_is_reset(window):
     window.wait_for_text("INTERRUPTED")
     window.wait_for_text(r"bt-manip replay run\.mcap")
     window.button("Reset").wait_for()
+    window.press("▶ Run")  # again
+    window.wait_for_text("cycle 1, .*running")
+    window.press("Stop")
+    window.button("Reset").wait_for()
     window.press("Reset")
     wait_until(lambda: window.time() < 1.0)
     window.keep("session")
