@@ -1,9 +1,9 @@
 """Clone the pick of pick_place from the pictures of the wrist camera, and write it as ONNX.
 
     bt-manip demos pick_place --episodes 200 --to demos --images panda/wrist --size 64x64
-    python clone_pick_camera.py demos camera.onnx
-    bt-manip demos pick_place_policy --episodes 40 --seed 2 --all --to own \
-        --set policy=camera.onnx --set fallback=false --set attempts=1 \
+    python clone_pick_camera.py demos first.onnx
+    bt-manip demos pick_place_policy --episodes 30 --seed 2 --all --to own \
+        --set policy=first.onnx --set fallback=false --set attempts=1 \
         --images panda/wrist --size 64x64
     python clone_pick_camera.py demos camera.onnx --own own
     bt-manip run pick_place_policy --set policy=camera.onnx --set fallback=false
