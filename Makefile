@@ -24,7 +24,7 @@ run: setup  ## Set up, and let the Panda drop a cube into the basket
 	$(BIN)/bt-manip run pick_place
 	@echo "To watch it in the browser: $(BIN)/bt-manip run pick_place --view"
 
-test: setup  ## Set up, and run all tests, in WORKERS processes
+test: setup  ## Set up, and run the tests of bt_manip, in WORKERS processes
 	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder
 
 test-packages: setup  ## Test each package of plugins/ where nothing else of this checkout is
@@ -56,7 +56,7 @@ bench: setup  ## Measure, and print tables, beside other packages where they ins
 	$(BIN)/python -m benchmarks
 
 soak: setup  ## Run the tests that take minutes, and CYCLES cycles of pick_place with SEED
-	$(BIN)/python -m pytest -m soak
+	$(BIN)/python -m pytest -m soak tests plugins
 	$(BIN)/bt-manip run pick_place --cycles $(CYCLES) --seed $(SEED) --quiet --report soak.json
 
 soak-memory: setup  ## Print the memory of a run with page, recording and Groot2 for MINUTES

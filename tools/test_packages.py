@@ -21,6 +21,7 @@ OURS = ("bt_manip", "_bt_manip", "__editable__")
 """What the names of installed files of this project begin with."""
 
 PYTEST = ("-m", "pytest", "-q", "-p", "no:cacheprovider", "--import-mode=importlib")
+PYTEST += ("-n", "2", "--dist", "loadfile")
 PYTEST += ("-m", "not soak", "-o", "markers=soak")  # what takes minutes has its own time
 
 

@@ -7,7 +7,6 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-import pinocchio as pin
 
 from .contacts.contact_monitor import MonitoredEntity
 from .geometry import extent
@@ -139,37 +138,28 @@ def _why_moving(velocity: np.ndarray) -> str:
 
 def _why_outside(cell: "Cell", name: str, container: str) -> str:
     """Return why an object is not supported inside a container; empty if it is."""
-    T_wc = cell.pose(container)
-    box = extent(cell, container, T_wc)
-    return _why_unsupported(cell, name, container, T_wc, box, {container})
+    return _why_unsupported(cell, name, container, {container})
 
 
-def _why_unsupported(
-    cell: "Cell",
-    name: str,
-    container: str,
-    T_wc: pin.SE3,
-    box: tuple[np.ndarray, np.ndarray],
-    seen: set[str],
-) -> str:
+def _why_unsupported(cell: "Cell", name: str, container: str, seen: set[str]) -> str:
     """Return why an object is not supported inside a container; empty if it is.
 
     Args:
         cell: The cell.
         name: The object.
         container: The container.
-        T_wc: Its pose.
-        box: Its bounding box in its own frame [m].  # 2 x (3,)
         seen: The container, and the objects that are being checked.
     """
     seen.add(name)
-    points = cell.contacts.points(name)
-    if not points:
+    touched = cell.contacts.touched(name)
+    if not touched:
         return f"'{name}' touches nothing"
-    for point in points:
-        if entity_of(point.other) != container and not _is_loose(cell, entity_of(point.other)):
-            return f"'{name}' touches '{point.other}'"
-    lower, upper = box[0], box[1] - (0.0, 0.0, RIM)
+    for other in touched:
+        if entity_of(other) != container and not _is_loose(cell, entity_of(other)):
+            return f"'{name}' touches '{other}'"
+    T_wc, points = cell.pose(container), cell.contacts.points(name)
+    lower, upper = extent(cell, container, T_wc)
+    upper = upper - (0.0, 0.0, RIM)
     centre = np.mean(extent(cell, name, T_wc), axis=0)
     if (centre < lower).any() or (centre[:2] > upper[:2]).any():
         return f"'{name}' is not inside '{container}'"
@@ -182,7 +172,7 @@ def _why_unsupported(
     if container in inside:
         return ""
     for other in sorted(inside - seen):
-        if not _why_unsupported(cell, other, container, T_wc, box, seen):
+        if not _why_unsupported(cell, other, container, seen):
             return ""
     return f"'{name}' does not rest on the inside of '{container}'"
 

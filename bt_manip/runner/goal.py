@@ -115,7 +115,7 @@ class GoalJudge:
     def _is_judged(self, i: int) -> bool:
         """Return whether the object of a condition was judged and has been removed."""
         removed = self._names[i] - self._cell.entities.keys()
-        return bool(removed.intersection(texts_of(self._goal[i])))
+        return bool(removed) and not removed.isdisjoint(texts_of(self._goal[i]))
 
     def _judge_before(self, name: str) -> None:
         """Judge the conditions that name an object which is about to be removed."""

@@ -41,8 +41,8 @@ def test_all_that_a_task_is_about_is_inside_the_picture(start, open_window, tree
         seen[:] = [float(corners.max()), len(corners)]
         return 0.6 < seen[0] < 1.0 and seen[1] > 100
 
-    for width, height in SIZES:
+    for width, height in reversed(SIZES):
         window.page.set_viewport_size({"width": width, "height": height})
-
         wait_until(inside, lambda: f"{window.page.viewport_size}: {seen}")
-        window.keep(f"{tree}_{width}x{height}")
+    pixels = window.scene(f"{tree}_{width}x{height}")
+    assert min(len(np.unique(part)) for part in np.array_split(pixels, 3, axis=1)) > 100

@@ -75,7 +75,7 @@ def test_a_run_with_all_viewers_a_replay_and_a_report_use_loopback_only(trees, t
     made = [sys.executable, "-m", "bt_manip", "run", f"{trees}:quick", "--record", "run.mcap"]
     subprocess.run(made, cwd=tmp_path, check=True, stdout=subprocess.DEVNULL)
     for name, arguments in commands.items():
-        seen = watch(0.7, *arguments, cwd=tmp_path)
+        seen = watch(1.5, *arguments, cwd=tmp_path)
         addresses = {local for local, _, _ in seen}
         remotes = {remote for _, remote, _ in seen if remote.strip("0")}
         assert addresses <= set(LOOPBACK), (name, seen)

@@ -169,7 +169,7 @@ def zeros(compression, size):
 
 
 @pytest.mark.parametrize("compression", ["lz4", "zstd"])
-def test_a_small_chunk_that_holds_gigabytes_is_refused(tmp_path, compression):
+def test_a_small_chunk_that_holds_a_gigabyte_is_refused(tmp_path, compression):
     path = chunk_file(tmp_path / "run.mcap", compression, zeros(compression, 1 << 30), 100)
     command = [sys.executable, "-m", "bt_manip", "report", path]
     limit = lambda: resource.setrlimit(resource.RLIMIT_DATA, (1 << 29, 1 << 29))  # noqa: E731

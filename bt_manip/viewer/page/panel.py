@@ -1,6 +1,6 @@
 """The interface of the panels of the page."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from html import escape
 from typing import TYPE_CHECKING, Any
 
@@ -69,6 +69,15 @@ class Panel:
 
     def end_tick(self) -> None:
         """Act after a tick of a run."""
+
+    def show_recording(self, events: Iterable[RunEvent], start: float, end: float) -> None:
+        """Take a whole recording before one of its times is shown.
+
+        Args:
+            events: All its events.
+            start: Simulated time at its start [s].
+            end: At its end [s].
+        """
 
     def draw(self) -> None:
         """Send changes to the open pages; called at most ten times a second."""

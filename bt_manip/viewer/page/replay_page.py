@@ -10,7 +10,6 @@ from .error_plot import PLOT_SAMPLES
 from .gui import Gui
 from .scene_page import POSE_PERIOD, MakePanel, ScenePage
 from .server import PORT
-from .timeline_panel import TimelinePanel
 
 LONGEST_ADVANCE = 0.5
 """Longest wall time that playing catches up with at once [s]."""
@@ -92,17 +91,15 @@ class ReplayPage(ScenePage):
         self._entities: dict[str, int] = {}
         scene = self._timeline.scene
         shown = {n: make for n, make in (panels or {}).items() if not getattr(make, "needs_run", 0)}
-        end = f"The recording is incomplete: it was cut off after {scene.times[-1]:.2f} s."
-        note = "" if recording.complete else end
+        cut = f"The recording is incomplete: it was cut off after {scene.times[-1]:.2f} s."
+        note = "" if recording.complete else cut
         super().__init__(lambda gui: ReplayControls(gui, speed, scene, note), shown, port)
         self._show_tree(recording.identity["tree"])
+        first, end = float(scene.times[0]), float(scene.times[-1])
         for panel in self._panels:
-            if isinstance(panel, TimelinePanel):
-                last = len(scene.times) - 1
-                panel.show_all(
-                    self._timeline.events(-1, last), float(scene.times[0]), float(scene.times[-1])
-                )
-        self.seek(float(scene.times[0]) if start is None else start)
+            events = self._timeline.events(-1, len(scene.times) - 1)
+            panel.show_recording(events, first, end)
+        self.seek(first if start is None else start)
 
     def show_time(self, time: float | None) -> None:
         """Ask for the state at another time [s]."""

@@ -33,14 +33,8 @@ class TimelinePanel(Panel):
         self._new: dict[str, list[Any]] = {"leaves": [], "marks": []}
         self._is_whole = False
 
-    def show_all(self, events: Iterable[RunEvent], start: float, end: float) -> None:
-        """Show a whole recording.
-
-        Args:
-            events: All its events.
-            start: Simulated time at its start [s].
-            end: At its end [s].
-        """
+    def show_recording(self, events: Iterable[RunEvent], start: float, end: float) -> None:
+        """Show the whole recording from the start."""
         for event in events:
             self.handle(event)
         self.draw()

@@ -41,3 +41,8 @@ def test_a_button_is_pressed_in_spite_of_a_disturbance(recovers, fault, phase):
 
 def test_a_peg_that_is_knocked_out_of_the_hand_is_inserted(recovers):
     assert recovers("insert_peg", "move", "MoveHome") == ("recovered", "", "")
+
+
+@pytest.mark.parametrize(("phase", "seed"), [("MoveToPose", 1), ("MoveHome", 0)])
+def test_a_rod_that_is_moved_away_is_handed_over_again(recovers, phase, seed):
+    assert recovers("hand_over", "move", phase, seed) == ("recovered", "", "")

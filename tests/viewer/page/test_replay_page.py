@@ -10,6 +10,8 @@ from mcap.reader import make_reader
 
 from bt_manip.behaviours import MoveToConfiguration, RemoveObject, SpawnObject
 from bt_manip.bt import AlwaysFailure, Fallback, Script, Sequence, Sleep
+from bt_manip.cli.run_observers import page_panels
+from bt_manip.plugins import load_plugins
 from bt_manip.record import McapRecorder, Recording
 from bt_manip.runner import RunObserver
 from bt_manip.viewer import Page, Panel, ReplayPage
@@ -55,10 +57,10 @@ class States(RunObserver):
 
 
 @pytest.fixture(scope="module")
-def panels(parts):
-    """Give the panels that do not need a run."""
-    kinds = {name: parts.panels.get(name) for name in parts.panels.in_order()}
-    return {name: kind for name, kind in kinds.items() if not kind.needs_run}
+def panels():
+    """Give the panels that do not need a run, guarded as those of the command line."""
+    makers = page_panels(load_plugins(entry_points=()))
+    return {name: maker for name, maker in makers.items() if not maker.needs_run}
 
 
 @pytest.fixture(scope="module")
