@@ -61,7 +61,7 @@ def configuration(path, epochs):
     return config
 
 
-def clone(path, epochs=EPOCHS):
+def clone(path, epochs):
     """Return a policy that robomimic trained, and the losses of its epochs."""
     torch.manual_seed(0)
     np.random.seed(0)
@@ -89,12 +89,21 @@ def roll_out(policy, path, n, seed=0):
     return logs[env.name]
 
 
-def test_it_clones_behaviour_and_rolls_the_policy_out(file):
-    policy, losses = clone(file)
-    assert losses[-1] < 0.2 * losses[0]
-    result = roll_out(policy, file, ROLLOUTS)
+def check_rollouts(path, epochs, n):
+    policy, losses = clone(path, epochs)
+    assert losses[-1] < 0.35 * losses[0]
+    result = roll_out(policy, path, n)
     assert 0.0 <= result["Success_Rate"] <= 1.0 and 0 < result["Horizon"] <= HORIZON
-    print(f"success {result['Success_Rate']:.0%} of {ROLLOUTS} rollouts")
+    print(f"success {result['Success_Rate']:.0%} of {n} rollouts")
+
+
+def test_it_clones_behaviour_and_rolls_the_policy_out(file):
+    check_rollouts(file, EPOCHS, ROLLOUTS)
+
+
+@pytest.mark.soak
+def test_it_rolls_out_what_it_cloned_from_200_demonstrations(tmp_path):
+    check_rollouts(export(tmp_path, 200), 30, 50)
 
 
 def test_recorded_actions_succeed_in_the_environment_of_the_file(file):

@@ -1,12 +1,17 @@
 """Clone the pick of pick_place from the pictures of the wrist camera, and write it as ONNX.
 
     bt-manip demos pick_place --episodes 200 --to demos --images panda/wrist --size 64x64
-    python clone_pick_camera.py demos camera.onnx
+    python clone_pick_camera.py demos first.onnx
+    bt-manip demos pick_place_policy --episodes 30 --seed 2 --all --to own \
+        --set policy=first.onnx --set fallback=false --set attempts=1 \
+        --images panda/wrist --size 64x64
+    python clone_pick_camera.py demos camera.onnx --own own
     bt-manip run pick_place_policy --set policy=camera.onnx --set fallback=false
 
 A convolutional network estimates the pose of the cube from a picture and the pose of the tool; the
-policy of clone_pick.py, trained on the same demonstrations, acts on the estimate. With --black, the
-network sees black pictures: what remains without the camera.
+policy of clone_pick.py, trained on the same demonstrations, acts on the estimate. The scripted pick
+is always above the cube and aligned with it when it is near; with --own, the network also learns
+from what an earlier policy saw (DAgger, Ross et al., 2011). With --black, it sees black pictures.
 """
 
 import argparse
@@ -125,20 +130,25 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("demonstrations", type=Path, help="folder of bt-manip demos")
     parser.add_argument("policy", type=Path, help="ONNX file to write")
-    parser.add_argument("--steps", type=int, default=2000)
+    parser.add_argument("--steps", type=int, default=1200)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--own", type=Path, help="folder of episodes of an earlier policy")
     parser.add_argument("--black", action="store_true", help="show black pictures")
     options = parser.parse_args()
     torch.set_num_threads(1)
     torch.manual_seed(options.seed)
-    (pictures, *observations), actions = read(options.demonstrations, [CAMERA, *INPUTS.values()])
+    names = [CAMERA, *INPUTS.values()]
+    (pictures, *observations), actions = read(options.demonstrations, names)
+    seen = [pictures, *observations]
+    if options.own:
+        seen = [torch.cat(both) for both in zip(seen, read(options.own, names)[0], strict=True)]
     cube = CubePose(options.black)
-    fit(cube, pictures, observations, options.steps, options.seed)
+    fit(cube, seen[0], seen[1:], options.steps, options.seed)
     pick = ClonedPick(128)
     rows = chosen(pick, observations, actions)
     train(pick, [o[rows] for o in observations], actions[rows], 6000, options.seed)
-    seen = dict(zip([CAMERA, *INPUTS], [pictures, *observations], strict=True))
-    example = {name: one[0] for name, one in seen.items() if not name.startswith("object_")}
+    inputs = zip([CAMERA, *INPUTS], [pictures, *observations], strict=True)
+    example = {name: one[0] for name, one in inputs if not name.startswith("object_")}
     export(CameraPick(cube, pick).eval(), example, options.policy)
 
 
