@@ -122,9 +122,10 @@ class Batch:
             self._action.follow(slot.references)
             self._command(self._signals[i], slot, action)
         if len(ids):
-            warned = self.simulations.warning[ids].copy()
+            numbers = self.simulations.warning[..., 1]  # beside what each was about
+            warned = numbers[ids]
             self.simulations.rollout(self._signals.shape[1], self._signals[ids], record=(), ids=ids)
-            raised = self.simulations.warning[ids] > warned
+            raised = numbers[ids] > warned
         results = []
         for k, (i, slot) in enumerate(zip(ids, slots, strict=True)):
             self._load(i, slot)

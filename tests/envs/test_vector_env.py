@@ -140,3 +140,24 @@ def test_an_action_that_is_not_finite_is_refused_before_anything_moves():
     same(after, expected)
     batch.close()
     other.close()
+
+
+def test_an_environment_whose_physics_diverge_ends_and_the_others_go_on():
+    batch, calm = make_batch(2), make_batch(2)
+    still = np.zeros(batch.action_space.shape, np.float32)
+    for one in (batch, calm):
+        one.reset(seed=0)
+        before, *_ = one.step(still)
+    batch.simulations.bind("qvel")[1] = 1e12
+    after, _, ends, _, info = batch.step(still)
+    expected, *_ = calm.step(still)
+    assert ends.tolist() == [False, True]
+    assert info["failure"][1].startswith("MuJoCo warned at ")
+    for name in before:
+        assert after[name][0].tobytes() == expected[name][0].tobytes()
+        assert after[name][1].tobytes() == before[name][1].tobytes()  # the last ones before
+    started, *_, info = batch.step(still)
+    assert info["episode_number"].tolist() == [0, 1]
+    assert np.isfinite(started["cube_position"]).all()
+    batch.close()
+    calm.close()
