@@ -6,8 +6,6 @@ import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any, NamedTuple
 
-import msgspec
-
 LONGEST_TEXT = 10_000
 """Characters of a text that is typed on a page."""
 
@@ -205,6 +203,8 @@ class Gui:
 
     def flush(self) -> bytes | None:
         """Return the changes since the last call as JSON; None if there are none."""
+        import msgspec  # of the extra 'view': plugins load this module without it
+
         with self._lock:
             new = [e for uid in sorted(self._new) if (e := self._elements.get(uid)) is not None]
             changes: list[Any] = [["remove", uid] for uid in self._gone]
@@ -218,12 +218,16 @@ class Gui:
 
     def snapshot(self) -> tuple[bytes | None, bytes]:
         """Return the changes for browsers that have been here, and all elements for a new one."""
+        import msgspec
+
         with self._lock:
             elements = [["reset"], *map(_description, self._elements.values())]
             return self.flush(), msgspec.json.encode(elements)
 
     def receive(self, data: Any) -> bool:
         """Take a message of a browser; return whether it was valid. Others have no effect."""
+        import msgspec
+
         try:
             message = msgspec.json.decode(data)
             uid, event, value = message["id"], message["event"], message.get("value")
