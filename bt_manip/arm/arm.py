@@ -322,6 +322,11 @@ class Arm:
         """Why a real arm does not move, such as a reflex; empty in simulation and when ready."""
         return "" if self.link is None else self.link.problem
 
+    @property
+    def recoverable(self) -> bool:
+        """Whether `recover` may clear the `problem` of a real arm."""
+        return self.link is not None and bool(self.problem) and self.link.recoverable
+
     def recover(self) -> None:
         """Clear errors and reflexes of a real arm; `problem` tells the result a little later.
 
@@ -330,7 +335,7 @@ class Arm:
         """
         if self.link is None or not self.problem:
             return
-        if not self.link.recoverable:
+        if not self.recoverable:
             raise MotionError(f"the arm cannot recover: {self.problem}", reason="device")
         self.link.recover()
 

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
+import mujoco
 import numpy as np
 
 from bt_manip.arm import Arm
@@ -54,6 +55,13 @@ def never_gives_nan(case: ControllerCase) -> None:
         assert np.isfinite(tau).all(), f"'{case.name}' gives {tau} at q = {q}"
 
 
+def _efforts(cell: Cell, robot: Robot) -> np.ndarray:
+    """Return the efforts that a controller commands, or that MuJoCo computes from its commands."""
+    data, motors = cell.data, robot.ctrl_adr
+    computed = cell.model.actuator_biastype[motors] != mujoco.mjtBias.mjBIAS_NONE
+    return np.where(computed, data.actuator_force[motors], data.ctrl[motors])
+
+
 def stays_inside_the_effort_limits(case: ControllerCase) -> None:
     """Check that no effort exceeds its limit after a large step of the reference."""
     cell, robot, control = case.stand()
@@ -62,7 +70,7 @@ def stays_inside_the_effort_limits(case: ControllerCase) -> None:
     control.reference = Hold(far)
     for _ in range(200):
         cell.step()
-        commanded = np.abs(cell.data.ctrl[robot.ctrl_adr])
+        commanded = np.abs(_efforts(cell, robot))
         assert np.isfinite(commanded).all(), f"'{case.name}' commands {commanded}"
         assert (commanded <= limits.effort * (1 + 1e-9)).all(), (
             f"'{case.name}' commands {commanded} N m, the limits are {limits.effort}"
@@ -121,7 +129,7 @@ def does_not_chatter(case: ControllerCase) -> None:
         torques = []
         for _ in range(250):
             cell.step()
-            torques.append(cell.data.ctrl[robot.ctrl_adr])
+            torques.append(_efforts(cell, robot))
         changes = np.abs(np.diff(torques, axis=0)).mean(axis=0) / robot.limits.effort
         assert changes.max() <= MAX_CHATTER, (
             f"'{case.name}' chatters {state}: a torque changes by {changes.max():.1%} of its limit "

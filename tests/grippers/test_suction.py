@@ -107,11 +107,9 @@ def test_a_heavier_load_is_not_lifted(station):
     tree = Sequence(children=[OpenGripper(), above, MoveToPose(pose=on_top(0.101)), close])
     assert station_run(station, tree) is NodeStatus.SUCCESS, tree.tip().feedback_message
     assert station.gripper.held == ("thing",)  # it is sealed, while the load stands
-    assert station_run(station, Lift(height=0.2)) is NodeStatus.SUCCESS
-    holding = IsHolding(object="thing")
-    assert station_run(station, holding) is NodeStatus.FAILURE
-    assert holding.feedback_message == "the gripper holds nothing, not 'thing'"
-    assert station.gripper.status == "cup lost its seal"
+    lift = Lift(height=0.2)
+    assert station_run(station, lift) is NodeStatus.FAILURE
+    assert "the payload weighs" in lift.feedback_message
     assert station.cell.pose("thing").translation[2] == pytest.approx(TABLE + 0.05, abs=2e-3)
 
 

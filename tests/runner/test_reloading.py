@@ -57,7 +57,7 @@ def run(tmp_path, edited):
     behaviours = BehaviourRegistry()
     tree = load_document(source, behaviours, {"note": "wild"}, lambda: cell.time, told.append)
     randomizer = SimpleNamespace(begin=lambda cycle: None)
-    station = SimpleNamespace(cell=cell, randomizer=randomizer, robots={})
+    station = SimpleNamespace(cell=cell, randomizer=randomizer, robots={}, real=None)
 
     made = Run(RunRequest(source, settings={"note": "wild"}), tree, station)
     events = []

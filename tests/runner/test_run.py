@@ -61,7 +61,9 @@ def make(root, cycles=1, tick=0.002) -> Run:
     tree = Tree(root, clock=lambda: cell.time)
     request = RunRequest(TreeSource("x", "python"), cycles=cycles, tick=tick)
     randomizer = SimpleNamespace(begin=lambda cycle: None)
-    return Run(request, tree, SimpleNamespace(cell=cell, robots={}, randomizer=randomizer))
+    return Run(
+        request, tree, SimpleNamespace(cell=cell, robots={}, randomizer=randomizer, real=None)
+    )
 
 
 def test_observers_are_told_everything_in_order():
