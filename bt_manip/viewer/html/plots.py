@@ -51,7 +51,7 @@ const player = document.querySelector("iframe").contentDocument;
 player.querySelector("button:has(.tabler-icon-player-pause-filled)")?.click();
 const box = player.querySelector("input"), view = player.defaultView;
 const value = Object.getOwnPropertyDescriptor(view.HTMLInputElement.prototype, "value");
-box.focus();
+box.focus({ preventScroll: true });
 value.set.call(box, Math.max(cb_obj.x - start, 0).toFixed(3));
 box.dispatchEvent(new view.Event("input", { bubbles: true }));
 box.dispatchEvent(new view.KeyboardEvent("keydown", { key: "Enter", bubbles: true }));
