@@ -282,6 +282,15 @@ def test_the_arm_rests_on_its_path_when_the_run_is_killed_or_interrupted(run, st
         assert process.returncode == 130
 
 
+def test_a_motion_that_has_not_begun_gives_way_to_one_that_begins_earlier(station):
+    link, s = station.arm.link, np.linspace(0.0, 1.0, 400)[:, np.newaxis]
+    rows = link.latest.q_ref + 0.01 * s**3 * (10.0 - 15.0 * s + 6.0 * s * s)  # a smooth step
+    for lead in (300, 100):
+        link.send(link.behind + lead, rows)
+    steps(station, 70)
+    assert link.latest.q_ref == pytest.approx(rows[-1])
+
+
 def test_an_arm_process_that_dies_is_named(station):  # the last one: it is the end of the arm
     os.kill(station.arm.link.process_id, signal.SIGKILL)
     with pytest.raises(DeviceError, match="arm: its process has ended unexpectedly"):
