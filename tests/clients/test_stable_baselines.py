@@ -54,7 +54,9 @@ def test_its_checker_accepts_the_environment(task):
 def test_it_learns(task, algorithm, tmp_path):
     options = {"learning_starts": 500, "train_freq": 8} if algorithm is SAC else {"n_steps": 500}
     env = vector(task, reward="dense")
-    model = algorithm("MultiInputPolicy", env, policy_kwargs=dict(SMALL), seed=0, device="cpu", **options)
+    model = algorithm(
+        "MultiInputPolicy", env, policy_kwargs=dict(SMALL), seed=0, device="cpu", **options
+    )
     ended = Ended()
     evaluation = EvalCallback(
         vector(task), n_eval_episodes=2, eval_freq=1000, log_path=str(tmp_path), verbose=0
@@ -92,7 +94,9 @@ def test_it_learns_in_a_batch_with_the_results_of_single_environments():
     singles = VecMonitor(DummyVecEnv([lambda: gymnasium.make(ID, **options)] * 4))
     trained = []
     for env in (batch, singles):
-        model = PPO("MultiInputPolicy", env, n_steps=64, policy_kwargs=dict(SMALL), seed=0, device="cpu")
+        model = PPO(
+            "MultiInputPolicy", env, n_steps=64, policy_kwargs=dict(SMALL), seed=0, device="cpu"
+        )
         ended = Ended()
         model.learn(256, callback=ended)
         weights = [one.detach().numpy() for one in model.policy.parameters()]
