@@ -129,7 +129,7 @@ class GymnasiumEnvironment(gymnasium.Env[dict[str, np.ndarray], Any]):
     def result(
         self, outcome: Outcome
     ) -> tuple[dict[str, np.ndarray], float, bool, bool, dict[str, Any]]:
-        """Return what `step` returns, with the present observations."""
+        """Return the result of `step` with the present observations."""
         reward, success, failure = outcome
         info, observation = self._info(success, failure), self._observe()
         if self._goal is not None:

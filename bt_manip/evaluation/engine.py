@@ -141,7 +141,7 @@ def call_in_process(what: str, function: Callable[[], Result]) -> Result:
 
     Raises:
         WorkerDiedError: If the process ended.
-        Exception: What the function raised.
+        Exception: The error of the function.
     """
     process = _Process(_Caller)
     try:

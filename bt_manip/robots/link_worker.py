@@ -210,10 +210,8 @@ class ArmWorker:
             return "problem", state.problem or self._refused
         if first <= self._row + self._rows_per_cycle:
             return "late", ""
-        begin = first - self._first
-        if self._streaming and begin <= 0:  # instead of a motion that has not begun
-            before = np.repeat(self._table[:1], 3, axis=0)
-        elif self._streaming:
+        begin = max(0, first - self._first)  # 0: in place of a motion that has not begun
+        if self._streaming:
             before = self._table[max(0, begin - 3) : begin]
             before = np.concatenate([self._table[:1]] * (3 - len(before)) + [before])
             if begin > len(self._table):
@@ -227,12 +225,10 @@ class ArmWorker:
         problem = rows_problem(before, rows, self._limits)
         if problem:
             return "limits", problem
-        if self._streaming and begin <= 0:
-            self._table, self._first, self._rested = rows, first, 0
-            return "", ""
         if self._streaming:
             oldest = max(self._row - 3, self._first)  # for the differences of the next rows
-            kept = self._table[oldest - self._first : begin]
+            oldest = min(oldest, first)
+            kept = self._table[max(0, oldest - self._first) : begin]
             held_rows = np.repeat(self._table[-1:], first - oldest - len(kept), axis=0)
             self._first, self._table = oldest, np.concatenate([kept, held_rows, rows])
             self._rested = 0

@@ -77,9 +77,7 @@ class NativeTwoFingerGripper(TwoFingerGripper):
         Raises:
             GripperError: If the gripper cannot reach this opening or speed.
         """
-        low, high = self._min, self._open
-        if not low - 1e-9 <= width <= high + 1e-9:
-            raise GripperError(f"the gripper opens from {low:g} to {high:g} m, not {width:g} m")
+        self._check_width(width)
         self._go(0.5 * width, speed)
         self.state = MOVING
 

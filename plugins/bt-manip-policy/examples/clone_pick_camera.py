@@ -77,7 +77,7 @@ class CameraPick(nn.Module):
 
 
 def targets(tool, axes, position, cube_axes):
-    """Return what the network should give for a pose of the cube."""
+    """Return the target of the network for a pose of the cube."""
     between = _rotated(axes, position - tool, inverse=True) / _height(tool)
     turn = 4.0 * (yaw_of(cube_axes) - yaw_of(axes))
     return torch.cat([between, torch.cos(turn), torch.sin(turn)], -1)

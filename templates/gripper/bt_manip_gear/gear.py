@@ -63,7 +63,7 @@ class Gear(Gripper):
         return TopFace(name, solids, com)
 
     def get_state(self):
-        """Return what changes during a run, as plain data."""
+        """Return the state during a run, as plain data."""
         return {"force": self._force, "contact": self._contact}
 
     def set_state(self, state):

@@ -282,7 +282,7 @@ def test_the_arm_rests_on_its_path_when_the_run_is_killed_or_interrupted(run, st
         assert process.returncode == 130
 
 
-def test_a_motion_that_has_not_begun_gives_way_to_one_that_begins_earlier(station):
+def test_a_motion_that_has_not_begun_is_replaced_by_one_that_begins_earlier(station):
     link, s = station.arm.link, np.linspace(0.0, 1.0, 400)[:, np.newaxis]
     rows = link.latest.q_ref + 0.01 * s**3 * (10.0 - 15.0 * s + 6.0 * s * s)  # a smooth step
     for lead in (300, 100):

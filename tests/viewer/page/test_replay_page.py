@@ -24,7 +24,7 @@ SHOWN = {
 
 
 def texts_of(page):
-    """Return what the elements show, up to date."""
+    """Return the contents of the elements, up to date."""
     for panel in page._panels:
         panel.draw()
     return [
