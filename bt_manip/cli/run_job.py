@@ -137,12 +137,12 @@ class RunJob:
         observers: list[RunObserver] = [Trace(options.trace)] if options.trace else []
         observers.append(self._recorder)
         if options.snapshots or resumed is not None:
-            from bt_manip.cli.run_snapshots import takers
+            from bt_manip.cli.run_snapshots import SnapshotTaker
             from bt_manip.record import restore_snapshot
 
             if resumed is not None:
                 restore_snapshot(options.resume, resumed, prepared, self._recorder)
-            observers += takers(options.snapshots)
+            observers += [SnapshotTaker(at, path) for at, path in options.snapshots]
         if options.continued is not None:
             observers += self._continue(options.continued, prepared, self._recorder)
         observers += extra_observers(plugins, options.records)

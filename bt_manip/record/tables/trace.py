@@ -74,6 +74,7 @@ class Trace(RunObserver):
         self._dtype = np.dtype([("t", float), *((name, float, (0,)) for name in STEP_FIELDS)])
         self._rows = 0
         self._problem = ""
+        self._is_closed = False
         self._joints: dict[str, list[str]] = {}  # by name in the archive
 
     def run_started(self, run: Run) -> None:
@@ -123,11 +124,14 @@ class Trace(RunObserver):
             self.close()
 
     def close(self) -> None:
-        """Replace the file by the archive.
+        """Replace the file by the archive; the end of a run does so, too.
 
         Raises:
             RecordingError: When it cannot be written.
         """
+        if self._is_closed:
+            return
+        self._is_closed = True
         try:
             if self._file is not None:
                 self._file.sync()
