@@ -12,8 +12,7 @@ def _parse(text: str) -> list[float] | str:
     """Read joint positions; a text without ';' that is no number names a configuration."""
     assert DOUBLE_LIST.parse is not None
     try:
-        positions: list[float] = DOUBLE_LIST.parse(text)
-        return positions
+        return DOUBLE_LIST.parse(text)
     except ValueError:
         if ";" in text or not text.strip():
             raise
