@@ -69,9 +69,9 @@ EXPERIMENTAL = {
         "extent bottom_of why_not_on ContactEvent ParametricEntity unique_name"
     ),
     "bt_manip.cell.objects": (
-        "Prop ModelObject DeclaredGrasp Box Cylinder Sphere Capsule ConvexMesh Block Bottle Can "
-        "Mug Peg HoleBoard Basket Bin Tray Table Shelf Wall RedBlock GreenBlock BlueBlock "
-        "YellowBlock"
+        "Prop PrimitiveProp ModelObject DeclaredGrasp Box Cylinder Sphere Capsule ConvexMesh Block "
+        "Bottle Can Mug Peg HoleBoard Basket Bin Tray Table Shelf Wall RedBlock GreenBlock "
+        "BlueBlock YellowBlock"
     ),
     "bt_manip.robots": (
         "GripperDescription Tolerance ToolLimits Payload RobotModel verify GraspGenerator "
