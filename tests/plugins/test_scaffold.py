@@ -63,8 +63,9 @@ def test_another_name_lints_too(kind, tmp_path):
     run("-m", "ruff", "check", ".", cwd=tmp_path)
 
 
-def test_they_install_and_their_tests_pass(written, tmp_path):
-    packages = sorted(written.glob("bt-manip-*"))
+@pytest.mark.parametrize("kinds", ["behaviour", pytest.param("*", marks=pytest.mark.soak)])
+def test_they_install_and_their_tests_pass(written, tmp_path, kinds):
+    packages = sorted(written.glob(f"bt-manip-my-{kinds}"))
     run(
         "-m", "pip", "--disable-pip-version-check", "install", "-q", "--no-index", "--no-deps",
         "--no-build-isolation", "--target", tmp_path, *packages, cwd=tmp_path,
