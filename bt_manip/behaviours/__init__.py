@@ -8,6 +8,7 @@ from .arm_behaviour import MotionBehaviour as MotionBehaviour
 from .automatic import feasible_force as feasible_force
 from .automatic import number_or_auto as number_or_auto
 from .automatic import numbers_or_auto as numbers_or_auto
+from .conditions import CellCondition as CellCondition
 from .conditions import IsAt as IsAt
 from .conditions import IsHolding as IsHolding
 from .conditions import IsIn as IsIn

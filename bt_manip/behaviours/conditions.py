@@ -13,17 +13,8 @@ from .poses import pose_input
 from .robot_port import RobotCondition
 
 
-class ObjectCondition(Condition):
-    """A condition on an object in the cell.
-
-    Attributes:
-        destination: Port that names where the object shall be, for goal-conditioned environments;
-            empty if the condition is not about its position.
-    """
-
-    destination: ClassVar[str] = ""
-
-    object = Input(str, doc="Name of the object.")
+class CellCondition(Condition):
+    """A condition on the cell."""
 
     def setup(self, **infrastructure: Any) -> None:
         """Keep the cell."""
@@ -44,6 +35,19 @@ class ObjectCondition(Condition):
         except CellError as error:
             reason = str(error)
         return self.fail(reason) if reason else Status.SUCCESS
+
+
+class ObjectCondition(CellCondition):
+    """A condition on an object in the cell.
+
+    Attributes:
+        destination: Port that names where the object shall be, for goal-conditioned environments;
+            empty if the condition is not about its position.
+    """
+
+    destination: ClassVar[str] = ""
+
+    object = Input(str, doc="Name of the object.")
 
 
 class ObjectExists(ObjectCondition):
