@@ -75,7 +75,7 @@ EXPERIMENTAL = {
     ),
     "bt_manip.robots": (
         "GripperDescription Tolerance ToolLimits Payload RobotModel verify GraspGenerator "
-        "FoundGripper effort_limit ensure_motors ArmDevice GripperDevice DeviceState "
+        "FoundGripper effort_limit ensure_motors ArmBounds ArmDevice GripperDevice DeviceState "
         "GripperState"
     ),
     "bt_manip.planning": "Planner LineTo ArcTo TurnAbout edge_is_free shortcut",
