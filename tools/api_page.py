@@ -62,7 +62,7 @@ EXPERIMENTAL = {
     "bt_manip.behaviours": (
         "pose_to_text pose_from_text pose_input poses_input poses_output centre_pose "
         "bottom_pose top_grasp_poses downward_poses nearest_orientation yaw_of payload_of "
-        "extent default_force feasible_force number_or_auto numbers_or_auto"
+        "extent default_force feasible_force number_or_auto numbers_or_auto CellCondition"
     ),
     "bt_manip.cell": (
         "OverlapError PhysicsDiverged Region Camera looking_at at_rest is_in is_on entity_of "
