@@ -61,7 +61,7 @@ EXPERIMENTAL = {
         "IsOn IsAt FollowTarget Stop PlannedMove Recover pose_to_text pose_from_text pose_input "
         "poses_input poses_output centre_pose bottom_pose top_grasp_poses downward_poses "
         "nearest_orientation yaw_of payload_of extent default_force feasible_force "
-        "number_or_auto numbers_or_auto"
+        "number_or_auto numbers_or_auto CellCondition"
     ),
     "bt_manip.cell": (
         "CellError OverlapError PhysicsDiverged Region Camera looking_at at_rest is_in is_on "

@@ -5,7 +5,7 @@ from typing import Any
 
 from bt_manip.bt import DOUBLE_LIST, Input, is_pointer
 
-from .move import PlannedMove
+from .moves import PlannedMove
 
 
 def _parse(text: str) -> list[float] | str:
