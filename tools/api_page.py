@@ -27,7 +27,8 @@ STABLE = {
         "Reach Grasp Lift Drop PlaceOn PlaceAt IsHolding IsAt OpenGripper CloseGripper "
         "MoveToPose MoveToConfiguration MoveHome MoveLinear MoveThrough MoveArc Approach "
         "Retreat BackOff FollowTarget Stop SetSpeed SwitchController WaitUntilAtRest "
-        "WaitUntilUndisturbed ArmBehaviour RobotCondition ObjectCondition PlannedMove Recover"
+        "WaitUntilUndisturbed ArmBehaviour RobotCondition ObjectCondition PlannedMove Recover "
+        "CellCondition"
     ),
     "bt_manip.cell": "Cell CellError",
     "bt_manip.cell.objects": "Cube",
@@ -62,7 +63,7 @@ EXPERIMENTAL = {
     "bt_manip.behaviours": (
         "pose_to_text pose_from_text pose_input poses_input poses_output centre_pose "
         "bottom_pose top_grasp_poses downward_poses nearest_orientation yaw_of payload_of "
-        "extent default_force feasible_force number_or_auto numbers_or_auto CellCondition"
+        "extent default_force feasible_force number_or_auto numbers_or_auto"
     ),
     "bt_manip.cell": (
         "OverlapError PhysicsDiverged Region Camera looking_at at_rest is_in is_on entity_of "
