@@ -336,11 +336,11 @@ def wait_until(
         time.sleep(0.05)
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="package")
 def chromium() -> Iterator[Any]:
     """Start Chromium, or skip the tests where there is none.
 
-    Its event loop runs in this thread meanwhile: tests of other files could not run their own.
+    Its event loop runs in this thread meanwhile: tests of other folders could not run their own.
     """
     executable = shutil.which("chromium")
     if executable is None:
