@@ -24,7 +24,7 @@ GRASP_COLOURS = {"chosen": (47, 158, 68), "clear": (240, 140, 0), "blocked": (22
 FINGER, STEM = 0.03, 0.06
 """Lengths of the lines of a grasp along the approach direction [m]."""
 
-SAME = 1e-4
+SAME_POSE = 1e-4
 """Motion of an object up to which its grasps are not drawn again [m] and [rad]."""
 
 
@@ -92,7 +92,7 @@ class GraspLines:
             checked: The grasps.
             T_wo: Pose of their object.
         """
-        if checked is self._drawn and (checked is None or self._T_wo.actInv(T_wo).isIdentity(SAME)):
+        if checked is self._drawn and (checked is None or self._T_wo.actInv(T_wo).isIdentity(SAME_POSE)):
             return
         self._drawn, self._T_wo = checked, T_wo
         found: dict[str, list[np.ndarray]] = {kind: [] for kind in GRASP_COLOURS}
