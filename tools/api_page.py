@@ -96,7 +96,7 @@ EXPERIMENTAL = {
         "TreeResult RunRequest Run find_tree save_snapshot load_snapshot EventQueue RunEvent "
         "KINDS TreeSource Interventions CommandedRobot RunLoop Actor RunModifier make_station"
     ),
-    "bt_manip.scenes": "table_and_basket two_arms scene_of",
+    "bt_manip.scenes": "table_and_basket two_arms scene_of Level",
     "bt_manip.testing": (
         "Trial Situations built_in_situations AT_REST assert_stands_still assert_touches_only "
         "DEVICE_CONTRACT recovers_from_a_problem"

@@ -51,7 +51,7 @@ class Randomization:
 
     Attributes:
         objects: By name in the cell, by registered name or address, or by a pattern of names
-            (``block_*``). ``mass`` [kg], ``friction``, ``colour``, and the ``gain`` of actuators;
+            (``block_*``; ``*``: of those that move freely). ``mass`` [kg], ``friction``, ``colour``, and the ``gain`` of actuators;
             ``position`` [m] in the world and ``yaw`` [rad] of scene objects; and each parameter
             that the object is made with, such as ``size`` [m].
         robots: By name in the cell: ``gain`` of the motors, one factor each, ``friction`` of the
