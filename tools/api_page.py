@@ -65,7 +65,8 @@ EXPERIMENTAL = {
     ),
     "bt_manip.cell": (
         "CellError OverlapError PhysicsDiverged Region Camera looking_at at_rest is_in is_on "
-        "entity_of extent bottom_of why_not_on ContactEvent ParametricEntity unique_name"
+        "entity_of extent bottom_of why_not_on why_not_in as_object ContactEvent "
+        "ParametricEntity unique_name"
     ),
     "bt_manip.cell.objects": (
         "Prop PrimitiveProp ModelObject DeclaredGrasp Box Cylinder Sphere Capsule ConvexMesh Block "
