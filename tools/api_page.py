@@ -13,11 +13,11 @@ STABLE = {
     "bt_manip.bt": (
         "Tree load_tree parse_tree tree_to_xml BehaviourRegistry Status NodeStatus Action "
         "Condition Control SubTree Input Output Sequence Fallback ReactiveFallback Parallel "
-        "IfThenElse TryCatch Inverter ForceSuccess Repeat RetryUntilSuccessful Script Sleep "
-        "SyncAction Decorator"
+        "IfThenElse TryCatch Inverter ForceSuccess Repeat RetryUntilSuccessful LoopString Script "
+        "Sleep SyncAction Decorator"
     ),
     "bt_manip.behaviours": (
-        "CellBehaviour MotionBehaviour SpawnObject RemoveObject ObjectExists IsIn Hover Reach "
+        "CellBehaviour MotionBehaviour SpawnObject RemoveObject ObjectExists IsIn IsOn Hover Reach "
         "Grasp Lift Drop PlaceOn PlaceAt IsHolding OpenGripper CloseGripper MoveToPose "
         "MoveToConfiguration MoveHome MoveLinear MoveThrough MoveArc Approach Retreat BackOff "
         "SetSpeed SwitchController WaitUntilAtRest WaitUntilUndisturbed ArmBehaviour "
@@ -53,19 +53,19 @@ EXPERIMENTAL = {
         "SequenceWithMemory AsyncSequence ReactiveSequence AsyncFallback ParallelAll "
         "WhileDoElse Switch2 Switch3 Switch4 Switch5 Switch6 ForceFailure "
         "KeepRunningUntilFailure RunOnce Delay Timeout Precondition SkipUnlessUpdated "
-        "WaitValueUpdate LoopBool LoopDouble LoopInt LoopString AlwaysSuccess AlwaysFailure "
+        "WaitValueUpdate LoopBool LoopDouble LoopInt AlwaysSuccess AlwaysFailure "
         "ScriptCondition SetBlackboard UnsetBlackboard WasEntryUpdated Blackboard InOut Comment "
         "as_written TreeWatch read_tree Reading declare Stubs Libraries LeafMapping"
     ),
     "bt_manip.behaviours": (
-        "IsOn IsAt FollowTarget Stop PlannedMove Recover pose_to_text pose_from_text pose_input "
+        "IsAt FollowTarget Stop PlannedMove Recover pose_to_text pose_from_text pose_input "
         "poses_input poses_output centre_pose bottom_pose top_grasp_poses downward_poses "
         "nearest_orientation yaw_of payload_of extent default_force feasible_force "
         "number_or_auto numbers_or_auto CellCondition"
     ),
     "bt_manip.cell": (
         "CellError OverlapError PhysicsDiverged Region Camera looking_at at_rest is_in is_on "
-        "entity_of extent bottom_of why_not_on why_not_in as_object ContactEvent "
+        "entity_of extent bottom_of why_not_in why_not_on why_not_in as_object ContactEvent "
         "ParametricEntity unique_name"
     ),
     "bt_manip.cell.objects": (

@@ -1,7 +1,7 @@
 """Levels of a scene's randomization: how strongly its starts vary, by name."""
 
 import contextlib
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +13,7 @@ from bt_manip.exceptions import BtManipError, did_you_mean
 if TYPE_CHECKING:
     from .scene import Scene
 
-KINDS = tuple(one.name for one in fields(Randomization))
+VARIED_KINDS = tuple(one.name for one in fields(Randomization))
 """Kinds of things that vary: ``objects``, ``robots``, ..."""
 
 _OF_KIND = {"lights": "light", "cameras": "camera"}
@@ -70,9 +70,7 @@ class Level:
         """Return what varies and in which bounds; ``-``: nothing."""
         varies = [
             f"{thing} {quantity} {_bounds(varied)}"
-            for kind in KINDS
-            for thing, quantities in getattr(self.randomization, kind).items()
-            for quantity, varied in quantities.items()
+            for _, thing, quantity, varied in _variations(self.randomization)
         ]
         return "; ".join([*varies, *(f"{k}={v}" for k, v in self.settings.items())]) or "-"
 
@@ -84,7 +82,7 @@ def levels_of(scene: "Scene") -> dict[str, dict[int, Level]]:
     anything of the name. ``mass``, ``friction``, ``light`` and ``camera`` have levels in all
     scenes; others, and others of these, are those that the scene declares.
     """
-    names = (_name(kind, q) for kind in KINDS for _, q, _ in _quantities(scene.randomization, kind))
+    names = (_name(kind, quantity) for kind, _, quantity, _ in _variations(scene.randomization))
     found: dict[str, dict[int, Level]] = {}
     for name in dict.fromkeys([*names, *scene.levels, *_GENERAL]):
         own = _selected(scene.randomization, name)
@@ -117,15 +115,8 @@ def with_level(scene: "Scene", name: str, level: Any) -> tuple["Scene", Mapping[
         raise BtManipError(f"scene '{scene}' has the levels {numbers} of {name}, got {level}")
     chosen = known[name][int(level)]
     rest = _selected(scene.randomization, name, inverse=True)
-    joined = {
-        kind: {
-            thing: {**getattr(rest, kind).get(thing, {}), **new.get(thing, {})}
-            for new in [getattr(chosen.randomization, kind)]
-            for thing in (*getattr(rest, kind), *new)
-        }
-        for kind in KINDS
-    }
-    return replace(scene, randomization=Randomization(**joined)), chosen.settings
+    joined = _gathered([*_variations(rest), *_variations(chosen.randomization)])
+    return replace(scene, randomization=joined), chosen.settings
 
 
 def _name(kind: str, quantity: str) -> str:
@@ -135,20 +126,26 @@ def _name(kind: str, quantity: str) -> str:
     return _OF_KIND.get(kind, kind)
 
 
-def _quantities(randomization: Randomization, kind: str) -> list[tuple[str, str, Any]]:
-    """Return name of the thing, quantity and variation of all variations of a kind."""
-    things = getattr(randomization, kind).items()
-    return [(thing, key, varied) for thing, found in things for key, varied in found.items()]
+def _variations(randomization: Randomization) -> Iterator[tuple[str, str, str, Any]]:
+    """Yield kind and name of the thing, quantity and variation of all that varies."""
+    for kind in VARIED_KINDS:
+        for thing, found in getattr(randomization, kind).items():
+            for quantity, varied in found.items():
+                yield kind, thing, quantity, varied
+
+
+def _gathered(variations: Iterable[tuple[str, str, str, Any]]) -> Randomization:
+    """Return the randomization of variations; of several of one quantity, the last."""
+    found: dict[str, dict[str, dict[str, Any]]] = {}
+    for kind, thing, quantity, varied in variations:
+        found.setdefault(kind, {}).setdefault(thing, {})[quantity] = varied
+    return Randomization(**found)
 
 
 def _selected(randomization: Randomization, name: str, *, inverse: bool = False) -> Randomization:
     """Return the variations of a name, or all others."""
-    found: dict[str, dict[str, dict[str, Any]]] = {kind: {} for kind in KINDS}
-    for kind in KINDS:
-        for thing, quantity, varied in _quantities(randomization, kind):
-            if (_name(kind, quantity) == name) is not inverse:
-                found[kind].setdefault(thing, {})[quantity] = varied
-    return Randomization(**found)
+    found = _variations(randomization)
+    return _gathered(one for one in found if (_name(one[0], one[2]) == name) is not inverse)
 
 
 def _general(scene: "Scene", name: str, level: int) -> Randomization:

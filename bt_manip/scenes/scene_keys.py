@@ -18,7 +18,7 @@ from bt_manip.robots import ArmBounds, RobotDescription, read_description
 from bt_manip.toml_fields import KeyField, entries_of, read_part
 from bt_manip.toml_tables import TomlFile, TomlTable
 
-from .levels import KINDS, Level
+from .levels import VARIED_KINDS, Level
 
 
 class SceneError(BtManipError):
@@ -262,7 +262,7 @@ class LevelsTable:
 def _randomization(part: TomlTable) -> Randomization | None:
     """Return the variations of a table, by kind of thing, name and quantity."""
     found: dict[str, dict[str, dict[str, Any]]] = {}
-    for kind in KINDS:
+    for kind in VARIED_KINDS:
         for thing, lines in _tables(part.table(kind)):
             for quantity in lines.keys():
                 varied = _attempt(lines, quantity, _variation, lines, kind, thing, quantity)

@@ -35,7 +35,7 @@ from .variations import Clipped, Varied, extremes, sample, stream
 ATTEMPTS = 100
 """Number of poses that are sampled before an object counts as impossible to place."""
 
-ALL = "*"
+ALL_FREE = "*"
 """Pattern of all objects that move freely."""
 
 _POSE = {"position": np.zeros(3), "yaw": 0.0}
@@ -273,7 +273,7 @@ class Randomizer:
         merged: dict[str, Varied] = {}
         for key, varied in variations.items():
             declared = as_object(entity)
-            if _matches(key, name, declared.kind) and (key != ALL or declared.free):
+            if _matches(key, name, declared.kind) and (key != ALL_FREE or declared.free):
                 merged.update(varied)
         yield from merged.items()
 

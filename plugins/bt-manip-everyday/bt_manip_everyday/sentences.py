@@ -7,7 +7,7 @@ from typing import Any
 
 from bt_manip.behaviours import CellCondition
 from bt_manip.bt import Input, Output, Status, SyncAction
-from bt_manip.cell import Cell, as_object, why_not_in
+from bt_manip.cell import Cell, why_not_in
 from bt_manip.exceptions import BtManipError, PortError, did_you_mean
 
 AUTO = "auto"
@@ -74,7 +74,7 @@ class ReadSentence(SyncAction):
     def update(self) -> Status:
         """Read the sentence, and find its objects in the cell."""
         free = [name for name in self.cell.objects if self.cell.is_free(name)]
-        kinds = {name: as_object(self.cell.entities[name]).kind or "" for name in free}
+        kinds = {name: getattr(self.cell.entities[name], "kind", "") for name in free}
         sentence = self._draw(kinds.values()) if self.sentence == AUTO else self.sentence
         try:
             named = kinds_in(sentence, kinds.values())
