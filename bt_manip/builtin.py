@@ -173,9 +173,9 @@ def register_pose_sources(register: Callable[[str, Callable[..., Any]], None]) -
 def register_recorders(register: Callable[[str, Callable[[Path | None], Any]], None]) -> None:
     """Bring the trace of the joints, the recording of everything, videos, and logs for Groot2."""
     from bt_manip.groot import BtlogRecorder, SqliteRecorder
-    from bt_manip.record import McapRecorder, TraceRecorder, VideoRecorder
+    from bt_manip.record import McapRecorder, Trace, VideoRecorder
 
-    register("trace", TraceRecorder)
+    register("trace", Trace)
     register("mcap", McapRecorder)
     register("video", VideoRecorder)
     register("btlog", BtlogRecorder)

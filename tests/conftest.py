@@ -17,6 +17,8 @@ _PROBE = "import mujoco as m; m.Renderer(m.MjModel.from_xml_string('<mujoco/>'),
 
 def pytest_collection_finish() -> None:
     """Spare the garbage collector the modules and tests: its passes over them take time."""
+    import dm_control.mujoco  # noqa: F401 it reads MUJOCO_GL, which tests change
+
     gc.collect()
     gc.freeze()
 
@@ -36,6 +38,14 @@ def _draws(backend: str) -> bool:
 
 if "MUJOCO_GL" not in os.environ:
     os.environ["MUJOCO_GL"] = next(filter(_draws, ("egl", "osmesa")), "disable")
+_BACKEND = os.environ["MUJOCO_GL"]
+
+
+@pytest.fixture(autouse=True)
+def processes_draw_if_their_test_does(request, monkeypatch) -> None:
+    """Let processes that a test starts load no OpenGL, unless the test asks for it."""
+    if "opengl" not in request.fixturenames:
+        monkeypatch.setenv("MUJOCO_GL", "disable")
 
 
 @pytest.fixture(scope="session")
@@ -57,14 +67,13 @@ def build_station(parts: Any) -> Any:
 @pytest.fixture(scope="session")
 def opengl() -> str:
     """Give the backend that draws, or skip the test where it does not."""
-    backend = os.environ["MUJOCO_GL"]
-    if not _draws(backend):
+    if not _draws(_BACKEND):
         pytest.skip(
             "no OpenGL to draw with here: neither EGL nor OSMesa works"
-            if backend == "disable"
-            else f"no OpenGL to draw with here: MUJOCO_GL={backend} does not work"
+            if _BACKEND == "disable"
+            else f"no OpenGL to draw with here: MUJOCO_GL={_BACKEND} does not work"
         )
-    return backend
+    return _BACKEND
 
 
 @pytest.fixture(scope="session")

@@ -8,75 +8,75 @@ import inspect
 
 STABLE = {
     "bt_manip": "build_station hookimpl",
-    "bt_manip.exceptions": (
-        "BtManipError TreeError PortError BlackboardError ScriptError MotionError"
-    ),
+    "bt_manip.exceptions": "BtManipError TreeError MotionError",
     "bt_manip.spatial": "pose pointing_down",
     "bt_manip.bt": (
         "Tree load_tree parse_tree tree_to_xml BehaviourRegistry Status NodeStatus Action "
-        "Condition Control SubTree Input Output Sequence SequenceWithMemory AsyncSequence "
-        "ReactiveSequence Fallback AsyncFallback ReactiveFallback Parallel ParallelAll "
-        "IfThenElse WhileDoElse Switch2 Switch3 Switch4 Switch5 Switch6 TryCatch Inverter "
-        "ForceSuccess ForceFailure KeepRunningUntilFailure Repeat RetryUntilSuccessful RunOnce "
-        "Delay Timeout Precondition SkipUnlessUpdated WaitValueUpdate LoopBool LoopDouble "
-        "LoopInt LoopString AlwaysSuccess AlwaysFailure Script ScriptCondition SetBlackboard "
-        "UnsetBlackboard WasEntryUpdated Sleep SyncAction Decorator"
+        "Condition Control SubTree Input Output Sequence Fallback ReactiveFallback Parallel "
+        "IfThenElse TryCatch Inverter ForceSuccess Repeat RetryUntilSuccessful Script Sleep "
+        "SyncAction Decorator"
     ),
     "bt_manip.behaviours": (
-        "CellBehaviour MotionBehaviour SpawnObject RemoveObject ObjectExists IsIn IsOn Hover "
-        "Reach Grasp Lift Drop PlaceOn PlaceAt IsHolding IsAt OpenGripper CloseGripper "
-        "MoveToPose MoveToConfiguration MoveHome MoveLinear MoveThrough MoveArc Approach "
-        "Retreat BackOff FollowTarget Stop SetSpeed SwitchController WaitUntilAtRest "
-        "WaitUntilUndisturbed ArmBehaviour RobotCondition ObjectCondition PlannedMove Recover"
+        "CellBehaviour MotionBehaviour SpawnObject RemoveObject ObjectExists IsIn Hover Reach "
+        "Grasp Lift Drop PlaceOn PlaceAt IsHolding OpenGripper CloseGripper MoveToPose "
+        "MoveToConfiguration MoveHome MoveLinear MoveThrough MoveArc Approach Retreat BackOff "
+        "SetSpeed SwitchController WaitUntilAtRest WaitUntilUndisturbed ArmBehaviour "
+        "RobotCondition ObjectCondition"
     ),
-    "bt_manip.cell": "Cell CellError",
+    "bt_manip.cell": "Cell",
     "bt_manip.cell.objects": "Cube",
     "bt_manip.robots": (
-        "Robot RobotDescription Gripper GripperError JointLimits RobotError panda "
-        "read_description GraspCandidates DeviceError Backend"
+        "Robot RobotDescription Gripper JointLimits panda read_description GraspCandidates Backend"
     ),
     "bt_manip.planning": "PlanningProblem PlanningResult RRTConnect",
     "bt_manip.agents": "ActionKind ActionSpace",
-    "bt_manip.evaluation": "WorkerDiedError",
-    "bt_manip.control": "Controller ControlError",
+    "bt_manip.control": "Controller",
     "bt_manip.models": "ModelError MjcfModel ModelFormat ModelCache",
     "bt_manip.plugins": "load_plugins",
     "bt_manip.runner": "Station RunObserver prepare request_of",
     "bt_manip.scenes": "Scene SceneRobot Fixture PoseSource",
     "bt_manip.testing": "Stub Example contracts_of trees_of run_tree play assert_tower",
     "bt_manip.grippers": "TwoFingerGripper two_finger_gripper find_fingers",
-    "bt_manip.record": "RecordingError",
-    "bt_manip.faults": "Fault FaultError parameter",
+    "bt_manip.faults": "Fault parameter",
     "bt_manip.viewer": "Panel",
 }
 """Names that keep their meaning until the next major version."""
 
 EXPERIMENTAL = {
     "bt_manip": "__version__ load_plugins load_tree",
-    "bt_manip.exceptions": "UnknownBehaviourError NodeError did_you_mean one_line shown",
+    "bt_manip.exceptions": (
+        "PortError BlackboardError ScriptError UnknownBehaviourError NodeError did_you_mean "
+        "one_line shown"
+    ),
     "bt_manip.spatial": "quat_wxyz",
     "bt_manip.bt": (
-        "Blackboard InOut Comment as_written TreeWatch read_tree Reading declare Stubs "
-        "Libraries LeafMapping"
+        "SequenceWithMemory AsyncSequence ReactiveSequence AsyncFallback ParallelAll "
+        "WhileDoElse Switch2 Switch3 Switch4 Switch5 Switch6 ForceFailure "
+        "KeepRunningUntilFailure RunOnce Delay Timeout Precondition SkipUnlessUpdated "
+        "WaitValueUpdate LoopBool LoopDouble LoopInt LoopString AlwaysSuccess AlwaysFailure "
+        "ScriptCondition SetBlackboard UnsetBlackboard WasEntryUpdated Blackboard InOut Comment "
+        "as_written TreeWatch read_tree Reading declare Stubs Libraries LeafMapping"
     ),
     "bt_manip.behaviours": (
-        "pose_to_text pose_from_text pose_input poses_input poses_output centre_pose "
-        "bottom_pose top_grasp_poses downward_poses nearest_orientation yaw_of payload_of "
-        "extent default_force feasible_force number_or_auto numbers_or_auto"
+        "IsOn IsAt FollowTarget Stop PlannedMove Recover pose_to_text pose_from_text pose_input "
+        "poses_input poses_output centre_pose bottom_pose top_grasp_poses downward_poses "
+        "nearest_orientation yaw_of payload_of extent default_force feasible_force "
+        "number_or_auto numbers_or_auto CellCondition"
     ),
     "bt_manip.cell": (
-        "OverlapError PhysicsDiverged Region Camera looking_at at_rest is_in is_on entity_of "
-        "extent bottom_of why_not_on ContactEvent ParametricEntity unique_name"
+        "CellError OverlapError PhysicsDiverged Region Camera looking_at at_rest is_in is_on "
+        "entity_of extent bottom_of why_not_on why_not_in as_object ContactEvent "
+        "ParametricEntity unique_name"
     ),
     "bt_manip.cell.objects": (
-        "Prop ModelObject DeclaredGrasp Box Cylinder Sphere Capsule ConvexMesh Block Bottle Can "
-        "Mug Peg HoleBoard Basket Bin Tray Table Shelf Wall RedBlock GreenBlock BlueBlock "
-        "YellowBlock"
+        "Prop PrimitiveProp ModelObject DeclaredGrasp Box Cylinder Sphere Capsule ConvexMesh Block "
+        "Bottle Can Mug Peg HoleBoard Basket Bin Tray Table Shelf Wall RedBlock GreenBlock "
+        "BlueBlock YellowBlock"
     ),
     "bt_manip.robots": (
-        "GripperDescription Tolerance ToolLimits Payload RobotModel verify GraspGenerator "
-        "FoundGripper effort_limit ensure_motors ArmDevice GripperDevice DeviceState "
-        "GripperState"
+        "GripperError RobotError DeviceError GripperDescription Tolerance ToolLimits Payload "
+        "RobotModel verify GraspGenerator FoundGripper effort_limit ensure_motors ArmBounds "
+        "ArmDevice GripperDevice DeviceState GripperState"
     ),
     "bt_manip.planning": "Planner LineTo ArcTo TurnAbout edge_is_free shortcut",
     "bt_manip.agents": (
@@ -84,14 +84,8 @@ EXPERIMENTAL = {
         "SubtreeChoice action_kind goal_progress LossCheck differential_ik command_gripper "
         "displaced end_velocity held_payload"
     ),
-    "bt_manip.evaluation": (
-        "Evaluation EpisodeId EpisodeResult EpisodeWorker evaluate run_episodes Worker RayPool "
-        "ResultFolder read_results SuccessRate wilson_interval PairedTable mcnemar_p_value "
-        "newcombe_interval Parameter parse_parameter grid samples StressTester StressEpisode "
-        "plan_episodes"
-    ),
     "bt_manip.control": (
-        "ComputedTorque GravityCompensatedPD NativePD Reference Hold ControllerManager"
+        "ControlError ComputedTorque GravityCompensatedPD NativePD Reference Hold ControllerManager"
     ),
     "bt_manip.models": (
         "load_model find_model bundled_path FoundModel Progress terminal_progress "
@@ -111,13 +105,19 @@ EXPERIMENTAL = {
     "bt_manip.grippers": (
         "FoundFingers FingerTravel SuctionGripper suction_gripper GRIP_DEPTH Solid"
     ),
+    "bt_manip.faults": "FaultError FaultContext FaultInjector parse_fault",
+    "bt_manip.viewer": "render write_png NoOpenGLError Page",
+    "bt_manip.evaluation": (
+        "WorkerDiedError Evaluation EpisodeId EpisodeResult EpisodeWorker evaluate run_episodes "
+        "Worker RayPool ResultFolder read_results SuccessRate wilson_interval PairedTable "
+        "mcnemar_p_value newcombe_interval Parameter parse_parameter grid samples StressTester "
+        "StressEpisode plan_episodes"
+    ),
     "bt_manip.record": (
-        "Recorder RunReport Trace read_report read_trace McapRecorder Recording RecordedRun "
-        "RecordedScene VideoRecorder write_csv write_parquet write_mcap write_video "
+        "RecordingError Recorder RunReport Trace read_report read_trace McapRecorder Recording "
+        "RecordedRun RecordedScene VideoRecorder write_csv write_parquet write_mcap write_video "
         "Continuation RecordedInterventions restore_snapshot"
     ),
-    "bt_manip.faults": "FaultContext FaultInjector parse_fault",
-    "bt_manip.viewer": "render write_png NoOpenGLError Page",
     "bt_manip.registry": "Registry",
     "bt_manip.kinematics": (
         "InverseKinematics IKProblem IKResult PoseTarget PositionTarget RotationTarget "
@@ -148,8 +148,9 @@ HEAD = """# Public API
 
 What is on this page may be imported by users and plugins. *Stable* names keep their meaning until
 the next major version; *experimental* ones may change in a minor version, and the changelog says
-so. Everything else in `bt_manip` is internal, even where Python lets you import it. The hooks of
-plugins are on [a page of their own](../hooks.md).
+so. Everything else in `bt_manip` is internal, even where Python lets you import it. Nodes keep
+their names and ports in XML trees also where their classes are experimental. The hooks of plugins
+are on [a page of their own](../hooks.md).
 
 The page of each package has arguments, shapes, units, frames and errors, as `help(name)` does.
 """

@@ -1,4 +1,4 @@
-"""Run episodes of the eight tasks with several robots, and write the table to a page.
+"""Run episodes of the tasks with several robots, and write the table to a page.
 
 ``python tools/task_table.py panda fr3 my_arm.toml`` runs 20 episodes of each task with these
 robots; ``--tasks open_drawer --episodes 5`` only some. Cells that are not run again are kept. Where
@@ -18,8 +18,8 @@ from bt_manip.plugins import load_plugins
 from bt_manip.robot_setup import why_not
 
 TASKS = (
-    "pick_place", "pick_place_cluttered", "stack_blocks", "sort_blocks", "press_button",
-    "peg_in_hole", "open_drawer", "hand_over",
+    "pick_place", "pick_place_cluttered", "stack_blocks", "sort_blocks", "mug_on_shelf",
+    "cans_into_box", "press_button", "peg_in_hole", "open_drawer", "hand_over",
 )  # fmt: skip
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "task_table.md"
 HEADER = """# Tasks by robots

@@ -47,9 +47,9 @@ def report(recording: Path, output: Path | None, axes: tuple[str, str] | None) -
         raise click.UsageError("--map belongs to the folder of an evaluation")
     else:
         require_extra("record", "report", "mcap", "foxglove_schemas_protobuf")
+        recorded = Recording(recording)  # read before what draws pages is imported
         from bt_manip.viewer.html import run_page
 
-        recorded = Recording(recording)
         page = run_page(recorded).encode()
         if not recorded.complete:
             note = f"The recording ended without an end, at {recorded.end:.2f} s."

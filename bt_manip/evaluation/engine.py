@@ -10,6 +10,7 @@ from collections import deque
 from collections.abc import Callable, Collection, Iterable, Iterator
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
+from multiprocessing.context import ForkServerContext, SpawnContext
 from typing import Any, NoReturn, Protocol, TypeVar
 
 from bt_manip.exceptions import BtManipError
@@ -146,8 +147,7 @@ def call_in_process(what: str, function: Callable[[], Result]) -> Result:
     process = _Process(_Caller)
     try:
         process.send(function)
-        result: Result = process.receive()
-        return result
+        return process.receive()
     except WorkerDiedError as error:
         raise WorkerDiedError(f"{what}: {error}") from None
     finally:
@@ -186,6 +186,19 @@ class ProcessPool:
             process.kill()
 
 
+def _context() -> ForkServerContext | SpawnContext:
+    """Return how processes start: forked from one that has imported bt_manip, or each anew.
+
+    This process may have threads, whose locks a fork would copy; one that only imports has none,
+    unless OpenGL draws: its library starts threads when it is imported.
+    """
+    if os.environ.get("MUJOCO_GL") != "disable":
+        return multiprocessing.get_context("spawn")
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(["bt_manip.builtin", "bt_manip.runner"])
+    return context
+
+
 class _Process:
     """A process with a worker, whose BLAS has one thread unless the environment says otherwise.
 
@@ -194,8 +207,7 @@ class _Process:
     """
 
     def __init__(self, make_worker: Callable[[], Worker[Any, Any]]) -> None:
-        # Forking would copy locks of threads that libraries have started.
-        context = multiprocessing.get_context("spawn")
+        context = _context()
         self.pipe, other = context.Pipe()
         self._process = context.Process(target=_work, args=(make_worker, other), daemon=True)
         resource_tracker.ensure_running()  # `start` would do it, which unblocks SIGINT

@@ -62,7 +62,7 @@ def same(a, b, where="result"):
 
 @pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
 def test_a_batch_has_the_bits_of_single_environments_over_resets(mode):
-    assert assert_same_bits(12, n=3, limit=5, mode=mode) >= 6
+    assert assert_same_bits(12, n=2, limit=5, mode=mode) >= 4
 
 
 @pytest.mark.soak

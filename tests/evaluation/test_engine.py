@@ -71,6 +71,7 @@ def test_all_episodes_run_in_as_many_processes_as_asked_for(squares):
 
 
 def test_a_process_has_one_thread_for_linear_algebra_unless_told_otherwise(monkeypatch):
+    monkeypatch.delenv("MUJOCO_GL")  # so that each process is an interpreter of its own
     monkeypatch.delenv("OPENBLAS_NUM_THREADS", raising=False)
     monkeypatch.delenv("OMP_NUM_THREADS", raising=False)
     assert list(run_episodes(Environment, ["OPENBLAS_NUM_THREADS"], 2)) == ["1"]

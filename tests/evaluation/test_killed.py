@@ -36,9 +36,14 @@ def rows_in(folder: Path) -> int:
 
 
 def workers_of(process: int) -> list[int]:
+    """Return the processes that the fork server of a process has started."""
+    names = {pid: Path(f"/proc/{pid}/cmdline").read_text() for pid in children_of(process)}
+    return children_of(*(pid for pid, name in names.items() if "forkserver" in name))
+
+
+def children_of(process: int) -> list[int]:
     children = Path(f"/proc/{process}/task/{process}/children").read_text().split()
-    names = {int(pid): Path(f"/proc/{pid}/cmdline").read_text() for pid in children}
-    return [pid for pid, name in names.items() if "spawn_main" in name]
+    return [int(pid) for pid in children]
 
 
 def wait_for_rows(folder: Path, count: int, driver: "subprocess.Popen[bytes]") -> None:

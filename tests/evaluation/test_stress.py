@@ -152,7 +152,8 @@ def test_unknown_faults_and_phases_are_refused(tree):
         plan_episodes(tester, 1, phases=["wrk"])
 
 
-@pytest.mark.parametrize("before", [True, pytest.param(False, marks=pytest.mark.soak)])
+@pytest.mark.soak
+@pytest.mark.parametrize("before", [True, False])
 def test_an_episode_of_two_arms_does_not_depend_on_the_one_before(before):
     tester = StressTester("two_arms")
     firsts = "left/the first/OpenGripper", "right/the first/OpenGripper"

@@ -1,7 +1,8 @@
-"""A gripper without fingers, from a plugin, does all that a gripper has to; so does none at all."""
+"""The gripper of the template, without fingers, does all that one has to; so does none at all."""
 
+import importlib
 import re
-import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -24,8 +25,7 @@ from bt_manip.behaviours import (
 )
 from bt_manip.bt import NodeStatus, Sequence
 from bt_manip.cell.objects import Cube, Sphere
-from bt_manip.models import bundled_path
-from bt_manip.plugins import Choice, load_plugins
+from bt_manip.models import bundled_path, bundled_root
 from bt_manip.spatial import pose
 
 ARM = """
@@ -40,8 +40,8 @@ frame = "tool"
 """
 MAGNET = """
 [gripper]
-kind = "magnet"
-body = "face"
+kind = "gear"
+face = "face"
 max_force = 60.0
 """
 FACE = """<body name="face" pos="0 0 0.0634">
@@ -50,11 +50,12 @@ FACE = """<body name="face" pos="0 0 0.0634">
 
 
 @pytest.fixture(scope="module")
-def parts():
-    choice = Choice(folders=(Path(__file__).with_name("plugin"),))
-    yield load_plugins(entry_points=(), warn=pytest.fail, choice=choice).parts
-    for name in [name for name in sys.modules if name.startswith("_bt_manip_plugin_")]:
-        del sys.modules[name]
+def parts(parts):
+    """Give the built-in parts and the magnet of the template of a gripper."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(bundled_root("templates") / "gripper")
+        gear = importlib.import_module("bt_manip_gear.gear")
+        yield replace(parts, grippers=parts.grippers.with_part("gear", gear.Gear))
 
 
 @pytest.fixture
@@ -142,8 +143,8 @@ def test_an_object_is_set_down_where_it_shall_stand(with_magnet):
 def test_its_failures_say_what_it_is_at(with_magnet, tmp_path):
     place(with_magnet, Sphere())
     for behaviour, reason in (
-        (Hover(object="thing"), "'thing' has no flat top for a magnet"),
-        (Grasp(object="thing", force=20.0), "the gripper closed without gripping 'thing'"),
+        (Hover(object="thing"), "'thing' has no flat top"),
+        (Grasp(object="thing", force=20.0), "no steady grip after 2 s: presses with 0.0 N at most"),
         (Grasp(object="thing", force=80.0), "the gripper holds with up to 60 N, not 80 N"),
     ):
         assert with_magnet.run(behaviour).status is NodeStatus.FAILURE
@@ -151,10 +152,10 @@ def test_its_failures_say_what_it_is_at(with_magnet, tmp_path):
 
 
 def test_a_wrong_parameter_is_found_before_anything_moves(build):
-    with pytest.raises(Exception, match="bare.toml:.*'gripper.face' means nothing"):
-        build(FACE, MAGNET + 'face = "x"\n')
-    with pytest.raises(Exception, match="unknown gripper 'magnt'; did you mean 'magnet'"):
-        build(FACE, MAGNET.replace('"magnet"', '"magnt"'))
+    with pytest.raises(Exception, match="bare.toml:.*'gripper.body' means nothing"):
+        build(FACE, MAGNET + 'body = "x"\n')
+    with pytest.raises(Exception, match="unknown gripper 'gaer'; did you mean 'gear'"):
+        build(FACE, MAGNET.replace('"gear"', '"gaer"'))
 
 
 def test_an_arm_without_a_gripper_moves_and_its_state_comes_back(without):

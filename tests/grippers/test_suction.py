@@ -240,7 +240,6 @@ def test_wrong_descriptions_are_refused_with_the_key(parts, tmp_path, old, new, 
 @pytest.mark.parametrize(
     ("arm", "model", "cycles"),
     [
-        ("six_joints_cup", "cube", 1),
         ("ur5e_cup", "sphere", 1),
         *(
             pytest.param(arm, model, 20, marks=pytest.mark.soak)

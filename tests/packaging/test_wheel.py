@@ -79,6 +79,7 @@ def test_pick_place_runs_from_the_wheel_in_an_empty_folder(elsewhere, tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["report.json"]
 
 
+@pytest.mark.soak
 def test_two_robots_pick_from_the_wheel_too(elsewhere, tmp_path):
     command = ("bt-manip", "run", "two_arms", "--seed", "1", "--report", "report.json")
     done = run(elsewhere, tmp_path, *command)

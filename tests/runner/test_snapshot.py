@@ -127,7 +127,7 @@ class Memory(Snapshots):
         self.states[name] = self.run.get_state(), self.recorder.get_state()
 
 
-@pytest.mark.parametrize("seed", [0, 1, pytest.param(2, marks=pytest.mark.soak)])
+@pytest.mark.parametrize("seed", [0, *(pytest.param(n, marks=pytest.mark.soak) for n in (1, 2))])
 def test_a_second_pick_of_an_object_continues_from_a_snapshot(make_run, seed):
     T_wo = pose((0.33 + 0.04 * seed, 0.05, 0.0))
     cube = Fixture("cube", "cube", T_wo, free=True, on="table")

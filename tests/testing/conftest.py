@@ -9,6 +9,18 @@ from bt_manip.testing.situations import play
 AFTER_A_MOTION = "after a motion"
 BESIDE_ANOTHER = "holding a cube, another on the table"
 
+LONG = {
+    "goes on from its state": {
+        "joint_targets", "joint_torques", "subtree_choice",
+        "scene two_arms", "scene varied_pick", "tree pick_place_cluttered", "tree two_arms",
+    },
+    "halts in every state": {
+        "Drop", "FollowTarget", "MoveArc", "MoveLinear", "MoveThrough", "PlaceOn", "Reach",
+    },
+    "has the same episodes in any order": {"joint_targets", "joint_torques", "subtree_choice"},
+}  # fmt: skip
+"""Parts by check that takes tenths of a second for each."""
+
 
 @pytest.fixture
 def situations(situations):
@@ -25,3 +37,13 @@ def put_another(station):
     cube = station.models.create("cube")
     station.cell.add(cube, spatial.pose((0.35, -0.15, 1.04)), name="other")
     station.cell.step(100)
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items):
+    """Leave the long checks to soak, but for one part of each kind."""
+    for item in items:
+        names = item.name.partition("[")[2].removesuffix("]")
+        part, _, check = names.rpartition(": ")
+        if part in LONG.get(check, ()):
+            item.add_marker("soak")

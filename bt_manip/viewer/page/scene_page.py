@@ -128,7 +128,8 @@ class ScenePage:
             self._catch_up()
             self._show_scene()
             if now or time_now >= self._next_panels:
-                self._next_panels = time_now + PANEL_PERIOD
+                late = min(max(time_now - self._next_panels, 0.0), PANEL_PERIOD)
+                self._next_panels = time_now - late + PANEL_PERIOD
                 for panel in self._panels:
                     panel.draw()
                 self._publish()

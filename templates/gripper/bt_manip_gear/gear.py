@@ -1,4 +1,4 @@
-"""The gripper: a magnet, in the eight methods that every kind has."""
+"""The gripper: a magnet, in the methods that every kind has, and one."""
 
 import numpy as np
 from bt_manip.exceptions import MotionError
@@ -12,6 +12,7 @@ class Gear(Gripper):
     """Holds by adhesion what touches its face."""
 
     kind = "gear"  # the name that it is registered by
+    memory = ("_force", "_contact")  # what changes during a run
 
     def _build(self, robot):
         super()._build(robot)
@@ -46,14 +47,22 @@ class Gear(Gripper):
         """Force on the held object [N]."""
         return (self._force if self._contact else 0.0,)
 
+    @property
+    def is_free(self):
+        """Whether nothing presses its face, so that it may move away."""
+        return not self._roots(self.robot.mj_data.contact.efc_address >= 0).size
+
     def held_root(self):
         """Return the root body of the free object at the face; 0 for none."""
-        model, data = self.robot.mj_model, self.robot.mj_data
-        pairs = model.geom_bodyid[data.contact.geom]
-        touching = pairs[:, ::-1][np.isin(pairs, self.contact_body_ids)]
-        roots = model.body_rootid[touching]
-        free = roots[model.body_dofnum[roots] == 6]
+        roots = self._roots(slice(None))
+        free = roots[self.robot.mj_model.body_dofnum[roots] == 6]
         return int(free.min()) if free.size and self._force else 0
+
+    def _roots(self, contacts):
+        """Return the root bodies of what touches the face, of some contacts."""
+        model, data = self.robot.mj_model, self.robot.mj_data
+        pairs = model.geom_bodyid[data.contact.geom[contacts]]
+        return model.body_rootid[pairs[:, ::-1][np.isin(pairs, self.contact_body_ids)]]
 
     def set_opening(self, qpos, share=1.0):
         """Write the positions of its joints: there are none."""
@@ -61,14 +70,6 @@ class Gear(Gripper):
     def grasp_generator(self, name, solids, geom_poses, com, rng):
         """Return the grasps of an object."""
         return TopFace(name, solids, com)
-
-    def get_state(self):
-        """Return the state during a run, as plain data."""
-        return {"force": self._force, "contact": self._contact}
-
-    def set_state(self, state):
-        """Restore it."""
-        self._force, self._contact = state["force"], state["contact"]
 
     # Composer calls these.
 

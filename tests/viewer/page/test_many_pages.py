@@ -38,7 +38,7 @@ asyncio.run(main())
 """
 """Opens pages or scenes, the first of which does not read; writes how much the second gets."""
 
-PAGES = 20
+PAGES = 8
 
 TEXT = 200_000
 """Number of characters that are sent at each tick besides what is shown."""
@@ -93,7 +93,7 @@ class Memory(RunObserver):
         return len(self.sums) > 5 and self.sums[-3] - self.sums[2] > SENT
 
 
-def test_twenty_pages_one_of_which_does_not_read_keep_memory_flat(
+def test_eight_pages_one_of_which_does_not_read_keep_memory_flat(
     make_run, page, received, monkeypatch
 ):
     monkeypatch.setattr(page_server, "STALLED", 1000.0)
