@@ -10,7 +10,7 @@ from collections import deque
 from collections.abc import Callable, Collection, Iterable, Iterator
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
-from multiprocessing.context import BaseContext
+from multiprocessing.context import ForkServerContext, SpawnContext
 from typing import Any, NoReturn, Protocol, TypeVar
 
 from bt_manip.exceptions import BtManipError
@@ -187,7 +187,7 @@ class ProcessPool:
             process.kill()
 
 
-def _context() -> BaseContext:
+def _context() -> ForkServerContext | SpawnContext:
     """Return how processes start: forked from one that has imported bt_manip, or each anew.
 
     This process may have threads, whose locks a fork would copy; one that only imports has none,
