@@ -1,5 +1,11 @@
-"""What a step of an environment costs, beside the physics alone over the same states."""
+"""What a step of an environment costs, beside the physics alone over the same states.
 
+``python -m benchmarks.bench_environments`` measures only training with Stable-Baselines3, by an
+interpreter that has it: ``.venv-clients/bin/python`` after ``make test-clients``.
+"""
+
+import functools
+import importlib.util
 import resource
 import statistics
 import time
@@ -141,6 +147,47 @@ def batch(count: int, steps: int = 15) -> tuple[float, ...]:
     return (*medians, memory / count)
 
 
+def training(rounds: int = 3, steps: int = 2048) -> list[tuple[str, str, str]]:
+    """Time PPO in a batch and in processes by the wall, in alternation; none without it."""
+    if importlib.util.find_spec("stable_baselines3") is None:
+        return []
+    import torch
+    from stable_baselines3 import PPO
+    from stable_baselines3.common.vec_env import SubprocVecEnv
+
+    from bt_manip.envs.stable_baselines import BatchVecEnv
+
+    torch.set_num_threads(1)
+    options: dict[str, Any] = {"reward": "dense", "max_episode_steps": 200}
+    single = functools.partial(
+        gymnasium.make, "bt_manip.envs:bt_manip/PickPlace-v0", controller="native_pd", **options
+    )
+    models = [
+        PPO(
+            "MultiInputPolicy", env, n_steps=steps // env.num_envs, batch_size=512, n_epochs=5,
+            device="cpu",
+        )
+        for env in (BatchVecEnv("pick_place", 64, **options), SubprocVecEnv([single, single]))
+    ]  # fmt: skip
+    times: list[list[float]] = [[], []]
+    for number in range(rounds + 1):
+        for model, found in zip(models, times, strict=True):
+            start = time.perf_counter()
+            model.learn(steps, reset_num_timesteps=False)
+            if number:  # the first one starts episodes and pages
+                found.append(time.perf_counter() - start)
+    for model in models:
+        model.get_env().close()
+    batched, apart = (steps / statistics.median(one) for one in times)
+    return [
+        (
+            "training by PPO in a batch of 64, updates included, pick_place, dense reward",
+            f"{batched:.0f} steps/s",
+            f"{batched / apart:.1f} times SubprocVecEnv of two, {apart:.0f} steps/s",
+        )
+    ]
+
+
 def rows() -> list[tuple[str, str, str]]:
     """Give the figures: what, how much, beside what."""
     found = []
@@ -171,4 +218,10 @@ def rows() -> list[tuple[str, str, str]]:
             f"{rate * single:.1f} times one environment, {rate * native:.1f} with native_pd",
         ),
         ("memory of an environment in a batch", f"{memory / 1e6:.1f} MB", ""),
+        *training(),
     ]
+
+
+if __name__ == "__main__":
+    for row in training():
+        print(*row, sep=": ")

@@ -27,11 +27,13 @@ def pose(
     p = np.asarray(position, dtype=float)
     w, x, y, z = quat_wxyz.tolist() if isinstance(quat_wxyz, np.ndarray) else map(float, quat_wxyz)
     norm = math.sqrt(w * w + x * x + y * y + z * z)
-    if p.shape != (3,) or not all(map(math.isfinite, p.tolist())):
+    numbers = p.tolist()
+    if p.shape != (3,) or not all(map(math.isfinite, numbers)):
         raise ValueError(f"a position is three finite numbers [m], got {position!r}")
     if not math.isfinite(norm) or norm < 1e-9:
         raise ValueError(f"a quaternion is four finite numbers, not all zero, got {quat_wxyz!r}")
-    return pin.SE3(pin.Quaternion(w / norm, x / norm, y / norm, z / norm).matrix(), p)
+    numbers += (x / norm, y / norm, z / norm, w / norm)
+    return pin.XYZQUATToSE3(np.array(numbers))
 
 
 def quat_wxyz(T: pin.SE3) -> np.ndarray:

@@ -86,17 +86,17 @@ class StepReference(Reference):
                 otherwise only that of this joint.
         """
         T, limits = self._duration, self._limits
-        start = np.clip(self.q, measured - MAX_LAG, measured + MAX_LAG)
+        start = self.q.clip(measured - MAX_LAG, measured + MAX_LAG)
         if (start != self.q).any():  # blocked: it goes on from near the measured joints
             self._before = start.copy()
             self.v[start != self.q] = 0.0
-        move, most = np.clip(q, limits.lower, limits.upper) - start, limits.velocity * T
+        move, most = q.clip(limits.lower, limits.upper) - start, limits.velocity * T
         if uniformly:
             move = move / max(1.0, float((np.abs(move) / most).max()))
-        end = start + np.clip(move, -most, most)
+        end = start + move.clip(-most, most)
         v_end = end_velocity(end - start, start - self._before, T)
-        v_end = np.clip(v_end, -limits.velocity, limits.velocity)
-        rows = self._basis @ np.stack([start, end, self.v, v_end])
+        v_end = v_end.clip(-limits.velocity, limits.velocity)
+        rows = self._basis @ np.array([start, end, self.v, v_end])
         self._rows = rows.reshape(len(rows), -1)
         self._before, self._step = start, 0
         self._now[:] = self._rows[0]

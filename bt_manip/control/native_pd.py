@@ -102,7 +102,10 @@ class NativePD(Controller):
             a_ref: Reference accelerations [rad/s2].  # (n, nv)
         """  # (n, nv) [N m]
         n, every = len(q_ref), FEEDFORWARD_STEPS
-        held = [feedforward(model, q_ref[i], v_ref[i], a_ref[i]) for i in range(0, n, every)]
+        q, v, a = q_ref[::every], v_ref[::every], a_ref[::every]
+        held = _losses(model, v)
+        for i, row in enumerate(held):
+            row += model.rnea(q[i], v[i], a[i])
         return self._signal(q_ref, v_ref, np.repeat(held, every, axis=0)[:n])
 
     def _signal(self, q_ref: np.ndarray, v_ref: np.ndarray, tau: np.ndarray) -> np.ndarray:
@@ -138,5 +141,9 @@ def feedforward(
         v_ref: Reference velocities [rad/s].  # (nv,)
         a_ref: Reference accelerations [rad/s2].  # (nv,)
     """  # (nv,)
-    losses = model.damping * v_ref + model.friction * np.tanh(v_ref / _FRICTION_VELOCITY)
-    return model.rnea(q_ref, v_ref, a_ref) + losses
+    return model.rnea(q_ref, v_ref, a_ref) + _losses(model, v_ref)
+
+
+def _losses(model: RobotModel, v: np.ndarray) -> np.ndarray:
+    """Return the torques against damping and dry friction [N m]."""  # (..., nv)
+    return model.damping * v + model.friction * np.tanh(v / _FRICTION_VELOCITY)

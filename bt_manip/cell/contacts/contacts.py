@@ -38,6 +38,15 @@ class ContactPoint(NamedTuple):
     force: float  # [N] along the normal, never negative
 
 
+class _Views(NamedTuple):
+    """Views of MuJoCo's contacts."""
+
+    geoms: np.ndarray  # (n, 2)
+    addresses: np.ndarray  # (n,) of their constraints
+    positions: np.ndarray  # (n, 3) [m]
+    frames: np.ndarray  # (n, 3, 3) axes as rows
+
+
 class Contacts:
     """The contacts of the last step, by the names of bodies and entities.
 
@@ -52,20 +61,21 @@ class Contacts:
         self._data = data
         self._body_names = body_names
         self._force = np.zeros(6)
-        self._views: dict[int, tuple[np.ndarray, np.ndarray]] = {}
+        self._linear, self._angular = self._force[:3], self._force[3:]
+        self._views: dict[int, _Views] = {}
 
     def fingerprint(self) -> bytes:
         """Return bytes that change when the set of active contacts does, and seldom otherwise."""
-        geoms, addresses = self._view()
-        return geoms.tobytes() + addresses.tobytes()
+        view = self._view()
+        return view.geoms.tobytes() + view.addresses.tobytes()
 
     def pairs(self) -> list[tuple[str, str]]:
         """Return the pairs of bodies in contact, each once, sorted."""
         body = self._body_names.of_geom
-        geoms, addresses = self._view()
+        view = self._view()
         found = {
             (body[a], body[b]) if body[a] < body[b] else (body[b], body[a])
-            for a, b in set(map(tuple, geoms[addresses >= 0].tolist()))
+            for a, b in set(map(tuple, view.geoms[view.addresses >= 0].tolist()))
         }
         return sorted(found)
 
@@ -153,13 +163,13 @@ class Contacts:
             origin = self._data.xpos[self._body_names.body_ids(name)[0]]
             point = frame.translation if frame is not None else origin
         force, torque = np.zeros(3), np.zeros(3)
-        positions = self._data.contact.pos
+        positions = self._view().positions
         # The contact force points from the first geom to the second.
         for index, sign in self._contacts_between(others, mine):
             axes = self._contact_force(index)
-            f = sign * (self._force[:3] @ axes)
+            f = sign * (self._linear @ axes)
             force += f
-            torque += cross(positions[index] - point, f) + sign * (self._force[3:] @ axes)
+            torque += cross(positions[index] - point, f) + sign * (self._angular @ axes)
         if frame is not None:
             force, torque = frame.rotation.T @ force, frame.rotation.T @ torque
         return Wrench(force, torque)
@@ -184,10 +194,10 @@ class Contacts:
 
     def _active(self) -> np.ndarray:
         """Mask the active contacts: those inside a margin only have no constraint address."""
-        return self._view()[1] >= 0
+        return self._view().addresses >= 0
 
-    def _view(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return views of the geoms and the constraint addresses of the contacts.
+    def _view(self) -> "_Views":
+        """Return views of the contacts.
 
         MuJoCo stores contacts at a fixed address, so the views of a number of contacts are kept:
         making them takes longer than reading them.
@@ -195,7 +205,9 @@ class Contacts:
         n = self._data.ncon
         if n not in self._views:
             contact = self._data.contact
-            self._views[n] = contact.geom, contact.efc_address
+            self._views[n] = _Views(
+                contact.geom, contact.efc_address, contact.pos, contact.frame.reshape(n, 3, 3)
+            )
         return self._views[n]
 
     def _sides(self, name: str, other: str | None) -> tuple[np.ndarray, np.ndarray]:
@@ -204,18 +216,17 @@ class Contacts:
 
     def _contacts_between(self, first: np.ndarray, second: np.ndarray) -> list[tuple[int, float]]:
         """Return the contacts of two sets of geoms, with sign +1 if the first set comes first."""
-        geoms = self._data.contact.geom
-        a, b = geoms[:, 0], geoms[:, 1]
+        a, b = self._view().geoms.T
         active = self._active()
         forth = active & first[a] & second[b]
         back = active & first[b] & second[a] & ~forth
         signed = np.flatnonzero(forth | back)
-        return [(int(i), 1.0 if forth[i] else -1.0) for i in signed]
+        return [(i, 1.0 if forth[i] else -1.0) for i in signed.tolist()]
 
     def _contact_force(self, index: int) -> np.ndarray:
         """Read a contact's force and torque into the buffer; return its axes as rows."""  # (3, 3)
         mujoco.mj_contactForce(self._model, self._data, index, self._force)
-        return self._data.contact.frame[index].reshape(3, 3)
+        return self._view().frames[index]
 
 
 class ContactEvent(NamedTuple):
