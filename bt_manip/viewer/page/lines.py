@@ -92,7 +92,9 @@ class GraspLines:
             checked: The grasps.
             T_wo: Pose of their object.
         """
-        if checked is self._drawn and (checked is None or self._T_wo.actInv(T_wo).isIdentity(SAME_POSE)):
+        if checked is self._drawn and (
+            checked is None or self._T_wo.actInv(T_wo).isIdentity(SAME_POSE)
+        ):
             return
         self._drawn, self._T_wo = checked, T_wo
         found: dict[str, list[np.ndarray]] = {kind: [] for kind in GRASP_COLOURS}
