@@ -5,6 +5,9 @@ import pytest
 
 from tests.browser.conftest import Window, wait_until
 
+TOOL = 0.1034
+"""Distance of the Panda's tool from its hand [m]."""
+
 
 @pytest.fixture(scope="module")
 def window(start, open_window) -> Window:
@@ -33,22 +36,26 @@ def test_a_joint_slider_moves_the_arm_which_is_saved_by_name(window):
 def test_the_tool_follows_the_handle_that_the_mouse_drags_by_an_arrow(window):
     window.open_tab("Jog")
     hand, handle = "/panda/panda:hand", "/jog/panda"
+
+    def settled() -> bool:
+        """Return whether the handle is at the tool, where it is while the arm rests."""
+        return abs(np.linalg.norm(window.position(hand) - window.position(handle)) - TOOL) < 1e-3
+
+    wait_until(settled)
     before = window.position(hand)
     arrow = (0.0, 0.0, -0.12)  # the tool points down, and so does the arrow of its z axis
 
     def drag(distance: float) -> None:
         up = (0.0, 0.0, arrow[2] + distance)
+        wait_until(settled)
         window.drag(window.pixel(handle, arrow), window.pixel(handle, up))
 
     drag(0.1)
     expected = before + (0.0, 0.0, 0.1)
     wait_until(lambda: np.abs(window.position(hand) - expected).max() < 0.005)
-    offset = window.position(hand) - window.position(handle)
     drag(2.0)  # out of reach
     window.wait_for_text("the pose is unreachable")
-    wait_until(
-        lambda: np.abs(window.position(hand) - offset - window.position(handle)).max() < 1e-3
-    )
+    wait_until(settled)
     assert np.abs(window.position(hand) - expected).max() < 0.005
 
 
