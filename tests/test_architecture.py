@@ -65,6 +65,7 @@ WITHIN_LAYER = {
     ("testing", "evaluation"),
     ("testing", "envs"),
     ("envs", "evaluation"),
+    ("demonstrations", "evaluation"),
     ("robot_setup", "testing"),
     ("groot", "record"),
     ("viewer", "record"),

@@ -17,7 +17,7 @@ STABLE = {
         "SyncAction Decorator LoopString"
     ),
     "bt_manip.behaviours": (
-        "CellBehaviour MotionBehaviour SpawnObject RemoveObject ObjectExists IsIn IsOn Hover Reach "
+        "CellBehaviour MotionBehaviour SpawnObject RemoveObject ObjectExists IsIn Hover Reach "
         "Grasp Lift Drop PlaceOn PlaceAt IsHolding OpenGripper CloseGripper MoveToPose "
         "MoveToConfiguration MoveHome MoveLinear MoveThrough MoveArc Approach Retreat BackOff "
         "SetSpeed SwitchController WaitUntilAtRest WaitUntilUndisturbed ArmBehaviour "
@@ -65,7 +65,7 @@ EXPERIMENTAL = {
     ),
     "bt_manip.cell": (
         "CellError OverlapError PhysicsDiverged Region Camera looking_at at_rest is_in is_on "
-        "entity_of extent bottom_of why_not_in why_not_on why_not_in as_object ContactEvent "
+        "entity_of extent bottom_of why_not_on why_not_in as_object ContactEvent "
         "ParametricEntity unique_name"
     ),
     "bt_manip.cell.objects": (

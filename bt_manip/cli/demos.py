@@ -80,6 +80,11 @@ def demos() -> None:
     "--seed", type=click.IntRange(min=0), default=0, show_default=True, metavar="S",
     help="Seed of all randomness.",
 )  # fmt: skip
+@click.option(
+    "--vary", "varied", multiple=True, metavar="KEY=VALUE",
+    help="Set a parameter that bt-manip sweep varies, such as scene.mass=2, a level of bt-manip "
+    "list tasks TREE; may be given more than once.",
+)  # fmt: skip
 @click.option("--all", "failures", is_flag=True, help="Keep the steps of failed episodes too.")
 @click.option(
     "--images", default="", metavar="CAMERA,CAMERA", help="Record images of these cameras."
@@ -96,6 +101,7 @@ def record(
     size: str,
     workers: int | None,
     seed: int,
+    varied: tuple[str, ...],
     options: StationOptions,
 ) -> int:
     """Record what the tree does in episodes with different starts.
@@ -110,7 +116,7 @@ def record(
     else:
         os.environ.setdefault("MUJOCO_GL", "disable")
     from bt_manip.demonstrations import DemonstrationRecorder, DemonstrationStore
-    from bt_manip.evaluation import call_in_process
+    from bt_manip.evaluation import call_in_process, parse_point
     from bt_manip.record import RecordingError, parse_size
 
     load_chosen_plugins()  # warns of broken ones
@@ -123,6 +129,7 @@ def record(
         size=parse_size(size),
         failures=failures,
         seed=seed,
+        vary=parse_point(varied),
         **options.request_fields,
     )
     identity = call_in_process("the first episode", partial(_identify, make_recorder))

@@ -98,6 +98,7 @@ def _env_args(manifest: Mapping[str, Any], actions: str) -> dict[str, Any]:
     """
     given = {key: manifest[key] for key in ("tree", "scene", "settings", "images")}
     kwargs = {**given, **_parts(manifest), "tick": manifest["tick_s"], "action": actions}
+    kwargs |= {"vary": manifest["varied"]} if "varied" in manifest else {}
     return {"env_name": manifest["tree"], "type": GYM_TYPE, "env_kwargs": kwargs}
 
 

@@ -1,7 +1,7 @@
 """Recording of a tree's expert, at the rate of an environment."""
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,7 @@ from bt_manip.agents import (
 )
 from bt_manip.bt import NodeStatus
 from bt_manip.demonstrations.store import Demonstration, DemonstrationStore
+from bt_manip.evaluation import varied
 from bt_manip.exceptions import ANY_BUT_INTERRUPT, reason_of
 from bt_manip.plugins import load_plugins
 from bt_manip.record import cpu_name, identify, versions
@@ -53,6 +54,7 @@ class DemonstrationRecorder:
         cameras: Sequence[str] = (),
         size: tuple[int, int] = (128, 128),
         failures: bool = False,
+        vary: Mapping[str, Any] | None = None,
         **options: Any,
     ) -> None:
         """Load the plugins and build the station.
@@ -64,6 +66,7 @@ class DemonstrationRecorder:
             cameras: Cameras whose images are observed.
             size: Width and height of the images [pixels].
             failures: Whether the steps of failed episodes are kept.
+            vary: Parameters as of ``bt-manip run --vary``, by name.
             **options: Fields of `bt_manip.runner.RunRequest`; None: the default.
 
         Raises:
@@ -71,10 +74,12 @@ class DemonstrationRecorder:
         """
         parts = load_plugins(choice=choice, warn=lambda message: None).parts
         request = request_of(tree, parts, tick=STEP, **options)
+        request, parts = varied(request, parts, vary or {})
         self.folder, self.failures = folder, failures
         self._images = Images(("rgb",) if cameras else (), tuple(cameras), *size)
         self.episodes = Episodes(request, parts)
         self._run = self.episodes.run
+        self._run.identity |= {"varied": dict(vary)} if vary else {}
         self._actions = [action_kind(name, self.episodes) for name in ACTION_KINDS]
         nodes = self._run.tree.nodes
         self._leaves = {i: node.path for i, node in enumerate(nodes) if not node.links}

@@ -57,6 +57,11 @@ def picked(tmp_path_factory):
     return [recorder.record(episode) for episode in (0, 1)]
 
 
+def test_parameters_that_were_set_belong_to_the_identity(make_recorder, recorder):
+    assert make_recorder(vary={"scene.mass": 2}).identity()["varied"] == {"scene.mass": 2}
+    assert "varied" not in recorder.identity()
+
+
 def reproduce(episodes, demonstration, kind):
     """Repeat the actions; return the largest error of each observation, and the success."""
     episodes.reset(0, demonstration.episode)

@@ -34,6 +34,15 @@ def test_a_state_keeps_how_low_objects_may_lie(parts):
     assert not task.outcome().failure
 
 
+def test_a_level_is_drawn_in_each_episode(parts):
+    task = LearningTask("pick_place", parts=parts, vary={"scene.mass": 2})
+    masses = []
+    for episode in (0, 1):
+        task.reset(0, episode)
+        masses.append(task.episodes.station.randomizer.sampled["objects"]["cube"]["mass"])
+    assert masses[0] != masses[1]
+
+
 def test_a_state_after_the_end_of_an_episode_keeps_the_verdict_on_objects_that_have_left(parts):
     task = LearningTask("pick_place", parts=parts, reward="dense")
     task.reset(0)
