@@ -22,15 +22,7 @@ warnings.filterwarnings(
     r".*(X11: (The DISPLAY environment variable|Failed to open)|GLFW library is not initialized)",
 )
 
-__getattr__ = lazy_exports(
-    __name__,
-    {
-        "bt_manip.bt": "load_tree",
-        "bt_manip.hookspecs": "hookimpl",
-        "bt_manip.plugins": "build_station load_plugins",
-        "bt_manip.version": "__version__",
-    },
-)
+__getattr__ = lazy_exports(__name__, __file__)
 
 
 def _installed_parts() -> Any:

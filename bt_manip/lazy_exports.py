@@ -1,24 +1,32 @@
 """Packages that import their exported names on first use."""
 
+import ast
 import importlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
 from typing import Any
 
 
-def lazy_exports(package: str, exports: Mapping[str, str]) -> Callable[[str], Any]:
+def lazy_exports(package: str, file: str) -> Callable[[str], Any]:
     """Make a package's ``__getattr__`` (PEP 562), for exports that are expensive to import.
 
-    Type checkers read the same imports under ``if TYPE_CHECKING``; a test compares the two.
+    They are the names that it imports under ``if TYPE_CHECKING``, as type checkers read them.
 
     Args:
-        package: Full name of the package.
-        exports: The names exported from each module, separated by blanks.
+        package: Full name of the package, its ``__name__``.
+        file: Its ``__file__``, which is parsed when the first name is used.
     """
-    modules = {name: module for module, names in exports.items() for name in names.split()}
+
+    @cache
+    def modules() -> dict[str, str]:
+        statements = ast.walk(ast.parse(Path(file).read_bytes()))
+        imports = [one for one in statements if isinstance(one, ast.ImportFrom)]
+        return {alias.name: str(one.module) for one in imports for alias in one.names}
 
     def get(name: str) -> Any:
-        if name not in modules:
+        if name not in modules():
             raise AttributeError(f"module '{package}' has no attribute {name!r}")
-        return getattr(importlib.import_module(modules[name]), name)
+        return getattr(importlib.import_module(modules()[name]), name)
 
     return get

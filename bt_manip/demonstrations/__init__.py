@@ -18,13 +18,4 @@ if TYPE_CHECKING:
     from bt_manip.demonstrations.store import DemonstrationStore as DemonstrationStore
     from bt_manip.demonstrations.store import read_demonstrations as read_demonstrations
 
-__getattr__ = lazy_exports(
-    __name__,
-    {
-        "bt_manip.demonstrations.export_lerobot": "write_lerobot",
-        "bt_manip.demonstrations.export_parquet": "write_demonstration_table",
-        "bt_manip.demonstrations.export_robomimic": "write_robomimic",
-        "bt_manip.demonstrations.recorder": "DemonstrationRecorder",
-        "bt_manip.demonstrations.store": "Demonstration DemonstrationStore read_demonstrations",
-    },
-)
+__getattr__ = lazy_exports(__name__, __file__)

@@ -43,23 +43,4 @@ if TYPE_CHECKING:
     from bt_manip.evaluation.variation import samples as samples
     from bt_manip.evaluation.variation import varied as varied
 
-__getattr__ = lazy_exports(
-    __name__,
-    {
-        "bt_manip.evaluation.engine": (
-            "Pool ProcessPool Worker WorkerDiedError call_in_process run_episodes"
-        ),
-        "bt_manip.evaluation.episode": "EpisodeId EpisodeResult EpisodeWorker Evaluation",
-        "bt_manip.evaluation.paired": "PairedTable mcnemar_p_value newcombe_interval",
-        "bt_manip.evaluation.ray_pool": "RayPool",
-        "bt_manip.evaluation.results": "ResultFolder read_results",
-        "bt_manip.evaluation.scheduling": "evaluate",
-        "bt_manip.evaluation.stress": (
-            "StressEpisode StressPhase StressResult StressTester lost_stress plan_episodes"
-        ),
-        "bt_manip.evaluation.stress_table": "LEGEND StressTable",
-        "bt_manip.evaluation.success": "Failure SuccessRate wilson_interval",
-        "bt_manip.evaluation.success_page": "results_page",
-        "bt_manip.evaluation.variation": "Parameter grid parse_parameter samples varied",
-    },
-)
+__getattr__ = lazy_exports(__name__, __file__)

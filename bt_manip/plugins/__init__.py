@@ -21,14 +21,4 @@ if TYPE_CHECKING:
     from bt_manip.plugins.watching import guarded as guarded
     from bt_manip.plugins.watching import plugin_observers as plugin_observers
 
-__getattr__ = lazy_exports(
-    __name__,
-    {
-        "bt_manip.plugins.entry_points": "PREFIX Choice names_of",
-        "bt_manip.plugins.loading": "load_plugins",
-        "bt_manip.plugins.plugin": "BUILTIN Plugin Plugins PluginWarning",
-        "bt_manip.plugins.scaffold": "write_plugin",
-        "bt_manip.plugins.stations": "build_station",
-        "bt_manip.plugins.watching": "guarded plugin_observers",
-    },
-)
+__getattr__ = lazy_exports(__name__, __file__)

@@ -52,31 +52,4 @@ if TYPE_CHECKING:
     from bt_manip.record.video.export_video import write_video as write_video
     from bt_manip.record.video.video_recorder import VideoRecorder as VideoRecorder
 
-__getattr__ = lazy_exports(
-    __name__,
-    {
-        "bt_manip.record.files": (
-            "FileInUseError RecordingError check_exists check_writable open_output reading "
-            "whole_file writing"
-        ),
-        "bt_manip.record.identification": "identify identity_differences",
-        "bt_manip.record.mcap.camera_images": "parse_size",
-        "bt_manip.record.mcap.continuation": "Continuation RecordedInterventions",
-        "bt_manip.record.mcap.export_mcap": "write_mcap",
-        "bt_manip.record.mcap.mcap_recorder": "McapRecorder",
-        "bt_manip.record.mcap.recorded_run": "Interval RecordedCycle RecordedRun running_leaves",
-        "bt_manip.record.mcap.recorded_scene": "RecordedScene",
-        "bt_manip.record.mcap.recording": "Recording",
-        "bt_manip.record.mcap.timeline": "Timeline",
-        "bt_manip.record.report.recorder": "Recorder",
-        "bt_manip.record.report.report_file": "ReportFile open_report_file read_report",
-        "bt_manip.record.report.run_report": (
-            "CycleReport GrippedObject LeafTime LeafUse RunReport TrackingPeak cpu_name versions"
-        ),
-        "bt_manip.record.report.run_snapshot": "SnapshotAt restore_snapshot",
-        "bt_manip.record.tables.export_table": "write_csv write_parquet",
-        "bt_manip.record.tables.trace": "Trace read_trace write_trace",
-        "bt_manip.record.video.export_video": "write_video",
-        "bt_manip.record.video.video_recorder": "VideoRecorder",
-    },
-)
+__getattr__ = lazy_exports(__name__, __file__)

@@ -27,17 +27,4 @@ if TYPE_CHECKING:
     from bt_manip.testing.tree_runs import run_tree as run_tree
     from bt_manip.testing.trial import Trial as Trial
 
-__getattr__ = lazy_exports(
-    __name__,
-    {
-        "bt_manip.testing.behaviour_contract": "Example",
-        "bt_manip.testing.contracts": "contracts_of trees_of",
-        "bt_manip.testing.device_contract": "DEVICE_CONTRACT recovers_from_a_problem",
-        "bt_manip.testing.end_states": "assert_stands_still assert_touches_only assert_tower",
-        "bt_manip.testing.robot_contract": "ROBOT_CONTRACT RobotCase",
-        "bt_manip.testing.situations": "AT_REST Situations built_in_situations play",
-        "bt_manip.testing.stubs": "Stub",
-        "bt_manip.testing.tree_runs": "run_tree",
-        "bt_manip.testing.trial": "Trial",
-    },
-)
+__getattr__ = lazy_exports(__name__, __file__)

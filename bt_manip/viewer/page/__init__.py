@@ -29,22 +29,4 @@ if TYPE_CHECKING:
     from bt_manip.viewer.page.tree_panel import NodePanel as NodePanel
     from bt_manip.viewer.page.tree_panel import TreePanel as TreePanel
 
-__getattr__ = lazy_exports(
-    __name__,
-    {
-        "bt_manip.viewer.page.error_plot": "ErrorPlot",
-        "bt_manip.viewer.page.gui": "GuiElement Gui",
-        "bt_manip.viewer.page.jog_panel": "JogPanel",
-        "bt_manip.viewer.page.log_panel": "BlackboardPanel LogPanel",
-        "bt_manip.viewer.page.page": "Page",
-        "bt_manip.viewer.page.panel": "Panel",
-        "bt_manip.viewer.page.overlay_panel": "OverlayPanel",
-        "bt_manip.viewer.page.pull_panel": "PullPanel",
-        "bt_manip.viewer.page.replay_page": "ReplayPage",
-        "bt_manip.viewer.page.scene": "SceneView",
-        "bt_manip.viewer.page.server": "PORT close_server open_server",
-        "bt_manip.viewer.page.session_panel": "RunChoice SessionPanel",
-        "bt_manip.viewer.page.timeline_panel": "TimelinePanel",
-        "bt_manip.viewer.page.tree_panel": "NodePanel TreePanel",
-    },
-)
+__getattr__ = lazy_exports(__name__, __file__)
