@@ -47,7 +47,6 @@ from .predicates import is_on as is_on
 from .predicates import is_rest_velocity as is_rest_velocity
 from .predicates import why_not_at_rest as why_not_at_rest
 from .predicates import why_not_in as why_not_in
-from .predicates import why_not_in_any as why_not_in_any
 from .predicates import why_not_on as why_not_on
 from .region import Region as Region
 from .rendering import FrameRenderer as FrameRenderer
