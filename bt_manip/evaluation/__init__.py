@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 from bt_manip.lazy_exports import lazy_exports
 
 if TYPE_CHECKING:
-    from bt_manip.evaluation.engine import Pool as Pool
     from bt_manip.evaluation.engine import ProcessPool as ProcessPool
     from bt_manip.evaluation.engine import Worker as Worker
     from bt_manip.evaluation.engine import WorkerDiedError as WorkerDiedError
