@@ -4,7 +4,7 @@ from bt_manip.bt import Input, Status
 from bt_manip.grasping import check_friction
 from bt_manip.robots import GRIP_FORCE, Gripper
 
-from .arm_behaviour import ArmBehaviour
+from .arm_behaviour import GripperBehaviour
 from .automatic import number_or_auto
 from .payload import payload_of
 
@@ -26,7 +26,7 @@ def preferred_force_input() -> Input:
     )
 
 
-class Grasp(ArmBehaviour):
+class Grasp(GripperBehaviour):
     """Close the gripper on an object until the grip is steady.
 
     The grip is steady when its force has stayed near the commanded one for a while; the impact of
@@ -36,8 +36,6 @@ class Grasp(ArmBehaviour):
     turns presses the object on its support, and pushes the arm aside.
     """
 
-    needs_gripper = True
-
     object = Input(str, doc="Name of the object.")
     force = number_or_auto(
         "Gripping force at each contact [N]; auto: the preferred one, or 0.8 of the gripper's "
@@ -46,8 +44,7 @@ class Grasp(ArmBehaviour):
     preferred_force = preferred_force_input()
     patience = Input(float, default=2.0, doc="Timeout in simulated time [s].")
 
-    amounts = {"patience": "s"}
-    memory = (*ArmBehaviour.memory, "_force")
+    memory = (*GripperBehaviour.memory, "_force")
 
     _force = 0.0  # [N] commanded
 
@@ -82,8 +79,3 @@ class Grasp(ArmBehaviour):
             )
         self.arm.payload = payload_of(self.cell, self.object, self.T_wt)
         return Status.SUCCESS
-
-    def terminate(self, new_status: Status) -> None:
-        """Stop closing when halted."""
-        if new_status == Status.INVALID:
-            self.stop_gripper()
