@@ -116,7 +116,7 @@ class ArmAction(ActionKind):
                 f"({', '.join(self.space.names)}), got {action}"
             )
         numbers = np.clip(action, self.space.low, self.space.high)
-        self._take_over()
+        self.take_over()
         at = 0
         self._late = []
         for one, reference in zip(self._robots, self._references, strict=True):
@@ -146,11 +146,18 @@ class ArmAction(ActionKind):
         return bool(self._late)
 
     def take_over(self) -> list[StepReference]:
-        """Let the robots follow new references, or the present ones; return those.
+        """Take the robots over from the tree, once in an episode; return their references.
 
         The first command of an episode does so too.
         """
-        self._take_over()
+        if self._acts:
+            return self._references
+        self._episodes.release()
+        steps = round(self._episodes.step_time / self._episodes.station.cell.dt)
+        self._references = [StepReference(one.arm.q, one.arm.model, steps) for one in self._robots]
+        for one, reference in zip(self._robots, self._references, strict=True):
+            reference.payload = one.arm.payload
+            one.controllers.reference = reference
         return self._references
 
     def follow(self, references: list[StepReference]) -> None:
@@ -176,8 +183,7 @@ class ArmAction(ActionKind):
     def set_state(self, state: Any) -> None:
         """Restore a state of `get_state`."""
         if state is not None:
-            self._take_over()
-            for reference, values in zip(self._references, state, strict=True):
+            for reference, values in zip(self.take_over(), state, strict=True):
                 reference.set_state(values)
 
     @property
@@ -187,17 +193,6 @@ class ArmAction(ActionKind):
             one.controllers.reference is reference
             for one, reference in zip(self._robots, self._references, strict=True)
         )
-
-    def _take_over(self) -> None:
-        """Take the robots over from the tree, once in an episode."""
-        if self._acts:
-            return
-        self._episodes.release()
-        steps = round(self._episodes.step_time / self._episodes.station.cell.dt)
-        self._references = [StepReference(one.arm.q, one.arm.model, steps) for one in self._robots]
-        for one, reference in zip(self._robots, self._references, strict=True):
-            reference.payload = one.arm.payload
-            one.controllers.reference = reference
 
     def _grip(self, one: CommandedRobot, reference: StepReference | None, close: bool) -> None:
         """Open or close the gripper, and let the reference know what it holds."""
@@ -284,11 +279,13 @@ class JointTorques(ArmAction):
         for one in self._robots:
             one.controllers.add(TorqueCommand.kind, TorqueCommand)
 
-    def _take_over(self) -> None:
-        super()._take_over()
+    def take_over(self) -> list[StepReference]:
+        """Take the robots over, and let the controller of the torques command them."""
+        references = super().take_over()
         for one in self._robots:
             if one.controllers.active != TorqueCommand.kind:
                 one.controllers.activate(TorqueCommand.kind)
+        return references
 
     def _move(self, one: CommandedRobot, reference: StepReference, numbers: np.ndarray) -> None:
         one.controllers.controller.command = numbers

@@ -19,6 +19,7 @@ from .drop import Drop as Drop
 from .follow_target import FollowTarget as FollowTarget
 from .grasp import Grasp as Grasp
 from .grasp import default_force as default_force
+from .grasp import payload_of as payload_of
 from .hover import Hover as Hover
 from .lift import Lift as Lift
 from .move_to_configuration import MoveToConfiguration as MoveToConfiguration
@@ -33,7 +34,6 @@ from .moves import PlannedMove as PlannedMove
 from .moves import Retreat as Retreat
 from .open_and_close import CloseGripper as CloseGripper
 from .open_and_close import OpenGripper as OpenGripper
-from .payload import payload_of as payload_of
 from .place import PlaceAt as PlaceAt
 from .place import PlaceOn as PlaceOn
 from .poses import bottom_pose as bottom_pose
@@ -48,9 +48,9 @@ from .poses import poses_output as poses_output
 from .poses import top_grasp_poses as top_grasp_poses
 from .poses import yaw_of as yaw_of
 from .reach import Reach as Reach
-from .remove_object import RemoveObject as RemoveObject
 from .robot_port import RobotCondition as RobotCondition
-from .spawn_object import SpawnObject as SpawnObject
+from .spawn_and_remove import RemoveObject as RemoveObject
+from .spawn_and_remove import SpawnObject as SpawnObject
 from .stop_and_recover import Recover as Recover
 from .stop_and_recover import SetSpeed as SetSpeed
 from .stop_and_recover import Stop as Stop

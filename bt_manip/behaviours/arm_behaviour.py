@@ -213,6 +213,19 @@ def blend_radius_input() -> Input:
     )
 
 
+class GripperBehaviour(ArmBehaviour):
+    """A behaviour that opens or closes the gripper, for a time of its port ``patience`` at most."""
+
+    needs_gripper = True
+
+    amounts = {"patience": "s"}
+
+    def terminate(self, new_status: Status) -> None:
+        """Stop the gripper when halted."""
+        if new_status == Status.INVALID:
+            self.stop_gripper()
+
+
 class MotionBehaviour(ArmBehaviour):
     """Start a motion, wait until the arm has arrived, and stop it when halted.
 

@@ -1,12 +1,41 @@
-"""Grasp an object."""
+"""Grasp an object; the payload that it becomes."""
 
+import numpy as np
+import pinocchio as pin
+
+from bt_manip import spatial
 from bt_manip.bt import Input, Status
+from bt_manip.cell import Cell
 from bt_manip.grasping import check_friction
-from bt_manip.robots import GRIP_FORCE, Gripper
+from bt_manip.robots import GRIP_FORCE, Gripper, Payload
 
-from .arm_behaviour import ArmBehaviour
+from .arm_behaviour import GripperBehaviour
 from .automatic import number_or_auto
-from .payload import payload_of
+
+
+def payload_of(cell: Cell, name: str, T_wt: pin.SE3) -> Payload:
+    """Return an object's mass, centre of mass and inertia in the frame of the tool that holds it.
+
+    Args:
+        cell: The cell that the object is in.
+        name: The object's name.
+        T_wt: Pose of the tool in the world.
+    """
+    model = cell.nominal_model  # without randomization
+    root = cell.body_id(name)
+    T_wo = cell.pose(name)
+    total = pin.Inertia.Zero()
+    for body in range(root, model.nbody):
+        if model.body_rootid[body] != model.body_rootid[root]:
+            continue
+        T_wb = spatial.pose(cell.data.xpos[body], cell.data.xquat[body])
+        T_bi = spatial.pose(model.body_ipos[body], model.body_iquat[body])
+        principal = pin.Inertia(
+            float(model.body_mass[body]), np.zeros(3), np.diag(model.body_inertia[body])
+        )
+        total += (T_wo.actInv(T_wb) * T_bi).act(principal)
+    in_tool = T_wt.actInv(T_wo).act(total)
+    return Payload(in_tool.mass, in_tool.lever, in_tool.inertia)
 
 
 def default_force(gripper: Gripper, preferred: float = GRIP_FORCE) -> float:
@@ -26,7 +55,7 @@ def preferred_force_input() -> Input:
     )
 
 
-class Grasp(ArmBehaviour):
+class Grasp(GripperBehaviour):
     """Close the gripper on an object until the grip is steady.
 
     The grip is steady when its force has stayed near the commanded one for a while; the impact of
@@ -36,8 +65,6 @@ class Grasp(ArmBehaviour):
     turns presses the object on its support, and pushes the arm aside.
     """
 
-    needs_gripper = True
-
     object = Input(str, doc="Name of the object.")
     force = number_or_auto(
         "Gripping force at each contact [N]; auto: the preferred one, or 0.8 of the gripper's "
@@ -46,8 +73,7 @@ class Grasp(ArmBehaviour):
     preferred_force = preferred_force_input()
     patience = Input(float, default=2.0, doc="Timeout in simulated time [s].")
 
-    amounts = {"patience": "s"}
-    memory = (*ArmBehaviour.memory, "_force")
+    memory = (*GripperBehaviour.memory, "_force")
 
     _force = 0.0  # [N] commanded
 
@@ -82,8 +108,3 @@ class Grasp(ArmBehaviour):
             )
         self.arm.payload = payload_of(self.cell, self.object, self.T_wt)
         return Status.SUCCESS
-
-    def terminate(self, new_status: Status) -> None:
-        """Stop closing when halted."""
-        if new_status == Status.INVALID:
-            self.stop_gripper()

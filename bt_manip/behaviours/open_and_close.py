@@ -2,19 +2,15 @@
 
 from bt_manip.bt import Input, Status
 
-from .arm_behaviour import ArmBehaviour
+from .arm_behaviour import GripperBehaviour
 from .automatic import number_or_auto
 from .grasp import default_force, preferred_force_input
 
 
-class OpenGripper(ArmBehaviour):
+class OpenGripper(GripperBehaviour):
     """Open the gripper; the arm then has no payload."""
 
-    needs_gripper = True
-
     patience = Input(float, default=2.0, doc="Timeout in simulated time [s].")
-
-    amounts = {"patience": "s"}
 
     def start(self) -> None:
         """Start to open."""
@@ -33,16 +29,9 @@ class OpenGripper(ArmBehaviour):
             )
         return Status.RUNNING
 
-    def terminate(self, new_status: Status) -> None:
-        """Stop opening when halted."""
-        if new_status == Status.INVALID:
-            self.stop_gripper()
 
-
-class CloseGripper(ArmBehaviour):
+class CloseGripper(GripperBehaviour):
     """Close the gripper, with or without an object in it."""
-
-    needs_gripper = True
 
     force = number_or_auto(
         "Gripping force at each contact [N]; auto: the preferred one, or 0.8 of the gripper's "
@@ -51,8 +40,7 @@ class CloseGripper(ArmBehaviour):
     preferred_force = preferred_force_input()
     patience = Input(float, default=2.0, doc="Timeout in simulated time [s].")
 
-    amounts = {"patience": "s"}
-    memory = (*ArmBehaviour.memory, "_force")
+    memory = (*GripperBehaviour.memory, "_force")
 
     _force = 0.0  # [N] commanded
 
@@ -74,8 +62,3 @@ class CloseGripper(ArmBehaviour):
                 f"commanded {self._force:g} N"
             )
         return Status.RUNNING
-
-    def terminate(self, new_status: Status) -> None:
-        """Stop closing when halted."""
-        if new_status == Status.INVALID:
-            self.stop_gripper()

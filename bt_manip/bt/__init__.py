@@ -1,7 +1,6 @@
 """The tree language: nodes, ports, scoped blackboard, scripting, XML in and out."""
 
 from bt_manip.bt.blackboard import Blackboard as Blackboard
-from bt_manip.bt.drawing import STATUS_COLOURS as STATUS_COLOURS
 from bt_manip.bt.drawing import draw_dot as draw_dot
 from bt_manip.bt.drawing import draw_outline as draw_outline
 from bt_manip.bt.drawing import draw_svg as draw_svg
@@ -10,7 +9,6 @@ from bt_manip.bt.goal import NO_CELL as NO_CELL
 from bt_manip.bt.goal import TASK as TASK
 from bt_manip.bt.goal import texts_of as texts_of
 from bt_manip.bt.goal import why_not_met as why_not_met
-from bt_manip.bt.loading import ReadingOptions as ReadingOptions
 from bt_manip.bt.loading import load_tree as load_tree
 from bt_manip.bt.loading import parse_tree as parse_tree
 from bt_manip.bt.nodes.action import Action as Action
@@ -94,7 +92,6 @@ from .stubs import Stubs as Stubs
 from .substitution import Rule as Rule
 from .substitution import Substitutions as Substitutions
 from .substitution import find_rule as find_rule
-from .xml.instance import TreeInstance as TreeInstance
 from .xml.instance import instance_to_xml as instance_to_xml
 from .xml.instance import tree_instances as tree_instances
 from .xml.model import models_document as models_document

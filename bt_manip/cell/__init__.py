@@ -8,10 +8,6 @@ from .contacts.contact_monitor import ContactSummary as ContactSummary
 from .contacts.contact_monitor import MonitoredEntity as MonitoredEntity
 from .contacts.contacts import ContactEvent as ContactEvent
 from .contacts.contacts import ContactEventDetector as ContactEventDetector
-from .contacts.contacts import ContactForce as ContactForce
-from .contacts.contacts import ContactPoint as ContactPoint
-from .contacts.contacts import Contacts as Contacts
-from .contacts.contacts import Wrench as Wrench
 from .exceptions import CellError as CellError
 from .exceptions import OverlapError as OverlapError
 from .exceptions import PhysicsDiverged as PhysicsDiverged
@@ -35,7 +31,6 @@ from .objects import CellObject as CellObject
 from .objects import Cube as Cube
 from .objects import ParametricEntity as ParametricEntity
 from .objects import Prop as Prop
-from .objects import Segmentation as Segmentation
 from .objects import Table as Table
 from .objects import as_object as as_object
 from .objects import bottom_of as bottom_of
@@ -47,7 +42,6 @@ from .predicates import is_on as is_on
 from .predicates import is_rest_velocity as is_rest_velocity
 from .predicates import why_not_at_rest as why_not_at_rest
 from .predicates import why_not_in as why_not_in
-from .predicates import why_not_in_any as why_not_in_any
 from .predicates import why_not_on as why_not_on
 from .region import Region as Region
 from .rendering import FrameRenderer as FrameRenderer

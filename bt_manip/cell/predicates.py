@@ -11,7 +11,6 @@ import numpy as np
 from .contacts.contact_monitor import MonitoredEntity
 from .geometry import extent
 from .naming import entity_of
-from .objects import CONTAINER, as_object
 
 if TYPE_CHECKING:
     from .cell import Cell
@@ -81,24 +80,7 @@ def why_not_in(cell: "Cell", name: str, container: str) -> str:
         CellError: If there is no such object or container.
     """
     cell.find(container)
-    return why_not_at_rest(cell, name) or _why_outside(cell, name, container)
-
-
-def why_not_in_any(cell: "Cell", name: str) -> str:
-    """Return why an object rests inside no container of the cell; empty if it rests in one.
-
-    Raises:
-        CellError: If there is no such object.
-    """
-    if reason := why_not_at_rest(cell, name):
-        return reason
-    reason = "the cell has no container"
-    for container, entity in cell.objects.items():
-        if as_object(entity).category == CONTAINER:
-            reason = _why_outside(cell, name, container)
-            if not reason:
-                break
-    return reason
+    return why_not_at_rest(cell, name) or _why_unsupported(cell, name, container, {container})
 
 
 def why_not_on(cell: "Cell", name: str, support: str) -> str:
@@ -136,11 +118,6 @@ def _why_moving(velocity: np.ndarray) -> str:
     return ""
 
 
-def _why_outside(cell: "Cell", name: str, container: str) -> str:
-    """Return why an object is not supported inside a container; empty if it is."""
-    return _why_unsupported(cell, name, container, {container})
-
-
 def _why_unsupported(cell: "Cell", name: str, container: str, seen: set[str]) -> str:
     """Return why an object is not supported inside a container; empty if it is.
 
@@ -151,13 +128,13 @@ def _why_unsupported(cell: "Cell", name: str, container: str, seen: set[str]) ->
         seen: The container, and the objects that are being checked.
     """
     seen.add(name)
-    touched = cell.contacts.touched(name)
-    if not touched:
+    points = cell.contacts.points(name)
+    if not points:
         return f"'{name}' touches nothing"
-    for other in touched:
-        if entity_of(other) != container and not _is_loose(cell, entity_of(other)):
-            return f"'{name}' touches '{other}'"
-    T_wc, points = cell.pose(container), cell.contacts.points(name)
+    for point in points:
+        if entity_of(point.other) != container and not _is_loose(cell, entity_of(point.other)):
+            return f"'{name}' touches '{point.other}'"
+    T_wc = cell.pose(container)
     lower, upper = extent(cell, container, T_wc)
     upper = upper - (0.0, 0.0, RIM)
     centre = np.mean(extent(cell, name, T_wc), axis=0)

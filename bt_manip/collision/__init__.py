@@ -12,7 +12,6 @@ from .inter_robot_distance import InterRobotDistance as InterRobotDistance
 from .robot_geometry import OtherRobot as OtherRobot
 from .robot_geometry import RobotGeometry as RobotGeometry
 from .robot_geometry import moved_bodies as moved_bodies
-from .self_collision import SelfCollision as SelfCollision
 from .self_collision import check_home as check_home
 from .self_collision import permanent_self_collisions as permanent_self_collisions
 from .self_collision import self_collisions as self_collisions

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 from bt_manip.lazy_exports import lazy_exports
 
 if TYPE_CHECKING:
-    from bt_manip.evaluation.engine import Pool as Pool
     from bt_manip.evaluation.engine import ProcessPool as ProcessPool
     from bt_manip.evaluation.engine import Worker as Worker
     from bt_manip.evaluation.engine import WorkerDiedError as WorkerDiedError
@@ -48,7 +47,7 @@ __getattr__ = lazy_exports(
     __name__,
     {
         "bt_manip.evaluation.engine": (
-            "Pool ProcessPool Worker WorkerDiedError call_in_process run_episodes"
+            "ProcessPool Worker WorkerDiedError call_in_process run_episodes"
         ),
         "bt_manip.evaluation.episode": "EpisodeId EpisodeResult EpisodeWorker Evaluation",
         "bt_manip.evaluation.paired": "PairedTable mcnemar_p_value newcombe_interval",

@@ -6,7 +6,6 @@ from .grasp_search import GraspPlan as GraspPlan
 from .grip_friction import check_friction as check_friction
 from .grip_friction import holding_force as holding_force
 from .gripper_clearance import SUFFICIENT_CLEARANCE as SUFFICIENT_CLEARANCE
-from .gripper_clearance import Clearance as Clearance
 from .gripper_clearance import GripperClearance as GripperClearance
 from .gripper_clearance import with_clearance as with_clearance
 from .reach_from_above import DROP_HEIGHTS as DROP_HEIGHTS

@@ -4,8 +4,7 @@ from .inverse_kinematics import DISTINCT as DISTINCT
 from .inverse_kinematics import InverseKinematics as InverseKinematics
 from .manipulability import manipulability as manipulability
 from .problem import IKProblem as IKProblem
-from .result import IKResult as IKResult
-from .result import Residual as Residual
+from .problem import IKResult as IKResult
 from .targets import PoseTarget as PoseTarget
 from .targets import PositionTarget as PositionTarget
 from .targets import RotationTarget as RotationTarget

@@ -13,7 +13,7 @@ from bt_manip.exceptions import did_you_mean, shown
 from bt_manip.robots import RobotModel
 
 from .manipulability import ToolManipulability
-from .problem import IKProblem
+from .problem import IKProblem, Residual
 from .residuals import (
     WIDE,
     AxisResidual,
@@ -23,7 +23,6 @@ from .residuals import (
     RotationResidual,
     StackedResidual,
 )
-from .result import Residual
 from .secondary_objectives import SecondaryObjectives
 from .targets import FreeAxisTarget, PoseTarget, PositionTarget, RotationTarget, Target
 

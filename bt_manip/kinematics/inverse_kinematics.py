@@ -23,9 +23,8 @@ from .initial_guesses import InitialGuesses
 from .levenberg_marquardt import LMResult
 from .maximum_reach import MaximumReach
 from .null_space_motion import NullSpaceMotion
-from .problem import IKProblem
+from .problem import IKProblem, IKResult
 from .residuals import PoseResidual, StackedResidual
-from .result import IKResult
 from .search import SearchResult, refined_end, search, search_all, search_near
 from .secondary_objectives import SecondaryObjectives
 from .targets import Target

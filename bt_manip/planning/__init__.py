@@ -9,7 +9,6 @@ from .collision_check import check_tool_path as check_tool_path
 from .collision_check import collision_free_goals as collision_free_goals
 from .collision_check import trajectory_is_free as trajectory_is_free
 from .collision_free_motion import plan_collision_free_motion as plan_collision_free_motion
-from .goal_selection import StraightApproach as StraightApproach
 from .goal_selection import goal_configurations as goal_configurations
 from .goal_selection import plan_straight_approach as plan_straight_approach
 from .goal_selection import translate_along_tool_z as translate_along_tool_z
@@ -24,7 +23,6 @@ from .rrt_connect import RRTConnect as RRTConnect
 from .tool_path import ArcTo as ArcTo
 from .tool_path import LineTo as LineTo
 from .tool_path import Step as Step
-from .tool_path import ToolPath as ToolPath
 from .tool_path import TurnAbout as TurnAbout
 from .tool_path import tool_paths as tool_paths
 from .tool_path_following import QUICK_REFINEMENTS as QUICK_REFINEMENTS

@@ -4,13 +4,9 @@ from .check import Checked as Checked
 from .check import check_description as check_description
 from .describe import Draft as Draft
 from .describe import describe_robot as describe_robot
-from .inspection import ReachMap as ReachMap
 from .inspection import make_robot as make_robot
 from .inspection import picture as picture
-from .inspection import reach_map as reach_map
 from .inspection import summary as summary
 from .known_grippers import gripper_names as gripper_names
-from .tasks import STARTS as STARTS
 from .tasks import why_not as why_not
-from .trial import RobotTrial as RobotTrial
 from .trial import try_robot as try_robot

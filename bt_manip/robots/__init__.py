@@ -47,11 +47,9 @@ from .motors import ensure_motors as ensure_motors
 from .panda import panda as panda
 from .payload import Payload as Payload
 from .robot import Robot as Robot
-from .robot import WristWrench as WristWrench
 from .robot import compile_alone as compile_alone
 from .robot_description import RobotDescription as RobotDescription
 from .robot_description import Tolerance as Tolerance
 from .robot_description import ToolLimits as ToolLimits
 from .robot_model import RobotModel as RobotModel
-from .verification import Verification as Verification
 from .verification import verify as verify

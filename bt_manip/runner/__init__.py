@@ -24,13 +24,11 @@ from .python_tree import make_any as make_any
 from .python_tree import make_tree as make_tree
 from .real_robot import RealRobot as RealRobot
 from .reloading import Reloader as Reloader
-from .request import CONTROLLER as CONTROLLER
 from .request import SCENE as SCENE
 from .request import TICK as TICK
 from .request import RunRequest as RunRequest
 from .request import request_of as request_of
 from .run import Run as Run
-from .run_log import RunLog as RunLog
 from .run_log import next_digest as next_digest
 from .snapshot import load_snapshot as load_snapshot
 from .snapshot import save_snapshot as save_snapshot

@@ -3,7 +3,6 @@
 from .kinematic_limits import KinematicLimits as KinematicLimits
 from .limit_check import CONTROL_STEP as CONTROL_STEP
 from .limit_check import EFFORT_FRACTION as EFFORT_FRACTION
-from .limit_check import LimitUse as LimitUse
 from .limit_check import effort_use as effort_use
 from .limit_check import limit_use as limit_use
 from .limit_check import sampled_limit_use as sampled_limit_use
@@ -17,7 +16,6 @@ from .stopping import plan_stop as plan_stop
 from .time_parameterization import scale_to_effort_limits as scale_to_effort_limits
 from .time_parameterization import time_parameterize as time_parameterize
 from .time_parameterization import time_parameterize_segment as time_parameterize_segment
-from .time_scaling import SpeedScaleChange as SpeedScaleChange
 from .time_scaling import at_speed_scale as at_speed_scale
 from .time_scaling import change_speed_scale as change_speed_scale
 from .topp import TOPP_GRIDS as TOPP_GRIDS

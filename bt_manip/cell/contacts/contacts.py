@@ -98,17 +98,6 @@ class Contacts:
                 found.add(body[a])
         return sorted(found)
 
-    def touched(self, name: str) -> list[str]:
-        """Return the body at each contact point of a body or entity with others.
-
-        Raises:
-            CellError: If no body or entity has such a name.
-        """
-        mine, others = self._sides(name, None)
-        body, geoms = self._body_names.of_geom, self._data.contact.geom
-        found = self._contacts_between(others, mine)
-        return [body[geoms[index, 0 if sign > 0 else 1]] for index, sign in found]
-
     def points(self, name: str) -> list[ContactPoint]:
         """Return the contact points of a body or entity with others.
 

@@ -1,9 +1,9 @@
-"""Put a new object into the cell."""
+"""Put objects into the cell, and take them away."""
 
 import contextlib
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from dm_control import composer
@@ -17,7 +17,6 @@ from bt_manip.models import is_address
 
 from .arm_behaviour import CellBehaviour
 from .automatic import AUTO, numbers_or_auto
-from .awaited_objects import AwaitedObjects
 from .poses import centre_pose, pose_output
 from .robot_port import ENTRY, StationRobot
 
@@ -27,6 +26,27 @@ SLACK = 0.006  # [m] between an object and an open gripper, on both sides togeth
 WIDTH_PART = 0.8  # of the width that fits the gripper, of a smaller cube: it lies at any angle
 TOOL_HEIGHT = 0.015  # [m] of the tool over an object's centre at a grasp
 ATTEMPTS = 100  # random positions to find one that keeps the gap
+
+
+class AwaitedObjects(Protocol):
+    """Objects whose poses no simulation decides; `bt_manip.scenes.ExpectedObjects` is one."""
+
+    def next(self, model: str = "") -> Any:
+        """Return the next unused object, which has a ``name``; of any model if empty.
+
+        Raises:
+            CellError: If there is none.
+        """
+
+    def add(self, name: str) -> bool:
+        """Add an object to the cell once its pose is known; return whether it was added.
+
+        Raises:
+            CellError: If it would penetrate something, or its pose cannot be known.
+        """
+
+    def taken(self, name: str) -> None:
+        """Note that an object was taken away."""
 
 
 class SpawnObject(CellBehaviour):
@@ -187,3 +207,38 @@ class SpawnObject(CellBehaviour):
             self._describe(name)
             self._awaited = ""
         return Status.SUCCESS
+
+
+class RemoveObject(CellBehaviour):
+    """Wait until an object is at rest, then remove it from the cell.
+
+    An object that does not come to rest is removed too, and the behaviour fails.
+    """
+
+    object = Input(str, doc="Name of the object.")
+    patience = Input(
+        float, default=2.0, doc="Longest simulated time to wait until it is at rest [s]."
+    )
+
+    amounts = {"patience": "s"}
+
+    def setup(self, **infrastructure: Any) -> None:
+        """Keep the expected objects of the scene."""
+        super().setup(**infrastructure)
+        self._poses: AwaitedObjects | None = infrastructure.get("poses")
+
+    def start(self) -> None:
+        """Check that the object exists."""
+        self.cell.find(self.object)
+
+    def update(self) -> Status:
+        """Remove the object once it is at rest, or after the timeout."""
+        name = self.object
+        status = self.wait_for_rest(name, self.patience, self._started)
+        if status is not Status.RUNNING and name in self.cell.entities:
+            self.cell.remove(name)
+            if self._poses is not None:
+                self._poses.taken(name)
+            if status is Status.SUCCESS:
+                self.feedback_message = f"'{name}' removed"
+        return status
