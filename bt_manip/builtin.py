@@ -173,9 +173,9 @@ def register_pose_sources(register: Callable[[str, Callable[..., Any]], None]) -
 def register_recorders(register: Callable[[str, Callable[[Path | None], Any]], None]) -> None:
     """Bring the trace of the joints, the recording of everything, videos, and logs for Groot2."""
     from bt_manip.groot import BtlogRecorder, SqliteRecorder
-    from bt_manip.record import McapRecorder, TraceRecorder, VideoRecorder
+    from bt_manip.record import McapRecorder, Trace, VideoRecorder
 
-    register("trace", TraceRecorder)
+    register("trace", Trace)
     register("mcap", McapRecorder)
     register("video", VideoRecorder)
     register("btlog", BtlogRecorder)
@@ -187,6 +187,7 @@ def register_panels(register: Callable[[str, Callable[[Any], Any]], None]) -> No
     """Bring the tree, the time line and the tabs."""
     from bt_manip.viewer.page import (
         BlackboardPanel,
+        CameraPanel,
         ErrorPlot,
         LogPanel,
         NodePanel,
@@ -204,3 +205,4 @@ def register_panels(register: Callable[[str, Callable[[Any], Any]], None]) -> No
     register("blackboard", BlackboardPanel)
     register("overlays", OverlayPanel)
     register("pull", PullPanel)
+    register("camera", CameraPanel)

@@ -2,7 +2,8 @@
 
 import copy
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
+from functools import partial
 from typing import Any, Generic, TypeVar
 
 from bt_manip.exceptions import BtManipError, did_you_mean
@@ -209,6 +210,10 @@ class Surroundings:
     controller: str | None = None
 
 
+def _registry(kind: str) -> Any:
+    return field(default_factory=partial(Registry, kind))
+
+
 @dataclass(frozen=True)
 class Parts:
     """All parts that plugins provide, by kind.
@@ -236,53 +241,30 @@ class Parts:
         surroundings: Required scene and controller of trees, by the name of the tree.
     """
 
-    objects: Registry[Callable[..., Any]] = field(default_factory=lambda: Registry("object"))
-    robots: Registry[Any] = field(default_factory=lambda: Registry("robot"))
-    grippers: Registry[Callable[..., Any]] = field(default_factory=lambda: Registry("gripper"))
-    controllers: Registry[Callable[..., Any]] = field(
-        default_factory=lambda: Registry("controller")
-    )
-    planners: Registry[Callable[..., Any]] = field(default_factory=lambda: Registry("planner"))
-    behaviours: Registry[type] = field(default_factory=lambda: Registry("behaviour"))
-    trees: Registry[str] = field(default_factory=lambda: Registry("tree"))
-    scenes: Registry[Callable[..., Any]] = field(default_factory=lambda: Registry("scene"))
-    model_sources: Registry[Callable[..., Any]] = field(
-        default_factory=lambda: Registry("model source")
-    )
-    model_formats: Registry[Any] = field(default_factory=lambda: Registry("model format"))
-    model_caches: Registry[Callable[..., Any]] = field(
-        default_factory=lambda: Registry("model cache")
-    )
-    recorders: Registry[Callable[..., Any]] = field(default_factory=lambda: Registry("recorder"))
-    panels: Registry[Callable[..., Any]] = field(default_factory=lambda: Registry("panel"))
-    faults: Registry[Callable[..., Any]] = field(default_factory=lambda: Registry("fault"))
-    actions: Registry[Callable[..., Any]] = field(default_factory=lambda: Registry("action kind"))
-    policies: Registry[Any] = field(default_factory=lambda: Registry("kind of policies"))
-    backends: Registry[Any] = field(default_factory=lambda: Registry("backend"))
-    pose_sources: Registry[Callable[..., Any]] = field(
-        default_factory=lambda: Registry("pose source")
-    )
+    trees: Registry[str] = _registry("tree")
+    behaviours: Registry[type] = _registry("behaviour")
+    objects: Registry[Callable[..., Any]] = _registry("object")
+    robots: Registry[Any] = _registry("robot")
+    grippers: Registry[Callable[..., Any]] = _registry("gripper")
+    controllers: Registry[Callable[..., Any]] = _registry("controller")
+    planners: Registry[Callable[..., Any]] = _registry("planner")
+    scenes: Registry[Callable[..., Any]] = _registry("scene")
+    actions: Registry[Callable[..., Any]] = _registry("action kind")
+    backends: Registry[Any] = _registry("backend")
+    pose_sources: Registry[Callable[..., Any]] = _registry("pose source")
+    model_sources: Registry[Callable[..., Any]] = _registry("model source")
+    model_formats: Registry[Any] = _registry("model format")
+    model_caches: Registry[Callable[..., Any]] = _registry("model cache")
+    recorders: Registry[Callable[..., Any]] = _registry("recorder")
+    panels: Registry[Callable[..., Any]] = _registry("panel")
+    faults: Registry[Callable[..., Any]] = _registry("fault")
+    policies: Registry[Any] = _registry("kind of policies")
     surroundings: dict[str, Surroundings] = field(default_factory=dict)
 
     def by_kind(self) -> Mapping[str, Registry[Any]]:
         """Return the registries by the names of their fields, ``"objects"`` and so on."""
-        return {
-            "objects": self.objects,
-            "robots": self.robots,
-            "grippers": self.grippers,
-            "controllers": self.controllers,
-            "planners": self.planners,
-            "behaviours": self.behaviours,
-            "trees": self.trees,
-            "scenes": self.scenes,
-            "model_sources": self.model_sources,
-            "model_formats": self.model_formats,
-            "model_caches": self.model_caches,
-            "recorders": self.recorders,
-            "panels": self.panels,
-            "faults": self.faults,
-            "actions": self.actions,
-            "policies": self.policies,
-            "backends": self.backends,
-            "pose_sources": self.pose_sources,
-        }
+        return {kind: getattr(self, kind) for kind in PART_KINDS}
+
+
+PART_KINDS = tuple(one.name for one in fields(Parts) if one.name != "surroundings")
+"""Kinds of parts, by the names of the fields of `Parts`."""

@@ -424,8 +424,7 @@ def _values_of(hint: Any) -> Values:
         hint = get_args(hint)[0]
     if is_dataclass(hint):
         return Part(hint)  # type: ignore[arg-type]
-    values: Values = next(values for known, values in _TYPES if known == hint)
-    return values
+    return next(values for known, values in _TYPES if known == hint)
 
 
 def _default_text(default: Any) -> str:

@@ -331,7 +331,7 @@ def test_public_constants_of_one_name_have_one_value():
 
 
 LAZY = (
-    "bt_manip", "bt_manip.demonstrations", "bt_manip.evaluation", "bt_manip.faults",
+    "bt_manip", "bt_manip.demonstrations", "bt_manip.evaluation",
     "bt_manip.plugins", "bt_manip.record", "bt_manip.testing", "bt_manip.viewer",
     "bt_manip.viewer.page",
 )  # fmt: skip

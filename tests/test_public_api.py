@@ -80,6 +80,10 @@ def imported(code: str) -> list[tuple[str, str]]:
     ]
 
 
+WITH_A_CLIENT = "bt_manip.envs.stable_baselines"
+"""Cannot be imported where Stable-Baselines3 is not installed; the page on environments has it."""
+
+
 def test_examples_tutorials_templates_and_plugins_import_documented_names_only():
     documented = api_page.names()
     code = shown_code("docs", "examples", "templates", "plugins", "README.md")
@@ -88,7 +92,9 @@ def test_examples_tutorials_templates_and_plugins_import_documented_names_only()
         f"{where}: from {module} import {name}"
         for where, text in code
         for module, name in imported(text)
-        if name not in documented.get(module, {}) and f"{module}.{name}" not in documented
+        if name not in documented.get(module, {})
+        and f"{module}.{name}" not in documented
+        and module != WITH_A_CLIENT
     }
     assert not private, "\n".join(sorted(private))
 

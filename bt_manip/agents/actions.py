@@ -117,5 +117,4 @@ def action_kind(name: str, episodes: Episodes) -> ActionKind:
         UnknownPartError: If none has this name.
     """
     make = episodes.parts.actions.maker(name, "space", "step", expected="an ActionKind")
-    made: ActionKind = make(episodes)
-    return made
+    return make(episodes)

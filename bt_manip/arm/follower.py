@@ -335,6 +335,8 @@ class TrajectoryFollower:
         allowed = max(here, 0.0) + POSITION_ROUNDING
         if not use._replace(position=0.0).inside or beyond > allowed:
             raise MotionError(f"the planned motion exceeds a limit: {use}", reason="limits")
+        if problem := model.box_problem(rows[0]):
+            raise MotionError(f"the planned motion leaves its bounds: {problem}", reason="limits")
         return rows
 
     def _end(self) -> None:

@@ -5,15 +5,14 @@ from typing import Any
 
 from bt_manip.bt import DOUBLE_LIST, Input, is_pointer
 
-from .move import PlannedMove
+from .moves import PlannedMove
 
 
 def _parse(text: str) -> list[float] | str:
     """Read joint positions; a text without ';' that is no number names a configuration."""
     assert DOUBLE_LIST.parse is not None
     try:
-        positions: list[float] = DOUBLE_LIST.parse(text)
-        return positions
+        return DOUBLE_LIST.parse(text)
     except ValueError:
         if ";" in text or not text.strip():
             raise

@@ -159,9 +159,8 @@ def port_type(
         if python is known or (python == known and not isinstance(python, type)):
             return found
     if isinstance(python, type) and issubclass(python, Enum):
-        return PortType(
-            python.__name__, python, parse=parse or _enum_parser(python), format=_format_enum
-        )
+        parse = parse or _enum_parser(python)
+        return PortType(python.__name__, python, parse=parse, format=lambda member: member.name)
     name = getattr(python, "__name__", str(python))
     return PortType(name, python, parse=parse, format=format)
 
@@ -177,10 +176,6 @@ def _enum_parser(enum: type[Enum]) -> Callable[[str], Enum]:
             raise ValueError(f"{shown(text)} is not one of {names}") from None
 
     return parse
-
-
-def _format_enum(member: Any) -> str:
-    return str(member.name)
 
 
 def type_of(value: Any) -> PortType:

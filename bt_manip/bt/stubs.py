@@ -141,13 +141,15 @@ class Stubs:
             )
         ports: dict[str, Port] = {} if model is None else dict(model.ports)
         if known is not None and like is None:
-            ports = {port.name: _optional(port) for port in known.ports.values()}
+            ports = {
+                p.name: model_port(p.direction, p.name, p.default_text or None, p.doc)
+                for p in known.ports.values()
+            }
         if model is None or known is not None:
             for port in _port_names(elements):
                 ports.setdefault(port, model_port("inout", port, None))
         result = asked.upper() if asked is not None and like is None else "SUCCESS"
-        cls: type[Node] = declare(name, kind, ports.values(), result=result, like=like)
-        return cls
+        return declare(name, kind, ports.values(), result=result, like=like)
 
 
 @dataclass
@@ -217,10 +219,6 @@ def _model_ports(element: Element) -> dict[str, Port]:
             doc = " ".join(item.text.strip() for item in port.content if isinstance(item, Text))
             ports[name] = model_port(direction, name, port.get("default"), doc)
     return ports
-
-
-def _optional(port: Port) -> Port:
-    return model_port(port.direction, port.name, port.default_text or None, port.doc)
 
 
 def stub_child(tree_id: str, result: str, keys: Iterable[str]) -> Any:

@@ -15,6 +15,7 @@ from bt_manip.bt.goal import bind_goal, reads_cell
 from bt_manip.bt.nodes.binding import OnProblem, bind
 from bt_manip.bt.nodes.link import Link, behaviour_of
 from bt_manip.bt.nodes.node import Node
+from bt_manip.bt.ports import is_pointer
 from bt_manip.bt.runtime import Clock, Observer, Runtime
 from bt_manip.bt.status import FAILURE, RUNNING, SUCCESS, NodeStatus
 from bt_manip.bt.tree_state import get_tree_state, set_tree_state
@@ -36,7 +37,7 @@ class Tree:
         nodes: All nodes, depth first; stock py_trees behaviours are wrapped in a `ForeignNode`.
         observers: Called as ``observer(node, old, new)`` on each change of a node's status.
         goal: Conditions that hold when the tree has done its task; a run fails where they do not.
-        given_task: A sentence that says what it does; empty if none was given.
+        given_task: A sentence that says what it does, or ``{key}``; empty if none was given.
         scopes: The blackboard scopes by the path of their sub-tree, ``""`` for the root's.
         document: The document it was read from, if any.
     """
@@ -65,7 +66,8 @@ class Tree:
             document: The document it was read from.
             on_problem: Collects the problems of the nodes; without it the first error is raised.
             goal: Conditions that hold when the tree has done its task: one or several.
-            task: A sentence that says what it does, for data sets; default: its ID in words.
+            task: A sentence that says what it does, for data sets, or ``{key}``, the entry of the
+                blackboard that has it; default: its ID in words.
 
         Raises:
             TreeError: If a behaviour occurs in it twice, two sub-trees have the same path, it is
@@ -89,9 +91,14 @@ class Tree:
 
     @property
     def task(self) -> str:
-        """What the tree does: the given sentence, or its ID in words."""
+        """What the tree does: the given sentence, that of an entry, or its ID in words."""
+        if is_pointer(self.given_task):
+            found = self.blackboard.get(self.given_task.strip()[1:-1])
+            given = found if isinstance(found, str) else ""
+        else:
+            given = self.given_task
         words = re.sub(r"(?<=[a-z0-9])(?=[A-Z])|[\W_]+", " ", self.tree_id)
-        return self.given_task or words.strip().lower()
+        return given or words.strip().lower()
 
     # ------------------------------------------------------------------ running
 

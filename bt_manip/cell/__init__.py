@@ -54,6 +54,7 @@ from .rendering import FrameRenderer as FrameRenderer
 from .rendering import NoOpenGLError as NoOpenGLError
 from .rendering import camera_number as camera_number
 from .rendering import render as render
+from .textured_mesh import TexturedMesh as TexturedMesh
 from .visuals import PLANE_THICKNESS as PLANE_THICKNESS
 from .visuals import CellScene as CellScene
 from .visuals import SceneCamera as SceneCamera

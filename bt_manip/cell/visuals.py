@@ -7,6 +7,7 @@ import mujoco
 import numpy as np
 
 from .naming import WORLD, entity_of, literal_name
+from .textured_mesh import TexturedMesh, pixels_of, texture_of, textured_mesh
 
 PLANE_SIZE = 10.0
 """Edge length of the square that stands for an infinite plane [m]."""
@@ -48,6 +49,8 @@ class VisualShape(NamedTuple):
     """Full lengths along the axes of the shape [m]; the axis of a cylinder is z."""
     triangles: Triangles | None = None
     """Of a mesh."""
+    textured: TexturedMesh | None = None
+    """The same surface with its texture, where it has one."""
 
 
 class SceneCamera(NamedTuple):
@@ -173,7 +176,8 @@ def _shapes_of(model: mujoco.MjModel, geom: int) -> list[VisualShape]:
     kind = _Geom(int(model.geom_type[geom]))
     if kind in (_Geom.mjGEOM_MESH, _Geom.mjGEOM_SDF):
         triangles = _triangles_of(model, int(model.geom_dataid[geom]))
-        return [VisualShape("mesh", position, quat_wxyz, rgba, triangles=triangles)]
+        one = VisualShape("mesh", position, quat_wxyz, rgba, triangles=triangles)
+        return [_with_texture(model, geom, one)]
     ball = 2 * x, 2 * x, 2 * x
     solids: dict[Any, tuple[Any, tuple[float, float, float]]] = {
         _Geom.mjGEOM_BOX: ("box", (2 * x, 2 * y, 2 * z)),
@@ -186,13 +190,13 @@ def _shapes_of(model: mujoco.MjModel, geom: int) -> list[VisualShape]:
     if kind not in solids:
         return []
     name, size = solids[kind]
-    found = [VisualShape(name, position, quat_wxyz, rgba, size)]
+    found = [_with_texture(model, geom, VisualShape(name, position, quat_wxyz, rgba, size))]
     if kind == _Geom.mjGEOM_CAPSULE:
         axes = np.zeros(9)
         mujoco.mju_quat2Mat(axes, quat_wxyz)
         for end in (-y, y):
             found.append(
-                VisualShape("ellipsoid", position + end * axes[2::3], quat_wxyz, rgba, ball)
+                found[0]._replace(kind="ellipsoid", position=position + end * axes[2::3], size=ball)
             )
     return found
 
@@ -209,19 +213,22 @@ def _triangles_of(model: mujoco.MjModel, mesh: int) -> Triangles:
     return Triangles(vertices, indices.reshape(-1, 3))
 
 
+def _with_texture(model: mujoco.MjModel, geom: int, shape: VisualShape) -> VisualShape:
+    """Return the shape of a geom, with the mean colour of its texture."""
+    texture = texture_of(model, int(model.geom_matid[geom]))
+    if texture < 0:
+        return shape
+    textured = textured_mesh(model, geom, shape.size, shape.rgba[:3])
+    pixels = pixels_of(model, texture).reshape(-1, 3)
+    mean = pixels[:: max(1, len(pixels) // TEXTURE_SAMPLES)].mean(axis=0) / 255.0
+    rgba = (*(mean * shape.rgba[:3]).tolist(), shape.rgba[3])
+    return shape._replace(rgba=rgba, textured=textured)
+
+
 def _colour_of(model: mujoco.MjModel, geom: int) -> tuple[float, ...]:
+    """Return the colour of a geom, without that of its texture."""
     colour = tuple(model.geom_rgba[geom].tolist())
     material = int(model.geom_matid[geom])
-    if material < 0:
-        return colour
-    if colour == DEFAULT_COLOUR:
+    if material >= 0 and colour == DEFAULT_COLOUR:
         colour = tuple(model.mat_rgba[material].tolist())
-    texture = int(model.mat_texid[material, mujoco.mjtTextureRole.mjTEXROLE_RGB])
-    if texture < 0:
-        return colour
-    first, channels = int(model.tex_adr[texture]), int(model.tex_nchannel[texture])
-    size = int(model.tex_height[texture]) * int(model.tex_width[texture]) * channels
-    pixels = model.tex_data[first : first + size].reshape(-1, channels)
-    sample = pixels[:: max(1, len(pixels) // TEXTURE_SAMPLES), :3]
-    mean = sample.mean(axis=0) / 255.0
-    return (*(np.broadcast_to(mean, 3) * colour[:3]).tolist(), colour[3])
+    return colour

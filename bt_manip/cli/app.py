@@ -92,8 +92,7 @@ def _plugin_commands(ctx: click.Context) -> "Mapping[str, PluginCommand]":
         from bt_manip.cli.plugin_commands import plugin_commands
 
         ctx.meta[_FOUND] = plugin_commands(chosen(ctx))
-    found: Mapping[str, PluginCommand] = ctx.meta[_FOUND]
-    return found
+    return ctx.meta[_FOUND]
 
 
 @click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})

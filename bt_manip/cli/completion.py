@@ -11,6 +11,7 @@ from click.shell_completion import CompletionItem
 
 from bt_manip.cli.plugin_options import chosen
 from bt_manip.exceptions import BtManipError
+from bt_manip.registry import PART_KINDS
 
 if TYPE_CHECKING:
     from bt_manip.cli.name_cache import NameCache
@@ -20,11 +21,7 @@ Items = list[CompletionItem]
 Complete = Callable[[click.Context, click.Parameter, str], Items]
 
 
-LISTED = (
-    "trees", "behaviours", "objects", "robots", "grippers", "controllers", "planners",
-    "scenes", "actions", "backends", "pose_sources", "model_sources", "model_formats",
-    "model_caches", "recorders", "panels", "faults", "policies", "plugins",
-)  # fmt: skip
+LISTED = (*PART_KINDS, "plugins")
 """Kinds of parts that can be listed."""
 
 
@@ -103,7 +100,7 @@ def _keys(tree: str, plugins: "Plugins") -> tuple[list[str], list[Path]]:
     from bt_manip.runner import find_tree, known_behaviours
 
     trees = plugins.parts.trees
-    source = find_tree(tree, {name: trees.get(name) for name in trees})
+    source = find_tree(tree, trees.copies())
     if source.path is None:
         return [], []
     if source.kind == "python":

@@ -112,7 +112,9 @@ def clear(addresses: tuple[str, ...], everything: bool, yes: bool) -> None:
         raise click.UsageError("give the addresses of the models to delete, or --all")
     if everything and not yes:
         click.confirm("Delete all downloaded models, Gazebo's too?", abort=True)
-    gone = _clear_all() if everything else [p for text in addresses for p in _clear(text)]
+    gone = [p for text in addresses for p in _clear(text)]
+    if everything:
+        gone = [p for cache in _caches().values() for p in cache.clear()]
     for folder in gone:
         click.echo(f"deleted {folder}")
     if not gone:
@@ -152,10 +154,6 @@ def _clear(address: str) -> list["Path"]:
     return cache.remove(address)
 
 
-def _clear_all() -> list["Path"]:
-    return [path for cache in _caches().values() for path in cache.clear()]
-
-
 def _caches() -> dict[str, "ModelCache"]:
     """Return the caches of all plugins, by name."""
     caches = _parts().model_caches
@@ -181,5 +179,4 @@ def _parts() -> "Parts":
     meta = click.get_current_context().meta
     if _PARTS not in meta:
         meta[_PARTS] = load_chosen_plugins().parts
-    parts: Parts = meta[_PARTS]
-    return parts
+    return meta[_PARTS]

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from bt_manip.groot import GrootPublisher
     from bt_manip.plugins import Plugins
-    from bt_manip.record import Continuation, Recorder, ReportFile, RunReport, Trace
+    from bt_manip.record import Continuation, Recorder, ReportFile, RunReport
     from bt_manip.registry import Parts
     from bt_manip.runner import Run, RunObserver, RunRequest, Station
     from bt_manip.viewer import Page, Window
@@ -69,7 +69,6 @@ class RunJob:
         self._plugins: Plugins | None = None
         self._recorder: Recorder | None = None
         self._report_file: ReportFile | None = None
-        self._trace: Trace | None = None
         self._window: Window | None = None
         self._page: Page | None = None
         self._started = False
@@ -133,18 +132,17 @@ class RunJob:
         prepared.identity.update(plugins=plugins.versions, foreign=foreign, varied=point)
         if options.episode is not None:
             prepared.begin_episode(options.episode)
-        self._trace = Trace(options.trace) if options.trace else None
         self._recorder = Recorder(request.tree.name, request.seed, file=self._open_report())
-        observers: list[RunObserver] = [self._recorder]
-        if self._trace is not None:  # first: a file in use ends the run before its report is begun
-            observers.insert(0, self._trace)
+        # First: a trace in use by others ends the run before its report is begun.
+        observers: list[RunObserver] = [Trace(options.trace)] if options.trace else []
+        observers.append(self._recorder)
         if options.snapshots or resumed is not None:
-            from bt_manip.cli.run_snapshots import takers
+            from bt_manip.cli.run_snapshots import SnapshotTaker
             from bt_manip.record import restore_snapshot
 
             if resumed is not None:
                 restore_snapshot(options.resume, resumed, prepared, self._recorder)
-            observers += takers(options.snapshots)
+            observers += [SnapshotTaker(at, path) for at, path in options.snapshots]
         if options.continued is not None:
             observers += self._continue(options.continued, prepared, self._recorder)
         observers += extra_observers(plugins, options.records)
@@ -244,14 +242,9 @@ class RunJob:
         self.report = report = self._report(status)
         if code == SUCCESS and report.status != "SUCCESS":
             code = FAILED
-        closing: list[Callable[[], None]] = []
-        if self._trace is not None:
-            closing.append(self._trace.close)
         if (file := self._open_report()) is not None:
-            closing.append(lambda: file.close(report))
-        for close in closing:
             try:
-                close()
+                file.close(report)
             except BtManipError as error:  # a full disk, a deleted folder
                 click.echo(f"Error: {error}", err=True)
                 code = FAULT

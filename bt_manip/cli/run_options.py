@@ -153,7 +153,7 @@ def make_request(
         "reading": options.foreign.reading(),
     }
     if options.continued is not None:
-        trees = {name: parts.trees.get(name) for name in parts.trees}
+        trees = parts.trees.copies()
         return options.continued.request(trees, **watched)
     request = request_of(
         options.tree,

@@ -1,6 +1,6 @@
 """Writing snapshots of a run and resuming from them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -32,11 +32,6 @@ class SnapshotTaker(SnapshotAt):
                 f"--snapshot-at {self.time:g}: the run ended at {end:.3f} s, '{self._path}' is not "
                 "written"
             )
-
-
-def takers(wanted: Sequence[tuple[float, Path]]) -> list[SnapshotTaker]:
-    """Return an observer for each snapshot."""
-    return [SnapshotTaker(at, path) for at, path in wanted]
 
 
 def load_run(path: Path) -> dict[str, Any]:

@@ -224,7 +224,7 @@ def _find(text: str, parts: "Parts") -> "TreeSource":
 
     if Path(text).is_file() and not text.endswith(".py"):
         return TreeSource(text, "xml", path=Path(text))
-    return find_tree(text, {name: parts.trees.get(name) for name in parts.trees.names()})
+    return find_tree(text, parts.trees.copies())
 
 
 def _findings(

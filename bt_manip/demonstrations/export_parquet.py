@@ -20,8 +20,8 @@ def write_demonstration_table(
     """Write demonstrations as Parquet, one row for each environment step.
 
     Columns are ``episode``, ``step``, ``t`` [s], ``obs.NAME``, ``action.KIND``, ``reward``,
-    ``done``, ``leaf`` and ``statuses``; images are PNG files. The metadata ``bt_manip`` hold the
-    manifest. Each demonstration is a row group.
+    ``done``, ``task``, ``leaf`` and ``statuses``; images are PNG files. The metadata ``bt_manip``
+    hold the manifest. Each demonstration is a row group.
 
     Args:
         store: The demonstrations.
@@ -69,6 +69,7 @@ def _columns(
         yield f"action.{name}", array
     yield "reward", one.rewards
     yield "done", one.dones
+    yield "task", [one.task or store.manifest.get("task", "")] * n
     yield "leaf", list(one.leaves)
     yield "statuses", one.statuses
 

@@ -79,7 +79,7 @@ def convert(table: Path, folder: Path, kind: str) -> None:
                     robot_type=manifest["robot"],
                     use_videos=False,
                 )
-            dataset.add_frame({**frame, "task": manifest.get("task") or manifest["tree"]})
+            dataset.add_frame({**frame, "task": columns["task"][row] or manifest["tree"]})
         dataset.save_episode()
     dataset.finalize()
 

@@ -166,6 +166,7 @@ class DemonstrationRecorder:
             _same_length(states),
             tuple(self._running(row) for row in rows),
             rows,
+            tree.task,
         )
 
     def _observations(self) -> Observations:

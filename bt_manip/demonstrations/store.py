@@ -54,6 +54,7 @@ class Demonstration:
         states: State of the physics, MuJoCo's ``mjSTATE_INTEGRATION``.  # (n + 1, size)
         leaves: Paths of the running leaves at the end of the step, joined by ``"; "``.  # (n,)
         statuses: `bt_manip.bt.NodeStatus` of each node at the end of the step.  # (n, nodes)
+        task: The sentence that says what the tree did; empty: that of the manifest.
     """
 
     episode: int
@@ -67,6 +68,7 @@ class Demonstration:
     states: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
     leaves: tuple[str, ...] = ()
     statuses: np.ndarray = field(default_factory=lambda: np.zeros((0, 0), dtype=np.uint8))
+    task: str = ""
 
     def __len__(self) -> int:
         """Return the number of environment steps."""
@@ -75,6 +77,7 @@ class Demonstration:
 
 _ARRAYS = ("rewards", "dones", "states", "statuses")
 _FACTS = ("episode", "success", "reason", "digest")
+_TASK = "task"  # files of older versions have none
 
 
 class DemonstrationStore:
@@ -199,7 +202,7 @@ class DemonstrationStore:
 
         buffer = BytesIO()
         with h5py.File(buffer, "w") as file:
-            file.attrs.update({key: getattr(demonstration, key) for key in _FACTS})
+            file.attrs.update({key: getattr(demonstration, key) for key in (*_FACTS, _TASK)})
             if len(demonstration):
                 for group in ("observations", "actions"):
                     for name, array in getattr(demonstration, group).items():
@@ -227,6 +230,7 @@ class DemonstrationStore:
         with reading(path, "demonstration"), h5py.File(path) as file:
             facts = {key: file.attrs[key] for key in _FACTS}
             facts |= {"episode": int(facts["episode"]), "success": bool(facts["success"])}
+            facts[_TASK] = file.attrs.get(_TASK, "")
             if "rewards" not in file:
                 return Demonstration(**facts)
             groups: dict[str, Any] = {

@@ -21,8 +21,8 @@ class GymnasiumEnvironment(gymnasium.Env[dict[str, np.ndarray], Any]):
 
     An episode is terminated when the goal of the tree holds, when it cannot be met any more, or
     when the physics diverges; Gymnasium's wrapper for the time limit truncates it. ``info`` has
-    ``is_success``, ``failure`` (why the goal cannot be met any more), and ``seed`` and
-    ``episode_number``, which identify the episode.
+    ``is_success``, ``failure`` (why the goal cannot be met any more), ``task`` (what to do, in a
+    sentence), and ``seed`` and ``episode_number``, which identify the episode.
 
     It can be pickled and copied by ``copy.deepcopy``, which continues the episode in a station of
     its own, unless it records or is observed.
@@ -178,7 +178,8 @@ class GymnasiumEnvironment(gymnasium.Env[dict[str, np.ndarray], Any]):
 
     def _info(self, success: bool, failure: str) -> dict[str, Any]:
         identity = {"seed": self._seed, "episode_number": self._episode}
-        return {"is_success": success, "failure": failure, **identity}
+        task = self.task.episodes.run.tree.task
+        return {"is_success": success, "failure": failure, "task": task, **identity}
 
 
 def _box(spec: ObservationSpec, last: int) -> spaces.Box:

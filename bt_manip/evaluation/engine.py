@@ -147,8 +147,7 @@ def call_in_process(what: str, function: Callable[[], Result]) -> Result:
     process = _Process(_Caller)
     try:
         process.send(function)
-        result: Result = process.receive()
-        return result
+        return process.receive()
     except WorkerDiedError as error:
         raise WorkerDiedError(f"{what}: {error}") from None
     finally:

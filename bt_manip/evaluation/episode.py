@@ -190,8 +190,7 @@ class EpisodeWorker:
             **identify(replace(self._run, request=self._request)),
             "versions": versions(),
         }
-        plain: dict[str, Any] = json.loads(json.dumps(found))
-        return plain
+        return json.loads(json.dumps(found))
 
 
 def lost_episode(seed: int, episode: EpisodeId, error: WorkerDiedError) -> EpisodeResult:

@@ -1,9 +1,9 @@
 """Evaluate a tree: episodes in parallel, as many as are needed."""
 
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Generator, Iterator
 from functools import partial
 
-from .engine import Pool, Worker, run_episodes
+from .engine import Pool, run_episodes
 from .episode import EpisodeId, EpisodeResult, EpisodeWorker, Evaluation, lost_episode
 from .success import SuccessRate
 
@@ -18,7 +18,6 @@ def evaluate(
     workers: int = 1,
     *,
     pool: Pool | None = None,
-    worker: EpisodeWorker | None = None,
     before: tuple[EpisodeResult, ...] | list[EpisodeResult] = (),
     until_width: float = 0.0,
 ) -> Generator[EpisodeResult]:
@@ -29,7 +28,6 @@ def evaluate(
         episodes: Number of episodes of each point.
         workers: Number of workers.
         pool: Starts them, as for `run_episodes`.
-        worker: A worker in this process, for one job without a pool.
         before: Results that are known, which are neither run nor yielded.
         until_width: Ends a point once the Wilson interval of its success rate is at most this
             wide; 0: never.
@@ -47,14 +45,8 @@ def evaluate(
                 if (point, episode) not in done:
                     yield EpisodeId(point, episode)
 
-    make: Callable[[], Worker[EpisodeId, EpisodeResult]] = partial(EpisodeWorker, evaluation)
-    if worker is not None and workers == 1 and pool is None:
-        make = partial(_same, worker)
+    make = partial(EpisodeWorker, evaluation)
     lost = partial(lost_episode, evaluation.seed)
     for result in run_episodes(make, wanted(), workers, pool=pool, lost=lost):
         rates[result.point].add(result)
         yield result
-
-
-def _same(worker: EpisodeWorker) -> EpisodeWorker:
-    return worker

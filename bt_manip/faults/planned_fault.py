@@ -41,8 +41,7 @@ class PlannedFault:
 
     def make(self, faults: Registry[Callable[..., Any]]) -> Fault:
         """Return a new fault."""
-        fault: Fault = faults.maker(self.name, "start", "end")(**self.parameters)
-        return fault
+        return faults.maker(self.name, "start", "end")(**self.parameters)
 
     def nodes(self, tree: Tree) -> tuple[Any, ...]:
         """Return the nodes at which it begins.

@@ -219,7 +219,9 @@ class HookTable:
                 self._waiting = key
                 self._paused(node)
                 self.reached.append(hook.uid)
-                while self._is_locked(hook) and key not in self._unlocked and not self._stop():
+                while hook.mode == BREAKPOINT and self._has_effect(hook):
+                    if key in self._unlocked or self._stop():
+                        break
                     self._condition.wait(RECHECK)
                 self._waiting = None
                 if key in self._unlocked:
@@ -230,9 +232,6 @@ class HookTable:
                 del self._hooks[key]
                 self._changed = True
             return NodeStatus[hook.desired_status]
-
-    def _is_locked(self, hook: Hook) -> bool:
-        return hook.mode == BREAKPOINT and self._has_effect(hook)
 
     def _has_effect(self, hook: Hook) -> bool:
         found = self._hooks.get((hook.uid, hook.position))

@@ -65,8 +65,7 @@ def pack(value: Any) -> bytes:
             return b"\xca" + single
     if isinstance(value, int) and not -(1 << 63) <= value < 1 << 64:
         value = str(value)
-    packed: bytes = msgpack.packb(value, unicode_errors="replace")
-    return packed
+    return msgpack.packb(value, unicode_errors="replace")
 
 
 def transition(microseconds: int, uid: int, status: int) -> bytes:

@@ -10,10 +10,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from bt_manip.exceptions import did_you_mean
-from bt_manip.models.downloads import check_downloads
+from bt_manip.models.downloads import ModelCache, Progress, check_downloads, terminal_progress
 from bt_manip.models.errors import ModelError
-from bt_manip.models.model_cache import ModelCache
-from bt_manip.models.progress import Progress, terminal_progress
 
 CONNECTION_TIMEOUT = 2.0
 """Longest wall time until the server answers [s]; later there is taken to be no network."""
@@ -95,13 +93,6 @@ def _require_server(name: str) -> None:
         )
 
 
-def menagerie_names() -> list[str]:
-    """Return the names of all models of Menagerie."""
-    import mujoco_menagerie as menagerie
-
-    return menagerie.names()
-
-
 def menagerie_grippers() -> dict[str, str]:
     """Return the addresses of Menagerie's grippers and hands by name, the right one of two."""
     import mujoco_menagerie as menagerie
@@ -125,27 +116,6 @@ def is_cached(name: str) -> bool:
     return cache.is_cached(robot)
 
 
-def remove(name: str) -> list[Path]:
-    """Delete a downloaded model and return the deleted paths.
-
-    Raises:
-        ModelError: When there is no such model.
-    """
-    import shutil
-
-    import mujoco_menagerie as menagerie
-
-    if name not in menagerie.names():
-        raise ModelError(
-            f"no model '{name}' in MuJoCo Menagerie{did_you_mean(name, menagerie.names())}"
-        )
-    path = menagerie.Cache().model_path(menagerie.get(name))
-    if not path.is_dir():
-        return []
-    shutil.rmtree(path)
-    return [path]
-
-
 class MenagerieCache(ModelCache):
     """Models of Menagerie on this machine."""
 
@@ -153,7 +123,9 @@ class MenagerieCache(ModelCache):
 
     def addresses(self, everything: bool) -> Iterator[str]:
         """Yield the addresses of the models on this machine, or of all with ``" *"``."""
-        for name in menagerie_names():
+        import mujoco_menagerie as menagerie
+
+        for name in menagerie.names():
             here = is_cached(name)
             if here or everything:
                 yield f"menagerie:{name}" + ("" if here else " *")
@@ -164,9 +136,20 @@ class MenagerieCache(ModelCache):
         return f"menagerie:{name}", menagerie_file(name)
 
     def remove(self, address: str) -> list[Path]:
-        """Delete a model."""
-        return remove(address.partition(":")[2])
+        """Delete a model.
 
-    def clear(self) -> list[Path]:
-        """Delete all downloaded models."""
-        return [path for name in menagerie_names() for path in remove(name)]
+        Raises:
+            ModelError: When there is no such model.
+        """
+        import shutil
+
+        import mujoco_menagerie as menagerie
+
+        name, known = address.partition(":")[2], menagerie.names()
+        if name not in known:
+            raise ModelError(f"no model '{name}' in MuJoCo Menagerie{did_you_mean(name, known)}")
+        path = menagerie.Cache().model_path(menagerie.get(name))
+        if not path.is_dir():
+            return []
+        shutil.rmtree(path)
+        return [path]

@@ -12,12 +12,6 @@ from bt_manip.models import bundled_root
 from bt_manip.plugins.loading import load_plugins
 from bt_manip.plugins.plugin import BUILTIN, Plugins
 
-PLUGIN_KINDS = (
-    "object", "controller", "robot", "behaviour", "planner", "gripper", "fault", "panel",
-    "recorder",
-)  # fmt: skip
-"""Kinds of parts with a template."""
-
 _NAME = re.compile(r"[a-z][a-z0-9]*([-_][a-z0-9]+)*")
 _LONGEST = 24  # letters, so that lines of the templates stay short
 _PLACEHOLDER = re.compile("bt-manip-gear|bt_manip_gear|Gear|gear")
@@ -30,7 +24,7 @@ def write_plugin(name: str, kind: str, parent: Path, plugins: Plugins | None = N
 
     Args:
         name: Name of the plugin, in lower case with ``-`` between words.
-        kind: Kind of its part, one of `PLUGIN_KINDS`.
+        kind: Kind of its part, the name of a template.
         parent: Folder in which the package's folder is created.
         plugins: Installed plugins, whose names are taken; only the built-in one when None.
 

@@ -98,8 +98,7 @@ class _Guard:
     @property
     def kinds(self) -> Collection[str]:
         """Kinds of events that the observer wants."""
-        kinds: Collection[str] = self._observer.kinds
-        return kinds
+        return self._observer.kinds
 
     def run_ended(self) -> None:
         """Forward the call, also after an exception: resources must be released."""

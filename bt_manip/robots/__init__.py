@@ -6,6 +6,7 @@ from .assembly import assemble as assemble
 from .assembly import model_file as model_file
 from .assembly import read_model as read_model
 from .assembly import site_pose as site_pose
+from .bounds import ArmBounds as ArmBounds
 from .configurations import Configuration as Configuration
 from .configurations import Configurations as Configurations
 from .configurations import find_configuration as find_configuration

@@ -61,8 +61,9 @@ class ArmDevice(abc.ABC):
 
     It is made in a process of its own, by ``factory(address)``, and one thread calls it: `connect`,
     then `read` in each cycle. A motion is `start`, then `write` after each `read`, then `finish`.
-    All methods raise `DeviceError`; a problem of the arm itself, such as a reflex or a lost
-    connection, is in ``DeviceState.problem`` instead, and ends the motion.
+    Methods that are not abstract do nothing by default. All raise `DeviceError`; a problem of the
+    arm itself, such as a reflex or a lost connection, is in ``DeviceState.problem`` instead, and
+    ends the motion.
 
     Attributes:
         period: Time between two readings while references are written [s].
@@ -90,8 +91,7 @@ class ArmDevice(abc.ABC):
         At rest it returns after at most a period, too.
         """
 
-    @abc.abstractmethod
-    def start(self) -> None:
+    def start(self) -> None:  # noqa: B027
         """Begin a motion; the arm is at rest, and the first reference is where it is."""
 
     @abc.abstractmethod
@@ -102,12 +102,12 @@ class ArmDevice(abc.ABC):
             q: Positions [rad].  # (nq,)
         """
 
-    @abc.abstractmethod
-    def finish(self) -> None:
+    def finish(self) -> None:  # noqa: B027
         """End the motion; the last references were at rest, or there is a problem."""
 
-    @abc.abstractmethod
-    def set_payload(self, mass: float, centre: np.ndarray, inertia: np.ndarray) -> None:
+    def set_payload(  # noqa: B027
+        self, mass: float, centre: np.ndarray, inertia: np.ndarray
+    ) -> None:
         """Set the held object, between motions.
 
         Args:
@@ -146,9 +146,8 @@ class GripperDevice(abc.ABC):
     def close(self) -> None:
         """Disconnect; allowed at any time."""
 
-    @abc.abstractmethod
-    def home(self) -> None:
-        """Find the range of the fingers; nothing must be held."""
+    def home(self) -> None:  # noqa: B027
+        """Find the range of the fingers, where that is necessary; nothing is held."""
 
     @abc.abstractmethod
     def read(self) -> GripperState:

@@ -74,10 +74,13 @@ class Gripper(composer.Entity, abc.ABC):
     ``_build`` may change the robot's model, for example by adding actuators and sensors. Composer's
     hooks then run it. Commands return at once and are executed during the following steps.
 
-    A kind implements the eight abstract methods; `get_state` returns what changes during a run.
+    A kind implements the eight abstract methods, and names in `memory` what changes during a run.
     """
 
     kind: ClassVar[str] = "gripper"
+
+    memory: ClassVar[tuple[str, ...]] = ()
+    """Attributes of plain data that change during a run, for `get_state`."""
 
     def _build(self, robot: "Robot") -> None:
         """Initialize the control of a robot's gripper; subclasses extend this.
@@ -361,8 +364,10 @@ class Gripper(composer.Entity, abc.ABC):
     # State
 
     def get_state(self) -> dict[str, Any]:
-        """Return the state kept between steps, as plain data; by default there is none."""
-        return {}
+        """Return the state kept between steps, as plain data: by default the `memory`."""
+        return {name.lstrip("_"): getattr(self, name) for name in self.memory}
 
-    def set_state(self, state: Mapping[str, Any]) -> None:  # noqa: B027
+    def set_state(self, state: Mapping[str, Any]) -> None:
         """Restore a state returned by ``get_state``."""
+        for name in self.memory:
+            setattr(self, name, state[name.lstrip("_")])

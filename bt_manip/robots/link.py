@@ -20,6 +20,7 @@ from .device import DeviceError, GripperState
 from .joint_limits import JointLimits
 from .link_worker import ArmReading, Field, SharedReadings
 from .payload import Payload
+from .robot_model import RobotModel
 
 START_TIME = 60.0
 """Longest wall time in which a process starts [s]."""
@@ -246,6 +247,10 @@ class ArmLink:
         payload = payload or Payload(0.0)
         arguments = payload.mass, np.array(payload.com), np.array(payload.inertia)
         self._process.pipe.send(("set_payload", *arguments))
+
+    def set_box(self, model: RobotModel) -> None:
+        """Set the bounds of the tool that every row is checked against, before the first motion."""
+        self._process.pipe.send(("set_box", model))
 
     def close(self) -> None:
         """Let the process end once the arm is at rest."""

@@ -18,6 +18,7 @@ from bt_manip.exceptions import BtManipError, one_line
 
 from .device import ArmDevice, DeviceError, DeviceState, GripperDevice
 from .joint_limits import JointLimits
+from .robot_model import RobotModel
 
 ROW = 1e-3
 """Time between two rows of references [s], the control step."""
@@ -36,6 +37,9 @@ MOVED = 0.02
 
 LIMIT_TOLERANCE = 5e-3
 """Part of the limits of acceleration and jerk by which differences of rows may exceed them."""
+
+BOX_TOLERANCE = 1e-3
+"""Distance outside its bounds at which the tool is accepted: the planner checks other rows [m]."""
 
 IDLE_PERIOD = 0.05
 """Time between two readings of a gripper [s]."""
@@ -120,6 +124,7 @@ class ArmWorker:
         self._time = 0.0  # [s] of the robot, of the last reading
         self._streaming = self._orphaned = False
         self._waiting: list[tuple[Any, ...]] = []  # commands for an arm at rest
+        self._model: RobotModel | None = None  # whose tool has bounds
         self._refused = ""  # a command that the device has refused
 
     def run(self, shared: SharedReadings) -> None:
@@ -184,6 +189,8 @@ class ArmWorker:
                     answer = self._splice(state, *arguments)
                     self._header[Field.STREAMING] = self._streaming
                     self._pipe.send(answer)
+                elif kind == "set_box":
+                    (self._model,) = arguments
                 else:
                     self._waiting.append((kind, *arguments))
         except (EOFError, OSError):
@@ -223,6 +230,9 @@ class ArmWorker:
                 return "moved", f"joint {joint + 1} by {off[joint]:.3f} rad"
             before = np.repeat(rows[:1], 3, axis=0)
         problem = rows_problem(before, rows, self._limits)
+        if not problem and self._model is not None:
+            whole = np.concatenate([before[-1:], rows])
+            problem = self._model.box_problem(whole, BOX_TOLERANCE)
         if problem:
             return "limits", problem
         if self._streaming:
@@ -268,7 +278,8 @@ def rows_problem(before: np.ndarray, rows: np.ndarray, limits: JointLimits) -> s
     for name, exceeded in checks:
         if exceeded.any():
             row, joint = (int(i) for i in np.argwhere(exceeded)[0])
-            return f"{name} of joint {joint + 1} in row {row - 3}"
+            where = "where it joins the present one" if row < 3 else f"in row {row - 3}"
+            return f"{name} of joint {joint + 1} {where}"
     return ""
 
 

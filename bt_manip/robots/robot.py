@@ -15,6 +15,7 @@ from bt_manip.spatial import cross
 
 from .addresses import reader
 from .assembly import assemble, find_element
+from .bounds import ArmBounds
 from .configurations import Configuration, find_configuration
 from .errors import GripperError, RobotError
 from .gripper import Gripper
@@ -62,6 +63,7 @@ class Robot(MonitoredEntity):
         description: RobotDescription,
         name: str | None = None,
         gripper: Callable[["Robot"], Gripper] | None = None,
+        bounds: ArmBounds | None = None,
     ) -> None:
         """Build the robot's model.
 
@@ -70,6 +72,7 @@ class Robot(MonitoredEntity):
             name: Name of its model; default: the description's.
             gripper: Factory of its gripper, of the description's kind; None leaves the gripper's
                 parts in the model passive. Ignored if the description has no gripper.
+            bounds: Bounds of its motions, within the position limits.
 
         Raises:
             RobotError: If the description and its model do not match.
@@ -82,7 +85,8 @@ class Robot(MonitoredEntity):
         self._where = description.where
         self.read_tau_external: Callable[[], np.ndarray] | None = None
         root, alone, hand, self.tool_site = assemble(description, name or description.name)
-        self.limits = read_limits(alone, description)
+        self.bounds = ArmBounds() if bounds is None else bounds
+        self.limits = self.bounds.narrowed(read_limits(alone, description), description)
         try:
             check_position_limits(np.array(description.home), self.limits.lower, self.limits.upper)
         except MotionError as error:
@@ -263,6 +267,7 @@ class Robot(MonitoredEntity):
             tool_limits=self.description.tool_limits,
             tolerance=self.description.tolerance,
             qpos=qpos,
+            bounds=self.bounds,
         )
 
 

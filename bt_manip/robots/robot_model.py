@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 
+from .bounds import ArmBounds
 from .errors import RobotError
 from .joint_limits import JointLimits
 from .model_building import build_model, find
@@ -13,6 +14,10 @@ from .payload import Payload
 from .robot_description import Tolerance, ToolLimits
 
 _SAMPLES = 1000  # random configurations from which the reach is estimated
+_BOX_ROWS = 20
+"""Control steps between two checks of the tool's position. A tool that accelerates by 20 m/s2 is
+less than 1 mm beside the line between two such positions, which is in the box where both are."""
+
 _SLIDE = int(mujoco.mjtJoint.mjJNT_SLIDE)
 
 
@@ -30,6 +35,7 @@ class RobotModel:
         limits: Joint limits.
         tool_limits: Limits of the tool's motion along a line.
         tolerance: Largest errors of the tool pose in inverse kinematics.
+        bounds: Bounds of its motions; those of the joints are in `limits`, too.
         damping: Viscous friction of each joint [N m s/rad].  # (nv,)
         friction: Dry friction of each joint [N m].  # (nv,)
         home: Configuration of the arm at the start [rad].  # (nq,)
@@ -52,6 +58,7 @@ class RobotModel:
         tool_limits: ToolLimits | None = None,
         tolerance: Tolerance | None = None,
         qpos: np.ndarray | None = None,
+        bounds: ArmBounds | None = None,
     ) -> None:
         """Build the model of an arm from the compiled MuJoCo model.
 
@@ -64,6 +71,7 @@ class RobotModel:
             tool_limits: Limits of the tool's motion along a line.
             tolerance: Largest errors of the tool pose in inverse kinematics.
             qpos: Positions at which all other joints are locked; default: ``mj_model.qpos0``.
+            bounds: Bounds of its motions.
 
         Raises:
             RobotError: If a name is unknown or the joints do not form an arm.
@@ -80,6 +88,7 @@ class RobotModel:
         self.limits = limits
         self.tool_limits = ToolLimits() if tool_limits is None else tool_limits
         self.tolerance = Tolerance() if tolerance is None else tolerance
+        self.bounds = ArmBounds() if bounds is None else bounds
         dofs = [mj_model.joint(name).dofadr[0] for name in joints]
         slides = mj_model.jnt_type[[mj_model.joint(name).id for name in joints]] == _SLIDE
         self.units = tuple("m" if slide else "rad" for slide in slides)
@@ -122,6 +131,28 @@ class RobotModel:
         """Return the pose T_wt of the tool in the world."""
         pin.forwardKinematics(self.model, self.data, q)
         return pin.updateFramePlacement(self.model, self.data, self.tool_frame_id)
+
+    def box_problem(self, rows: np.ndarray, tolerance: float = 1e-6) -> str:
+        """Return how the tool leaves its bounds in a motion; empty if it does not.
+
+        It may stay as far outside as it is at first.
+
+        Args:
+            rows: Configurations at the control steps [rad].  # (n, nq)
+            tolerance: Distance outside that is accepted [m].
+        """
+        if (box := self.bounds.box) is None:
+            return ""
+        checked = np.concatenate([rows[:-1:_BOX_ROWS], rows[-1:]])
+        p = np.array([self.pose(q).translation.copy() for q in checked])
+        outside = np.maximum(box[0] - p, p - box[1])
+        beyond = outside > np.maximum(outside[0], 0.0) + tolerance
+        if not beyond.any():
+            return ""
+        row, axis = np.argwhere(beyond)[0]
+        low, high = box[:, axis]
+        where = f"{'xyz'[axis]} of the tool is {p[row, axis]:.3f} m"
+        return f"{where}, its bounds are {low:g} to {high:g} m"
 
     def jacobian(self, q: np.ndarray) -> np.ndarray:
         """Return the tool's Jacobian: linear over angular velocity, in world axes."""

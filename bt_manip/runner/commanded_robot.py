@@ -141,7 +141,7 @@ def make_robot(chosen: SceneRobot, parts: Parts, backend: BackendChoice | None =
         if backend is not None:
             kind: Any = parts.grippers.get(name)
             make_gripper = kind.on_device(backend.link_gripper())
-    return Robot(description, gripper=make_gripper)
+    return Robot(description, gripper=make_gripper, bounds=chosen.bounds)
 
 
 class RobotEntities:
@@ -190,6 +190,8 @@ class RobotEntities:
         """Connect the arm to the controllers; the cell must be compiled."""
         robot = self._robot
         model = robot.make_model()
+        if self.link is not None and model.bounds.box is not None:
+            self.link.set_box(model)
         world = CollisionWorld(robot, model)
         check_home(world)
         arm = Arm(

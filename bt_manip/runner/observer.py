@@ -91,8 +91,7 @@ def recorder_for(path: Path, recorders: Registry[Any]) -> RunObserver:
     Raises:
         BtManipError: If there is none, or it cannot write the file.
     """
-    recorder: RunObserver = recorders.create(recorder_name(path.suffix, recorders), path)
-    return recorder
+    return recorders.create(recorder_name(path.suffix, recorders), path)
 
 
 def recorder_name(suffix: str, recorders: Registry[Any]) -> str:

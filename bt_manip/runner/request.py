@@ -134,5 +134,5 @@ def request_of(tree: str, parts: Parts, **options: Any) -> RunRequest:
         defaults["controller"] = wants.controller or choice.backend.controllers[0]
     given = {key: value for key, value in options.items() if value is not None}
     chosen = {key: value for key, value in defaults.items() if value is not None}
-    registered = {name: parts.trees.get(name) for name in parts.trees}
+    registered = parts.trees.copies()
     return RunRequest(find_tree(tree, registered), **(chosen | given))

@@ -11,7 +11,7 @@ from bt_manip import spatial
 from bt_manip.cell import Region
 from bt_manip.cell.randomization import Randomization
 from bt_manip.exceptions import BtManipError, did_you_mean
-from bt_manip.robots import Configuration, Configurations, RobotDescription
+from bt_manip.robots import ArmBounds, Configuration, Configurations, RobotDescription
 from bt_manip.toml_fields import (
     Key,
     KeyField,
@@ -23,6 +23,7 @@ from bt_manip.toml_fields import (
 from bt_manip.toml_tables import TomlTable
 
 from .scene_keys import (
+    BoundsTable,
     CameraPose,
     EntityName,
     ObjectModel,
@@ -185,6 +186,9 @@ class SceneRobot:
     planner: Annotated[
         str | None, Key("Its planner; by default that of the run", values=PartName("planners"))
     ] = None
+    bounds: Annotated[
+        ArmBounds, Key("Bounds of its motions; by default none", values=BoundsTable())
+    ] = field(default_factory=ArmBounds)
     for_reach: Annotated[
         float | None,
         Key(

@@ -15,7 +15,7 @@ from bt_manip.cell.randomization import Randomization, parse_variation
 from bt_manip.exceptions import BtManipError, did_you_mean
 from bt_manip.models import is_address
 from bt_manip.registry import Parts, Registry
-from bt_manip.robots import RobotDescription, read_description
+from bt_manip.robots import ArmBounds, RobotDescription, read_description
 from bt_manip.toml_fields import KeyField, entries_of, read_part
 from bt_manip.toml_tables import TomlFile, TomlTable
 
@@ -212,6 +212,17 @@ class RegionTable:
         elif "z" in part.keys():
             part.reject("z", f"follows from what it is on, '{on}'")
         return _attempt(table, entry.name, read_part, Region, part, z=(0.0, 0.0))
+
+
+class BoundsTable:
+    """Bounds of a robot's motions."""
+
+    type, cls = "a table", ArmBounds
+
+    def read(self, table: TomlTable, entry: KeyField, size: Any) -> ArmBounds | None:
+        """Return the bounds."""
+        part = table.table(entry.name)
+        return None if part is None else _attempt(table, entry.name, read_part, ArmBounds, part)
 
 
 class RandomizationTable:

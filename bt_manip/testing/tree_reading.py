@@ -73,7 +73,7 @@ def find_test_tree(text: str | Path, parts: Parts, folder: Path | None = None) -
     beside = (folder or Path()) / path
     if beside.is_file():
         return find_tree(f"{beside}{colon}{function}", {})
-    return find_tree(str(text), {name: parts.trees.get(name) for name in parts.trees})
+    return find_tree(str(text), parts.trees.copies())
 
 
 def _idle(

@@ -134,8 +134,7 @@ class DecelerationLimits:
         self.extend(int(places.max()) + 2)
         i = np.minimum(places.astype(int), len(self._table) - 2)
         part = np.minimum(places - i, 1.0)[:, np.newaxis]
-        rows: np.ndarray = (1.0 - part) * self._table[i] + part * self._table[i + 1]
-        return rows
+        return (1.0 - part) * self._table[i] + part * self._table[i + 1]
 
     def min_acceleration(self, rows: np.ndarray, s_dot: np.ndarray) -> np.ndarray:
         """Return the lowest path acceleration of acceleration and effort limits, at most 0.

@@ -276,6 +276,23 @@ class Window:
         """Keep a screenshot as an artefact, where the scene is empty."""
         _keep(name, self.page.screenshot())
 
+    def position(self, node: str) -> np.ndarray:
+        """Return where the origin of a node is in the world [m]."""  # (3,)
+        script = (
+            "name => { const { nodeRefFromName, camera } = __viserMutable;"
+            " const v = nodeRefFromName[name].getWorldPosition(camera.position.clone());"
+            " return nodeRefFromName[''].worldToLocal(v).toArray(); }"
+        )
+        return np.array(self.evaluate(script, node))
+
+    def drag(self, start: tuple[float, float], end: tuple[float, float]) -> None:
+        """Drag with the left button of the mouse from one point of the page to another."""
+        mouse = self.page.mouse
+        mouse.move(*start)
+        mouse.down()
+        mouse.move(*end, steps=10)
+        mouse.up()
+
     def pixel(self, node: str, offset: Sequence[float] = (0.0, 0.0, 0.0)) -> tuple[float, float]:
         """Return where a point of the scene is on the page [pixels].
 

@@ -95,3 +95,34 @@ def test_an_edit_with_an_error_is_shown_at_its_line_until_it_is_right(window, tr
     window.keep("edit_with_error")
     write(TREE, 2)
     wait_until(lambda: "The edited file has errors" not in window.text())
+
+
+LARGE_TREE = """<root BTCPP_format="4"><BehaviorTree ID="Main"><Repeat num_cycles="-1">
+  <Sequence>{leaves}</Sequence>
+</Repeat></BehaviorTree></root>
+"""
+
+COUNT_UPDATES = """
+    seconds => new Promise((done) => {
+        const draw = apply;
+        let count = 0;
+        window.apply = (changes) => {
+            draw(changes);
+            count += changes.some(([what, , name]) => what == "merge" && name == "states");
+        };
+        setTimeout(() => { window.apply = draw; done(count / seconds); }, 1000 * seconds);
+    })
+"""
+"""Gives how often in a second of wall time new states of nodes are drawn."""
+
+
+def test_states_of_500_nodes_are_drawn_several_times_a_second(start, open_window, tmp_path):
+    path = tmp_path / "large.xml"
+    path.write_text(LARGE_TREE.format(leaves='<Sleep msec="10"/>' * 497))
+    program = start("run", path, "--view", "--real-time", "1")
+    window = open_window(program.url)
+    window.wait_for_scene()
+    window.wait_for_tree("▶ Sleep")
+    updates = window.page.evaluate(COUNT_UPDATES, 5)
+    assert 3.0 < updates < 11.0  # 10 where the computer has time
+    assert not window.log

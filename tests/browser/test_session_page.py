@@ -1,5 +1,6 @@
 """Jogging and runs from the page of a cell in which no tree runs (``bt-manip view``)."""
 
+import numpy as np
 import pytest
 
 from tests.browser.conftest import Window, wait_until
@@ -27,6 +28,28 @@ def test_a_joint_slider_moves_the_arm_which_is_saved_by_name(window):
     window.press("Save configuration")
     window.wait_for_text(r"beside.*configurations\.toml")
     window.keep("jog")
+
+
+def test_the_tool_follows_the_handle_that_the_mouse_drags_by_an_arrow(window):
+    window.open_tab("Jog")
+    hand, handle = "/panda/panda:hand", "/jog/panda"
+    before = window.position(hand)
+    arrow = (0.0, 0.0, -0.12)  # the tool points down, and so does the arrow of its z axis
+
+    def drag(distance: float) -> None:
+        up = (0.0, 0.0, arrow[2] + distance)
+        window.drag(window.pixel(handle, arrow), window.pixel(handle, up))
+
+    drag(0.1)
+    expected = before + (0.0, 0.0, 0.1)
+    wait_until(lambda: np.abs(window.position(hand) - expected).max() < 0.005)
+    offset = window.position(hand) - window.position(handle)
+    drag(2.0)  # out of reach
+    window.wait_for_text("the pose is unreachable")
+    wait_until(
+        lambda: np.abs(window.position(hand) - offset - window.position(handle)).max() < 1e-3
+    )
+    assert np.abs(window.position(hand) - expected).max() < 0.005
 
 
 def test_a_tree_runs_is_stopped_and_the_cell_is_reset(window):

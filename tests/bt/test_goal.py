@@ -149,6 +149,13 @@ def test_a_task_is_a_sentence_or_the_id_in_words(registry):
     assert parse_tree(written, registry).task == "do it"
 
 
+def test_a_task_may_be_the_sentence_of_an_entry():
+    tree = Tree(AlwaysSuccess(), tree_id="PickIt", task="{sentence}")
+    assert tree.task == "pick it"
+    tree.blackboard["sentence"] = "pick the red one"
+    assert tree.task == "pick the red one"
+
+
 def test_a_goal_consists_of_conditions():
     with pytest.raises(TreeError, match="a goal consists of conditions, got AlwaysSuccess"):
         Tree(AlwaysSuccess(), goal=AlwaysSuccess())

@@ -1,5 +1,9 @@
 """Stable-Baselines3 learns in the environments, with the wrappers that its users have."""
 
+import importlib.util
+import re
+from pathlib import Path
+
 import gymnasium
 import numpy as np
 import pytest
@@ -106,3 +110,15 @@ def test_it_learns_in_a_batch_with_the_results_of_single_environments():
     assert lengths == others and len(lengths) >= 8
     assert keys == other_keys
     assert all(np.array_equal(a, b) for a, b in zip(weights, other_weights, strict=True))
+
+
+def test_the_example_trains_and_evaluates(capsys):
+    path = Path(__file__).parents[2] / "examples" / "6_learn_to_reach.py"
+    spec = importlib.util.spec_from_file_location("learn_to_reach", path)
+    example = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(example)
+    example.ENVIRONMENTS, example.EPISODE, example.ROUND = 4, 10, 1
+    example.learn(1e-3)
+    lines = capsys.readouterr().out.splitlines()
+    steps = [re.fullmatch(r"0\.\d min, (\d+) steps: \d+%", line)[1] for line in lines]
+    assert steps == ["0", "128"]

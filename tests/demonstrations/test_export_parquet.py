@@ -2,6 +2,7 @@
 
 import json
 import struct
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -28,6 +29,15 @@ def test_rows_are_the_steps_of_all_demonstrations(store, tmp_path):
     }.items():
         np.testing.assert_array_equal(table[column], np.concatenate([get(one) for one in store]))
     assert table["leaf"] == [leaf for one in store for leaf in one.leaves]
+
+
+def test_a_demonstration_with_a_sentence_of_its_own_keeps_it(store, make_demonstration, tmp_path):
+    store.write(replace(make_demonstration(1), task="pick the red cube up"))
+    assert store.read(1).task == "pick the red cube up"
+    write_demonstration_table(store, tmp_path / "demos.parquet")
+    table = parquet.read_table(tmp_path / "demos.parquet").to_pydict()
+    general = [IDENTITY["task"]] * STEPS
+    assert table["task"] == [*general, *["pick the red cube up"] * STEPS, *general]
 
 
 def test_images_are_png(store, tmp_path):

@@ -2,7 +2,9 @@
 
 from dataclasses import replace
 
-from bt_manip.evaluation import EpisodeResult, evaluate
+import pytest
+
+from bt_manip.evaluation import EpisodeResult, evaluate, scheduling
 from bt_manip.evaluation.scheduling import MIN_EPISODES
 
 
@@ -14,6 +16,11 @@ class Coin:
         return EpisodeResult(*episode, 0, success, "SUCCESS" if success else "FAILURE")
 
 
+@pytest.fixture(autouse=True)
+def coins(monkeypatch):
+    monkeypatch.setattr(scheduling, "EpisodeWorker", lambda evaluation: Coin())
+
+
 def count(results):
     points = [result.point for result in results]
     return [points.count(point) for point in range(2)]
@@ -21,12 +28,12 @@ def count(results):
 
 def test_known_episodes_are_not_run_again(evaluation):
     before = [EpisodeResult(0, n, 0, True, "SUCCESS") for n in (0, 2)]
-    results = evaluate(evaluation(), 4, worker=Coin(), before=before)
+    results = evaluate(evaluation(), 4, before=before)
     assert [result.episode for result in results] == [1, 3]
 
 
 def test_a_point_ends_when_its_interval_is_narrow_enough(evaluation):
     two = replace(evaluation(), points=({}, {}))
-    assert count(evaluate(two, 300, worker=Coin())) == [300, 300]
-    some, fewest = count(evaluate(two, 300, worker=Coin(), until_width=0.15))
+    assert count(evaluate(two, 300)) == [300, 300]
+    some, fewest = count(evaluate(two, 300, until_width=0.15))
     assert fewest == MIN_EPISODES < some < 300

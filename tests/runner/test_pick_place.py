@@ -10,7 +10,7 @@ import pytest
 
 from bt_manip.record.report.recorder import Recorder
 from bt_manip.record.report.run_report import RunReport
-from bt_manip.record.tables.trace import TraceRecorder
+from bt_manip.record.tables.trace import Trace
 from bt_manip.registry import Parts
 from bt_manip.runner import RunRequest, find_tree, prepare
 
@@ -20,7 +20,7 @@ CYCLES = 4
 def run(parts: Parts, tree: str, trace: Path | None = None, **request) -> RunReport:
     source = find_tree(tree, {name: parts.trees.get(name) for name in parts.trees})
     recorder = Recorder(tree, request.get("seed", 0))
-    traces = [TraceRecorder(trace)] if trace else []
+    traces = [Trace(trace)] if trace else []
     prepare(RunRequest(source, **request), parts).execute([recorder, *traces])
     return recorder.report()
 

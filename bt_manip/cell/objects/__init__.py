@@ -16,6 +16,7 @@ from .cell_object import as_object as as_object
 from .cell_object import bottom_of as bottom_of
 from .model_object import ModelObject as ModelObject
 from .model_object import mjcf_root as mjcf_root
+from .primitive_prop import PrimitiveProp as PrimitiveProp
 from .primitives import Bin as Bin
 from .primitives import Block as Block
 from .primitives import BlueBlock as BlueBlock

@@ -50,6 +50,9 @@ class SuctionGripper(Gripper):
     """
 
     kind = "suction"
+    memory = (
+        "state", "_asked", "_force", "_pressing", "_object", "_time", "_interrupted", "_steps",
+    )  # fmt: skip
 
     state: str
     """Control state: open, closing, sealed or lost."""
@@ -280,25 +283,3 @@ class SuctionGripper(Gripper):
             if seals(model, data, self.robot.tool_site_id, self.cup.radius, geoms.tolist()):
                 return name
         return ""
-
-    # State
-
-    def get_state(self) -> dict[str, Any]:
-        """Return the state kept between steps, as plain data."""
-        return {
-            "state": self.state,
-            "asked": self._asked,
-            "force": self._force,
-            "pressing": self._pressing,
-            "object": self._object,
-            "time": self._time,
-            "interrupted": self._interrupted,
-            "steps": self._steps,
-        }
-
-    def set_state(self, state: Mapping[str, Any]) -> None:
-        """Restore a state returned by ``get_state``."""
-        self.state, self._object = state["state"], state["object"]
-        self._asked, self._force = state["asked"], state["force"]
-        self._pressing, self._time = state["pressing"], state["time"]
-        self._interrupted, self._steps = state["interrupted"], state["steps"]

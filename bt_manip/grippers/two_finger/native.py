@@ -58,6 +58,8 @@ class NativeTwoFingerGripper(TwoFingerGripper):
         added = 2.0 * mass * _POLE - float(robot.alone.dof_damping[dofs].mean())
         self._k, self._d = mass * _POLE**2, max(added, 0.0)
         slopes = self._a**2
+        for motor, effort in zip(mechanism.actuators, self._efforts().tolist(), strict=True):
+            motor.forcerange = [-effort, effort]  # as at first, so that a compiled model is reused
         mechanism.actuators = add_feedback(mechanism.actuators, self._k * slopes, self._d * slopes)
         first, second = mechanism.joints
         robot.mjcf_model.equality.add(
@@ -212,8 +214,12 @@ class NativeTwoFingerGripper(TwoFingerGripper):
         self._signals, self._index = None, 0
 
     def _limit_force(self) -> None:
-        effort = np.abs(self._a) * self._asked
+        effort = self._efforts()
         self._ranges[self.mechanism.ctrl_adr] = np.stack([-effort, effort], axis=1)
+
+    def _efforts(self) -> np.ndarray:
+        """Return the largest efforts of the motors, by the commanded grip force [N]."""  # (2,)
+        return np.abs(self._a) * self._asked
 
     def _reset(self) -> None:
         super()._reset()

@@ -101,8 +101,7 @@ class RecordedScene:
     @property
     def cameras(self) -> list[SceneCamera]:
         """The cameras of the cell at this time."""
-        found: list[SceneCamera] = self._latest(self._views)[0]
-        return found
+        return self._latest(self._views)[0]
 
     @property
     def centre(self) -> np.ndarray:

@@ -220,9 +220,6 @@ class Recorder(RunObserver):
 
     # Internal
 
-    def _judged_by(self) -> str:
-        return "physics" if self._real is None else "gripper and assumption"
-
     def _write(self) -> None:
         if self._file is not None:
             self._file.update(self.report("RUNNING"))
@@ -290,12 +287,13 @@ class Recorder(RunObserver):
         placed = [one.placed for one in objects if one.placed is not None]
         ended = status in ("SUCCESS", "FAILURE")
         duration = round(self._cell.time - self._cycle_start, 6)
+        judge = "physics" if self._real is None else "gripper and assumption"
         return CycleReport(
             status=status,
             reason=reason,
             goal=goal.holds if ended else None,
             goal_reason=goal.reason if ended else "",
-            judged_by=self._judged_by() if self._run.tree.goal_reads_cell else "tree",
+            judged_by=judge if self._run.tree.goal_reads_cell else "tree",
             object=objects[0].name if len(objects) == 1 else None,
             placed=all(placed) if placed else None,
             objects=objects,

@@ -42,8 +42,9 @@ def columns_of(
 
 
 class Trace(RunObserver):
-    """Writes t, q, v, q_ref, v_ref, a_ref and tau of every control step to an ``.npz`` file.
+    """Write t, q, v, q_ref, v_ref, a_ref and tau of every control step to an .npz file.
 
+    It is the small file of the joints; ``bt-manip export`` makes tables of everything recorded.
     With several robots in a cell the file has ``left/q`` and so on, by their names.
 
     While the run goes on, the file is a structured array in NumPy's NPY format with the same names,
@@ -51,15 +52,19 @@ class Trace(RunObserver):
     which has the names of the joints, too: ``joints``.
     """
 
-    def __init__(self, path: Path) -> None:
+    suffix = ".npz"
+
+    def __init__(self, path: Path | None) -> None:
         """Check the path; the file is created when the run starts.
 
         Args:
             path: The file to write.
 
         Raises:
-            BtManipError: When the file cannot be written.
+            BtManipError: When there is no path, or the file cannot be written.
         """
+        if path is None:
+            raise BtManipError("a trace needs a file to be written to: --record trace=FILE.npz")
         check_writable(path, "trace")
         self.path = path
         # A pipe or a device cannot grow.
@@ -69,6 +74,7 @@ class Trace(RunObserver):
         self._dtype = np.dtype([("t", float), *((name, float, (0,)) for name in STEP_FIELDS)])
         self._rows = 0
         self._problem = ""
+        self._is_closed = False
         self._joints: dict[str, list[str]] = {}  # by name in the archive
 
     def run_started(self, run: Run) -> None:
@@ -112,12 +118,20 @@ class Trace(RunObserver):
                 f"{t[0]:.3f} s on are lost"
             )
 
+    def run_ended(self) -> None:
+        """Write the file, unless it is in use by another process."""
+        if self._file is not None or self._problem:
+            self.close()
+
     def close(self) -> None:
-        """Replace the file by the archive.
+        """Replace the file by the archive; the end of a run does so, too.
 
         Raises:
             RecordingError: When it cannot be written.
         """
+        if self._is_closed:
+            return
+        self._is_closed = True
         try:
             if self._file is not None:
                 self._file.sync()
@@ -181,32 +195,6 @@ def write_trace(recording: "Recording", path: Path) -> None:
         joints[f"{prefix}joints"] = recording.joints[robot]
     with writing(path, "trace"):
         _write_archive(path, columns, joints)
-
-
-class TraceRecorder(Trace):
-    """Write t, q, v, q_ref, v_ref, a_ref and tau of every control step to an .npz file.
-
-    It is the small file of the joints; ``bt-manip export`` makes tables of everything recorded.
-    """
-
-    suffix = ".npz"
-
-    def __init__(self, path: Path | None) -> None:
-        """Check the path.
-
-        Args:
-            path: The file to write.
-
-        Raises:
-            BtManipError: When there is no path, or the file cannot be written.
-        """
-        if path is None:
-            raise BtManipError("a trace needs a file to be written to: --record trace=FILE.npz")
-        super().__init__(path)
-
-    def run_ended(self) -> None:
-        """Write the file."""
-        self.close()
 
 
 def _write_archive(

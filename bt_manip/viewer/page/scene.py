@@ -8,8 +8,9 @@ from typing import Any
 import mujoco
 import numpy as np
 import trimesh
+from PIL import Image
 
-from bt_manip.cell import SceneSource, Triangles, VisualShape
+from bt_manip.cell import SceneSource, TexturedMesh, Triangles, VisualShape
 
 from .framing import Framing
 
@@ -24,6 +25,9 @@ AXES_LENGTH = 0.08
 
 AXES_RADIUS = 0.003
 """Their radius [m]."""
+
+LARGEST_TEXTURE = (1024, 1024)
+"""Size above which textures are sent smaller [pixels]."""
 
 SMALLEST_MOTION = 1e-5
 """Smallest change of a pose that is sent, in position [m] and quaternion."""
@@ -154,19 +158,26 @@ class SceneView:
             frames[body] = scene.add_frame(
                 path, show_axes=self._with_axes, axes_length=AXES_LENGTH, axes_radius=AXES_RADIUS
             )
-            for i, shape in enumerate(shapes):
-                vertices, faces = triangles_of(shape)
-                *rgb, alpha = shape.rgba
-                meshes.append(
-                    scene.add_mesh_simple(
-                        f"{path}/shape{i}",
-                        _transformed(vertices, shape),
-                        faces,
-                        color=tuple(round(255 * part) for part in rgb),
-                        opacity=None if alpha >= 1.0 else alpha,
-                        flat_shading=shape.kind in ("box", "cylinder"),
-                    )
-                )
+            meshes += [self._add_shape(f"{path}/shape{i}", shape) for i, shape in enumerate(shapes)]
+
+    def _add_shape(self, path: str, shape: VisualShape) -> Any:
+        if shape.textured is not None:
+            return self._server.scene.add_glb(
+                path,
+                _glb(shape.textured, shape.rgba[3]),
+                position=shape.position,
+                wxyz=shape.quat_wxyz,
+            )
+        vertices, faces = triangles_of(shape)
+        *rgb, alpha = shape.rgba
+        return self._server.scene.add_mesh_simple(
+            path,
+            _transformed(vertices, shape),
+            faces,
+            color=tuple(round(255 * part) for part in rgb),
+            opacity=None if alpha >= 1.0 else alpha,
+            flat_shading=shape.kind in ("box", "cylinder"),
+        )
 
 
 def _transformed(vertices: np.ndarray, shape: VisualShape) -> np.ndarray:
@@ -192,12 +203,32 @@ def triangles_of(shape: VisualShape) -> Triangles:
     return Triangles(np.asarray(mesh.vertices), np.asarray(mesh.faces))
 
 
+def _glb(textured: TexturedMesh, alpha: float) -> bytes:
+    """Return a mesh with its texture as a file of glTF."""
+    vertices, normals, coordinates, faces, pixels = textured
+    image = Image.fromarray(pixels)
+    image.thumbnail(LARGEST_TEXTURE)
+    material = trimesh.visual.material.PBRMaterial(
+        baseColorTexture=image,
+        baseColorFactor=(1.0, 1.0, 1.0, alpha),
+        alphaMode="OPAQUE" if alpha >= 1.0 else "BLEND",
+        metallicFactor=0.0,
+        roughnessFactor=1.0,
+    )
+    upwards = coordinates * (1.0, -1.0) + (0.0, 1.0)  # trimesh has v = 0 at the bottom
+    visual = trimesh.visual.TextureVisuals(uv=upwards, material=material)
+    mesh = trimesh.Trimesh(vertices, faces, vertex_normals=normals, visual=visual, process=False)
+    data = mesh.export(file_type="glb", include_normals=True)
+    assert isinstance(data, bytes)
+    return data
+
+
 def _digest(bodies: Mapping[str, Sequence[VisualShape]]) -> str:
     """Return a digest of shapes; equal shapes have equal ones."""
     digest = hashlib.sha256()
     for body, shapes in bodies.items():
-        for kind, *numbers, triangles in shapes:
+        for kind, *numbers, triangles, textured in shapes:
             digest.update(f"{body} {kind} ".encode())
-            for part in (*numbers, *(triangles or ())):
+            for part in (*numbers, *(triangles or ()), *(textured or ())):
                 digest.update(np.ascontiguousarray(part).tobytes())
     return digest.hexdigest()

@@ -61,7 +61,7 @@ class ScenePage:
         self._scene = SceneView(self.server)
         self.bar, self.tabs = self.gui.add("bar"), self.gui.add("tabs")
         self._places = {"bar": self.bar, "left": self.gui.add("left")}
-        self._places["below"] = self.gui.add("below")
+        self._places |= {name: self.gui.add(name) for name in ("below", "over")}
         with self.bar:
             self.controls = make_controls(self.gui)
         self._panels: list[Panel] = [self.controls, *self._make(panels)]
@@ -128,7 +128,8 @@ class ScenePage:
             self._catch_up()
             self._show_scene()
             if now or time_now >= self._next_panels:
-                self._next_panels = time_now + PANEL_PERIOD
+                late = min(max(time_now - self._next_panels, 0.0), PANEL_PERIOD)
+                self._next_panels = time_now - late + PANEL_PERIOD
                 for panel in self._panels:
                     panel.draw()
                 self._publish()

@@ -1,16 +1,15 @@
 """Choose the block to build a tower on."""
 
 import math
-from typing import Any
 
 import numpy as np
 
-from bt_manip.bt import Input, Output, Status, SyncAction
-from bt_manip.cell import Cell, CellError
+from bt_manip.behaviours import CellBehaviour
+from bt_manip.bt import Input, Output, Status
 from bt_manip_blocks.blocks import blocks_on, tower_on
 
 
-class ChooseBase(SyncAction):
+class ChooseBase(CellBehaviour):
     """Choose the block to build a tower on: the base of the highest tower.
 
     Of several it is the one whose nearest neighbour is farthest away. A tower is as high as the
@@ -21,16 +20,9 @@ class ChooseBase(SyncAction):
     base = Output(str, doc="Name of the block.")
     top = Output(str, doc="Name of the highest block of the tower on it; the same without one.")
 
-    def setup(self, **infrastructure: Any) -> None:
-        """Keep the cell."""
-        self.cell: Cell = infrastructure["cell"]
-
     def update(self) -> Status:
         """Compare the blocks."""
-        try:
-            places = {b: self.cell.pose(b).translation[:2] for b in blocks_on(self.cell, self.on)}
-        except CellError as error:
-            return self.fail(str(error))
+        places = {b: self.cell.pose(b).translation[:2] for b in blocks_on(self.cell, self.on)}
         if not places:
             return self.fail(f"no block lies on '{self.on}'")
         gaps = {

@@ -7,13 +7,13 @@ import pinocchio as pin
 
 from bt_manip.arm import Arm
 from bt_manip.behaviours import (
+    CellBehaviour,
     centre_pose,
     pose_from_text,
     pose_to_text,
     top_grasp_poses,
 )
-from bt_manip.bt import Input, Output, Status, SyncAction
-from bt_manip.cell import Cell, CellError
+from bt_manip.bt import Input, Output, Status
 from bt_manip.grasping import (
     SUFFICIENT_CLEARANCE,
     GripperClearance,
@@ -23,7 +23,7 @@ from bt_manip.grippers import GRIP_DEPTH
 from bt_manip_blocks.blocks import blocks_on
 
 
-class ChooseBlock(SyncAction):
+class ChooseBlock(CellBehaviour):
     """Choose a block that the gripper has clearance at, of those that lie on an object.
 
     With a base, the block nearest to the tower on it, before the tower obstructs the gripper there;
@@ -39,22 +39,19 @@ class ChooseBlock(SyncAction):
     )  # fmt: skip
 
     def setup(self, **infrastructure: Any) -> None:
-        """Keep cell and arm."""
-        self.cell: Cell = infrastructure["cell"]
+        """Keep the arm too."""
+        super().setup(**infrastructure)
         self.arm: Arm = infrastructure["arm"]
 
     def update(self) -> Status:
         """Compare the blocks."""
-        try:
-            around = GripperClearance(self.cell, self.arm.robot, [])
-            clearances = {
-                block: self._clearance(block, around)
-                for block in blocks_on(self.cell, self.on)
-                if block != self.base
-            }
-            gaps = {block: self._gap(block) for block in clearances} if self.base else {}
-        except CellError as error:
-            return self.fail(str(error))
+        around = GripperClearance(self.cell, self.arm.robot, [])
+        clearances = {
+            block: self._clearance(block, around)
+            for block in blocks_on(self.cell, self.on)
+            if block != self.base
+        }
+        gaps = {block: self._gap(block) for block in clearances} if self.base else {}
         if not clearances:
             return self.fail(f"no block lies on '{self.on}'")
         free = [block for block in gaps if clearances[block] >= SUFFICIENT_CLEARANCE]

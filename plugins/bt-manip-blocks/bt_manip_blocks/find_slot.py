@@ -1,19 +1,16 @@
 """Find the place for a block in the tray."""
 
-from typing import Any
-
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.behaviours import pose_from_text, pose_to_text
-from bt_manip.bt import Input, Output, Status, SyncAction
-from bt_manip.cell import Cell, CellError
+from bt_manip.behaviours import CellBehaviour, pose_from_text, pose_to_text
+from bt_manip.bt import Input, Output, Status
 from bt_manip_blocks.blocks import blocks_in, find_tray
 from bt_manip_blocks.coloured_block import ColouredBlock
 from bt_manip_blocks.sorting_tray import SLOT
 
 
-class FindSlot(SyncAction):
+class FindSlot(CellBehaviour):
     """Find a free slot in the row of a block's colour."""
 
     block = Input(str, doc="Name of the block.")
@@ -23,20 +20,13 @@ class FindSlot(SyncAction):
         doc="Where the middle of the block's bottom belongs, in the world.",
     )  # fmt: skip
 
-    def setup(self, **infrastructure: Any) -> None:
-        """Keep the cell."""
-        self.cell: Cell = infrastructure["cell"]
-
     def update(self) -> Status:
         """Look for a slot that no block stands in."""
         cell = self.cell
-        try:
-            block, tray = cell.find(self.block), find_tray(cell, self.tray)
-            if not isinstance(block, ColouredBlock):
-                return self.fail(f"'{self.block}' is no coloured block")
-            slots = [cell.pose(self.tray) * slot for slot in tray.row(block.colour)]
-        except CellError as error:
-            return self.fail(str(error))
+        block, tray = cell.find(self.block), find_tray(cell, self.tray)
+        if not isinstance(block, ColouredBlock):
+            return self.fail(f"'{self.block}' is no coloured block")
+        slots = [cell.pose(self.tray) * slot for slot in tray.row(block.colour)]
         others = [cell.pose(name).translation for name in blocks_in(cell) if name != self.block]
         for slot in slots:
             if all(np.linalg.norm((p - slot.translation)[:2]) > SLOT / 2 for p in others):

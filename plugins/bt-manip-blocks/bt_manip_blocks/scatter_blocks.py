@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from bt_manip import spatial
-from bt_manip.behaviours import numbers_or_auto, poses_output
-from bt_manip.bt import Action, Input, Output, Status
-from bt_manip.cell import Cell, CellError, Region, extent, unique_name
+from bt_manip.behaviours import CellBehaviour, numbers_or_auto, poses_output
+from bt_manip.bt import Input, Output, Status
+from bt_manip.cell import CellError, Region, extent, unique_name
 from bt_manip_blocks.blocks import blocks_in
 from bt_manip_blocks.coloured_block import ColouredBlock
 
@@ -18,7 +18,7 @@ FINGERS = 0.11  # [m] from a block's middle to fixed objects beside it: fingers 
 _NO_YAW = (0.0, 0.0)  # [rad]: sampled apart
 
 
-class ScatterBlocks(Action):
+class ScatterBlocks(CellBehaviour):
     """Clear all coloured blocks away, and scatter new ones with room for the fingers."""
 
     drawn = ("poses",)
@@ -41,24 +41,14 @@ class ScatterBlocks(Action):
     poses = poses_output("Their poses in the world, each x;y;z;qw;qx;qy;qz [m], separated by '|'.")
 
     def setup(self, **infrastructure: Any) -> None:
-        """Keep the cell and its randomness."""
-        self.cell: Cell = infrastructure["cell"]
+        """Keep randomness and robots too."""
+        super().setup(**infrastructure)
         self.rng: np.random.Generator = infrastructure["rng"]
         self._robots = infrastructure["robots"]
         self._made: dict[tuple[str, int, int], ColouredBlock] = {}
 
-    def initialise(self) -> None:
+    def start(self) -> None:
         """Scatter."""
-        try:
-            self._scatter()
-        except CellError as error:
-            self.fail(str(error))
-
-    def update(self) -> Status:
-        """Succeed: they are there."""
-        return Status.SUCCESS
-
-    def _scatter(self) -> None:
         cell = self.cell
         height = cell.surface_height(self.on)
         colours = self.colours
@@ -81,6 +71,10 @@ class ScatterBlocks(Action):
                 poses.append(T_wo)
         self.blocks, self.poses = names, poses
         self.feedback_message = f"{len(names)} blocks"
+
+    def update(self) -> Status:
+        """Succeed: they are there."""
+        return Status.SUCCESS
 
     def _block(self, colour: str, i: int, j: int) -> ColouredBlock:
         """Return the block that was scattered before, or a new one: the same need no compile."""

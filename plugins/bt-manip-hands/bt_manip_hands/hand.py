@@ -38,6 +38,7 @@ class Hand(Gripper):
     """
 
     kind = "hand"
+    memory = ("state", "_asked", "_s", "_force", "_time", "_idle")
 
     state: str
     """Control state: open, closing or stopped."""
@@ -281,21 +282,3 @@ class Hand(Gripper):
                 if mine in bodies and model.body_rootid[other] != model.body_rootid[mine]:
                     found.add(other)
         return found - own
-
-    # State
-
-    def get_state(self) -> dict[str, Any]:
-        """Return the state kept between steps, as plain data."""
-        return {
-            "state": self.state,
-            "asked": self._asked,
-            "s": self._s,
-            "force": self._force,
-            "time": self._time,
-            "idle": self._idle,
-        }
-
-    def set_state(self, state: Mapping[str, Any]) -> None:
-        """Restore a state returned by ``get_state``."""
-        self.state, self._asked, self._s = state["state"], state["asked"], state["s"]
-        self._force, self._time, self._idle = state["force"], state["time"], state["idle"]

@@ -40,7 +40,7 @@ class Press(MotionBehaviour):
     memory = (*MotionBehaviour.memory, "_since", "_outcome", "_limit", "_last_force")
 
     object = Input(str, doc="Name of the button.")
-    depth = Input(float, default=0.02, doc="Depth of the reference below the cap's top [m].")
+    depth = Input(float, default=0.016, doc="Depth of the reference below the cap's top [m].")
     hold = Input(float, default=0.3, doc="Time that the button is held down [s].")
     max_force = number_or_auto(
         "Largest allowed contact force [N]; auto: 40, or 0.8 of what the arm exerts if that is "

@@ -23,8 +23,7 @@ def ensembled(chunks: Chunks, decay: float) -> list[float]:
     """
     present = np.array([rows[age] for age, rows in chunks if age < len(rows)])
     weights = np.exp(-decay * np.arange(len(present)))
-    mean: list[float] = ((weights / weights.sum()) @ present).tolist()
-    return mean
+    return ((weights / weights.sum()) @ present).tolist()
 
 
 def older(chunks: Chunks) -> list[tuple[int, Sequence[Sequence[float]]]]:

@@ -12,6 +12,7 @@ class Gear(Gripper):
     """Holds by adhesion what touches its face."""
 
     kind = "gear"  # the name that it is registered by
+    memory = ("_force", "_contact")  # what changes during a run
 
     def _build(self, robot):
         super()._build(robot)
@@ -69,14 +70,6 @@ class Gear(Gripper):
     def grasp_generator(self, name, solids, geom_poses, com, rng):
         """Return the grasps of an object."""
         return TopFace(name, solids, com)
-
-    def get_state(self):
-        """Return the state during a run, as plain data."""
-        return {"force": self._force, "contact": self._contact}
-
-    def set_state(self, state):
-        """Restore it."""
-        self._force, self._contact = state["force"], state["contact"]
 
     # Composer calls these.
 

@@ -54,12 +54,6 @@ class FakeArm(ArmDevice):
         self.q = q.copy()
         self.written.append(self.q)
 
-    def finish(self):
-        pass
-
-    def set_payload(self, mass, centre, inertia):
-        pass
-
     def recover(self):
         self.beside("problem").unlink()
 
@@ -74,9 +68,6 @@ class FakeGripper(GripperDevice):
         pass
 
     def close(self):
-        pass
-
-    def home(self):
         pass
 
     def read(self):

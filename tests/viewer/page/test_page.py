@@ -1,10 +1,13 @@
 """A run on the page is the same run: the page shows it, and pauses it on request."""
 
+import io
 import threading
 import time
 
 import mujoco
+import numpy as np
 import pytest
+import trimesh
 
 from bt_manip.behaviours import IsHolding, MoveHome, RemoveObject, SpawnObject
 from bt_manip.bt import AlwaysFailure, Fallback, Script, Sequence, Sleep
@@ -50,6 +53,18 @@ def test_the_visible_geometry_is_sent_once_with_the_poses(make_run, page, connec
     assert len(set(names)) == len(names)
     moved = {message["name"] for message in of_type(messages, "SetPositionMessage")}
     assert any(name.startswith("/panda/") for name in moved)
+
+
+def test_textures_are_sent_with_their_shapes(make_run, page, connect):
+    client = connect()
+    make_run(picking()).execute([page])
+    sent = {m["name"]: m["props"]["glb_data"] for m in of_type(client.read(), "GlbMessage")}
+    data = next(data for name, data in sent.items() if name.startswith("/table/"))
+    (top,) = trimesh.load(io.BytesIO(data), file_type="glb").geometry.values()
+    pixels = np.asarray(top.visual.material.baseColorTexture)
+    assert pixels.shape == (256, 256, 3) and pixels.std() > 3.0
+    assert top.visual.uv.shape == (24, 2)
+    assert top.extents.tolist() == pytest.approx([1.5, 0.8, 0.03])
 
 
 def test_an_object_adds_and_removes_only_its_own_nodes(make_run, page, connect):
@@ -134,7 +149,7 @@ def test_a_page_that_is_opened_during_the_run_shows_what_came_before(make_run, p
     root = Sequence("root", Script(code="x := 5"), SpawnObject(object="{cube}"), Sleep(msec=50))
     opener = Opener()
     make_run(root).execute([page, opener])
-    assert any(m["name"].startswith("/cube/") for m in of_type(seen, "MeshMessage"))
+    assert any(m["name"].startswith("/cube/") for m in of_type(seen, "GlbMessage"))
     client = opener.clients[1].see()
     assert client.find("blackboard")["values"]["x"] == "5"
     assert "cube added" in texts_of(client)

@@ -1,0 +1,123 @@
+"""Conditions on objects in the cell and on robots."""
+
+from typing import Any, ClassVar
+
+import numpy as np
+import pinocchio as pin
+
+from bt_manip.bt import Input, Status
+from bt_manip.bt.nodes import Condition
+from bt_manip.cell import Cell, CellError, why_not_in, why_not_on
+
+from .poses import pose_input
+from .robot_port import RobotCondition
+
+
+class CellCondition(Condition):
+    """A condition on the cell."""
+
+    def setup(self, **infrastructure: Any) -> None:
+        """Keep the cell."""
+        self.cell: Cell = infrastructure["cell"]
+
+    def why_not(self) -> str:
+        """Return why the condition does not hold; empty if it does.
+
+        Raises:
+            CellError: If the cell lacks an object.
+        """
+        raise NotImplementedError
+
+    def update(self) -> Status:
+        """Check the cell."""
+        try:
+            reason = self.why_not()
+        except CellError as error:
+            reason = str(error)
+        return self.fail(reason) if reason else Status.SUCCESS
+
+
+class ObjectCondition(CellCondition):
+    """A condition on an object in the cell.
+
+    Attributes:
+        destination: Port that names where the object shall be, for goal-conditioned environments;
+            empty if the condition is not about its position.
+    """
+
+    destination: ClassVar[str] = ""
+
+    object = Input(str, doc="Name of the object.")
+
+
+class ObjectExists(ObjectCondition):
+    """Check that the cell has an object of a name."""
+
+    def why_not(self) -> str:
+        """Look up the name."""
+        return "" if self.object in self.cell.objects else f"the cell has no object '{self.object}'"
+
+
+class IsIn(ObjectCondition):
+    """Check that an object rests inside a container.
+
+    It is at rest, touches only the container and objects that move freely, has its centre within
+    the container's outline, and is supported from below inside the container, also by another
+    object in it. An object that is still gripped is not in the container.
+    """
+
+    destination = "container"
+
+    container = Input(str, doc="Name of the container.")
+
+    def why_not(self) -> str:
+        """Check that the object is released, at rest, and supported inside the container."""
+        return why_not_in(self.cell, self.object, self.container)
+
+
+class IsOn(ObjectCondition):
+    """Check that an object rests on another one.
+
+    It is at rest, no robot touches it, and the other one carries at least a quarter of its weight.
+    """
+
+    destination = "support"
+
+    support = Input(str, doc="Name of the object below it.")
+
+    def why_not(self) -> str:
+        """Check that the object is released, at rest, and carried by the support."""
+        return why_not_on(self.cell, self.object, self.support)
+
+
+class IsHolding(RobotCondition):
+    """Check that the gripper holds an object."""
+
+    needs_gripper = True
+
+    object = Input(str, doc="Name of the object.")
+
+    def update(self) -> Status:
+        """Check what the gripper holds."""
+        held = self.gripper.held
+        if self.object in held:
+            return Status.SUCCESS
+        return self.fail(f"the gripper holds {', '.join(held) or 'nothing'}, not '{self.object}'")
+
+
+class IsAt(RobotCondition):
+    """Check that the tool is at a pose."""
+
+    pose = pose_input("Pose of the tool in the world: x;y;z;qw;qx;qy;qz [m].")
+    position_tolerance = Input(float, default=1e-3, doc="Largest distance [m].")
+    rotation_tolerance = Input(float, default=1e-2, doc="Largest angle [rad].")
+
+    def update(self) -> Status:
+        """Compare the measured tool pose with the asked one."""
+        T_wt = self.arm.model.pose(self.arm.robot.q)
+        error = T_wt.actInv(self.pose)
+        distance = float(np.linalg.norm(error.translation))
+        angle = float(np.linalg.norm(pin.log3(error.rotation)))
+        if distance <= self.position_tolerance and angle <= self.rotation_tolerance:
+            return Status.SUCCESS
+        return self.fail(f"the tool is {1000 * distance:.1f} mm and {angle:.3f} rad away")

@@ -1,0 +1,179 @@
+"""Behaviours that move the tool, or the arm home."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from bt_manip.bt import Input
+from bt_manip.checks import check_positive
+from bt_manip.kinematics import PoseTarget, PositionTarget, Target
+from bt_manip.planning import ArcTo, LineTo, Planner
+from bt_manip.registry import Registry
+
+from .arm_behaviour import MotionBehaviour, blend_radius_input
+from .poses import pose_input, poses_input
+
+
+class Move(MotionBehaviour):
+    """A motion with a speed and a tolerance."""
+
+    blend_radius = blend_radius_input()
+    speed = Input(float, default=1.0, doc="Fraction of the arm's limits, above 0 and up to 1.")
+    tolerance = Input(
+        float, default=MotionBehaviour.ARRIVED, doc="Largest error of a joint on arrival [rad]."
+    )
+
+    def check_amounts(self) -> None:
+        """Check the tolerance too."""
+        super().check_amounts()
+        check_positive(self.tolerance, "port 'tolerance'", "rad")
+
+    @property
+    def largest_error(self) -> float:
+        """Largest joint error at which the arm has arrived [rad]."""
+        return float(self.tolerance)
+
+
+class PoseMove(Move):
+    """A motion to a pose of the tool, some rotations of which may be free."""
+
+    pose = pose_input("Pose of the tool in the world: x;y;z;qw;qx;qy;qz [m].")
+    free_axis = Input(
+        str,
+        default="",
+        doc="Axis of the tool, x, y or z, about which it may turn; 'all' for any rotation.",
+    )
+    cone = Input(float, default=0.0, doc="Largest angle by which the free axis may tilt [rad].")
+
+    @property
+    def target(self) -> pin.SE3 | Target:
+        """The pose, or the target with its free rotations."""
+        tool = self.arm.ik.tool
+        if self.free_axis == "all":
+            return PositionTarget(tool, self.pose.translation)
+        if self.free_axis or self.cone:
+            return PoseTarget(tool, self.pose, free_axis=self.free_axis or None, cone=self.cone)
+        return self.pose
+
+
+class PlannedMove(Move):
+    """A motion around obstacles."""
+
+    planner = Input(
+        str, default="", doc="Name of a registered planner; by default that of the run."
+    )
+
+    def setup(self, **infrastructure: Any) -> None:
+        """Keep the planners and their random generator too."""
+        super().setup(**infrastructure)
+        self._rng: np.random.Generator = infrastructure["rng"]
+        self._planners: Registry[Callable[..., Planner]] = infrastructure["planners"]
+
+    def planning(self) -> dict[str, Any]:
+        """Return the planner and the random generator.
+
+        Raises:
+            UnknownPartError: When the planner is not registered.
+        """
+        name = self.planner
+        planner: Planner | None = self._planners.create(name) if name else None
+        return {"planner": planner, "rng": self._rng}
+
+
+class Approach(Move):
+    """Move the tool forwards along its z axis."""
+
+    distance = Input(float, default=0.1, doc="Distance [m].")
+
+    def start(self) -> None:
+        """Move along the z axis of the tool."""
+        self.advance_by(self.distance)
+
+    def advance_by(self, distance: float) -> None:
+        """Move the tool along its z axis by a distance [m].
+
+        Raises:
+            MotionError: When the line cannot be followed or is blocked.
+        """
+        T_wt = self.arm.model.pose(self.arm.target)
+        offset = pin.SE3(np.eye(3), np.array([0.0, 0.0, distance]))
+        self.arm.move_linear(T_wt * offset, speed=self.speed)
+
+
+class Retreat(Approach):
+    """Move the tool backwards along its z axis."""
+
+    def start(self) -> None:
+        """Move against the z axis of the tool."""
+        self.advance_by(-self.distance)
+
+
+class MoveToPose(PoseMove, PlannedMove):
+    """Move the tool to a pose in the world, around obstacles."""
+
+    linear = Input(bool, default=False, doc="Whether the tool moves along a straight line.")
+
+    def start(self) -> None:
+        """Plan a collision-free motion, or a straight line of the tool."""
+        if self.linear:
+            self.arm.move_linear(self.target, speed=self.speed)
+        else:
+            self.arm.move_to_pose(self.target, speed=self.speed, **self.planning())
+
+
+class MoveLinear(PoseMove):
+    """Move the tool to a pose along a straight line, with uniform rotation."""
+
+    def start(self) -> None:
+        """Move along the line, or fail with the fraction that can be followed."""
+        self.arm.move_linear(self.target, speed=self.speed)
+
+
+class MoveArc(Move):
+    """Move the tool to a pose along a circular arc, with uniform rotation."""
+
+    via = Input(list[float], doc="A point of the arc in the world: x;y;z [m].")
+    pose = pose_input("Pose of the tool in the world: x;y;z;qw;qx;qy;qz [m].")
+
+    def start(self) -> None:
+        """Move along the arc, or fail with the fraction that can be followed."""
+        self.arm.move_path([ArcTo(self.via, self.pose)], speed=self.speed)
+
+
+class MoveThrough(Move):
+    """Move the tool through poses on straight lines, with blended corners."""
+
+    poses = poses_input(
+        "Poses of the tool in the world, each x;y;z;qw;qx;qy;qz [m], separated by |."
+    )
+    blend = Input(
+        float,
+        default=0.02,
+        doc="Blend distance from each corner [m]; at 0 the tool stops there.",
+    )
+
+    def start(self) -> None:
+        """Move along the lines, or fail with the fraction that can be followed."""
+        steps = [LineTo(pose) for pose in self.poses]
+        self.arm.move_path(steps, speed=self.speed, blend=self.blend)
+
+
+class MoveHome(PlannedMove):
+    """Move the arm to the home configuration of its description, around obstacles."""
+
+    def start(self) -> None:
+        """Plan a collision-free motion; a joint-space segment where that is free."""
+        home = self.arm.robot.description.home
+        self.arm.move_to_configuration(home, speed=self.speed, **self.planning())
+
+
+class BackOff(Move):
+    """Move back along the path just travelled, such as after a collision."""
+
+    distance = Input(float, default=0.1, doc="Travel of the tool [m]; less if no more is known.")
+
+    def start(self) -> None:
+        """Move back."""
+        self.arm.back_off(self.distance, self.speed)

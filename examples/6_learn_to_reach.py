@@ -1,0 +1,108 @@
+"""A task of one's own for learning: move the tool to a cube; and PPO, which learns it in a batch.
+
+Learn for ten minutes: pip install stable-baselines3; python examples/6_learn_to_reach.py 10
+"""
+
+import importlib.util
+import math
+import sys
+import time
+from typing import Any
+
+import numpy as np
+
+from bt_manip.behaviours import Hover, ObjectCondition, Reach, SpawnObject
+from bt_manip.bt import Input, Sequence, Tree
+
+ENVIRONMENTS = 64
+EPISODE = 60  # steps of 50 ms
+DISCOUNT = 0.95
+ROUND = 20  # rollouts of 32 steps of all environments between two evaluations
+
+
+class IsNear(ObjectCondition):
+    """Check that the tool is near an object."""
+
+    distance = Input(float, default=0.05, doc="Largest distance of the tool from its origin [m].")
+
+    def setup(self, **infrastructure: Any) -> None:
+        """Keep cell and arm."""
+        super().setup(**infrastructure)
+        self.arm = infrastructure["arm"]
+
+    def away(self) -> float:
+        """Return the distance of the tool from the object [m]."""
+        tool = self.arm.robot.tool_pose.translation
+        return float(np.linalg.norm(tool - self.cell.pose(self.object).translation))
+
+    def why_not(self) -> str:
+        """Measure the distance."""
+        away = self.away()
+        return f"the tool is {1e3 * away:.0f} mm away" if away > self.distance else ""
+
+    def progress(self) -> float:
+        """Return the progress for the dense reward, from 0 to 1: 1 at the object."""
+        return 1.0 - math.tanh(self.away() / 0.3)
+
+
+def reach() -> Tree:
+    """Put a cube on the table, and move the tool to it."""
+    root = Sequence(
+        "reach a cube",
+        SpawnObject(object="{cube}"),
+        Hover(object="{cube}", height=0.15),
+        Reach(object="{cube}"),
+    )
+    return Tree(root, goal=IsNear(object="{cube}"))
+
+
+def learn(minutes: float) -> None:
+    """Train; print the share of 64 other episodes in which the goal is met, again and again."""
+    import torch
+    from stable_baselines3 import PPO
+    from stable_baselines3.common.vec_env import VecNormalize
+
+    from bt_manip.envs.stable_baselines import BatchVecEnv
+
+    torch.set_num_threads(1)
+    options = {"action": "cartesian_deltas", "reward": "dense", "discount": DISCOUNT}
+    batches = [
+        BatchVecEnv(f"{__file__}:reach", ENVIRONMENTS, max_episode_steps=EPISODE, **options)
+        for _ in range(2)
+    ]
+    env = VecNormalize(batches[0], norm_reward=False)
+    test = VecNormalize(batches[1], norm_reward=False, training=False)
+    test.obs_rms = env.obs_rms
+    env.seed(0)
+    model = PPO(
+        "MultiInputPolicy", env, n_steps=32, batch_size=512, n_epochs=5, gamma=DISCOUNT,
+        learning_rate=1e-3, policy_kwargs={"log_std_init": -1.0}, seed=0, device="cpu",
+    )  # fmt: skip
+    start = time.monotonic()
+    while True:
+        spent = (time.monotonic() - start) / 60.0
+        print(f"{spent:.1f} min, {model.num_timesteps} steps: {success(model, test):.0%}")
+        if spent >= minutes:
+            break
+        model.learn(ROUND * 32 * ENVIRONMENTS, reset_num_timesteps=False)
+    env.close()
+    test.close()
+
+
+def success(model: Any, env: Any) -> float:
+    """Return the share of the environments whose first episode meets the goal."""
+    env.seed(1000)
+    observations = env.reset()
+    going, met = np.ones(env.num_envs, bool), np.zeros(env.num_envs, bool)
+    while going.any():
+        observations, _, ends, infos = env.step(model.predict(observations, deterministic=True)[0])
+        met |= going & ends & [one["is_success"] for one in infos]
+        going &= ~ends
+    return float(met.mean())
+
+
+if __name__ == "__main__":
+    if importlib.util.find_spec("stable_baselines3"):
+        learn(float(sys.argv[1]) if len(sys.argv) > 1 else 10.0)
+    else:
+        print("learning needs Stable-Baselines3: pip install stable-baselines3")

@@ -1,0 +1,44 @@
+"""Hooks of this package."""
+
+from pathlib import Path
+
+from bt_manip import hookimpl
+
+HERE = Path(__file__).parent
+
+
+@hookimpl
+def register_objects(register):
+    """Register the mug, the bowl and the cans."""
+    from bt_manip_everyday import objects
+
+    for make in (
+        objects.CoffeeMug, objects.Bowl,
+        objects.RedCan, objects.GreenCan, objects.BlueCan, objects.YellowCan,
+    ):  # fmt: skip
+        register(make.kind, make)
+
+
+@hookimpl
+def register_behaviours(register):
+    """Register the node that reads a sentence, and the condition of its end."""
+    from bt_manip_everyday.sentences import HoldsExactly, ReadSentence
+
+    register(ReadSentence)
+    register(HoldsExactly)
+
+
+@hookimpl
+def register_scenes(register):
+    """Register the scenes of the tasks, with what varies in them."""
+    from bt_manip.scenes import scene_of
+
+    for path in sorted((HERE / "scenes").glob("*.toml")):
+        register(path.stem, scene_of(path))
+
+
+@hookimpl
+def register_trees(register):
+    """Register the tasks, each with its scene."""
+    for name in ("mug_on_shelf", "cans_into_box"):
+        register(name, HERE / "trees" / f"{name}.xml", scene=name)
