@@ -1,18 +1,19 @@
 """Runs of trees in stations of their own."""
 
-from collections.abc import Callable, Collection
+import importlib
+from collections.abc import Callable, Collection, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from bt_manip import build_station
 from bt_manip.bt import Node, Tree
 from bt_manip.cli.app import run_app
 from bt_manip.cli.interrupt import Interrupt
 from bt_manip.registry import Parts
 from bt_manip.runner import KINDS, Run, RunEvent, RunObserver, RunRequest, TreeSource
 from bt_manip.scenes import Scene
+from tests.station_pool import StationPool
 
 
 class Listener(RunObserver):
@@ -23,6 +24,22 @@ class Listener(RunObserver):
 
     def handle(self, event: RunEvent) -> None:
         self._events.append(event)
+
+
+PREPARE = importlib.import_module("bt_manip.runner.prepare")  # the name is also a function's
+
+
+@pytest.fixture(scope="session")
+def station_pool() -> StationPool:
+    return StationPool()
+
+
+@pytest.fixture
+def shared_stations(station_pool: StationPool, monkeypatch) -> Iterator[None]:
+    """Let runs have the stations of the tests before: building one takes most of their time."""
+    monkeypatch.setattr(PREPARE, "make_station", station_pool.build)
+    yield
+    station_pool.release()
 
 
 @pytest.fixture(scope="session")
@@ -37,10 +54,11 @@ def make_run(parts: Parts) -> Callable[..., Run]:
         goal: Node | tuple[()] = (),
         **request: Any,
     ) -> Run:
-        station = build_station(parts, scene=scene, seed=seed)
+        source = TreeSource("test", "python")
+        chosen = {} if scene is None else {"scene": scene}
+        station = PREPARE.make_station(RunRequest(source, seed=seed, **chosen), parts)
         tree = Tree(root, clock=station.clock, goal=goal)
         tree.setup(**station.infrastructure)
-        source = TreeSource("test", "python")
         return Run(RunRequest(source, seed=seed, **request), tree, station)
 
     return make

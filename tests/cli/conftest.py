@@ -1,6 +1,5 @@
 """The command line, run inside the test's own process, and trees that are over at once."""
 
-import importlib
 import os
 import pty
 import re
@@ -18,7 +17,6 @@ import pytest
 
 from bt_manip.cli.app import run_app
 from bt_manip.cli.interrupt import Interrupt
-from tests.cli.station_pool import StationPool
 
 TREES = """
     from bt_manip.behaviours import ObjectExists
@@ -63,18 +61,9 @@ def hang_up_is_not_ignored() -> Iterator[None]:
     signal.signal(signal.SIGHUP, before)
 
 
-@pytest.fixture(scope="session")
-def station_pool() -> StationPool:
-    return StationPool()
-
-
 @pytest.fixture(autouse=True)
-def stations_of_before(station_pool: StationPool, monkeypatch) -> Iterator[None]:
-    """Let commands run in the stations of the tests before: building one takes most of the time."""
-    prepare = importlib.import_module("bt_manip.runner.prepare")  # the name is also a function's
-    monkeypatch.setattr(prepare, "make_station", station_pool.build)
-    yield
-    station_pool.release()
+def commands_share_stations(shared_stations) -> None:
+    """Let commands run in the stations of the tests before."""
 
 
 class Outcome(NamedTuple):

@@ -58,7 +58,7 @@ def watch(seconds: float, *arguments: object, cwd: Path) -> list[tuple[str, str,
                 break
             if end is None and any(state == LISTENING for _, _, state in seen):
                 end = time.monotonic() + seconds  # from when it listens
-            time.sleep(0.02)
+            time.sleep(0.05)
     finally:
         process.kill()
         process.wait()
@@ -66,16 +66,16 @@ def watch(seconds: float, *arguments: object, cwd: Path) -> list[tuple[str, str,
 
 
 def test_a_run_with_all_viewers_a_replay_and_a_report_use_loopback_only(trees, tmp_path):
-    port = free_ports()
+    port, slow = free_ports(), ("--real-time", "1")
     commands = {
-        "run": ("run", f"{trees}:endless", "--view", "--groot", "--groot-port", port),
+        "run": ("run", f"{trees}:endless", "--view", "--groot", "--groot-port", port, *slow),
         "replay": ("replay", "run.mcap"),
         "report": ("report", "run.mcap"),
     }
     made = [sys.executable, "-m", "bt_manip", "run", f"{trees}:quick", "--record", "run.mcap"]
     subprocess.run(made, cwd=tmp_path, check=True, stdout=subprocess.DEVNULL)
     for name, arguments in commands.items():
-        seen = watch(1.5, *arguments, cwd=tmp_path)
+        seen = watch(1.0, *arguments, cwd=tmp_path)
         addresses = {local for local, _, _ in seen}
         remotes = {remote for _, remote, _ in seen if remote.strip("0")}
         assert addresses <= set(LOOPBACK), (name, seen)

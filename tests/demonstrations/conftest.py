@@ -74,3 +74,8 @@ def store(tmp_path, make_demonstration):
         store.write(make_demonstration(episode))
     store.write(make_demonstration(2, steps=0, success=False))
     return store
+
+
+@pytest.fixture(autouse=True)
+def runs_share_stations(shared_stations) -> None:
+    """Let runs have the stations of the tests before."""

@@ -58,8 +58,8 @@ def parts(parts):
         yield replace(parts, grippers=parts.grippers.with_part("gear", gear.Gear))
 
 
-@pytest.fixture
-def build(parts, tmp_path):
+@pytest.fixture(scope="module")
+def build(parts, tmp_path_factory):
     """Build a station with the Panda's arm, with what is given in place of its fingers."""
 
     def make(face, gripper):
@@ -67,21 +67,34 @@ def build(parts, tmp_path):
         text = re.sub(r'<body name="left_finger".*?</body>', face, text, flags=re.DOTALL)
         text = re.sub(r'<body name="right_finger".*?</body>', "", text, flags=re.DOTALL)
         text = re.sub(r"<(motor|exclude) [^>]*finger[^>]*/>", "", text)
-        (tmp_path / "arm.xml").write_text(text)
-        (tmp_path / "bare.toml").write_text(ARM + gripper)
-        return build_station(parts, robot=str(tmp_path / "bare.toml"))
+        folder = tmp_path_factory.mktemp("arm")
+        (folder / "arm.xml").write_text(text)
+        (folder / "bare.toml").write_text(ARM + gripper)
+        return build_station(parts, robot=str(folder / "bare.toml"))
 
     return make
 
 
-@pytest.fixture
-def with_magnet(build):
-    return build(FACE, MAGNET)
+@pytest.fixture(scope="module")
+def built(build):
+    """Give both stations, each with its state at the start."""
+    stations = build(FACE, MAGNET), build("", "")
+    return [(station, station.get_state()) for station in stations]
 
 
 @pytest.fixture
-def without(build):
-    return build("", "")
+def with_magnet(built):
+    return as_built(*built[0])
+
+
+@pytest.fixture
+def without(built):
+    return as_built(*built[1])
+
+
+def as_built(station, start):
+    station.set_state(start)
+    return station
 
 
 def place(station, entity=None):
@@ -140,7 +153,7 @@ def test_an_object_is_set_down_where_it_shall_stand(with_magnet):
     assert station.gripper.is_open and station.gripper.held == ()
 
 
-def test_its_failures_say_what_it_is_at(with_magnet, tmp_path):
+def test_its_failures_say_what_it_is_at(with_magnet):
     place(with_magnet, Sphere())
     for behaviour, reason in (
         (Hover(object="thing"), "'thing' has no flat top"),

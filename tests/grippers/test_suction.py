@@ -34,9 +34,17 @@ WITH_CUP = MODELS / "six_joints_cup.toml"
 TABLE = 1.015  # [m]
 
 
+@pytest.fixture(scope="module")
+def built(parts):
+    station = build_station(parts, robot=str(WITH_CUP))
+    return station, station.get_state()
+
+
 @pytest.fixture
-def station(parts):
-    return build_station(parts, robot=str(WITH_CUP))
+def station(built):
+    station, start = built
+    station.set_state(start)
+    return station
 
 
 def put(station, entity, x=0.4, y=0.1):

@@ -96,3 +96,9 @@ def watch(parts):
     yield start
     for one in started:
         one.stop()
+
+
+@pytest.fixture(autouse=True)
+def tests_share_stations(shared_stations, station_pool, monkeypatch) -> None:
+    """Let runs and tests have the stations of the tests before."""
+    monkeypatch.setattr("bt_manip.plugins.stations.make_station", station_pool.build)

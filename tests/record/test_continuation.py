@@ -22,6 +22,8 @@ from bt_manip.record.mcap.mcap_recorder import SNAPSHOTS
 from bt_manip.runner import RunObserver
 from bt_manip.scenes import Fixture, table_and_basket
 
+pytestmark = pytest.mark.usefixtures("shared_stations")
+
 REQUEST = {"cycles": 3, "seed": 5}
 
 

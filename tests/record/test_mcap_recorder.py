@@ -7,7 +7,6 @@ import signal
 import subprocess
 import sys
 import textwrap
-from collections.abc import Callable
 from datetime import datetime
 from io import BytesIO
 from pathlib import Path
@@ -26,33 +25,18 @@ from mcap.writer import CompressionType, Writer
 
 from bt_manip import build_station
 from bt_manip.behaviours import MoveToConfiguration, RemoveObject, SpawnObject
-from bt_manip.bt import AlwaysFailure, Fallback, Node, Script, Sequence, Sleep, Tree
+from bt_manip.bt import AlwaysFailure, Fallback, Node, Script, Sequence, Sleep
 from bt_manip.exceptions import BtManipError
-from bt_manip.plugins import load_plugins
 from bt_manip.record import McapRecorder, Recorder, Recording, RecordingError
 from bt_manip.record.mcap import mcap_recorder
 from bt_manip.record.mcap.foxglove import SceneMessages, serialized_points
 from bt_manip.record.mcap.mcap_file import BlockWriter
 from bt_manip.record.mcap.mcap_recorder import tool_wrenches
-from bt_manip.runner import Run, RunObserver, RunRequest, TreeSource
+from bt_manip.runner import RunObserver
 from bt_manip.scenes import two_arms
 from tests.run_fixtures import Listener
 
-
-@pytest.fixture(scope="module")
-def parts():
-    return load_plugins(entry_points=()).parts
-
-
-@pytest.fixture(scope="module")
-def make_run(parts) -> Callable[..., Run]:
-    def make(root: Node, scene=None, **request) -> Run:
-        station = build_station(parts, scene=scene)
-        tree = Tree(root, clock=station.clock)
-        tree.setup(**station.infrastructure)
-        return Run(RunRequest(TreeSource("test", "python"), **request), tree, station)
-
-    return make
+pytestmark = pytest.mark.usefixtures("shared_stations")
 
 
 def coming_and_going() -> Node:

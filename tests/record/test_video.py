@@ -22,6 +22,8 @@ from bt_manip.record.video.video_recorder import VideoFile
 from bt_manip.runner import RunObserver
 from bt_manip.viewer import render
 
+pytestmark = pytest.mark.usefixtures("shared_stations")
+
 WIDTH, HEIGHT = 160, 100
 SIZE = f"{WIDTH}x{HEIGHT}"
 TARGET = [0.4, -0.7, 0.1, -2.3, 0.0, 1.6, 0.8]

@@ -1,21 +1,14 @@
 import os
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-
-from bt_manip.robot_setup import reach
 
 _SHARED = Path(__file__).resolve().parents[3] / "shared"
 
 
 @pytest.fixture(scope="module", autouse=True)
-def coarse_reach() -> Iterator[None]:
+def reach_is_coarse(coarse_reach) -> None:
     """Measure the reach of robots at a quarter of the positions."""
-    with pytest.MonkeyPatch.context() as patch:
-        for name in ("_RADII", "_HEIGHTS"):
-            patch.setattr(reach, name, getattr(reach, name)[1::2])
-        yield
 
 
 @pytest.fixture(scope="session")

@@ -35,3 +35,8 @@ def right(station):
 
 def set_up(station, root):
     return Trial(station, Tree(root, clock=station.clock))
+
+
+@pytest.fixture(autouse=True)
+def runs_share_stations(shared_stations) -> None:
+    """Let runs have the stations of the tests before."""

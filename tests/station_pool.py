@@ -1,4 +1,4 @@
-"""Stations of the bundled scenes that the commands of one test after another run in."""
+"""Stations of the bundled scenes that one test after another runs in."""
 
 from collections.abc import Callable
 from typing import Any
@@ -13,7 +13,7 @@ from bt_manip.scenes import Scene, find_scene
 KINDS = "objects", "robots", "grippers", "controllers", "planners", "model_sources"
 """Kinds of parts that a station consists of."""
 
-MOST = 6
+MOST = 8
 """Number of stations that are kept."""
 
 
@@ -27,7 +27,7 @@ class StationPool:
     def build(self, request: RunRequest, parts: Parts, catalogue: Any = None) -> Station:
         """Return what `make_station` returns, whose arguments these are."""
         scene = find_scene(request.scene, parts)
-        names = ("robot", "controller", "planner", "seed")
+        names = ("robot", "controller", "planner", "poses", "backend", "seed")
         options = {name: getattr(request, name) for name in names}
         key = self._key(parts, scene, options)
         for kept in self._kept:
@@ -52,8 +52,15 @@ class StationPool:
 
     def _key(self, parts: Parts, scene: Scene, options: dict[str, Any]) -> Any:
         """Return what tells stations apart; None for files, which may change."""
+        if not isinstance(options["robot"], str):
+            return None
         files = [options["robot"], *(fixture.model for fixture in scene.fixtures)]
-        if scene.source or scene.randomization != Randomization() or any(map(_is_file, files)):
+        if (
+            options["backend"]
+            or scene.source
+            or scene.randomization != Randomization()
+            or any(map(_is_file, files))
+        ):
             return None
         items = [
             (kind, name, _identity(getattr(parts, kind), name))
