@@ -93,9 +93,9 @@ def batch(count: int, steps: int = 15) -> tuple[float, ...]:
     """Time a batch, its physics, and single environments with the same actions; medians [s].
 
     Returns:
-        A step of one environment in the batch: Python's part, and the physics; the same physics
-        step by step; a step of a single environment with native_pd, and with computed torque; and
-        the memory of an environment in the batch [bytes].
+        A step of one environment in the batch, by the wall; by processors, Python's part, and the
+        physics; by the wall, the same physics step by step, and a step of a single environment with
+        native_pd, and with computed torque; and the memory of an environment in the batch [bytes].
     """
     options = {"reward": "dense", "disable_env_checker": True}
     memory = _resident()
@@ -109,41 +109,43 @@ def batch(count: int, steps: int = 15) -> tuple[float, ...]:
     ]
     for single in singles:
         single.reset(seed=0)
-    simulations: Any = several.simulations
-    bare, rollout = mujoco.MjData(simulations.model), simulations.rollout
-    alone: list[float] = []
-    in_rollout = [0.0, 0.0]  # of the thread, of the process
+    kept: list[tuple[np.ndarray, np.ndarray]] = []  # states and controls of some simulations
 
-    def timed(steps: int, signals: np.ndarray, *, record: Any, ids: list[int]) -> Any:
-        before = _clock()
-        for i in ids[::8]:  # the same physics, one step after the other
-            mujoco.mj_setState(simulations.model, bare, simulations.state[i], _STATE)
-            start = _clock()
-            for values in signals[i]:
-                bare.ctrl[:] = values
-                mujoco.mj_step(simulations.model, bare)
-            alone.append(_clock() - start)
-        start = time.process_time()
-        found = rollout(steps, signals, record=record, ids=ids)
-        in_rollout[:] = _clock() - before, time.process_time() - start
-        return found
+    def keeping(group: Any, rollout: Any) -> Any:
+        def call(steps: int, signals: np.ndarray, *, record: Any, ids: list[int]) -> None:
+            kept.append((group.state[ids[0]].copy(), signals[0]))
+            rollout(steps, signals, record=record, ids=ids)
 
-    simulations.rollout = timed
+        return call
+
+    for group in several.simulations:
+        group.rollout = keeping(group, group.rollout)
+    model = several.simulations[0].model
+    bare, wall = mujoco.MjData(model), time.perf_counter
     rng = np.random.default_rng(0)
-    python, physics, one = [], [], ([], [])
+    whole, python, physics, alone, one = [], [], [], [], ([], [])
     for _ in range(steps):
         actions = 0.2 * rng.uniform(-1, 1, several.action_space.shape).astype(np.float32)
-        start = _clock()
+        start = wall(), _clock(), time.process_time()
         several.step(actions)
-        python.append((_clock() - start - in_rollout[0]) / count)
-        physics.append(in_rollout[1] / count)
+        whole.append((wall() - start[0]) / count)
+        python.append((_clock() - start[1]) / count)  # MuJoCo has other threads
+        physics.append((time.process_time() - start[2]) / count - python[-1])
+        while kept:
+            state, signals = kept.pop()
+            mujoco.mj_setState(model, bare, state, _STATE)
+            begin = wall()
+            for values in signals:
+                bare.ctrl[:] = values
+                mujoco.mj_step(model, bare)
+            alone.append(wall() - begin)
         for times, single in zip(one, singles, strict=True):
             for action in actions[:4]:
-                start = _clock()
+                begin = wall()
                 single.step(action)
-                times.append(_clock() - start)
+                times.append(wall() - begin)
     several.close()
-    medians = [statistics.median(times) for times in (python, physics, alone, *one)]
+    medians = [statistics.median(times) for times in (whole, python, physics, alone, *one)]
     return (*medians, memory / count)
 
 
@@ -208,17 +210,16 @@ def rows() -> list[tuple[str, str, str]]:
                 f"{alone / whole:.2f} of bare mj_step's real-time factor (at least 0.35)",
             )
         )
-    python, physics, alone, native, single, memory = batch(64)
-    rate = 1.0 / (python + 0.5 * physics)  # Python's part runs on one of the two cores
+    whole, python, physics, alone, native, single, memory = batch(64)
     what = "step of 64 environments in a batch, joint_targets, dense reward, state observations"
     return [
         *found,
         (
             what,
-            f"{rate:.0f} steps/s on two free cores: {1e6 * python:.0f} us of Python, "
-            f"{1e6 * physics:.0f} us of physics",
-            f"{0.5 * rate * alone:.2f} of two bare cores (at least 0.75), "
-            f"{rate * single:.1f} times one environment, {rate * native:.1f} with native_pd",
+            f"{1 / whole:.0f} steps/s: {1e6 * python:.0f} us of Python, {1e6 * physics:.0f} us of "
+            "physics, at the same time",
+            f"{0.5 * alone / whole:.2f} of two bare cores (at least 0.75), "
+            f"{single / whole:.1f} times one environment, {native / whole:.1f} with native_pd",
         ),
         ("memory of an environment in a batch", f"{memory / 1e6:.1f} MB", ""),
         *training(),
