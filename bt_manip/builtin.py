@@ -187,6 +187,7 @@ def register_panels(register: Callable[[str, Callable[[Any], Any]], None]) -> No
     """Bring the tree, the time line and the tabs."""
     from bt_manip.viewer.page import (
         BlackboardPanel,
+        CameraPanel,
         ErrorPlot,
         LogPanel,
         NodePanel,
@@ -204,3 +205,4 @@ def register_panels(register: Callable[[str, Callable[[Any], Any]], None]) -> No
     register("blackboard", BlackboardPanel)
     register("overlays", OverlayPanel)
     register("pull", PullPanel)
+    register("camera", CameraPanel)

@@ -92,7 +92,8 @@ def test_examples_tutorials_templates_and_plugins_import_documented_names_only()
         f"{where}: from {module} import {name}"
         for where, text in code
         for module, name in imported(text)
-        if name not in documented.get(module, {}) and f"{module}.{name}" not in documented
+        if name not in documented.get(module, {})
+        and f"{module}.{name}" not in documented
         and module != WITH_A_CLIENT
     }
     assert not private, "\n".join(sorted(private))

@@ -14,14 +14,14 @@ STABLE = {
         "Tree load_tree parse_tree tree_to_xml BehaviourRegistry Status NodeStatus Action "
         "Condition Control SubTree Input Output Sequence Fallback ReactiveFallback Parallel "
         "IfThenElse TryCatch Inverter ForceSuccess Repeat RetryUntilSuccessful Script Sleep "
-        "SyncAction Decorator"
+        "SyncAction Decorator LoopString"
     ),
     "bt_manip.behaviours": (
         "CellBehaviour MotionBehaviour SpawnObject RemoveObject ObjectExists IsIn Hover Reach "
         "Grasp Lift Drop PlaceOn PlaceAt IsHolding OpenGripper CloseGripper MoveToPose "
         "MoveToConfiguration MoveHome MoveLinear MoveThrough MoveArc Approach Retreat BackOff "
         "SetSpeed SwitchController WaitUntilAtRest WaitUntilUndisturbed ArmBehaviour "
-        "RobotCondition ObjectCondition"
+        "RobotCondition ObjectCondition IsOn CellCondition"
     ),
     "bt_manip.cell": "Cell",
     "bt_manip.cell.objects": "Cube",
@@ -53,15 +53,15 @@ EXPERIMENTAL = {
         "SequenceWithMemory AsyncSequence ReactiveSequence AsyncFallback ParallelAll "
         "WhileDoElse Switch2 Switch3 Switch4 Switch5 Switch6 ForceFailure "
         "KeepRunningUntilFailure RunOnce Delay Timeout Precondition SkipUnlessUpdated "
-        "WaitValueUpdate LoopBool LoopDouble LoopInt LoopString AlwaysSuccess AlwaysFailure "
+        "WaitValueUpdate LoopBool LoopDouble LoopInt AlwaysSuccess AlwaysFailure "
         "ScriptCondition SetBlackboard UnsetBlackboard WasEntryUpdated Blackboard InOut Comment "
         "as_written TreeWatch read_tree Reading declare Stubs Libraries LeafMapping"
     ),
     "bt_manip.behaviours": (
-        "IsOn IsAt FollowTarget Stop PlannedMove Recover pose_to_text pose_from_text pose_input "
+        "IsAt FollowTarget Stop PlannedMove Recover pose_to_text pose_from_text pose_input "
         "poses_input poses_output centre_pose bottom_pose top_grasp_poses downward_poses "
         "nearest_orientation yaw_of payload_of extent default_force feasible_force "
-        "number_or_auto numbers_or_auto CellCondition"
+        "number_or_auto numbers_or_auto"
     ),
     "bt_manip.cell": (
         "CellError OverlapError PhysicsDiverged Region Camera looking_at at_rest is_in is_on "
@@ -69,9 +69,9 @@ EXPERIMENTAL = {
         "ParametricEntity unique_name"
     ),
     "bt_manip.cell.objects": (
-        "Prop PrimitiveProp ModelObject DeclaredGrasp Box Cylinder Sphere Capsule ConvexMesh Block "
-        "Bottle Can Mug Peg HoleBoard Basket Bin Tray Table Shelf Wall RedBlock GreenBlock "
-        "BlueBlock YellowBlock"
+        "Prop PrimitiveProp ModelObject DeclaredGrasp Box Cylinder Sphere Capsule ConvexMesh "
+        "Block Bottle Can Mug Peg HoleBoard Basket Bin Tray Table Shelf Wall RedBlock "
+        "GreenBlock BlueBlock YellowBlock"
     ),
     "bt_manip.robots": (
         "GripperError RobotError DeviceError GripperDescription Tolerance ToolLimits Payload "

@@ -2,7 +2,7 @@
 
 ``python tools/task_table.py panda fr3 my_arm.toml`` runs 20 episodes of each task with these
 robots; ``--tasks open_drawer --episodes 5`` only some. Cells that are not run again are kept. Where
-`bt-manip list tasks` has a reason against a task, the cell says no and nothing is run.
+`bt-manip list tasks --episodes 3` has a reason against a task, the cell says no.
 """
 
 import argparse
@@ -24,17 +24,19 @@ TASKS = (
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "task_table.md"
 HEADER = """# Tasks by robots
 
-Episodes that succeeded, made by `python tools/task_table.py ROBOT ...`; `no`: `bt-manip list tasks`
-gives a reason, and nothing was run. Robots in files were written by `bt-manip robot new`.
+Episodes that succeeded, made by `python tools/task_table.py ROBOT ...`; `no`: `bt-manip list tasks
+--episodes 3` finds a reason first. Robots in files were written by `bt-manip robot new`.
 """
 REASONS = "## Why not all"
+TRIALS = 3
+"""Episodes, with other numbers and another seed, that look for a reason first."""
 
 Cells = dict[tuple[str, str], tuple[str, str]]
 
 
 def run_cell(task: str, robot: str, episodes: int, seed: int, workers: int) -> tuple[str, str]:
     """Return how many episodes of a task succeeded with a robot, and why not all did."""
-    reason = why_not(task, robot, load_plugins().parts)
+    reason = why_not(task, robot, load_plugins().parts, episodes=TRIALS)
     if reason:
         return "no", f"before the run: {reason}"
     evaluation = Evaluation(task, {"robot": robot, "seed": seed})

@@ -34,7 +34,11 @@ TASKS = "tasks"
     help="With tasks: a registered name, or path.toml that describes one; may be given more than "
     "once. Default: all registered robots.",
 )  # fmt: skip
-def list_parts(kind: str | None, name: str | None, robots: tuple[str, ...]) -> None:
+@click.option(
+    "--episodes", type=click.IntRange(min=0), metavar="N", default=0,
+    help="With tasks: also run N episodes of each in simulation, and stop at one that fails.",
+)  # fmt: skip
+def list_parts(kind: str | None, name: str | None, robots: tuple[str, ...], episodes: int) -> None:
     """List registered parts with the plugin of each.
 
     Without a KIND, everything is listed. With a NAME, only that part, with its documentation and
@@ -46,11 +50,11 @@ def list_parts(kind: str | None, name: str | None, robots: tuple[str, ...]) -> N
     not: the station is built, starts are sampled, and the first motion of each is planned.
     """
     os.environ.setdefault("MUJOCO_GL", "disable")
-    if robots and kind != TASKS:
-        raise BtManipError("--robot is for: bt-manip list tasks")
+    if (robots or episodes) and kind != TASKS:
+        raise BtManipError("--robot and --episodes are for: bt-manip list tasks")
     plugins = load_chosen_plugins()
     if kind == TASKS:
-        _list_tasks(plugins, name, robots)
+        _list_tasks(plugins, name, robots, episodes)
     elif kind is not None and kind not in LISTED:
         if name is not None:
             raise BtManipError(f"there is no kind '{kind}'{did_you_mean(kind, LISTED)}")
@@ -88,7 +92,9 @@ def _describe_any(plugins: "Plugins", name: str) -> None:
         _describe(plugins, kind, name)
 
 
-def _list_tasks(plugins: "Plugins", name: str | None, robots: tuple[str, ...]) -> None:
+def _list_tasks(
+    plugins: "Plugins", name: str | None, robots: tuple[str, ...], episodes: int
+) -> None:
     """Print a line for each task and robot as it is found.
 
     Raises:
@@ -107,7 +113,7 @@ def _list_tasks(plugins: "Plugins", name: str | None, robots: tuple[str, ...]) -
     widths = [max(map(len, column)) for column in (tasks, chosen)]
     for task in tasks:
         for robot in chosen:
-            reason = why_not(task, robot, parts)
+            reason = why_not(task, robot, parts, episodes=episodes)
             answer = f"no: {reason}" if reason else "yes"
             click.echo(f"{task:{widths[0]}}  {robot:{widths[1]}}  {answer}")
 

@@ -11,8 +11,7 @@ from pinocchio import rnea
 from bt_manip.robots import Robot, RobotModel
 
 from .controller import Controller
-from .joint_inertia import inverse_inertias, smallest_inertia
-from .pd_law import per_joint
+from .pd_law import inverse_inertias, per_joint, smallest_inertia
 
 join = b"".join
 

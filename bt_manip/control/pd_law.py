@@ -4,11 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 import pinocchio as pin
+from pinocchio import computeMinverse
 
 from bt_manip.robots import RobotModel
 
 from .exceptions import ControlError
-from .joint_inertia import inverse_inertias, smallest_inertia
 
 POSITION_GAIN = 15.0
 """Default position gain over effort limit: an error of 67 mrad saturates the motor [1/rad]."""
@@ -25,6 +25,8 @@ COMPLIANT_POSITION_GAIN = 5.0
 
 COMPLIANT_FREQUENCY = 100.0
 """Largest natural frequency of a joint of a compliant arm, a tenth of the control rate [rad/s]."""
+
+_CONFIGURATIONS = 16  # at which the inertia is computed, beside home
 
 
 def default_gains(model: RobotModel) -> tuple[np.ndarray, np.ndarray]:
@@ -100,3 +102,24 @@ def per_joint(name: str, gain: float | Sequence[float] | np.ndarray, n: int) -> 
     if not np.isfinite(gains).all() or (gains < 0).any():
         raise ControlError(f"{name} must be finite and not negative, got {gain!r}")
     return np.full(n, gains)
+
+
+def inverse_inertias(model: RobotModel) -> np.ndarray:
+    """Return the inverse inertia matrices of an arm at home and at random configurations.
+
+    Args:
+        model: The arm with its payload.
+    """  # (k, nv, nv) [1/(kg m2)]
+    rng = np.random.default_rng(0)
+    lower, upper = model.limits.sampling_bounds()
+    samples = [model.home, *rng.uniform(lower, upper, (_CONFIGURATIONS, model.nq))]
+    return np.array([computeMinverse(model.model, model.data, q) for q in samples])
+
+
+def smallest_inertia(inverses: np.ndarray) -> np.ndarray:
+    """Return the smallest inertia that a motor feels while the other joints give way.
+
+    Args:
+        inverses: As `inverse_inertias` returns them.
+    """  # (nv,) [kg m2]
+    return 1.0 / np.diagonal(inverses, axis1=1, axis2=2).max(axis=0)

@@ -3,6 +3,7 @@
 from .address import Source as Source
 from .address import built_in_sources as built_in_sources
 from .address import bundled_names as bundled_names
+from .address import check_fuel_plugin as check_fuel_plugin
 from .address import find_model as find_model
 from .address import is_address as is_address
 from .assets import SOLREF as SOLREF
@@ -10,15 +11,18 @@ from .assets import Assets as Assets
 from .bundled import bundled_path as bundled_path
 from .bundled import bundled_root as bundled_root
 from .convex import can_decompose as can_decompose
+from .downloads import ModelCache as ModelCache
+from .downloads import Progress as Progress
 from .downloads import check_downloads as check_downloads
 from .downloads import no_downloads as no_downloads
+from .downloads import terminal_progress as terminal_progress
 from .errors import ModelError as ModelError
 from .exact_xml import exact_xml as exact_xml
 from .formats import ModelFormat as ModelFormat
 from .formats import built_in_formats as built_in_formats
 from .found_model import FoundModel as FoundModel
+from .found_model import MjcfModel as MjcfModel
 from .found_model import model_name as model_name
-from .fuel_plugin import check_fuel_plugin as check_fuel_plugin
 from .hardened_xml import read_xml as read_xml
 from .images import image_of_obj as image_of_obj
 from .images import read_png as read_png
@@ -29,8 +33,4 @@ from .menagerie import menagerie_grippers as menagerie_grippers
 from .meshes import Mesh as Mesh
 from .meshes import read_mesh as read_mesh
 from .mjcf_files import check_mjcf as check_mjcf
-from .mjcf_model import MjcfModel as MjcfModel
-from .model_cache import ModelCache as ModelCache
 from .packages import find_package_file as find_package_file
-from .progress import Progress as Progress
-from .progress import terminal_progress as terminal_progress

@@ -8,19 +8,21 @@ from pathlib import Path
 from bt_manip.exceptions import BtManipError, did_you_mean
 from bt_manip.installed import installed_parts
 from bt_manip.models.bundled import bundled_path, bundled_root
+from bt_manip.models.downloads import Progress, terminal_progress
 from bt_manip.models.errors import ModelError
 from bt_manip.models.formats import (
     ModelFormat,
     built_in_formats,
     recognise,
+    root_tag,
 )
 from bt_manip.models.found_model import FoundModel, model_name
-from bt_manip.models.fuel_plugin import check_fuel_plugin
 from bt_manip.models.menagerie import menagerie_file
 from bt_manip.models.packages import find_package_file
-from bt_manip.models.progress import Progress, terminal_progress
 
 _SUFFIXES = (".xml", ".urdf", ".sdf", ".obj", ".stl", ".dae")
+_FUEL_PLUGIN = "bt-manip-fuel"  # package with SDFormat and the models of Gazebo Fuel
+_FUEL_KINDS = ("fuel", "http", "https")
 _SCHEME = re.compile(r"([A-Za-z][A-Za-z0-9+.-]+):")  # a single letter is a drive
 
 
@@ -129,3 +131,27 @@ def _file(address: str, path: Path, formats: Mapping[str, ModelFormat] | None) -
         )
     name = path.name if path.is_dir() else path.stem
     return FoundModel(str(path), model_name(name), found[1], found[0])
+
+
+def check_fuel_plugin(address: str, kind: str = "", path: Path | None = None) -> None:
+    """Raise an error that names the package for models which need bt-manip-fuel.
+
+    Args:
+        address: The address, for the message.
+        kind: Kind of the address, if no source has it.
+        path: The existing file or folder, if no format has it.
+
+    Raises:
+        ModelError: When it is a model of Fuel or SDFormat.
+    """
+    what = "Gazebo Fuel" if kind in _FUEL_KINDS else ""
+    if path is not None and (
+        path.suffix.lower() in (".sdf", ".world")
+        or (path / "model.config").is_file()
+        or root_tag(path) == "sdf"
+    ):
+        what = "SDFormat"
+    if what:
+        raise ModelError(
+            f"'{address}': {what} needs the package {_FUEL_PLUGIN}: pip install {_FUEL_PLUGIN}"
+        )

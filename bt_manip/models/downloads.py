@@ -1,10 +1,29 @@
-"""Switching downloads off."""
+"""Downloads of models, and the models that a source keeps on this machine."""
 
-from collections.abc import Iterator
+import sys
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
+from pathlib import Path
 
 from bt_manip.models.errors import ModelError
+
+Progress = Callable[[str, int, int], None]
+"""Called with the name of a download, its received bytes and its size (0: unknown)."""
+
+_WIDTH = 30
+
+
+def terminal_progress(name: str, done: int, total: int) -> None:
+    """Draw a progress bar if the standard error is a terminal."""
+    if not sys.stderr.isatty():
+        return
+    bar = "#" * (_WIDTH * done // total) if total else ""
+    size = f"{done / 1e6:.1f}" + (f" of {total / 1e6:.1f}" if total else "")
+    end = "\n" if total and done >= total else ""
+    sys.stderr.write(f"\r{name} [{bar:{_WIDTH}}] {size} MB{end}")
+    sys.stderr.flush()
+
 
 _reason: ContextVar[str] = ContextVar("why nothing may be downloaded; empty: it may", default="")
 
@@ -31,3 +50,41 @@ def check_downloads(address: str) -> None:
     """
     if _reason.get():
         raise ModelError(f"{_reason.get()}; 'bt-manip models fetch {address}' does")
+
+
+class ModelCache:
+    """Models that a source keeps on this machine, for the commands of ``bt-manip models``.
+
+    Attributes:
+        kinds: Kinds of addresses whose models it keeps: ``("fuel", "https")``.
+    """
+
+    kinds: tuple[str, ...] = ()
+
+    def addresses(self, everything: bool) -> Iterable[str]:
+        """Return the addresses of the models that need no network.
+
+        Args:
+            everything: Also those that would be downloaded, if they are known, ending in ``" *"``.
+        """
+        raise NotImplementedError
+
+    def fetch(self, address: str) -> tuple[str, Path]:
+        """Download a model, or a newer version of it; return its exact address and its path.
+
+        Raises:
+            ModelError: When it cannot be fetched.
+        """
+        raise NotImplementedError
+
+    def remove(self, address: str) -> list[Path]:
+        """Delete a model; return the deleted paths.
+
+        Raises:
+            ModelError: When there is no such model.
+        """
+        raise NotImplementedError
+
+    def clear(self) -> list[Path]:
+        """Delete all models; return the deleted paths."""
+        return [path for address in list(self.addresses(False)) for path in self.remove(address)]

@@ -5,9 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
-from bt_manip.models.found_model import FoundModel
-from bt_manip.models.mjcf_model import MjcfModel
-from bt_manip.models.progress import Progress
+from bt_manip.models.downloads import Progress
+from bt_manip.models.found_model import FoundModel, MjcfModel
 
 
 class Convert(Protocol):

@@ -5,10 +5,10 @@ from collections.abc import Mapping
 from bt_manip.exceptions import did_you_mean
 from bt_manip.installed import installed_parts
 from bt_manip.models.address import Source, find_model
+from bt_manip.models.downloads import Progress, terminal_progress
 from bt_manip.models.errors import ModelError
 from bt_manip.models.formats import ModelFormat, built_in_formats
-from bt_manip.models.mjcf_model import MjcfModel
-from bt_manip.models.progress import Progress, terminal_progress
+from bt_manip.models.found_model import MjcfModel
 
 CONVEX = ("hull", "parts")
 """Collision geometry of meshes: convex hull or convex parts."""

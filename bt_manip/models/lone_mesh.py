@@ -3,8 +3,7 @@
 import numpy as np
 
 from bt_manip.models.errors import ModelError
-from bt_manip.models.found_model import FoundModel
-from bt_manip.models.mjcf_model import MjcfModel
+from bt_manip.models.found_model import FoundModel, MjcfModel
 
 DENSITY = 1000.0
 """Default density of the volume of a mesh file [kg/m^3]: water."""

@@ -10,10 +10,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from bt_manip.exceptions import did_you_mean
-from bt_manip.models.downloads import check_downloads
+from bt_manip.models.downloads import ModelCache, Progress, check_downloads, terminal_progress
 from bt_manip.models.errors import ModelError
-from bt_manip.models.model_cache import ModelCache
-from bt_manip.models.progress import Progress, terminal_progress
 
 CONNECTION_TIMEOUT = 2.0
 """Longest wall time until the server answers [s]; later there is taken to be no network."""

@@ -6,10 +6,9 @@ from lxml import etree
 
 from bt_manip.models.errors import ModelError
 from bt_manip.models.exact_xml import exact_xml
-from bt_manip.models.found_model import FoundModel
+from bt_manip.models.found_model import FoundModel, MjcfModel
 from bt_manip.models.hardened_xml import read_xml
 from bt_manip.models.meshes import MESHES, read_mesh
-from bt_manip.models.mjcf_model import MjcfModel
 from bt_manip.models.packages import find_package_file
 
 _OPTIONS = {

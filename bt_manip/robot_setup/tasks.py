@@ -16,21 +16,26 @@ if TYPE_CHECKING:
 STARTS = 3
 """Starts of a task that are sampled."""
 
+_LIMIT = 120.0  # [s] of simulated time of an episode
 _PATIENCE = 5.0  # [s] of simulated time until the first motion: objects settle, the gripper closes
 
 
-def why_not(task: str, robot: str | RobotDescription, parts: Parts, starts: int = STARTS) -> str:
+def why_not(
+    task: str, robot: str | RobotDescription, parts: Parts, starts: int = STARTS, episodes: int = 0
+) -> str:
     """Return why a robot cannot do a task; empty if nothing speaks against it.
 
     The scene is built, and its starts are sampled within reach of the robot. From each start the
     tree is ticked until an arm begins to move, so that the first grasp is planned; no motion is
-    executed. Then all behaviours are asked (`CellBehaviour.why_infeasible`).
+    executed. Then all behaviours are asked (`CellBehaviour.why_infeasible`). What only the physics
+    shows, such as a grip that does not come to rest, takes whole episodes.
 
     Args:
         task: Name of a registered tree, or path of one.
         robot: Name of a registered robot, path of a description, or a description.
         parts: The registered parts.
         starts: Number of starts.
+        episodes: Number of episodes that are run to their end afterwards.
     """
     try:
         run = prepare(request_of(task, parts, robot=robot), parts)
@@ -39,6 +44,11 @@ def why_not(task: str, robot: str | RobotDescription, parts: Parts, starts: int 
             reason = _why_not_from_here(run)
             if reason:
                 return reason
+        for episode in range(episodes):
+            run.begin_episode(starts + episode)
+            reason = _why_it_fails(run)
+            if reason:
+                return f"episode {episode + 1} of {episodes}: {reason}"
     except BtManipError as error:
         return one_line(error)
     return ""
@@ -71,6 +81,16 @@ def _why_not_from_here(run: Run) -> str:
     return ""
 
 
+def _why_it_fails(run: Run) -> str:
+    """Run an episode; return why it fails, or an empty text."""
+    watch, cell = _Watch(run), run.station.cell
+    end = cell.time + _LIMIT
+    run.execute([watch], stop=lambda: cell.time > end)
+    if watch.succeeded:
+        return ""
+    return watch.failed[1] if watch.failed else watch.reason or f"no end within {_LIMIT:g} s"
+
+
 class _Watch(RunObserver):
     """Keeps the first failure of a behaviour of an arm.
 
@@ -78,13 +98,14 @@ class _Watch(RunObserver):
         failed: The behaviour, and its name with the reason; None: none has failed.
         moves: The running nodes when the first motion began.
         reason: Why the cycle failed.
+        succeeded: Whether the cycle has ended with success.
     """
 
     def __init__(self, run: Run) -> None:
         """Observe the nodes of a run."""
         self.failed: tuple[Link, str] | None = None
         self.moves: list[Link] = []
-        self.reason = ""
+        self.reason, self.succeeded = "", False
         self._tree = run.tree
 
     def run_started(self, run: Run) -> None:
@@ -96,8 +117,8 @@ class _Watch(RunObserver):
         self._tree.observers.remove(self._node_changed)
 
     def cycle_ended(self, status: str, reason: str) -> None:
-        """Keep the reason."""
-        self.reason = reason
+        """Keep the result."""
+        self.reason, self.succeeded = reason, status == NodeStatus.SUCCESS.name
 
     def _node_changed(self, node: "Link", old: NodeStatus, new: NodeStatus) -> None:
         failed = new is NodeStatus.FAILURE and isinstance(node, ArmBehaviour)

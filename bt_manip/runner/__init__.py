@@ -10,12 +10,12 @@ from .goal import NOT_MET as NOT_MET
 from .goal import GoalJudge as GoalJudge
 from .interventions import Interventions as Interventions
 from .loop import Actor as Actor
+from .loop import Pacing as Pacing
 from .loop import RunLoop as RunLoop
 from .observer import RunModifier as RunModifier
 from .observer import RunObserver as RunObserver
 from .observer import recorder_for as recorder_for
 from .observer import recorder_name as recorder_name
-from .pacing import Pacing as Pacing
 from .prepare import prepare as prepare
 from .prepare import prepare_station as prepare_station
 from .pulls import MAX_FORCE as MAX_FORCE

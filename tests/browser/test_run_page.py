@@ -55,6 +55,29 @@ def _robot(model):
     return [geom for geom, name in enumerate(names) if name.startswith("panda/")]
 
 
+def test_things_have_their_textures(window):
+    script = """
+        name => {
+            let width = 0;
+            __viserMutable.nodeRefFromName[name].traverse((mesh) => {
+                width = Math.max(width, mesh.material?.map?.image?.width ?? 0);
+            });
+            return width;
+        }
+    """
+    wait_until(lambda: window.evaluate(script, "/table") == 256)
+
+
+def test_the_picture_of_a_chosen_camera_is_over_the_scene(opengl, window):
+    picture = window.page.locator("img.picture")
+    assert not picture.is_visible()
+    window.choose("Camera", "panda/wrist")
+    wait_until(lambda: picture.is_visible() and picture.evaluate("one => one.naturalWidth") == 320)
+    window.keep("camera")
+    window.choose("Camera", "none")
+    wait_until(lambda: not picture.is_visible())
+
+
 def test_the_tree_follows_the_run_with_statuses_and_reasons(window):
     window.wait_for_tree("▶ (Hover|Reach|Lift|Drop)")
     window.wait_for_tree("✓ SpawnObject +'cube' at")

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from cell_operator import Operator
 
+RECOVERY = 2.0  # [s] of the robot's clock, from the end of a fault until the arm moves again
 FAR = 0.2  # [rad] by which a person moves a joint
 HOLD = "import sys; from bt_manip_franka import FrankaArm; arm = FrankaArm(sys.argv[1])"
 HOLD += "; arm.connect(); print(flush=True); sys.stdin.read()"
@@ -65,17 +66,28 @@ def moving(robot):
     robot.until(lambda arm: np.abs(arm["v"]).max() > 0.1, 30.0)
 
 
+def moves_again(robot, fault, **arguments):
+    """Bring about or end a fault; check that the arm moves soon after, by the robot's clock."""
+    begun = robot.ask("arm")["time"]
+    robot.ask(fault, **arguments)
+    robot.until(lambda arm: np.abs(arm["v"]).max() < 0.01, 30.0)
+    moving(robot)
+    after = robot.ask("arm")["time"] - begun
+    print(f"{fault}: the arm moves again after {after:.2f} s")
+    assert after < RECOVERY
+
+
 def test_a_reflex_is_named_and_recovered_from(cell_robot, run):
     run.until("OpenGripper")
     moving(cell_robot)
-    cell_robot.ask("reflex", joint=4)
+    moves_again(cell_robot, "reflex", joint=4)
     succeeds_in_spite_of(run, "joint_reflex, joint 4")
 
 
 def test_a_cut_connection_is_named_and_built_up_anew(cell_robot, run):
     run.until("OpenGripper")
     moving(cell_robot)
-    cell_robot.ask("cut")
+    moves_again(cell_robot, "cut")
     succeeds_in_spite_of(run, "connection lost")
 
 
@@ -85,7 +97,7 @@ def test_a_user_stop_is_named_and_the_tree_goes_on_after_its_release(cell_robot,
     cell_robot.ask("user_stop", pressed=True)
     run.until("user_stop")
     time.sleep(1.0)
-    cell_robot.ask("user_stop", pressed=False)
+    moves_again(cell_robot, "user_stop", pressed=False)
     succeeds_in_spite_of(run, "user_stop")
 
 

@@ -16,3 +16,17 @@ def test_the_reason_is_what_the_first_motion_or_the_scene_would_fail_for(parts):
     assert "too little friction to hold 'cube'" in why_not("pick_place", weak, parts, starts=1)
     away = replace(panda(), T_rb=pose((-2.0, 0.0, 0.0)))
     assert "reaches no part of 'table'" in why_not("pick_place", away, parts, starts=1)
+
+
+def test_the_reason_is_also_what_a_whole_episode_fails_for(parts, tmp_path):
+    tree = tmp_path / "impatient.xml"
+    tree.write_text(
+        '<root BTCPP_format="4"><BehaviorTree ID="Impatient"><Sequence>'
+        '<Lift height="0.05"/><AlwaysFailure name="too late"/></Sequence></BehaviorTree></root>'
+    )
+    assert why_not(str(tree), "panda", parts, starts=1) == ""
+    assert "too late" in why_not(str(tree), "panda", parts, starts=1, episodes=1)
+
+
+def test_episodes_that_succeed_speak_against_nothing(parts):
+    assert why_not("pick_place", "panda", parts, starts=1, episodes=1) == ""

@@ -6,7 +6,7 @@ import pytest
 
 from bt_manip.bt import Action, AlwaysFailure, Sequence, Sleep, Status, Tree
 from bt_manip.runner import Run, RunObserver, RunRequest, TreeSource
-from bt_manip.runner.pacing import Pacing
+from bt_manip.runner.loop import Pacing
 
 
 class Cell:
@@ -194,8 +194,8 @@ def wall(monkeypatch):
         clock.slept.append(duration)
         clock.now += duration
 
-    monkeypatch.setattr("bt_manip.runner.pacing.time.perf_counter", lambda: clock.now)
-    monkeypatch.setattr("bt_manip.runner.pacing.time.sleep", sleep)
+    monkeypatch.setattr("bt_manip.runner.loop.time.perf_counter", lambda: clock.now)
+    monkeypatch.setattr("bt_manip.runner.loop.time.sleep", sleep)
     return clock
 
 

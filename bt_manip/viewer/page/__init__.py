@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from bt_manip.lazy_exports import lazy_exports
 
 if TYPE_CHECKING:
+    from bt_manip.viewer.page.camera_panel import CameraPanel as CameraPanel
     from bt_manip.viewer.page.error_plot import ErrorPlot as ErrorPlot
     from bt_manip.viewer.page.gui import Gui as Gui
     from bt_manip.viewer.page.gui import GuiElement as GuiElement
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 __getattr__ = lazy_exports(
     __name__,
     {
+        "bt_manip.viewer.page.camera_panel": "CameraPanel",
         "bt_manip.viewer.page.error_plot": "ErrorPlot",
         "bt_manip.viewer.page.gui": "GuiElement Gui",
         "bt_manip.viewer.page.jog_panel": "JogPanel",

@@ -26,7 +26,8 @@ class Panel:
     thread of the run reads. A panel that raises is not called again; the page and the run go on.
 
     Attributes:
-        place: ``tab`` for a tab of its own, ``left`` beside the scene, ``below`` it, or ``bar``.
+        place: ``tab`` for a tab of its own, ``left`` beside the scene, ``below``
+            or ``over`` it, or ``bar``.
         needs_run: Whether it is left out on the page of a recording, where `start` and `end_tick`
             are not called.
     """

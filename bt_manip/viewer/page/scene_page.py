@@ -61,7 +61,7 @@ class ScenePage:
         self._scene = SceneView(self.server)
         self.bar, self.tabs = self.gui.add("bar"), self.gui.add("tabs")
         self._places = {"bar": self.bar, "left": self.gui.add("left")}
-        self._places["below"] = self.gui.add("below")
+        self._places |= {name: self.gui.add(name) for name in ("below", "over")}
         with self.bar:
             self.controls = make_controls(self.gui)
         self._panels: list[Panel] = [self.controls, *self._make(panels)]

@@ -8,6 +8,7 @@ import logging
 import math
 import threading
 import time
+import warnings
 from collections.abc import Callable, Iterator
 from typing import Any
 from urllib.parse import urlsplit
@@ -64,6 +65,8 @@ def open_server(port: int = PORT, site: Site | None = None) -> viser.ViserServer
     """
     # viser prints a line, and websockets a traceback, for each connection that it cannot use.
     logging.getLogger("websockets.server").setLevel(logging.CRITICAL)
+    # viser warns where a browser leaves while its camera is moved.
+    warnings.filterwarnings("ignore", "Queued a .* on a closed connection", UserWarning)
     # viser draws its addresses on standard output.
     with _serving, _checked_connections(site), contextlib.redirect_stdout(io.StringIO()):
         server = viser.ViserServer(host=HOST, port=port, verbose=False)

@@ -25,6 +25,7 @@ from franka_sim.mujoco_franka_sim import ARM_POSITION_KD, MujocoFrankaSim
 # Explicit damping of more than 2 I / dt is unstable: joint 7 (0.08 kg m2) swings with franka-sim's.
 ARM_POSITION_KD[:] = 225.0, 225.0, 175.0, 175.0, 50.0, 50.0, 50.0  # [N m s/rad]
 WAIT = 0.5  # [s] for the client's answer and for the physics, by a patient robot
+NO_CLIENT = 0.1  # [s] without a state from which its clock goes with the time here
 JOINT_REFLEX = 6  # position in research_interface::robot::Error
 
 
@@ -76,7 +77,8 @@ class Robot(FrankaSimServer):
     """The controller, with faults."""
 
     patient = False
-    version, stopped, longest_gap, lost, cycles = 10, False, 0, 0, 0
+    version, stopped, longest_gap, lost, cycles, violations = 10, False, 0, 0, 0, 0
+    clock = published = 0.0  # [s] of its own, and here when the last state was published
 
     def send_response(self, client_socket, command, command_id, status, version):
         """Refuse clients when the version is another one."""
@@ -90,15 +92,21 @@ class Robot(FrankaSimServer):
             while self.comm.awaiting_answer and time.monotonic() < end:
                 time.sleep(5e-5)
             self.physics_sim.step_now()
+        now = time.monotonic()
+        self.clock += now - self.published if now - self.published > NO_CLIENT else 1e-3
+        self.published = now
+        before = self.comm.consecutive_lost
         super()._account_for_communication_cycle()
+        if (gap := self.comm.consecutive_lost) > before:
+            self.lost, self.longest_gap = self.lost + 1, max(self.longest_gap, gap)
         if self.stopped:
             self.robot_state.state["robot_mode"] = RobotMode.kUserStopped
         self.cycles += self.comm.active
 
-    def _extrapolate_missed_cycle(self, closed_id):
-        self.lost += 1
+    def _abort_on_communication_violation(self, motion_id):
+        self.violations += 1
         self.longest_gap = max(self.longest_gap, self.comm.consecutive_lost)
-        super()._extrapolate_missed_cycle(closed_id)
+        super()._abort_on_communication_violation(motion_id)
 
     def _refuse_move_while_latched(self, client_socket, header):
         if self.stopped:
@@ -151,7 +159,7 @@ class Commands:
         return self.cell.in_physics(read)
 
     def arm(self):
-        """Return the arm's positions, and the width of the hand."""
+        """Return the arm's positions and velocities, the width of the hand, and its clock [s]."""
 
         def read():
             data, cell = self.cell.data, self.cell
@@ -159,7 +167,7 @@ class Commands:
                 "q": data.qpos[cell.arm_qpos_adr].tolist(),
                 "v": data.qvel[cell.arm_dofs_idx].tolist(),
                 "width": float(data.qpos[cell.finger_qpos_adr].sum()),
-                "time": float(data.time),
+                "time": self.robot.clock,
             }
 
         return self.cell.in_physics(read)
@@ -212,9 +220,9 @@ class Commands:
         return [n for n, error in enumerate(self.robot.robot_state.state["errors"]) if error]
 
     def communication(self):
-        """Return the cycles with a client in a motion, those lost, and the longest run of these."""
-        robot = self.robot
-        return {"cycles": robot.cycles, "lost": robot.lost, "longest_gap": robot.longest_gap}
+        """Return the cycles of motions, those lost, the longest run of these, and violations."""
+        names = "cycles", "lost", "longest_gap", "violations"
+        return {name: getattr(self.robot, name) for name in names}
 
 
 def serve(commands):

@@ -19,7 +19,7 @@ const page = {
 
 const dirty = new Set();
 const byId = (id) => document.getElementById(id);
-const places = { bar: byId("bar"), left: make("div", { className: "inleft" }), below: byId("below"), tabs: byId("tabs") };
+const places = { bar: byId("bar"), left: make("div", { className: "inleft" }), below: byId("below"), over: byId("over"), tabs: byId("tabs") };
 const [list, left] = [byId("tabs").querySelector("nav"), byId("left")];
 left.append(places.left);
 places.left.style.cssText = "display:flex;flex-direction:column;flex:1;min-height:0";

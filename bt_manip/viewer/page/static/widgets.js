@@ -115,6 +115,10 @@ const WIDGETS = {
     input.oninput = () => element.send("value", Number(input.value));
     return { node: made.node, draw() { made.draw(); follow(); if (!held) input.value = p.value; } };
   },
+  picture(element) {
+    const node = make("img", { className: "picture", alt: "Picture of the camera" });
+    return { node, draw() { node.src = element.props.source; } };
+  },
   status(element) {
     const p = element.props;
     const task = make("b"), chip = make("span", { className: "chip" });

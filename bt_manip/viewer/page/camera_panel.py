@@ -1,0 +1,112 @@
+"""The picture of a camera of the cell, over the scene."""
+
+import base64
+import io
+import time
+from typing import TYPE_CHECKING, Any
+
+from PIL import Image
+
+from bt_manip.cell import FrameRenderer, camera_number
+from bt_manip.exceptions import BtManipError
+
+from .panel import Panel, message_html
+
+if TYPE_CHECKING:
+    from bt_manip.runner import Run, Station
+
+NO_CAMERA = "none"
+"""Choice of no camera."""
+
+PICTURE_SIZE = (320, 200)
+"""Width and height [pixels]."""
+
+PICTURE_PERIOD = 0.25
+"""Wall time between two pictures [s]."""
+
+PICTURE_SHARE = 0.05
+"""Largest share of wall time that pictures take: where they are slow, there are fewer of them."""
+
+LONGEST_WAIT = 2.0
+"""Longest wall time between two pictures [s]."""
+
+
+class CameraPanel(Panel):
+    """Renders the chosen camera between two ticks, while any browser shows the page.
+
+    OpenGL's context belongs to the thread of the run, which also changes the state.
+    """
+
+    place = "over"
+    needs_run = True
+
+    def __init__(self, page: Any) -> None:
+        """Add its inputs to the current container."""
+        self._page = page
+        hint = "Shows the picture of a camera, a few times a second"
+        self._choice = page.gui.add_dropdown("Camera", (NO_CAMERA,), hint=hint)
+        self._picture = page.gui.add("picture", source="")
+        self._message = page.gui.add_html("")
+        self._renderer: FrameRenderer | None = None
+        self._cell: Any = None
+        self._model: Any = None  # whose cameras can be chosen
+        self._next = 0.0
+
+    def start(self, run: "Run") -> None:
+        """Show cameras of the run's cell."""
+        self._cell = run.station.cell
+
+    def begin_idle(self, station: "Station") -> None:
+        """Show cameras of the cell between runs, too."""
+        self._cell = station.cell
+
+    def end_tick(self) -> None:
+        """Render if it is time."""
+        if self._choice.value == NO_CAMERA or not self._page.is_open:
+            self._close()
+        elif (before := time.perf_counter()) >= self._next:
+            self._render()
+            after = time.perf_counter()
+            wait = max(PICTURE_PERIOD, min((after - before) / PICTURE_SHARE, LONGEST_WAIT))
+            self._next = before + wait
+
+    def idle_tick(self) -> None:
+        """Do the same between runs."""
+        self.end_tick()
+
+    def draw(self) -> None:
+        """List the cameras, and show the first picture also where the run is paused."""
+        if self._cell is None:
+            return
+        model = self._cell.model
+        if model is not self._model:
+            self._model = model
+            self._choice.options = (NO_CAMERA, *(model.camera(i).name for i in range(model.ncam)))
+        if self._renderer is None:
+            self.end_tick()
+        self._picture.visible = self._renderer is not None
+
+    # Internal
+
+    def _render(self) -> None:
+        model = self._cell.model
+        self._message.content = ""
+        try:
+            number = camera_number(model, self._choice.value)
+            if self._renderer is None or self._renderer.model is not model:
+                self._close()
+                self._renderer = FrameRenderer(model, *PICTURE_SIZE, shadow_size=0, samples=0)
+            image = Image.fromarray(self._renderer.frame(self._cell.data, number))
+        except BtManipError as error:  # the camera has gone, or there is no OpenGL
+            self._choice.value = NO_CAMERA
+            self._message.content = message_html(str(error), error=True)
+            return
+        image.save(data := io.BytesIO(), "JPEG")
+        self._picture.source = (
+            "data:image/jpeg;base64," + base64.b64encode(data.getvalue()).decode()
+        )
+
+    def _close(self) -> None:
+        if self._renderer is not None:
+            self._renderer.close()
+            self._renderer = None
