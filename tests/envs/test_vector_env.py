@@ -103,7 +103,6 @@ def test_a_mask_resets_some_environments_and_leaves_the_others():
         ({"action": "subtree_choice"}, "'subtree_choice' act between control steps"),
         ({"controller": "computed_torque"}, "'computed_torque' is not 'native_pd'"),
         ({"record": "run.mcap"}, "act in control steps"),
-        ({"images": {"kinds": ["depth"]}}, "images are rendered one by one"),
         ({"num_envs": 0}, "at least one environment"),
         ({"reward": "thick"}, "a reward is sparse or dense"),
     ],
@@ -112,6 +111,11 @@ def test_tasks_that_cannot_be_batched_are_refused_with_the_reason(options, messa
     options = {"n": options.pop("num_envs", 2), **options}
     with pytest.raises(BtManipError, match=message):
         make_batch(**options)
+
+
+def test_images_are_refused(opengl):
+    with pytest.raises(BtManipError, match="images are rendered one by one"):
+        make_batch(2, images={"kinds": ["depth"]})
 
 
 def test_a_task_whose_objects_act_in_control_steps_is_refused():
