@@ -64,6 +64,7 @@ WITHIN_LAYER = {
     ("plugins", "builtin"),
     ("testing", "evaluation"),
     ("testing", "envs"),
+    ("envs", "evaluation"),
     ("robot_setup", "testing"),
     ("groot", "record"),
     ("viewer", "record"),

@@ -17,7 +17,7 @@ STABLE = {
         "SyncAction Decorator LoopString"
     ),
     "bt_manip.behaviours": (
-        "CellBehaviour MotionBehaviour SpawnObject RemoveObject ObjectExists IsIn Hover Reach "
+        "CellBehaviour MotionBehaviour SpawnObject RemoveObject ObjectExists IsIn IsOn Hover Reach "
         "Grasp Lift Drop PlaceOn PlaceAt IsHolding OpenGripper CloseGripper MoveToPose "
         "MoveToConfiguration MoveHome MoveLinear MoveThrough MoveArc Approach Retreat BackOff "
         "SetSpeed SwitchController WaitUntilAtRest WaitUntilUndisturbed ArmBehaviour "
@@ -65,7 +65,7 @@ EXPERIMENTAL = {
     ),
     "bt_manip.cell": (
         "CellError OverlapError PhysicsDiverged Region Camera looking_at at_rest is_in is_on "
-        "entity_of extent bottom_of why_not_on why_not_in as_object ContactEvent "
+        "entity_of extent bottom_of why_not_in why_not_on why_not_in as_object ContactEvent "
         "ParametricEntity unique_name"
     ),
     "bt_manip.cell.objects": (
@@ -97,7 +97,7 @@ EXPERIMENTAL = {
         "TreeResult RunRequest Run find_tree save_snapshot load_snapshot EventQueue RunEvent "
         "KINDS TreeSource Interventions CommandedRobot RunLoop Actor RunModifier make_station"
     ),
-    "bt_manip.scenes": "table_and_basket two_arms scene_of",
+    "bt_manip.scenes": "table_and_basket two_arms scene_of Level",
     "bt_manip.testing": (
         "Trial Situations built_in_situations AT_REST assert_stands_still assert_touches_only "
         "DEVICE_CONTRACT recovers_from_a_problem"

@@ -4,7 +4,8 @@
 
 franka-sim gets an environment of its own, `.venv-rehearsal`, which is made where it is missing, or
 other packages are listed. Where the packages or the models cannot be had, nothing is rehearsed, and
-the reason is printed. ``CUBES=20`` picks and places 20 cubes instead of 3.
+the reason is printed. ``CUBES=20`` picks and places 20 cubes instead of 3. ``-m soak -s`` measures
+gaps in the communication, for ``MINUTES=10`` instead of one each.
 """
 
 import importlib.util

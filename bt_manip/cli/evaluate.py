@@ -69,8 +69,13 @@ def evaluation_options(command: Function) -> Function:
 @click.argument(
     "trees", nargs=-1, required=True, metavar="TREE [OTHER]", shell_complete=complete_part("trees")
 )
+@click.option(
+    "--vary", "varied", multiple=True, metavar="KEY=VALUE",
+    help="Set a parameter that bt-manip sweep varies, such as scene.mass=2, the level of what "
+    "bt-manip list tasks TREE shows; may be given more than once.",
+)  # fmt: skip
 @evaluation_options
-def evaluate(trees: tuple[str, ...], **options: Any) -> int:
+def evaluate(trees: tuple[str, ...], varied: tuple[str, ...], **options: Any) -> int:
     """Measure how often TREE succeeds; compare it with OTHER on the same episodes.
 
     Each episode starts at home, randomized by seed and number of the episode alone: the same
@@ -80,7 +85,9 @@ def evaluate(trees: tuple[str, ...], **options: Any) -> int:
         raise click.UsageError(f"one tree is evaluated, or two are compared, got {len(trees)}")
     if len(set(trees)) < len(trees):
         raise click.UsageError(f"'{trees[0]}' is compared with itself")
-    return _execute(trees, lambda: ({},), **options)
+    from bt_manip.evaluation import parse_point
+
+    return _execute(trees, lambda: (parse_point(varied),), **options)
 
 
 @click.command(epilog=_EPILOG)

@@ -110,12 +110,36 @@ def _list_tasks(
     for robot in chosen:
         find_robot(robot, parts.robots)
     tasks = parts.trees.names() if name is None else [name]
+    if name is not None:
+        _print_levels(plugins, name)
     widths = [max(map(len, column)) for column in (tasks, chosen)]
     for task in tasks:
         for robot in chosen:
             reason = why_not(task, robot, parts, episodes=episodes)
             answer = f"no: {reason}" if reason else "yes"
             click.echo(f"{task:{widths[0]}}  {robot:{widths[1]}}  {answer}")
+
+
+def _print_levels(plugins: "Plugins", tree: str) -> None:
+    """Print what varies in a task, in itself and at each level, and what its nodes draw."""
+    from bt_manip.runner import known_behaviours, load_document, make_tree, request_of
+    from bt_manip.scenes import Level, find_scene, levels_of
+
+    parts = plugins.parts
+    request = request_of(tree, parts)
+    scene = find_scene(request.scene, parts)
+    click.echo(f"in scene {request.scene} by itself: {Level(scene.randomization)}")
+    for name, levels in levels_of(scene).items():
+        for number, level in levels.items():
+            click.echo(f"  {f'scene.{name}={number}':20} {level}")
+    if request.tree.kind == "xml":
+        behaviours = known_behaviours(parts)
+        loaded = load_document(request.tree, behaviours, {}, lambda: 0.0, lambda text: None)
+    else:
+        loaded = make_tree(request.tree, {}, lambda: 0.0)
+    for node in loaded.nodes:
+        if node.drawn:
+            click.echo(f"  {node.path} draws {', '.join(node.drawn)}")
 
 
 def _describe(plugins: "Plugins", kind: str, name: str) -> None:

@@ -92,8 +92,9 @@ class RunOptions(StationOptions):
     )  # fmt: skip
     varied: tuple[str, ...] = option(
         "--vary", multiple=True, metavar="KEY=VALUE",
-        help="Set a parameter that bt-manip sweep varies, such as controller.kp or "
-        "scene.objects.cube.mass; may be given more than once.",
+        help="Set a parameter that bt-manip sweep varies, such as controller.kp, "
+        "scene.objects.cube.mass, or scene.mass, a level of bt-manip list tasks TREE; may be given "
+        "more than once.",
     )  # fmt: skip
     snapshots: tuple[tuple[float, Path], ...] = option(
         "--snapshot-at", multiple=True, metavar="SECONDS FILE",
@@ -186,14 +187,10 @@ def vary(
     """
     if not options.varied:
         return request, parts, {}
-    from bt_manip.evaluation import parse_parameter
+    from bt_manip.evaluation import parse_point
     from bt_manip.evaluation import varied as with_values
 
-    parameters = [parse_parameter(text) for text in options.varied]
-    for one in parameters:
-        if len(one.values) != 1:
-            raise BtManipError(f"--vary {one.name}: a run has one value, see bt-manip sweep")
-    point = {one.name: one.values[0] for one in parameters}
+    point = dict(parse_point(options.varied))
     return *with_values(request, parts, point), point
 
 

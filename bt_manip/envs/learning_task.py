@@ -18,6 +18,7 @@ from bt_manip.agents import (
     goal_progress,
 )
 from bt_manip.cell import PhysicsDiverged
+from bt_manip.evaluation import varied
 from bt_manip.exceptions import BtManipError, did_you_mean
 from bt_manip.faults import FaultInjector, parse_fault
 from bt_manip.plugins import load_plugins
@@ -67,6 +68,7 @@ class LearningTask:
         record: str = "",
         faults: Sequence[str] = (),
         observers: Sequence[RunObserver] = (),
+        vary: Mapping[str, Any] | None = None,
         parts: Parts | None = None,
         **request: Any,
     ) -> None:
@@ -87,6 +89,7 @@ class LearningTask:
                 chooses the recorder. Without ``{episode}`` only the first one is recorded.
             faults: Faults that are injected in each episode, as in ``bt-manip run --fault``.
             observers: Further observers of all episodes, such as a `bt_manip.viewer.Page`.
+            vary: Parameters as of ``bt-manip run --vary``, by name: ``{"scene.mass": 2}``.
             parts: The registered parts; default: those of all installed plugins.
             **request: Fields of `RunRequest`: ``robot``, ``scene``, ``controller``, ``settings``.
 
@@ -98,7 +101,8 @@ class LearningTask:
         refuse_unknown("an environment has no option", request, OPTIONS)
         self._arguments: dict[str, Any] = {
             "tree": tree, "action": action, "reward": reward, "discount": discount,
-            "images": images, "step_time": step_time, "faults": faults, "parts": parts, **request,
+            "images": images, "step_time": step_time, "faults": faults, "vary": vary,
+            "parts": parts, **request,
         }  # fmt: skip
         if parts is None:
             parts = load_plugins().parts
@@ -106,6 +110,7 @@ class LearningTask:
         self._recorded = bool(record)
         self._faults = [parse_fault(text, parts.faults) for text in faults]
         asked = request_of(tree, parts, faults=tuple(faults), **request)
+        asked, parts = varied(asked, parts, vary or {})
         self.episodes = Episodes(asked, parts, step_time=step_time)
         if not self.episodes.run.tree.goal:
             raise BtManipError(

@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from bt_manip.evaluation.variation import Parameter as Parameter
     from bt_manip.evaluation.variation import grid as grid
     from bt_manip.evaluation.variation import parse_parameter as parse_parameter
+    from bt_manip.evaluation.variation import parse_point as parse_point
     from bt_manip.evaluation.variation import samples as samples
     from bt_manip.evaluation.variation import varied as varied
 
@@ -60,6 +61,8 @@ __getattr__ = lazy_exports(
         "bt_manip.evaluation.stress_table": "LEGEND StressTable",
         "bt_manip.evaluation.success": "Failure SuccessRate wilson_interval",
         "bt_manip.evaluation.success_page": "results_page",
-        "bt_manip.evaluation.variation": "Parameter grid parse_parameter samples varied",
+        "bt_manip.evaluation.variation": (
+            "Parameter grid parse_parameter parse_point samples varied"
+        ),
     },
 )

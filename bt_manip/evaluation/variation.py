@@ -14,7 +14,7 @@ from bt_manip.cell.randomization import Randomization
 from bt_manip.exceptions import BtManipError, did_you_mean
 from bt_manip.registry import Parts
 from bt_manip.runner import RunRequest
-from bt_manip.scenes import Scene, find_robot, find_scene
+from bt_manip.scenes import Scene, find_robot, find_scene, with_level
 
 Point = Mapping[str, Any]
 """Values of the varied parameters, by name."""
@@ -29,8 +29,9 @@ class Parameter:
 
     Attributes:
         name: A key of the tree; one of `CHOSEN`; or, with dots, a parameter of the controller
-            (``controller.kp``), of something in the scene (``scene.objects.cube.mass``) or of the
-            robot's description (``robot.gripper.max_force``).
+            (``controller.kp``), of something in the scene (``scene.objects.cube.mass``), a level of
+            its randomization (``scene.mass``), or of the robot's description
+            (``robot.gripper.max_force``).
         values: The values, for a grid and to sample from.
         bounds: Lowest and highest value of a range; None for single values.
     """
@@ -71,6 +72,19 @@ def parse_parameter(text: str) -> Parameter:
         return Parameter(name, tuple(json.loads(f"[{given}]")))
     except ValueError:
         return Parameter(name, tuple(one.strip() for one in given.split(",")))
+
+
+def parse_point(texts: Iterable[str]) -> Point:
+    """Read parameters that have one value each.
+
+    Raises:
+        BtManipError: If one has several, or cannot be read.
+    """
+    parameters = [parse_parameter(text) for text in texts]
+    for one in parameters:
+        if len(one.values) != 1:
+            raise BtManipError(f"--vary {one.name}: a run has one value, see bt-manip sweep")
+    return {one.name: one.values[0] for one in parameters}
 
 
 def grid(parameters: Sequence[Parameter]) -> tuple[Point, ...]:
@@ -120,6 +134,9 @@ def varied(request: RunRequest, parts: Parts, point: Point) -> tuple[RunRequest,
             continue
         if owner == "controller":
             parts = _with_controllers(request, scene, parts, path, value)
+        elif owner == "scene" and "." not in path:
+            scene, settings = with_level(scene, path, value)
+            request = replace(request, settings={**settings, **request.settings})
         elif owner == "scene":
             scene = _with_variation(scene, name, path, value)
         elif owner == "robot":
@@ -159,7 +176,7 @@ def _with_variation(scene: Scene, name: str, path: str, value: Any) -> Scene:
     if kind not in kinds or not thing:
         raise BtManipError(
             f"'{name}' is no parameter of a scene: they are called scene.KIND.NAME.QUANTITY, "
-            f"where KIND is one of {', '.join(kinds)}"
+            f"or scene.NAME for a level, where KIND is one of {', '.join(kinds)}"
         )
     variations = getattr(scene.randomization, kind)
     changed = {**variations, thing: {**variations.get(thing, {}), quantity: value}}

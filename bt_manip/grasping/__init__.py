@@ -1,6 +1,7 @@
 """Grasp planning: candidates, their ranking, gripper clearance and approaches."""
 
 from .grasp_planner import GraspPlanner as GraspPlanner
+from .grasp_search import CheckedGrasps as CheckedGrasps
 from .grasp_search import GraspPlan as GraspPlan
 from .grip_friction import check_friction as check_friction
 from .grip_friction import holding_force as holding_force

@@ -13,7 +13,7 @@ from bt_manip.grippers import Solid, solids_of
 from bt_manip.robots import GraspCandidate, GraspGenerator, Robot
 
 from .declared_grasps import declared_grasps
-from .grasp_search import GraspPlan, GraspSearch
+from .grasp_search import CheckedGrasps, GraspPlan, GraspSearch
 from .grip_friction import check_friction
 from .gripper_clearance import MAX_PENETRATION, GripperClearance
 from .ranking import GraspRanking
@@ -37,11 +37,13 @@ class GraspPlanner:
 
     Attributes:
         arm: The arm that grips.
+        checked: The grasps that the last search has checked; None before the first.
     """
 
     def __init__(self, cell: Cell, arm: Arm) -> None:
         """Plan for an arm in a cell."""
         self._cell, self.arm = cell, arm
+        self.checked: CheckedGrasps | None = None
         self._generators: dict[str, tuple[bytes, GraspGenerator]] = {}  # with their keys
         self._around: GripperClearance  # made again after each compile
         self._generation = -1
@@ -149,7 +151,7 @@ class GraspPlanner:
 
     def set_state(self, state: dict[str, Any] | None) -> None:
         """Restore what `get_state` returned, in the same cell; its approach is followed again."""
-        self._planned = None
+        self._planned = self.checked = None
         if state is not None:
             T_ot, T_wt = (pin.SE3(np.array(state[key])) for key in ("T_ot", "T_wt"))
             plan = GraspPlan(
@@ -189,7 +191,9 @@ class GraspPlanner:
             self._generators[name] = key, generator
         candidates = generator.candidates(-T_wo.rotation[2])
         ranking = GraspRanking(candidates, T_wo, generator.com, T_now)
-        return GraspSearch(self.arm, name, ranking, clearance, self._rejections(name))
+        search = GraspSearch(self.arm, name, ranking, clearance, self._rejections(name))
+        self.checked = search.checked
+        return search
 
 
 def _content(solids: Sequence[Solid], com: np.ndarray, declared: Sequence[DeclaredGrasp]) -> bytes:

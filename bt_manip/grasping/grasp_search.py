@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
 from itertools import islice
 from typing import NamedTuple
 
@@ -56,10 +57,29 @@ class GraspPlan(NamedTuple):
     """Joint path along that line, where it was followed already."""
 
 
+@dataclass
+class CheckedGrasps:
+    """The grasps that a search has checked, for viewers.
+
+    Attributes:
+        object: Name of the object.
+        closing: As of the `GraspCandidates`.
+        grasps: The grasps in the order of their checks, each with whether the gripper has
+            clearance.
+        chosen: The grasp that was found; None where none is feasible.
+    """
+
+    object: str
+    closing: np.ndarray | None
+    grasps: list[tuple[GraspCandidate, bool]] = field(default_factory=list)
+    chosen: GraspCandidate | None = None
+
+
 class GraspSearch:
     """Searches the grasps of one object in the present situation.
 
     Attributes:
+        checked: The grasps that were checked so far.
         rejections: The reasons why grasps were rejected so far.
     """
 
@@ -82,11 +102,14 @@ class GraspSearch:
         """
         self._arm, self._name, self._ranking = arm, name, ranking
         self._clearance, self.rejections = clearance, rejections
+        self.checked = CheckedGrasps(name, ranking.candidates.closing)
         self._reached: dict[tuple[float, ...], bool] = {}  # at any turn, by height and axis
 
     def nearest(self) -> RankedGrasp | None:
         """Return the grasp with clearance whose approach axis is nearest to the tool."""
-        return next(self._with_clearance(self._ranking.by_distance()), None)
+        found = next(self._with_clearance(self._ranking.by_distance()), None)
+        self.checked.chosen = found and found.grasp
+        return found
 
     def best(self, heights: Sequence[float], centre: np.ndarray) -> GraspPlan | None:
         """Return the plan of the feasible grasp of lowest cost.
@@ -105,6 +128,7 @@ class GraspSearch:
                 break
             plan = self._plan_from_first(batch, left, centre)
             if plan is not None:
+                self.checked.chosen = plan.grasp
                 return plan
         return None
 
@@ -128,11 +152,15 @@ class GraspSearch:
         tight = []
         for one in islice(ranked, MAX_CLEARANCE_CHECKS):
             found = self._clearance.at_pose(one.T_wt)
-            if found.distance < -MAX_PENETRATION:
+            clear = found.distance >= -MAX_PENETRATION
+            if not clear:
                 self.rejections.no_clearance[found.entity] += 1
-            elif not self._can_close(one):
+            elif not (clear := self._can_close(one)):
                 self.rejections.self_obstructed += 1
-            elif found.distance < SUFFICIENT_CLEARANCE and one.tool_distance > _AT_PREGRASP:
+            self.checked.grasps.append((one.grasp, clear))
+            if not clear:
+                continue
+            if found.distance < SUFFICIENT_CLEARANCE and one.tool_distance > _AT_PREGRASP:
                 tight.append(one)
             else:
                 yield one

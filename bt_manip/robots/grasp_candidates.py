@@ -59,6 +59,7 @@ class GraspCandidates:
         free_axis: Unit axis in the object's frame about which the tool may be turned from each
             candidate, for the same grasp; None where there are none.  # (n, 3)
         pivot: A point of each axis in the object's frame [m].  # (n, 3)
+        closing: Unit direction between two fingers in the tool's frame; None: not of two.  # (3,)
     """
 
     rotation: np.ndarray
@@ -69,6 +70,7 @@ class GraspCandidates:
     clear: bool = False
     free_axis: np.ndarray | None = None
     pivot: np.ndarray | None = None
+    closing: np.ndarray | None = None
 
     def __getitem__(self, i: int) -> GraspCandidate:
         """Return one candidate."""

@@ -278,7 +278,8 @@ def rows_problem(before: np.ndarray, rows: np.ndarray, limits: JointLimits) -> s
     for name, exceeded in checks:
         if exceeded.any():
             row, joint = (int(i) for i in np.argwhere(exceeded)[0])
-            return f"{name} of joint {joint + 1} in row {row - 3}"
+            where = "where it joins the present one" if row < 3 else f"in row {row - 3}"
+            return f"{name} of joint {joint + 1} {where}"
     return ""
 
 

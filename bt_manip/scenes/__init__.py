@@ -7,6 +7,9 @@ from .fixtures import naming_file as naming_file
 from .fixtures import place_again as place_again
 from .fixtures import sampled_fixtures as sampled_fixtures
 from .fixtures import with_models as with_models
+from .levels import Level as Level
+from .levels import levels_of as levels_of
+from .levels import with_level as with_level
 from .poses import PHYSICS as PHYSICS
 from .poses import ExpectedObjects as ExpectedObjects
 from .poses import OperatorPoses as OperatorPoses

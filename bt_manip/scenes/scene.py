@@ -9,7 +9,7 @@ import pinocchio as pin
 
 from bt_manip import spatial
 from bt_manip.cell import Region
-from bt_manip.cell.randomization import Randomization
+from bt_manip.cell.randomization import Randomization, parse_variation
 from bt_manip.exceptions import BtManipError, did_you_mean
 from bt_manip.robots import ArmBounds, Configuration, Configurations, RobotDescription
 from bt_manip.toml_fields import (
@@ -22,10 +22,12 @@ from bt_manip.toml_fields import (
 )
 from bt_manip.toml_tables import TomlTable
 
+from .levels import Level
 from .scene_keys import (
     BoundsTable,
     CameraPose,
     EntityName,
+    LevelsTable,
     ObjectModel,
     ObjectName,
     PartName,
@@ -226,6 +228,10 @@ class Scene:
     randomization: Annotated[
         Randomization, Key("Variations from cycle to cycle", values=RandomizationTable())
     ] = field(default_factory=Randomization)
+    levels: Annotated[
+        Mapping[str, Mapping[int, Level]],
+        Key("Levels of the randomization, by name and number", values=LevelsTable()),
+    ] = field(default_factory=dict)
     seed: Annotated[int | None, Key("Seed of runs that give none", at_least=0)] = None
     about: Annotated[str, Key("Description in one sentence")] = ""
     source: str = ""
@@ -264,6 +270,11 @@ class Scene:
         return self.robots[0].T_wb
 
 
+def _cube(**varied: Any) -> Level:
+    parsed = {quantity: parse_variation(data) for quantity, data in varied.items()}
+    return Level(Randomization(objects={"cube": parsed}))
+
+
 @cache
 def table_and_basket() -> Scene:
     """Return the scene of the pick and place task: a robot on a table, and a basket beside it.
@@ -284,6 +295,14 @@ def table_and_basket() -> Scene:
                 within_reach=True,
             ),
         ),
+        levels={
+            "pose": {1: Level(), 2: Level(settings={"region": "0.2;0.5;-0.4;0.4"})},
+            "size": {
+                1: _cube(size={"uniform": [0.045, 0.055]}),
+                2: _cube(size={"uniform": [0.03, 0.06]}),
+            },
+            "colour": {1: _cube(colour={"uniform": [0.1, 0.9]})},
+        },
         name="table_and_basket",
     )
 

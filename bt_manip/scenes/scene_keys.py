@@ -1,8 +1,7 @@
 """Types of the keys of scene files."""
 
 import inspect
-from collections.abc import Callable, Mapping
-from dataclasses import fields
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -18,6 +17,8 @@ from bt_manip.registry import Parts, Registry
 from bt_manip.robots import ArmBounds, RobotDescription, read_description
 from bt_manip.toml_fields import KeyField, entries_of, read_part
 from bt_manip.toml_tables import TomlFile, TomlTable
+
+from .levels import VARIED_KINDS, Level
 
 
 class SceneError(BtManipError):
@@ -233,20 +234,49 @@ class RandomizationTable:
     def read(self, table: TomlTable, entry: KeyField, size: Any) -> Randomization | None:
         """Return the variations."""
         part = table.table(entry.name)
-        if part is None:
-            return None
-        found: dict[str, dict[str, dict[str, Any]]] = {}
-        for kind in [field.name for field in fields(Randomization)]:
-            things = part.table(kind)
-            for thing in () if things is None else things.keys():
-                lines = things.table(thing)  # type: ignore[union-attr]
-                if lines is None:
+        return None if part is None else _randomization(part)
+
+
+class LevelsTable:
+    """Levels of the randomization, by name and number."""
+
+    type, names = "tables", "levels"
+
+    def read(
+        self, table: TomlTable, entry: KeyField, size: Any
+    ) -> dict[str, dict[int, Level]] | None:
+        """Return the levels."""
+        found: dict[str, dict[int, Level]] = {}
+        for name, numbered in _tables(table.table(entry.name)):
+            for number, part in _tables(numbered):
+                if not number.isdecimal():
+                    numbered.reject(number, "is no level: they are numbers from 0")
                     continue
-                for quantity in lines.keys():
-                    varied = _attempt(lines, quantity, _variation, lines, kind, thing, quantity)
-                    found.setdefault(kind, {}).setdefault(thing, {})[quantity] = varied
-        part.finish()
-        return None if _file(table).problems else Randomization(**found)
+                keys = part.table("settings")
+                settings = {} if keys is None else {k: str(keys.value(k)) for k in keys.keys()}
+                varied = _randomization(part) or Randomization()
+                found.setdefault(name, {})[int(number)] = Level(varied, settings)
+        return found
+
+
+def _randomization(part: TomlTable) -> Randomization | None:
+    """Return the variations of a table, by kind of thing, name and quantity."""
+    found: dict[str, dict[str, dict[str, Any]]] = {}
+    for kind in VARIED_KINDS:
+        for thing, lines in _tables(part.table(kind)):
+            for quantity in lines.keys():
+                varied = _attempt(lines, quantity, _variation, lines, kind, thing, quantity)
+                found.setdefault(kind, {}).setdefault(thing, {})[quantity] = varied
+    part.finish()
+    return None if _file(part).problems else Randomization(**found)
+
+
+def _tables(table: TomlTable | None) -> Iterator[tuple[str, TomlTable]]:
+    """Yield the tables in a table, by key."""
+    for key in () if table is None else table.keys():
+        part = table.table(key)  # type: ignore[union-attr]
+        if part is not None:
+            yield key, part
 
 
 def _variation(table: TomlTable, kind: str, thing: str, quantity: str) -> Any:

@@ -87,7 +87,15 @@ def test_the_options_of_a_recorder_are_listed_with_their_defaults(bt_manip):
 
 def test_tasks_are_listed_with_the_robots_that_can_do_them(bt_manip):
     code, out, err = bt_manip("list", "tasks", "press_button", "--robot", "panda")
-    assert (code, err, out.split()) == (0, "", ["press_button", "panda", "yes"])
+    *levels, last = out.splitlines()
+    assert (code, err, last.split()) == (0, "", ["press_button", "panda", "yes"])
+    assert levels[0].startswith("in scene press_button by itself: button position plus")
+    assert "  scene.mass=2         * mass times 0.5 to 2" in levels
+
+
+def test_a_task_is_listed_with_what_its_nodes_draw(bt_manip):
+    out = bt_manip("list", "tasks", "pick_place", "--robot", "panda").out
+    assert "  SpawnObject::2 draws pose\n" in out
 
 
 def test_a_robot_is_for_the_list_of_tasks_only(bt_manip):

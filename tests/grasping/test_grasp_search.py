@@ -80,3 +80,21 @@ def test_heights_that_no_grasp_is_reached_from_do_not_repeat_the_clearance_check
     monkeypatch.setattr(GripperClearance, "at_pose", counted)
     plan(five, Cube(), 0.74, -0.4, heights=(0.4, 0.3, 0.2))
     assert len(set(measured)) == len(measured) > 0
+
+
+def test_checked_grasps_say_where_the_gripper_has_no_clearance(five):
+    cell = five.cell
+    thing = Cube()
+    position = np.array([0.4, -0.2, TABLE + thing.rest_height])
+    cell.add(thing, spatial.pose(position, (1.0, 0.0, 0.0, 0.0)), name="it")
+    beside = spatial.pose(position + (0.055, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0))
+    cell.add(Cube(), beside, name="cube")
+    planner = GraspPlanner(cell, five.arm)
+    planner.plan("it", (0.15,), position)
+    checked = planner.checked
+    assert checked.object == "it" and checked.chosen is not None
+    across = {clear: set() for _, clear in checked.grasps}
+    for grasp, clear in checked.grasps:
+        closing = grasp.T_ot.rotation @ checked.closing
+        across[clear].add(int(np.abs(closing).argmax()))
+    assert across == {False: {0}, True: {1}}  # no finger fits between the cubes, along x

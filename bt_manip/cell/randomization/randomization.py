@@ -51,9 +51,10 @@ class Randomization:
 
     Attributes:
         objects: By name in the cell, by registered name or address, or by a pattern of names
-            (``block_*``). ``mass`` [kg], ``friction``, ``colour``, and the ``gain`` of actuators;
-            ``position`` [m] in the world and ``yaw`` [rad] of scene objects; and each parameter
-            that the object is made with, such as ``size`` [m].
+            (``block_*``; ``*`` means those that move freely). ``mass`` [kg], ``friction``,
+            ``colour``, and the ``gain`` of actuators; ``position`` [m] in the world and ``yaw``
+            [rad] of scene objects; and each parameter that the object is made with, such as
+            ``size`` [m].
         robots: By name in the cell: ``gain`` of the motors, one factor each, ``friction`` of the
             links, ``colour``. Links keep their masses: planners and controllers count on them.
         lights: By name in the arena (``key``, ``fill``): ``brightness``, a factor, ``colour``,

@@ -35,6 +35,9 @@ from .variations import Clipped, Varied, extremes, sample, stream
 ATTEMPTS = 100
 """Number of poses that are sampled before an object counts as impossible to place."""
 
+ALL_FREE = "*"
+"""Pattern of all objects that move freely."""
+
 _POSE = {"position": np.zeros(3), "yaw": 0.0}
 _ELEMENTS = (("lights", "light"), ("cameras", "camera"))
 
@@ -269,7 +272,8 @@ class Randomizer:
         variations: Variations = getattr(self._randomization, kind)
         merged: dict[str, Varied] = {}
         for key, varied in variations.items():
-            if _matches(key, name, as_object(entity).kind):
+            declared = as_object(entity)
+            if _matches(key, name, declared.kind) and (key != ALL_FREE or declared.free):
                 merged.update(varied)
         yield from merged.items()
 

@@ -258,6 +258,7 @@ def grasp_candidates(
         hand.opening(np.minimum(width + 2.0 * margin, hand.stroke))[k],
         {name: cost[k] for name, cost in costs.items()},
         clear,
+        closing=hand.closing,
     )
 
 

@@ -64,4 +64,5 @@ class DeclaredGraspGenerator:
             width,
             hand.opening(np.minimum(width + 2.0 * CLOSING_MARGIN, hand.stroke)),
             {},
+            closing=hand.closing,
         )

@@ -6,15 +6,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bt_manip.arm import tool_path
+from bt_manip.grasping import CheckedGrasps
 
 from .error_plot import LINE_COLOURS
+from .lines import NO_LINES, GraspLines, Lines
 from .panel import Panel
 
 if TYPE_CHECKING:
     from bt_manip.runner import Run, Station
-
-PAGE_PATH_THICKNESS = 4.0
-"""Thickness of the line [pixels]."""
 
 FORCE_SCALE = 0.005
 """Length of the line of a force [m/N]."""
@@ -23,7 +22,7 @@ FORCE_COLOUR = (224, 49, 49)
 
 
 class OverlayPanel(Panel):
-    """Draws the path of each arm's tool during its motions, forces on objects, and frames.
+    """Draws the path of each arm's tool during its motions, checked grasps, forces, and frames.
 
     They are computed where the page is open anywhere: a path when its motion begins.
     """
@@ -39,13 +38,19 @@ class OverlayPanel(Panel):
         self._with_forces = page.gui.add_checkbox(
             "Contact forces", False, hint=f"Draw the forces on objects, {FORCE_SCALE:g} m per N"
         )
+        self._with_grasps = page.gui.add_checkbox(
+            "Grasps", False,
+            hint="Draw the grasps that were checked last: the chosen one green, others with "
+            "clearance for the gripper orange, those without red",
+        )  # fmt: skip
         self._with_frames = page.gui.add_checkbox(
             "Frames", False, hint="Draw the axes of all bodies: x red, y green, z blue"
         )
         self._with_frames.on_update(lambda event: page.show_frames(event.value))
         self._html = page.gui.add_html("")
-        self._forces: Any = None
-        self._lines: dict[str, Any] = {}  # by robot
+        self._forces = Lines(self._server.scene, "/contact forces", FORCE_COLOUR)
+        self._lines: dict[str, Lines] = {}  # by robot
+        self._grasps: dict[str, GraspLines] = {}  # by robot
         self._texts: dict[str, str] = {}
         self._drawn: dict[str, Any] = {}  # trajectories
         self._robots: dict[str, Any] = {}
@@ -58,13 +63,19 @@ class OverlayPanel(Panel):
         """Draw the paths of jogging, too."""
         self.reset()
         self._cell, self._robots = station.cell, dict(station.robots)
+        scene = self._server.scene
+        for i, name in enumerate(self._robots):
+            colour = tuple(bytes.fromhex(LINE_COLOURS[i % len(LINE_COLOURS)][1:]))
+            self._lines[name] = Lines(scene, f"/planned path of {name}", colour)
+            self._grasps[name] = GraspLines(scene, name)
         self._models = {name: robot.arm.model.copy() for name, robot in self._robots.items()}
 
     def reset(self) -> None:
         """Remove the lines."""
-        for name in list(self._drawn):
+        for name in self._robots:
             self._remove(name)
-        self._draw_forces(np.empty((0, 2, 3)))
+            self._grasps[name].show(None)
+        self._forces.show(NO_LINES)
 
     def draw(self) -> None:
         """Draw the paths of motions that have begun, remove those of motions that have ended."""
@@ -75,11 +86,12 @@ class OverlayPanel(Panel):
                 self._remove(name)
             elif trajectory is not None and trajectory is not self._drawn.get(name):
                 self._add(name, trajectory)
+            self._draw_grasps(name, robot.grasp_planner.checked)
         html = "".join(f"<div>{escape(self._texts[name])}</div>" for name in sorted(self._texts))
         self._html.content = html
         if self._robots:
             wanted = self._with_forces.value and self._page.is_open
-            self._draw_forces(self._force_lines() if wanted else np.empty((0, 2, 3)))
+            self._forces.show(self._force_lines() if wanted else NO_LINES)
 
     # Internal
 
@@ -94,23 +106,17 @@ class OverlayPanel(Panel):
             for point in cell.contacts.points(name)
         ]
         if not points:
-            return np.empty((0, 2, 3))
+            return NO_LINES
         starts = np.array([point.position for point in points])
         forces = np.array([point.force * point.normal for point in points])
         return np.stack([starts, starts + FORCE_SCALE * forces], axis=1)
 
-    def _draw_forces(self, lines: np.ndarray) -> None:
-        if self._forces is not None:
-            if len(lines):
-                self._forces.points = lines
-                return
-            self._forces.remove()
-            self._forces = None
-        elif len(lines):
-            self._forces = self._server.scene.add_line_segments(
-                "/contact forces", lines, FORCE_COLOUR,
-                thickness=PAGE_PATH_THICKNESS, thickness_units="screen",
-            )  # fmt: skip
+    def _draw_grasps(self, name: str, checked: CheckedGrasps | None) -> None:
+        wanted = self._with_grasps.value and self._page.is_open
+        if not wanted or checked is None or checked.object not in self._cell.entities:
+            self._grasps[name].show(None)
+        else:
+            self._grasps[name].show(checked, self._cell.pose(checked.object))
 
     def _add(self, name: str, trajectory: Any) -> None:
         points = tool_path(self._models[name], trajectory)
@@ -118,18 +124,9 @@ class OverlayPanel(Panel):
         length = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
         self._texts[name] = f"{name}: {length:.2f} m in {trajectory.duration:.2f} s"
         self._drawn[name] = trajectory
-        if name in self._lines:
-            self._lines[name].points = segments
-            return
-        index = list(self._robots).index(name) % len(LINE_COLOURS)
-        colour = tuple(bytes.fromhex(LINE_COLOURS[index][1:]))
-        self._lines[name] = self._server.scene.add_line_segments(
-            f"/planned path of {name}", segments, colour,
-            thickness=PAGE_PATH_THICKNESS, thickness_units="screen",
-        )  # fmt: skip
+        self._lines[name].show(segments)
 
     def _remove(self, name: str) -> None:
         self._drawn.pop(name, None)
         self._texts.pop(name, None)
-        if line := self._lines.pop(name, None):
-            line.remove()
+        self._lines[name].show(NO_LINES)

@@ -8,6 +8,7 @@ import numpy as np
 from bt_manip.exceptions import BtManipError
 from bt_manip.runner import MAX_FORCE, RunEvent
 
+from .lines import NO_LINES, Lines
 from .panel import HANDLE_SIZE, Panel
 
 if TYPE_CHECKING:
@@ -43,7 +44,7 @@ class PullPanel(Panel):
         )
         self._run: Any = None
         self._handle: Any = None
-        self._line: Any = None
+        self._line = Lines(self._scene, "/pull", PULL_COLOUR)
         self._target: list[float] | None = None  # to which it is dragged
         self._pulled: tuple[str, list[float], float] | None = None  # what was requested last
         self._has_new_objects = False
@@ -102,9 +103,9 @@ class PullPanel(Panel):
             self._handle.on_update(self._dragged)
         target = self._target
         if target is not None:
-            self._draw_line(np.array([[position, target]]))
+            self._line.show(np.array([[position, target]]))
         else:
-            self._draw_line(None)
+            self._line.show(NO_LINES)
             if np.abs(self._handle.position - position).max() > 1e-4:
                 self._handle.position = position
 
@@ -121,21 +122,10 @@ class PullPanel(Panel):
 
     def _remove(self) -> None:
         self._target = None
-        self._draw_line(None)
+        self._line.show(NO_LINES)
         if self._handle is not None:
             self._handle.remove()
             self._handle = None
-
-    def _draw_line(self, points: np.ndarray | None) -> None:
-        if points is not None and self._line is not None:
-            self._line.points = points
-        elif points is not None:
-            self._line = self._scene.add_line_segments(
-                "/pull", points, PULL_COLOUR, thickness=4.0, thickness_units="screen"
-            )
-        elif self._line is not None:
-            self._line.remove()
-            self._line = None
 
     # Callbacks; viser calls those that are async in the order of the messages
 

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from bt_manip import spatial
-from bt_manip.scenes import Fixture, Scene, table_and_basket
+from bt_manip.scenes import Fixture, Level, Scene, table_and_basket
 
 
 def table_and_tray() -> Scene:
@@ -12,4 +12,5 @@ def table_and_tray() -> Scene:
     table = next(fixture for fixture in scene.fixtures if fixture.name == "table")
     surface = scene.T_wb.translation[2]
     tray = Fixture("sorting_tray", "tray", spatial.pose((0.38, 0.24, surface)), within_reach=True)
-    return replace(scene, fixtures=(table, tray))
+    wide = Level(settings={"region": "0.2;0.55;-0.4;0.05"})
+    return replace(scene, fixtures=(table, tray), levels={"pose": {1: Level(), 2: wide}})

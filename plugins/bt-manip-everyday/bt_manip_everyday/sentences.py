@@ -5,8 +5,9 @@ import re
 from collections.abc import Iterable
 from typing import Any
 
-from bt_manip.bt import Condition, Input, Output, Status, SyncAction
-from bt_manip.cell import Cell, CellError, as_object, why_not_in
+from bt_manip.behaviours import CellCondition
+from bt_manip.bt import Input, Output, Status, SyncAction
+from bt_manip.cell import Cell, why_not_in
 from bt_manip.exceptions import BtManipError, PortError, did_you_mean
 
 AUTO = "auto"
@@ -73,7 +74,7 @@ class ReadSentence(SyncAction):
     def update(self) -> Status:
         """Read the sentence, and find its objects in the cell."""
         free = [name for name in self.cell.objects if self.cell.is_free(name)]
-        kinds = {name: as_object(self.cell.entities[name]).kind or "" for name in free}
+        kinds = {name: getattr(self.cell.entities[name], "kind", "") for name in free}
         sentence = self._draw(kinds.values()) if self.sentence == AUTO else self.sentence
         try:
             named = kinds_in(sentence, kinds.values())
@@ -95,23 +96,15 @@ class ReadSentence(SyncAction):
         return f"put {' and '.join(chosen)} into the box"
 
 
-class HoldsExactly(Condition):
+class HoldsExactly(CellCondition):
     """Check that a container holds the named objects, at rest, and no others."""
 
     container = Input(str, doc="Name of the container.")
     objects = Input(list[str], doc="Names of the objects, separated by ';'.")
 
-    def setup(self, **infrastructure: Any) -> None:
-        """Keep the cell."""
-        self.cell: Cell = infrastructure["cell"]
-
-    def update(self) -> Status:
+    def why_not(self) -> str:
         """Check each object that moves freely."""
-        try:
-            reasons = self._reasons()
-        except CellError as error:
-            return self.fail(str(error))
-        return self.fail("; ".join(reasons)) if reasons else Status.SUCCESS
+        return "; ".join(self._reasons())
 
     def progress(self) -> float:
         """Return the share of the named objects that are in, less that of others."""

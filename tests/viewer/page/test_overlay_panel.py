@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bt_manip.arm.tool_path import PATH_SAMPLES
-from bt_manip.behaviours import MoveToConfiguration, SpawnObject
+from bt_manip.behaviours import Hover, MoveToConfiguration, Reach, RemoveObject, SpawnObject
 from bt_manip.bt import Sequence, Sleep
 from bt_manip.runner import RunObserver
 from bt_manip.viewer.page import overlay_panel
@@ -37,7 +37,7 @@ class Watch(RunObserver):
 
     def after_tick(self):
         self.panel.draw()
-        line = self.panel._lines.get("panda")
+        line = self.panel._lines["panda"].handle
         points = None if line is None else line.points.copy()
         self.seen.append((self.arm.moving, points, self.robot.tool_pose.translation.copy()))
 
@@ -84,7 +84,7 @@ def test_the_path_of_a_motion_between_runs_is_drawn(make_run, page, panel):
     (robot,) = station.robots.values()
     robot.arm.move_to_configuration(np.array([0, 0.3, 0, -1.8, 0, 2.1, 0.8]))
     panel.draw()
-    assert "panda" in panel._lines
+    assert panel._lines["panda"].handle is not None
 
 
 @pytest.mark.usefixtures("browser")
@@ -95,7 +95,7 @@ def test_the_force_on_an_object_at_rest_is_its_weight(make_run, page, panel):
     class Look(RunObserver):
         def after_tick(self):
             panel.draw()
-            seen.append(None if panel._forces is None else panel._forces.points.copy())
+            seen.append(None if (line := panel._forces.handle) is None else line.points.copy())
 
     run = make_run(Sequence("root", SpawnObject(object="{cube}"), Sleep(msec=300)))
     run.execute([page, Look()])
@@ -106,7 +106,45 @@ def test_the_force_on_an_object_at_rest_is_its_weight(make_run, page, panel):
     np.testing.assert_allclose(force, (0.0, 0.0, weight), atol=0.02 * weight)
     panel._with_forces.value = False
     panel.draw()
-    assert panel._forces is None
+    assert panel._forces.handle is None
+
+
+@pytest.mark.usefixtures("browser")
+def test_checked_grasps_are_drawn_at_the_object_with_the_chosen_one_apart(make_run, page, panel):
+    panel._with_grasps.value = True
+    seen = []
+
+    class Look(RunObserver):
+        def after_tick(self):
+            panel.draw()
+            lines = panel._grasps["panda"]._lines
+            shown = {
+                kind: one.handle.points.copy() for kind, one in lines.items() if one.handle
+            }  # fmt: skip
+            position = cell.pose("cube").translation if "cube" in cell.entities else None
+            seen.append((shown, position))
+
+    run = make_run(
+        Sequence(
+            "root", SpawnObject(object="{cube}"), Hover(object="cube"), Reach(object="cube"),
+            RemoveObject(object="cube"), Sleep(msec=30),
+        )
+    )  # fmt: skip
+    cell = run.station.cell
+    run.execute([page, Look()])
+    (robot,) = run.station.robots.values()
+    drawn = [(shown, position) for shown, position in seen if shown and position is not None]
+    assert drawn and not seen[-1][0]
+    for shown, position in drawn:
+        assert shown["chosen"].shape == (4, 2, 3)
+        (first, second) = shown["chosen"][:2, 0]
+        np.testing.assert_allclose((first + second) / 2.0, position, atol=0.02)
+        assert np.linalg.norm(first - second) == pytest.approx(0.05, abs=2e-3)  # its edge
+        assert (shown["chosen"][3, 1] - position)[2] > 0.05  # from above
+    assert robot.grasp_planner.checked.chosen is not None
+    panel._with_grasps.value = False
+    panel.draw()
+    assert panel._grasps["panda"]._lines["chosen"].handle is None
 
 
 def test_frames_are_shown_on_request(make_run, page, panel, connect):

@@ -39,7 +39,7 @@ class Hand(RunObserver):
 
     def before_tick(self):
         self.panel.draw()
-        self.lines.append(self.panel._line is not None)
+        self.lines.append(self.panel._line.handle is not None)
         if action := self.actions.get(len(self.lines)):
             action()
         if "cube" in self.run.station.cell.entities:
@@ -137,7 +137,7 @@ def test_an_object_that_vanishes_while_it_is_pulled_ends_the_pull(make_run, page
     run = make_run(tree(RemoveObject(object="{cube}"), Sleep(msec=50)))
     run.execute([page, hand])
     assert hand.events[-1]["target"] is None
-    assert panel._handle is None and panel._line is None
+    assert panel._handle is None and panel._line.handle is None
 
 
 @pytest.mark.parametrize("position", [(np.nan, 0, 0), (0, 0), (np.inf, 0, 0)], ids=str)

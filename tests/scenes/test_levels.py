@@ -1,0 +1,125 @@
+"""Levels say how strongly a scene varies, by name."""
+
+import numpy as np
+import pytest
+
+from bt_manip import build_station
+from bt_manip.evaluation import varied
+from bt_manip.exceptions import BtManipError
+from bt_manip.runner import request_of
+from bt_manip.scenes import Level, levels_of, read_scene, table_and_basket, with_level
+
+SCENE = """
+[[robots]]
+position = [-0.1, 0.0, 1.015]
+[[objects]]
+model = "table"
+[[objects]]
+model = "can"
+on = "table"
+position = [0.3, 0.0]
+[[cameras]]
+name = "side"
+position = [0.5, -1.2, 1.6]
+looking_at = [0.4, 0.0, 1.0]
+
+[randomization.objects.can]
+position = { plus = { uniform = [[-0.1, 0.0, 0.0], [0.1, 0.0, 0.0]] } }
+mass = { uniform = [0.1, 0.3] }
+
+[levels.pose.2]
+settings = { region = "0;1;0;1", attempts = 2 }
+objects.can.yaw = { normal = [0.0, 0.1] }
+"""
+
+
+@pytest.fixture
+def scene(tmp_path, parts):
+    path = tmp_path / "scene.toml"
+    path.write_text(SCENE)
+    return read_scene(path, parts)
+
+
+def quantities(scene):
+    found = scene.randomization.objects.items()
+    return {(name, key) for name, lines in found for key in lines}
+
+
+def test_level_0_takes_variations_of_the_name_away_and_level_1_is_the_scene_by_itself(scene):
+    fixed, settings = with_level(scene, "pose", 0)
+    assert (quantities(fixed), settings) == ({("can", "mass")}, {})
+    same, _ = with_level(scene, "pose", 1)
+    assert same.randomization == scene.randomization
+
+
+def test_a_level_of_a_file_replaces_variations_of_its_name_and_sets_keys_of_the_tree(scene):
+    wide, settings = with_level(scene, "pose", 2)
+    assert quantities(wide) == {("can", "yaw"), ("can", "mass")}
+    assert settings == {"region": "0;1;0;1", "attempts": "2"}
+    assert str(levels_of(scene)["pose"][2]) == "can yaw -0.6 to 0.6; region=0;1;0;1; attempts=2"
+
+
+def test_every_scene_has_levels_of_mass_friction_light_and_camera(scene):
+    known = levels_of(scene)
+    assert {name: [*known[name]] for name in ("friction", "light", "camera")} == dict.fromkeys(
+        ("friction", "light", "camera"), [0, 1, 2]
+    )
+    assert str(known["mass"][1]) == "can mass 0.1 to 0.3"  # its own
+    assert str(known["mass"][2]) == "* mass times 0.5 to 2"
+    assert str(known["camera"][1]).count("side position plus -0.01 to 0.01") == 1
+
+
+def test_what_is_drawn_at_a_level_is_within_its_bounds_and_leaves_fixed_objects_as_they_are(
+    scene, parts
+):
+    for name in ("mass", "friction", "light", "camera"):
+        scene, _ = with_level(scene, name, 2)
+    station = build_station(parts, scene=scene, seed=3)
+    masses = []
+    for cycle in range(20):
+        station.randomizer.begin(cycle)
+        sampled = station.randomizer.sampled
+        assert "table" not in sampled["objects"]
+        assert {*sampled["cameras"]} == {"overview", "side"}
+        masses.append(sampled["objects"]["can"]["mass"])
+    assert min(masses) >= 0.1 and max(masses) <= 0.4 and np.ptp(masses) > 0.1
+
+
+@pytest.mark.parametrize(
+    ("name", "level", "message"),
+    [
+        ("masss", 1, "no levels of 'masss'; did you mean 'mass'?"),
+        ("pose", 3, "has the levels 0, 1, 2 of pose, got 3"),
+        ("mass", "strong", "has the levels 0, 1, 2 of mass, got strong"),
+    ],
+)
+def test_a_level_that_the_scene_has_not_is_refused(scene, name, level, message):
+    with pytest.raises(BtManipError, match=message):
+        with_level(scene, name, level)
+
+
+@pytest.mark.parametrize(
+    ("lines", "message"),
+    [
+        ('[levels.pose.wide]\nsettings = { region = "0;1;0;1" }', "levels.pose.wide.* no level"),
+        ("[levels.pose.1.objects.can]\nyaw = { unifrom = [0, 1] }", "did you mean 'uniform'"),
+        ("[levels.pose.1.objectz.can]\nyaw = 1.0", "did you mean 'objects'"),
+    ],
+)
+def test_levels_that_are_written_wrongly_are_refused_with_their_line(
+    tmp_path, parts, lines, message
+):
+    path = tmp_path / "scene.toml"
+    path.write_text(f"{SCENE}\n{lines}\n")
+    with pytest.raises(BtManipError, match=message):
+        read_scene(path, parts)
+
+
+def test_a_level_is_a_parameter_and_given_settings_are_kept(parts):
+    request = request_of("pick_place", parts)
+    wide, _ = varied(request, parts, {"scene.pose": 2, "scene.size": 1})
+    assert wide.settings["region"] == "0.2;0.5;-0.4;0.4"
+    assert quantities(wide.scene) == {("cube", "size")}
+    given = request_of("pick_place", parts, settings={"region": "0.3;0.3;0;0"})
+    assert varied(given, parts, {"scene.pose": 2})[0].settings["region"] == "0.3;0.3;0;0"
+    assert not table_and_basket().randomization and str(Level()) == "-"
