@@ -93,9 +93,9 @@ def batch(count: int, steps: int = 15) -> tuple[float, ...]:
     """Time a batch, its physics, and single environments with the same actions; medians [s].
 
     Returns:
-        A step of one environment in the batch: Python's part, and the physics; the same physics
-        step by step; a step of a single environment with native_pd, and with computed torque; and
-        the memory of an environment in the batch [bytes].
+        A step of one environment in the batch, by the wall; by processors, Python's part, and the
+        physics; by the wall, the same physics alone, and a step of a single environment with
+        native_pd, and with computed torque; and the memory of an environment in the batch [bytes].
     """
     options = {"reward": "dense", "disable_env_checker": True}
     memory = _resident()
@@ -109,46 +109,48 @@ def batch(count: int, steps: int = 15) -> tuple[float, ...]:
     ]
     for single in singles:
         single.reset(seed=0)
-    simulations: Any = several.simulations
-    bare, rollout = mujoco.MjData(simulations.model), simulations.rollout
-    alone: list[float] = []
-    in_rollout = [0.0, 0.0]  # of the thread, of the process
+    calls: list[Any] = []  # those of MuJoCo in a step
 
-    def timed(steps: int, signals: np.ndarray, *, record: Any, ids: list[int]) -> Any:
-        before = _clock()
-        for i in ids[::8]:  # the same physics, one step after the other
-            mujoco.mj_setState(simulations.model, bare, simulations.state[i], _STATE)
-            start = _clock()
-            for values in signals[i]:
-                bare.ctrl[:] = values
-                mujoco.mj_step(simulations.model, bare)
-            alone.append(_clock() - start)
-        start = time.process_time()
-        found = rollout(steps, signals, record=record, ids=ids)
-        in_rollout[:] = _clock() - before, time.process_time() - start
-        return found
+    def keeping(group: Any, rollout: Any) -> Any:
+        def call(*args: Any, **options: Any) -> None:
+            calls.append((group, group.state.copy(), functools.partial(rollout, *args, **options)))
+            calls[-1][-1]()
 
-    simulations.rollout = timed
-    rng = np.random.default_rng(0)
-    python, physics, one = [], [], ([], [])
+        return call
+
+    for group in several.simulations:
+        group.rollout = keeping(group, group.rollout)
+    rng, wall = np.random.default_rng(0), time.perf_counter
+    whole, python, physics, alone, one = [], [], [], [], ([], [])
     for _ in range(steps):
         actions = 0.2 * rng.uniform(-1, 1, several.action_space.shape).astype(np.float32)
-        start = _clock()
+        start = wall(), _clock(), time.process_time()
         several.step(actions)
-        python.append((_clock() - start - in_rollout[0]) / count)
-        physics.append(in_rollout[1] / count)
+        whole.append((wall() - start[0]) / count)
+        python.append((_clock() - start[1]) / count)  # MuJoCo has other threads
+        physics.append((time.process_time() - start[2]) / count - python[-1])
+        for group, state, _ in calls:
+            group.state[:] = state
+        begin = wall()
+        for *_, call in calls:
+            call()
+        alone.append((wall() - begin) / count)
+        calls.clear()
         for times, single in zip(one, singles, strict=True):
             for action in actions[:4]:
-                start = _clock()
+                begin = wall()
                 single.step(action)
-                times.append(_clock() - start)
+                times.append(wall() - begin)
     several.close()
-    medians = [statistics.median(times) for times in (python, physics, alone, *one)]
+    medians = [statistics.median(times) for times in (whole, python, physics, alone, *one)]
     return (*medians, memory / count)
 
 
-def training(rounds: int = 3, steps: int = 2048) -> list[tuple[str, str, str]]:
-    """Time PPO in a batch and in processes by the wall, in alternation; none without it."""
+def training(rounds: int = 3, steps: int = 4096) -> list[tuple[str, str, str]]:
+    """Time PPO in a batch and in processes by the wall, in alternation; none without it.
+
+    In each round the environments of the batch make an episode each, resets included.
+    """
     if importlib.util.find_spec("stable_baselines3") is None:
         return []
     import torch
@@ -158,7 +160,7 @@ def training(rounds: int = 3, steps: int = 2048) -> list[tuple[str, str, str]]:
     from bt_manip.envs.stable_baselines import BatchVecEnv
 
     torch.set_num_threads(1)
-    options: dict[str, Any] = {"reward": "dense", "max_episode_steps": 200}
+    options: dict[str, Any] = {"reward": "dense", "max_episode_steps": steps // 64}
     single = functools.partial(
         gymnasium.make, "bt_manip.envs:bt_manip/PickPlace-v0", controller="native_pd", **options
     )
@@ -174,7 +176,7 @@ def training(rounds: int = 3, steps: int = 2048) -> list[tuple[str, str, str]]:
         for model, found in zip(models, times, strict=True):
             start = time.perf_counter()
             model.learn(steps, reset_num_timesteps=False)
-            if number:  # the first one starts episodes and pages
+            if number:  # not the first start
                 found.append(time.perf_counter() - start)
     for model in models:
         model.get_env().close()
@@ -205,17 +207,16 @@ def rows() -> list[tuple[str, str, str]]:
                 f"{alone / whole:.2f} of bare mj_step's real-time factor (at least 0.35)",
             )
         )
-    python, physics, alone, native, single, memory = batch(64)
-    rate = 1.0 / (python + 0.5 * physics)  # Python's part runs on one of the two cores
+    whole, python, physics, alone, native, single, memory = batch(64)
     what = "step of 64 environments in a batch, joint_targets, dense reward, state observations"
     return [
         *found,
         (
             what,
-            f"{rate:.0f} steps/s on two free cores: {1e6 * python:.0f} us of Python, "
-            f"{1e6 * physics:.0f} us of physics",
-            f"{0.5 * rate * alone:.2f} of two bare cores (at least 0.75), "
-            f"{rate * single:.1f} times one environment, {rate * native:.1f} with native_pd",
+            f"{1 / whole:.0f} steps/s: {1e6 * python:.0f} us of Python, {1e6 * physics:.0f} us of "
+            "physics, at the same time",
+            f"{alone / whole:.2f} of two bare cores (at least 0.75), "
+            f"{single / whole:.1f} times one environment, {native / whole:.1f} with native_pd",
         ),
         ("memory of an environment in a batch", f"{memory / 1e6:.1f} MB", ""),
         *training(),

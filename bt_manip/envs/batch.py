@@ -2,6 +2,7 @@
 
 import copy
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,6 +23,7 @@ from .learning_task import LearningTask
 _STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION.value)
 _OF_ENVIRONMENT = ("_seed", "_episode", "_np_random", "_np_random_seed")
 _OF_TASK = ("_losses", "_progress", "_diverged", "_last")
+_GROUPS = 4  # of episodes; the physics of one runs while others are commanded and judged
 
 
 @dataclass
@@ -46,9 +48,12 @@ class _Slot:
 class Batch:
     """Episodes of one environment that share its station and its model.
 
-    A step commands each episode, makes the physics of all in one call, and judges each. To command,
-    observe and judge an episode, the station takes its state, so that the functions are those of
-    the single environment.
+    A step commands each episode, simulates it, and judges it. To command, observe and judge an
+    episode, the station takes its state, so that the functions are those of the single environment.
+    Meanwhile MuJoCo simulates other groups of episodes, each in one call.
+
+    Attributes:
+        groups: MuJoCo's simulations of each group of episodes; their numbers follow one another.
     """
 
     def __init__(self, env: GymnasiumEnvironment, count: int, threads: int) -> None:
@@ -71,7 +76,11 @@ class Batch:
         self._ticks, self._per_tick = episodes.ticks, episodes.run.request.steps_per_tick
         self._at_first = self._kept()
         self._slots: dict[int, _Slot] = {}
-        self.simulations = Simulations(self._cell.model, count, threads, persistent=True)
+        groups = np.array_split(np.arange(count), min(count, _GROUPS))
+        self.groups = [
+            Simulations(self._cell.model, len(group), threads, persistent=True) for group in groups
+        ]
+        self._place = [(k, j) for k, group in enumerate(groups) for j in range(len(group))]
         self._model = _bytes_of(self._cell.model)
         self._signals = np.zeros((count, self._ticks * self._per_tick, self._cell.model.nu))
 
@@ -102,7 +111,8 @@ class Batch:
             copy.copy(data),
         )
         self._warnings = data.warning.number
-        mujoco.mj_getState(model, data, self.simulations.state[i], _STATE)
+        group, place = self._place[i]
+        mujoco.mj_getState(model, data, self.groups[group].state[place], _STATE)
         self._signals[i] = data.ctrl
         return observation, info
 
@@ -110,35 +120,47 @@ class Batch:
         """Make one step of some episodes.
 
         Args:
-            ids: Their numbers.
+            ids: Their numbers, ascending.
             actions: An action in units for each of them.
 
         Returns:
             What `GymnasiumEnvironment.step` returns, for each of them.
         """
-        slots = [self._slots[i] for i in ids]
-        for i, slot, action in zip(ids, slots, actions, strict=True):
-            self._load(i, slot)
-            self._action.follow(slot.references)
-            self._command(self._signals[i], slot, action)
-        if len(ids):
-            numbers = self.simulations.warning[..., 1]  # beside what each was about
-            warned = numbers[ids]
-            self.simulations.rollout(self._signals.shape[1], self._signals[ids], record=(), ids=ids)
-            raised = numbers[ids] > warned
-        results = []
-        for k, (i, slot) in enumerate(zip(ids, slots, strict=True)):
-            self._load(i, slot)
-            self._keep(slot.kept)
-            if raised[k].any():
-                names = np.array(list(mujoco.mjtWarning.__members__))[np.flatnonzero(raised[k])]
-                text = ", ".join(name.removeprefix("mjWARN_") for name in names.tolist())
-                diverged = f"MuJoCo warned at {self._cell.time:.3f} s: {text}"
-            else:
-                diverged = ""
-            results.append(self._env.result(self._task.judge(diverged)))
-            slot.kept = self._kept()
+        given = dict(zip(ids, actions, strict=True))
+        groups = [[i for i in ids if self._place[i][0] == k] for k in range(len(self.groups))]
+        results: list[Any] = []
+        with ThreadPoolExecutor(1) as pool:
+            running = []
+            for group in filter(None, groups):
+                for i in group:
+                    self._load(i)
+                    self._action.follow(self._slots[i].references)
+                    self._command(self._signals[i], self._slots[i], given[i])
+                running.append((group, pool.submit(self._simulate, group)))
+            for group, raised in running:
+                results += map(self._judge, group, raised.result())
         return results
+
+    def _simulate(self, ids: Sequence[int]) -> np.ndarray:
+        """Simulate a step of episodes of one group; return which warnings of MuJoCo each raised."""
+        group, places = self.groups[self._place[ids[0]][0]], [self._place[i][1] for i in ids]
+        numbers = group.warning[..., 1]  # beside what each was about
+        before = numbers[places]
+        group.rollout(self._signals.shape[1], self._signals[ids], record=(), ids=places)
+        return numbers[places] > before  # (n, kinds)
+
+    def _judge(self, i: int, raised: np.ndarray) -> Any:
+        """Judge an episode at the end of a step, with the warnings raised in it."""
+        slot, diverged = self._slots[i], ""
+        self._load(i)
+        self._keep(slot.kept)
+        if raised.any():
+            names = np.array(list(mujoco.mjtWarning.__members__))[np.flatnonzero(raised)]
+            text = ", ".join(name.removeprefix("mjWARN_") for name in names.tolist())
+            diverged = f"MuJoCo warned at {self._cell.time:.3f} s: {text}"
+        result = self._env.result(self._task.judge(diverged))
+        slot.kept = self._kept()
+        return result
 
     def _command(self, signals: np.ndarray, slot: _Slot, action: Any) -> None:
         """Write the control signals of a step, and advance all references to its end.
@@ -166,14 +188,15 @@ class Batch:
         slot.grippers = [gripper.driven() for gripper in self._grippers]
         slot.fresh = None
 
-    def _load(self, i: int, slot: _Slot) -> None:
+    def _load(self, i: int) -> None:
         """Let the station take the state of an episode."""
-        data = self._cell.data
+        slot, data = self._slots[i], self._cell.data
         warned = self._warnings.copy()
         if slot.fresh is not None:
             mujoco.mj_copyData(data, self._cell.model, slot.fresh)
         else:
-            self.simulations.get_data(i, data)
+            group, place = self._place[i]
+            self.groups[group].get_data(place, data)
         self._warnings[:] = warned  # the cell's own
         for gripper, driven in zip(self._grippers, slot.grippers, strict=True):
             gripper.drive(driven)

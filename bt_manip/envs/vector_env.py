@@ -17,7 +17,7 @@ from .registration import MAX_EPISODE_STEPS
 
 
 class BatchEnvironment(gymnasium.vector.VectorEnv[Any, Any, Any]):
-    """Environments of a tree that share one model, all stepped by one call of MuJoCo.
+    """Environments of a tree that share one model, stepped by MuJoCo's threads.
 
     Observations, rewards and ends are bit for bit those of single environments with the controller
     ``native_pd``, for any number of threads. Its methods, spaces and ``info`` are those of
@@ -133,9 +133,9 @@ class BatchEnvironment(gymnasium.vector.VectorEnv[Any, Any, Any]):
         return self._gathered(), rewards, ends, limits, infos
 
     @property
-    def simulations(self) -> Simulations:
-        """MuJoCo's simulations, one for each environment."""
-        return self._batch.simulations
+    def simulations(self) -> list[Simulations]:
+        """MuJoCo's simulations, in groups of environments whose numbers follow one another."""
+        return self._batch.groups
 
     def close_extras(self, **kwargs: Any) -> None:
         """Free the simulations."""

@@ -152,7 +152,7 @@ def test_an_environment_whose_physics_diverge_ends_and_the_others_go_on():
     for one in (batch, calm):
         one.reset(seed=0)
         before, *_ = one.step(still)
-    batch.simulations.bind("qvel")[1] = 1e12
+    batch.simulations[1].bind("qvel")[0] = 1e12
     after, _, ends, _, info = batch.step(still)
     expected, *_ = calm.step(still)
     assert ends.tolist() == [False, True]

@@ -185,7 +185,7 @@ class Contacts:
         """Mask the active contacts: those inside a margin only have no constraint address."""
         return self._view().addresses >= 0
 
-    def _view(self) -> "_Views":
+    def _view(self) -> _Views:
         """Return views of the contacts.
 
         MuJoCo stores contacts at a fixed address, so the views of a number of contacts are kept:
