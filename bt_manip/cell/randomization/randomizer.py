@@ -222,14 +222,15 @@ class Randomizer:
 
     def _check_object(self, key: str, variations: Mapping[str, Varied]) -> None:
         present = [name for name, known in self._scene.items() if _matches(key, name, known.model)]
-        registered = key in self._catalogue.names()
-        if not (present or registered or is_address(key) or any(sign in key for sign in "*?[")):
+        pattern = any(sign in key for sign in "*?[")
+        model = key in self._catalogue.names() or (is_address(key) and not pattern)
+        if not (present or model or pattern):
             near = did_you_mean(key, (*self._scene, *self._catalogue.names()))
             raise CellError(f"objects '{key}' neither stands in the scene nor is registered{near}")
         for pose in POSE:
             if pose in variations:
                 _extremes("objects", key, pose, variations[pose], _POSE[pose])
-        if not present and (registered or is_address(key)):  # it is added later
+        if not present and model:  # it is added later
             nominal = {"mass": as_object(self._nominal_object(key)).mass or 1.0, "friction": 1.0}
             for name in nominal.keys() & variations.keys():
                 for value in _extremes("objects", key, name, variations[name], nominal[name]):
@@ -237,15 +238,15 @@ class Randomizer:
         if set(variations) <= {*PHYSICAL, *POSE}:
             return
         models = [(self._scene[name].model, name) for name in present]
-        objects = [(model, self._nominal_object(model, name)) for model, name in models]
-        if registered or is_address(key):
+        objects = [(made, self._nominal_object(made, name)) for made, name in models]
+        if model:
             objects.append((key, self._nominal_object(key)))
-        for model, known in objects:
+        for made, known in objects:
             allowed = tuple(dict.fromkeys((*PHYSICAL, *POSE, *known.parameters)))
             for name in variations:
                 if name not in allowed:
                     raise unknown_property("objects", key, name, allowed)
-            self._check_parameters(key, model, known, variations)
+            self._check_parameters(key, made, known, variations)
 
     def _check_parameters(
         self, key: str, model: str, nominal: Any, variations: Mapping[str, Varied]
