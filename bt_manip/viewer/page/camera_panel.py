@@ -63,7 +63,7 @@ class CameraPanel(Panel):
     def end_tick(self) -> None:
         """Render if it is time."""
         if self._choice.value == NO_CAMERA or not self._page.is_open:
-            self._close()
+            self.close()
         elif (before := time.perf_counter()) >= self._next:
             self._render()
             after = time.perf_counter()
@@ -86,6 +86,12 @@ class CameraPanel(Panel):
             self.end_tick()
         self._picture.visible = self._renderer is not None
 
+    def close(self) -> None:
+        """Free the OpenGL context."""
+        if self._renderer is not None:
+            self._renderer.close()
+            self._renderer = None
+
     # Internal
 
     def _render(self) -> None:
@@ -94,7 +100,7 @@ class CameraPanel(Panel):
         try:
             number = camera_number(model, self._choice.value)
             if self._renderer is None or self._renderer.model is not model:
-                self._close()
+                self.close()
                 self._renderer = FrameRenderer(model, *PICTURE_SIZE, shadow_size=0, samples=0)
             image = Image.fromarray(self._renderer.frame(self._cell.data, number))
         except BtManipError as error:  # the camera has gone, or there is no OpenGL
@@ -105,8 +111,3 @@ class CameraPanel(Panel):
         self._picture.source = (
             "data:image/jpeg;base64," + base64.b64encode(data.getvalue()).decode()
         )
-
-    def _close(self) -> None:
-        if self._renderer is not None:
-            self._renderer.close()
-            self._renderer = None

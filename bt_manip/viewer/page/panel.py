@@ -83,6 +83,9 @@ class Panel:
     def draw(self) -> None:
         """Send changes to the open pages; called at most ten times a second."""
 
+    def close(self) -> None:
+        """Free resources; the page is closed."""
+
 
 def message_html(message: str, *, error: bool = False) -> str:
     """Return a message as HTML; empty where there is none."""

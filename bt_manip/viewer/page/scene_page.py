@@ -69,6 +69,8 @@ class ScenePage:
 
     def close(self) -> None:
         """Stop the server."""
+        for panel in self._panels:
+            panel.close()
         self.site.close()
         close_server(self.server)
 
