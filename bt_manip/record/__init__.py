@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     from bt_manip.record.tables.export_table import write_parquet as write_parquet
     from bt_manip.record.tables.trace import Trace as Trace
     from bt_manip.record.tables.trace import read_trace as read_trace
+    from bt_manip.record.tables.trace import write_trace as write_trace
     from bt_manip.record.video.export_video import write_video as write_video
     from bt_manip.record.video.video_recorder import VideoRecorder as VideoRecorder
 
@@ -74,7 +75,7 @@ __getattr__ = lazy_exports(
         ),
         "bt_manip.record.report.run_snapshot": "SnapshotAt restore_snapshot",
         "bt_manip.record.tables.export_table": "write_csv write_parquet",
-        "bt_manip.record.tables.trace": "Trace read_trace",
+        "bt_manip.record.tables.trace": "Trace read_trace write_trace",
         "bt_manip.record.video.export_video": "write_video",
         "bt_manip.record.video.video_recorder": "VideoRecorder",
     },

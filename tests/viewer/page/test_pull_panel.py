@@ -2,6 +2,7 @@
 
 import asyncio
 import time
+from concurrent.futures import ThreadPoolExecutor
 from types import SimpleNamespace
 
 import msgspec
@@ -23,7 +24,9 @@ def panel(page):
 def drag(panel, phase, position=(0.0, 0.0, 0.0)):
     target = SimpleNamespace(position=np.array(position, dtype=float))
     event = SimpleNamespace(phase=phase, client_id=1, target=target)
-    asyncio.run(panel._dragged(event))
+    # As viser does, in another thread; this one may have the loop of a browser.
+    with ThreadPoolExecutor(1) as thread:
+        thread.submit(asyncio.run, panel._dragged(event)).result()
 
 
 class Hand(RunObserver):
