@@ -7,7 +7,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 READY := .venv/.ready
 BIN := .venv/bin
-WORKERS ?= 2
+WORKERS ?= 3
 CYCLES ?= 1000
 MINUTES ?= 30
 SEED ?= 0
