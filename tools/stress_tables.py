@@ -18,7 +18,7 @@ from bt_manip.evaluation import StressTable, StressTester, plan_episodes, run_ep
 from bt_manip.plugins import load_plugins
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "stress_tables.md"
-HEADER = """# Stress tables of all trees
+HEADER = """# Stress tables
 
 Made by `make stress-tables`, a tree at a time; [faults and stress tests](stress.md) explains the
 letters, and why some faults are not recovered from.

@@ -46,3 +46,7 @@ def test_a_peg_that_is_knocked_out_of_the_hand_is_inserted(recovers):
 @pytest.mark.parametrize(("phase", "seed"), [("MoveToPose", 1), ("MoveHome", 0)])
 def test_a_rod_that_is_moved_away_is_handed_over_again(recovers, phase, seed):
     assert recovers("hand_over", "move", phase, seed) == ("recovered", "", "")
+
+
+def test_a_rod_that_is_jammed_between_both_grippers_is_dropped_and_handed_over_again(recovers):
+    assert recovers("hand_over", "torque_loss", "Approach") == ("recovered", "", "")
