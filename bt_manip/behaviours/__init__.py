@@ -42,6 +42,7 @@ from .poses import downward_poses as downward_poses
 from .poses import nearest_orientation as nearest_orientation
 from .poses import pose_from_text as pose_from_text
 from .poses import pose_input as pose_input
+from .poses import pose_output as pose_output
 from .poses import pose_to_text as pose_to_text
 from .poses import poses_input as poses_input
 from .poses import poses_output as poses_output

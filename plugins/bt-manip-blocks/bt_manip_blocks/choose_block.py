@@ -9,8 +9,7 @@ from bt_manip.arm import Arm
 from bt_manip.behaviours import (
     CellBehaviour,
     centre_pose,
-    pose_from_text,
-    pose_to_text,
+    pose_output,
     top_grasp_poses,
 )
 from bt_manip.bt import Input, Output, Status
@@ -33,10 +32,7 @@ class ChooseBlock(CellBehaviour):
     on = Input(str, default="table", doc="Name of what the block has to touch.")
     base = Input(str, default="", doc="Name of the block that a tower grows on, not to be chosen.")
     block = Output(str, doc="Name of the block.")
-    place = Output(
-        pin.SE3, parse=pose_from_text, format=pose_to_text,
-        doc="Where the middle of its bottom is now, in the world.",
-    )  # fmt: skip
+    place = pose_output("Where the middle of its bottom is now, in the world.")
 
     def setup(self, **infrastructure: Any) -> None:
         """Keep the arm too."""
