@@ -4,7 +4,6 @@ from typing import NamedTuple
 
 import mujoco
 import numpy as np
-import pinocchio as pin
 
 from bt_manip.exceptions import did_you_mean
 from bt_manip.spatial import cross
@@ -133,24 +132,20 @@ class Contacts:
             tangential += sign * (self._force[1:3] @ frame[1:])
         return ContactForce(normal, float(np.linalg.norm(tangential)), total)
 
-    def wrench(
-        self, name: str, *, point: np.ndarray | None = None, frame: pin.SE3 | None = None
-    ) -> Wrench:
-        """Return the sum of all external contact forces on a body or entity.
+    def wrench(self, name: str, *, point: np.ndarray | None = None) -> Wrench:
+        """Return the sum of all external contact forces on a body or entity, in the world.
 
         Args:
             name: The body or entity that the wrench acts on.
             point: Point that the torque is taken about, in the world [m]; default: the origin of
-                ``frame``, or of the body where no frame is given.  # (3,)
-            frame: Frame of the wrench; default: the world.
+                the body.  # (3,)
 
         Raises:
             CellError: If no body or entity has such a name.
         """
         mine, others = self._sides(name, None)
         if point is None:
-            origin = self._data.xpos[self._body_names.body_ids(name)[0]]
-            point = frame.translation if frame is not None else origin
+            point = self._data.xpos[self._body_names.body_ids(name)[0]]
         force, torque = np.zeros(3), np.zeros(3)
         positions = self._view().positions
         # The contact force points from the first geom to the second.
@@ -159,15 +154,7 @@ class Contacts:
             f = sign * (self._linear @ axes)
             force += f
             torque += cross(positions[index] - point, f) + sign * (self._angular @ axes)
-        if frame is not None:
-            force, torque = frame.rotation.T @ force, frame.rotation.T @ torque
         return Wrench(force, torque)
-
-    def penetration(self, name: str, other: str) -> float:
-        """Return the largest penetration of two bodies or entities [m]; 0: not in contact."""
-        first, second = self._sides(name, other)
-        depth = self._data.contact.dist
-        return max((-float(depth[i]) for i, _ in self._contacts_between(first, second)), default=0)
 
     def geoms(self, name: str) -> np.ndarray:
         """Mask the geoms of a body or entity.
