@@ -201,19 +201,16 @@ class ToolPath:
         narrowest: Share of the travel that the narrowest corner takes; 1 without corners.
     """
 
-    def __init__(
-        self, segments: Sequence[Segment], blend: float = 0.0, *, preceding: int = 0, count: int = 0
-    ) -> None:
+    def __init__(self, segments: Sequence[Segment], blend: float, first: int, end: int) -> None:
         """Select the segments of one path from those of a whole motion.
 
         Args:
             segments: Segments of the motion, each starting where the previous one ends.
             blend: Distance from a corner where blending starts [m]; at most half a segment.
-            preceding: Number of segments before this path.
-            count: Number of segments of this path; 0 for all that remain.
+            first: Index of the first segment of this path.
+            end: Index of the first segment after it.
         """
-        own = segments[preceding : preceding + count] if count else segments[preceding:]
-        self._segments = list(own)
+        self._segments = own = segments[first:end]
         self._starts = [0.0, *accumulate(segment.travel for segment in own)]
         self.travel = self._starts[-1]
         self.length = sum(segment.length for segment in own)
@@ -221,7 +218,7 @@ class ToolPath:
         self.straight = len(own) == 1 and own[0].straight
         self._blends = [_blend_travel(a, b, blend) for a, b in pairwise(own)]
         self.narrowest = min((2.0 * half / self.travel for half in self._blends), default=1.0)
-        self._before = _totals(segments[:preceding])
+        self._before = _totals(segments[:first])
         self._whole = _totals(segments)
         self.name = "line" if self.straight and len(segments) == 1 else "path"
 
@@ -335,7 +332,7 @@ def tool_paths(start: pin.SE3, steps: Iterable[Step], blend: float = 0.0) -> lis
         if 2.0 * _blend_travel(a, b, blend) < corner
     ]
     ends = pairwise([0, *stops, len(segments)]) if segments else ()
-    return [ToolPath(segments, blend, preceding=i, count=j - i) for i, j in ends]
+    return [ToolPath(segments, blend, i, j) for i, j in ends]
 
 
 def _check_steps(steps: Any) -> list[Step]:
