@@ -22,13 +22,13 @@ from .grasp import default_force as default_force
 from .grasp import payload_of as payload_of
 from .hover import Hover as Hover
 from .lift import Lift as Lift
-from .move_to_configuration import MoveToConfiguration as MoveToConfiguration
 from .moves import Approach as Approach
 from .moves import BackOff as BackOff
 from .moves import MoveArc as MoveArc
 from .moves import MoveHome as MoveHome
 from .moves import MoveLinear as MoveLinear
 from .moves import MoveThrough as MoveThrough
+from .moves import MoveToConfiguration as MoveToConfiguration
 from .moves import MoveToPose as MoveToPose
 from .moves import PlannedMove as PlannedMove
 from .moves import Retreat as Retreat
