@@ -80,22 +80,11 @@ class Contacts:
 
     def touching(self, name: str, other: str | None = None) -> bool:
         """Tell whether a body or entity is in contact with another one, or with any other."""
-        first, second = self._sides(name, other)
-        geoms = self._data.contact.geom[self._active()]
-        a, b = first[geoms[:, 0]], first[geoms[:, 1]]
-        return bool(((a & second[geoms[:, 1]]) | (b & second[geoms[:, 0]])).any())
+        return bool(self._contacts_between(*self._sides(name, other)))
 
     def partners(self, name: str) -> list[str]:
         """Return the bodies of other entities in contact with a body or entity."""
-        mine, others = self._sides(name, None)
-        body = self._body_names.of_geom
-        found = set()
-        for a, b in self._data.contact.geom[self._active()].tolist():
-            if mine[a] and others[b]:
-                found.add(body[b])
-            elif mine[b] and others[a]:
-                found.add(body[a])
-        return sorted(found)
+        return sorted({point.other for point in self.points(name)})
 
     def points(self, name: str) -> list[ContactPoint]:
         """Return the contact points of a body or entity with others.
@@ -168,10 +157,6 @@ class Contacts:
             near = did_you_mean(name, self._body_names.names())
             raise CellError(f"no body or entity of this cell is called '{name}'{near}") from None
 
-    def _active(self) -> np.ndarray:
-        """Mask the active contacts: those inside a margin only have no constraint address."""
-        return self._view().addresses >= 0
-
     def _view(self) -> _Views:
         """Return views of the contacts.
 
@@ -192,8 +177,9 @@ class Contacts:
 
     def _contacts_between(self, first: np.ndarray, second: np.ndarray) -> list[tuple[int, float]]:
         """Return the contacts of two sets of geoms, with sign +1 if the first set comes first."""
-        a, b = self._view().geoms.T
-        active = self._active()
+        view = self._view()
+        a, b = view.geoms.T
+        active = view.addresses >= 0  # those inside a margin only have no constraint
         forth = active & first[a] & second[b]
         back = active & first[b] & second[a] & ~forth
         signed = np.flatnonzero(forth | back)
