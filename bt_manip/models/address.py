@@ -105,18 +105,14 @@ def find_model(
 def built_in_sources() -> dict[str, Source]:
     """Return the built-in sources, by kind of address."""
     return {
-        "bundled": lambda address, progress: _bundled(_rest(address)),
+        "bundled": lambda address, progress: _bundled(address.partition(":")[2]),
         "menagerie": _menagerie,
         "package": lambda address, progress: find_package_file(address),
     }
 
 
-def _rest(address: str) -> str:
-    return address.partition(":")[2]
-
-
 def _menagerie(address: str, progress: Progress) -> FoundModel:
-    rest = _rest(address)
+    rest = address.partition(":")[2]
     path = menagerie_file(rest, progress)
     return FoundModel(f"menagerie:{rest}", model_name(rest.partition("/")[0]), path, "mjcf")
 
