@@ -96,13 +96,10 @@ class SpawnObject(CellBehaviour):
         if self._expected is not None:
             self._awaited = self._expected.next("" if self.model == AUTO else self.model).name
             return
-        bounds = self._bounds()
+        given = self._given_region()
         entity, hint = self._make()
         declared = as_object(entity)
-        if bounds is None:
-            region = self._area(declared)
-        else:
-            region = Region(bounds[:2], bounds[2:], (0.0, 0.0))
+        region = given or self._area(declared)
         z = self.cell.surface_height(self.on) + declared.rest_height
         middle_x, middle_y, _ = declared.centre_offset
         region = replace(region, z=(z, z), middle=(middle_x, middle_y))
@@ -171,14 +168,14 @@ class SpawnObject(CellBehaviour):
             f"no position at least {1e3 * gap:g} mm from other objects{near} in {ATTEMPTS} attempts"
         )
 
-    def _bounds(self) -> tuple[float, float, float, float] | None:
-        region = self.region
-        if region is None:
+    def _given_region(self) -> Region | None:
+        numbers = self.region
+        if numbers is None:
             return None
-        if len(region) != 4 or region[0] > region[1] or region[2] > region[3]:
-            raise CellError(f"a region is x_min;x_max;y_min;y_max [m], got {region}")
-        x_min, x_max, y_min, y_max = region
-        return x_min, x_max, y_min, y_max
+        if len(numbers) != 4 or numbers[0] > numbers[1] or numbers[2] > numbers[3]:
+            raise CellError(f"a region is x_min;x_max;y_min;y_max [m], got {numbers}")
+        x_min, x_max, y_min, y_max = numbers
+        return Region((x_min, x_max), (y_min, y_max), (0.0, 0.0))
 
     def update(self) -> Status:
         """Succeed once the object is in the cell."""

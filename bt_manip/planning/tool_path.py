@@ -281,11 +281,9 @@ class ToolPath:
     def grids(self) -> tuple[int, ...]:
         """Grid sizes for time parameterization, fine enough for the narrowest corner."""
         intervals = int(min(CORNER_INTERVALS / self.narrowest, MAX_INTERVALS))
-        return (
-            TOPP_GRIDS
-            if intervals <= TOPP_GRIDS[0]
-            else (max(intervals, TOPP_GRIDS[-1]), MAX_INTERVALS)
-        )
+        if intervals <= TOPP_GRIDS[0]:
+            return TOPP_GRIDS
+        return max(intervals, TOPP_GRIDS[-1]), MAX_INTERVALS
 
     def progress(self, fraction: float) -> tuple[float, str]:
         """Return the share of the whole motion done at a fraction of this path, and a text of it.
