@@ -213,9 +213,8 @@ def declared_grasps(cell: Cell, name: str) -> list[DeclaredGrasp]:
     for site in np.flatnonzero(np.isin(model.site_bodyid, list(poses))):
         if model.site(site).name.rpartition("/")[2].startswith(SITE_PREFIX):
             T_bs = spatial.pose(model.site_pos[site], model.site_quat[site])
-            half = model.site_size[
-                site, 1 if model.site_type[site] == mujoco.mjtGeom.mjGEOM_BOX else 0
-            ]
+            is_box = model.site_type[site] == mujoco.mjtGeom.mjGEOM_BOX
+            half = model.site_size[site, 1 if is_box else 0]
             found.append(DeclaredGrasp(poses[int(model.site_bodyid[site])] * T_bs, 2 * float(half)))
     return found
 
