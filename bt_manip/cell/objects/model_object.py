@@ -100,6 +100,11 @@ class ModelObject(Prop):
         return self._mass
 
     @property
+    def bounds(self) -> Bounds:
+        """Bounding box of the collision shapes, along the axes of its own frame."""
+        return self._bounds
+
+    @property
     def rest_height(self) -> float:
         """Height of the origin above the surface that it rests on [m]."""
         return -float(self._bounds.lower[2])
