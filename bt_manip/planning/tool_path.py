@@ -17,7 +17,6 @@ from bt_manip.checks import (
     check_vector,
     invalid,
 )
-from bt_manip.exceptions import MotionError
 from bt_manip.robots import ToolLimits
 from bt_manip.trajectories import TOPP_GRIDS, KinematicLimits
 
@@ -136,10 +135,9 @@ class ArcTo:
         normal = np.cross(ab, ac)
         sides = [float(np.linalg.norm(side)) for side in (ab, ac, bc)]
         if min(sides) < _MIN_DISTANCE or np.linalg.norm(normal) < _MIN_SINE * sides[0] * sides[1]:
-            raise MotionError(
-                "an arc goes through three points that are apart and not on a line, got "
-                + ", ".join(f"({x:.4f}, {y:.4f}, {z:.4f})" for x, y, z in (a, b, c)),
-                reason="target",
+            points = ", ".join(f"({x:.4f}, {y:.4f}, {z:.4f})" for x, y, z in (a, b, c))
+            raise invalid(
+                f"an arc goes through three points that are apart and not on a line, got {points}"
             )
         # Circumcentre of the triangle abc.
         towards = sides[1] ** 2 * np.cross(normal, ab) + sides[0] ** 2 * np.cross(ac, normal)
@@ -340,17 +338,13 @@ def _check_steps(steps: Any) -> list[Step]:
         MotionError: When one is not a step.
     """
     if not isinstance(steps, Iterable):
-        raise MotionError(
-            f"a path is a list of LineTo, ArcTo and TurnAbout, got {type(steps).__name__}",
-            reason="target",
-        )
+        kind = type(steps).__name__
+        raise invalid(f"a path is a list of LineTo, ArcTo and TurnAbout, got {kind}")
     found = list(steps)
     for step in found:
         if not isinstance(step, Step):
-            raise MotionError(
-                f"a step of a path is a LineTo, ArcTo or TurnAbout, got {type(step).__name__}",
-                reason="target",
-            )
+            kind = type(step).__name__
+            raise invalid(f"a step of a path is a LineTo, ArcTo or TurnAbout, got {kind}")
     return found
 
 
