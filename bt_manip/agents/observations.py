@@ -208,16 +208,8 @@ class Observations:
         if kind == "rgb":
             return renderer.render().copy()
         if kind == "depth":
-            renderer.enable_depth_rendering()
-            try:
-                return renderer.render().copy()
-            finally:
-                renderer.disable_depth_rendering()
-        renderer.enable_segmentation_rendering()
-        try:
-            elements = renderer.render()  # number and type of each pixel's element
-        finally:
-            renderer.disable_segmentation_rendering()
+            return renderer.depth().copy()
+        elements = renderer.elements()
         is_geom = elements[..., 1] == mujoco.mjtObj.mjOBJ_GEOM
         return self._geom_numbers[np.where(is_geom, elements[..., 0], -1)]
 

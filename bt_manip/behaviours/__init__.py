@@ -21,13 +21,13 @@ from .grasp import Grasp as Grasp
 from .grasp import payload_of as payload_of
 from .hover import Hover as Hover
 from .lift import Lift as Lift
-from .move_to_configuration import MoveToConfiguration as MoveToConfiguration
 from .moves import Approach as Approach
 from .moves import BackOff as BackOff
 from .moves import MoveArc as MoveArc
 from .moves import MoveHome as MoveHome
 from .moves import MoveLinear as MoveLinear
 from .moves import MoveThrough as MoveThrough
+from .moves import MoveToConfiguration as MoveToConfiguration
 from .moves import MoveToPose as MoveToPose
 from .moves import PlannedMove as PlannedMove
 from .moves import Retreat as Retreat
@@ -41,6 +41,7 @@ from .poses import downward_poses as downward_poses
 from .poses import nearest_orientation as nearest_orientation
 from .poses import pose_from_text as pose_from_text
 from .poses import pose_input as pose_input
+from .poses import pose_output as pose_output
 from .poses import pose_to_text as pose_to_text
 from .poses import poses_input as poses_input
 from .poses import poses_output as poses_output

@@ -27,18 +27,14 @@ def _or_auto(type: PortType) -> PortType:
     )
 
 
-NUMBER_OR_AUTO = _or_auto(DOUBLE)
-NUMBERS_OR_AUTO = _or_auto(DOUBLE_LIST)
-
-
 def number_or_auto(doc: str) -> Input:
     """Declare an input port for a number, by default ``auto``."""
-    return Input(NUMBER_OR_AUTO, default=AUTO, doc=doc)
+    return Input(_or_auto(DOUBLE), default=AUTO, doc=doc)
 
 
 def numbers_or_auto(doc: str) -> Input:
     """Declare an input port for several numbers, by default ``auto``."""
-    return Input(NUMBERS_OR_AUTO, default=AUTO, doc=doc)
+    return Input(_or_auto(DOUBLE_LIST), default=AUTO, doc=doc)
 
 
 def feasible_force(

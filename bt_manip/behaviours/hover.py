@@ -43,7 +43,7 @@ class Hover(MotionBehaviour):
         """Choose a grasp and move to its pre-grasp configuration."""
         self._reason = ""
         T_wo, heights = centre_pose(self.cell, self.object), self._heights()
-        if self._is_fixed():
+        if self.cell.model.body_weldid[self.cell.body_id(self.object)] == 0:  # it is fixed
             first_reachable(
                 heights,
                 lambda height: self.arm.move_to_pose(top_grasp_poses(T_wo, height), self.speed),
@@ -60,9 +60,6 @@ class Hover(MotionBehaviour):
             return HOVER_HEIGHTS
         lower = () if least is None else (h for h in HOVER_HEIGHTS if least <= h < height)
         return (height, *lower)
-
-    def _is_fixed(self) -> bool:
-        return bool(self.cell.model.body_weldid[self.cell.body_id(self.object)] == 0)
 
     def update(self) -> Status:
         """Wait until the arm has arrived, and describe the grasp."""

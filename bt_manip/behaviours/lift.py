@@ -31,20 +31,12 @@ class Lift(MotionBehaviour):
         if least is None:
             least = MIN_HEIGHT if height is None else height
         height = LIFT_HEIGHT if height is None else height
+        T_wt = self.T_wt
         while True:
+            up = T_wt.translation + np.array([0.0, 0.0, height])
             try:
-                return self._lift(height)
+                return self.arm.move_linear(pin.SE3(T_wt.rotation, up), speed=self.speed)
             except MotionError as error:
                 height *= FOLLOWED_PART * (error.fraction or 0.0)
                 if not height >= least:  # also where one is not a number
                     raise
-
-    def _lift(self, height: float) -> None:
-        """Move up the vertical through the tool.
-
-        Raises:
-            MotionError: When the line cannot be followed or is blocked.
-        """
-        T_wt = self.T_wt
-        up = T_wt.translation + np.array([0.0, 0.0, height])
-        self.arm.move_linear(pin.SE3(T_wt.rotation, up), speed=self.speed)

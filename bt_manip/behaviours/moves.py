@@ -1,12 +1,13 @@
-"""Behaviours that move the tool, or the arm home."""
+"""Behaviours that move the tool, or the joints of the arm."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.bt import Input
+from bt_manip.bt import DOUBLE_LIST, Input, is_pointer
 from bt_manip.checks import check_positive
 from bt_manip.kinematics import PoseTarget, PositionTarget, Target
 from bt_manip.planning import ArcTo, LineTo, Planner
@@ -158,6 +159,49 @@ class MoveThrough(Move):
         """Move along the lines, or fail with the fraction that can be followed."""
         steps = [LineTo(pose) for pose in self.poses]
         self.arm.move_path(steps, speed=self.speed, blend=self.blend)
+
+
+def _parse_joints(text: str) -> list[float] | str:
+    """Read joint positions; a text without ';' that is no number names a configuration."""
+    assert DOUBLE_LIST.parse is not None
+    try:
+        return DOUBLE_LIST.parse(text)
+    except ValueError:
+        if ";" in text or not text.strip():
+            raise
+        return text
+
+
+def _format_joints(value: list[float] | str) -> str:
+    assert DOUBLE_LIST.format is not None
+    return value if isinstance(value, str) else DOUBLE_LIST.format(value)
+
+
+JOINTS = replace(DOUBLE_LIST, parse=_parse_joints, format=_format_joints)
+"""Joint positions, or the name of a configuration."""
+
+
+class MoveToConfiguration(PlannedMove):
+    """Move the arm's joints to given positions, around obstacles."""
+
+    configuration = Input(
+        JOINTS, doc="Joint positions, separated by ';' [rad], or the name of a configuration."
+    )
+
+    def setup(self, **infrastructure: Any) -> None:
+        """Keep the cell and the robots, and check the name of a configuration."""
+        super().setup(**infrastructure)
+        given = self.given["configuration"]
+        if isinstance(given, str) and not is_pointer(given):
+            if isinstance(_parse_joints(given), str):
+                self.arm.robot.configuration(given)
+
+    def start(self) -> None:
+        """Plan a collision-free motion; a joint-space segment where that is free."""
+        wanted = self.configuration
+        if isinstance(wanted, str):
+            wanted = self.arm.robot.configuration(wanted)
+        self.arm.move_to_configuration(wanted, speed=self.speed, **self.planning())
 
 
 class MoveHome(PlannedMove):

@@ -2,7 +2,7 @@
 
 import contextlib
 from collections.abc import Mapping
-from typing import Any, ClassVar, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from bt_manip.arm import Arm
 from bt_manip.bt import Input
@@ -10,39 +10,14 @@ from bt_manip.bt.nodes import Condition, Node
 from bt_manip.cell import CellError
 from bt_manip.control import ControllerManager
 from bt_manip.exceptions import PortError, did_you_mean
-from bt_manip.grasping import GraspPlanner, ReachFromAbove
-from bt_manip.robots import Gripper, GripperError, Robot
+from bt_manip.grasping import GraspPlanner
+from bt_manip.robots import Gripper, GripperError
+
+if TYPE_CHECKING:
+    from bt_manip.runner import CommandedRobot
 
 ENTRY = "robot"
 """Blackboard entry that selects the robot where the port does not."""
-
-
-class StationRobot(Protocol):
-    """A robot of the station as behaviours use it; `bt_manip.runner.CommandedRobot` is one."""
-
-    @property
-    def robot(self) -> Robot:
-        """Its entity in the cell."""
-
-    @property
-    def arm(self) -> Arm:
-        """Plans and executes the motions of its arm."""
-
-    @property
-    def controllers(self) -> ControllerManager:
-        """The torque controllers of its arm."""
-
-    @property
-    def gripper(self) -> Gripper | None:
-        """Its gripper; None where it has none."""
-
-    @property
-    def grasp_planner(self) -> GraspPlanner:
-        """Chooses its grasps."""
-
-    @property
-    def reach(self) -> ReachFromAbove:
-        """Finds where its arm reaches from above."""
 
 
 class RobotPort(Node):
@@ -72,7 +47,7 @@ class RobotPort(Node):
             CellError: When there are several and none is named, or none has the name.
         """
         super().setup(**infrastructure)
-        self._robots: Mapping[str, StationRobot] = infrastructure["robots"]
+        self._robots: Mapping[str, CommandedRobot] = infrastructure["robots"]
         # The entry may be written later; a missing gripper fails the behaviour, not the run.
         with contextlib.suppress(PortError, GripperError):
             self.choose_robot()

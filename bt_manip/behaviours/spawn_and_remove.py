@@ -3,7 +3,7 @@
 import contextlib
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from dm_control import composer
@@ -18,7 +18,11 @@ from bt_manip.models import is_address
 from .arm_behaviour import CellBehaviour
 from .automatic import AUTO, numbers_or_auto
 from .poses import centre_pose, pose_output
-from .robot_port import ENTRY, StationRobot
+from .robot_port import ENTRY
+
+if TYPE_CHECKING:
+    from bt_manip.runner import CommandedRobot
+    from bt_manip.scenes import ExpectedObjects
 
 CUBE = "cube"  # registered name of the reference task's object
 CUBE_SIZE = 0.05  # [m] of its edges
@@ -26,27 +30,6 @@ SLACK = 0.006  # [m] between an object and an open gripper, on both sides togeth
 WIDTH_PART = 0.8  # of the width that fits the gripper, of a smaller cube: it lies at any angle
 TOOL_HEIGHT = 0.015  # [m] of the tool over an object's centre at a grasp
 ATTEMPTS = 100  # random positions to find one that keeps the gap
-
-
-class AwaitedObjects(Protocol):
-    """Objects whose poses no simulation decides; `bt_manip.scenes.ExpectedObjects` is one."""
-
-    def next(self, model: str = "") -> Any:
-        """Return the next unused object, which has a ``name``; of any model if empty.
-
-        Raises:
-            CellError: If there is none.
-        """
-
-    def add(self, name: str) -> bool:
-        """Add an object to the cell once its pose is known; return whether it was added.
-
-        Raises:
-            CellError: If it would penetrate something, or its pose cannot be known.
-        """
-
-    def taken(self, name: str) -> None:
-        """Note that an object was taken away."""
 
 
 class SpawnObject(CellBehaviour):
@@ -100,8 +83,8 @@ class SpawnObject(CellBehaviour):
         super().setup(**infrastructure)
         self.rng: np.random.Generator = infrastructure["rng"]
         self.models: Catalogue = infrastructure["models"]
-        self._robots: Mapping[str, StationRobot] = infrastructure.get("robots", {})
-        self._expected: AwaitedObjects | None = infrastructure.get("poses")
+        self._robots: Mapping[str, CommandedRobot] = infrastructure.get("robots", {})
+        self._expected: ExpectedObjects | None = infrastructure.get("poses")
         self._made: dict[tuple[Any, ...], composer.Entity] = {}
         with contextlib.suppress(PortError):  # the entry is written later
             if self.model != AUTO:
@@ -113,13 +96,10 @@ class SpawnObject(CellBehaviour):
         if self._expected is not None:
             self._awaited = self._expected.next("" if self.model == AUTO else self.model).name
             return
-        bounds = self._bounds()
+        given = self._given_region()
         entity, hint = self._make()
         declared = as_object(entity)
-        if bounds is None:
-            region = self._area(declared)
-        else:
-            region = Region(bounds[:2], bounds[2:], (0.0, 0.0))
+        region = given or self._area(declared)
         z = self.cell.surface_height(self.on) + declared.rest_height
         middle_x, middle_y, _ = declared.centre_offset
         region = replace(region, z=(z, z), middle=(middle_x, middle_y))
@@ -188,14 +168,14 @@ class SpawnObject(CellBehaviour):
             f"no position at least {1e3 * gap:g} mm from other objects{near} in {ATTEMPTS} attempts"
         )
 
-    def _bounds(self) -> tuple[float, float, float, float] | None:
-        region = self.region
-        if region is None:
+    def _given_region(self) -> Region | None:
+        numbers = self.region
+        if numbers is None:
             return None
-        if len(region) != 4 or region[0] > region[1] or region[2] > region[3]:
-            raise CellError(f"a region is x_min;x_max;y_min;y_max [m], got {region}")
-        x_min, x_max, y_min, y_max = region
-        return x_min, x_max, y_min, y_max
+        if len(numbers) != 4 or numbers[0] > numbers[1] or numbers[2] > numbers[3]:
+            raise CellError(f"a region is x_min;x_max;y_min;y_max [m], got {numbers}")
+        x_min, x_max, y_min, y_max = numbers
+        return Region((x_min, x_max), (y_min, y_max), (0.0, 0.0))
 
     def update(self) -> Status:
         """Succeed once the object is in the cell."""
@@ -225,7 +205,7 @@ class RemoveObject(CellBehaviour):
     def setup(self, **infrastructure: Any) -> None:
         """Keep the expected objects of the scene."""
         super().setup(**infrastructure)
-        self._poses: AwaitedObjects | None = infrastructure.get("poses")
+        self._poses: ExpectedObjects | None = infrastructure.get("poses")
 
     def start(self) -> None:
         """Check that the object exists."""

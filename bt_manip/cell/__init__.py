@@ -3,7 +3,6 @@
 from .arena import OVERVIEW as OVERVIEW
 from .arena import Arena as Arena
 from .cell import Cell as Cell
-from .contacts.contact_monitor import ContactMonitor as ContactMonitor
 from .contacts.contact_monitor import ContactSummary as ContactSummary
 from .contacts.contact_monitor import MonitoredEntity as MonitoredEntity
 from .contacts.contacts import ContactEvent as ContactEvent
@@ -30,7 +29,6 @@ from .objects import Camera as Camera
 from .objects import CellObject as CellObject
 from .objects import Cube as Cube
 from .objects import ParametricEntity as ParametricEntity
-from .objects import Prop as Prop
 from .objects import Table as Table
 from .objects import as_object as as_object
 from .objects import bottom_of as bottom_of

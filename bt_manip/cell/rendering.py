@@ -123,6 +123,22 @@ class FrameRenderer(mujoco.Renderer):
             pixels = pixels[::-1]
         return pixels
 
+    def depth(self) -> np.ndarray:
+        """Return the distances along the camera's axis that the scene shows [m]."""
+        self.enable_depth_rendering()
+        try:
+            return self.render()
+        finally:
+            self.disable_depth_rendering()
+
+    def elements(self) -> np.ndarray:
+        """Return id and type of the element that each pixel of the scene shows."""
+        self.enable_segmentation_rendering()
+        try:
+            return self.render()  # (height, width, 2)
+        finally:
+            self.disable_segmentation_rendering()
+
     def close(self) -> None:
         """Free the context; the base class frees objects of the current context."""
         if self._gl_context is not None:

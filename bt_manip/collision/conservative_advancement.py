@@ -141,8 +141,7 @@ class ConservativeAdvancement:
             matrices.append(data.geom_xmat[geoms])
         m, nq = middles.shape
         displacement = np.zeros((m, nq + 1, nq + 1))
-        states = bounds.kinematic_states(frames)
-        displacement[:, 0, 1:] = bounds.displacement(states, dq).max(axis=1)
+        displacement[:, 0, 1:] = bounds.displacement(frames, dq).max(axis=1)
         displacement[:, 1:, 1:] = bounds.relative_displacement(np.abs(dq).max(axis=1))
         needed = least + displacement[:, self._pair_links[0], self._pair_links[1]]
         return self._measure(np.array(positions), np.array(matrices), least, needed)

@@ -58,25 +58,14 @@ class FreeSpace:
         escaping = self._in_contact and np.abs(q - self.start).max() < ESCAPE_RANGE
         return self._keeps(q, self._escape_clearance if escaping else self._clearance)
 
-    def known_free(self, path: np.ndarray) -> np.ndarray:
-        """Tell which configurations of a path keep their distance, by conservative advancement.
-
-        Args:
-            path: Configurations [rad].  # (n, nq)
-
-        Returns:
-            True where the configuration is free, False where it is unknown.  # (n,)
-        """
-        return self.world.known_free(path, self._clearance)
-
     def path_is_free(self, path: np.ndarray) -> bool:
         """Tell whether all configurations of a path are collision-free."""  # (n, nq)
         return self.first_blocked(path) is None
 
     def first_blocked(self, path: np.ndarray) -> int | None:
         """Return the index of the first configuration of a path in collision; None without one."""
-        unknown = np.flatnonzero(~self.known_free(path)).tolist()
-        return next((i for i in unknown if not self.is_free(path[i])), None)
+        unknown = np.flatnonzero(~self.world.known_free(path, self._clearance))
+        return next((int(i) for i in unknown if not self.is_free(path[i])), None)
 
     def nearest_pair(self, q: np.ndarray) -> CollisionPair | None:
         """Return the nearest pair of bodies at a configuration; None where none is near."""

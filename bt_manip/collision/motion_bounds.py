@@ -1,7 +1,6 @@
 """Upper bounds of the displacement of an arm's links between configurations."""
 
 from functools import cache
-from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -28,20 +27,6 @@ def link_of_body(model: mujoco.MjModel, joints: np.ndarray) -> np.ndarray | None
             link[body] += 1
     is_chain = bool(link.max() == len(bodies)) and bool((np.diff(link[bodies]) > 0).all())
     return link if is_chain and (model.jnt_type[joints] == _HINGE).all() else None
-
-
-class KinematicStates(NamedTuple):
-    """Joint axes and link spheres at m configurations, in the world.
-
-    Attributes:
-        axes: Unit vectors of the joint axes.  # (m, nq, 3)
-        anchors: Points on these axes [m].  # (m, nq, 3)
-        centres: Centres of the spheres around the links [m].  # (m, nq, 3)
-    """
-
-    axes: np.ndarray
-    anchors: np.ndarray
-    centres: np.ndarray
 
 
 Frames = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
@@ -97,28 +82,24 @@ class MotionBounds:
         self._second = 0.5 * levers[outer].reshape(nq * nq, nq)
 
     def frames(self, data: mujoco.MjData) -> Frames:
-        """Return a copy of the arm's frames, for `kinematic_states`."""
+        """Return a copy of the arm's frames, for `displacement`."""
         bodies, joints = self._bodies, self._joints
         return data.xaxis[joints], data.xanchor[joints], data.xpos[bodies], data.xmat[bodies]
 
-    def kinematic_states(self, frames: list[Frames]) -> KinematicStates:
-        """Return axes and spheres at the configurations of m `frames`."""
-        axes, anchors, positions, matrices = map(np.array, zip(*frames, strict=True))
-        rotations = matrices.reshape(*positions.shape, 3)
-        centres = positions + (rotations @ self._local[..., None])[..., 0]
-        return KinematicStates(axes, anchors, centres)
-
-    def displacement(self, states: KinematicStates, dq: np.ndarray) -> np.ndarray:
+    def displacement(self, frames: list[Frames], dq: np.ndarray) -> np.ndarray:
         """Return an upper bound of the displacement of each link's points in the world [m].
 
         Args:
-            states: Kinematic states that the motions start from, m of them.
-            dq: Joint displacements, w for each state [rad].  # (m, w, nq)
+            frames: `frames` of the m configurations that the motions start from.
+            dq: Joint displacements, w for each configuration [rad].  # (m, w, nq)
         """  # (m, w, nq)
         m, w, nq = dq.shape
-        arms = states.centres[:, np.newaxis] - states.anchors[:, :, np.newaxis]
+        axes, anchors, positions, matrices = map(np.array, zip(*frames, strict=True))
+        rotations = matrices.reshape(m, nq, 3, 3)
+        centres = positions + (rotations @ self._local[..., None])[..., 0]  # of the spheres
+        arms = centres[:, np.newaxis] - anchors[:, :, np.newaxis]
         moves = self._moves[..., np.newaxis]
-        axes = np.where(moves, states.axes[:, :, np.newaxis], 0.0)  # (m, joint, link, 3)
+        axes = np.where(moves, axes[:, :, np.newaxis], 0.0)  # (m, joint, link, 3)
         linear = np.cross(axes, arms).reshape(m, nq, 3 * nq)
         translation = (dq @ linear).reshape(m, w, nq, 3)
         rotation = (dq @ axes.reshape(m, nq, 3 * nq)).reshape(m, w, nq, 3)

@@ -1,14 +1,16 @@
 """The bodies of a robot and its held object at any configuration."""
 
-from typing import NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple
 
 import mujoco
 import numpy as np
-import pinocchio as pin
 
 from bt_manip import spatial
 from bt_manip.cell import BodyNames, entity_of
 from bt_manip.robots import Robot, RobotModel
+
+if TYPE_CHECKING:
+    from bt_manip.arm import Arm
 
 
 class RobotGeometry:
@@ -73,10 +75,6 @@ class RobotGeometry:
             return ""
         return entity_of(BodyNames(self.robot.mj_model).of_body[self.held_root])
 
-    def held_pose(self, q: np.ndarray) -> pin.SE3:
-        """Return the pose T_wo of the held object with the arm at a configuration [rad]."""
-        return self._kinematics.pose(q) * self._T_to
-
     def write(self, qpos: np.ndarray, q: np.ndarray) -> None:
         """Write the positions of the arm and of the held object into a ``qpos``.
 
@@ -86,7 +84,7 @@ class RobotGeometry:
         """
         qpos[self._adr] = q
         if self.held_root:
-            T_wo = self.held_pose(q)
+            T_wo = self._kinematics.pose(q) * self._T_to
             qpos[self._held_position] = T_wo.translation
             mujoco.mju_mat2Quat(qpos[self._held_quaternion], T_wo.rotation.ravel())
 
@@ -96,26 +94,18 @@ class RobotGeometry:
             self.robot.gripper.set_opening(qpos)
 
 
-class HasTarget(Protocol):
-    """Knows the configuration at which a robot will come to rest."""
-
-    @property
-    def target(self) -> np.ndarray:
-        """Final configuration of the present motion [rad]."""  # (nq,)
-
-
 class OtherRobot(NamedTuple):
     """Another robot of the cell, as an obstacle.
 
     Attributes:
         name: Its name in the cell.
         geometry: Its bodies and held object.
-        arm: Tells its final configuration.
+        arm: Its arm, whose `target` is its final configuration.
     """
 
     name: str
     geometry: RobotGeometry
-    arm: HasTarget
+    arm: "Arm"
 
 
 def moved_bodies(model: mujoco.MjModel, dofs: np.ndarray) -> np.ndarray:

@@ -118,11 +118,10 @@ class Fault(abc.ABC):
         try:
             self.begin()
             self.bind()
-        except CellError as error:
+        except BaseException as error:
             self.end()
-            raise FaultError(str(error)) from error
-        except BaseException:
-            self.end()
+            if isinstance(error, CellError):
+                raise FaultError(str(error)) from error
             raise
 
     @abc.abstractmethod

@@ -42,11 +42,8 @@ class Places:
             distance: Least horizontal distance from its present pose [m].
         """
         cell = context.cell
-        self._context, self._distance, self._declared = (
-            context,
-            distance,
-            as_object(cell.find(name)),
-        )
+        self._context, self._distance = context, distance
+        self._declared = as_object(cell.find(name))
         self._here = cell.pose(name).translation[:2]
         self._base = cell.pose(context.robot.name).translation[:2]
         self._near, self._far = (share * _length(context) for share in REACH)

@@ -2,7 +2,6 @@
 
 from .grasp_planner import GraspPlanner as GraspPlanner
 from .grasp_search import CheckedGrasps as CheckedGrasps
-from .grasp_search import GraspPlan as GraspPlan
 from .grip_friction import check_friction as check_friction
 from .grip_friction import holding_force as holding_force
 from .gripper_clearance import SUFFICIENT_CLEARANCE as SUFFICIENT_CLEARANCE

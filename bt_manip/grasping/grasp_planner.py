@@ -3,16 +3,17 @@
 from collections.abc import Sequence
 from typing import Any
 
+import mujoco
 import numpy as np
 import pinocchio as pin
 
+from bt_manip import spatial
 from bt_manip.arm import Arm
-from bt_manip.cell import Cell, centre_of_mass
+from bt_manip.cell import Cell, as_object, body_poses, centre_of_mass
 from bt_manip.cell.objects import DeclaredGrasp
 from bt_manip.grippers import Solid, solids_of
 from bt_manip.robots import GraspCandidate, GraspGenerator, Robot
 
-from .declared_grasps import declared_grasps
 from .grasp_search import CheckedGrasps, GraspPlan, GraspSearch
 from .grip_friction import check_friction
 from .gripper_clearance import MAX_PENETRATION, GripperClearance
@@ -21,6 +22,9 @@ from .rejections import Rejections
 
 MAX_DISPLACEMENT = 1e-5
 """Displacement of an object [m] and [rad] up to which a plan for it holds: objects settle."""
+
+SITE_PREFIX = "grasp"
+"""Beginning of the names of sites that are grasps."""
 
 
 class GraspPlanner:
@@ -194,6 +198,25 @@ class GraspPlanner:
         search = GraspSearch(self.arm, name, ranking, clearance, self._rejections(name))
         self.checked = search.checked
         return search
+
+
+def declared_grasps(cell: Cell, name: str) -> list[DeclaredGrasp]:
+    """Return the grasps that an object declares, those of its class first.
+
+    Args:
+        cell: The cell.
+        name: Name of the object.
+    """
+    model = cell.model
+    found = list(as_object(cell.entities[name]).grasps)
+    poses = body_poses(model, cell.body_id(name), cell.data.qpos)
+    for site in np.flatnonzero(np.isin(model.site_bodyid, list(poses))):
+        if model.site(site).name.rpartition("/")[2].startswith(SITE_PREFIX):
+            T_bs = spatial.pose(model.site_pos[site], model.site_quat[site])
+            is_box = model.site_type[site] == mujoco.mjtGeom.mjGEOM_BOX
+            half = model.site_size[site, 1 if is_box else 0]
+            found.append(DeclaredGrasp(poses[int(model.site_bodyid[site])] * T_bs, 2 * float(half)))
+    return found
 
 
 def _content(solids: Sequence[Solid], com: np.ndarray, declared: Sequence[DeclaredGrasp]) -> bytes:

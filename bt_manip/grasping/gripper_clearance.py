@@ -8,7 +8,8 @@ import numpy as np
 import pinocchio as pin
 
 from bt_manip import spatial
-from bt_manip.cell import Cell, body_poses, geom_pose
+from bt_manip.cell import Cell, body_poses, entity_of, geom_pose
+from bt_manip.collision import moved_bodies
 from bt_manip.robots import Robot
 
 SUFFICIENT_CLEARANCE = 4e-3
@@ -43,16 +44,13 @@ class GripperClearance:
             compiled model only.
     """
 
-    def __init__(
-        self, cell: Cell, robot: Robot, ignored: Sequence[str], *, opening: float = 1.0
-    ) -> None:
+    def __init__(self, cell: Cell, robot: Robot, ignored: Sequence[str]) -> None:
         """Copy the present state of the cell.
 
         Args:
             cell: The cell.
             robot: The robot with the gripper.
             ignored: Names of entities that are no obstacles: the object to grip.
-            opening: Of the gripper: 1 for fully open, 0 for closed.
         """
         model = cell.model
         self._cell, self._model, self._data = cell, model, mujoco.MjData(model)
@@ -62,10 +60,10 @@ class GripperClearance:
         own = model.body_rootid == model.body_rootid[model.site_bodyid[site]]
         collides = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
         others = np.flatnonzero(collides & ~own[model.geom_bodyid])
-        names = [_entity(model, body) for body in range(model.nbody)]
+        names = [entity_of(model.body(body).name) for body in range(model.nbody)]
         self._entity_of = {int(g): names[model.geom_bodyid[g]] for g in others}
         self.ignore(ignored)
-        self.refresh(opening)
+        self.refresh()
 
     def ignore(self, names: Sequence[str]) -> None:
         """Set which entities are no obstacles, beside the robots."""
@@ -75,13 +73,13 @@ class GripperClearance:
             [geom for geom, name in self._entity_of.items() if name not in ignored], dtype=int
         )
 
-    def refresh(self, opening: float = 1.0) -> None:
+    def refresh(self) -> None:
         """Copy the present state of the cell; the compiled model must be the same."""
         data, source = self._data, self._cell.data
         data.qpos[:] = source.qpos
         data.mocap_pos[:], data.mocap_quat[:] = source.mocap_pos, source.mocap_quat
         mujoco.mj_kinematics(self._model, data)
-        self.open(opening)
+        self.open()
 
     def open(self, opening: float = 1.0) -> None:
         """Open the gripper: 1 for fully, 0 for closed."""
@@ -175,18 +173,9 @@ def with_clearance(
     return free or [poses[measured.index(largest)]], largest
 
 
-def _entity(model: mujoco.MjModel, body: int) -> str:
-    name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_BODY, body)
-    return (name or "").partition("/")[0]
-
-
 def _gripper_geoms(model: mujoco.MjModel, robot: Robot) -> list[int]:
     """List the geoms that move with a robot's tool and can touch things."""
     weld = model.body_weldid[model.site_bodyid[robot.tool_site_id]]
-    moves = np.zeros(model.nbody, dtype=bool)
-    if weld:
-        moves[weld] = True
-        for body in range(weld + 1, model.nbody):  # a parent always comes before its children
-            moves[body] = moves[model.body_parentid[body]]
+    moves = moved_bodies(model, model.body_dofadr[weld]) & (weld > 0)
     solid = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
     return [int(geom) for geom in np.flatnonzero(moves[model.geom_bodyid] & solid)]

@@ -4,6 +4,7 @@ import contextlib
 from collections import deque
 from collections.abc import Sequence
 from functools import partial
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -241,26 +242,14 @@ class ReachFromAbove:
         return reached
 
     def _all_reached(self, points: list[tuple[float, float]], z: float) -> bool:
+        """Return whether the arm comes down to all points at any yaw, each from the one before."""
         q = self._arm.model.home
-        for x, y in points:
-            found = self._reach((x, y, z), q)
+        for (x, y), yaw in product(points, _YAWS):
+            found = self._turned((x, y, z), yaw, q)
             if found is None:
                 return False
             q = found
         return True
-
-    def _reach(self, position: tuple[float, float, float], q0: np.ndarray) -> np.ndarray | None:
-        """Return the configuration over a position from which the tool reaches it at any yaw.
-
-        Args:
-            position: Position of the tool at the grasp, in the world [m].
-            q0: Where to search first [rad].  # (nq,)
-        """
-        found: np.ndarray | None = q0
-        for yaw in _YAWS:
-            if found is not None:
-                found = self._turned(position, yaw, found)
-        return found
 
     def _turned(
         self, position: tuple[float, float, float], yaw: float, q0: np.ndarray

@@ -6,6 +6,7 @@ from .address import bundled_names as bundled_names
 from .address import check_fuel_plugin as check_fuel_plugin
 from .address import find_model as find_model
 from .address import is_address as is_address
+from .address import load_model as load_model
 from .assets import SOLREF as SOLREF
 from .assets import Assets as Assets
 from .bundled import bundled_path as bundled_path
@@ -26,7 +27,6 @@ from .found_model import model_name as model_name
 from .hardened_xml import read_xml as read_xml
 from .images import image_of_obj as image_of_obj
 from .images import read_png as read_png
-from .load import load_model as load_model
 from .menagerie import MenagerieCache as MenagerieCache
 from .menagerie import menagerie_file as menagerie_file
 from .menagerie import menagerie_grippers as menagerie_grippers

@@ -1,4 +1,4 @@
-"""Addresses of models, and the files that they refer to."""
+"""Addresses of models, the files that they refer to, and these converted to MJCF."""
 
 import re
 from collections.abc import Callable, Mapping
@@ -10,13 +10,8 @@ from bt_manip.installed import installed_parts
 from bt_manip.models.bundled import bundled_path, bundled_root
 from bt_manip.models.downloads import Progress, terminal_progress
 from bt_manip.models.errors import ModelError
-from bt_manip.models.formats import (
-    ModelFormat,
-    built_in_formats,
-    recognise,
-    root_tag,
-)
-from bt_manip.models.found_model import FoundModel, model_name
+from bt_manip.models.formats import ModelFormat, built_in_formats, recognise, root_tag
+from bt_manip.models.found_model import FoundModel, MjcfModel, model_name
 from bt_manip.models.menagerie import menagerie_file
 from bt_manip.models.packages import find_package_file
 
@@ -33,6 +28,38 @@ def is_address(text: str) -> bool:
 
 Source = Callable[[str, Progress], FoundModel | Path]
 """Function that finds the model of an address; it may return a path."""
+
+
+def load_model(
+    address: str,
+    *,
+    convex: str = "hull",
+    progress: Progress = terminal_progress,
+    sources: Mapping[str, Source] | None = None,
+    formats: Mapping[str, ModelFormat] | None = None,
+) -> MjcfModel:
+    """Find a model by its address, download it if needed, and convert it to MJCF.
+
+    Args:
+        address: As for `find_model`.
+        convex: Collision geometry of meshes: convex ``"hull"`` or convex ``"parts"``.
+        progress: Called with the progress of a download.
+        sources: As for `find_model`.
+        formats: As for `find_model`.
+
+    Raises:
+        ModelError: When it cannot be found, fetched or converted.
+    """
+    if convex not in ("hull", "parts"):
+        raise ModelError(f"meshes collide by their 'hull' or by 'parts', not by '{convex}'")
+    found = find_model(address, progress, sources, formats)
+    known = built_in_formats() if formats is None else formats
+    if found.format not in known and formats is None:
+        known = installed_parts().model_formats.copies()
+    if found.format not in known:
+        near = did_you_mean(found.format, known)
+        raise ModelError(f"'{address}': unknown format '{found.format}'{near}")
+    return known[found.format].convert(found, convex=convex, progress=progress)
 
 
 def find_model(
@@ -78,18 +105,14 @@ def find_model(
 def built_in_sources() -> dict[str, Source]:
     """Return the built-in sources, by kind of address."""
     return {
-        "bundled": lambda address, progress: _bundled(_rest(address)),
+        "bundled": lambda address, progress: _bundled(address.partition(":")[2]),
         "menagerie": _menagerie,
         "package": lambda address, progress: find_package_file(address),
     }
 
 
-def _rest(address: str) -> str:
-    return address.partition(":")[2]
-
-
 def _menagerie(address: str, progress: Progress) -> FoundModel:
-    rest = _rest(address)
+    rest = address.partition(":")[2]
     path = menagerie_file(rest, progress)
     return FoundModel(f"menagerie:{rest}", model_name(rest.partition("/")[0]), path, "mjcf")
 

@@ -7,6 +7,9 @@ from typing import Protocol
 
 from bt_manip.models.downloads import Progress
 from bt_manip.models.found_model import FoundModel, MjcfModel
+from bt_manip.models.hardened_xml import read_xml
+from bt_manip.models.lone_mesh import convert_mesh
+from bt_manip.models.urdf import convert_urdf
 
 
 class Convert(Protocol):
@@ -58,8 +61,8 @@ def built_in_formats() -> dict[str, ModelFormat]:
     """Return the built-in formats, by name."""
     return {
         "mjcf": ModelFormat(_mjcf, tag="mujoco"),
-        "urdf": ModelFormat(_urdf, suffixes=(".urdf",), tag="robot"),
-        "mesh": ModelFormat(_mesh, suffixes=(".obj", ".stl", ".dae")),
+        "urdf": ModelFormat(convert_urdf, suffixes=(".urdf",), tag="robot"),
+        "mesh": ModelFormat(convert_mesh, suffixes=(".obj", ".stl", ".dae")),
     }
 
 
@@ -84,22 +87,8 @@ def root_tag(path: Path) -> str:
     """
     if path.suffix.lower() != ".xml" or path.is_dir():
         return ""
-    from bt_manip.models.hardened_xml import read_xml
-
     return str(read_xml(path).tag)
 
 
 def _mjcf(found: FoundModel, *, convex: str, progress: Progress) -> MjcfModel:
     return MjcfModel(found.address, found.name, path=found.path)
-
-
-def _urdf(found: FoundModel, *, convex: str, progress: Progress) -> MjcfModel:
-    from bt_manip.models.urdf import convert_urdf
-
-    return convert_urdf(found)
-
-
-def _mesh(found: FoundModel, *, convex: str, progress: Progress) -> MjcfModel:
-    from bt_manip.models.lone_mesh import convert_mesh
-
-    return convert_mesh(found, convex=convex)

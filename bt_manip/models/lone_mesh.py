@@ -1,26 +1,25 @@
 """Conversion of a mesh file to a model with one body."""
 
 import numpy as np
+from lxml import etree
 
+from bt_manip.models.assets import SOLREF, Assets
+from bt_manip.models.downloads import Progress
 from bt_manip.models.errors import ModelError
 from bt_manip.models.found_model import FoundModel, MjcfModel
+from bt_manip.models.images import image_of_obj, read_png
+from bt_manip.models.meshes import read_mesh
 
 DENSITY = 1000.0
 """Default density of the volume of a mesh file [kg/m^3]: water."""
 
 
-def convert_mesh(found: FoundModel, *, convex: str = "hull") -> MjcfModel:
+def convert_mesh(found: FoundModel, *, convex: str, progress: Progress) -> MjcfModel:
     """Convert a mesh to a body; its mass follows from the enclosed volume.
 
     Raises:
         ModelError: When it cannot be read, or encloses no volume.
     """
-    from lxml import etree
-
-    from bt_manip.models.assets import SOLREF, Assets
-    from bt_manip.models.images import image_of_obj, read_png
-    from bt_manip.models.meshes import read_mesh
-
     mesh = read_mesh(found.path)
     if not mesh.watertight:
         raise ModelError(

@@ -5,7 +5,7 @@ import logging
 import re
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -60,15 +60,6 @@ class Mesh:
         return out.getvalue().encode()
 
 
-class _Part(NamedTuple):
-    """A mesh of a scene, in the frame of the scene."""
-
-    vertices: np.ndarray
-    faces: np.ndarray
-    uv: np.ndarray | None
-    colour: tuple[float, ...] | None
-
-
 def read_mesh(path: Path, submesh: str = "", centred: bool = False) -> Mesh:
     """Read a mesh file; the parts of a scene are joined.
 
@@ -109,11 +100,11 @@ def read_mesh(path: Path, submesh: str = "", centred: bool = False) -> Mesh:
         raise ModelError(f"{path}: a mesh without triangles, or with non-finite points")
     if centred:
         vertices = vertices - 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
-    return Mesh(vertices, joined.faces, joined.colour, bool(watertight), joined.uv)
+    return replace(joined, vertices=vertices, watertight=bool(watertight))
 
 
-def _parts(scene: Any, submesh: str, path: Path, coloured: bool) -> list[_Part]:
-    """Return the parts of a scene in its frame."""
+def _parts(scene: Any, submesh: str, path: Path, coloured: bool) -> list[Mesh]:
+    """Return the parts of a scene in its frame, in the file's units and axes."""
     parts = {}
     for node in scene.graph.nodes_geometry:
         T, name = scene.graph[node]
@@ -127,7 +118,7 @@ def _parts(scene: Any, submesh: str, path: Path, coloured: bool) -> list[_Part]:
             uv = None if uv is None or len(uv) != len(vertices) else np.asarray(uv)[:, :2]
             material = getattr(part.visual, "material", None) if coloured else None
             colour = None if material is None else tuple(c / 255 for c in material.main_color)
-            parts[node] = (name, _Part(vertices, faces, uv, colour))
+            parts[node] = (name, Mesh(vertices, faces, colour, uv=uv))
     if submesh:
         chosen = [p for node, (name, p) in parts.items() if submesh in (node, name)]
         if not chosen:
@@ -139,17 +130,17 @@ def _parts(scene: Any, submesh: str, path: Path, coloured: bool) -> list[_Part]:
     return [part for _, part in parts.values()]
 
 
-def _joined(parts: list[_Part]) -> _Part:
+def _joined(parts: list[Mesh]) -> Mesh:
     """Join parts; attributes that they do not share are dropped."""
     starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
     faces = [part.faces + start for part, start in zip(parts, starts, strict=False)]
     uvs = [part.uv for part in parts if part.uv is not None]
     colours = {part.colour for part in parts}
-    return _Part(
+    return Mesh(
         np.vstack([part.vertices for part in parts]),
         np.vstack(faces),
-        np.vstack(uvs) if len(uvs) == len(parts) else None,
         colours.pop() if len(colours) == 1 else None,
+        uv=np.vstack(uvs) if len(uvs) == len(parts) else None,
     )
 
 

@@ -4,6 +4,7 @@ from pathlib import Path
 
 from lxml import etree
 
+from bt_manip.models.downloads import Progress
 from bt_manip.models.errors import ModelError
 from bt_manip.models.exact_xml import exact_xml
 from bt_manip.models.found_model import FoundModel, MjcfModel
@@ -19,10 +20,11 @@ _OPTIONS = {
 }
 
 
-def convert_urdf(found: FoundModel) -> MjcfModel:
+def convert_urdf(found: FoundModel, *, convex: str, progress: Progress) -> MjcfModel:
     """Convert URDF to MJCF with MuJoCo.
 
-    Meshes are found by ``package://``, ``file://`` or beside the file, and passed as OBJ.
+    Meshes are found by ``package://``, ``file://`` or beside the file, and passed as OBJ; they
+    collide by their hull, whatever `convex` is.
 
     Raises:
         ModelError: When a mesh is missing, or MuJoCo refuses the model.

@@ -15,7 +15,6 @@ from .goal_selection import translate_along_tool_z as translate_along_tool_z
 from .joint_segments import discretize_segment as discretize_segment
 from .joint_segments import edge_is_free as edge_is_free
 from .path_simplification import shortcut as shortcut
-from .path_simplification import smooth_paths as smooth_paths
 from .planner import Planner as Planner
 from .planner import PlanningProblem as PlanningProblem
 from .planner import PlanningResult as PlanningResult
@@ -25,5 +24,4 @@ from .tool_path import LineTo as LineTo
 from .tool_path import Step as Step
 from .tool_path import TurnAbout as TurnAbout
 from .tool_path import tool_paths as tool_paths
-from .tool_path_following import QUICK_REFINEMENTS as QUICK_REFINEMENTS
 from .tool_path_following import follow_tool_path as follow_tool_path

@@ -18,20 +18,17 @@ SAMPLES_PER_INTERVAL = 4
 AVERAGES = 4  # passes of a moving average: their kernel is a cubic B-spline
 
 
-def shortcut(
-    path: np.ndarray, is_free: IsFree, rng: np.random.Generator, *, attempts: int = SHORTCUTS
-) -> np.ndarray:
+def shortcut(path: np.ndarray, is_free: IsFree, rng: np.random.Generator) -> np.ndarray:
     """Shorten a path by replacing parts of it with collision-free segments.
 
     Args:
         path: Waypoints.  # (n, nq)
         is_free: Tells whether a configuration is collision-free.
         rng: Draws the ends of the shortcuts.
-        attempts: Number of shortcuts that are drawn.
     """  # (m, nq)
     path = _prune(path, is_free)
     along = _arc_lengths(path)
-    for _ in range(attempts):
+    for _ in range(SHORTCUTS):
         if len(path) < 3:
             break
         # Long shortcuts remove detours, short ones cut corners.

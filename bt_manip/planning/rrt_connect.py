@@ -24,17 +24,14 @@ class RRTConnect:
     along joint limits.
     """
 
-    def __init__(
-        self, *, samples: int = SAMPLES, step: float = CHECKED_STEP, max_extension: float = RANGE
-    ) -> None:
+    def __init__(self, *, samples: int = SAMPLES, step: float = CHECKED_STEP) -> None:
         """Set the bounds of the search.
 
         Args:
             samples: Largest number of samples.
             step: Distance between the configurations that are checked [rad].
-            max_extension: Longest extension towards a sample [rad].
         """
-        self.samples, self.step, self.max_extension = samples, step, max_extension
+        self.samples, self.step = samples, step
 
     def plan(self, problem: PlanningProblem) -> PlanningResult:
         """Search for a path from the start to one of the goals."""
@@ -45,7 +42,7 @@ class RRTConnect:
         tree, other = start_tree, goal_tree
         for count in range(self.samples):
             sample = tree.sample(lower, upper, problem.rng)
-            new = self._extend(tree, sample, problem.is_free, self.max_extension)
+            new = self._extend(tree, sample, problem.is_free, RANGE)
             if new is not None:
                 met = self._extend(other, tree.nodes[new], problem.is_free, np.inf)
                 if met is not None and np.array_equal(other.nodes[met], tree.nodes[new]):

@@ -17,7 +17,6 @@ from bt_manip.checks import (
     check_vector,
     invalid,
 )
-from bt_manip.exceptions import MotionError
 from bt_manip.robots import ToolLimits
 from bt_manip.trajectories import TOPP_GRIDS, KinematicLimits
 
@@ -136,10 +135,9 @@ class ArcTo:
         normal = np.cross(ab, ac)
         sides = [float(np.linalg.norm(side)) for side in (ab, ac, bc)]
         if min(sides) < _MIN_DISTANCE or np.linalg.norm(normal) < _MIN_SINE * sides[0] * sides[1]:
-            raise MotionError(
-                "an arc goes through three points that are apart and not on a line, got "
-                + ", ".join(f"({x:.4f}, {y:.4f}, {z:.4f})" for x, y, z in (a, b, c)),
-                reason="target",
+            points = ", ".join(f"({x:.4f}, {y:.4f}, {z:.4f})" for x, y, z in (a, b, c))
+            raise invalid(
+                f"an arc goes through three points that are apart and not on a line, got {points}"
             )
         # Circumcentre of the triangle abc.
         towards = sides[1] ** 2 * np.cross(normal, ab) + sides[0] ** 2 * np.cross(ac, normal)
@@ -201,19 +199,16 @@ class ToolPath:
         narrowest: Share of the travel that the narrowest corner takes; 1 without corners.
     """
 
-    def __init__(
-        self, segments: Sequence[Segment], blend: float = 0.0, *, preceding: int = 0, count: int = 0
-    ) -> None:
+    def __init__(self, segments: Sequence[Segment], blend: float, first: int, end: int) -> None:
         """Select the segments of one path from those of a whole motion.
 
         Args:
             segments: Segments of the motion, each starting where the previous one ends.
             blend: Distance from a corner where blending starts [m]; at most half a segment.
-            preceding: Number of segments before this path.
-            count: Number of segments of this path; 0 for all that remain.
+            first: Index of the first segment of this path.
+            end: Index of the first segment after it.
         """
-        own = segments[preceding : preceding + count] if count else segments[preceding:]
-        self._segments = list(own)
+        self._segments = own = segments[first:end]
         self._starts = [0.0, *accumulate(segment.travel for segment in own)]
         self.travel = self._starts[-1]
         self.length = sum(segment.length for segment in own)
@@ -221,7 +216,7 @@ class ToolPath:
         self.straight = len(own) == 1 and own[0].straight
         self._blends = [_blend_travel(a, b, blend) for a, b in pairwise(own)]
         self.narrowest = min((2.0 * half / self.travel for half in self._blends), default=1.0)
-        self._before = _totals(segments[:preceding])
+        self._before = _totals(segments[:first])
         self._whole = _totals(segments)
         self.name = "line" if self.straight and len(segments) == 1 else "path"
 
@@ -284,11 +279,9 @@ class ToolPath:
     def grids(self) -> tuple[int, ...]:
         """Grid sizes for time parameterization, fine enough for the narrowest corner."""
         intervals = int(min(CORNER_INTERVALS / self.narrowest, MAX_INTERVALS))
-        return (
-            TOPP_GRIDS
-            if intervals <= TOPP_GRIDS[0]
-            else (max(intervals, TOPP_GRIDS[-1]), MAX_INTERVALS)
-        )
+        if intervals <= TOPP_GRIDS[0]:
+            return TOPP_GRIDS
+        return max(intervals, TOPP_GRIDS[-1]), MAX_INTERVALS
 
     def progress(self, fraction: float) -> tuple[float, str]:
         """Return the share of the whole motion done at a fraction of this path, and a text of it.
@@ -335,7 +328,7 @@ def tool_paths(start: pin.SE3, steps: Iterable[Step], blend: float = 0.0) -> lis
         if 2.0 * _blend_travel(a, b, blend) < corner
     ]
     ends = pairwise([0, *stops, len(segments)]) if segments else ()
-    return [ToolPath(segments, blend, preceding=i, count=j - i) for i, j in ends]
+    return [ToolPath(segments, blend, i, j) for i, j in ends]
 
 
 def _check_steps(steps: Any) -> list[Step]:
@@ -345,17 +338,13 @@ def _check_steps(steps: Any) -> list[Step]:
         MotionError: When one is not a step.
     """
     if not isinstance(steps, Iterable):
-        raise MotionError(
-            f"a path is a list of LineTo, ArcTo and TurnAbout, got {type(steps).__name__}",
-            reason="target",
-        )
+        kind = type(steps).__name__
+        raise invalid(f"a path is a list of LineTo, ArcTo and TurnAbout, got {kind}")
     found = list(steps)
     for step in found:
         if not isinstance(step, Step):
-            raise MotionError(
-                f"a step of a path is a LineTo, ArcTo or TurnAbout, got {type(step).__name__}",
-                reason="target",
-            )
+            kind = type(step).__name__
+            raise invalid(f"a step of a path is a LineTo, ArcTo or TurnAbout, got {kind}")
     return found
 
 

@@ -19,10 +19,8 @@ MIN_INTERVALS, MAX_FIRST_INTERVALS = 8, 400  # before refinement
 MAX_REFINED_INTERVALS = 1600
 REFINEMENTS = 6  # attempts, each with twice the knots: at sharp turns of a joint the last is needed
 QUICK_REFINEMENTS = 4  # attempts for lines that shall be easy to follow
-PATH_TOLERANCE = (
-    5e-5  # [m] and [rad] deviation of the tool between the knots, beyond that at the knots
-)
 KNOT_TOLERANCE = 1e-8  # [m] and [rad] deviation of the tool at the knots that is aimed at
+PATH_TOLERANCE = 5e-5  # [m] and [rad] by which it may be larger between the knots
 LIMIT_SAMPLES = 500  # configurations whose joint limits are checked
 LIMIT_MARGIN = 5e-3  # [rad] of the knots from the joint limits, for the overshoot of the spline
 MAX_STEP = 0.2  # [rad] displacement of a joint between two knots

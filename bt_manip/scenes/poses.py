@@ -5,7 +5,7 @@ import os
 import select
 import sys
 from collections.abc import Sequence
-from typing import IO, Any
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -65,11 +65,7 @@ class ScenePoses(PoseSource):
 class OperatorPoses(PoseSource):
     """An operator puts each object where the scene says, and confirms it with Enter."""
 
-    def __init__(self, expected: Sequence[Fixture], stream: IO[Any] | None = None) -> None:
-        """Read confirmations from standard input, or another stream."""
-        super().__init__(expected)
-        self._stream = stream
-        self._asked = ""
+    _asked = ""  # name of the object that was asked for
 
     def pose(self, fixture: Fixture, T_wo: pin.SE3) -> pin.SE3 | None:
         """Ask once; return the pose of the scene when it is confirmed.
@@ -95,7 +91,7 @@ class OperatorPoses(PoseSource):
 
     def _answer(self) -> bytes | None:
         """Return what was entered; None if nothing was, empty if the input has ended."""
-        descriptor = (self._stream or sys.stdin).fileno()
+        descriptor = sys.stdin.fileno()
         ready, _, _ = select.select([descriptor], [], [], 0.0)
         return os.read(descriptor, 4096) if ready else None
 

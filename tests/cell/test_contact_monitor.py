@@ -2,7 +2,8 @@
 
 from dm_control import mjcf
 
-from bt_manip.cell import BodyNames, Cell, ContactMonitor, Cube, MonitoredEntity
+from bt_manip.cell import BodyNames, Cell, Cube, MonitoredEntity
+from bt_manip.cell.contacts.contact_monitor import ContactMonitor
 from bt_manip.spatial import pose
 
 

@@ -33,7 +33,7 @@ def compare(
         end = np.clip(start + offset, *limits)
         path = np.vstack([start, discretize_segment(start, end, 2e-3)])
         space = FreeSpace(world, start, clearance=(0.0, 4e-3, 8e-3)[k % 3])
-        known_free = space.known_free(path)
+        known_free = world.known_free(path, space._clearance)
         found = np.array([space._keeps(q, space._clearance) for q in path])
         assert not (known_free & ~found).any(), (start, end)
         count, free, known = count + len(path), free + found.sum(), known + known_free.sum()

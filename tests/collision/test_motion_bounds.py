@@ -37,8 +37,7 @@ def test_no_point_of_the_arm_is_displaced_by_more_than_the_bound(rng):
         q = rng.uniform(*joint_limits)
         dq = rng.uniform(-size, size, (5, 7))
         before = points(q)
-        states = bounds.kinematic_states([bounds.frames(data)])
-        limits = bounds.displacement(states, dq[np.newaxis])[0]
+        limits = bounds.displacement([bounds.frames(data)], dq[np.newaxis])[0]
         for limit, step in zip(limits, dq, strict=True):
             moved = np.where(inside, np.linalg.norm(points(q + step) - before, axis=-1), 0.0)
             longest = np.array([moved[link[geoms] == k].max(initial=0.0) for k in range(1, 8)])

@@ -11,7 +11,7 @@ from bt_manip.bt import NodeStatus, Sequence
 from bt_manip.cell import Cell
 from bt_manip.cell.objects import ModelObject, Mug
 from bt_manip.exceptions import MotionError
-from bt_manip.grasping.declared_grasps import declared_grasps
+from bt_manip.grasping.grasp_planner import declared_grasps
 from bt_manip.plugins import Choice, load_plugins
 from bt_manip.spatial import pose
 

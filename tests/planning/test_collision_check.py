@@ -7,13 +7,8 @@ import pytest
 from bt_manip import spatial
 from bt_manip.arm import Arm
 from bt_manip.exceptions import MotionError
-from bt_manip.planning import (
-    QUICK_REFINEMENTS,
-    LineTo,
-    check_tool_path,
-    follow_tool_path,
-    tool_paths,
-)
+from bt_manip.planning import LineTo, check_tool_path, follow_tool_path, tool_paths
+from bt_manip.planning.tool_path_following import QUICK_REFINEMENTS
 
 
 @pytest.fixture

@@ -2,11 +2,8 @@
 
 import numpy as np
 
-from bt_manip.planning import (
-    edge_is_free,
-    shortcut,
-    smooth_paths,
-)
+from bt_manip.planning import edge_is_free, shortcut
+from bt_manip.planning.path_simplification import smooth_paths
 
 
 def beside_the_wall(q) -> bool:

@@ -109,11 +109,12 @@ def test_a_restored_station_expects_the_same_objects_again(station):
     assert tree.blackboard.get("object") == "first"
 
 
-def test_an_operator_confirms_after_the_question(parts, scene, capsys):
+def test_an_operator_confirms_after_the_question(parts, scene, capsys, monkeypatch):
     expected = [f for f in read_scene(scene, parts).fixtures if f.expected]
     reading, writing = os.pipe()
     with os.fdopen(reading) as stream, os.fdopen(writing, "wb", buffering=0) as answers:
-        operator = OperatorPoses(expected, stream)
+        monkeypatch.setattr("sys.stdin", stream)
+        operator = OperatorPoses(expected)
         answers.write(b"\n")  # too early
         place = pose((0.3, 0.1, 1.04))
         assert operator.pose(expected[0], place) is None

@@ -4,7 +4,6 @@ from typing import NamedTuple
 
 import mujoco
 import numpy as np
-import pinocchio as pin
 
 from bt_manip.exceptions import did_you_mean
 from bt_manip.spatial import cross
@@ -81,22 +80,11 @@ class Contacts:
 
     def touching(self, name: str, other: str | None = None) -> bool:
         """Tell whether a body or entity is in contact with another one, or with any other."""
-        first, second = self._sides(name, other)
-        geoms = self._data.contact.geom[self._active()]
-        a, b = first[geoms[:, 0]], first[geoms[:, 1]]
-        return bool(((a & second[geoms[:, 1]]) | (b & second[geoms[:, 0]])).any())
+        return bool(self._contacts_between(*self._sides(name, other)))
 
     def partners(self, name: str) -> list[str]:
         """Return the bodies of other entities in contact with a body or entity."""
-        mine, others = self._sides(name, None)
-        body = self._body_names.of_geom
-        found = set()
-        for a, b in self._data.contact.geom[self._active()].tolist():
-            if mine[a] and others[b]:
-                found.add(body[b])
-            elif mine[b] and others[a]:
-                found.add(body[a])
-        return sorted(found)
+        return sorted({point.other for point in self.points(name)})
 
     def points(self, name: str) -> list[ContactPoint]:
         """Return the contact points of a body or entity with others.
@@ -133,24 +121,20 @@ class Contacts:
             tangential += sign * (self._force[1:3] @ frame[1:])
         return ContactForce(normal, float(np.linalg.norm(tangential)), total)
 
-    def wrench(
-        self, name: str, *, point: np.ndarray | None = None, frame: pin.SE3 | None = None
-    ) -> Wrench:
-        """Return the sum of all external contact forces on a body or entity.
+    def wrench(self, name: str, *, point: np.ndarray | None = None) -> Wrench:
+        """Return the sum of all external contact forces on a body or entity, in the world.
 
         Args:
             name: The body or entity that the wrench acts on.
             point: Point that the torque is taken about, in the world [m]; default: the origin of
-                ``frame``, or of the body where no frame is given.  # (3,)
-            frame: Frame of the wrench; default: the world.
+                the body.  # (3,)
 
         Raises:
             CellError: If no body or entity has such a name.
         """
         mine, others = self._sides(name, None)
         if point is None:
-            origin = self._data.xpos[self._body_names.body_ids(name)[0]]
-            point = frame.translation if frame is not None else origin
+            point = self._data.xpos[self._body_names.body_ids(name)[0]]
         force, torque = np.zeros(3), np.zeros(3)
         positions = self._view().positions
         # The contact force points from the first geom to the second.
@@ -159,15 +143,7 @@ class Contacts:
             f = sign * (self._linear @ axes)
             force += f
             torque += cross(positions[index] - point, f) + sign * (self._angular @ axes)
-        if frame is not None:
-            force, torque = frame.rotation.T @ force, frame.rotation.T @ torque
         return Wrench(force, torque)
-
-    def penetration(self, name: str, other: str) -> float:
-        """Return the largest penetration of two bodies or entities [m]; 0: not in contact."""
-        first, second = self._sides(name, other)
-        depth = self._data.contact.dist
-        return max((-float(depth[i]) for i, _ in self._contacts_between(first, second)), default=0)
 
     def geoms(self, name: str) -> np.ndarray:
         """Mask the geoms of a body or entity.
@@ -180,10 +156,6 @@ class Contacts:
         except KeyError:
             near = did_you_mean(name, self._body_names.names())
             raise CellError(f"no body or entity of this cell is called '{name}'{near}") from None
-
-    def _active(self) -> np.ndarray:
-        """Mask the active contacts: those inside a margin only have no constraint address."""
-        return self._view().addresses >= 0
 
     def _view(self) -> _Views:
         """Return views of the contacts.
@@ -205,8 +177,9 @@ class Contacts:
 
     def _contacts_between(self, first: np.ndarray, second: np.ndarray) -> list[tuple[int, float]]:
         """Return the contacts of two sets of geoms, with sign +1 if the first set comes first."""
-        a, b = self._view().geoms.T
-        active = self._active()
+        view = self._view()
+        a, b = view.geoms.T
+        active = view.addresses >= 0  # those inside a margin only have no constraint
         forth = active & first[a] & second[b]
         back = active & first[b] & second[a] & ~forth
         signed = np.flatnonzero(forth | back)

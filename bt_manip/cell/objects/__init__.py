@@ -5,7 +5,6 @@ from .bundled import Basket as Basket
 from .bundled import Cube as Cube
 from .bundled import Table as Table
 from .camera import Camera as Camera
-from .camera import Segmentation as Segmentation
 from .camera import looking_at as looking_at
 from .catalogue import Catalogue as Catalogue
 from .categories import CONTAINER as CONTAINER

@@ -5,12 +5,7 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 
-_PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
-_SPHERE = int(mujoco.mjtGeom.mjGEOM_SPHERE)
-_CAPSULE = int(mujoco.mjtGeom.mjGEOM_CAPSULE)
-_ELLIPSOID = int(mujoco.mjtGeom.mjGEOM_ELLIPSOID)
-_CYLINDER = int(mujoco.mjtGeom.mjGEOM_CYLINDER)
-_MESH = int(mujoco.mjtGeom.mjGEOM_MESH)
+_Geom = mujoco.mjtGeom
 
 
 class Bounds(NamedTuple):
@@ -37,7 +32,7 @@ def bounds_of(model: mujoco.MjModel) -> Bounds:
     """
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
-    finite = model.geom_type != _PLANE
+    finite = model.geom_type != _Geom.mjGEOM_PLANE
     collides = finite & ((model.geom_contype != 0) | (model.geom_conaffinity != 0))
     geoms = np.flatnonzero(collides if collides.any() else finite)
     if not len(geoms):
@@ -57,21 +52,21 @@ def geom_box(
         data: Its data, with the poses of geoms.
         geom: Id of the geom.
     """
-    kind, size = int(model.geom_type[geom]), model.geom_size[geom]
+    kind, size = _Geom(int(model.geom_type[geom])), model.geom_size[geom]
     position, rotation = data.geom_xpos[geom], data.geom_xmat[geom].reshape(3, 3)
-    if kind == _MESH:
+    if kind == _Geom.mjGEOM_MESH:
         mesh = int(model.geom_dataid[geom])
         first, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
         points = model.mesh_vert[first : first + count] @ rotation.T + position
         return points.min(axis=0), points.max(axis=0)
-    if kind == _SPHERE:
+    if kind == _Geom.mjGEOM_SPHERE:
         half = np.full(3, size[0])
-    elif kind == _CAPSULE:
+    elif kind == _Geom.mjGEOM_CAPSULE:
         half = size[0] + np.abs(rotation[:, 2]) * size[1]
-    elif kind == _CYLINDER:
+    elif kind == _Geom.mjGEOM_CYLINDER:
         half = np.hypot(rotation[:, 0], rotation[:, 1]) * size[0]
         half = half + np.abs(rotation[:, 2]) * size[1]
-    elif kind == _ELLIPSOID:
+    elif kind == _Geom.mjGEOM_ELLIPSOID:
         half = np.linalg.norm(rotation * size, axis=1)
     else:  # a box, or what MuJoCo itself bounds by one
         centre, half_local = model.geom_aabb[geom, :3], model.geom_aabb[geom, 3:]

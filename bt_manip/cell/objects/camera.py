@@ -85,21 +85,11 @@ class Camera(ParametricEntity):
 
     def depth(self) -> np.ndarray:
         """Render the depth along the camera's axis [m]."""  # (height, width) float32
-        renderer = self._draw()
-        renderer.enable_depth_rendering()
-        try:
-            return renderer.render()
-        finally:
-            renderer.disable_depth_rendering()
+        return self._draw().depth()
 
     def segmentation(self) -> Segmentation:
         """Render which entity each pixel shows."""
-        renderer = self._draw()
-        renderer.enable_segmentation_rendering()
-        try:
-            seen = renderer.render()  # (height, width, 2): id, type
-        finally:
-            renderer.disable_segmentation_rendering()
+        seen = self._draw().elements()
         assert self._model is not None
         owners = [entity_of(label) for label in BodyNames(self._model).of_geom]
         names = tuple(dict.fromkeys(owners))

@@ -8,14 +8,12 @@ from bt_manip.installed import installed_parts
 from bt_manip.models import (
     MjcfModel,
     ModelFormat,
-    Progress,
     Source,
     built_in_sources,
     can_decompose,
     is_address,
     load_model,
     no_downloads,
-    terminal_progress,
 )
 from bt_manip.registry import Registry
 
@@ -33,7 +31,6 @@ class Catalogue:
     def __init__(
         self,
         registered: Registry[Callable[..., Any]],
-        progress: Progress = terminal_progress,
         sources: Registry[Source] | None = None,
         formats: Registry[ModelFormat] | None = None,
     ) -> None:
@@ -41,7 +38,6 @@ class Catalogue:
 
         Args:
             registered: Factories by name.
-            progress: Called with the progress of downloads.
             sources: Model sources by kind of address; default: those of all
                 installed plugins.
             formats: Model formats by name; default: likewise.
@@ -49,7 +45,6 @@ class Catalogue:
         self._sources = None if sources is None else sources.copies()
         self._formats = None if formats is None else formats.copies()
         self._registered = registered
-        self._progress = progress
         self._loaded: dict[tuple[str, str], MjcfModel] = {}
         self._warnings: dict[str, None] = {}  # a set that keeps its order
         self.sample_parameters: Callable[[str], Mapping[str, Any]] | None = None
@@ -133,10 +128,7 @@ class Catalogue:
 
     def _load(self, address: str, convex: str) -> MjcfModel:
         if (address, convex) not in self._loaded:
-            model = load_model(
-                address, convex=convex, progress=self._progress,
-                sources=self._sources, formats=self._formats,
-            )  # fmt: skip
+            model = load_model(address, convex=convex, sources=self._sources, formats=self._formats)
             self._loaded[address, convex] = self._loaded[model.address, convex] = model
             self._warnings.update(dict.fromkeys(model.warnings))
         return self._loaded[address, convex]

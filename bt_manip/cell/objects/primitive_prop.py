@@ -82,19 +82,17 @@ class PrimitiveProp(Prop):
         inner: float,
         thickness: float,
         height: float,
-        sides: int = 16,
         centre: tuple[float, float] = (0.0, 0.0),
     ) -> None:
-        """Add a wall around a vertical axis: flat sides, tangential to a circle.
+        """Add a wall around a vertical axis: 16 flat sides, tangential to a circle.
 
         Args:
             inner: Radius of the circle [m].
             thickness: Thickness of the wall [m].
             height: Height of the wall [m].
-            sides: Number of sides.
             centre: Of the circle [m].
         """
-        u, v = centre
+        (u, v), sides = centre, 16
         middle = inner + thickness / 2
         half_width = (inner + thickness) * math.tan(math.pi / sides)
         for i in range(sides):

@@ -1,4 +1,4 @@
-"""The base class of bt-manip's objects."""
+"""The base class of bt-manip's objects, and what composer observes of them."""
 
 from collections.abc import Iterable, Mapping
 from types import MappingProxyType
@@ -6,13 +6,15 @@ from typing import Any, ClassVar
 
 import numpy as np
 from dm_control import composer, mjcf
+from dm_control.composer.observation import observable
 
 from bt_manip.checks import as_numbers
 from bt_manip.exceptions import did_you_mean, shown
 
+from ..contacts.contacts import Contacts
 from ..exceptions import CellError
+from ..naming import BodyNames, body_name
 from .cell_object import CellObject
-from .object_observables import ObjectObservables
 
 
 class ParametricEntity(composer.Entity):
@@ -62,6 +64,50 @@ class ParametricEntity(composer.Entity):
     def parameters(self) -> Mapping[str, Any]:
         """Keyword arguments that it was made with; None: as in the model file."""
         return MappingProxyType(self._parameters)
+
+
+class ObjectObservables(composer.Observables):
+    """Pose, velocity and contact force of an object."""
+
+    _physics: mjcf.Physics | None = None
+    _contacts: Contacts
+
+    @composer.observable
+    def position(self) -> observable.Observable:
+        """Position of the origin in the world [m]."""
+        return observable.Generic(lambda physics: np.array(self._root(physics).xpos))
+
+    @composer.observable
+    def quat_wxyz(self) -> observable.Observable:
+        """Orientation in the world."""
+        return observable.Generic(lambda physics: np.array(self._root(physics).xquat))
+
+    @composer.observable
+    def velocity(self) -> observable.Observable:
+        """Velocity of the origin: linear, then angular, in the world [m/s, rad/s]."""
+        return observable.Generic(self._velocity)
+
+    @composer.observable
+    def contact_force(self) -> observable.Observable:
+        """Sum of all external contact forces, in the world [N]."""
+        return observable.Generic(self._force)
+
+    def _root(self, physics: mjcf.Physics) -> Any:
+        return physics.bind(self._entity.root_body)
+
+    def _velocity(self, physics: mjcf.Physics) -> np.ndarray:
+        data, body = physics.data.ptr, int(self._root(physics).element_id)
+        centre = data.subtree_com[physics.model.ptr.body_rootid[body]]
+        angular, linear = data.cvel[body, :3], data.cvel[body, 3:]
+        arm = data.xpos[body] - centre
+        return np.concatenate([linear + np.cross(angular, arm), angular])
+
+    def _force(self, physics: mjcf.Physics) -> np.ndarray:
+        if self._physics is not physics:
+            model, data = physics.model.ptr, physics.data.ptr
+            self._physics, self._contacts = physics, Contacts(model, data, BodyNames(model))
+        name = body_name(self._entity.root_body.full_identifier)
+        return self._contacts.wrench(name).force
 
 
 class Prop(ParametricEntity, CellObject):

@@ -83,9 +83,8 @@ class Randomizer:
         self._cell, self._catalogue, self._seed = cell, catalogue, seed
         self._robots, self._reached = robots, reached
         self._scene = dict(scene_objects)
-        self._nominal: dict[
-            tuple[str, str | None], composer.Entity
-        ] = {}  # by model and name in the scene
+        # By model and name in the scene:
+        self._nominal: dict[tuple[str, str | None], composer.Entity] = {}
         self._cycle: int | None = None
         self._resumed: int | None = None
         self._sampled: dict[str, dict[str, dict[str, Any]]] = {}

@@ -1,6 +1,6 @@
 """Coloured blocks, to be stacked and to be sorted into a tray."""
 
-from bt_manip_blocks.choose_base import ChooseBase as ChooseBase
+from bt_manip_blocks.choose_block import ChooseBase as ChooseBase
 from bt_manip_blocks.choose_block import ChooseBlock as ChooseBlock
 from bt_manip_blocks.coloured_block import COLOURS as COLOURS
 from bt_manip_blocks.coloured_block import ColouredBlock as ColouredBlock

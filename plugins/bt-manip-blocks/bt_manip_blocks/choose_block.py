@@ -1,26 +1,47 @@
-"""Choose the block to pick next."""
+"""Choose the block to build a tower on, and the one to pick next."""
 
+import math
 from typing import Any
 
 import numpy as np
 import pinocchio as pin
 
 from bt_manip.arm import Arm
-from bt_manip.behaviours import (
-    CellBehaviour,
-    centre_pose,
-    pose_from_text,
-    pose_to_text,
-    top_grasp_poses,
-)
+from bt_manip.behaviours import CellBehaviour, centre_pose, pose_output, top_grasp_poses
 from bt_manip.bt import Input, Output, Status
-from bt_manip.grasping import (
-    SUFFICIENT_CLEARANCE,
-    GripperClearance,
-    with_clearance,
-)
+from bt_manip.grasping import SUFFICIENT_CLEARANCE, GripperClearance, with_clearance
 from bt_manip.grippers import GRIP_DEPTH
-from bt_manip_blocks.blocks import blocks_on
+from bt_manip_blocks.blocks import blocks_on, tower_on
+
+
+class ChooseBase(CellBehaviour):
+    """Choose the block to build a tower on: the base of the highest tower.
+
+    Of several it is the one whose nearest neighbour is farthest away. A tower is as high as the
+    hand over a block on the table: what lies beside it can be gripped no longer.
+    """
+
+    on = Input(str, default="table", doc="Name of what the block has to touch.")
+    base = Output(str, doc="Name of the block.")
+    top = Output(str, doc="Name of the highest block of the tower on it; the same without one.")
+
+    def update(self) -> Status:
+        """Compare the blocks."""
+        places = {b: self.cell.pose(b).translation[:2] for b in blocks_on(self.cell, self.on)}
+        if not places:
+            return self.fail(f"no block lies on '{self.on}'")
+        gaps = {
+            name: min(
+                (float(np.linalg.norm(p - q)) for o, q in places.items() if o != name),
+                default=math.inf,
+            )
+            for name, p in places.items()
+        }
+        towers = {name: tower_on(self.cell, name) for name in places}
+        self.base = chosen = max(gaps, key=lambda name: (len(towers[name]), gaps[name], name))
+        self.top = towers[chosen][-1]
+        self.feedback_message = f"'{chosen}', {1000 * gaps[chosen]:.0f} mm from the nearest"
+        return Status.SUCCESS
 
 
 class ChooseBlock(CellBehaviour):
@@ -33,10 +54,7 @@ class ChooseBlock(CellBehaviour):
     on = Input(str, default="table", doc="Name of what the block has to touch.")
     base = Input(str, default="", doc="Name of the block that a tower grows on, not to be chosen.")
     block = Output(str, doc="Name of the block.")
-    place = Output(
-        pin.SE3, parse=pose_from_text, format=pose_to_text,
-        doc="Where the middle of its bottom is now, in the world.",
-    )  # fmt: skip
+    place = pose_output("Where the middle of its bottom is now, in the world.")
 
     def setup(self, **infrastructure: Any) -> None:
         """Keep the arm too."""

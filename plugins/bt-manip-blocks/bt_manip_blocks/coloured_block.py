@@ -2,12 +2,11 @@
 
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Any
 
 import numpy as np
-from dm_control import composer, mjcf
+from dm_control import mjcf
 
-from bt_manip.cell import CellError
+from bt_manip.cell import CellError, ParametricEntity
 from bt_manip.exceptions import did_you_mean
 
 COLOURS: Mapping[str, tuple[float, float, float]] = MappingProxyType(
@@ -25,45 +24,30 @@ COLOURS: Mapping[str, tuple[float, float, float]] = MappingProxyType(
 DENSITY = 700.0  # [kg/m3] beech
 
 
-class ColouredBlock(composer.Entity):
+class ColouredBlock(ParametricEntity):
     """A wooden cube, painted; its origin is its centre."""
 
     kind = "coloured_block"
     category = "graspable"
     free = True
+    defaults = {
+        "colour": "red",  # one of `COLOURS`
+        "size": 0.04,  # length of an edge [m]
+    }
 
-    def _build(self, name: str | None = None, colour: str = "red", size: float = 0.04) -> None:
-        """Build the block.
-
-        Args:
-            name: Model name; default: its colour.
-            colour: One of `COLOURS`.
-            size: Length of an edge [m].
-
-        Raises:
-            CellError: When there is no such colour, or no such size.
-        """
+    def _make_model(self, name: str) -> None:
+        self.colour, self.size = colour, size = self._parameters.values()
         if colour not in COLOURS:
             raise CellError(f"no colour '{colour}'{did_you_mean(colour, COLOURS)}")
         if not 0.0 < size < np.inf:
             raise CellError(f"size must be a positive number [m], got {size!r}")
-        self.colour, self.size = colour, size
-        self._mjcf_root = root = mjcf.RootElement(model=name or colour)
+        name = colour if name == self.kind else name
+        self._mjcf_root = root = mjcf.RootElement(model=name)
         body = root.worldbody.add("body", name="block")
         body.add(
             "geom", name="block", type="box", size=[size / 2] * 3, mass=DENSITY * size**3,
             friction=(0.8, 0.005, 0.0001), solref=(0.004, 1), rgba=(*COLOURS[colour], 1),
         )  # fmt: skip
-
-    @property
-    def mjcf_model(self) -> mjcf.RootElement:
-        """The model that composer attaches."""
-        return self._mjcf_root
-
-    @property
-    def parameters(self) -> Mapping[str, Any]:
-        """Its parameters, as plain data."""
-        return MappingProxyType({"colour": self.colour, "size": self.size})
 
     @property
     def rest_height(self) -> float:

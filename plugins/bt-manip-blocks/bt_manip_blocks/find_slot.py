@@ -1,10 +1,9 @@
 """Find the place for a block in the tray."""
 
 import numpy as np
-import pinocchio as pin
 
-from bt_manip.behaviours import CellBehaviour, pose_from_text, pose_to_text
-from bt_manip.bt import Input, Output, Status
+from bt_manip.behaviours import CellBehaviour, pose_output
+from bt_manip.bt import Input, Status
 from bt_manip_blocks.blocks import blocks_in, find_tray
 from bt_manip_blocks.coloured_block import ColouredBlock
 from bt_manip_blocks.sorting_tray import SLOT
@@ -15,10 +14,7 @@ class FindSlot(CellBehaviour):
 
     block = Input(str, doc="Name of the block.")
     tray = Input(str, default="tray", doc="Name of the tray.")
-    pose = Output(
-        pin.SE3, parse=pose_from_text, format=pose_to_text,
-        doc="Where the middle of the block's bottom belongs, in the world.",
-    )  # fmt: skip
+    pose = pose_output("Where the middle of the block's bottom belongs, in the world.")
 
     def update(self) -> Status:
         """Look for a slot that no block stands in."""

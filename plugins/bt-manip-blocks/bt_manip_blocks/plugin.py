@@ -20,8 +20,7 @@ def register_objects(register):
 @hookimpl
 def register_behaviours(register):
     """Register the behaviours that scatter blocks, choose one, find its slot, and check the end."""
-    from bt_manip_blocks.choose_base import ChooseBase
-    from bt_manip_blocks.choose_block import ChooseBlock
+    from bt_manip_blocks.choose_block import ChooseBase, ChooseBlock
     from bt_manip_blocks.conditions import AreSorted, AreStacked
     from bt_manip_blocks.find_slot import FindSlot
     from bt_manip_blocks.scatter_blocks import ScatterBlocks

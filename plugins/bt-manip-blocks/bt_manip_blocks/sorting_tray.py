@@ -1,14 +1,13 @@
 """A tray with a row for each colour."""
 
-from collections.abc import Mapping, Sequence
-from types import MappingProxyType
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import pinocchio as pin
-from dm_control import composer, mjcf
+from dm_control import mjcf
 
-from bt_manip.cell import CellError
+from bt_manip.cell import CellError, ParametricEntity
 from bt_manip.exceptions import did_you_mean
 from bt_manip.spatial import pointing_down
 from bt_manip_blocks.coloured_block import COLOURS
@@ -21,7 +20,7 @@ BLOCK = 0.03  # [m] height of the tool over a slot's bottom when it places a blo
 SLOT = 0.06  # [m] from slot to slot
 
 
-class SortingTray(composer.Entity):
+class SortingTray(ParametricEntity):
     """A flat tray, a row for each colour; its origin is the middle of its bottom.
 
     Rows run along its x axis; the first colour has the row with the greatest y.
@@ -30,31 +29,21 @@ class SortingTray(composer.Entity):
     kind = "sorting_tray"
     category = "tray"
     free = False
+    defaults = {
+        "colours": ["red", "green", "blue"],  # those of the rows
+        "slots": 3,  # how many blocks a row takes
+    }
 
-    def _build(
-        self,
-        name: str = "sorting_tray",
-        colours: Sequence[str] = ("red", "green", "blue"),
-        slots: int = 3,
-    ) -> None:
-        """Build the tray.
-
-        Args:
-            name: Model name.
-            colours: Those of the rows.
-            slots: How many blocks a row takes.
-
-        Raises:
-            CellError: When a colour is none or comes twice, or a row takes no block.
-        """
+    def _make_model(self, name: str) -> None:
+        self.colours = colours = tuple(self._parameters["colours"])
+        self.slots = slots = int(self._parameters["slots"])
         for colour in colours:
             if colour not in COLOURS:
                 raise CellError(f"no colour '{colour}'{did_you_mean(colour, COLOURS)}")
         if not colours or len(set(colours)) < len(colours):
-            raise CellError(f"a tray has one row for each of its colours, got {tuple(colours)}")
+            raise CellError(f"a tray has one row for each of its colours, got {colours}")
         if slots < 1:
             raise CellError(f"a row takes at least one block, got {slots}")
-        self.colours, self.slots = tuple(colours), int(slots)
         self._mjcf_root = root = mjcf.RootElement(model=name)
         body = root.worldbody.add("body", name="tray")
         x, y = self.slots * SLOT / 2, len(self.colours) * ROW / 2
@@ -76,16 +65,6 @@ class SortingTray(composer.Entity):
         for i, side in (("front", 1), ("back", -1)):
             at = side * (x + WALL / 2)
             add(f"wall_{i}", (WALL / 2, y, height), (at, 0, height), grey)
-
-    @property
-    def mjcf_model(self) -> mjcf.RootElement:
-        """The model that composer attaches."""
-        return self._mjcf_root
-
-    @property
-    def parameters(self) -> Mapping[str, Any]:
-        """Its parameters, as plain data."""
-        return MappingProxyType({"colours": self.colours, "slots": self.slots})
 
     @property
     def tool_targets(self) -> list[list[pin.SE3]]:

@@ -1,3 +1,3 @@
 """Arms and grippers of MuJoCo Menagerie, described for bt-manip."""
 
-from .descriptions import description_files as description_files
+from .plugin import description_files as description_files

@@ -61,8 +61,7 @@ class PolicyInputs:
         Raises:
             PolicyError: If it expects other observations.
         """
-        specs = self._observations.specs
-        self._policy.check({name: spec.shape for name, spec in self._named(specs)})
+        self._policy.check(self.known())
 
     def read(self) -> dict[str, np.ndarray]:
         """Return the observations that the policy expects.

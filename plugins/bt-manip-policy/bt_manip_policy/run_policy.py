@@ -1,8 +1,8 @@
 """Run a learned policy."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -13,7 +13,6 @@ from bt_manip.agents import (
     end_velocity,
     held_payload,
 )
-from bt_manip.arm import Arm
 from bt_manip.behaviours import ArmBehaviour
 from bt_manip.bt import Input, Status
 from bt_manip.exceptions import PortError, did_you_mean, shown
@@ -23,6 +22,9 @@ from .ensembling import ensembled, older
 from .policy_inputs import PolicyInputs, with_history
 from .policy_kind import PolicyKind
 from .policy_process import LoadedPolicy, shared_process
+
+ACTIONS = ("joint_targets", "cartesian_deltas")
+"""Kinds of actions, as in `bt_manip.agents`, that can be run in a tree."""
 
 
 class RunPolicy(ArmBehaviour):
@@ -156,12 +158,15 @@ class RunPolicy(ArmBehaviour):
         """
         policy, arm = self._load(), self.arm
         size = self._action_size(policy)
-        kind = ACTIONS[policy.action]
-        n = kind.size(arm)
         gripper = self._robots[self._robot_name].gripper
         self._action, self._next = self._choose(policy, size)
+        numbers = np.array(self._action[: size - (gripper is not None)])
         last, change = self._motion or (arm.q_ref.tolist(), [0.0] * arm.model.nq)
-        q, start = kind.target(arm, np.array(self._action[:n]), np.array(last))
+        if policy.action == "joint_targets":
+            q, start = numbers, np.array(last)
+        else:
+            T_wt = displaced(arm.model.pose(arm.q), numbers)
+            q, start = differential_ik(arm.model, arm.q_ref, T_wt), arm.q_ref
         step = 1.0 / policy.rate
         v = end_velocity(q - start, np.array(change), step)
         # A closing gripper moves what it touches, and the arm where that does not give way.
@@ -199,7 +204,8 @@ class RunPolicy(ArmBehaviour):
             known = did_you_mean(policy.action, ACTIONS)
             raise policy.error(f"has actions {shown(policy.action)}{known}")
         gripper = self._robots[self._robot_name].gripper
-        return ACTIONS[policy.action].size(self.arm) + (gripper is not None)
+        size = self.arm.model.nq if policy.action == "joint_targets" else 6
+        return size + (gripper is not None)
 
     def _make_inputs(self, policy: LoadedPolicy) -> PolicyInputs:
         name, object_name = self._robot_name, None
@@ -236,34 +242,3 @@ def _plain(arrays: Mapping[str, np.ndarray]) -> dict[str, Any]:
 
 def _arrays(plain: Mapping[str, Any]) -> dict[str, np.ndarray]:
     return {name: np.array(values, dtype) for name, (dtype, values) in plain.items()}
-
-
-def _joint_target(arm: Arm, action: np.ndarray, last: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    return action, last
-
-
-def _cartesian_delta(
-    arm: Arm, action: np.ndarray, last: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    T_wt = displaced(arm.model.pose(arm.q), action)
-    return differential_ik(arm.model, arm.q_ref, T_wt), arm.q_ref
-
-
-class _Kind(NamedTuple):
-    """A kind of actions, as in `bt_manip.agents`.
-
-    Attributes:
-        size: Returns the number of values, without that of the gripper.
-        target: Returns the target and where it is counted from [rad]; arguments are the arm, the
-            values and the last target.
-    """
-
-    size: Callable[[Arm], int]
-    target: Callable[[Arm, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
-
-
-ACTIONS = {
-    "joint_targets": _Kind(lambda arm: arm.model.nq, _joint_target),
-    "cartesian_deltas": _Kind(lambda arm: 6, _cartesian_delta),
-}
-"""Kinds of actions that can be run in a tree."""

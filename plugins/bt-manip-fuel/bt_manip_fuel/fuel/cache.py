@@ -102,9 +102,8 @@ class FuelCache:
         try:
             target.parent.mkdir(parents=True, exist_ok=True)
             if target.is_dir() and not (target / MODEL_CONFIG).is_file():
-                target.rename(
-                    folder.with_name("left_behind")
-                )  # incomplete, from an interrupted process
+                # Incomplete, from an interrupted process.
+                target.rename(folder.with_name("left_behind"))
             with suppress(FileExistsError):
                 _rename(folder, target)
         except OSError as error:

@@ -71,9 +71,9 @@ class SdfReader:
             if child.tag not in known:
                 self.warn(child, f"<{child.tag}> of <{element.tag}> cannot be expressed")
 
-    def text(self, element: Element, tag: str, default: str = "") -> str:
+    def text(self, element: Element, tag: str) -> str:
         """Return the text of a child (or of a path of children)."""
-        return (element.findtext(tag) or default).strip()
+        return (element.findtext(tag) or "").strip()
 
     def flag(self, element: Element, tag: str, default: bool = False) -> bool:
         """Return the boolean value of a child.

@@ -47,12 +47,11 @@ class ShapeReader:
             ModelError: When a measure is missing or wrong, or a mesh cannot be read.
         """
         geometry = element.find("geometry")
-        shapes = [] if geometry is None else [c for c in geometry if c.tag != "empty"]
         if geometry is None:
             raise self._reader.error(element, f"<{element.tag}> has no <geometry>")
-        if not shapes:
+        shape = next((child for child in geometry if child.tag != "empty"), None)
+        if shape is None:
             return []
-        shape = shapes[0]
         match shape.tag:
             case "mesh":
                 return self._mesh(shape, collides)
@@ -138,11 +137,8 @@ class ShapeReader:
         ]
 
     def _radius_and_half(self, shape: Element, radius: float, length: float) -> np.ndarray:
-        (r,), (whole,) = (
-            self._lengths(shape, "radius", (radius,)),
-            self._lengths(shape, "length", (length,)),
-        )
-        return np.array([r, whole / 2])
+        r = self._lengths(shape, "radius", (radius,))
+        return np.concatenate([r, self._lengths(shape, "length", (length,)) / 2])
 
     def _lengths(self, shape: Element, tag: str, default: tuple[float, ...]) -> np.ndarray:
         """Return sizes, all of which must be positive."""
