@@ -27,9 +27,10 @@ from .problem import IKProblem, IKResult
 from .residuals import PoseResidual, StackedResidual
 from .search import SearchResult, refined_end, search, search_all, search_near
 from .secondary_objectives import SecondaryObjectives
-from .targets import Target
+from .targets import TOLERANCE, Target
 
 STORED = 2000  # configurations to choose initial guesses from
+RESTARTS = 80  # initial guesses after the first, at most
 DISTINCT = 0.1  # [rad] by which some joint of two solutions differs
 
 Request: TypeAlias = pin.SE3 | Target | IKProblem
@@ -51,55 +52,29 @@ class InverseKinematics:
         null_space_motion: Motion of the arm that does not move the tool.
     """
 
-    def __init__(
-        self,
-        model: RobotModel,
-        *,
-        restarts: int = 80,
-        iterations: int = 50,
-        max_failed_iterations: int = 600,
-        seed: int = 0,
-        position_tolerance: float = 1e-6,
-        rotation_tolerance: float = 1e-6,
-    ) -> None:
+    def __init__(self, model: RobotModel) -> None:
         """Prepare for an arm.
 
         Args:
             model: The arm; a copy is kept.
-            restarts: Maximum number of initial guesses after the first.
-            iterations: Maximum number of iterations from each.
-            max_failed_iterations: Iterations without a solution, over all initial guesses, after
-                which `solve` does not restart.
-            seed: Seed of the stored configurations.
-            position_tolerance: Error to aim at for poses of the tool [m]; where it cannot be
-                reached, errors within the model's `tolerance` are accepted.
-            rotation_tolerance: Likewise [rad].
 
         Raises:
-            MotionError: When an argument is invalid.
+            MotionError: When it is not a `RobotModel`.
         """
         if not isinstance(model, RobotModel):
             raise invalid(
                 f"model must be a RobotModel (Robot.make_model), got {type(model).__name__}"
             )
         self.model = model.copy()
-        self.restarts = check_count(restarts, "restarts")
-        self.iterations = check_count(iterations, "iterations")
-        self.max_failed_iterations = check_count(max_failed_iterations, "max_failed_iterations")
-        self._tolerances = (
-            check_positive(position_tolerance, "position_tolerance", "m"),
-            check_positive(rotation_tolerance, "rotation_tolerance", "rad"),
-        )
-        rng = np.random.default_rng(check_count(seed, "seed"))
         self._accepted = self.model.tolerance.position, self.model.tolerance.rotation
         self.null_space_motion = NullSpaceMotion(self.model)
         self._inverse_speed = 1.0 / model.limits.velocity
-        self._initial_guesses = InitialGuesses(self.model, max(STORED, restarts), rng)
+        self._initial_guesses = InitialGuesses(self.model, STORED, np.random.default_rng(0))
         self._reach = MaximumReach(self.model, self._initial_guesses.stored)
         tool = self.model.tool_frame_id
         self.tool = str(self.model.model.frames[tool].name)
         self._tool_residual = PoseResidual(
-            self.model, tool, self.model.pose(self.model.home), self._tolerances
+            self.model, tool, self.model.pose(self.model.home), (TOLERANCE, TOLERANCE)
         )
         self._tool_constraint = StackedResidual(self.model, [self._tool_residual])
         self._joints = tuple(self.model.model.names)[1:]
@@ -109,7 +84,7 @@ class InverseKinematics:
         request: Request,
         q0: np.ndarray,
         *,
-        restarts: int | None = None,
+        restarts: int = RESTARTS,
         rng: np.random.Generator | None = None,
     ) -> IKResult:
         """Find one configuration.
@@ -117,7 +92,7 @@ class InverseKinematics:
         Args:
             request: A pose of the tool, a target, or a problem.
             q0: The first initial guess, clipped to the limits.  # (nq,)
-            restarts: Maximum number of initial guesses after it; by default as constructed.
+            restarts: Maximum number of initial guesses after it.
             rng: Random generator for further initial guesses of a problem; by default a new one,
                 so that the same request has the same result.
 
@@ -129,7 +104,7 @@ class InverseKinematics:
             MotionError: When an argument is invalid.
         """
         q0 = self._clipped(q0)
-        restarts = self.restarts if restarts is None else check_count(restarts, "restarts")
+        restarts = check_count(restarts, "restarts")
         rng = None if rng is None else check_generator(rng)
         problem = self._compile(request, q0)
         first = np.minimum(np.maximum(q0, problem.lower), problem.upper)
@@ -138,7 +113,7 @@ class InverseKinematics:
             found = SearchResult(first, False, reason=f"{excess:.3f} m out of reach")
         else:
             guesses = self._spread_guesses(problem, first, restarts, rng)
-            found = search(problem, guesses, self.iterations, self.max_failed_iterations)
+            found = search(problem, guesses)
         return _result(problem, found)
 
     def follow(
@@ -160,7 +135,7 @@ class InverseKinematics:
             retry: Whether to try other initial guesses inside `max_step`.
             margin: Distance from the limits for a pose [rad]; like that of a problem, it is kept
                 by the joints that keep it at `q0`.
-            tolerance: Error to aim at for a pose [m] and [rad]; by default as constructed.
+            tolerance: Error to aim at for a pose [m] and [rad]; by default `TOLERANCE`.
 
         Raises:
             MotionError: When an argument is invalid, a problem comes with a margin, or a problem
@@ -174,7 +149,7 @@ class InverseKinematics:
         if not isinstance(retry, bool | np.bool_):
             raise invalid(f"retry must be True or False, got {shown(retry)}")
         problem = self._compile(request, q0, margin, tolerance)
-        found = search_near(problem, q0, self.iterations, max_step=max_step, retry=retry)
+        found = search_near(problem, q0, max_step=max_step, retry=retry)
         return _result(problem, found)
 
     def solutions(
@@ -317,7 +292,7 @@ class InverseKinematics:
             problem = self._compile(request, q0, margin)
             if not self._out_of_reach(problem) and (problem.lower <= problem.upper).all():
                 guesses = self._near_guesses(problem, q0, restarts, rng)
-                yield i, problem, search_all(problem, guesses, self.iterations)
+                yield i, problem, search_all(problem, guesses)
 
     def _with_nearness(self, problem: CompiledProblem, q0: np.ndarray) -> CompiledProblem:
         """Return a problem whose cost, if it has none, is the squared distance from `q0`."""
@@ -339,8 +314,8 @@ class InverseKinematics:
     ) -> CompiledProblem:
         if isinstance(request, (IKProblem, Target)):
             return self._compile_problem(request, q0, margin, tolerance)
-        tolerances = self._tolerances if tolerance is None else (tolerance, tolerance)
-        self._tool_residual.set_target(check_pose(request), tolerances, self._accepted)
+        aimed = TOLERANCE if tolerance is None else tolerance
+        self._tool_residual.set_target(check_pose(request), (aimed, aimed), self._accepted)
         constraint = self._tool_constraint
         constraint.q = None
         lower, upper = self.model.limits.lower, self.model.limits.upper

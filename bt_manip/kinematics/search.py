@@ -9,6 +9,8 @@ from .compiled_problem import CompiledProblem
 from .levenberg_marquardt import LMResult, levenberg_marquardt
 from .refinement import RefinementResult, refine
 
+ITERATIONS = 50  # from each initial guess, at most
+MAX_FAILED_ITERATIONS = 600  # over all initial guesses, after which there is no other restart
 NEAR_PATIENCE = 15  # iterations without progress, where there are no restarts
 MIN_DECREASE = 0.2  # of the squared residual by a step; below it, a restart is worth more
 NEAR_RESTARTS = 5  # initial guesses inside the box, after the first
@@ -36,20 +38,12 @@ class SearchResult(NamedTuple):
     cost: float = 0.0
 
 
-def search(
-    problem: CompiledProblem,
-    guesses: Iterable[np.ndarray],
-    iterations: int,
-    max_failed_iterations: int,
-) -> SearchResult:
+def search(problem: CompiledProblem, guesses: Iterable[np.ndarray]) -> SearchResult:
     """Search from one initial guess after the other until a solution is found.
 
     Args:
         problem: The problem.
         guesses: At least one configuration inside the limits.  # (nq,) each
-        iterations: Maximum number of iterations from each.
-        max_failed_iterations: Iterations without a solution, over all initial guesses, after which
-            there is no other restart.
     """
     wanted = 1 if problem.constraints.parts else COST_GUESSES
     found: list[RefinementResult] = []
@@ -64,7 +58,7 @@ def search(
             guess,
             problem.lower,
             problem.upper,
-            iterations=iterations,
+            iterations=ITERATIONS,
             min_decrease=MIN_DECREASE if restarts else 0.0,
         )
         total += end.iterations
@@ -79,7 +73,7 @@ def search(
             best, collision = end, touching
         if end.met and not end.solved and (nearly is None or end.error < nearly.error):
             nearly = end if not problem.collision(end.q) else nearly
-        if failed >= max_failed_iterations:
+        if failed >= MAX_FAILED_ITERATIONS:
             break
     if found:
         least = min(found, key=lambda refined: refined.cost)
@@ -94,14 +88,13 @@ def search(
 
 
 def search_near(
-    problem: CompiledProblem, q0: np.ndarray, iterations: int, *, max_step: float, retry: bool
+    problem: CompiledProblem, q0: np.ndarray, *, max_step: float, retry: bool
 ) -> SearchResult:
     """Search inside a box around a configuration.
 
     Args:
         problem: The problem; a limit that `q0` violates is widened to it.
         q0: The middle of the box.  # (nq,)
-        iterations: Maximum number of iterations from each initial guess.
         max_step: Half the sides of the box [rad].
         retry: Whether to try other initial guesses inside the box.
     """
@@ -110,7 +103,7 @@ def search_near(
     total, best = 0, None
     for guess in _guesses_inside(q0, least, most) if retry else (q0,):
         end = levenberg_marquardt(
-            problem.constraints, guess, least, most, iterations=iterations, patience=NEAR_PATIENCE
+            problem.constraints, guess, least, most, iterations=ITERATIONS, patience=NEAR_PATIENCE
         )
         total += end.iterations
         if best is None or end.solved or end.error < best.error:
@@ -134,19 +127,16 @@ def search_near(
     return SearchResult(best.q, False, total, reason=reason)
 
 
-def search_all(
-    problem: CompiledProblem, guesses: Iterable[np.ndarray], iterations: int
-) -> list[LMResult]:
+def search_all(problem: CompiledProblem, guesses: Iterable[np.ndarray]) -> list[LMResult]:
     """Return where the searches from all initial guesses met the constraints, duplicates included.
 
     Args:
         problem: The problem.
         guesses: Configurations inside the limits.  # (nq,) each
-        iterations: Maximum number of iterations from each.
     """
     limits = problem.lower, problem.upper
     ends = [
-        levenberg_marquardt(problem.constraints, guess, *limits, iterations=iterations)
+        levenberg_marquardt(problem.constraints, guess, *limits, iterations=ITERATIONS)
         for guess in guesses
     ]
     solved = any(end.solved for end in ends)
