@@ -18,6 +18,11 @@ class MotionProfile:
 
     The jerk is constant or linear in time in each segment. Unlike `ruckig.Trajectory` a profile
     can be stored.
+
+    Attributes:
+        segments: Start time, position, velocity, acceleration, jerk and its derivative.  # (n, 6)
+        duration: End of the last segment [s].
+        end: Position from then on.
     """
 
     def __init__(self, segments: list[list[float]], duration: float, end: float) -> None:
@@ -33,7 +38,7 @@ class MotionProfile:
             segments = [[0.0, end, 0.0, 0.0, 0.0, 0.0]]
         elif len(segments[0]) < 6:
             segments = [[*segment, 0.0] for segment in segments]
-        self._segments = segments
+        self.segments = segments
         self._starts = [segment[0] for segment in segments]
         at_rest = [duration, end, 0.0, 0.0, 0.0, 0.0]
         table = np.array([*segments, at_rest])
@@ -41,11 +46,6 @@ class MotionProfile:
         self._coefficients[2:] /= [[2.0], [6.0], [24.0]]  # of the powers of time since the start
         self.duration = duration
         self.end = end
-
-    @property
-    def segments(self) -> list[list[float]]:
-        """Start time, position, velocity, acceleration, jerk and its derivative."""  # (n, 6)
-        return self._segments
 
     @classmethod
     def from_ruckig(
@@ -77,7 +77,7 @@ class MotionProfile:
         """Return position, velocity and acceleration at one time [s]."""
         if t >= self.duration:
             return self.end, 0.0, 0.0
-        start, p, v, a, j, k = self._segments[max(0, bisect_right(self._starts, t) - 1)]
+        start, p, v, a, j, k = self.segments[max(0, bisect_right(self._starts, t) - 1)]
         x = t - start
         return (
             p + x * (v + x * (a / 2.0 + x * j / 6.0 + x * x * k / 24.0)),
@@ -100,7 +100,7 @@ class MotionProfile:
 
     def scaled(self, factor: float, end: float) -> "MotionProfile":
         """Return the profile with positions multiplied by a factor, and an exact end position."""
-        segments = [[segment[0], *(factor * x for x in segment[1:])] for segment in self._segments]
+        segments = [[segment[0], *(factor * x for x in segment[1:])] for segment in self.segments]
         return MotionProfile(segments, self.duration, end)
 
     def slowed(self, factor: float) -> "MotionProfile":
@@ -111,7 +111,7 @@ class MotionProfile:
         """
         check_duration(factor * self.duration)
         c = factor
-        rows = np.array(self._segments)
+        rows = np.array(self.segments)
         rows[:, 0] *= c
         rows[:, 2:] /= [c, c**2, c**3, c**4]
         return MotionProfile(rows.tolist(), self.duration * c, self.end)
@@ -120,11 +120,11 @@ class MotionProfile:
         """Return the profile continued by another one, which starts in the state of its end."""
         t = self.duration
         later = [[t + segment[0], *segment[1:]] for segment in other.segments]
-        return MotionProfile(self._segments + later, t + other.duration, other.end)
+        return MotionProfile(self.segments + later, t + other.duration, other.end)
 
     def get_state(self) -> dict[str, Any]:
         """Return the profile as plain data."""
-        return {"segments": self._segments, "duration": self.duration, "end": self.end}
+        return {"segments": self.segments, "duration": self.duration, "end": self.end}
 
     @classmethod
     def from_state(cls, state: dict[str, Any]) -> "MotionProfile":

@@ -8,8 +8,9 @@ from bt_manip.trajectories import (
     PathTrajectory,
     SplinePath,
     StraightPath,
-    effort_use,
+    sample_times,
 )
+from bt_manip.trajectories.limit_check import sampled_effort_use
 from bt_manip.trajectories.topp import TimeOptimalParameterization
 
 from .pendulum import pendulum
@@ -46,7 +47,8 @@ def test_a_load_that_changes_between_grid_points_does_not_exceed_the_effort_limi
     path, limits = StraightPath([-5.0], [0.1]), KinematicLimits.of_joints(model.limits)
     topp = TimeOptimalParameterization(path, limits, model, 0.95, 120)
     plan = PathTrajectory(path, topp.profile(topp.smoothing_steps[0]), limits)
-    assert effort_use(plan, model, 1e-3) <= 0.951
+    fine = plan.sample(sample_times(plan.duration, 1e-3))
+    assert sampled_effort_use(model, *fine) <= 0.951
 
 
 def bent(model, sharpness):
