@@ -22,7 +22,7 @@ from .parameters import KIND, read_parameters
 from .position_loop import FingerLoop
 from .press import Press
 from .stroke import Motion, Stroke, StrokeLimits
-from .transmission import make_transmission
+from .transmission import LinkedFingers, SlidingFingers
 
 STILL = "still"
 MOVING = "moving"
@@ -63,7 +63,6 @@ class DrivenFingers(Gripper):
 
     state: str
     """Control state: still, moving, closing, gripping or releasing."""
-    _given_speed: float | None = None
     _stroke: Stroke | None
     _forces: tuple[float, float] | None
     _touched: Touched | None
@@ -80,7 +79,8 @@ class DrivenFingers(Gripper):
         self.mechanism = Mechanism(robot, parameters, self.max_force)
         travel = self.mechanism.travel
         self._open, self._min = travel.open_width, travel.min_width
-        self._fingers = make_transmission(self.mechanism)
+        transmission = LinkedFingers if travel.mass else SlidingFingers
+        self._fingers: LinkedFingers | SlidingFingers = transmission(self.mechanism)
         self._speed = min(_SPEED, parameters.max_speed)
         self._acceleration = StrokeLimits(self._speed).acceleration
         self._contacts = FingerContacts(robot.mjcf_model, self.mechanism)
@@ -183,11 +183,10 @@ class DrivenFingers(Gripper):
         fingers = self._fingers
         fingers.bind(model, data)
         self._contacts.bind(model, data)
-        most = StrokeLimits(0.0).acceleration
-        self._acceleration = min(most, self.max_force / fingers.mass)
+        self._acceleration = min(StrokeLimits(0.0).acceleration, self.max_force / fingers.mass)
         self._loop = FingerLoop(fingers.mass, fingers.loss, self._acceleration)
         stoppable = math.sqrt(2.0 * self._acceleration * _STOPPING)
-        self._speed = self._given_speed or min(_SPEED, self._parameters.max_speed, stoppable)
+        self._speed = min(_SPEED, self._parameters.max_speed, stoppable)
         self._slow = min(_SLOW, _MOMENTUM / fingers.mass)
 
     def initialize_episode(
