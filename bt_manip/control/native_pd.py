@@ -69,7 +69,7 @@ class NativePD(Controller):
     def after_compile(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
         """Bind to the compiled model."""
         super().after_compile(physics, random_state)
-        self._write = writer(physics.data.ptr.ctrl, self._robot.ctrl_adr)
+        self._write = writer(physics.data.ptr.ctrl, self.robot.ctrl_adr)
 
     def before_substep(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
         """Command the reference of the step that begins."""

@@ -11,7 +11,8 @@ import pytest
 
 from bt_manip.collision import CollisionWorld, self_collisions
 from bt_manip.models import bundled_path
-from bt_manip.robot_setup import Draft, check_description, describe_robot, gripper_names
+from bt_manip.robot_setup import check_description, describe_robot, gripper_names
+from bt_manip.robot_setup.describe import Draft
 from bt_manip.robot_setup.known_grippers import find_gripper
 from bt_manip.robot_setup.placement import find_home
 from bt_manip.robot_setup.reach import RadialReach

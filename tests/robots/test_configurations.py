@@ -3,14 +3,8 @@
 import pytest
 
 from bt_manip.exceptions import BtManipError, MotionError
-from bt_manip.robots import (
-    RobotError,
-    find_configuration,
-    load_configurations,
-    read_configurations,
-    read_waypoints,
-    save_configuration,
-)
+from bt_manip.robots import RobotError, load_configurations, save_configuration
+from bt_manip.robots.configurations import find_configuration, read_configurations, read_waypoints
 from bt_manip.toml_tables import TomlFile
 
 WAYPOINTS = """\

@@ -17,8 +17,8 @@ from bt_manip.behaviours import MoveToConfiguration, Recover, SwitchController, 
 from bt_manip.bt import NodeStatus, Tree
 from bt_manip.exceptions import BtManipError, MotionError
 from bt_manip.plugins import Choice
-from bt_manip.robots import DeviceError, rows_problem
-from bt_manip.robots.link_worker import serve_arm
+from bt_manip.robots import DeviceError
+from bt_manip.robots.link_worker import rows_problem, serve_arm
 from bt_manip.runner import RunLoop
 from bt_manip.testing import DEVICE_CONTRACT, recovers_from_a_problem
 
