@@ -292,6 +292,6 @@ def test_a_motion_that_has_not_begun_is_replaced_by_one_that_begins_earlier(stat
 
 
 def test_an_arm_process_that_dies_is_named(station):  # the last one: it is the end of the arm
-    os.kill(station.arm.link.process_id, signal.SIGKILL)
+    os.kill(station.arm.link.process.pid, signal.SIGKILL)
     with pytest.raises(DeviceError, match="arm: its process has ended unexpectedly"):
         steps(station, 1000)
