@@ -68,7 +68,7 @@ class CompiledProblem(NamedTuple):
         """Return the cost of a configuration."""
         if self.constraints.q is not q:
             self.constraints.evaluate(q)
-        return 0.0 if self.objectives is None else self.objectives.cost(self.constraints)
+        return 0.0 if self.objectives is None else self.objectives.expand(self.constraints).value
 
     def collision(self, q: np.ndarray) -> str:
         """Name the first collision at a configuration; empty without one."""

@@ -40,26 +40,21 @@ class SecondaryObjectives:
         self._manipulability = manipulability
         self._metric = inverse_speed**2 / len(inverse_speed)
 
-    def cost(self, constraints: StackedResidual) -> float:
-        """Return the cost at the configuration where constraints were evaluated last."""
-        return self._sum(constraints, derivatives=False).value
-
     def expand(self, constraints: StackedResidual) -> QuadraticModel:
-        """Return the cost with its gradient and its Gauss-Newton Hessian."""
-        return self._sum(constraints, derivatives=True)
+        """Return the cost with its gradient and its Gauss-Newton Hessian.
 
-    def _sum(self, constraints: StackedResidual, derivatives: bool) -> QuadraticModel:
+        Args:
+            constraints: Constraints that were evaluated last at the configuration.
+        """
         q = constraints.q
         assert q is not None
         n = len(q)
         value, gradient, hessian = 0.0, np.zeros(n), np.zeros((n, n))
         for residual in self._residuals:
-            error = residual.evaluate()
+            error, jacobian = residual.evaluate(), residual.jacobian()
             value += 0.5 * float(error.dot(error))
-            if derivatives:
-                jacobian = residual.jacobian()
-                gradient += jacobian.T @ error
-                hessian += jacobian.T @ jacobian
+            gradient += jacobian.T @ error
+            hessian += jacobian.T @ jacobian
         if self._posture is not None:
             posture, weight = self._posture
             offset, weights = q - posture, weight * self._metric
