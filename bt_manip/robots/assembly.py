@@ -172,19 +172,18 @@ def _attach(
 ) -> None:
     """Attach the gripper's model at a site or body of the arm."""
     mount = gripper.mount or ""
-    site = _find(root, "site", mount)
+    site = _find(root, "site", mount) or _find(root, "body", mount)
     T_mount = pin.SE3.Identity()
-    if site is not None:
-        T_mount = site_pose(alone, site)
+    if site is None:
+        sites = [*_names(root, "site"), *_names(root, "body")]
+        raise RobotError(
+            f"{where}: a gripper of its own model is mounted at a site or body of the arm, "
+            f"and there is no '{mount}'{did_you_mean(mount, sites)}"
+        )
+    if site.tag == "body":
+        site = site.add("site", name="gripper_mount")
     else:
-        body = _find(root, "body", mount)
-        if body is None:
-            sites = [*_names(root, "site"), *_names(root, "body")]
-            raise RobotError(
-                f"{where}: a gripper of its own model is mounted at a site or body of the arm, "
-                f"and there is no '{mount}'{did_you_mean(mount, sites)}"
-            )
-        site = body.add("site", name="gripper_mount")
+        T_mount = site_pose(alone, site)
     if hand.model == root.model:
         hand.model = f"{hand.model}_gripper"
     try:
@@ -202,27 +201,22 @@ def _tool_site(
     where: str,
 ) -> Any:
     """Return the tool's site; add one if the description offsets the tool or names a body."""
-    name = description.tool_frame
-    for model in (hand, root):
-        site = _find(model, "site", name)
-        if site is not None:
-            T = site_pose(alone, site)
-            body = site.parent
-            break
-        body = _find(model, "body", name)
-        if body is not None:
-            T = pin.SE3.Identity()
-            break
-    else:
-        models = (hand,) if hand is root else (hand, root)
-        known = [name for m in models for kind in ("site", "body") for name in _names(m, kind)]
+    name, kinds = description.tool_frame, ("site", "body")
+    models = (hand,) if hand is root else (hand, root)
+    elements = (_find(model, kind, name) for model in models for kind in kinds)
+    found = next((element for element in elements if element is not None), None)
+    if found is None:
+        known = [name for model in models for kind in kinds for name in _names(model, kind)]
         raise RobotError(
             f"{where}: {description.model} has no site or body '{name}'{did_you_mean(name, known)}"
         )
-    if site is not None and description.T_ft == pin.SE3.Identity():
-        return site
+    body, T = found, description.T_ft
+    if found.tag == "site":
+        if T == pin.SE3.Identity():
+            return found
+        body, T = found.parent, site_pose(alone, found) * T
     tool = body.add("site", name=_TOOL, size=(0.002,), group=5)
-    _place(tool, T * description.T_ft)
+    _place(tool, T)
     return tool
 
 
