@@ -90,7 +90,7 @@ def reach_map(robot: Robot, model: RobotModel) -> ReachMap:
             if one is not None:
                 q = one
                 found.append(one)
-                below = downward.below_tool(one)
+                below = downward.lowest.below_tool(one)
                 reached[i, j] = below < GRASP_HEIGHT
     return ReachMap(reached, _payload(model, found), _gripped(robot.gripper), below)
 
