@@ -7,8 +7,7 @@ import pinocchio as pin
 
 from bt_manip.control import Controller
 from bt_manip.robots import Robot
-from bt_manip_impedance.gains import ratio, stiffnesses
-from bt_manip_impedance.joint_impedance import FRICTION_VELOCITY
+from bt_manip_impedance.joint_impedance import FRICTION_VELOCITY, ratio, stiffnesses
 
 REGULARISATION = 1e-3
 """Added to the diagonal of the tool's mobility, which is singular at singularities
