@@ -133,7 +133,7 @@ def _foot(robot: Robot) -> tuple[float, float]:
     fixed = np.zeros((1, 2))
     for geom in np.flatnonzero(foot_bodies(robot)[model.geom_bodyid]):
         R = data.geom_xmat[geom].reshape(3, 3)
-        points.append(hull_points(model, geom) @ R.T + data.geom_xpos[geom])
+        points.append(hull_points(model, int(geom)) @ R.T + data.geom_xpos[geom])
         if model.body_weldid[model.geom_bodyid[geom]] == 0:
             fixed = np.concatenate([fixed, points[-1][:, :2]])
     if not points:

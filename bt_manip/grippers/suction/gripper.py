@@ -56,6 +56,10 @@ class SuctionGripper(Gripper):
 
     state: str
     """Control state: open, closing, sealed or lost."""
+    _force: float
+    _pressing: float
+    _interrupted: float
+    _steps: int
 
     def _build(self, robot: Robot) -> None:
         """Initialize the control of a robot's suction cup, and build the cup if it has none.
