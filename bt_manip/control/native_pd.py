@@ -87,7 +87,8 @@ class NativePD(Controller):
     ) -> np.ndarray:
         """Return the torques that the actuators will apply [N m]."""  # (nv,)
         if self._age == 0:
-            self._feedforward = feedforward(self.model, q_ref, v_ref, a_ref)
+            model = self.model
+            self._feedforward = model.rnea(q_ref, v_ref, a_ref) + _losses(model, v_ref)
         return self._kp * (q_ref - q) + self._kd * (v_ref - v) + self._feedforward
 
     def signals(
@@ -128,20 +129,6 @@ class NativePD(Controller):
         """Restore the state, including the held feedforward."""
         super().set_state(state)
         self._feedforward, self._age = np.array(state["feedforward"]), state["age"]
-
-
-def feedforward(
-    model: RobotModel, q_ref: np.ndarray, v_ref: np.ndarray, a_ref: np.ndarray
-) -> np.ndarray:
-    """Return the inverse dynamics of a reference, damping and dry friction included [N m].
-
-    Args:
-        model: The arm's model, with its payload.
-        q_ref: Reference positions [rad].  # (nv,)
-        v_ref: Reference velocities [rad/s].  # (nv,)
-        a_ref: Reference accelerations [rad/s2].  # (nv,)
-    """  # (nv,)
-    return model.rnea(q_ref, v_ref, a_ref) + _losses(model, v_ref)
 
 
 def _losses(model: RobotModel, v: np.ndarray) -> np.ndarray:

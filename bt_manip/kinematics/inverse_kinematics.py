@@ -159,10 +159,9 @@ class InverseKinematics:
         *,
         restarts: int = 8,
         margin: float = 0.0,
-        distinct: float = DISTINCT,
         rng: np.random.Generator | None = None,
     ) -> list[IKResult]:
-        """List distinct solutions, the best first.
+        """List distinct solutions, the best first: some joint differs by more than `DISTINCT`.
 
         Solutions of a problem with costs are sorted by cost. All others are moved to where they
         are nearest to `q0`, and sorted by their `distance` from it.
@@ -173,13 +172,11 @@ class InverseKinematics:
             restarts: Number of initial guesses after `q0`, for each pose.
             margin: Distance from the limits for poses and targets [rad]; there are no solutions
                 where it leaves a joint no range.
-            distinct: Difference of two solutions, by more than this in some joint [rad].
             rng: As for `solve`.
 
         Raises:
             MotionError: When an argument is invalid, or a problem comes with a margin.
         """
-        check_non_negative(distinct, "distinct", "rad")
         q0 = self._clipped(q0)
         rng = None if rng is None else check_generator(rng)
         found: list[tuple[float, IKResult]] = []
@@ -190,7 +187,7 @@ class InverseKinematics:
                 if refined is not None:
                     found.append((refined.cost, _result(problem, refined, i)))
         found.sort(key=lambda pair: pair[0])
-        return list(_distinct((result for _, result in found), distinct))
+        return list(_distinct(result for _, result in found))
 
     def nearest_first(
         self,
@@ -217,7 +214,7 @@ class InverseKinematics:
         q0 = self._clipped(q0)
         poses = _alternatives(targets)
         found = [
-            (self._distance(end.q, q0), i, end)
+            (self.distance(end.q, q0), i, end)
             for i, _, ends in self._search_all(poses, q0, restarts, margin, None)
             for end in ends
         ]
@@ -230,7 +227,7 @@ class InverseKinematics:
                 if refined is not None:
                     yield _result(problem, refined, i)
 
-        return _distinct(refine_one_by_one(), DISTINCT)
+        return _distinct(refine_one_by_one())
 
     def nearest(
         self,
@@ -265,15 +262,7 @@ class InverseKinematics:
         return last[i]._replace(iterations=iterations, target=i)
 
     def distance(self, q: np.ndarray, q0: np.ndarray) -> float:
-        """Return the root mean square over the joints of the time at maximum velocity [s].
-
-        Raises:
-            MotionError: When an argument is not a configuration.
-        """
-        n = self.model.nq
-        return self._distance(check_configuration(q, n), check_configuration(q0, n))
-
-    def _distance(self, q: np.ndarray, q0: np.ndarray) -> float:
+        """Return the root mean square over the joints of the time at maximum velocity [s]."""
         times = (q - q0) * self._inverse_speed
         return float(np.sqrt(times.dot(times) / len(times)))
 
@@ -372,7 +361,7 @@ class InverseKinematics:
         yield np.minimum(np.maximum(q0, problem.lower), problem.upper)
         if restarts > 0:
             guesses = self._initial_guesses.nearest(problem, 8 * restarts, rng)
-            distances = [self._distance(q, q0) for q in guesses]
+            distances = [self.distance(q, q0) for q in guesses]
             yield from guesses[np.argsort(distances, kind="stable")[:restarts]]
 
 
@@ -387,11 +376,11 @@ def _alternatives(request: Request | Sequence[pin.SE3 | Target]) -> list[Request
     return requests
 
 
-def _distinct(results: Iterable[IKResult], difference: float) -> Iterator[IKResult]:
-    """Yield results that differ from those before by more than this in some joint [rad]."""
+def _distinct(results: Iterable[IKResult]) -> Iterator[IKResult]:
+    """Yield results that differ from those before by more than `DISTINCT` in some joint."""
     kept: list[np.ndarray] = []
     for result in results:
-        if all(np.abs(result.q - q).max() > difference for q in kept):
+        if all(np.abs(result.q - q).max() > DISTINCT for q in kept):
             kept.append(result.q)
             yield result
 

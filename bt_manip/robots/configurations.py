@@ -10,7 +10,7 @@ from bt_manip.exceptions import BtManipError, MotionError, did_you_mean, one_lin
 from bt_manip.input_files import MAX_TOML_BYTES, read_text
 from bt_manip.toml_fields import KeyField, plain
 from bt_manip.toml_tables import TomlFile, TomlTable
-from bt_manip.toml_text import BARE_KEY, toml_key
+from bt_manip.toml_text import BARE_KEY, toml_text
 
 from .errors import RobotError
 
@@ -100,10 +100,9 @@ def save_configuration(path: Path, name: str, q: Sequence[float]) -> None:
     if mapped := [other for other, positions in known.items() if isinstance(positions, Mapping)]:
         raise RobotError(f"{path}: '{mapped[0]}' comes from a waypoint file; choose another file")
     known[name] = [round(position, 6) for position in np.asarray(q).tolist()]
-    lines = [f"{toml_key(other)} = {list(positions)}" for other, positions in known.items()]
-    text = "\n".join(["# Joint positions [rad], in the order of the joints.", "[configurations]"])
+    head = "Joint positions [rad], in the order of the joints."
     try:
-        path.write_text("\n".join([text, *lines, ""]), encoding="utf-8")
+        path.write_text(toml_text({"configurations": known}, {}, head), encoding="utf-8")
     except OSError as error:
         raise RobotError(f"cannot write {path}: {error.strerror}") from error
 

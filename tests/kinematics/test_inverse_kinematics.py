@@ -49,9 +49,6 @@ def test_solve_refuses_invalid_arguments(model, ik, asked, message):
     [
         ({"restarts": -1}, "restarts must be an integer of at least 0, got -1"),
         ({"restarts": 1.5}, "restarts must be an integer of at least 0, got 1.5"),
-        ({"distinct": -0.1}, "distinct must be at least 0 .rad., got -0.1"),
-        ({"distinct": np.nan}, "distinct must be at least 0 .rad., got nan"),
-        ({"distinct": "0.1"}, "distinct must be at least 0 .rad., got '0.1'"),
         ({"rng": "seed"}, "rng must be a numpy.random.Generator, got 'seed'"),
         ({"margin": -0.1}, "margin must be at least 0 .rad., got -0.1"),
         ({"margin": np.nan}, "margin must be at least 0 .rad., got nan"),
@@ -131,12 +128,6 @@ def test_nearest_refuses_an_invalid_margin_and_ignores_one_that_leaves_no_range(
 def test_only_a_robot_model_is_accepted(robot):
     message = "model must be a RobotModel .Robot.make_model., got Robot"
     refused(lambda: InverseKinematics(robot), message)
-
-
-def test_a_distance_is_between_configurations(model, ik):
-    refused(lambda: ik.distance(np.zeros(6), model.home), "configuration must be 7 finite numbers")
-    refused(lambda: ik.distance(model.home, None), "configuration must be 7 finite numbers")
-    assert ik.distance([0.0] * 7, [0.0] * 7) == 0.0
 
 
 def test_solutions_of_a_problem_are_distinct_and_the_cheapest_comes_first(model, ik, goal, rng):
