@@ -16,11 +16,10 @@ ScalarState = tuple[float, float, float]  # position, velocity, acceleration of 
 class MotionProfile:
     """Position, velocity and acceleration over time; at rest at the end position afterwards.
 
-    The jerk is constant or linear in time in each segment. Unlike `ruckig.Trajectory` a profile
-    can be stored.
+    The jerk is constant in each segment. Unlike `ruckig.Trajectory` a profile can be stored.
 
     Attributes:
-        segments: Start time, position, velocity, acceleration, jerk and its derivative.  # (n, 6)
+        segments: Start time, position, velocity, acceleration and jerk.  # (n, 5)
         duration: End of the last segment [s].
         end: Position from then on.
     """
@@ -29,21 +28,16 @@ class MotionProfile:
         """Set the segments.
 
         Args:
-            segments: Start time, position, velocity, acceleration, jerk and optionally the time
-                derivative of the jerk, at the start of each segment.  # (n, 5) or (n, 6)
+            segments: Start time, position, velocity, acceleration and jerk, at the start of each
+                segment.  # (n, 5)
             duration: End of the last segment [s].
             end: Position from then on.
         """
-        if not segments:
-            segments = [[0.0, end, 0.0, 0.0, 0.0, 0.0]]
-        elif len(segments[0]) < 6:
-            segments = [[*segment, 0.0] for segment in segments]
-        self.segments = segments
+        self.segments = segments = segments or [[0.0, end, 0.0, 0.0, 0.0]]
         self._starts = [segment[0] for segment in segments]
-        at_rest = [duration, end, 0.0, 0.0, 0.0, 0.0]
-        table = np.array([*segments, at_rest])
+        table = np.array([*segments, [duration, end, 0.0, 0.0, 0.0]])
         self._times, self._coefficients = table[:, 0], table[:, 1:].T.copy()
-        self._coefficients[2:] /= [[2.0], [6.0], [24.0]]  # of the powers of time since the start
+        self._coefficients[2:] /= [[2.0], [6.0]]  # of the powers of time since the start
         self.duration = duration
         self.end = end
 
@@ -77,22 +71,22 @@ class MotionProfile:
         """Return position, velocity and acceleration at one time [s]."""
         if t >= self.duration:
             return self.end, 0.0, 0.0
-        start, p, v, a, j, k = self.segments[max(0, bisect_right(self._starts, t) - 1)]
+        start, p, v, a, j = self.segments[max(0, bisect_right(self._starts, t) - 1)]
         x = t - start
         return (
-            p + x * (v + x * (a / 2.0 + x * j / 6.0 + x * x * k / 24.0)),
-            v + x * (a + x * j / 2.0 + x * x * k / 6.0),
-            a + x * j + x * x * k / 2.0,
+            p + x * (v + x * (a / 2.0 + x * j / 6.0)),
+            v + x * (a + x * j / 2.0),
+            a + x * j,
         )
 
     def sample(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return positions, velocities and accelerations at times [s]."""  # (n,) each
         index = np.maximum(self._times.searchsorted(times, side="right") - 1, 0)
         x = times - self._times[index]
-        p, v, a, j, k = self._coefficients.take(index, axis=1)
-        position = p + x * (v + x * (a + x * (j + x * k)))
-        velocity = v + x * (2.0 * a + x * (3.0 * j + x * (4.0 * k)))
-        return position, velocity, 2.0 * a + x * (6.0 * j + x * (12.0 * k))
+        p, v, a, j = self._coefficients.take(index, axis=1)
+        position = p + x * (v + x * (a + x * j))
+        velocity = v + x * (2.0 * a + x * (3.0 * j))
+        return position, velocity, 2.0 * a + x * (6.0 * j)
 
     def breakpoints(self) -> np.ndarray:
         """Return the start times of all segments and the end [s]."""
@@ -113,7 +107,7 @@ class MotionProfile:
         c = factor
         rows = np.array(self.segments)
         rows[:, 0] *= c
-        rows[:, 2:] /= [c, c**2, c**3, c**4]
+        rows[:, 2:] /= [c, c**2, c**3]
         return MotionProfile(rows.tolist(), self.duration * c, self.end)
 
     def then(self, other: "MotionProfile") -> "MotionProfile":
