@@ -60,8 +60,6 @@ class CompiledProblem(NamedTuple):
     def errors(self, q: np.ndarray) -> tuple[Residual, ...]:
         """Return the error of each target at a configuration."""
         self.cost(q)
-        if len(self.frames) == 1:
-            return (_frame_error(self.frames[0], self.residuals[0]),)
         return tuple(map(_frame_error, self.frames, self.residuals))
 
     def cost(self, q: np.ndarray) -> float:
@@ -194,10 +192,7 @@ def _limits(
     arm: RobotModel, joints: tuple[str, ...], problem: IKProblem
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the position limits inside the margin."""
-    limits = arm.limits
-    if isinstance(problem.margin, float) and problem.margin == 0.0:
-        return limits.lower, limits.upper
-    margin = as_numbers(problem.margin)
+    limits, margin = arm.limits, as_numbers(problem.margin)
     if margin.size == 1:
         margin = np.full(arm.nq, margin.ravel())
     if margin.shape != (arm.nq,) or not (np.isfinite(margin) & (margin >= 0.0)).all():

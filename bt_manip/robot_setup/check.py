@@ -6,7 +6,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bt_manip.cell import literal_name
 from bt_manip.collision import CollisionWorld, permanent_self_collisions, self_collisions
 from bt_manip.exceptions import BtManipError, did_you_mean
 from bt_manip.registry import Parts
@@ -15,6 +14,7 @@ from bt_manip.robots import (
     Robot,
     RobotDescription,
     RobotModel,
+    element_names,
     read_description,
     read_gripper,
     read_model,
@@ -162,13 +162,7 @@ def _unknown_names(description: RobotDescription) -> Iterator[str]:
             names = [names] if isinstance(names, str) else names
             wanted += [(f"gripper.{key}", name, kinds, (hand,)) for name in names]
     for key, name, kinds, models in wanted:
-        known = {
-            literal_name(element.name)
-            for root in models
-            for kind in kinds
-            for element in root.find_all(kind)
-            if getattr(element, "name", None)
-        }
+        known = {one for m in models for kind in kinds for one in element_names(m, kind)}
         if name not in known and name.rpartition("/")[2] not in known:
             what = " or ".join(kinds)
             yield f"{where}: key '{key}': there is no {what} '{name}'{did_you_mean(name, known)}"

@@ -3,6 +3,7 @@
 from .addresses import reader as reader
 from .addresses import writer as writer
 from .assembly import assemble as assemble
+from .assembly import element_names as element_names
 from .assembly import model_file as model_file
 from .assembly import read_model as read_model
 from .assembly import site_pose as site_pose

@@ -91,7 +91,7 @@ def find_element(root: mjcf.RootElement, kind: str, name: str, where: str) -> An
     """
     element = _find(root, kind, name)
     if element is None:
-        known = sorted(_names(root, kind))
+        known = sorted(element_names(root, kind))
         raise RobotError(
             f"{where}: the model '{root.model}' has no {kind} '{name}'{did_you_mean(name, known)}"
         )
@@ -103,7 +103,8 @@ def _find(root: mjcf.RootElement, kind: str, name: str) -> Any:
     return root.find(kind, escaped_name(name))
 
 
-def _names(root: mjcf.RootElement, kind: str) -> list[str]:
+def element_names(root: mjcf.RootElement, kind: str) -> list[str]:
+    """Return the names of a model's elements of a kind, such as joints, as in its file."""
     found = (getattr(element, "name", None) for element in root.find_all(kind))
     return [literal_name(name) for name in found if name]
 
@@ -175,7 +176,7 @@ def _attach(
     site = _find(root, "site", mount) or _find(root, "body", mount)
     T_mount = pin.SE3.Identity()
     if site is None:
-        sites = [*_names(root, "site"), *_names(root, "body")]
+        sites = [*element_names(root, "site"), *element_names(root, "body")]
         raise RobotError(
             f"{where}: a gripper of its own model is mounted at a site or body of the arm, "
             f"and there is no '{mount}'{did_you_mean(mount, sites)}"
@@ -206,7 +207,7 @@ def _tool_site(
     elements = (_find(model, kind, name) for model in models for kind in kinds)
     found = next((element for element in elements if element is not None), None)
     if found is None:
-        known = [name for model in models for kind in kinds for name in _names(model, kind)]
+        known = [name for model in models for kind in kinds for name in element_names(model, kind)]
         raise RobotError(
             f"{where}: {description.model} has no site or body '{name}'{did_you_mean(name, known)}"
         )
@@ -259,7 +260,7 @@ def _find_body(root: mjcf.RootElement, hand: mjcf.RootElement, name: str, where:
     """Return a body of the arm, or of the gripper: by its name or ``MODEL/NAME``."""
     body = _find(root, "body", name) or _find(hand, "body", name.removeprefix(f"{hand.model}/"))
     if body is None:
-        known = [*_names(root, "body"), *_names(hand, "body")]
+        known = [*element_names(root, "body"), *element_names(hand, "body")]
         raise RobotError(
             f"{where}: exclude: there is no body '{name}'{did_you_mean(name, set(known))}"
         )

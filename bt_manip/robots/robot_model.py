@@ -7,9 +7,8 @@ import numpy as np
 import pinocchio as pin
 
 from .bounds import ArmBounds
-from .errors import RobotError
 from .joint_limits import JointLimits
-from .model_building import build_model, find
+from .model_building import build_model
 from .payload import Payload
 from .robot_description import Tolerance, ToolLimits
 
@@ -76,10 +75,7 @@ class RobotModel:
         Raises:
             RobotError: If a name is unknown or the joints do not form an arm.
         """
-        find(mj_model, "site", tool_frame)
         self.model = build_model(mj_model, joints=joints, qpos=qpos)
-        if limits.lower.shape != (self.model.nq,):
-            raise RobotError(f"limits of {limits.lower.size} joints for {self.model.nq} joints")
         self.model.lowerPositionLimit = limits.lower
         self.model.upperPositionLimit = limits.upper
         self.locked_qpos = qpos.copy()

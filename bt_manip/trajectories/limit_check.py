@@ -46,13 +46,10 @@ def sampled_limit_use(samples: Samples, limits: JointLimits) -> LimitUse:
     lower, upper = limits.lower[bounded], limits.upper[bounded]
     position = _largest(q[:, bounded] - 0.5 * (upper + lower)) / (0.5 * (upper - lower))
     moved = np.diff(q, axis=0) / CONTROL_STEP  # a jump of the position is a velocity too
-    if limits.near is None:
-        velocity = np.maximum(_largest(v), _largest(moved)) / limits.velocity
-    else:
-        velocity = np.maximum(
-            _largest(v / limits.velocity_at(q, v)),
-            _largest(moved / limits.velocity_at(q[:-1], moved)),
-        )
+    velocity = np.maximum(
+        _largest(v / limits.velocity_at(q, v)),
+        _largest(moved / limits.velocity_at(q[:-1], moved)),
+    )
     return LimitUse(
         float(position.max(initial=0.0)),
         float(velocity.max()),
