@@ -29,7 +29,6 @@ from .search import SearchResult, refined_end, search, search_all, search_near
 from .secondary_objectives import SecondaryObjectives
 from .targets import TOLERANCE, Target
 
-STORED = 2000  # configurations to choose initial guesses from
 RESTARTS = 80  # initial guesses after the first, at most
 DISTINCT = 0.1  # [rad] by which some joint of two solutions differs
 
@@ -69,7 +68,7 @@ class InverseKinematics:
         self._accepted = self.model.tolerance.position, self.model.tolerance.rotation
         self.null_space_motion = NullSpaceMotion(self.model)
         self._inverse_speed = 1.0 / model.limits.velocity
-        self._initial_guesses = InitialGuesses(self.model, STORED, np.random.default_rng(0))
+        self._initial_guesses = InitialGuesses(self.model)
         self._reach = MaximumReach(self.model, self._initial_guesses.stored)
         tool = self.model.tool_frame_id
         self.tool = str(self.model.model.frames[tool].name)

@@ -27,7 +27,6 @@ _MOVED = 1.0  # cost of a metre by which the base is moved, in shares of the pos
 _HOME_HEIGHT = 0.3  # [m] of the tool over the table at home, or less for a small arm
 _FOOT = (0.05, 0.15)  # [m] least and largest half width of a pedestal
 _DIGITS = 3  # of the base's position [m]
-_LISTED = 3  # pairs of bodies in a message
 
 
 class Placement(NamedTuple):
@@ -97,7 +96,7 @@ def find_home(downward: DownwardReach, reach: RadialReach, base: pin.SE3) -> np.
             q = downward.configuration(np.array(position), -base.translation[2])
             if q is not None:
                 return q
-    blocking = downward.blocking(_LISTED)
+    blocking = downward.blocking()
     if blocking:
         pairs = ", ".join(f"'{one}' and '{other}'" for one, other in blocking)
         raise RobotError(

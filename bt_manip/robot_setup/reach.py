@@ -177,9 +177,9 @@ class DownwardReach:
         height = float(self._model.pose(q).translation[2]) - self.lowest.below_tool(q)
         return min(height, self.lowest.of_links(q)) > floor - _ROUNDING
 
-    def blocking(self, most: int) -> list[tuple[str, str]]:
-        """Return the pairs of bodies that collided in most configurations, at most so many."""
-        return [pair for pair, _ in self._colliding.most_common(most)]
+    def blocking(self) -> list[tuple[str, str]]:
+        """Return the three pairs of bodies that collided in most configurations."""
+        return [pair for pair, _ in self._colliding.most_common(3)]
 
     def _is_free(self, q: np.ndarray, within: float = 0.0) -> bool:
         collisions = self._world.collisions(q, within)
