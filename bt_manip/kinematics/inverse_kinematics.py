@@ -25,7 +25,7 @@ from .maximum_reach import MaximumReach
 from .null_space_motion import NullSpaceMotion
 from .problem import IKProblem, IKResult
 from .residuals import PoseResidual, StackedResidual
-from .search import SearchResult, refined_end, search, search_all, search_near
+from .search import refined_end, search, search_all, search_near
 from .secondary_objectives import SecondaryObjectives
 from .targets import TOLERANCE, Target
 
@@ -109,11 +109,9 @@ class InverseKinematics:
         first = np.minimum(np.maximum(q0, problem.lower), problem.upper)
         excess = self._out_of_reach(problem)
         if excess:
-            found = SearchResult(first, False, reason=f"{excess:.3f} m out of reach")
-        else:
-            guesses = self._spread_guesses(problem, first, restarts, rng)
-            found = search(problem, guesses)
-        return _result(problem, found)
+            reason = f"{excess:.3f} m out of reach"
+            return IKResult(first, False, problem.errors(first), 0, reason=reason)
+        return search(problem, self._spread_guesses(problem, first, restarts, rng))
 
     def follow(
         self,
@@ -148,8 +146,7 @@ class InverseKinematics:
         if not isinstance(retry, bool | np.bool_):
             raise invalid(f"retry must be True or False, got {shown(retry)}")
         problem = self._compile(request, q0, margin, tolerance)
-        found = search_near(problem, q0, max_step=max_step, retry=retry)
-        return _result(problem, found)
+        return search_near(problem, q0, max_step=max_step, retry=retry)
 
     def solutions(
         self,
@@ -184,7 +181,8 @@ class InverseKinematics:
             for end in ends:
                 refined = refined_end(searched, end)
                 if refined is not None:
-                    found.append((refined.cost, _result(problem, refined, i)))
+                    cost = refined.cost if problem.objectives else 0.0
+                    found.append((refined.cost, refined._replace(target=i, cost=cost)))
         found.sort(key=lambda pair: pair[0])
         return list(_distinct(result for _, result in found))
 
@@ -224,7 +222,7 @@ class InverseKinematics:
                 problem = self._compile(poses[i], q0, margin)
                 refined = refined_end(self._with_nearness(problem, q0), end)
                 if refined is not None:
-                    yield _result(problem, refined, i)
+                    yield refined._replace(target=i, cost=0.0)
 
         return _distinct(refine_one_by_one())
 
@@ -382,16 +380,3 @@ def _distinct(results: Iterable[IKResult]) -> Iterator[IKResult]:
         if all(np.abs(result.q - q).max() > DISTINCT for q in kept):
             kept.append(result.q)
             yield result
-
-
-def _result(problem: CompiledProblem, found: SearchResult, target: int = 0) -> IKResult:
-    return IKResult(
-        found.q,
-        found.solved,
-        problem.errors(found.q),
-        found.iterations,
-        found.restarts,
-        found.reason,
-        target,
-        found.cost if problem.objectives else 0.0,
-    )

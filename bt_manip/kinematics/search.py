@@ -1,12 +1,12 @@
 """Searches for solutions: from several initial guesses, near a configuration, or for all."""
 
 from collections.abc import Iterable, Iterator
-from typing import NamedTuple
 
 import numpy as np
 
 from .compiled_problem import CompiledProblem
 from .levenberg_marquardt import LMResult, levenberg_marquardt
+from .problem import IKResult
 from .refinement import RefinementResult, refine
 
 ITERATIONS = 50  # from each initial guess, at most
@@ -18,27 +18,7 @@ COST_GUESSES = 8  # initial guesses for a problem without constraints, of which 
 _AT_BOUND = 1e-12  # [rad]
 
 
-class SearchResult(NamedTuple):
-    """Where a search ended.
-
-    Attributes:
-        q: The solution, or the configuration of the smallest residual.  # (nq,)
-        solved: Whether it is a solution.
-        iterations: Iterations over all initial guesses.
-        restarts: Number of initial guesses after the first.
-        reason: Why it is not solved; empty when it is.
-        cost: The cost; 0 without one.
-    """
-
-    q: np.ndarray
-    solved: bool
-    iterations: int = 0
-    restarts: int = 0
-    reason: str = ""
-    cost: float = 0.0
-
-
-def search(problem: CompiledProblem, guesses: Iterable[np.ndarray]) -> SearchResult:
+def search(problem: CompiledProblem, guesses: Iterable[np.ndarray]) -> IKResult:
     """Search from one initial guess after the other until a solution is found.
 
     Args:
@@ -77,19 +57,21 @@ def search(problem: CompiledProblem, guesses: Iterable[np.ndarray]) -> SearchRes
             break
     if found:
         least = min(found, key=lambda refined: refined.cost)
-        return SearchResult(least.q, True, total, restarts, cost=least.cost)
+        errors = problem.errors(least.q)
+        return IKResult(least.q, True, errors, total, restarts, cost=least.cost)
     if nearly is not None:
-        return SearchResult(nearly.q, True, total, restarts, cost=problem.cost(nearly.q))
+        errors, cost = problem.errors(nearly.q), problem.cost(nearly.q)
+        return IKResult(nearly.q, True, errors, total, restarts, cost=cost)
     assert best is not None
     reason = f"no solution from {restarts + 1} initial guesses"
     if best.solved:
         reason = f"no collision-free solution from {restarts + 1} initial guesses: {collision}"
-    return SearchResult(best.q, False, total, restarts, reason)
+    return IKResult(best.q, False, problem.errors(best.q), total, restarts, reason)
 
 
 def search_near(
     problem: CompiledProblem, q0: np.ndarray, *, max_step: float, retry: bool
-) -> SearchResult:
+) -> IKResult:
     """Search inside a box around a configuration.
 
     Args:
@@ -115,7 +97,8 @@ def search_near(
         refined = _refine(problem, best, least, most)
         touching = problem.collision(refined.q)
         total += refined.iterations
-        return SearchResult(refined.q, not touching, total, 0, touching, refined.cost)
+        errors = problem.errors(refined.q)
+        return IKResult(refined.q, not touching, errors, total, 0, touching, cost=refined.cost)
     at_limit = ((best.q <= lower + _AT_BOUND) | (best.q >= upper - _AT_BOUND)) & (lower < upper)
     names = [problem.joints[i] for i in np.flatnonzero(at_limit).tolist()]
     if names:
@@ -124,7 +107,7 @@ def search_near(
         reason = f"a joint would have to jump by more than {max_step:g} rad"
     else:
         reason = "out of reach, or singular"
-    return SearchResult(best.q, False, total, reason=reason)
+    return IKResult(best.q, False, problem.errors(best.q), total, reason=reason)
 
 
 def search_all(problem: CompiledProblem, guesses: Iterable[np.ndarray]) -> list[LMResult]:
@@ -143,12 +126,13 @@ def search_all(problem: CompiledProblem, guesses: Iterable[np.ndarray]) -> list[
     return [end for end in ends if end.solved or (end.met and not solved)]
 
 
-def refined_end(problem: CompiledProblem, end: LMResult) -> SearchResult | None:
+def refined_end(problem: CompiledProblem, end: LMResult) -> IKResult | None:
     """Return the refined solution of `search_all`; None where it collides."""
     refined = _refine(problem, end, problem.lower, problem.upper)
     if problem.collision(refined.q):
         return None
-    return SearchResult(refined.q, True, end.iterations + refined.iterations, cost=refined.cost)
+    total, errors = end.iterations + refined.iterations, problem.errors(refined.q)
+    return IKResult(refined.q, True, errors, total, cost=refined.cost)
 
 
 def _refine(
