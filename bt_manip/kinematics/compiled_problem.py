@@ -12,7 +12,6 @@ from bt_manip.collision import CollisionWorld
 from bt_manip.exceptions import did_you_mean, shown
 from bt_manip.robots import RobotModel
 
-from .manipulability import ToolManipulability
 from .problem import IKProblem, Residual
 from .residuals import (
     WIDE,
@@ -123,7 +122,7 @@ def compile_problem(
             q = check_vector(problem.posture, "posture", "rad", size=arm.nq)
             posture = (q, problem.posture_weight)
         if problem.manipulability:
-            manipulability = (ToolManipulability(arm, moving), problem.manipulability)
+            manipulability = (arm, moving, problem.manipulability)
         objectives = SecondaryObjectives(
             inverse_speed, residuals=costs, posture=posture, manipulability=manipulability
         )

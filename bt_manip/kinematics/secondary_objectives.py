@@ -5,7 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .manipulability import ToolManipulability
+from bt_manip.robots import RobotModel
+
+from .manipulability import log_manipulability
 from .residuals import FrameResidual, StackedResidual
 
 
@@ -26,7 +28,7 @@ class SecondaryObjectives:
         *,
         residuals: Sequence[FrameResidual] = (),
         posture: tuple[np.ndarray, float] | None = None,
-        manipulability: tuple[ToolManipulability, float] | None = None,
+        manipulability: tuple[RobotModel, np.ndarray | None, float] | None = None,
     ) -> None:
         """Choose the objectives.
 
@@ -34,7 +36,7 @@ class SecondaryObjectives:
             inverse_speed: Inverse of the maximum joint velocities [s/rad].  # (nq,)
             residuals: Residuals of targets, scaled by the square roots of their weights.
             posture: A configuration [rad], and the weight of half the squared distance [1/s2].
-            manipulability: Of the tool, and the weight of its logarithm.
+            manipulability: An arm, its moving joints, and the weight of its tool's logarithm.
         """
         self._residuals, self._posture = tuple(residuals), posture
         self._manipulability = manipulability
@@ -62,8 +64,8 @@ class SecondaryObjectives:
             gradient += weights * offset
             hessian.ravel()[:: n + 1] += weights
         if self._manipulability is not None:
-            tool, weight = self._manipulability
-            logarithm, slope = tool.evaluate()
+            arm, moving, weight = self._manipulability
+            logarithm, slope = log_manipulability(arm, moving)
             value -= weight * logarithm
             gradient -= weight * slope
             # Stands in for the Hessian of the logarithm, which changes by about 1 over a radian.
