@@ -22,7 +22,6 @@ from .compiled_problem import CompiledProblem, compile_problem
 from .initial_guesses import InitialGuesses
 from .levenberg_marquardt import LMResult
 from .maximum_reach import MaximumReach
-from .null_space_motion import NullSpaceMotion
 from .problem import IKProblem, IKResult
 from .residuals import PoseResidual, StackedResidual
 from .search import refined_end, search, search_all, search_near
@@ -48,7 +47,6 @@ class InverseKinematics:
     Attributes:
         model: The arm.
         tool: Name of the frame that a pose without a problem is about.
-        null_space_motion: Motion of the arm that does not move the tool.
     """
 
     def __init__(self, model: RobotModel) -> None:
@@ -66,7 +64,6 @@ class InverseKinematics:
             )
         self.model = model.copy()
         self._accepted = self.model.tolerance.position, self.model.tolerance.rotation
-        self.null_space_motion = NullSpaceMotion(self.model)
         self._inverse_speed = 1.0 / model.limits.velocity
         self._initial_guesses = InitialGuesses(self.model)
         self._reach = MaximumReach(self.model, self._initial_guesses.stored)
