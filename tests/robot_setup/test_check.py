@@ -6,7 +6,7 @@ import pytest
 
 from bt_manip.models import bundled_path
 from bt_manip.robot_setup import check_description
-from bt_manip.robot_setup.check import Checked
+from bt_manip.robot_setup.trial import Checked
 from tests.measuring.small_arm import write_small_arm
 
 PANDA = f"""
