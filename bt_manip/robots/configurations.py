@@ -26,23 +26,19 @@ class Configurations:
 
     def read(self, table: TomlTable, entry: KeyField, size: Any) -> dict[str, Configuration]:
         """Return the configurations by name."""
-        file = table.file
-        return read_configurations(
-            table, file.path.parent if isinstance(file, TomlFile) else Path()
-        )
+        return read_configurations(table)
 
     def write(self, value: Any, entry: KeyField, folder: Path | None) -> dict[str, Any]:
         """Return the table ``[configurations]``."""
         return {entry.name: plain(value)}
 
 
-def read_configurations(table: TomlTable, folder: Path) -> dict[str, Configuration]:
+def read_configurations(table: TomlTable) -> dict[str, Configuration]:
     """Read the named configurations of a robot or scene file.
 
     Args:
         table: Root table of the file: ``[configurations]`` has joint positions by name, in joint
             order or by joint [rad]; ``waypoints`` is the path of a MoveIt Pro waypoint file.
-        folder: Folder that paths are relative to.
 
     Raises:
         BtManipError: If a configuration is invalid.
@@ -50,6 +46,7 @@ def read_configurations(table: TomlTable, folder: Path) -> dict[str, Configurati
     found: dict[str, Configuration] = {}
     waypoints = table.text("waypoints")
     if waypoints is not None:
+        folder = table.file.path.parent if isinstance(table.file, TomlFile) else Path()
         try:
             found |= read_waypoints(folder / waypoints)
         except BtManipError as error:
@@ -75,7 +72,7 @@ def load_configurations(path: Path) -> dict[str, Configuration]:
             `read_configurations`.
     """
     table = TomlFile(path, "file of configurations", RobotError).whole
-    found = read_configurations(table, path.parent)
+    found = read_configurations(table)
     table.finish()
     return found
 

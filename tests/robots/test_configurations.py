@@ -23,7 +23,7 @@ def known(tmp_path):
     path.write_text(
         'waypoints = "waypoints.yaml"\n[configurations]\nready = [0.5, -1]\none = [1]\n'
     )
-    return read_configurations(TomlFile(path, "robot", BtManipError).whole, tmp_path)
+    return read_configurations(TomlFile(path, "robot", BtManipError).whole)
 
 
 def test_configurations_are_found_in_the_order_of_the_joints(known):
