@@ -34,7 +34,9 @@ def diagnose(arm: "Arm", found: Detection | None) -> str:
     contacts = " and ".join(f"'{first}' touches '{second}'" for first, second in pairs)
     error = np.zeros(arm.model.nq) if arm.compliant else arm.q - robot.q
     joint = int(np.abs(error).argmax())
-    if found is None or not found.following or not (found.load.exceeding & ~_at_limits(arm)).any():
+    limits = arm.model.limits  # one takes up the torque of a joint that is at it
+    free = (robot.q >= limits.lower + AT_LIMIT) & (robot.q <= limits.upper - AT_LIMIT)
+    if found is None or not found.following or not (found.load.exceeding & free).any():
         touching = contacts or "nothing touches the arm"
         return (
             f"the controller does not follow: joint {joint + 1} is {abs(error[joint]):.3f} rad off "
@@ -55,12 +57,6 @@ def diagnose(arm: "Arm", found: Detection | None) -> str:
         f"the payload weighs {about} {_two_digits(assumed + unknown)} kg, "
         f"{_two_digits(assumed)} kg were assumed: {details}"
     )
-
-
-def _at_limits(arm: "Arm") -> np.ndarray:
-    """Mark the joints that are at a position limit, which takes up torque."""  # (nq,)
-    q, limits = arm.robot.q, arm.model.limits
-    return (q < limits.lower + AT_LIMIT) | (q > limits.upper - AT_LIMIT)
 
 
 def _unknown_payload(arm: "Arm", load: ExternalLoad) -> float:
