@@ -12,6 +12,7 @@ from .model_building import build_model
 from .payload import Payload
 from .robot_description import Tolerance, ToolLimits
 
+_FRICTION_VELOCITY = 0.01  # [rad/s] at which 76 % of dry friction are compensated, the tanh of 1
 _SAMPLES = 1000  # random configurations from which the reach is estimated
 _BOX_ROWS = 20
 """Control steps between two checks of the tool's position. A tool that accelerates by 20 m/s2 is
@@ -161,6 +162,14 @@ class RobotModel:
         """Return the required motor efforts, including viscous and dry friction."""
         tau = pin.rnea(self.model, self.data, q, v, a)
         return tau + self.damping * v + self.friction * np.sign(v)  # (nv,)
+
+    def losses(self, v: np.ndarray) -> np.ndarray:
+        """Return the torques against damping and dry friction, with a smooth change of sign.
+
+        Args:
+            v: Joint velocities [rad/s].  # (..., nv)
+        """  # (..., nv) [N m]
+        return self.damping * v + self.friction * np.tanh(v / _FRICTION_VELOCITY)
 
     @property
     def reach(self) -> float:

@@ -8,9 +8,6 @@ import pinocchio as pin
 from bt_manip.control import ControlError, Controller
 from bt_manip.robots import Robot
 
-FRICTION_VELOCITY = 0.01
-"""Reference speed at which dry friction is compensated by 76 %, the tanh of 1 [rad/s]."""
-
 
 class JointImpedance(Controller):
     """Joint impedance control: a damped spring between each joint and its reference.
@@ -55,8 +52,7 @@ class JointImpedance(Controller):
         """Return the torques of springs, dampers and feedforward [N m]."""  # (nv,)
         model = self.model
         spring = self.stiffness * (q_ref - q) + self.damping(q) * (v_ref - v)
-        friction = model.damping * v_ref + model.friction * np.tanh(v_ref / FRICTION_VELOCITY)
-        return spring + pin.rnea(model.model, model.data, q, v, a_ref) + friction
+        return spring + pin.rnea(model.model, model.data, q, v, a_ref) + model.losses(v_ref)
 
     def damping(self, q: np.ndarray) -> np.ndarray:
         """Return the damping of each joint at a configuration [N m s/rad]."""  # (nv,)
