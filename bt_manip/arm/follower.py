@@ -101,11 +101,9 @@ class TrajectoryFollower:
 
     def reset(self, q: np.ndarray) -> None:
         """Discard all motion and rest at a configuration [rad], at speed scale 1."""
-        self._now[:] = 0.0
-        self._now[: len(q)] = q
-        self.trajectory: Trajectory | None = None
+        self.hold_at(q)
         self.paused: tuple[Trajectory, float] | None = None
-        self.speed_scale, self.stopping, self.lagging = 1.0, False, False
+        self.speed_scale = 1.0
         self._start = 0.0  # [s] in the trajectory, of the first sample
         self.dt = CONTROL_STEP
         self._rows = np.empty((0, 3 * len(q)))
@@ -116,7 +114,8 @@ class TrajectoryFollower:
         """Rest at another configuration from now on [rad], without a motion there."""
         self._now[:] = 0.0
         self._now[: len(q)] = q
-        self.trajectory, self.stopping, self.lagging = None, False, False
+        self.trajectory: Trajectory | None = None
+        self.stopping = self.lagging = False
 
     @property
     def state(self) -> ArmState:

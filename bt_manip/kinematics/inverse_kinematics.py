@@ -1,6 +1,7 @@
 """Inverse kinematics: configurations for poses of the tool, and for problems."""
 
 from collections.abc import Iterable, Iterator, Sequence
+from itertools import chain
 from typing import TypeAlias
 
 import numpy as np
@@ -108,7 +109,8 @@ class InverseKinematics:
         if excess:
             reason = f"{excess:.3f} m out of reach"
             return IKResult(first, False, problem.errors(first), 0, reason=reason)
-        return search(problem, self._spread_guesses(problem, first, restarts, rng))
+        others = self._initial_guesses.spread(problem, restarts, rng) if restarts else ()
+        return search(problem, chain([first], others))
 
     def follow(
         self,
@@ -331,18 +333,6 @@ class InverseKinematics:
 
     def _out_of_reach(self, problem: CompiledProblem) -> float:
         return 0.0 if problem.tool_target is None else self._reach.excess(problem.tool_target)
-
-    def _spread_guesses(
-        self,
-        problem: CompiledProblem,
-        first: np.ndarray,
-        restarts: int,
-        rng: np.random.Generator | None,
-    ) -> Iterator[np.ndarray]:
-        """Yield the first initial guess, then those with small residuals far from each other."""
-        yield first
-        if restarts > 0:
-            yield from self._initial_guesses.spread(problem, restarts, rng)
 
     def _near_guesses(
         self,
