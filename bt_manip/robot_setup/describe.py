@@ -245,7 +245,7 @@ def _with_gripper(
     """Return the description with the gripper and the tool frame, and comments on them."""
     names = [escaped_name(joint) for joint in description.arm_joints]
     carried = None if model is None else GripperDescription(model=model, mount=mount)
-    assembled = assemble(replace(description, gripper=carried), description.name)
+    assembled = assemble(replace(description, gripper=carried))
     prefix = "" if model is None else assembled.gripper.full_identifier
 
     def local(full: str) -> str:

@@ -50,19 +50,15 @@ class Assembly(NamedTuple):
     tool_site: Any
 
 
-def assemble(description: RobotDescription, name: str) -> Assembly:
+def assemble(description: RobotDescription) -> Assembly:
     """Read the arm's model, attach the gripper's, and place both as described.
-
-    Args:
-        description: The robot's description.
-        name: Name of the model.
 
     Raises:
         RobotError: If a file is missing or invalid, or a name is unknown.
     """
     where = description.where
     root, alone = read_model(description.model, where)
-    root.model = name
+    root.model = description.name
     joints = [_find(root, "joint", name) for name in description.arm_joints]
     if all(joint is not None for joint in joints) and lock_other_joints(root, joints):
         alone = _compile(root, where)

@@ -258,7 +258,7 @@ class GripperLink(_Link):
 
     Attributes:
         state: The latest state.
-        succeeded: Whether the last command has succeeded.
+        problem: Why the last command has failed; empty if it has not.
     """
 
     def __init__(self, factory: str, address: str) -> None:
@@ -273,7 +273,7 @@ class GripperLink(_Link):
         """
         super().__init__("gripper", address, HOMING_TIME, "gripper", factory, address)
         self._sent = self._done = 0
-        self.succeeded, self.problem = False, ""
+        self.problem = ""
         self._read(self.receive())
 
     @property
@@ -302,7 +302,7 @@ class GripperLink(_Link):
         _, done, state = message
         self.state = GripperState(*state)
         if done:
-            self._done, self.succeeded, self.problem = done
+            self._done, _, self.problem = done
 
 
 def _end(process: subprocess.Popen[bytes], pipe: Connection) -> None:

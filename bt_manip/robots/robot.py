@@ -54,7 +54,6 @@ class Robot(MonitoredEntity):
     def _build(
         self,
         description: RobotDescription,
-        name: str | None = None,
         gripper: Callable[["Robot"], Gripper] | None = None,
         bounds: ArmBounds | None = None,
     ) -> None:
@@ -62,7 +61,6 @@ class Robot(MonitoredEntity):
 
         Args:
             description: The robot's description.
-            name: Name of its model; default: the description's.
             gripper: Factory of its gripper, of the description's kind; None leaves the gripper's
                 parts in the model passive. Ignored if the description has no gripper.
             bounds: Bounds of its motions, within the position limits.
@@ -77,7 +75,7 @@ class Robot(MonitoredEntity):
         }
         self._where = description.where
         self.read_tau_external: Callable[[], np.ndarray] | None = None
-        root, alone, hand, self.tool_site = assemble(description, name or description.name)
+        root, alone, hand, self.tool_site = assemble(description)
         self.bounds = ArmBounds() if bounds is None else bounds
         self.limits = self.bounds.narrowed(read_limits(alone, description), description)
         try:
