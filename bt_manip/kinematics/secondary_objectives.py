@@ -36,7 +36,7 @@ class SecondaryObjectives:
             inverse_speed: Inverse of the maximum joint velocities [s/rad].  # (nq,)
             residuals: Residuals of targets, scaled by the square roots of their weights.
             posture: A configuration [rad], and the weight of half the squared distance [1/s2].
-            manipulability: An arm, its moving joints, and the weight of its tool's logarithm.
+            manipulability: An arm, which of its joints move, and the weight of the logarithm.
         """
         self._residuals, self._posture = tuple(residuals), posture
         self._manipulability = manipulability
