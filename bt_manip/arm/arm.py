@@ -26,7 +26,7 @@ from bt_manip.planning import MAX_BLEND, LineTo, Planner, RRTConnect, Step, tool
 from bt_manip.robots import ArmLink, DeviceError, LateError, Payload, Robot, RobotModel
 from bt_manip.trajectories import SplinePath, Trajectory
 
-from .diagnosis import ArmMeasurement, diagnose
+from .diagnosis import diagnose
 from .external_force_guard import CHECK_INTERVAL, Detection, ExternalForceGuard, external_load
 from .follower import TrajectoryFollower
 from .motion_planning import (
@@ -586,27 +586,12 @@ class Arm:
         if found is not None:
             if np.abs(self.q - self.robot.q).max() > MAX_TRACKING_ERROR:
                 found = found._replace(following=False)
-            self.stop(self._diagnose(found), compliant=True)
+            self.stop(diagnose(self, found), compliant=True)
 
     def describe_error(self) -> str:
         """Return the likely reason why the arm is not at its reference, or is disturbed."""
         present = external_load(self.robot, self.model)
-        return self._diagnose(Detection(present) if present.exceeded else None)
-
-    def _diagnose(self, found: Detection | None) -> str:
-        contacts = self.world.present_contacts() if self.world else []
-        held = self.world.held if self.world else None
-        now = ArmMeasurement(
-            self.robot,
-            self.model,
-            self.robot.q if self.compliant else self.q_ref,
-            external_load(self.robot, self.model),
-            " and ".join(f"'{first}' touches '{second}'" for first, second in contacts),
-            holds=held is not None or self.payload is not None,
-            touched=any(first.split("/")[0] != held for first, _ in contacts),
-            dt=self.follower.dt,
-        )
-        return diagnose(now, found)
+        return diagnose(self, Detection(present) if present.exceeded else None)
 
     def _hold_compliantly(self) -> None:
         """Yield to contact at the measured configuration."""

@@ -1,13 +1,14 @@
 """Reasons why an arm has stopped by itself or does not reach its target."""
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.robots import Robot, RobotModel
+from .external_force_guard import Detection, ExternalLoad, external_load
 
-from .external_force_guard import Detection, ExternalLoad
+if TYPE_CHECKING:
+    from .arm import Arm
 
 UNEXPLAINED = 0.25  # largest part of the external torque that an assumed force may leave open
 UNCERTAINTY = 0.5  # of its threshold, by which an external torque is uncertain
@@ -17,78 +18,54 @@ MAX_PAYLOAD_ANGLE = 0.3  # [rad] between the force and gravity, for an unknown p
 MIN_LEVER = 0.05  # [m] at which the direction of a force can be estimated
 
 
-class ArmMeasurement(NamedTuple):
-    """An arm at the time of a fault.
-
-    Attributes:
-        robot: The robot.
-        model: Its model, with the assumed payload.
-        q_ref: Reference position [rad].  # (nq,)
-        torque: Present external torques.
-        contacts: Description of the contacts that the arm or the held object should not have;
-            empty without any.
-        holds: Whether the gripper holds an object.
-        touched: Whether the arm itself, not only the held object, has such contacts.
-        dt: Duration of a control step [s].
-    """
-
-    robot: Robot
-    model: RobotModel
-    q_ref: np.ndarray
-    torque: ExternalLoad
-    contacts: str
-    holds: bool
-    touched: bool
-    dt: float
-
-
-def diagnose(now: ArmMeasurement, found: Detection | None) -> str:
+def diagnose(arm: "Arm", found: Detection | None) -> str:
     """Return the reason of a fault.
 
     Args:
-        now: The arm.
+        arm: The arm at the time of the fault.
         found: The detected force; None where the external torques are below their thresholds.
     """
-    timestep = float(now.robot.mj_model.opt.timestep)
-    problem = now.robot.measurement_problem
-    if not problem and abs(timestep - now.dt) > 1e-9:
-        problem = f"the time step has changed from {1e3 * now.dt:g} to {1e3 * timestep:g} ms"
-    if problem:
-        return problem
-    error = now.q_ref - now.robot.q
+    robot, dt, timestep = arm.robot, arm.follower.dt, float(arm.robot.mj_model.opt.timestep)
+    if robot.measurement_problem:
+        return robot.measurement_problem
+    if abs(timestep - dt) > 1e-9:
+        return f"the time step has changed from {1e3 * dt:g} to {1e3 * timestep:g} ms"
+    pairs = arm.world.present_contacts() if arm.world else []
+    contacts = " and ".join(f"'{first}' touches '{second}'" for first, second in pairs)
+    error = np.zeros(arm.model.nq) if arm.compliant else arm.q - robot.q
     joint = int(np.abs(error).argmax())
-    if found is None or not found.following or not (found.load.exceeding & ~_at_limits(now)).any():
-        touching = now.contacts or "nothing touches the arm"
+    limits = arm.model.limits  # one takes up the torque of a joint that is at it
+    free = (robot.q >= limits.lower + AT_LIMIT) & (robot.q <= limits.upper - AT_LIMIT)
+    if found is None or not found.following or not (found.load.exceeding & free).any():
+        touching = contacts or "nothing touches the arm"
         return (
             f"the controller does not follow: joint {joint + 1} is {abs(error[joint]):.3f} rad off "
             f"its reference and {touching}"
         )
-    lasting = now.torque if now.torque.exceeded else found.load
-    details = f"{found.load}; {now.contacts or _describe_force(now, lasting)}".removesuffix("; ")
-    unknown = _unknown_payload(now) if now.holds and not now.touched else 0.0
+    present = external_load(robot, arm.model)
+    lasting = present if present.exceeded else found.load
+    details = f"{found.load}; {contacts or _describe_force(arm, lasting)}".removesuffix("; ")
+    held = arm.world.held if arm.world else None
+    holds = held is not None or arm.payload is not None
+    touched = any(first.split("/")[0] != held for first, _ in pairs)  # not only the held object
+    unknown = _unknown_payload(arm, present) if holds and not touched else 0.0
     if not unknown:
         return f"external force on the arm: {details}"
-    assumed = now.model.payload.mass if now.model.payload else 0.0
-    about = "at least" if now.contacts else "about"  # something else may carry a part of it
+    assumed = arm.payload.mass if arm.payload else 0.0
+    about = "at least" if contacts else "about"  # something else may carry a part of it
     return (
         f"the payload weighs {about} {_two_digits(assumed + unknown)} kg, "
         f"{_two_digits(assumed)} kg were assumed: {details}"
     )
 
 
-def _at_limits(now: ArmMeasurement) -> np.ndarray:
-    """Mark the joints that are at a position limit, which takes up torque."""  # (nq,)
-    q, limits = now.robot.q, now.model.limits
-    return (q < limits.lower + AT_LIMIT) | (q > limits.upper - AT_LIMIT)
-
-
-def _unknown_payload(now: ArmMeasurement) -> float:
-    """Return the mass at the tool that explains the external torques [kg]; 0 where none does."""
-    fit = _fit_force(now.model.jacobian(now.robot.q)[:3], now.torque)
+def _unknown_payload(arm: "Arm", load: ExternalLoad) -> float:
+    """Return the mass at the tool that explains external torques [kg]; 0 where none does."""
+    robot, model = arm.robot, arm.model
+    fit = _fit_force(model.jacobian(robot.q)[:3], load)
     if fit is None or fit[0] > UNEXPLAINED:
         return 0.0
     force = fit[1]
-    robot, model = now.robot, now.model
     pin.forwardKinematics(model.model, model.data, robot.q, robot.v, robot.a)
     acceleration = pin.getFrameClassicalAcceleration(
         model.model, model.data, model.tool_frame_id, pin.LOCAL_WORLD_ALIGNED
@@ -100,7 +77,7 @@ def _unknown_payload(now: ArmMeasurement) -> float:
     return along / float(fall @ fall)
 
 
-def _describe_force(now: ArmMeasurement, load: ExternalLoad) -> str:
+def _describe_force(arm: "Arm", load: ExternalLoad) -> str:
     """Describe the force that explains external torques; empty where it is unknown.
 
     A force on a link has no torque at the joints beyond it.
@@ -108,8 +85,8 @@ def _describe_force(now: ArmMeasurement, load: ExternalLoad) -> str:
     loaded = np.flatnonzero(np.abs(load.values) > LOADED * load.thresholds).tolist()
     if len(loaded) < 2:
         return f"only joint {loaded[0] + 1} is loaded" if loaded else ""
-    points = [("the tool", now.model.jacobian(now.robot.q)[:3])]
-    points += [(f"link {i + 1}", _link_jacobian(now, i)) for i in range(loaded[-1], now.model.nq)]
+    points = [("the tool", arm.model.jacobian(arm.robot.q)[:3])]
+    points += [(f"link {i + 1}", _link_jacobian(arm, i)) for i in range(loaded[-1], arm.model.nq)]
     fits = [(*fit, where) for where, jacobian in points if (fit := _fit_force(jacobian, load))]
     rest, force, where = min(fits, key=lambda fit: fit[0], default=(np.inf, np.zeros(3), ""))
     if rest > UNEXPLAINED:
@@ -124,15 +101,15 @@ def _two_digits(value: float) -> str:
     return f"{float(f'{value:.2g}'):g}"
 
 
-def _link_jacobian(now: ArmMeasurement, joint: int) -> np.ndarray:
+def _link_jacobian(arm: "Arm", joint: int) -> np.ndarray:
     """Return the Jacobian of the velocity of a link's centre of mass, in world axes.
 
     Args:
-        now: The arm.
+        arm: The arm.
         joint: The joint that moves the link, from 0.
     """  # (3, nv)
-    model, data = now.model.model, now.model.data
-    pin.computeJointJacobians(model, data, now.robot.q)
+    model, data = arm.model.model, arm.model.data
+    pin.computeJointJacobians(model, data, arm.robot.q)
     velocities = pin.getJointJacobian(model, data, joint + 1, pin.LOCAL_WORLD_ALIGNED)
     centre = data.oMi[joint + 1].rotation @ model.inertias[joint + 1].lever
     return velocities[:3] - pin.skew(centre) @ velocities[3:]

@@ -17,6 +17,7 @@ from bt_manip.trajectories import (
     plan_stop,
     sample_times,
     sampled_limit_use,
+    time_scaling_state,
     trajectory_from_state,
 )
 
@@ -80,6 +81,7 @@ class TrajectoryFollower:
         stopping: Whether the trajectory is a stop that discards the motion.
         lagging: Whether the limits have not allowed (all of) the last change of the speed scale.
         step: Control steps since the trajectory was last sampled.
+        dt: Duration of a control step, as of the last one [s].
         lead: Control steps from now until a change of the motion takes effect; 0 in simulation. It
             is set while a change is requested, which is then planned from the state at that time.
         send: Called with a lead and the positions from there on, which end in a stop, before a
@@ -99,13 +101,11 @@ class TrajectoryFollower:
 
     def reset(self, q: np.ndarray) -> None:
         """Discard all motion and rest at a configuration [rad], at speed scale 1."""
-        self._now[:] = 0.0
-        self._now[: len(q)] = q
-        self.trajectory: Trajectory | None = None
+        self.hold_at(q)
         self.paused: tuple[Trajectory, float] | None = None
-        self.speed_scale, self.stopping, self.lagging = 1.0, False, False
+        self.speed_scale = 1.0
         self._start = 0.0  # [s] in the trajectory, of the first sample
-        self._dt = CONTROL_STEP
+        self.dt = CONTROL_STEP
         self._rows = np.empty((0, 3 * len(q)))
         self._travelled = np.array([q])
         self.step = self._last = 0
@@ -114,7 +114,8 @@ class TrajectoryFollower:
         """Rest at another configuration from now on [rad], without a motion there."""
         self._now[:] = 0.0
         self._now[: len(q)] = q
-        self.trajectory, self.stopping, self.lagging = None, False, False
+        self.trajectory: Trajectory | None = None
+        self.stopping = self.lagging = False
 
     @property
     def state(self) -> ArmState:
@@ -126,14 +127,9 @@ class TrajectoryFollower:
         )
 
     @property
-    def dt(self) -> float:
-        """Duration of a control step, as of the last one [s]."""
-        return self._dt
-
-    @property
     def time(self) -> float:
         """Time since the start of the trajectory [s]."""
-        return self._start + self.step * self._dt
+        return self._start + self.step * self.dt
 
     @property
     def remaining(self) -> float:
@@ -156,7 +152,7 @@ class TrajectoryFollower:
         if trajectory is None:
             return np.tile(self.q, (len(times), 1))
         if self.send is not None:  # the trajectory may begin later
-            rows = self.step + np.rint(times / self._dt).astype(int)
+            rows = self.step + np.rint(times / self.dt).astype(int)
             return self._rows[np.minimum(rows, self._last), : len(self.q)]
         return trajectory.sample(np.minimum(self.time + times, trajectory.duration))[0]
 
@@ -209,10 +205,7 @@ class TrajectoryFollower:
                 # At its start a trajectory itself accelerates from rest.
                 change = nominal, (s, 0.0 if s else speed_scale, 0.0)
         elif state.trajectory is not None and not self.stopping:
-            if isinstance(state.trajectory, TimeScaledTrajectory):
-                change = state.trajectory.nominal, state.trajectory.time_scaling.at(state.time)
-            else:
-                change = state.trajectory, (state.time, 1.0, 0.0)
+            change = time_scaling_state(state.trajectory, state.time)
         lagging = False
         if change is not None:
             found = change_speed_scale(*change, speed_scale, model)
@@ -226,8 +219,8 @@ class TrajectoryFollower:
         """Advance the reference by a control step [s]."""
         if self.trajectory is None:
             return
-        if dt != self._dt:
-            self._start, self._dt = self.time, dt
+        if dt != self.dt:
+            self._start, self.dt = self.time, dt
             self._sample()
         self.step = step = self.step + 1
         self._now[...] = self._rows[step]
@@ -241,7 +234,7 @@ class TrajectoryFollower:
             "q_v_a": self._now.tolist(),
             "trajectory": None if trajectory is None else trajectory.get_state(),
             "start": self._start,
-            "dt": self._dt,
+            "dt": self.dt,
             "step": self.step,
             "speed_scale": self.speed_scale,
             "stopping": self.stopping,
@@ -255,7 +248,7 @@ class TrajectoryFollower:
         self._now[:] = state["q_v_a"]
         trajectory, paused = state["trajectory"], state["paused"]
         self.trajectory = None if trajectory is None else trajectory_from_state(trajectory)
-        self._start, self._dt = state["start"], state["dt"]
+        self._start, self.dt = state["start"], state["dt"]
         self._rows = self._rows[:0]
         if self.trajectory is not None:
             self._sample()
@@ -271,7 +264,7 @@ class TrajectoryFollower:
             self._take_later(trajectory, np.concatenate(rows, axis=1), model)
             return
         self.trajectory, self._start = trajectory, 0.0
-        if self._dt == CONTROL_STEP:
+        if self.dt == CONTROL_STEP:
             self._keep(rows)
         else:
             self._sample()
@@ -285,7 +278,7 @@ class TrajectoryFollower:
         rest = np.repeat(before[-1:], lead - len(before[:lead]), axis=0)
         rest[:, n:] = 0.0
         joined = np.concatenate([before[:lead], rest, rows])
-        start = -lead * self._dt
+        start = -lead * self.dt
         if self.send is not None:
             self.send(lead, _with_stop(joined[lead:, :n], trajectory, 0.0, model))
         self._travelled = self.travelled
@@ -302,14 +295,14 @@ class TrajectoryFollower:
         if self.trajectory is None or self.send is None or begin >= self._last:
             return False
         rows = self._rows[begin:, : len(self.q)]
-        self.send(lead, _with_stop(rows, self.trajectory, self._start + begin * self._dt, model))
+        self.send(lead, _with_stop(rows, self.trajectory, self._start + begin * self.dt, model))
         return len(rows) > SENT_AHEAD + 1
 
     def _state_ahead(self) -> ArmState:
         """Return the state after the lead."""
         row = self.step + self.lead
         q, v, a = self._rows[min(row, self._last)].reshape(3, -1)
-        trajectory, time = self.trajectory, self._start + row * self._dt
+        trajectory, time = self.trajectory, self._start + row * self.dt
         if row >= self._last:
             v, a, trajectory, time = np.zeros_like(q), np.zeros_like(q), None, 0.0
         return ArmState(q, v, a, trajectory, max(time, 0.0), self.speed_scale, self.stopping)
@@ -349,7 +342,7 @@ class TrajectoryFollower:
     def _sample(self) -> None:
         """Sample the rest of the trajectory at once, so that a control step copies one row."""
         assert self.trajectory is not None
-        times = self._start + sample_times(self.trajectory.duration - self._start, self._dt)
+        times = self._start + sample_times(self.trajectory.duration - self._start, self.dt)
         self._keep(self.trajectory.sample(times))
 
     def _keep(self, rows: Samples) -> None:

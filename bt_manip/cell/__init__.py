@@ -7,6 +7,7 @@ from .contacts.contact_monitor import ContactSummary as ContactSummary
 from .contacts.contact_monitor import MonitoredEntity as MonitoredEntity
 from .contacts.contacts import ContactEvent as ContactEvent
 from .contacts.contacts import ContactEventDetector as ContactEventDetector
+from .contacts.contacts import Wrench as Wrench
 from .exceptions import CellError as CellError
 from .exceptions import OverlapError as OverlapError
 from .exceptions import PhysicsDiverged as PhysicsDiverged

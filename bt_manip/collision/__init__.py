@@ -1,5 +1,6 @@
 """Collision checking of arms, with MuJoCo's own collision detection."""
 
+from .adjacent_links import hull_points as hull_points
 from .collision_world import PADDING as PADDING
 from .collision_world import CollisionPair as CollisionPair
 from .collision_world import CollisionWorld as CollisionWorld

@@ -85,7 +85,7 @@ class _AdjacentPair:
         numbers = np.array([self._q0, *self._range, self._least])
         parts = [*poses, self._axis, self._anchor, numbers]
         for geom in self._geoms:
-            parts += [model.geom_type[geom], model.geom_size[geom], _hull_points(model, geom)]
+            parts += [model.geom_type[geom], model.geom_size[geom], hull_points(model, geom)]
         return b"".join(part.tobytes() for part in parts)
 
     def never_collides(self) -> bool:
@@ -116,7 +116,7 @@ class _AdjacentPair:
 
     def _lever(self) -> float:
         """Return the largest distance of the outer geom's points from the joint axis [m]."""
-        T, points = self._T_outer, _hull_points(self._model, self._geoms[1])
+        T, points = self._T_outer, hull_points(self._model, self._geoms[1])
         offsets = points @ T.rotation.T + T.translation - self._anchor
         return float(np.linalg.norm(np.cross(offsets, self._axis), axis=1).max())
 
@@ -125,7 +125,7 @@ def _place(data: mujoco.MjData, geom: int, T: pin.SE3) -> None:
     data.geom_xpos[geom], data.geom_xmat[geom] = T.translation, T.rotation.ravel()
 
 
-def _hull_points(model: mujoco.MjModel, geom: int) -> np.ndarray:
+def hull_points(model: mujoco.MjModel, geom: int) -> np.ndarray:
     """Return points in a geom's frame whose convex hull contains the geom [m]."""  # (n, 3)
     if model.geom_type[geom] == _MESH:
         mesh = model.geom_dataid[geom]

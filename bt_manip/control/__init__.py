@@ -1,11 +1,9 @@
 """Torque controllers of arms."""
 
 from .computed_torque import ComputedTorque as ComputedTorque
-from .controller import TRANSFER_TIME as TRANSFER_TIME
 from .controller import Controller as Controller
 from .controller_manager import ControllerManager as ControllerManager
 from .exceptions import ControlError as ControlError
-from .exceptions import ControllerFault as ControllerFault
 from .gravity_compensated_pd import GravityCompensatedPD as GravityCompensatedPD
 from .measured_arm import MeasuredArm as MeasuredArm
 from .native_pd import FEEDFORWARD_STEPS as FEEDFORWARD_STEPS

@@ -54,7 +54,8 @@ class Controller(composer.Entity):
     def _build(self, robot: Robot) -> None:
         """Prepare to control a robot's arm; subclasses add their gains."""
         self._mjcf_root = mjcf.RootElement(model=self.kind)
-        self._robot = robot
+        self.robot = robot
+        """The controlled robot."""
         self._limit = np.array(robot.limits.effort)
         self._bounds = self._limit.tolist()
         self._shape = self._limit.shape
@@ -95,11 +96,6 @@ class Controller(composer.Entity):
     def mjcf_model(self) -> mjcf.RootElement:
         """An empty model for composer to attach."""
         return self._mjcf_root
-
-    @property
-    def robot(self) -> Robot:
-        """The controlled robot."""
-        return self._robot
 
     @property
     def model(self) -> RobotModel:
@@ -144,7 +140,7 @@ class Controller(composer.Entity):
                 the wrong shape or type.
         """
         if self._reference is None:
-            self._reference = Hold(self._robot.q)
+            self._reference = Hold(self.robot.q)
         return self._reference
 
     @reference.setter
@@ -171,7 +167,7 @@ class Controller(composer.Entity):
     def after_compile(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
         """Bind to the compiled model."""
         model, data = physics.model.ptr, physics.data.ptr
-        robot = self._robot
+        robot = self.robot
         self._data = data
         root = model.body_rootid[robot.wrist_body_id]
         base = model.body_pos[root].tobytes() + model.body_quat[root].tobytes()
@@ -212,7 +208,7 @@ class Controller(composer.Entity):
         Raises:
             ControllerFault: If they are invalid.
         """  # (nv,)
-        robot, reference = self._robot, self._reference or self.reference
+        robot, reference = self.robot, self._reference or self.reference
         if reference.payload is not self._carried:
             self.payload = self._carried = reference.payload
         if reference.compliant is not self._compliant:
@@ -281,7 +277,7 @@ class Controller(composer.Entity):
         np.not_equal(limited, tau, out=self.saturated)
         self._clipped = bool(self.saturated.any())
         if self._clipped:
-            names = self._robot.description.arm_joints
+            names = self.robot.description.arm_joints
             saturates = self.saturates or self._substitute is not None
             problem = _torque_problem(tau, self._limit, names, saturates=saturates)
             if problem:
@@ -334,7 +330,7 @@ class Controller(composer.Entity):
         """
         commanded, saturated_steps = previous.tau.copy(), previous.saturated_steps
         tau, reference = previous._checked_torque(), previous.reference
-        reference.hold_at(self._robot.q)
+        reference.hold_at(self.robot.q)
         self.reference, self.payload = reference, previous.payload
         self._carried = previous._carried
         self.reset()

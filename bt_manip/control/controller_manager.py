@@ -26,6 +26,8 @@ class ControllerManager(composer.Entity):
 
     Attributes:
         controller: The active controller.
+        active: Its name.
+        default: Name of the controller that a cycle begins with.
     """
 
     def _build(self, robot: Robot, factories: Mapping[str, Factory], default: str) -> None:
@@ -40,26 +42,16 @@ class ControllerManager(composer.Entity):
             ControlError: If there is none of that name.
         """
         self._mjcf_root = mjcf.RootElement(model="controllers")
-        self._robot, self._factories, self._default = robot, factories, default
+        self._robot, self._factories, self.default = robot, factories, default
         self._made: dict[str, Controller] = {}
         self._compiled: tuple[mjcf.Physics, np.random.RandomState] | None = None
-        self._active, self._returning = default, False
+        self.active, self._returning = default, False
         self.controller: Controller = self.get(default)
 
     @property
     def mjcf_model(self) -> mjcf.RootElement:
         """An empty model for composer to attach."""
         return self._mjcf_root
-
-    @property
-    def active(self) -> str:
-        """Name of the active controller."""
-        return self._active
-
-    @property
-    def default(self) -> str:
-        """Name of the controller that a cycle begins with."""
-        return self._default
 
     @property
     def reference(self) -> Reference:
@@ -99,7 +91,7 @@ class ControllerManager(composer.Entity):
         self._returning = False
         if controller is not self.controller:
             controller.take_over(self.controller)
-            self._active, self.controller = name, controller
+            self.active, self.controller = name, controller
 
     def add(self, name: str, factory: Factory) -> None:
         """Add a controller, to be made when it is first needed; a known name is replaced."""
@@ -116,7 +108,7 @@ class ControllerManager(composer.Entity):
             controller.reset()
             controller.saturated_steps = previous.saturated_steps
         controller.reference = previous.reference
-        self._active, self.controller, self._returning = name, controller, False
+        self.active, self.controller, self._returning = name, controller, False
 
     def return_to_default(self) -> None:
         """Switch to the default controller as soon as the reference is at rest.
@@ -124,7 +116,7 @@ class ControllerManager(composer.Entity):
         An arm that is pressed against something may be far off a moving reference: another
         controller would pull it there. At rest the new controller holds the measured configuration.
         """
-        self._returning = self._active != self._default
+        self._returning = self.active != self.default
 
     # Composer's hooks
 
@@ -138,13 +130,13 @@ class ControllerManager(composer.Entity):
         self, physics: mjcf.Physics, random_state: np.random.RandomState
     ) -> None:
         """Activate the default controller, without a transfer."""
-        self.activate(self._default)
+        self.activate(self.default)
         self.controller.initialize_episode(physics, random_state)
 
     def before_substep(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
         """Command the torques of the active controller."""
         if self._returning and not self.controller.reference.v.any():
-            self.switch(self._default)
+            self.switch(self.default)
         self.controller.before_substep(physics, random_state)
 
     def after_substep(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
@@ -156,7 +148,7 @@ class ControllerManager(composer.Entity):
     def get_state(self) -> dict[str, Any]:
         """Return the active controller and its state as plain data."""
         return {
-            "active": self._active,
+            "active": self.active,
             "returning": self._returning,
             "controller": self.controller.get_state(),
         }
@@ -170,5 +162,5 @@ class ControllerManager(composer.Entity):
         reference, controller = self.controller.reference, self.get(state["active"])
         controller.reference = reference
         controller.set_state(state["controller"])
-        self._active, self.controller = state["active"], controller
+        self.active, self.controller = state["active"], controller
         self._returning = state["returning"]

@@ -13,7 +13,6 @@ class ControllerFault(Exception):
     Not a `BtManipError`: the controller is at fault, not its user.
 
     Attributes:
-        kind: Kind of the controller.
         culprit: Module of the controller's class.
     """
 
@@ -27,5 +26,4 @@ class ControllerFault(Exception):
             time: Simulated time [s].
         """
         super().__init__(f"controller '{kind}' {problem}, at {time:.3f} s; the arm was stopped")
-        self.kind = kind
         self.culprit = culprit

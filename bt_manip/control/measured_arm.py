@@ -33,7 +33,7 @@ class MeasuredArm(Controller):
     def after_compile(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
         """Bind to the compiled model; what is measured comes from the arm."""
         super().after_compile(physics, random_state)
-        robot, data = self._robot, physics.data.ptr
+        robot, data = self.robot, physics.data.ptr
         robot.read_a = lambda: self._still
         robot.read_tau = lambda: self._reading.tau
         robot.read_tau_external = lambda: self._reading.tau_external
@@ -58,6 +58,6 @@ class MeasuredArm(Controller):
         self.tau = reading.tau
         self._write_q(reading.q)
         self._write_v(reading.v)
-        if self._robot.gripper is not None:
-            self._robot.gripper.follow_tool(self.bare_model.pose(reading.q))
+        if self.robot.gripper is not None:
+            self.robot.gripper.follow_tool(self.bare_model.pose(reading.q))
         self.reference.advance(self._dt)

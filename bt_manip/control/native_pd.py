@@ -15,8 +15,6 @@ from .pd_law import default_gains, per_joint
 FEEDFORWARD_STEPS = 10
 """Control steps for which a feedforward torque is held."""
 
-_FRICTION_VELOCITY = 1e-2  # [rad/s] at which dry friction is compensated by 76 %
-
 
 class NativePD(Controller):
     """PD control of each joint by MuJoCo's actuators, with feedforward from inverse dynamics.
@@ -69,7 +67,7 @@ class NativePD(Controller):
     def after_compile(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
         """Bind to the compiled model."""
         super().after_compile(physics, random_state)
-        self._write = writer(physics.data.ptr.ctrl, self._robot.ctrl_adr)
+        self._write = writer(physics.data.ptr.ctrl, self.robot.ctrl_adr)
 
     def before_substep(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
         """Command the reference of the step that begins."""
@@ -87,7 +85,8 @@ class NativePD(Controller):
     ) -> np.ndarray:
         """Return the torques that the actuators will apply [N m]."""  # (nv,)
         if self._age == 0:
-            self._feedforward = feedforward(self.model, q_ref, v_ref, a_ref)
+            model = self.model
+            self._feedforward = model.rnea(q_ref, v_ref, a_ref) + model.losses(v_ref)
         return self._kp * (q_ref - q) + self._kd * (v_ref - v) + self._feedforward
 
     def signals(
@@ -103,7 +102,7 @@ class NativePD(Controller):
         """  # (n, nv) [N m]
         n, every = len(q_ref), FEEDFORWARD_STEPS
         q, v, a = q_ref[::every], v_ref[::every], a_ref[::every]
-        held = _losses(model, v)
+        held = model.losses(v)
         for i, row in enumerate(held):
             row += model.rnea(q[i], v[i], a[i])
         return self._signal(q_ref, v_ref, np.repeat(held, every, axis=0)[:n])
@@ -128,22 +127,3 @@ class NativePD(Controller):
         """Restore the state, including the held feedforward."""
         super().set_state(state)
         self._feedforward, self._age = np.array(state["feedforward"]), state["age"]
-
-
-def feedforward(
-    model: RobotModel, q_ref: np.ndarray, v_ref: np.ndarray, a_ref: np.ndarray
-) -> np.ndarray:
-    """Return the inverse dynamics of a reference, damping and dry friction included [N m].
-
-    Args:
-        model: The arm's model, with its payload.
-        q_ref: Reference positions [rad].  # (nv,)
-        v_ref: Reference velocities [rad/s].  # (nv,)
-        a_ref: Reference accelerations [rad/s2].  # (nv,)
-    """  # (nv,)
-    return model.rnea(q_ref, v_ref, a_ref) + _losses(model, v_ref)
-
-
-def _losses(model: RobotModel, v: np.ndarray) -> np.ndarray:
-    """Return the torques against damping and dry friction [N m]."""  # (..., nv)
-    return model.damping * v + model.friction * np.tanh(v / _FRICTION_VELOCITY)

@@ -3,6 +3,7 @@
 from .inverse_kinematics import DISTINCT as DISTINCT
 from .inverse_kinematics import InverseKinematics as InverseKinematics
 from .manipulability import manipulability as manipulability
+from .null_space_motion import null_space_step as null_space_step
 from .problem import IKProblem as IKProblem
 from .problem import IKResult as IKResult
 from .targets import PoseTarget as PoseTarget

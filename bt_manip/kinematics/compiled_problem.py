@@ -12,7 +12,6 @@ from bt_manip.collision import CollisionWorld
 from bt_manip.exceptions import did_you_mean, shown
 from bt_manip.robots import RobotModel
 
-from .manipulability import ToolManipulability
 from .problem import IKProblem, Residual
 from .residuals import (
     WIDE,
@@ -60,15 +59,13 @@ class CompiledProblem(NamedTuple):
     def errors(self, q: np.ndarray) -> tuple[Residual, ...]:
         """Return the error of each target at a configuration."""
         self.cost(q)
-        if len(self.frames) == 1:
-            return (_frame_error(self.frames[0], self.residuals[0]),)
         return tuple(map(_frame_error, self.frames, self.residuals))
 
     def cost(self, q: np.ndarray) -> float:
         """Return the cost of a configuration."""
         if self.constraints.q is not q:
             self.constraints.evaluate(q)
-        return 0.0 if self.objectives is None else self.objectives.cost(self.constraints)
+        return 0.0 if self.objectives is None else self.objectives.expand(self.constraints).value
 
     def collision(self, q: np.ndarray) -> str:
         """Name the first collision at a configuration; empty without one."""
@@ -125,7 +122,7 @@ def compile_problem(
             q = check_vector(problem.posture, "posture", "rad", size=arm.nq)
             posture = (q, problem.posture_weight)
         if problem.manipulability:
-            manipulability = (ToolManipulability(arm, moving), problem.manipulability)
+            manipulability = (arm, moving, problem.manipulability)
         objectives = SecondaryObjectives(
             inverse_speed, residuals=costs, posture=posture, manipulability=manipulability
         )
@@ -194,10 +191,7 @@ def _limits(
     arm: RobotModel, joints: tuple[str, ...], problem: IKProblem
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the position limits inside the margin."""
-    limits = arm.limits
-    if isinstance(problem.margin, float) and problem.margin == 0.0:
-        return limits.lower, limits.upper
-    margin = as_numbers(problem.margin)
+    limits, margin = arm.limits, as_numbers(problem.margin)
     if margin.size == 1:
         margin = np.full(arm.nq, margin.ravel())
     if margin.shape != (arm.nq,) or not (np.isfinite(margin) & (margin >= 0.0)).all():

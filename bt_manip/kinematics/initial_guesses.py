@@ -10,6 +10,7 @@ from bt_manip.robots import RobotModel, sampling_bounds
 from .compiled_problem import CompiledProblem
 from .targets import PoseTarget
 
+STORED = 2000  # configurations to choose initial guesses from
 CANDIDATES = 400  # configurations from which initial guesses are chosen
 SPREAD = 1.2  # [rad] RMS distance below which two initial guesses tend to end alike
 SPREAD_REDUCTION = 0.7  # of it, when no candidate is left that far from the previous ones
@@ -25,16 +26,10 @@ class InitialGuesses:
         stored: The stored configurations.  # (n, nq)
     """
 
-    def __init__(self, arm: RobotModel, count: int, rng: np.random.Generator) -> None:
-        """Draw configurations inside the limits.
-
-        Args:
-            arm: The arm; its data are written to.
-            count: Number of stored configurations.
-            rng: Random generator for them.
-        """
+    def __init__(self, arm: RobotModel) -> None:
+        """Draw configurations inside the limits; the arm's data are written to."""
         lower, upper = arm.limits.sampling_bounds()
-        self.stored = rng.uniform(lower, upper, (count, arm.nq))
+        self.stored = np.random.default_rng(0).uniform(lower, upper, (STORED, arm.nq))
         poses = [arm.pose(q) for q in self.stored]
         self._rotation = np.array([T.rotation for T in poses])
         self._origin = position = np.array([T.translation for T in poses])

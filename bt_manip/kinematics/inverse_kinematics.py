@@ -1,6 +1,7 @@
 """Inverse kinematics: configurations for poses of the tool, and for problems."""
 
 from collections.abc import Iterable, Iterator, Sequence
+from itertools import chain
 from typing import TypeAlias
 
 import numpy as np
@@ -22,14 +23,13 @@ from .compiled_problem import CompiledProblem, compile_problem
 from .initial_guesses import InitialGuesses
 from .levenberg_marquardt import LMResult
 from .maximum_reach import MaximumReach
-from .null_space_motion import NullSpaceMotion
 from .problem import IKProblem, IKResult
 from .residuals import PoseResidual, StackedResidual
-from .search import SearchResult, refined_end, search, search_all, search_near
+from .search import refined_end, search, search_all, search_near
 from .secondary_objectives import SecondaryObjectives
-from .targets import Target
+from .targets import TOLERANCE, Target
 
-STORED = 2000  # configurations to choose initial guesses from
+RESTARTS = 80  # initial guesses after the first, at most
 DISTINCT = 0.1  # [rad] by which some joint of two solutions differs
 
 Request: TypeAlias = pin.SE3 | Target | IKProblem
@@ -48,58 +48,30 @@ class InverseKinematics:
     Attributes:
         model: The arm.
         tool: Name of the frame that a pose without a problem is about.
-        null_space_motion: Motion of the arm that does not move the tool.
     """
 
-    def __init__(
-        self,
-        model: RobotModel,
-        *,
-        restarts: int = 80,
-        iterations: int = 50,
-        max_failed_iterations: int = 600,
-        seed: int = 0,
-        position_tolerance: float = 1e-6,
-        rotation_tolerance: float = 1e-6,
-    ) -> None:
+    def __init__(self, model: RobotModel) -> None:
         """Prepare for an arm.
 
         Args:
             model: The arm; a copy is kept.
-            restarts: Maximum number of initial guesses after the first.
-            iterations: Maximum number of iterations from each.
-            max_failed_iterations: Iterations without a solution, over all initial guesses, after
-                which `solve` does not restart.
-            seed: Seed of the stored configurations.
-            position_tolerance: Error to aim at for poses of the tool [m]; where it cannot be
-                reached, errors within the model's `tolerance` are accepted.
-            rotation_tolerance: Likewise [rad].
 
         Raises:
-            MotionError: When an argument is invalid.
+            MotionError: When it is not a `RobotModel`.
         """
         if not isinstance(model, RobotModel):
             raise invalid(
                 f"model must be a RobotModel (Robot.make_model), got {type(model).__name__}"
             )
         self.model = model.copy()
-        self.restarts = check_count(restarts, "restarts")
-        self.iterations = check_count(iterations, "iterations")
-        self.max_failed_iterations = check_count(max_failed_iterations, "max_failed_iterations")
-        self._tolerances = (
-            check_positive(position_tolerance, "position_tolerance", "m"),
-            check_positive(rotation_tolerance, "rotation_tolerance", "rad"),
-        )
-        rng = np.random.default_rng(check_count(seed, "seed"))
         self._accepted = self.model.tolerance.position, self.model.tolerance.rotation
-        self.null_space_motion = NullSpaceMotion(self.model)
         self._inverse_speed = 1.0 / model.limits.velocity
-        self._initial_guesses = InitialGuesses(self.model, max(STORED, restarts), rng)
+        self._initial_guesses = InitialGuesses(self.model)
         self._reach = MaximumReach(self.model, self._initial_guesses.stored)
         tool = self.model.tool_frame_id
         self.tool = str(self.model.model.frames[tool].name)
         self._tool_residual = PoseResidual(
-            self.model, tool, self.model.pose(self.model.home), self._tolerances
+            self.model, tool, self.model.pose(self.model.home), (TOLERANCE, TOLERANCE)
         )
         self._tool_constraint = StackedResidual(self.model, [self._tool_residual])
         self._joints = tuple(self.model.model.names)[1:]
@@ -109,7 +81,7 @@ class InverseKinematics:
         request: Request,
         q0: np.ndarray,
         *,
-        restarts: int | None = None,
+        restarts: int = RESTARTS,
         rng: np.random.Generator | None = None,
     ) -> IKResult:
         """Find one configuration.
@@ -117,7 +89,7 @@ class InverseKinematics:
         Args:
             request: A pose of the tool, a target, or a problem.
             q0: The first initial guess, clipped to the limits.  # (nq,)
-            restarts: Maximum number of initial guesses after it; by default as constructed.
+            restarts: Maximum number of initial guesses after it.
             rng: Random generator for further initial guesses of a problem; by default a new one,
                 so that the same request has the same result.
 
@@ -129,17 +101,16 @@ class InverseKinematics:
             MotionError: When an argument is invalid.
         """
         q0 = self._clipped(q0)
-        restarts = self.restarts if restarts is None else check_count(restarts, "restarts")
+        restarts = check_count(restarts, "restarts")
         rng = None if rng is None else check_generator(rng)
         problem = self._compile(request, q0)
         first = np.minimum(np.maximum(q0, problem.lower), problem.upper)
         excess = self._out_of_reach(problem)
         if excess:
-            found = SearchResult(first, False, reason=f"{excess:.3f} m out of reach")
-        else:
-            guesses = self._spread_guesses(problem, first, restarts, rng)
-            found = search(problem, guesses, self.iterations, self.max_failed_iterations)
-        return _result(problem, found)
+            reason = f"{excess:.3f} m out of reach"
+            return IKResult(first, False, problem.errors(first), 0, reason=reason)
+        others = self._initial_guesses.spread(problem, restarts, rng) if restarts else ()
+        return search(problem, chain([first], others))
 
     def follow(
         self,
@@ -160,7 +131,7 @@ class InverseKinematics:
             retry: Whether to try other initial guesses inside `max_step`.
             margin: Distance from the limits for a pose [rad]; like that of a problem, it is kept
                 by the joints that keep it at `q0`.
-            tolerance: Error to aim at for a pose [m] and [rad]; by default as constructed.
+            tolerance: Error to aim at for a pose [m] and [rad]; by default `TOLERANCE`.
 
         Raises:
             MotionError: When an argument is invalid, a problem comes with a margin, or a problem
@@ -174,8 +145,7 @@ class InverseKinematics:
         if not isinstance(retry, bool | np.bool_):
             raise invalid(f"retry must be True or False, got {shown(retry)}")
         problem = self._compile(request, q0, margin, tolerance)
-        found = search_near(problem, q0, self.iterations, max_step=max_step, retry=retry)
-        return _result(problem, found)
+        return search_near(problem, q0, max_step=max_step, retry=retry)
 
     def solutions(
         self,
@@ -184,10 +154,9 @@ class InverseKinematics:
         *,
         restarts: int = 8,
         margin: float = 0.0,
-        distinct: float = DISTINCT,
         rng: np.random.Generator | None = None,
     ) -> list[IKResult]:
-        """List distinct solutions, the best first.
+        """List distinct solutions, the best first: some joint differs by more than `DISTINCT`.
 
         Solutions of a problem with costs are sorted by cost. All others are moved to where they
         are nearest to `q0`, and sorted by their `distance` from it.
@@ -198,13 +167,11 @@ class InverseKinematics:
             restarts: Number of initial guesses after `q0`, for each pose.
             margin: Distance from the limits for poses and targets [rad]; there are no solutions
                 where it leaves a joint no range.
-            distinct: Difference of two solutions, by more than this in some joint [rad].
             rng: As for `solve`.
 
         Raises:
             MotionError: When an argument is invalid, or a problem comes with a margin.
         """
-        check_non_negative(distinct, "distinct", "rad")
         q0 = self._clipped(q0)
         rng = None if rng is None else check_generator(rng)
         found: list[tuple[float, IKResult]] = []
@@ -213,9 +180,10 @@ class InverseKinematics:
             for end in ends:
                 refined = refined_end(searched, end)
                 if refined is not None:
-                    found.append((refined.cost, _result(problem, refined, i)))
+                    cost = refined.cost if problem.objectives else 0.0
+                    found.append((refined.cost, refined._replace(target=i, cost=cost)))
         found.sort(key=lambda pair: pair[0])
-        return list(_distinct((result for _, result in found), distinct))
+        return list(_distinct(result for _, result in found))
 
     def nearest_first(
         self,
@@ -242,7 +210,7 @@ class InverseKinematics:
         q0 = self._clipped(q0)
         poses = _alternatives(targets)
         found = [
-            (self._distance(end.q, q0), i, end)
+            (self.distance(end.q, q0), i, end)
             for i, _, ends in self._search_all(poses, q0, restarts, margin, None)
             for end in ends
         ]
@@ -253,9 +221,9 @@ class InverseKinematics:
                 problem = self._compile(poses[i], q0, margin)
                 refined = refined_end(self._with_nearness(problem, q0), end)
                 if refined is not None:
-                    yield _result(problem, refined, i)
+                    yield refined._replace(target=i, cost=0.0)
 
-        return _distinct(refine_one_by_one(), DISTINCT)
+        return _distinct(refine_one_by_one())
 
     def nearest(
         self,
@@ -290,15 +258,7 @@ class InverseKinematics:
         return last[i]._replace(iterations=iterations, target=i)
 
     def distance(self, q: np.ndarray, q0: np.ndarray) -> float:
-        """Return the root mean square over the joints of the time at maximum velocity [s].
-
-        Raises:
-            MotionError: When an argument is not a configuration.
-        """
-        n = self.model.nq
-        return self._distance(check_configuration(q, n), check_configuration(q0, n))
-
-    def _distance(self, q: np.ndarray, q0: np.ndarray) -> float:
+        """Return the root mean square over the joints of the time at maximum velocity [s]."""
         times = (q - q0) * self._inverse_speed
         return float(np.sqrt(times.dot(times) / len(times)))
 
@@ -317,7 +277,7 @@ class InverseKinematics:
             problem = self._compile(request, q0, margin)
             if not self._out_of_reach(problem) and (problem.lower <= problem.upper).all():
                 guesses = self._near_guesses(problem, q0, restarts, rng)
-                yield i, problem, search_all(problem, guesses, self.iterations)
+                yield i, problem, search_all(problem, guesses)
 
     def _with_nearness(self, problem: CompiledProblem, q0: np.ndarray) -> CompiledProblem:
         """Return a problem whose cost, if it has none, is the squared distance from `q0`."""
@@ -339,8 +299,8 @@ class InverseKinematics:
     ) -> CompiledProblem:
         if isinstance(request, (IKProblem, Target)):
             return self._compile_problem(request, q0, margin, tolerance)
-        tolerances = self._tolerances if tolerance is None else (tolerance, tolerance)
-        self._tool_residual.set_target(check_pose(request), tolerances, self._accepted)
+        aimed = TOLERANCE if tolerance is None else tolerance
+        self._tool_residual.set_target(check_pose(request), (aimed, aimed), self._accepted)
         constraint = self._tool_constraint
         constraint.q = None
         lower, upper = self.model.limits.lower, self.model.limits.upper
@@ -374,18 +334,6 @@ class InverseKinematics:
     def _out_of_reach(self, problem: CompiledProblem) -> float:
         return 0.0 if problem.tool_target is None else self._reach.excess(problem.tool_target)
 
-    def _spread_guesses(
-        self,
-        problem: CompiledProblem,
-        first: np.ndarray,
-        restarts: int,
-        rng: np.random.Generator | None,
-    ) -> Iterator[np.ndarray]:
-        """Yield the first initial guess, then those with small residuals far from each other."""
-        yield first
-        if restarts > 0:
-            yield from self._initial_guesses.spread(problem, restarts, rng)
-
     def _near_guesses(
         self,
         problem: CompiledProblem,
@@ -397,7 +345,7 @@ class InverseKinematics:
         yield np.minimum(np.maximum(q0, problem.lower), problem.upper)
         if restarts > 0:
             guesses = self._initial_guesses.nearest(problem, 8 * restarts, rng)
-            distances = [self._distance(q, q0) for q in guesses]
+            distances = [self.distance(q, q0) for q in guesses]
             yield from guesses[np.argsort(distances, kind="stable")[:restarts]]
 
 
@@ -412,23 +360,10 @@ def _alternatives(request: Request | Sequence[pin.SE3 | Target]) -> list[Request
     return requests
 
 
-def _distinct(results: Iterable[IKResult], difference: float) -> Iterator[IKResult]:
-    """Yield results that differ from those before by more than this in some joint [rad]."""
+def _distinct(results: Iterable[IKResult]) -> Iterator[IKResult]:
+    """Yield results that differ from those before by more than `DISTINCT` in some joint."""
     kept: list[np.ndarray] = []
     for result in results:
-        if all(np.abs(result.q - q).max() > difference for q in kept):
+        if all(np.abs(result.q - q).max() > DISTINCT for q in kept):
             kept.append(result.q)
             yield result
-
-
-def _result(problem: CompiledProblem, found: SearchResult, target: int = 0) -> IKResult:
-    return IKResult(
-        found.q,
-        found.solved,
-        problem.errors(found.q),
-        found.iterations,
-        found.restarts,
-        found.reason,
-        target,
-        found.cost if problem.objectives else 0.0,
-    )

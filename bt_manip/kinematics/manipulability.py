@@ -57,25 +57,17 @@ def manipulability_gradient(jacobian: np.ndarray) -> np.ndarray:
     return np.einsum("ik,jik->j", np.linalg.pinv(jacobian, rcond=_MIN_VOLUME**0.5), change)
 
 
-class ToolManipulability:
-    """Manipulability of an arm's tool by some of its joints."""
+def log_manipulability(arm: RobotModel, moving: np.ndarray | None) -> tuple[float, np.ndarray]:
+    """Return the logarithm of the tool's manipulability, and its gradient.
 
-    def __init__(self, arm: RobotModel, moving: np.ndarray | None = None) -> None:
-        """Choose the joints.
-
-        Args:
-            arm: The arm; its data are written to.
-            moving: Which joints may move; by default all.  # (nv,)
-        """
-        self._model, self._data, self._frame = arm.model, arm.data, arm.tool_frame_id
-        self._moving = np.ones(arm.model.nv, dtype=bool) if moving is None else moving
-
-    def evaluate(self) -> tuple[float, np.ndarray]:
-        """Return the logarithm and its gradient, after `pin.computeJointJacobians`."""
-        jacobian = pin.getFrameJacobian(
-            self._model, self._data, self._frame, pin.LOCAL_WORLD_ALIGNED
-        )
-        jacobian = jacobian[:, self._moving]
-        gradient = np.zeros(len(self._moving))
-        gradient[self._moving] = manipulability_gradient(jacobian)
-        return float(np.log(max(_volume(jacobian), _MIN_VOLUME))), gradient
+    Args:
+        arm: The arm, after `pin.computeJointJacobians`.
+        moving: Which joints may move; None for all.  # (nv,)
+    """
+    moving = np.ones(arm.model.nv, dtype=bool) if moving is None else moving
+    jacobian = pin.getFrameJacobian(
+        arm.model, arm.data, arm.tool_frame_id, pin.LOCAL_WORLD_ALIGNED
+    )[:, moving]
+    gradient = np.zeros(len(moving))
+    gradient[moving] = manipulability_gradient(jacobian)
+    return float(np.log(max(_volume(jacobian), _MIN_VOLUME))), gradient

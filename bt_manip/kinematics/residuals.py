@@ -204,8 +204,6 @@ def _chord(angle: float) -> float:
 class PoseResidual(FrameResidual):
     """Logarithm ``log6`` of a frame's pose in the target pose, for narrow tolerances."""
 
-    _given: tuple[tuple[float, float], tuple[float, float]] | None = None  # last tolerances
-
     def __init__(
         self,
         arm: RobotModel,
@@ -231,10 +229,7 @@ class PoseResidual(FrameResidual):
             tolerances: Errors to aim at [m] and [rad].
             accepted: Largest errors that meet the target, where they exceed `tolerances`.
         """
-        self.pose = pose
-        if self._given == (tolerances, accepted):
-            return
-        self._given, self.tolerances = (tolerances, accepted), tolerances
+        self.pose, self.tolerances = pose, tolerances
         self.accepted = max(tolerances[0], accepted[0]), max(tolerances[1], accepted[1])
         self.squared_bound, self.accepted_bound = _bound(tolerances), _bound(self.accepted)
 

@@ -1,14 +1,16 @@
 """Searches for solutions: from several initial guesses, near a configuration, or for all."""
 
 from collections.abc import Iterable, Iterator
-from typing import NamedTuple
 
 import numpy as np
 
 from .compiled_problem import CompiledProblem
 from .levenberg_marquardt import LMResult, levenberg_marquardt
+from .problem import IKResult
 from .refinement import RefinementResult, refine
 
+ITERATIONS = 50  # from each initial guess, at most
+MAX_FAILED_ITERATIONS = 600  # over all initial guesses, after which there is no other restart
 NEAR_PATIENCE = 15  # iterations without progress, where there are no restarts
 MIN_DECREASE = 0.2  # of the squared residual by a step; below it, a restart is worth more
 NEAR_RESTARTS = 5  # initial guesses inside the box, after the first
@@ -16,40 +18,12 @@ COST_GUESSES = 8  # initial guesses for a problem without constraints, of which 
 _AT_BOUND = 1e-12  # [rad]
 
 
-class SearchResult(NamedTuple):
-    """Where a search ended.
-
-    Attributes:
-        q: The solution, or the configuration of the smallest residual.  # (nq,)
-        solved: Whether it is a solution.
-        iterations: Iterations over all initial guesses.
-        restarts: Number of initial guesses after the first.
-        reason: Why it is not solved; empty when it is.
-        cost: The cost; 0 without one.
-    """
-
-    q: np.ndarray
-    solved: bool
-    iterations: int = 0
-    restarts: int = 0
-    reason: str = ""
-    cost: float = 0.0
-
-
-def search(
-    problem: CompiledProblem,
-    guesses: Iterable[np.ndarray],
-    iterations: int,
-    max_failed_iterations: int,
-) -> SearchResult:
+def search(problem: CompiledProblem, guesses: Iterable[np.ndarray]) -> IKResult:
     """Search from one initial guess after the other until a solution is found.
 
     Args:
         problem: The problem.
         guesses: At least one configuration inside the limits.  # (nq,) each
-        iterations: Maximum number of iterations from each.
-        max_failed_iterations: Iterations without a solution, over all initial guesses, after which
-            there is no other restart.
     """
     wanted = 1 if problem.constraints.parts else COST_GUESSES
     found: list[RefinementResult] = []
@@ -64,7 +38,7 @@ def search(
             guess,
             problem.lower,
             problem.upper,
-            iterations=iterations,
+            iterations=ITERATIONS,
             min_decrease=MIN_DECREASE if restarts else 0.0,
         )
         total += end.iterations
@@ -79,29 +53,30 @@ def search(
             best, collision = end, touching
         if end.met and not end.solved and (nearly is None or end.error < nearly.error):
             nearly = end if not problem.collision(end.q) else nearly
-        if failed >= max_failed_iterations:
+        if failed >= MAX_FAILED_ITERATIONS:
             break
     if found:
         least = min(found, key=lambda refined: refined.cost)
-        return SearchResult(least.q, True, total, restarts, cost=least.cost)
+        errors = problem.errors(least.q)
+        return IKResult(least.q, True, errors, total, restarts, cost=least.cost)
     if nearly is not None:
-        return SearchResult(nearly.q, True, total, restarts, cost=problem.cost(nearly.q))
+        errors, cost = problem.errors(nearly.q), problem.cost(nearly.q)
+        return IKResult(nearly.q, True, errors, total, restarts, cost=cost)
     assert best is not None
     reason = f"no solution from {restarts + 1} initial guesses"
     if best.solved:
         reason = f"no collision-free solution from {restarts + 1} initial guesses: {collision}"
-    return SearchResult(best.q, False, total, restarts, reason)
+    return IKResult(best.q, False, problem.errors(best.q), total, restarts, reason)
 
 
 def search_near(
-    problem: CompiledProblem, q0: np.ndarray, iterations: int, *, max_step: float, retry: bool
-) -> SearchResult:
+    problem: CompiledProblem, q0: np.ndarray, *, max_step: float, retry: bool
+) -> IKResult:
     """Search inside a box around a configuration.
 
     Args:
         problem: The problem; a limit that `q0` violates is widened to it.
         q0: The middle of the box.  # (nq,)
-        iterations: Maximum number of iterations from each initial guess.
         max_step: Half the sides of the box [rad].
         retry: Whether to try other initial guesses inside the box.
     """
@@ -110,7 +85,7 @@ def search_near(
     total, best = 0, None
     for guess in _guesses_inside(q0, least, most) if retry else (q0,):
         end = levenberg_marquardt(
-            problem.constraints, guess, least, most, iterations=iterations, patience=NEAR_PATIENCE
+            problem.constraints, guess, least, most, iterations=ITERATIONS, patience=NEAR_PATIENCE
         )
         total += end.iterations
         if best is None or end.solved or end.error < best.error:
@@ -122,7 +97,8 @@ def search_near(
         refined = _refine(problem, best, least, most)
         touching = problem.collision(refined.q)
         total += refined.iterations
-        return SearchResult(refined.q, not touching, total, 0, touching, refined.cost)
+        errors = problem.errors(refined.q)
+        return IKResult(refined.q, not touching, errors, total, 0, touching, cost=refined.cost)
     at_limit = ((best.q <= lower + _AT_BOUND) | (best.q >= upper - _AT_BOUND)) & (lower < upper)
     names = [problem.joints[i] for i in np.flatnonzero(at_limit).tolist()]
     if names:
@@ -131,34 +107,32 @@ def search_near(
         reason = f"a joint would have to jump by more than {max_step:g} rad"
     else:
         reason = "out of reach, or singular"
-    return SearchResult(best.q, False, total, reason=reason)
+    return IKResult(best.q, False, problem.errors(best.q), total, reason=reason)
 
 
-def search_all(
-    problem: CompiledProblem, guesses: Iterable[np.ndarray], iterations: int
-) -> list[LMResult]:
+def search_all(problem: CompiledProblem, guesses: Iterable[np.ndarray]) -> list[LMResult]:
     """Return where the searches from all initial guesses met the constraints, duplicates included.
 
     Args:
         problem: The problem.
         guesses: Configurations inside the limits.  # (nq,) each
-        iterations: Maximum number of iterations from each.
     """
     limits = problem.lower, problem.upper
     ends = [
-        levenberg_marquardt(problem.constraints, guess, *limits, iterations=iterations)
+        levenberg_marquardt(problem.constraints, guess, *limits, iterations=ITERATIONS)
         for guess in guesses
     ]
     solved = any(end.solved for end in ends)
     return [end for end in ends if end.solved or (end.met and not solved)]
 
 
-def refined_end(problem: CompiledProblem, end: LMResult) -> SearchResult | None:
+def refined_end(problem: CompiledProblem, end: LMResult) -> IKResult | None:
     """Return the refined solution of `search_all`; None where it collides."""
     refined = _refine(problem, end, problem.lower, problem.upper)
     if problem.collision(refined.q):
         return None
-    return SearchResult(refined.q, True, end.iterations + refined.iterations, cost=refined.cost)
+    total, errors = end.iterations + refined.iterations, problem.errors(refined.q)
+    return IKResult(refined.q, True, errors, total, cost=refined.cost)
 
 
 def _refine(

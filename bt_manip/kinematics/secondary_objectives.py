@@ -5,7 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .manipulability import ToolManipulability
+from bt_manip.robots import RobotModel
+
+from .manipulability import log_manipulability
 from .residuals import FrameResidual, StackedResidual
 
 
@@ -26,7 +28,7 @@ class SecondaryObjectives:
         *,
         residuals: Sequence[FrameResidual] = (),
         posture: tuple[np.ndarray, float] | None = None,
-        manipulability: tuple[ToolManipulability, float] | None = None,
+        manipulability: tuple[RobotModel, np.ndarray | None, float] | None = None,
     ) -> None:
         """Choose the objectives.
 
@@ -34,32 +36,27 @@ class SecondaryObjectives:
             inverse_speed: Inverse of the maximum joint velocities [s/rad].  # (nq,)
             residuals: Residuals of targets, scaled by the square roots of their weights.
             posture: A configuration [rad], and the weight of half the squared distance [1/s2].
-            manipulability: Of the tool, and the weight of its logarithm.
+            manipulability: An arm, which of its joints move, and the weight of the logarithm.
         """
         self._residuals, self._posture = tuple(residuals), posture
         self._manipulability = manipulability
         self._metric = inverse_speed**2 / len(inverse_speed)
 
-    def cost(self, constraints: StackedResidual) -> float:
-        """Return the cost at the configuration where constraints were evaluated last."""
-        return self._sum(constraints, derivatives=False).value
-
     def expand(self, constraints: StackedResidual) -> QuadraticModel:
-        """Return the cost with its gradient and its Gauss-Newton Hessian."""
-        return self._sum(constraints, derivatives=True)
+        """Return the cost with its gradient and its Gauss-Newton Hessian.
 
-    def _sum(self, constraints: StackedResidual, derivatives: bool) -> QuadraticModel:
+        Args:
+            constraints: Constraints that were evaluated last at the configuration.
+        """
         q = constraints.q
         assert q is not None
         n = len(q)
         value, gradient, hessian = 0.0, np.zeros(n), np.zeros((n, n))
         for residual in self._residuals:
-            error = residual.evaluate()
+            error, jacobian = residual.evaluate(), residual.jacobian()
             value += 0.5 * float(error.dot(error))
-            if derivatives:
-                jacobian = residual.jacobian()
-                gradient += jacobian.T @ error
-                hessian += jacobian.T @ jacobian
+            gradient += jacobian.T @ error
+            hessian += jacobian.T @ jacobian
         if self._posture is not None:
             posture, weight = self._posture
             offset, weights = q - posture, weight * self._metric
@@ -67,8 +64,8 @@ class SecondaryObjectives:
             gradient += weights * offset
             hessian.ravel()[:: n + 1] += weights
         if self._manipulability is not None:
-            tool, weight = self._manipulability
-            logarithm, slope = tool.evaluate()
+            arm, moving, weight = self._manipulability
+            logarithm, slope = log_manipulability(arm, moving)
             value -= weight * logarithm
             gradient -= weight * slope
             # Stands in for the Hessian of the logarithm, which changes by about 1 over a radian.

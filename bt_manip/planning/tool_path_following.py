@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio as pin
 
 from bt_manip.exceptions import MotionError
-from bt_manip.kinematics import IKResult, InverseKinematics
+from bt_manip.kinematics import IKResult, InverseKinematics, null_space_step
 from bt_manip.robots import JointLimits
 from bt_manip.trajectories import SplinePath
 
@@ -99,7 +99,7 @@ def _solve_knots(
         q = knots[-1]
         # Extrapolate linearly from the last two steps.
         likely = 2.0 * steps[-1] - steps[-2] if len(steps) > 2 else steps[-1]
-        guess = q + ik.null_space_motion.step(q, likely, travel)
+        guess = q + null_space_step(ik.model, q, likely, travel)
         guess = np.minimum(np.maximum(guess, np.minimum(lower, q)), np.maximum(upper, q))
         found = _solve(ik, path.pose(fraction), guess)
         if not found.solved or np.abs(found.q - q).max() > MAX_STEP:

@@ -1,8 +1,6 @@
 """Setting up robots: describing one from its model, checking a description, showing it."""
 
-from .check import Checked as Checked
 from .check import check_description as check_description
-from .describe import Draft as Draft
 from .describe import describe_robot as describe_robot
 from .inspection import make_robot as make_robot
 from .inspection import picture as picture

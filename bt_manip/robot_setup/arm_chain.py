@@ -7,6 +7,7 @@ import mujoco
 import numpy as np
 
 from bt_manip.cell import literal_name
+from bt_manip.collision import moved_bodies
 from bt_manip.exceptions import did_you_mean
 from bt_manip.robots import RobotError
 
@@ -63,7 +64,8 @@ def find_arm(model: mujoco.MjModel, joints: Sequence[str] | None = None) -> ArmC
         raise RobotError(f"joint #{nameless[0]} of the arm has no name: name it in the model")
     last = int(model.jnt_bodyid[chain[-1]])
     flange = tuple(np.flatnonzero(model.body_weldid == model.body_weldid[last]).tolist())
-    beyond = [j for j in range(model.njnt) if j not in chain and _is_below(model, j, last)]
+    below = moved_bodies(model, model.jnt_dofadr[chain[-1:]])[model.jnt_bodyid]
+    beyond = [j for j in np.flatnonzero(below).tolist() if j not in chain]
     return ArmChain(tuple(chain), flange, tuple(beyond))
 
 
@@ -142,13 +144,6 @@ def _children(model: mujoco.MjModel) -> dict[int, list[int]]:
             parent = int(model.body_weldid[model.body_parentid[body]])
             found.setdefault(parent, []).append(body)
     return found
-
-
-def _is_below(model: mujoco.MjModel, joint: int, body: int) -> bool:
-    at = int(model.jnt_bodyid[joint])
-    while at and at != body:
-        at = int(model.body_parentid[at])
-    return at == body
 
 
 def _is_jaw(model: mujoco.MjModel, joint: int) -> bool:

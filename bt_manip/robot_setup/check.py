@@ -2,11 +2,10 @@
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from bt_manip.cell import literal_name
 from bt_manip.collision import CollisionWorld, permanent_self_collisions, self_collisions
 from bt_manip.exceptions import BtManipError, did_you_mean
 from bt_manip.registry import Parts
@@ -15,6 +14,7 @@ from bt_manip.robots import (
     Robot,
     RobotDescription,
     RobotModel,
+    element_names,
     read_description,
     read_gripper,
     read_model,
@@ -24,24 +24,10 @@ from bt_manip.testing import ROBOT_CONTRACT, RobotCase
 from .inspection import ReachMap, make_robot, reach_map, tool_findings
 from .joint_data import light_joints
 from .reach import GRASP_HEIGHT
-from .trial import CYCLES, try_robot
+from .trial import CYCLES, Checked, try_robot
 
 _CUBE = 0.1  # [kg] that an arm should carry: twice the cube of the pick and place task
 _PARTS = {"joints": ("joint",), "fingers": ("body",), "motor": ("joint", "tendon")}
-
-
-class Checked(NamedTuple):
-    """Result of the checks of a description.
-
-    Attributes:
-        findings: What is wrong, each in a line with the key and the remedy.
-        facts: What was measured, each in a line.
-        robot: The robot, compiled alone; None if it cannot be built.
-    """
-
-    findings: list[str]
-    facts: list[str]
-    robot: Robot | None
 
 
 def check_description(path: Path, parts: Parts, cycles: int = CYCLES) -> Checked:
@@ -59,11 +45,11 @@ def check_description(path: Path, parts: Parts, cycles: int = CYCLES) -> Checked
         description = read_description(path)
         findings = list(_unknown_names(description))
     if findings:
-        return Checked(findings, [], None)
+        return Checked(findings, [])
     try:
         robot = make_robot(description, parts)
     except BtManipError as error:
-        return Checked([str(error), *tool_findings(description)], [], None)
+        return Checked([str(error), *tool_findings(description)], [])
     findings += _home_findings(robot)
     findings += tool_findings(description)
     model = robot.make_model()
@@ -78,7 +64,7 @@ def check_description(path: Path, parts: Parts, cycles: int = CYCLES) -> Checked
         case.stand()
     except BtManipError as error:
         finding = f"{description.where}: key 'base': {error}; raise its position"
-        return Checked([*findings, finding], facts, None)
+        return Checked([*findings, finding], facts)
     for check in ROBOT_CONTRACT:
         try:
             check(case)
@@ -162,13 +148,7 @@ def _unknown_names(description: RobotDescription) -> Iterator[str]:
             names = [names] if isinstance(names, str) else names
             wanted += [(f"gripper.{key}", name, kinds, (hand,)) for name in names]
     for key, name, kinds, models in wanted:
-        known = {
-            literal_name(element.name)
-            for root in models
-            for kind in kinds
-            for element in root.find_all(kind)
-            if getattr(element, "name", None)
-        }
+        known = {one for m in models for kind in kinds for one in element_names(m, kind)}
         if name not in known and name.rpartition("/")[2] not in known:
             what = " or ".join(kinds)
             yield f"{where}: key '{key}': there is no {what} '{name}'{did_you_mean(name, known)}"

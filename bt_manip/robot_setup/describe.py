@@ -14,7 +14,6 @@ from bt_manip.cell import escaped_name, literal_name
 from bt_manip.collision import CollisionWorld, permanent_self_collisions
 from bt_manip.grippers import (
     DEFAULT_LENGTH,
-    FoundFingers,
     find_fingers,
     suction_gripper,
     two_finger_gripper,
@@ -219,7 +218,7 @@ def _registered(
         gripper,
         model=given if is_file else gripper.model,
         mount=mount,
-        T_mg=_off_mount(model, description, mount) * gripper.T_mg,
+        T_mg=_outwards(model, description, mount) * gripper.T_mg,
         file=None,
     )
     return {"tool_frame": known.tool_frame, "T_ft": known.T_ft, "gripper": carried}
@@ -246,7 +245,7 @@ def _with_gripper(
     """Return the description with the gripper and the tool frame, and comments on them."""
     names = [escaped_name(joint) for joint in description.arm_joints]
     carried = None if model is None else GripperDescription(model=model, mount=mount)
-    assembled = assemble(replace(description, gripper=carried), description.name)
+    assembled = assemble(replace(description, gripper=carried))
     prefix = "" if model is None else assembled.gripper.full_identifier
 
     def local(full: str) -> str:
@@ -306,6 +305,7 @@ def _with_gripper(
         notes["gripper.armature"] = (
             f"Instead of the model's, with which a finger moves like {travel.mass:.0f} kg."
         )
+    R_wt = _rotation(assembled.alone, found.body, found.T_bt)
     gripper = two_finger_gripper(
         joints=[local(joint) for joint in found.joints],
         fingers=[local(finger) for finger in found.fingers],
@@ -316,27 +316,25 @@ def _with_gripper(
         pads=_PADS,
         model=model,
         mount=mount if model else None,
-        T_mg=None if model is None else _outwards(assembled.alone, description, found, mount),
+        T_mg=None if model is None else _outwards(assembled.alone, description, mount, R_wt[:, 2]),
         **changes,
     )
     if tool_frame is None:
         notes["tool"] = "Between the finger pads; z is the direction of approach."
         description = replace(description, tool_frame=local(found.body), T_ft=found.T_bt)
     elif tool is not None:
-        turn = _turn(assembled.alone, tool, found)
+        turn = pin.SE3(_rotation(assembled.alone, *tool).T @ R_wt, np.zeros(3))
         if not turn.isIdentity(_SAME):
             notes["tool"] = "The rotation makes z the direction of approach of the fingers."
             description = replace(description, T_ft=turn)
     return replace(description, gripper=gripper), notes
 
 
-def _turn(model: mujoco.MjModel, tool: tuple[str, pin.SE3], found: FoundFingers) -> pin.SE3:
-    """Return the rotation of the measured tool frame in a given one."""
+def _rotation(model: mujoco.MjModel, body: str, T: pin.SE3) -> np.ndarray:
+    """Return the rotation in the world of a frame with a pose in a body."""  # (3, 3)
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
-    R_wt = data.body(tool[0]).xmat.reshape(3, 3) @ tool[1].rotation
-    R = R_wt.T @ data.body(found.body).xmat.reshape(3, 3) @ found.T_bt.rotation
-    return pin.SE3(R, np.zeros(3))
+    return np.array(data.body(body).xmat.reshape(3, 3) @ T.rotation)
 
 
 def _of_another_kind(
@@ -359,13 +357,6 @@ def _renamed(value: Any, local: Callable[[str], str]) -> Any:
     return [_renamed(item, local) for item in value] if isinstance(value, list) else value
 
 
-def _off_mount(model: mujoco.MjModel, description: RobotDescription, mount: str) -> pin.SE3:
-    """Return the rotation in a mount after which the z axis points away from the arm."""
-    R_wm, outwards = _outward(model, description.arm_joints, mount)
-    turn = pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), R_wm.T @ outwards)
-    return pin.SE3(turn.matrix(), np.zeros(3))
-
-
 def _standing(model: mujoco.MjModel, description: RobotDescription, found: FoundGripper) -> pin.SE3:
     """Return the pose of a gripper in its mount in which its body stands on it, z outwards."""
     body = model.body(found.body).id
@@ -377,38 +368,31 @@ def _standing(model: mujoco.MjModel, description: RobotDescription, found: Found
         middle, half = model.geom_aabb[geom, :3], model.geom_aabb[geom, 3:]
         z = R.reshape(3, 3)[2]
         low = min(low, float(model.geom_pos[geom, 2] + z @ middle - np.abs(z) @ half))
-    turn = _off_mount(model, description, description.tool_frame)
+    turn = _outwards(model, description, description.tool_frame)
     return turn * spatial.pose((0.0, 0.0, round(-low, 3)))
 
 
 def _outwards(
     model: mujoco.MjModel,
     description: RobotDescription,
-    found: FoundFingers,
     mount: str,
+    approach: np.ndarray | None = None,
 ) -> pin.SE3:
-    """Return the pose of a gripper in its mount in which it points away from the arm."""
-    R_wm, outwards = _outward(model, description.arm_joints, mount)
+    """Return the rotation in a mount after which a direction points away from the arm.
+
+    Away is along the axis of the last joint, from the arm's last links to the mount. If the mount's
+    z axis is across that axis, the mount decides.
+
+    Args:
+        model: The arm, compiled alone.
+        description: Its description.
+        mount: Name of the mount.
+        approach: The direction in the world, which may be slightly off; default: the mount's z
+            axis.  # (3,)
+    """
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
-    approach = data.body(found.body).xmat.reshape(3, 3) @ found.T_bt.rotation[:, 2]
-    if approach @ outwards > _ALONG:
-        return pin.SE3.Identity()
-    turn = pin.Quaternion.FromTwoVectors(R_wm.T @ approach, R_wm.T @ outwards)
-    return spatial.pose(np.zeros(3), np.array([turn.w, turn.x, turn.y, turn.z]))
-
-
-def _outward(
-    model: mujoco.MjModel, arm_joints: Sequence[str], mount: str
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the rotation of a mount in the world, and the direction away from the arm.
-
-    That is the axis of the last joint, in the direction from the arm's last links to the mount. If
-    the mount's z axis is across that axis, the mount decides.
-    """  # (3, 3), (3,)
-    data = mujoco.MjData(model)
-    mujoco.mj_kinematics(model, data)
-    joints = [model.joint(escaped_name(name)).id for name in arm_joints]
+    joints = [model.joint(escaped_name(name)).id for name in description.arm_joints]
     site = mujoco.mj_name2id(model, int(mujoco.mjtObj.mjOBJ_SITE), escaped_name(mount))
     at, R = (
         (data.site_xpos[site], data.site_xmat[site])
@@ -421,4 +405,9 @@ def _outward(
     if abs(axis @ outwards) > _ALONG:
         along = [float((at - data.xanchor[j]) @ axis) for j in reversed(joints)]
         outwards = np.sign(next((d for d in along if abs(d) > 1e-3), 1.0)) * axis
-    return R_wm, outwards
+    if approach is None:
+        approach = R_wm[:, 2]
+    elif approach @ outwards > _ALONG:
+        return pin.SE3.Identity()
+    turn = pin.Quaternion.FromTwoVectors(R_wm.T @ approach, R_wm.T @ outwards)
+    return pin.SE3(turn.matrix(), np.zeros(3))

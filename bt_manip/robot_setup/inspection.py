@@ -20,6 +20,7 @@ from bt_manip.robots import (
     RobotModel,
     compile_alone,
 )
+from bt_manip.spatial import quat_wxyz
 
 from .reach import GRASP_HEIGHT, DownwardReach
 
@@ -89,7 +90,7 @@ def reach_map(robot: Robot, model: RobotModel) -> ReachMap:
             if one is not None:
                 q = one
                 found.append(one)
-                below = downward.below_tool(one)
+                below = downward.lowest.below_tool(one)
                 reached[i, j] = below < GRASP_HEIGHT
     return ReachMap(reached, _payload(model, found), _gripped(robot.gripper), below)
 
@@ -191,8 +192,7 @@ def _finger_findings(description: RobotDescription) -> Iterator[str]:
     T_bs = T_wb.inverse() * robot.tool_pose
     angle = float(np.arccos(np.clip(T_bs.rotation[:, 2] @ T_bt.rotation[:, 2], -1.0, 1.0)))
     p = ", ".join(f"{x:.4g}" for x in T_bt.translation + 0.0)
-    quat = pin.Quaternion(T_bt.rotation)
-    q = ", ".join(f"{x:.4g}" for x in (quat.w, quat.x, quat.y, quat.z))
+    q = ", ".join(f"{x:.4g}" for x in quat_wxyz(T_bt))
     remedy = f'frame = "{body}", position = [{p}], quat_wxyz = [{q}] fit the fingers'
     if angle > _TILT:
         yield (

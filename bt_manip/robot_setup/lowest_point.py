@@ -71,15 +71,7 @@ def foot_bodies(robot: Robot) -> np.ndarray:
     Args:
         robot: The robot, compiled alone.
     """  # (nbody,)
-    model, data = robot.mj_model, robot.mj_data
-    foot = np.zeros(model.nbody, dtype=bool)
-    foot[0] = True
-    for body in range(1, model.nbody):
-        start = model.body_jntadr[body]
-        joints = range(start, start + model.body_jntnum[body])
-        foot[body] = foot[model.body_parentid[body]] and all(
-            int(model.jnt_type[j]) == int(mujoco.mjtJoint.mjJNT_HINGE)
-            and abs(data.xaxis[j, 2]) > _VERTICAL
-            for j in joints
-        )
-    return foot
+    model = robot.mj_model
+    turning = model.jnt_type == int(mujoco.mjtJoint.mjJNT_HINGE)
+    turning &= np.abs(robot.mj_data.xaxis[:, 2]) > _VERTICAL
+    return ~moved_bodies(model, np.flatnonzero(~turning[model.dof_jntid]))

@@ -3,11 +3,11 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
-import mujoco
 import numpy as np
 import pinocchio as pin
 
 from bt_manip import spatial
+from bt_manip.collision import hull_points
 from bt_manip.robots import Robot, RobotError
 
 from .lowest_point import foot_bodies
@@ -25,10 +25,8 @@ _BASE_X, _BASE_Z = np.arange(0.0, 0.41, 0.05), np.arange(0.0, 0.21, 0.05)  # [m]
 _LEAST_TABLE = 0.1  # share of the table that the arm needs to pick from
 _MOVED = 1.0  # cost of a metre by which the base is moved, in shares of the positions reached
 _HOME_HEIGHT = 0.3  # [m] of the tool over the table at home, or less for a small arm
-_CORNERS = np.array(np.meshgrid(*[[-1.0, 1.0]] * 3)).reshape(3, -1).T  # of a box
 _FOOT = (0.05, 0.15)  # [m] least and largest half width of a pedestal
 _DIGITS = 3  # of the base's position [m]
-_LISTED = 3  # pairs of bodies in a message
 
 
 class Placement(NamedTuple):
@@ -98,7 +96,7 @@ def find_home(downward: DownwardReach, reach: RadialReach, base: pin.SE3) -> np.
             q = downward.configuration(np.array(position), -base.translation[2])
             if q is not None:
                 return q
-    blocking = downward.blocking(_LISTED)
+    blocking = downward.blocking()
     if blocking:
         pairs = ", ".join(f"'{one}' and '{other}'" for one, other in blocking)
         raise RobotError(
@@ -133,13 +131,8 @@ def _foot(robot: Robot) -> tuple[float, float]:
     points = []
     fixed = np.zeros((1, 2))
     for geom in np.flatnonzero(foot_bodies(robot)[model.geom_bodyid]):
-        mesh = int(model.geom_dataid[geom])
-        if int(model.geom_type[geom]) == int(mujoco.mjtGeom.mjGEOM_MESH):
-            start = int(model.mesh_vertadr[mesh])
-            local = model.mesh_vert[start : start + int(model.mesh_vertnum[mesh])]
-        else:
-            local = model.geom_aabb[geom, :3] + _CORNERS * model.geom_aabb[geom, 3:]
-        points.append(local @ data.geom_xmat[geom].reshape(3, 3).T + data.geom_xpos[geom])
+        R = data.geom_xmat[geom].reshape(3, 3)
+        points.append(hull_points(model, int(geom)) @ R.T + data.geom_xpos[geom])
         if model.body_weldid[model.geom_bodyid[geom]] == 0:
             fixed = np.concatenate([fixed, points[-1][:, :2]])
     if not points:

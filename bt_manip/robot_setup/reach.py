@@ -75,7 +75,11 @@ class RadialReach(NamedTuple):
 
 
 class DownwardReach:
-    """Finds configurations free of self-collision in which the tool points down."""
+    """Finds configurations free of self-collision in which the tool points down.
+
+    Attributes:
+        lowest: Measures the lowest points of the robot.
+    """
 
     def __init__(self, robot: Robot, model: RobotModel) -> None:
         """Prepare for a robot that is compiled alone.
@@ -88,7 +92,7 @@ class DownwardReach:
         self._ik = InverseKinematics(model)
         self._world = CollisionWorld(robot, model)
         self._world.refresh(fixed_only=True)  # with the gripper open
-        self._lowest = LowestPoint(robot)
+        self.lowest = LowestPoint(robot)
         lower, upper = model.limits.sampling_bounds()
         self._colliding: Counter[tuple[str, str]] = Counter()
         self._middle, self._half = 0.5 * (lower + upper), 0.5 * (upper - lower)
@@ -123,8 +127,8 @@ class DownwardReach:
                 position = np.array([*(axis + radius * direction), height])
                 found = self.solve(position, q, floor=-np.inf)
                 if found is not None:
-                    lowest[i, j], q = self._lowest.of_links(found), found
-                    below = self._lowest.below_tool(found)
+                    lowest[i, j], q = self.lowest.of_links(found), found
+                    below = self.lowest.below_tool(found)
         return RadialReach(axis, front, size * _RADII, size * _HEIGHTS, lowest, below)
 
     def _axis(self) -> np.ndarray:
@@ -159,7 +163,7 @@ class DownwardReach:
             floor: Height above which all links before the last one have to be [m]; those above 0
                 are preferred.
         """  # (nq,)
-        problem, height = _down(self._ik, position), self._lowest.of_links
+        problem, height = _down(self._ik, position), self.lowest.of_links
         result = self._ik.solve(problem, q0, restarts=0)
         if result.solved and height(result.q) > -_ROUNDING and self._is_free(result.q):
             return np.array(result.q)
@@ -169,17 +173,13 @@ class DownwardReach:
             return None
         return np.array(best)
 
-    def below_tool(self, q: np.ndarray) -> float:
-        """Return the height of the tool over the lowest point of the last link and gripper [m]."""
-        return self._lowest.below_tool(q)
-
     def _is_above(self, q: np.ndarray, floor: float) -> bool:
-        height = float(self._model.pose(q).translation[2]) - self._lowest.below_tool(q)
-        return min(height, self._lowest.of_links(q)) > floor - _ROUNDING
+        height = float(self._model.pose(q).translation[2]) - self.lowest.below_tool(q)
+        return min(height, self.lowest.of_links(q)) > floor - _ROUNDING
 
-    def blocking(self, most: int) -> list[tuple[str, str]]:
-        """Return the pairs of bodies that collided in most configurations, at most so many."""
-        return [pair for pair, _ in self._colliding.most_common(most)]
+    def blocking(self) -> list[tuple[str, str]]:
+        """Return the three pairs of bodies that collided in most configurations."""
+        return [pair for pair, _ in self._colliding.most_common(3)]
 
     def _is_free(self, q: np.ndarray, within: float = 0.0) -> bool:
         collisions = self._world.collisions(q, within)

@@ -24,7 +24,7 @@ from bt_manip.cell.objects import Box
 from bt_manip.exceptions import BtManipError, without_numbers
 from bt_manip.plugins import build_station
 from bt_manip.registry import Parts
-from bt_manip.robots import RobotDescription
+from bt_manip.robots import Robot, RobotDescription
 from bt_manip.runner import RunObserver, Station, prepare, request_of
 from bt_manip.scenes import table_and_basket
 
@@ -68,23 +68,25 @@ _REMEDIES = (
 """Words in the reason of a failure, the key that causes it, and what to change."""
 
 
-class RobotTrial(NamedTuple):
-    """Result of a trial.
+class Checked(NamedTuple):
+    """Result of the checks of a description, or of a trial.
 
     Attributes:
-        findings: What failed, each in a line with the key and the remedy; before it, what is
-            wrong with the tool frame.
+        findings: What is wrong, each in a line with the key and the remedy.
         facts: What was measured, each in a line.
+        robot: The robot, compiled alone; None if it cannot be built, and of a trial.
     """
 
     findings: list[str]
     facts: list[str]
+    robot: Robot | None = None
 
 
-def try_robot(description: RobotDescription, parts: Parts, cycles: int = CYCLES) -> RobotTrial:
+def try_robot(description: RobotDescription, parts: Parts, cycles: int = CYCLES) -> Checked:
     """Let a robot grasp a cube in the air and place it, then run the pick and place task.
 
-    Behaviours, station and task are those of a run.
+    Behaviours, station and task are those of a run. Where it fails, the first findings are about
+    the tool frame.
 
     Args:
         description: The robot, with a gripper.
@@ -101,7 +103,7 @@ def try_robot(description: RobotDescription, parts: Parts, cycles: int = CYCLES)
         run.execute([watch], stop=lambda: watch.failed >= _MAX_FAILED)
     except BtManipError as error:
         reason = _finding(where, "the pick and place task", str(error))
-        return RobotTrial([*tool_findings(description), reason], [])
+        return Checked([*tool_findings(description), reason], [])
     findings = [_finding(where, "a cube on a post", air)] if air else []
     findings += watch.findings(where)
     if findings:
@@ -111,7 +113,7 @@ def try_robot(description: RobotDescription, parts: Parts, cycles: int = CYCLES)
         f"{_TASK}: {done - watch.failed} of {done} cycles, {watch.retried} of them with a retry",
         f"tracking error: {1e3 * watch.error:.2g} mrad at most",
     ]
-    return RobotTrial(findings, facts)
+    return Checked(findings, facts)
 
 
 def _grasp_in_the_air(station: Station) -> str:

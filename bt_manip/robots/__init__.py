@@ -3,16 +3,14 @@
 from .addresses import reader as reader
 from .addresses import writer as writer
 from .assembly import assemble as assemble
+from .assembly import element_names as element_names
 from .assembly import model_file as model_file
 from .assembly import read_model as read_model
 from .assembly import site_pose as site_pose
 from .bounds import ArmBounds as ArmBounds
 from .configurations import Configuration as Configuration
 from .configurations import Configurations as Configurations
-from .configurations import find_configuration as find_configuration
 from .configurations import load_configurations as load_configurations
-from .configurations import read_configurations as read_configurations
-from .configurations import read_waypoints as read_waypoints
 from .configurations import save_configuration as save_configuration
 from .description_file import description_text as description_text
 from .description_file import read_description as read_description
@@ -39,9 +37,7 @@ from .joint_limits import sampling_bounds as sampling_bounds
 from .link import ArmLink as ArmLink
 from .link import GripperLink as GripperLink
 from .link import LateError as LateError
-from .link_worker import rows_problem as rows_problem
 from .model_address import MENAGERIE as MENAGERIE
-from .model_building import build_model as build_model
 from .motors import add_feedback as add_feedback
 from .motors import ensure_motors as ensure_motors
 from .panda import panda as panda

@@ -50,19 +50,15 @@ class Assembly(NamedTuple):
     tool_site: Any
 
 
-def assemble(description: RobotDescription, name: str) -> Assembly:
+def assemble(description: RobotDescription) -> Assembly:
     """Read the arm's model, attach the gripper's, and place both as described.
-
-    Args:
-        description: The robot's description.
-        name: Name of the model.
 
     Raises:
         RobotError: If a file is missing or invalid, or a name is unknown.
     """
     where = description.where
     root, alone = read_model(description.model, where)
-    root.model = name
+    root.model = description.name
     joints = [_find(root, "joint", name) for name in description.arm_joints]
     if all(joint is not None for joint in joints) and lock_other_joints(root, joints):
         alone = _compile(root, where)
@@ -91,7 +87,7 @@ def find_element(root: mjcf.RootElement, kind: str, name: str, where: str) -> An
     """
     element = _find(root, kind, name)
     if element is None:
-        known = sorted(_names(root, kind))
+        known = sorted(element_names(root, kind))
         raise RobotError(
             f"{where}: the model '{root.model}' has no {kind} '{name}'{did_you_mean(name, known)}"
         )
@@ -103,7 +99,8 @@ def _find(root: mjcf.RootElement, kind: str, name: str) -> Any:
     return root.find(kind, escaped_name(name))
 
 
-def _names(root: mjcf.RootElement, kind: str) -> list[str]:
+def element_names(root: mjcf.RootElement, kind: str) -> list[str]:
+    """Return the names of a model's elements of a kind, such as joints, as in its file."""
     found = (getattr(element, "name", None) for element in root.find_all(kind))
     return [literal_name(name) for name in found if name]
 
@@ -172,19 +169,18 @@ def _attach(
 ) -> None:
     """Attach the gripper's model at a site or body of the arm."""
     mount = gripper.mount or ""
-    site = _find(root, "site", mount)
+    site = _find(root, "site", mount) or _find(root, "body", mount)
     T_mount = pin.SE3.Identity()
-    if site is not None:
-        T_mount = site_pose(alone, site)
+    if site is None:
+        sites = [*element_names(root, "site"), *element_names(root, "body")]
+        raise RobotError(
+            f"{where}: a gripper of its own model is mounted at a site or body of the arm, "
+            f"and there is no '{mount}'{did_you_mean(mount, sites)}"
+        )
+    if site.tag == "body":
+        site = site.add("site", name="gripper_mount")
     else:
-        body = _find(root, "body", mount)
-        if body is None:
-            sites = [*_names(root, "site"), *_names(root, "body")]
-            raise RobotError(
-                f"{where}: a gripper of its own model is mounted at a site or body of the arm, "
-                f"and there is no '{mount}'{did_you_mean(mount, sites)}"
-            )
-        site = body.add("site", name="gripper_mount")
+        T_mount = site_pose(alone, site)
     if hand.model == root.model:
         hand.model = f"{hand.model}_gripper"
     try:
@@ -202,27 +198,22 @@ def _tool_site(
     where: str,
 ) -> Any:
     """Return the tool's site; add one if the description offsets the tool or names a body."""
-    name = description.tool_frame
-    for model in (hand, root):
-        site = _find(model, "site", name)
-        if site is not None:
-            T = site_pose(alone, site)
-            body = site.parent
-            break
-        body = _find(model, "body", name)
-        if body is not None:
-            T = pin.SE3.Identity()
-            break
-    else:
-        models = (hand,) if hand is root else (hand, root)
-        known = [name for m in models for kind in ("site", "body") for name in _names(m, kind)]
+    name, kinds = description.tool_frame, ("site", "body")
+    models = (hand,) if hand is root else (hand, root)
+    elements = (_find(model, kind, name) for model in models for kind in kinds)
+    found = next((element for element in elements if element is not None), None)
+    if found is None:
+        known = [name for model in models for kind in kinds for name in element_names(model, kind)]
         raise RobotError(
             f"{where}: {description.model} has no site or body '{name}'{did_you_mean(name, known)}"
         )
-    if site is not None and description.T_ft == pin.SE3.Identity():
-        return site
+    body, T = found, description.T_ft
+    if found.tag == "site":
+        if T == pin.SE3.Identity():
+            return found
+        body, T = found.parent, site_pose(alone, found) * T
     tool = body.add("site", name=_TOOL, size=(0.002,), group=5)
-    _place(tool, T * description.T_ft)
+    _place(tool, T)
     return tool
 
 
@@ -265,7 +256,7 @@ def _find_body(root: mjcf.RootElement, hand: mjcf.RootElement, name: str, where:
     """Return a body of the arm, or of the gripper: by its name or ``MODEL/NAME``."""
     body = _find(root, "body", name) or _find(hand, "body", name.removeprefix(f"{hand.model}/"))
     if body is None:
-        known = [*_names(root, "body"), *_names(hand, "body")]
+        known = [*element_names(root, "body"), *element_names(hand, "body")]
         raise RobotError(
             f"{where}: exclude: there is no body '{name}'{did_you_mean(name, set(known))}"
         )

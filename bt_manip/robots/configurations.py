@@ -10,7 +10,7 @@ from bt_manip.exceptions import BtManipError, MotionError, did_you_mean, one_lin
 from bt_manip.input_files import MAX_TOML_BYTES, read_text
 from bt_manip.toml_fields import KeyField, plain
 from bt_manip.toml_tables import TomlFile, TomlTable
-from bt_manip.toml_text import BARE_KEY, toml_key
+from bt_manip.toml_text import BARE_KEY, toml_text
 
 from .errors import RobotError
 
@@ -26,23 +26,19 @@ class Configurations:
 
     def read(self, table: TomlTable, entry: KeyField, size: Any) -> dict[str, Configuration]:
         """Return the configurations by name."""
-        file = table.file
-        return read_configurations(
-            table, file.path.parent if isinstance(file, TomlFile) else Path()
-        )
+        return read_configurations(table)
 
     def write(self, value: Any, entry: KeyField, folder: Path | None) -> dict[str, Any]:
         """Return the table ``[configurations]``."""
         return {entry.name: plain(value)}
 
 
-def read_configurations(table: TomlTable, folder: Path) -> dict[str, Configuration]:
+def read_configurations(table: TomlTable) -> dict[str, Configuration]:
     """Read the named configurations of a robot or scene file.
 
     Args:
         table: Root table of the file: ``[configurations]`` has joint positions by name, in joint
             order or by joint [rad]; ``waypoints`` is the path of a MoveIt Pro waypoint file.
-        folder: Folder that paths are relative to.
 
     Raises:
         BtManipError: If a configuration is invalid.
@@ -50,6 +46,7 @@ def read_configurations(table: TomlTable, folder: Path) -> dict[str, Configurati
     found: dict[str, Configuration] = {}
     waypoints = table.text("waypoints")
     if waypoints is not None:
+        folder = table.file.path.parent if isinstance(table.file, TomlFile) else Path()
         try:
             found |= read_waypoints(folder / waypoints)
         except BtManipError as error:
@@ -75,7 +72,7 @@ def load_configurations(path: Path) -> dict[str, Configuration]:
             `read_configurations`.
     """
     table = TomlFile(path, "file of configurations", RobotError).whole
-    found = read_configurations(table, path.parent)
+    found = read_configurations(table)
     table.finish()
     return found
 
@@ -100,10 +97,9 @@ def save_configuration(path: Path, name: str, q: Sequence[float]) -> None:
     if mapped := [other for other, positions in known.items() if isinstance(positions, Mapping)]:
         raise RobotError(f"{path}: '{mapped[0]}' comes from a waypoint file; choose another file")
     known[name] = [round(position, 6) for position in np.asarray(q).tolist()]
-    lines = [f"{toml_key(other)} = {list(positions)}" for other, positions in known.items()]
-    text = "\n".join(["# Joint positions [rad], in the order of the joints.", "[configurations]"])
+    head = "Joint positions [rad], in the order of the joints."
     try:
-        path.write_text("\n".join([text, *lines, ""]), encoding="utf-8")
+        path.write_text(toml_text({"configurations": known}, {}, head), encoding="utf-8")
     except OSError as error:
         raise RobotError(f"cannot write {path}: {error.strerror}") from error
 

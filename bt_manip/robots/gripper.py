@@ -92,7 +92,9 @@ class Gripper(composer.Entity, abc.ABC):
         if description is None:
             raise RobotError(f"robot '{robot.description.name}' has no gripper")
         self._mjcf_root = mjcf.RootElement(model=f"{self.kind}_gripper")
-        self._robot, self._description = robot, description
+        self._description = description
+        self.robot = robot
+        """The robot that has this gripper."""
         self._ids: tuple[mujoco.MjModel, tuple[int, ...]] | None = None
         self._names: tuple[mujoco.MjModel, BodyNames] | None = None
 
@@ -135,11 +137,6 @@ class Gripper(composer.Entity, abc.ABC):
         return self._mjcf_root
 
     @property
-    def robot(self) -> "Robot":
-        """The robot that has this gripper."""
-        return self._robot
-
-    @property
     def max_force(self) -> float:
         """Maximum grip force [N].
 
@@ -148,7 +145,7 @@ class Gripper(composer.Entity, abc.ABC):
         """
         description = self._description
         if description.max_force is None:
-            table = description.read(self._robot.description.name)
+            table = description.read(self.robot.description.name)
             raise table.error("max_force", "is missing: the maximum grip force [N]")
         return description.max_force
 
@@ -285,8 +282,8 @@ class Gripper(composer.Entity, abc.ABC):
         By default those of the gripper's own model, or the tool's body and all that it carries.
         """
         if self._description.model is not None:
-            return list(self._robot.gripper_root.find_all("body"))
-        body = self._robot.tool_site.parent
+            return list(self.robot.gripper_root.find_all("body"))
+        body = self.robot.tool_site.parent
         return [body, *body.find_all("body")]
 
     @abc.abstractmethod
@@ -347,7 +344,7 @@ class Gripper(composer.Entity, abc.ABC):
     @property
     def contact_body_ids(self) -> tuple[int, ...]:
         """Ids of the contact bodies in the compiled model."""
-        model = self._robot.mj_model
+        model = self.robot.mj_model
         if self._ids is None or self._ids[0] is not model:
             names = [body.full_identifier for body in self.contact_bodies]
             self._ids = model, tuple(int(model.body(name).id) for name in names)
@@ -356,7 +353,7 @@ class Gripper(composer.Entity, abc.ABC):
     @property
     def body_names(self) -> BodyNames:
         """Names ``entity/body`` of the bodies and geoms of the compiled model."""
-        model = self._robot.mj_model
+        model = self.robot.mj_model
         if self._names is None or self._names[0] is not model:
             self._names = model, BodyNames(model)
         return self._names[1]

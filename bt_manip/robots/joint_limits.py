@@ -104,9 +104,8 @@ class JointLimits:
             object.__setattr__(self, "near", near)
         constant = [field for field in fields(self) if field.name != "near"]
         for field in constant:
-            object.__setattr__(self, field.name, _frozen(getattr(self, field.name)))
-        for field in constant:
-            array = getattr(self, field.name)
+            array = _frozen(getattr(self, field.name))
+            object.__setattr__(self, field.name, array)
             if array.shape != self.lower.shape or array.ndim != 1:
                 raise RobotError(
                     f"joint limits: one {field.name} a joint, {self.lower.shape} of them, "

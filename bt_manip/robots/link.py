@@ -46,8 +46,13 @@ class LateError(Exception):
     """A change of a motion came after the row at which it was to take effect."""
 
 
-class _Process:
-    """The process of a device, which ends with its pipe."""
+class _Link:
+    """A link to the process of a device, which ends with its pipe.
+
+    Attributes:
+        pipe: The pipe.
+        process: The process.
+    """
 
     def __init__(
         self, what: str, address: str, limit: float, *message: Any, files: Sequence[int] = ()
@@ -106,7 +111,7 @@ class _Process:
         self._end()
 
 
-class ArmLink:
+class ArmLink(_Link):
     """Sends references to an arm ahead of time, and reads what it measures.
 
     References are rows `ROW` apart, counted since the arm was connected.
@@ -132,20 +137,15 @@ class ArmLink:
         with tempfile.TemporaryFile() as file:
             file.truncate(SharedReadings.size(joints))
             self._memory = mmap.mmap(file.fileno(), SharedReadings.size(joints))
-            self._process = _Process(
+            super().__init__(
                 "arm", address, CONNECT_TIME, "arm", file.fileno(), factory, address, limits,
                 files=[file.fileno()],
             )  # fmt: skip
         self._shared = SharedReadings(self._memory, joints)
-        self.properties: dict[str, str] = self._process.about[0]
+        self.properties: dict[str, str] = self.about[0]
         self.rows = 0
         self.rows += self.wait(1)
         self.last = self.latest
-
-    @property
-    def process_id(self) -> int:
-        """Id of the process that speaks to the arm."""
-        return self._process.process.pid
 
     # Readings
 
@@ -194,10 +194,10 @@ class ArmLink:
             time.sleep(2e-4)
             if header[Field.ROWS] != seen:
                 seen, began = header[Field.ROWS], time.monotonic()
-            elif self._process.process.poll() is not None:
-                raise self._process.error("its process has ended unexpectedly")
+            elif self.process.poll() is not None:
+                raise self.error("its process has ended unexpectedly")
             elif time.monotonic() - began > ANSWER_TIME:
-                raise self._process.error(f"it has stopped reading for {ANSWER_TIME:g} s")
+                raise self.error(f"it has stopped reading for {ANSWER_TIME:g} s")
         return passed
 
     def take(self) -> ArmReading:
@@ -225,44 +225,40 @@ class ArmLink:
             DeviceError: If the arm cannot follow them.
         """
         try:
-            self._process.pipe.send(("rows", self.rows + lead, np.ascontiguousarray(rows)))
+            self.pipe.send(("rows", self.rows + lead, np.ascontiguousarray(rows)))
         except OSError:
-            raise self._process.error("its process has ended") from None
-        problem, detail = self._process.receive()
+            raise self.error("its process has ended") from None
+        problem, detail = self.receive()
         if problem == "late":
             raise LateError
         if problem == "moved":
-            raise self._process.error(f"the arm was moved: {detail}", "plan again from there")
+            raise self.error(f"the arm was moved: {detail}", "plan again from there")
         if problem == "limits":
-            raise self._process.error(f"the motion exceeds a limit: {detail}")
+            raise self.error(f"the motion exceeds a limit: {detail}")
         if problem:
-            raise self._process.error(detail)
+            raise self.error(detail)
 
     def recover(self) -> None:
         """Clear errors, once the arm is at rest; `problem` tells the result."""
-        self._process.pipe.send(("recover",))
+        self.pipe.send(("recover",))
 
     def set_payload(self, payload: Payload | None) -> None:
         """Set the held object, once the arm is at rest."""
         payload = payload or Payload(0.0)
         arguments = payload.mass, np.array(payload.com), np.array(payload.inertia)
-        self._process.pipe.send(("set_payload", *arguments))
+        self.pipe.send(("set_payload", *arguments))
 
     def set_box(self, model: RobotModel) -> None:
         """Set the bounds of the tool that every row is checked against, before the first motion."""
-        self._process.pipe.send(("set_box", model))
-
-    def close(self) -> None:
-        """Let the process end once the arm is at rest."""
-        self._process.close()
+        self.pipe.send(("set_box", model))
 
 
-class GripperLink:
+class GripperLink(_Link):
     """Sends commands to a gripper, and reads its state.
 
     Attributes:
         state: The latest state.
-        succeeded: Whether the last command has succeeded.
+        problem: Why the last command has failed; empty if it has not.
     """
 
     def __init__(self, factory: str, address: str) -> None:
@@ -275,11 +271,10 @@ class GripperLink:
         Raises:
             DeviceError: If it cannot be reached.
         """
-        message = ("gripper", factory, address)
-        self._process = _Process("gripper", address, HOMING_TIME, *message)
+        super().__init__("gripper", address, HOMING_TIME, "gripper", factory, address)
         self._sent = self._done = 0
-        self.succeeded, self.problem = False, ""
-        self._read(self._process.receive())
+        self.problem = ""
+        self._read(self.receive())
 
     @property
     def busy(self) -> bool:
@@ -289,7 +284,7 @@ class GripperLink:
     def command(self, kind: str, *arguments: float) -> None:
         """Send a command of `GripperDevice`; those before it are completed first."""
         self._sent += 1
-        self._process.pipe.send((self._sent, kind, *arguments))
+        self.pipe.send((self._sent, kind, *arguments))
 
     def update(self) -> None:
         """Read what has arrived.
@@ -298,20 +293,16 @@ class GripperLink:
             DeviceError: If the process has ended.
         """
         try:
-            while self._process.pipe.poll():
-                self._read(self._process.pipe.recv())
+            while self.pipe.poll():
+                self._read(self.pipe.recv())
         except (EOFError, OSError):
-            raise self._process.error("its process has ended") from None
+            raise self.error("its process has ended") from None
 
     def _read(self, message: tuple[Any, ...]) -> None:
         _, done, state = message
         self.state = GripperState(*state)
         if done:
-            self._done, self.succeeded, self.problem = done
-
-    def close(self) -> None:
-        """Let the process end."""
-        self._process.close()
+            self._done, _, self.problem = done
 
 
 def _end(process: subprocess.Popen[bytes], pipe: Connection) -> None:

@@ -8,17 +8,14 @@ from .gripper_description import GripperDescription
 from .robot_description import RobotDescription
 
 
-def panda(model: str | None = None) -> RobotDescription:
+def panda() -> RobotDescription:
     """Return the description of the Panda.
 
     The limits are those of ``rate_limiting.h`` in libfranka and of the robot's data sheet.
-
-    Args:
-        model: Path of an MJCF file with the same names; None for the bundled one.
     """
     return RobotDescription(
         name="panda",
-        model=str(bundled_path("panda/panda.xml")) if model is None else model,
+        model=str(bundled_path("panda/panda.xml")),
         arm_joints=tuple(f"joint{i}" for i in range(1, 8)),
         tool_frame="tool",
         home=(0.0, -pi / 4, 0.0, -3 * pi / 4, 0.0, pi / 2, pi / 4),

@@ -1,14 +1,14 @@
 """A robot as a composer entity: an arm with torque motors, a tool and an optional gripper."""
 
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import mujoco
 import numpy as np
 import pinocchio as pin
 from dm_control import mjcf
 
-from bt_manip.cell import MonitoredEntity
+from bt_manip.cell import MonitoredEntity, Wrench
 from bt_manip.checks import check_position_limits
 from bt_manip.exceptions import MotionError
 from bt_manip.spatial import cross
@@ -24,13 +24,6 @@ from .motors import ensure_motors
 from .robot_description import RobotDescription
 from .robot_model import RobotModel
 from .robot_observables import RobotObservables
-
-
-class WristWrench(NamedTuple):
-    """Wrench that the last link exerts on the bodies mounted on it."""
-
-    force: np.ndarray  # (3,) [N]
-    torque: np.ndarray  # (3,) [N m]
 
 
 class Robot(MonitoredEntity):
@@ -61,7 +54,6 @@ class Robot(MonitoredEntity):
     def _build(
         self,
         description: RobotDescription,
-        name: str | None = None,
         gripper: Callable[["Robot"], Gripper] | None = None,
         bounds: ArmBounds | None = None,
     ) -> None:
@@ -69,7 +61,6 @@ class Robot(MonitoredEntity):
 
         Args:
             description: The robot's description.
-            name: Name of its model; default: the description's.
             gripper: Factory of its gripper, of the description's kind; None leaves the gripper's
                 parts in the model passive. Ignored if the description has no gripper.
             bounds: Bounds of its motions, within the position limits.
@@ -84,7 +75,7 @@ class Robot(MonitoredEntity):
         }
         self._where = description.where
         self.read_tau_external: Callable[[], np.ndarray] | None = None
-        root, alone, hand, self.tool_site = assemble(description, name or description.name)
+        root, alone, hand, self.tool_site = assemble(description)
         self.bounds = ArmBounds() if bounds is None else bounds
         self.limits = self.bounds.narrowed(read_limits(alone, description), description)
         try:
@@ -218,7 +209,7 @@ class Robot(MonitoredEntity):
         mujoco.mj_objectVelocity(self.mj_model, self.mj_data, site, self.tool_site_id, velocity, 0)
         return np.concatenate([velocity[3:], velocity[:3]])  # (6,) [m/s, rad/s]
 
-    def wrist_wrench(self, frame: pin.SE3 | None = None) -> WristWrench:
+    def wrist_wrench(self, frame: pin.SE3 | None = None) -> Wrench:
         """Return the wrench of the last link on the bodies mounted on it, as of the last step.
 
         The forces between bodies are computed on demand; a force sensor in the model would make
@@ -234,7 +225,7 @@ class Robot(MonitoredEntity):
         # cfrc_int: torque over force, in the world's axes, about the centre of mass of the tree.
         torque, force = data.cfrc_int[body, :3].copy(), data.cfrc_int[body, 3:].copy()
         torque += cross(data.subtree_com[model.body_rootid[body]] - T.translation, force)
-        return WristWrench(T.rotation.T @ force, T.rotation.T @ torque)
+        return Wrench(T.rotation.T @ force, T.rotation.T @ torque)
 
     def make_model(self) -> RobotModel:
         """Build the model for planning and control; the robot must be compiled into a world.

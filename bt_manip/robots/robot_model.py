@@ -7,12 +7,12 @@ import numpy as np
 import pinocchio as pin
 
 from .bounds import ArmBounds
-from .errors import RobotError
 from .joint_limits import JointLimits
-from .model_building import build_model, find
+from .model_building import build_model
 from .payload import Payload
 from .robot_description import Tolerance, ToolLimits
 
+_FRICTION_VELOCITY = 0.01  # [rad/s] at which 76 % of dry friction are compensated, the tanh of 1
 _SAMPLES = 1000  # random configurations from which the reach is estimated
 _BOX_ROWS = 20
 """Control steps between two checks of the tool's position. A tool that accelerates by 20 m/s2 is
@@ -54,11 +54,11 @@ class RobotModel:
         joints: Sequence[str],
         tool_frame: str,
         limits: JointLimits,
-        home: Sequence[float] | None = None,
-        tool_limits: ToolLimits | None = None,
-        tolerance: Tolerance | None = None,
-        qpos: np.ndarray | None = None,
-        bounds: ArmBounds | None = None,
+        home: Sequence[float],
+        tool_limits: ToolLimits,
+        tolerance: Tolerance,
+        qpos: np.ndarray,
+        bounds: ArmBounds,
     ) -> None:
         """Build the model of an arm from the compiled MuJoCo model.
 
@@ -67,35 +67,29 @@ class RobotModel:
             joints: Full names of the arm's joints, from the base outwards.
             tool_frame: Full name of the tool's site.
             limits: Joint limits.
-            home: Configuration at the start; default: the middle of the limits.  # (nq,)
+            home: Configuration at the start [rad].  # (nq,)
             tool_limits: Limits of the tool's motion along a line.
             tolerance: Largest errors of the tool pose in inverse kinematics.
-            qpos: Positions at which all other joints are locked; default: ``mj_model.qpos0``.
+            qpos: Positions at which all other joints are locked.
             bounds: Bounds of its motions.
 
         Raises:
             RobotError: If a name is unknown or the joints do not form an arm.
         """
-        find(mj_model, "site", tool_frame)
         self.model = build_model(mj_model, joints=joints, qpos=qpos)
-        if limits.lower.shape != (self.model.nq,):
-            raise RobotError(f"limits of {limits.lower.size} joints for {self.model.nq} joints")
         self.model.lowerPositionLimit = limits.lower
         self.model.upperPositionLimit = limits.upper
-        self.locked_qpos = (mj_model.qpos0 if qpos is None else np.asarray(qpos)).copy()
+        self.locked_qpos = qpos.copy()
         self.data = self.model.createData()
         self.tool_frame_id = self.model.getFrameId(tool_frame, pin.FrameType.OP_FRAME)
         self.limits = limits
-        self.tool_limits = ToolLimits() if tool_limits is None else tool_limits
-        self.tolerance = Tolerance() if tolerance is None else tolerance
-        self.bounds = ArmBounds() if bounds is None else bounds
+        self.tool_limits, self.tolerance, self.bounds = tool_limits, tolerance, bounds
         dofs = [mj_model.joint(name).dofadr[0] for name in joints]
         slides = mj_model.jnt_type[[mj_model.joint(name).id for name in joints]] == _SLIDE
         self.units = tuple("m" if slide else "rad" for slide in slides)
         self.damping = mj_model.dof_damping[dofs].copy()
         self.friction = mj_model.dof_frictionloss[dofs].copy()
-        middle = np.mean(limits.sampling_bounds(), axis=0)
-        self.home = middle if home is None else np.array(home, dtype=float)
+        self.home = np.array(home, dtype=float)
         tool = self.model.frames[self.tool_frame_id]
         self._bare = self.model.inertias[tool.parentJoint].copy()  # of the link with the tool
         self.payload: Payload | None = None
@@ -168,6 +162,14 @@ class RobotModel:
         """Return the required motor efforts, including viscous and dry friction."""
         tau = pin.rnea(self.model, self.data, q, v, a)
         return tau + self.damping * v + self.friction * np.sign(v)  # (nv,)
+
+    def losses(self, v: np.ndarray) -> np.ndarray:
+        """Return the torques against damping and dry friction, with a smooth change of sign.
+
+        Args:
+            v: Joint velocities [rad/s].  # (..., nv)
+        """  # (..., nv) [N m]
+        return self.damping * v + self.friction * np.tanh(v / _FRICTION_VELOCITY)
 
     @property
     def reach(self) -> float:

@@ -17,6 +17,8 @@ from .kinematic_limits import TINY, KinematicLimits
 from .motion_profile import MotionProfile
 from .path_constraints import PathDynamics
 
+STOP_EFFORT_FRACTION = 0.98  # of every effort limit: more than for motions, so that there is some
+# left to stop where a motion uses all of its own fraction
 DYNAMICS_EVERY = 4  # nodes: efforts change little in between, and inverse dynamics take long
 
 
@@ -73,8 +75,7 @@ class DecelerationLimits:
         path: LimitedPath,
         start: float,
         spacing: float,
-        model: RobotModel | None = None,
-        effort_fraction: float = 1.0,
+        model: RobotModel | None,
     ) -> None:
         """Set the path.
 
@@ -83,10 +84,9 @@ class DecelerationLimits:
             start: First path parameter.
             spacing: Step of s.
             model: The arm with its payload; None ignores efforts.
-            effort_fraction: Fraction of every effort limit that may be used.
         """
         self._path, self._start, self.spacing = path, start, spacing
-        self._model, self._effort_fraction = model, effort_fraction
+        self._model = model
         self._m = len(path.limits.jerk)
         self._last = int((path.end - start) / spacing) + 1
         self._table = np.empty((0, 0))
@@ -149,7 +149,7 @@ class DecelerationLimits:
         low = self._lowest(d1, d2 * x, self._path.limits.acceleration)
         if self._model is not None:
             mass, coriolis, damping, rest = np.split(rows[:, 4 * m :, np.newaxis], 4, axis=1)
-            effort = self._effort_fraction * self._model.limits.effort
+            effort = STOP_EFFORT_FRACTION * self._model.limits.effort
             low = np.maximum(low, self._lowest(mass, coriolis * x + damping * s_dot + rest, effort))
         return np.minimum(low, 0.0)  # (n, j)
 

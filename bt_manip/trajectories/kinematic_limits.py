@@ -48,12 +48,6 @@ class KinematicLimits(NamedTuple):
             limits[:, :nq] = np.minimum(limits[:, :nq], bounds)
         return limits
 
-    def velocity_use(self, x: np.ndarray, v: np.ndarray) -> float:
-        """Return the largest used fraction of the velocity limits at coordinates and velocities."""
-        if self.near is None:
-            return float((np.abs(v).max(axis=0) / self.velocity).max())
-        return float((np.abs(v) / self.velocity_at(x, v)).max())
-
     def use(
         self, x: np.ndarray, velocity: np.ndarray, acceleration: np.ndarray, step: float
     ) -> tuple[float, float, float]:
@@ -66,7 +60,7 @@ class KinematicLimits(NamedTuple):
             step: Time step [s]; the jerk is the difference of accelerations over it.
         """
         return (
-            self.velocity_use(x, velocity),
+            float((np.abs(velocity) / self.velocity_at(x, velocity)).max()),
             float((np.abs(acceleration).max(axis=0) / self.acceleration).max()),
             float((np.abs(np.diff(acceleration, axis=0)).max(axis=0) / (step * self.jerk)).max()),
         )

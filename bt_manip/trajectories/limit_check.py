@@ -30,36 +30,31 @@ class LimitUse(NamedTuple):
         return max(self) <= 1.0 + ROUNDING
 
 
-def limit_use(trajectory: Trajectory, limits: JointLimits, step: float = CONTROL_STEP) -> LimitUse:
+def limit_use(trajectory: Trajectory, limits: JointLimits) -> LimitUse:
     """Return the used fractions of a trajectory's limits, sampled at control steps.
 
     The jerk is the difference of accelerations per step, the last partial step included.
     """
-    samples = trajectory.sample(sample_times(trajectory.duration, step))
-    return sampled_limit_use(samples, limits, step)
+    samples = trajectory.sample(sample_times(trajectory.duration, CONTROL_STEP))
+    return sampled_limit_use(samples, limits)
 
 
-def sampled_limit_use(
-    samples: Samples, limits: JointLimits, step: float = CONTROL_STEP
-) -> LimitUse:
-    """Return the used fractions of the limits for samples at equal time steps [s]."""
+def sampled_limit_use(samples: Samples, limits: JointLimits) -> LimitUse:
+    """Return the used fractions of the limits for samples at control steps."""
     q, v, a = samples
     bounded = np.isfinite(limits.upper - limits.lower)
     lower, upper = limits.lower[bounded], limits.upper[bounded]
     position = _largest(q[:, bounded] - 0.5 * (upper + lower)) / (0.5 * (upper - lower))
-    moved = np.diff(q, axis=0) / step  # a jump of the position is a velocity too
-    if limits.near is None:
-        velocity = np.maximum(_largest(v), _largest(moved)) / limits.velocity
-    else:
-        velocity = np.maximum(
-            _largest(v / limits.velocity_at(q, v)),
-            _largest(moved / limits.velocity_at(q[:-1], moved)),
-        )
+    moved = np.diff(q, axis=0) / CONTROL_STEP  # a jump of the position is a velocity too
+    velocity = np.maximum(
+        _largest(v / limits.velocity_at(q, v)),
+        _largest(moved / limits.velocity_at(q[:-1], moved)),
+    )
     return LimitUse(
         float(position.max(initial=0.0)),
         float(velocity.max()),
         float((_largest(a) / limits.acceleration).max()),
-        float((_largest(np.diff(a, axis=0) / step) / limits.jerk).max()),
+        float((_largest(np.diff(a, axis=0) / CONTROL_STEP) / limits.jerk).max()),
     )
 
 
@@ -68,8 +63,8 @@ def _largest(values: np.ndarray) -> np.ndarray:
     return np.asarray(np.abs(values).max(axis=0, initial=0.0))
 
 
-def has_jump(samples: Samples, jerk: np.ndarray, step: float = CONTROL_STEP) -> bool:
-    """Tell whether positions at equal time steps change otherwise than by their velocities.
+def has_jump(samples: Samples, jerk: np.ndarray) -> bool:
+    """Tell whether positions at control steps change otherwise than by their velocities.
 
     With a jerk inside its limit, the displacement in a step differs from the mean of its two
     velocities times the step by at most a twelfth of jerk times step cubed (the error of the
@@ -78,30 +73,28 @@ def has_jump(samples: Samples, jerk: np.ndarray, step: float = CONTROL_STEP) -> 
     Args:
         samples: Positions, velocities and accelerations.  # (n, m) each
         jerk: Jerk limits.  # (m,)
-        step: Time step [s].
     """
     q, v, _ = samples
-    off = np.diff(q, axis=0) - 0.5 * step * (v[1:] + v[:-1])
-    return bool((np.abs(off) > jerk * step**3 / 6.0).any())
+    off = np.diff(q, axis=0) - 0.5 * CONTROL_STEP * (v[1:] + v[:-1])
+    return bool((np.abs(off) > jerk * CONTROL_STEP**3 / 6.0).any())
 
 
-def effort_use(
-    trajectory: Trajectory, model: RobotModel, step: float = SMOOTH_EFFORT_STEP
-) -> float:
+def effort_use(trajectory: Trajectory, model: RobotModel) -> float:
     """Return the largest used fraction of an effort limit.
 
     Inverse dynamics of rigid bodies, rotors and payload, with damping and dry friction. Between two
     times at which the jerk changes the acceleration is linear in time: where these times are close
     to each other, only they are evaluated.
     """
-    return sampled_effort_use(model, *trajectory.sample(effort_times(trajectory, step)))
+    return sampled_effort_use(model, *trajectory.sample(effort_times(trajectory)))
 
 
-def effort_times(trajectory: Trajectory, step: float = SMOOTH_EFFORT_STEP) -> np.ndarray:
+def effort_times(trajectory: Trajectory) -> np.ndarray:
     """Return the times at which `effort_use` evaluates inverse dynamics [s]."""
     times = trajectory.breakpoints()
-    if np.diff(times, prepend=0.0, append=trajectory.duration).max() > 2.0 * step:
-        times = np.sort(np.concatenate([sample_times(trajectory.duration, step), times]))
+    if np.diff(times, prepend=0.0, append=trajectory.duration).max() > 2.0 * SMOOTH_EFFORT_STEP:
+        every = sample_times(trajectory.duration, SMOOTH_EFFORT_STEP)
+        times = np.sort(np.concatenate([every, times]))
     return times
 
 

@@ -16,36 +16,30 @@ ScalarState = tuple[float, float, float]  # position, velocity, acceleration of 
 class MotionProfile:
     """Position, velocity and acceleration over time; at rest at the end position afterwards.
 
-    The jerk is constant or linear in time in each segment. Unlike `ruckig.Trajectory` a profile
-    can be stored.
+    The jerk is constant in each segment. Unlike `ruckig.Trajectory` a profile can be stored.
+
+    Attributes:
+        segments: Start time, position, velocity, acceleration and jerk.  # (n, 5)
+        duration: End of the last segment [s].
+        end: Position from then on.
     """
 
     def __init__(self, segments: list[list[float]], duration: float, end: float) -> None:
         """Set the segments.
 
         Args:
-            segments: Start time, position, velocity, acceleration, jerk and optionally the time
-                derivative of the jerk, at the start of each segment.  # (n, 5) or (n, 6)
+            segments: Start time, position, velocity, acceleration and jerk, at the start of each
+                segment.  # (n, 5)
             duration: End of the last segment [s].
             end: Position from then on.
         """
-        if not segments:
-            segments = [[0.0, end, 0.0, 0.0, 0.0, 0.0]]
-        elif len(segments[0]) < 6:
-            segments = [[*segment, 0.0] for segment in segments]
-        self._segments = segments
+        self.segments = segments = segments or [[0.0, end, 0.0, 0.0, 0.0]]
         self._starts = [segment[0] for segment in segments]
-        at_rest = [duration, end, 0.0, 0.0, 0.0, 0.0]
-        table = np.array([*segments, at_rest])
+        table = np.array([*segments, [duration, end, 0.0, 0.0, 0.0]])
         self._times, self._coefficients = table[:, 0], table[:, 1:].T.copy()
-        self._coefficients[2:] /= [[2.0], [6.0], [24.0]]  # of the powers of time since the start
+        self._coefficients[2:] /= [[2.0], [6.0]]  # of the powers of time since the start
         self.duration = duration
         self.end = end
-
-    @property
-    def segments(self) -> list[list[float]]:
-        """Start time, position, velocity, acceleration, jerk and its derivative."""  # (n, 6)
-        return self._segments
 
     @classmethod
     def from_ruckig(
@@ -77,22 +71,22 @@ class MotionProfile:
         """Return position, velocity and acceleration at one time [s]."""
         if t >= self.duration:
             return self.end, 0.0, 0.0
-        start, p, v, a, j, k = self._segments[max(0, bisect_right(self._starts, t) - 1)]
+        start, p, v, a, j = self.segments[max(0, bisect_right(self._starts, t) - 1)]
         x = t - start
         return (
-            p + x * (v + x * (a / 2.0 + x * j / 6.0 + x * x * k / 24.0)),
-            v + x * (a + x * j / 2.0 + x * x * k / 6.0),
-            a + x * j + x * x * k / 2.0,
+            p + x * (v + x * (a / 2.0 + x * j / 6.0)),
+            v + x * (a + x * j / 2.0),
+            a + x * j,
         )
 
     def sample(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return positions, velocities and accelerations at times [s]."""  # (n,) each
         index = np.maximum(self._times.searchsorted(times, side="right") - 1, 0)
         x = times - self._times[index]
-        p, v, a, j, k = self._coefficients.take(index, axis=1)
-        position = p + x * (v + x * (a + x * (j + x * k)))
-        velocity = v + x * (2.0 * a + x * (3.0 * j + x * (4.0 * k)))
-        return position, velocity, 2.0 * a + x * (6.0 * j + x * (12.0 * k))
+        p, v, a, j = self._coefficients.take(index, axis=1)
+        position = p + x * (v + x * (a + x * j))
+        velocity = v + x * (2.0 * a + x * (3.0 * j))
+        return position, velocity, 2.0 * a + x * (6.0 * j)
 
     def breakpoints(self) -> np.ndarray:
         """Return the start times of all segments and the end [s]."""
@@ -100,7 +94,7 @@ class MotionProfile:
 
     def scaled(self, factor: float, end: float) -> "MotionProfile":
         """Return the profile with positions multiplied by a factor, and an exact end position."""
-        segments = [[segment[0], *(factor * x for x in segment[1:])] for segment in self._segments]
+        segments = [[segment[0], *(factor * x for x in segment[1:])] for segment in self.segments]
         return MotionProfile(segments, self.duration, end)
 
     def slowed(self, factor: float) -> "MotionProfile":
@@ -111,20 +105,20 @@ class MotionProfile:
         """
         check_duration(factor * self.duration)
         c = factor
-        rows = np.array(self._segments)
+        rows = np.array(self.segments)
         rows[:, 0] *= c
-        rows[:, 2:] /= [c, c**2, c**3, c**4]
+        rows[:, 2:] /= [c, c**2, c**3]
         return MotionProfile(rows.tolist(), self.duration * c, self.end)
 
     def then(self, other: "MotionProfile") -> "MotionProfile":
         """Return the profile continued by another one, which starts in the state of its end."""
         t = self.duration
         later = [[t + segment[0], *segment[1:]] for segment in other.segments]
-        return MotionProfile(self._segments + later, t + other.duration, other.end)
+        return MotionProfile(self.segments + later, t + other.duration, other.end)
 
     def get_state(self) -> dict[str, Any]:
         """Return the profile as plain data."""
-        return {"segments": self._segments, "duration": self.duration, "end": self.end}
+        return {"segments": self.segments, "duration": self.duration, "end": self.end}
 
     @classmethod
     def from_state(cls, state: dict[str, Any]) -> "MotionProfile":

@@ -13,6 +13,7 @@ from bt_manip.exceptions import MotionError
 from bt_manip.robots import RobotModel
 
 from .kinematic_limits import TINY, KinematicLimits
+from .limit_check import EFFORT_FRACTION
 from .paths import Path
 
 MAX_DAMPING = 0.9  # of the effort left for moving, at most, taken by damping
@@ -73,7 +74,6 @@ class PathConstraints:
         s: np.ndarray,
         limits: KinematicLimits,
         model: RobotModel | None,
-        effort_fraction: float,
     ) -> None:
         """Evaluate a path at points.
 
@@ -82,7 +82,6 @@ class PathConstraints:
             s: Path parameters of the points.  # (n,)
             limits: Limits of its coordinates.
             model: The arm with its payload; None ignores efforts.
-            effort_fraction: Fraction of every effort limit that may be used.
 
         Raises:
             MotionError: When the arm cannot even hold itself on the path.
@@ -94,8 +93,8 @@ class PathConstraints:
         self._dynamics: PathDynamics | None = None
         if model is not None:
             dynamics = self._dynamics = PathDynamics.along(model, x, d1, d2)
-            self._effort = effort = effort_fraction * model.limits.effort
-            _check_holding(dynamics.gravity, dynamics.friction, effort, effort_fraction)
+            self._effort = effort = EFFORT_FRACTION * model.limits.effort
+            _check_holding(dynamics.gravity, dynamics.friction, effort)
             # The damping of some models takes all effort that gravity leaves (or adds) before the
             # joint is at its velocity limit.
             left = effort - model.friction - np.sign(d1[:, : model.nq]) * dynamics.gravity
@@ -117,9 +116,7 @@ class PathConstraints:
         return np.concatenate([sides, [self._effort - lost, self._effort + lost]], axis=-1)
 
 
-def _check_holding(
-    gravity: np.ndarray, friction: np.ndarray, effort: np.ndarray, fraction: float
-) -> None:
+def _check_holding(gravity: np.ndarray, friction: np.ndarray, effort: np.ndarray) -> None:
     """Check that efforts suffice to move as slowly as needed through each point."""
     needed = np.abs(gravity + friction)
     use = needed / effort
@@ -128,7 +125,7 @@ def _check_holding(
         raise MotionError(
             f"joint {joint + 1} needs {needed[i, joint]:.4g} N m to hold the arm on the path, "
             f"{abs(gravity[i, joint]):.4g} N m for gravity and {abs(friction[i, joint]):.4g} N m "
-            f"for friction; {effort[joint]:.4g} N m are allowed, {100.0 * fraction:.0f} % of its "
-            "limit",
+            f"for friction; {effort[joint]:.4g} N m are allowed, "
+            f"{100.0 * EFFORT_FRACTION:.0f} % of its limit",
             reason="effort",
         )

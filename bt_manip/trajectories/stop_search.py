@@ -53,10 +53,7 @@ def shortest_stop_time(v: np.ndarray, a: np.ndarray, limits: KinematicLimits) ->
 
 
 def stop_profiles(
-    path: LimitedPath,
-    start: ScalarState,
-    model: RobotModel | None = None,
-    effort_fraction: float = 1.0,
+    path: LimitedPath, start: ScalarState, model: RobotModel | None = None
 ) -> Iterator[MotionProfile]:
     """Yield at most ``len(STOP_MARGINS)`` profiles of s that stop as fast as the limits allow.
 
@@ -66,7 +63,6 @@ def stop_profiles(
         path: The path.
         start: s, s_dot and s_ddot.
         model: The arm with its payload; None ignores efforts.
-        effort_fraction: Fraction of every effort limit that may be used.
     """
     s, s_dot, s_ddot = start
     ramp = float((path.limits.acceleration / path.limits.jerk).max())
@@ -75,7 +71,7 @@ def stop_profiles(
         return
     _, d1, d2 = (rows[0] for rows in path.evaluate(np.array([s])))
     shortest = shortest_stop_time(d1 * s_dot, d2 * s_dot * s_dot + d1 * s_ddot, path.limits)
-    limits = DecelerationLimits(path, s, fastest * STOP_STEP, model, effort_fraction)
+    limits = DecelerationLimits(path, s, fastest * STOP_STEP, model)
     samples = _first_guess(limits, start, shortest, path.end)
     for limits.margin in STOP_MARGINS:
         found = None if samples is None else _iterate(limits, start, samples, path.end)

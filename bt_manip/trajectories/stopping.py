@@ -7,7 +7,7 @@ import numpy as np
 
 from bt_manip.robots import RobotModel
 
-from .deceleration_limits import LimitedPath
+from .deceleration_limits import STOP_EFFORT_FRACTION, LimitedPath
 from .kinematic_limits import KinematicLimits
 from .limit_check import (
     CONTROL_STEP,
@@ -31,8 +31,6 @@ from .trajectory import (
 )
 
 WORTHWHILE = 1.02  # times the shortest stop; a motion that ends by then is not stopped
-STOP_EFFORT_FRACTION = 0.98  # of every effort limit: more than for motions, so that there is some
-# left to stop where a motion uses all of its own fraction
 _EFFORT_EVERY = round(EFFORT_STEP / CONTROL_STEP)
 
 
@@ -130,7 +128,7 @@ def _search(problem: _StopProblem, model: RobotModel, tail: Trajectory) -> Motio
     path, start, _ = problem
     allowed, exceeded = STOP_EFFORT_FRACTION, False
     for constrained in (None, model):
-        for profile in stop_profiles(path, start, constrained, STOP_EFFORT_FRACTION):
+        for profile in stop_profiles(path, start, constrained):
             if profile.duration >= tail.duration:
                 break  # the next ones seldom are shorter
             effort = _effort_inside(path, profile, model)

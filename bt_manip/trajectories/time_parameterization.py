@@ -157,7 +157,7 @@ def _fastest(
         )
 
     for grid in grids:
-        topp = TimeOptimalParameterization(path, limits, constrained, EFFORT_FRACTION, grid)
+        topp = TimeOptimalParameterization(path, limits, constrained, grid)
         durations: list[float] = []
         for step in topp.smoothing_steps:
             profile = topp.profile(step)

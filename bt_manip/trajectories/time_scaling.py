@@ -150,7 +150,7 @@ def _then_constant(
     """Return a change of the speed scale, continued to the end of a trajectory."""
     segments, duration, end = change.segments, change.duration, change.end
     if end < nominal.duration:
-        segments = [*segments, [duration, end, speed_scale, 0.0, 0.0, 0.0]]
+        segments = [*segments, [duration, end, speed_scale, 0.0, 0.0]]
         duration, end = duration + (nominal.duration - end) / speed_scale, nominal.duration
     return TimeScaledTrajectory(nominal, MotionProfile(segments, duration, end))
 

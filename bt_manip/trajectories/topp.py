@@ -12,7 +12,7 @@ import numpy as np
 from bt_manip.robots import RobotModel
 
 from .kinematic_limits import TINY, KinematicLimits
-from .limit_check import CONTROL_STEP, effort_times, motor_efforts
+from .limit_check import CONTROL_STEP, EFFORT_FRACTION, effort_times, motor_efforts
 from .motion_profile import MotionProfile, integrate_acceleration
 from .path_constraints import PathConstraints
 from .paths import Path
@@ -39,7 +39,6 @@ class TimeOptimalParameterization:
         path: Path,
         limits: KinematicLimits,
         model: RobotModel | None,
-        effort_fraction: float,
         grid: int,
     ) -> None:
         """Evaluate a path.
@@ -48,18 +47,16 @@ class TimeOptimalParameterization:
             path: The path.
             limits: Limits of its coordinates.
             model: The arm with its payload; None ignores efforts.
-            effort_fraction: Fraction of every effort limit that may be used.
             grid: Number of intervals.
 
         Raises:
             MotionError: When the arm cannot even hold itself on the path.
         """
         self._path, self._limits, self._model = path, limits, model
-        self._effort_fraction = effort_fraction
         ramp = float((limits.acceleration / limits.jerk)[: path.nq].max())
         self.smoothing_steps = sorted({max(MIN_SMOOTHING_STEP, part * ramp) for part in SMOOTHING})
         self._s = np.linspace(0.0, 1.0, grid + 1)
-        self._constraints = PathConstraints(path, self._s, limits, model, effort_fraction)
+        self._constraints = PathConstraints(path, self._s, limits, model)
         self._share = np.ones((2, *self._constraints.a.shape))  # of the bounds above and below
         self._max_x = self._constraints.max_s_dot**2
         self._damping_s_dot = 0.5 * self._constraints.max_s_dot
@@ -86,7 +83,7 @@ class TimeOptimalParameterization:
         if self._model is not None:
             instants = effort_times(trajectory)
             tau = motor_efforts(self._model, *trajectory.sample(instants))
-            effort = AIM * self._effort_fraction * self._model.limits.effort
+            effort = AIM * EFFORT_FRACTION * self._model.limits.effort
             excess.append(_max_in_spans(_excess(tau, effort), instants, *span))
         jerk = np.abs(np.diff(a, axis=0, prepend=a[:1])) / CONTROL_STEP
         use = np.hstack(

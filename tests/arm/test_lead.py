@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from bt_manip.exceptions import MotionError
-from bt_manip.robots import LateError, rows_problem
+from bt_manip.robots import LateError
+from bt_manip.robots.link_worker import rows_problem
 
 
 class Table:

@@ -7,10 +7,10 @@ from bt_manip.control import (
     ComputedTorque,
     ControlError,
     Controller,
-    ControllerFault,
     GravityCompensatedPD,
     Reference,
 )
+from bt_manip.control.exceptions import ControllerFault
 from bt_manip.robots import Payload
 from bt_manip.spatial import pose
 

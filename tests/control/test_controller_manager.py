@@ -8,15 +8,15 @@ from dm_control import composer
 
 from bt_manip.cell import Cell
 from bt_manip.control import (
-    TRANSFER_TIME,
     ComputedTorque,
     ControlError,
     Controller,
-    ControllerFault,
     ControllerManager,
     GravityCompensatedPD,
     Hold,
 )
+from bt_manip.control.controller import TRANSFER_TIME
+from bt_manip.control.exceptions import ControllerFault
 from bt_manip.robots import Payload, Robot
 
 from .conftest import Wave

@@ -5,8 +5,8 @@ import pinocchio as pin
 import pytest
 
 from bt_manip import build_station, spatial
-from bt_manip.control import ControllerFault
 from bt_manip.control.computed_torque import MAX_INERTIA_RATIO, added_inertia
+from bt_manip.control.exceptions import ControllerFault
 from bt_manip.control.pd_law import POSITION_GAIN, VELOCITY_GAIN, default_gains
 from bt_manip.runner import Station
 from tests.measuring.small_arm import write_small_arm

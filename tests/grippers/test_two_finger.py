@@ -131,7 +131,7 @@ def test_fingers_that_meet_say_so():
 
 def test_a_move_is_soft_and_arrives():
     cell, robot, control, gripper = panda_cell(cube=False)
-    gripper.move(0.03, speed=0.15)
+    gripper.move(0.03)
     widths = [gripper.width]
     while gripper.moving:
         cell.step()
@@ -139,7 +139,7 @@ def test_a_move_is_soft_and_arrives():
         assert cell.time < 0.5
     speed = np.diff(widths) / cell.dt
     assert gripper.width == pytest.approx(0.03, abs=1e-4)
-    assert np.abs(speed).max() < 2 * 0.15 * 1.02
+    assert np.abs(speed).max() < 2 * 0.1 * 1.02
     assert np.abs(np.diff(speed) / cell.dt).max() < 2 * 5.0 * 1.5
 
 
@@ -217,7 +217,6 @@ def test_what_it_holds_is_still_known_after_something_is_added(grip):
         (lambda g: g.close(200.0), "up to 140 N"),
         (lambda g: g.move(0.09), "opens from 0 to 0.08 m, not 0.09 m"),
         (lambda g: g.move(-0.01), "opens from"),
-        (lambda g: g.open(speed=3.0), "up to 0.2 m/s, not 3 m/s"),
     ],
 )
 def test_commands_that_it_cannot_follow_are_refused_and_change_nothing(command, message):

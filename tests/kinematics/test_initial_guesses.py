@@ -13,7 +13,7 @@ def test_initial_guesses_within_rounding_of_each_other_are_all_returned(model, i
 
 
 def test_initial_guesses_are_far_from_each_other(model, ik, rng):
-    guesses = InitialGuesses(model, 2000, np.random.default_rng(0))
+    guesses = InitialGuesses(model)
     compiled = ik._compile(
         model.pose(rng.uniform(model.limits.lower, model.limits.upper)), model.home
     )

@@ -49,9 +49,6 @@ def test_solve_refuses_invalid_arguments(model, ik, asked, message):
     [
         ({"restarts": -1}, "restarts must be an integer of at least 0, got -1"),
         ({"restarts": 1.5}, "restarts must be an integer of at least 0, got 1.5"),
-        ({"distinct": -0.1}, "distinct must be at least 0 .rad., got -0.1"),
-        ({"distinct": np.nan}, "distinct must be at least 0 .rad., got nan"),
-        ({"distinct": "0.1"}, "distinct must be at least 0 .rad., got '0.1'"),
         ({"rng": "seed"}, "rng must be a numpy.random.Generator, got 'seed'"),
         ({"margin": -0.1}, "margin must be at least 0 .rad., got -0.1"),
         ({"margin": np.nan}, "margin must be at least 0 .rad., got nan"),
@@ -128,42 +125,9 @@ def test_nearest_refuses_an_invalid_margin_and_ignores_one_that_leaves_no_range(
     assert ik.solutions(DOWN, model.home, margin=3.0) == []
 
 
-@pytest.mark.parametrize(
-    ("given", "message"),
-    [
-        ({"restarts": -1}, "restarts must be an integer of at least 0, got -1"),
-        ({"iterations": 1.5}, "iterations must be an integer of at least 0, got 1.5"),
-        (
-            {"max_failed_iterations": -1},
-            "max_failed_iterations must be an integer .*, got -1",
-        ),
-        (
-            {"max_failed_iterations": np.nan},
-            "max_failed_iterations must be an integer .*, got nan",
-        ),
-        (
-            {"max_failed_iterations": "600"},
-            "max_failed_iterations must be an integer .*, got '600'",
-        ),
-        ({"seed": -1}, "seed must be an integer of at least 0, got -1"),
-        ({"seed": "one"}, "seed must be an integer of at least 0, got 'one'"),
-        ({"position_tolerance": 0.0}, "position_tolerance must be above 0 .m., got 0.0"),
-        ({"rotation_tolerance": np.nan}, "rotation_tolerance must be above 0 .rad., got nan"),
-    ],
-)
-def test_invalid_bounds_are_refused_by_the_constructor(model, given, message):
-    refused(lambda: InverseKinematics(model, **given), message)
-
-
 def test_only_a_robot_model_is_accepted(robot):
     message = "model must be a RobotModel .Robot.make_model., got Robot"
     refused(lambda: InverseKinematics(robot), message)
-
-
-def test_a_distance_is_between_configurations(model, ik):
-    refused(lambda: ik.distance(np.zeros(6), model.home), "configuration must be 7 finite numbers")
-    refused(lambda: ik.distance(model.home, None), "configuration must be 7 finite numbers")
-    assert ik.distance([0.0] * 7, [0.0] * 7) == 0.0
 
 
 def test_solutions_of_a_problem_are_distinct_and_the_cheapest_comes_first(model, ik, goal, rng):

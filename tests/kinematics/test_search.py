@@ -6,13 +6,8 @@ import pinocchio as pin
 import pytest
 
 from bt_manip import spatial
-from bt_manip.kinematics import (
-    IKProblem,
-    InverseKinematics,
-    PoseTarget,
-    PositionTarget,
-    RotationTarget,
-)
+from bt_manip.kinematics import IKProblem, PoseTarget, PositionTarget, RotationTarget, search
+from bt_manip.kinematics.inverse_kinematics import RESTARTS
 from tests.measuring.kinematics import random_configurations
 
 DOWN = spatial.pointing_down([0.45, 0.1, 0.3], 0.4)
@@ -169,20 +164,19 @@ def test_following_into_an_obstacle_names_it(walled):
     assert "'panda/" in reason and "would touch 'wall'" in reason
 
 
-def test_a_pose_that_the_limits_forbid_ends_after_the_restarts(model):
-    ik = InverseKinematics(model, restarts=5)
+def test_a_pose_that_the_limits_forbid_ends_after_the_restarts(model, ik):
     inside_the_base = spatial.pointing_down([0.0, 0.0, 0.05])
-    found = ik.solve(inside_the_base, model.home)
+    found = ik.solve(inside_the_base, model.home, restarts=5)
     assert not found.solved and found.restarts == 5
     assert found.reason == "no solution from 6 initial guesses"
     assert model.limits.contain(found.q)
 
 
-def test_a_search_does_not_restart_after_so_many_failed_iterations(model):
-    ik = InverseKinematics(model, max_failed_iterations=100)
+def test_a_search_does_not_restart_after_so_many_failed_iterations(model, ik, monkeypatch):
+    monkeypatch.setattr(search, "MAX_FAILED_ITERATIONS", 100)
     found = ik.solve(spatial.pointing_down([0.0, 0.0, 0.05]), model.home)
-    assert not found.solved and found.restarts < ik.restarts
-    assert 100 <= found.iterations < 100 + ik.iterations
+    assert not found.solved and found.restarts < RESTARTS
+    assert 100 <= found.iterations < 100 + search.ITERATIONS
 
 
 def test_following_never_steps_farther_than_allowed(model, ik, rng):

@@ -15,7 +15,8 @@ from bt_manip import spatial
 from bt_manip.cell import Cell
 from bt_manip.cell.objects import ModelObject
 from bt_manip.models import ModelError, find_model
-from bt_manip.robots import build_model, verify
+from bt_manip.robots import verify
+from bt_manip.robots.model_building import build_model
 
 SIX = (
     "franka_emika_panda", "franka_fr3", "kuka_iiwa_14", "robotiq_2f85", "ufactory_xarm7",

@@ -11,7 +11,8 @@ import pytest
 
 from bt_manip.collision import CollisionWorld, self_collisions
 from bt_manip.models import bundled_path
-from bt_manip.robot_setup import Draft, check_description, describe_robot, gripper_names
+from bt_manip.robot_setup import check_description, describe_robot, gripper_names
+from bt_manip.robot_setup.describe import Draft
 from bt_manip.robot_setup.known_grippers import find_gripper
 from bt_manip.robot_setup.placement import find_home
 from bt_manip.robot_setup.reach import RadialReach
@@ -144,7 +145,7 @@ def test_a_foot_that_reaches_below_the_origin_of_the_base_is_lifted(parts, tmp_p
 def test_a_robot_that_collides_wherever_its_tool_points_down_is_refused_with_the_pairs():
     reach = RadialReach(np.zeros(2), 0.0, np.ones(1), np.ones(1), np.ones((1, 1)))
     downward = SimpleNamespace(
-        configuration=lambda position, floor: None, blocking=lambda most: [("base", "forearm")]
+        configuration=lambda position, floor: None, blocking=lambda: [("base", "forearm")]
     )
     with pytest.raises(RobotError, match="these bodies collide: 'base' and 'forearm'; check"):
         find_home(downward, reach, pin.SE3.Identity())

@@ -3,14 +3,8 @@
 import pytest
 
 from bt_manip.exceptions import BtManipError, MotionError
-from bt_manip.robots import (
-    RobotError,
-    find_configuration,
-    load_configurations,
-    read_configurations,
-    read_waypoints,
-    save_configuration,
-)
+from bt_manip.robots import RobotError, load_configurations, save_configuration
+from bt_manip.robots.configurations import find_configuration, read_configurations, read_waypoints
 from bt_manip.toml_tables import TomlFile
 
 WAYPOINTS = """\
@@ -29,7 +23,7 @@ def known(tmp_path):
     path.write_text(
         'waypoints = "waypoints.yaml"\n[configurations]\nready = [0.5, -1]\none = [1]\n'
     )
-    return read_configurations(TomlFile(path, "robot", BtManipError).whole, tmp_path)
+    return read_configurations(TomlFile(path, "robot", BtManipError).whole)
 
 
 def test_configurations_are_found_in_the_order_of_the_joints(known):

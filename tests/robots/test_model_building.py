@@ -5,7 +5,8 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from bt_manip.robots import RobotError, build_model, verify
+from bt_manip.robots import RobotError, verify
+from bt_manip.robots.model_building import build_model
 
 EXACT = 1e-9
 

@@ -194,7 +194,8 @@ def test_the_robot_lives_in_a_plain_composer_environment():
 
 def test_two_robots_stand_in_one_arena():
     arena = composer.Arena()
-    robots = [Robot(panda(), name=name, gripper=TwoFingerGripper) for name in ("left", "right")]
+    described = [dataclasses.replace(panda(), name=name) for name in ("left", "right")]
+    robots = [Robot(one, gripper=TwoFingerGripper) for one in described]
     for robot in robots:
         arena.attach(robot)
     physics = mjcf.Physics.from_mjcf_model(arena.mjcf_model)

@@ -68,7 +68,7 @@ class ClosesOn(ArmBehaviour):
     """Forget the fingers when halted."""
 
     def start(self):
-        self.gripper.close(10.0, speed=0.005)
+        self.gripper.close(10.0)
 
     def update(self):
         return Status.SUCCESS if self.gripper.width < 0.04 else Status.RUNNING

@@ -3,7 +3,7 @@
 import mujoco
 import numpy as np
 
-from bt_manip.robots import JointLimits, RobotModel
+from bt_manip.robots import ArmBounds, JointLimits, RobotModel, Tolerance, ToolLimits
 
 PENDULUM = """
 <mujoco>
@@ -22,11 +22,17 @@ PENDULUM = """
 def pendulum(gravity=0.0, effort=10.0, acceleration=100.0, velocity=100.0, damping=0.0, jerk=1e5):
     """Return a point mass of 2 kg on a bar of 1 m."""
     one = np.ones(1)
+    model = mujoco.MjModel.from_xml_string(PENDULUM.format(gravity=gravity, damping=damping))
     return RobotModel(
-        mujoco.MjModel.from_xml_string(PENDULUM.format(gravity=gravity, damping=damping)),
+        model,
         joints=["j"],
         tool_frame="tip",
         limits=JointLimits(
             -10 * one, 10 * one, velocity * one, acceleration * one, jerk * one, effort * one
         ),
+        home=[0.0],
+        tool_limits=ToolLimits(),
+        tolerance=Tolerance(),
+        qpos=model.qpos0,
+        bounds=ArmBounds(),
     )

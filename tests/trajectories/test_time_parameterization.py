@@ -9,9 +9,11 @@ from bt_manip.trajectories import (
     SplinePath,
     StraightPath,
     effort_use,
+    sample_times,
     time_parameterize,
     time_parameterize_segment,
 )
+from bt_manip.trajectories.limit_check import sampled_effort_use
 from tests.measuring.time_optimal_duration import time_optimal_duration
 
 from .pendulum import pendulum
@@ -21,7 +23,8 @@ from .test_topp import bent
 def test_with_gravity_it_uses_the_effort_that_gravity_leaves():
     model = pendulum(gravity=-9.81, effort=25.0)
     trajectory = time_parameterize_segment(np.array([-0.5]), np.array([0.5]), model)
-    assert 0.9 < effort_use(trajectory, model, 1e-3) <= 0.9501
+    fine = trajectory.sample(sample_times(trajectory.duration, 1e-3))
+    assert 0.9 < sampled_effort_use(model, *fine) <= 0.9501
 
 
 def test_a_path_on_which_the_arm_cannot_hold_itself_is_refused():

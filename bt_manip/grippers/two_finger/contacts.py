@@ -92,10 +92,4 @@ def held_root(model: mujoco.MjModel, data: mujoco.MjData, fingers: Sequence[int]
         touched = bodies[:, ::-1][bodies == finger]
         here = {int(root) for root in model.body_rootid[touched]}
         roots = here if roots is None else roots & here
-    free = [root for root in sorted(roots or ()) if _is_free(model, root)]
-    return free[0] if free else 0
-
-
-def _is_free(model: mujoco.MjModel, body: int) -> bool:
-    joint = int(model.body_jntadr[body])
-    return joint >= 0 and int(model.jnt_type[joint]) == int(mujoco.mjtJoint.mjJNT_FREE)
+    return next((root for root in sorted(roots or ()) if model.body_dofnum[root] == 6), 0)

@@ -190,10 +190,7 @@ class FingerBench:
         """List the actuators on spatial tendons that are attached beyond the arm's last link."""
         model, found = self.model, []
         for actuator in np.flatnonzero(model.actuator_trntype == _ON_TENDON).tolist():
-            tendon = int(model.actuator_trnid[actuator, 0])
-            first = int(model.tendon_adr[tendon])
-            wraps = range(first, first + int(model.tendon_num[tendon]))
-            sites = [model.wrap_objid[w] for w in wraps if int(model.wrap_type[w]) == _SITE]
+            sites = self._wrapped(int(model.actuator_trnid[actuator, 0]), _SITE)
             bodies = (int(model.site_bodyid[site]) for site in sites)
             if any(self.body in ancestors(model, body)[1:] for body in bodies):
                 found.append(actuator)
@@ -205,12 +202,13 @@ class FingerBench:
 
     def tendon_joints(self, tendon: int) -> set[int]:
         """Return the joints of a fixed tendon; none for a spatial one and for -1."""
-        if tendon < 0:
-            return set()
+        return set() if tendon < 0 else self._wrapped(tendon, int(mujoco.mjtWrap.mjWRAP_JOINT))
+
+    def _wrapped(self, tendon: int, kind: int) -> set[int]:
+        """Return the joints or sites that a tendon is on."""
         model, first = self.model, int(self.model.tendon_adr[tendon])
         wraps = range(first, first + int(model.tendon_num[tendon]))
-        joint = int(mujoco.mjtWrap.mjWRAP_JOINT)
-        return {int(model.wrap_objid[w]) for w in wraps if int(model.wrap_type[w]) == joint}
+        return {int(model.wrap_objid[w]) for w in wraps if int(model.wrap_type[w]) == kind}
 
     def chain(self, body: int) -> set[int]:
         """Return the gripper's joints between the arm's last link and a body."""

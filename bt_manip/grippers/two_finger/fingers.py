@@ -19,10 +19,9 @@ from .declared_grasps import DeclaredGraspGenerator
 from .hand import Hand, measure_hand
 from .mechanism import Mechanism
 from .parameters import KIND, read_parameters
-from .position_loop import FingerLoop
 from .press import Press
 from .stroke import Motion, Stroke, StrokeLimits
-from .transmission import make_transmission
+from .transmission import Fingers, LinkedFingers, SlidingFingers
 
 STILL = "still"
 MOVING = "moving"
@@ -45,6 +44,10 @@ _STOPPING = 1.5e-3  # [m] in which a finger stops from its default speed
 _STEADY_BAND = (0.95, 1.20)  # relative to the commanded force
 _JAW_BAND = (0.95, 1.40)  # the same of a moving and a fixed jaw, which meet at an angle
 _MET_FORCE = 5.0  # [N] of fingers closed on each other
+# Poles of a finger's position loop [rad/s], well below a tenth of the sampling rate (628 rad/s).
+_POLE = 150.0
+_PUSH = 20.0  # [N] maximum force of a finger under position control, or
+_PUSH_SHARE = 1.5  # of the force that accelerates it, if larger
 
 _NOTHING: Touched = ((), ())
 
@@ -63,7 +66,6 @@ class DrivenFingers(Gripper):
 
     state: str
     """Control state: still, moving, closing, gripping or releasing."""
-    _given_speed: float | None = None
     _stroke: Stroke | None
     _forces: tuple[float, float] | None
     _touched: Touched | None
@@ -80,7 +82,8 @@ class DrivenFingers(Gripper):
         self.mechanism = Mechanism(robot, parameters, self.max_force)
         travel = self.mechanism.travel
         self._open, self._min = travel.open_width, travel.min_width
-        self._fingers = make_transmission(self.mechanism)
+        transmission = LinkedFingers if travel.mass else SlidingFingers
+        self._fingers: LinkedFingers | SlidingFingers = transmission(self.mechanism)
         self._speed = min(_SPEED, parameters.max_speed)
         self._acceleration = StrokeLimits(self._speed).acceleration
         self._contacts = FingerContacts(robot.mjcf_model, self.mechanism)
@@ -183,11 +186,10 @@ class DrivenFingers(Gripper):
         fingers = self._fingers
         fingers.bind(model, data)
         self._contacts.bind(model, data)
-        most = StrokeLimits(0.0).acceleration
-        self._acceleration = min(most, self.max_force / fingers.mass)
+        self._acceleration = min(StrokeLimits(0.0).acceleration, self.max_force / fingers.mass)
         self._loop = FingerLoop(fingers.mass, fingers.loss, self._acceleration)
         stoppable = math.sqrt(2.0 * self._acceleration * _STOPPING)
-        self._speed = self._given_speed or min(_SPEED, self._parameters.max_speed, stoppable)
+        self._speed = min(_SPEED, self._parameters.max_speed, stoppable)
         self._slow = min(_SLOW, _MOMENTUM / fingers.mass)
 
     def initialize_episode(
@@ -326,3 +328,44 @@ class DrivenFingers(Gripper):
         first, second = state["forces"]
         self._forces = (first, second)
         self._touched = (tuple(left), tuple(right))
+
+
+class FingerLoop:
+    """A PD position loop with two equal poles and acceleration feedforward for each finger.
+
+    Attributes:
+        stiffness: Position gain of a finger [N/m].
+        damping: Velocity gain of a finger, including its viscous friction [N s/m].
+    """
+
+    def __init__(self, mass: float, loss: float, acceleration: float) -> None:
+        """Tune the loop to a gripper.
+
+        Args:
+            mass: Effective mass of one finger [kg].
+            loss: Viscous friction of one finger [N s/m].
+            acceleration: Maximum acceleration of a finger [m/s2].
+        """
+        self._push = max(_PUSH, _PUSH_SHARE * mass * acceleration)
+        self._mass = mass
+        self.stiffness = mass * _POLE * _POLE
+        self.damping = 2.0 * mass * _POLE
+        self._added = self.damping - loss  # viscous friction provides the rest
+
+    def forces(self, motion: Motion, fingers: Fingers) -> tuple[float, float]:
+        """Return the forces that make the fingers follow a motion, positive to open [N].
+
+        Args:
+            motion: Desired motion of each finger.
+            fingers: Measured positions and velocities of the fingers.
+        """
+        s, v, a = motion
+        s1, s2, v1, v2 = fingers
+        k, added = self.stiffness, self._added
+        ahead = self._mass * a + self.damping * v + k * s
+        f1 = ahead - k * s1 - added * v1
+        f2 = ahead - k * s2 - added * v2
+        push = self._push
+        if -push < f1 < push and -push < f2 < push:
+            return f1, f2
+        return min(max(f1, -push), push), min(max(f2, -push), push)

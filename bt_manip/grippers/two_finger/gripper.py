@@ -45,24 +45,11 @@ class TwoFingerGripperObservables(composer.Observables):
 
 
 class TwoFingerGripper(DrivenFingers):
-    """A gripper that opens and closes two fingers, and holds with a force."""
+    """A gripper that opens and closes two fingers, and holds with a force.
 
-    def _build(self, robot: Robot, speed: float | None = None) -> None:
-        """Initialize the control of a robot's gripper.
-
-        Args:
-            robot: A robot with a two-finger gripper.
-            speed: Default speed of each finger in commands [m/s]; default: 0.1, or less if this is
-                the gripper's maximum or if a finger could not stop within 1.5 mm.
-
-        Raises:
-            RobotError: If the robot has no gripper, or its model and description do not match.
-            GripperError: If the gripper cannot move at this speed.
-        """
-        super()._build(robot)
-        self._given_speed = speed
-        self._speed = self._checked_speed(speed)
-        self._reset()
+    Each finger moves with 0.1 m/s, or less if this is the gripper's maximum or if the finger could
+    not stop within 1.5 mm.
+    """
 
     @classmethod
     def on_device(cls, link: GripperLink) -> Callable[[Robot], RealTwoFingerGripper]:
@@ -74,26 +61,18 @@ class TwoFingerGripper(DrivenFingers):
 
     # Commands
 
-    def open(self, speed: float | None = None) -> None:
-        """Open fully, after reducing the force on a held object smoothly to zero.
+    def open(self) -> None:
+        """Open fully, after reducing the force on a held object smoothly to zero."""
+        self.move(self._open)
 
-        Args:
-            speed: Speed of each finger [m/s].
-        """
-        self.move(self._open, speed)
-
-    def move(self, width: float, speed: float | None = None) -> None:
-        """Move to an opening.
-
-        Args:
-            width: Distance between the fingers [m].
-            speed: Speed of each finger [m/s].
+    def move(self, width: float) -> None:
+        """Move to an opening [m].
 
         Raises:
-            GripperError: If the gripper cannot reach this opening or speed.
+            GripperError: If the gripper cannot reach this opening.
         """
         self._check_width(width)
-        self._limits = self._stroke_limits(self._checked_speed(speed))
+        self._limits = self._stroke_limits(self._speed)
         self._target = 0.5 * width
         if self.state in PRESSING:
             self._change_force(RELEASING, 0.0, _RELEASE)
@@ -101,18 +80,14 @@ class TwoFingerGripper(DrivenFingers):
             self._travel(self._target)
             self.state = MOVING
 
-    def close(self, force: float = 50.0, speed: float | None = None) -> None:
-        """Close until both fingers press with a force, or touch each other.
-
-        Args:
-            force: Normal force of each finger [N].
-            speed: Speed of each finger until the first contact [m/s].
+    def close(self, force: float = 50.0) -> None:
+        """Close until both fingers press with a force [N] each, or touch each other.
 
         Raises:
-            GripperError: If the gripper cannot reach this force or speed.
+            GripperError: If the gripper cannot reach this force.
         """
         force = self.check_force(force)
-        self._limits = self._stroke_limits(self._checked_speed(speed))
+        self._limits = self._stroke_limits(self._speed)
         self._asked = force
         self._in_band = 0
         if self.state in PRESSING:
@@ -176,11 +151,3 @@ class TwoFingerGripper(DrivenFingers):
         low, high = self._min, self._open
         if not low - 1e-9 <= width <= high + 1e-9:
             raise GripperError(f"the gripper opens from {low:g} to {high:g} m, not {width:g} m")
-
-    def _checked_speed(self, speed: float | None) -> float:
-        if speed is None:
-            return self._speed
-        most = self._parameters.max_speed
-        if not 0 < speed <= most:
-            raise GripperError(f"a finger moves with up to {most:g} m/s, not {speed:g} m/s")
-        return float(speed)

@@ -29,21 +29,17 @@ class NativeTwoFingerGripper(TwoFingerGripper):
 
     kind = "native_two_finger"
 
-    def _build(self, robot: Robot, speed: float | None = None) -> None:
+    def _build(self, robot: Robot) -> None:
         """Put the position loops into the robot's model.
-
-        Args:
-            robot: A robot with a two-finger gripper, whose fingers slide.
-            speed: Default speed of each finger [m/s]; default: as of `TwoFingerGripper`.
 
         Raises:
             RobotError: If the robot has no gripper, or its model and description do not match.
-            GripperError: If the fingers do not slide, or cannot move at this speed.
+            GripperError: If the fingers do not slide.
         """
         self._start = self._aim = self._rate = 0.0
         self._signals: np.ndarray | None = None
         self._index = 0
-        super()._build(robot, speed)
+        super()._build(robot)
         mechanism = self.mechanism
         if mechanism.travel.mass or len(mechanism.actuators) != 2:
             raise GripperError(
@@ -69,39 +65,31 @@ class NativeTwoFingerGripper(TwoFingerGripper):
 
     # Commands
 
-    def move(self, width: float, speed: float | None = None) -> None:
-        """Move to an opening.
-
-        Args:
-            width: Distance between the fingers [m].
-            speed: Speed of each finger [m/s].
+    def move(self, width: float) -> None:
+        """Move to an opening [m].
 
         Raises:
-            GripperError: If the gripper cannot reach this opening or speed.
+            GripperError: If the gripper cannot reach this opening.
         """
         self._check_width(width)
-        self._go(0.5 * width, speed)
+        self._go(0.5 * width)
         self.state = MOVING
 
-    def close(self, force: float = 50.0, speed: float | None = None) -> None:
-        """Close until both fingers press with a force, or touch each other.
-
-        Args:
-            force: Normal force of each finger [N].
-            speed: Speed of each finger [m/s].
+    def close(self, force: float = 50.0) -> None:
+        """Close until both fingers press with a force [N] each, or touch each other.
 
         Raises:
-            GripperError: If the gripper cannot reach this force or speed.
+            GripperError: If the gripper cannot reach this force.
         """
         self._asked = self.check_force(force)
         self._limit_force()
-        self._go(0.5 * self._min - _BEYOND * force / self._k, speed)
+        self._go(0.5 * self._min - _BEYOND * force / self._k)
         self.state = GRIPPING
 
     def stop(self) -> None:
         """Stop the fingers; a held object stays held."""
         if self.state == MOVING:
-            self._go(self._reference, None)
+            self._go(self._reference)
 
     # Measurements
 
@@ -208,9 +196,8 @@ class NativeTwoFingerGripper(TwoFingerGripper):
             self._signals = a * (self._k * (s[:, np.newaxis] - b) + self._d * v[:, np.newaxis])
         return self._signals
 
-    def _go(self, aim: float, speed: float | None) -> None:
-        rate = self._checked_speed(speed)
-        self._start, self._aim, self._rate = self._reference, aim, rate
+    def _go(self, aim: float) -> None:
+        self._start, self._aim, self._rate = self._reference, aim, self._speed
         self._signals, self._index = None, 0
 
     def _limit_force(self) -> None:

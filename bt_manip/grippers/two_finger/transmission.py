@@ -1,7 +1,5 @@
 """Transmissions between the motors of a gripper and its fingers."""
 
-from typing import Protocol
-
 import mujoco
 import numpy as np
 
@@ -11,34 +9,13 @@ Fingers = tuple[float, float, float, float]
 """Distances of the two fingers from the centre [m], and their velocities [m/s]."""
 
 
-class Transmission(Protocol):
-    """Converts joint motion into finger motion, and finger forces into motor efforts.
+class SlidingFingers:
+    """Transmission of fingers on slides with a motor each: s = offset + sign * q.
 
     Attributes:
         mass: Effective mass of one finger [kg].
         loss: Viscous friction of one finger [N s/m].
     """
-
-    mass: float
-    loss: float
-
-    def bind(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        """Bind to a compiled model."""
-
-    def read(self) -> Fingers:
-        """Return the positions and velocities of the fingers."""
-
-    def push(self, first: float, second: float) -> None:
-        """Apply a force to each finger, positive to open [N]."""
-
-
-def make_transmission(mechanism: Mechanism) -> Transmission:
-    """Return the transmission of a mechanism."""
-    return LinkedFingers(mechanism) if mechanism.travel.mass else SlidingFingers(mechanism)
-
-
-class SlidingFingers:
-    """Transmission of fingers on slides with a motor each: s = offset + sign * q."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         """Store the mechanism, which need not be compiled yet."""
@@ -79,6 +56,10 @@ class LinkedFingers:
 
     Motor efforts follow from finger forces by the principle of virtual work, and balance springs.
     Friction of the mechanism is not compensated here; force feedback does that.
+
+    Attributes:
+        mass: Effective mass of one finger [kg].
+        loss: Viscous friction of one finger [N s/m].
     """
 
     def __init__(self, mechanism: Mechanism) -> None:

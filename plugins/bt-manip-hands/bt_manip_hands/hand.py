@@ -113,9 +113,7 @@ class Hand(Gripper):
 
     def stop(self) -> None:
         """Stop at the present posture; a held object stays held."""
-        if self.state == OPEN and not self.is_open:
-            self.state = STOPPED
-        elif self.state == CLOSING:
+        if self.state == CLOSING or (self.state == OPEN and not self.is_open):
             self.state = STOPPED
 
     # Measurements

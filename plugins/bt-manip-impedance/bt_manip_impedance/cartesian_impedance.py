@@ -7,8 +7,7 @@ import pinocchio as pin
 
 from bt_manip.control import Controller
 from bt_manip.robots import Robot
-from bt_manip_impedance.gains import ratio, stiffnesses
-from bt_manip_impedance.joint_impedance import FRICTION_VELOCITY
+from bt_manip_impedance.joint_impedance import ratio, stiffnesses
 
 REGULARISATION = 1e-3
 """Added to the diagonal of the tool's mobility, which is singular at singularities
@@ -65,8 +64,7 @@ class CartesianImpedance(Controller):
     ) -> np.ndarray:
         """Return the torques of springs, dampers and feedforward [N m]."""  # (nv,)
         model = self.model
-        friction = model.damping * v_ref + model.friction * np.tanh(v_ref / FRICTION_VELOCITY)
-        feedforward = pin.rnea(model.model, model.data, q, v, a_ref) + friction
+        feedforward = pin.rnea(model.model, model.data, q, v, a_ref) + model.losses(v_ref)
         error = self.error(q, q_ref)
         inertias = np.diagonal(pin.crba(model.model, model.data, q))
         J = model.jacobian(q)

@@ -2,8 +2,7 @@
 
 import numpy as np
 import pinocchio as pin
-from dm_control import composer, mjcf
-from dm_control.composer.observation import observable
+from dm_control import mjcf
 
 from bt_manip.cell import CellError, ParametricEntity
 from bt_manip.spatial import pointing_down
@@ -77,14 +76,6 @@ class Drawer(ParametricEntity):
         # The slide guides the drawer, not its boards.
         root.contact.add("exclude", name="tray_in_cabinet", body1=cabinet, body2=tray)
 
-    def _build_observables(self) -> "DrawerObservables":
-        return DrawerObservables(self)
-
-    @property
-    def joint(self) -> mjcf.Element:
-        """The slide joint; its position counts from closed [m]."""
-        return self._joint
-
     def after_compile(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
         """Bind to the compiled model (composer's hook)."""
         self._data = physics.data.ptr
@@ -115,12 +106,3 @@ class Drawer(ParametricEntity):
         """Present pose of the grasp of its handle; the fingers close along y."""
         x = -0.5 * SIZE[0] - self.opening - GRIP
         return pin.SE3(np.eye(3), np.array([x, 0.0, 0.5 * SIZE[2]]))
-
-
-class DrawerObservables(composer.Observables):
-    """Observables of a drawer."""
-
-    @composer.observable
-    def opening(self) -> observable.MJCFFeature:
-        """Distance of the drawer from closed [m]."""
-        return observable.MJCFFeature("qpos", self._entity.joint)

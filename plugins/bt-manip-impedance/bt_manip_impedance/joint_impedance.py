@@ -5,12 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.control import Controller
+from bt_manip.control import ControlError, Controller
 from bt_manip.robots import Robot
-from bt_manip_impedance.gains import ratio, stiffnesses
-
-FRICTION_VELOCITY = 0.01
-"""Reference speed at which dry friction is compensated by 76 %, the tanh of 1 [rad/s]."""
 
 
 class JointImpedance(Controller):
@@ -56,11 +52,35 @@ class JointImpedance(Controller):
         """Return the torques of springs, dampers and feedforward [N m]."""  # (nv,)
         model = self.model
         spring = self.stiffness * (q_ref - q) + self.damping(q) * (v_ref - v)
-        friction = model.damping * v_ref + model.friction * np.tanh(v_ref / FRICTION_VELOCITY)
-        return spring + pin.rnea(model.model, model.data, q, v, a_ref) + friction
+        return spring + pin.rnea(model.model, model.data, q, v, a_ref) + model.losses(v_ref)
 
     def damping(self, q: np.ndarray) -> np.ndarray:
         """Return the damping of each joint at a configuration [N m s/rad]."""  # (nv,)
         model = self.model
         inertia = np.diagonal(pin.crba(model.model, model.data, q))
         return 2.0 * self.damping_ratio * np.sqrt(self.stiffness * inertia)
+
+
+def stiffnesses(name: str, given: float | Sequence[float] | np.ndarray, n: int) -> np.ndarray:
+    """Return n stiffnesses from one number, or from n.
+
+    Raises:
+        ControlError: If a number is negative or not finite, or their count is wrong.
+    """
+    values = np.asarray(given, dtype=float)
+    if values.shape not in ((), (n,)):
+        raise ControlError(f"{name} is one number, or one for each of {n}, got {given!r}")
+    if not np.isfinite(values).all() or (values < 0.0).any():
+        raise ControlError(f"{name} must be finite and not negative, got {given!r}")
+    return np.broadcast_to(values, (n,)).copy()
+
+
+def ratio(name: str, given: float) -> float:
+    """Return a damping ratio.
+
+    Raises:
+        ControlError: If it is negative or not finite.
+    """
+    if not 0.0 <= given < np.inf:
+        raise ControlError(f"{name} must be finite and not negative, got {given!r}")
+    return float(given)

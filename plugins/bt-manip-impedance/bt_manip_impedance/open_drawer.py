@@ -135,11 +135,8 @@ class PullOpen(MotionBehaviour):
                 if not arm.follower.stopping:
                     arm.stop()
                 return Status.RUNNING
-            return (
-                Status.SUCCESS
-                if self.steady(abs(drawer.speed) < MAX_DRAWER_SPEED)
-                else Status.RUNNING
-            )
+            settled = self.steady(abs(drawer.speed) < MAX_DRAWER_SPEED)
+            return Status.SUCCESS if settled else Status.RUNNING
         if self.object not in self.gripper.held:
             return self.fail(f"the handle of '{self.object}' was lost {1e3 * opened:.0f} mm open")
         if force > self._limit:

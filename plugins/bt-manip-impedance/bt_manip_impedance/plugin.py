@@ -36,17 +36,11 @@ def register_behaviours(register):
     from bt_manip_impedance.open_drawer import IsOpen, PullOpen, ReachHandle
     from bt_manip_impedance.press import IsReleased, Press, WasPressed
 
-    register(Press)
-    register(IsReleased)
-    register(WasPressed)
-    register(Insert)
-    register(IsInserted)
-    register(ReachHandle)
-    register(PullOpen)
-    register(IsOpen)
-    register(FindFreeEnd)
-    register(HoldOut)
-    register(IsHandedOver)
+    for behaviour in (
+        Press, IsReleased, WasPressed, Insert, IsInserted, ReachHandle, PullOpen, IsOpen,
+        FindFreeEnd, HoldOut, IsHandedOver,
+    ):  # fmt: skip
+        register(behaviour)
 
 
 @hookimpl

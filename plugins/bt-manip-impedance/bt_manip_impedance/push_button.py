@@ -5,8 +5,7 @@ from typing import Any
 
 import numpy as np
 import pinocchio as pin
-from dm_control import composer, mjcf
-from dm_control.composer.observation import observable
+from dm_control import mjcf
 
 from bt_manip.cell import CellError, ParametricEntity
 from bt_manip.spatial import pointing_down
@@ -21,7 +20,11 @@ PRELOAD = 0.2  # fraction of the full force at which the cap begins to move
 
 
 class PushButton(ParametricEntity):
-    """A housing with a cap on a spring; its origin is the middle of its bottom."""
+    """A housing with a cap on a spring; its origin is the middle of its bottom.
+
+    Attributes:
+        presses: How often the cap has been pressed down since the button was made.
+    """
 
     kind = "push_button"
     category = "button"
@@ -44,7 +47,7 @@ class PushButton(ParametricEntity):
         if not 0.0 < force < np.inf:
             raise CellError(f"force must be a positive number [N], got {force!r}")
         self.travel = travel
-        self._presses, self._down = 0, False
+        self.presses, self._down = 0, False
         self._mjcf_root = root = mjcf.RootElement(model=name)
         housing = root.worldbody.add("body", name="housing")
         housing.add(
@@ -66,9 +69,6 @@ class PushButton(ParametricEntity):
         # The cap sinks into the housing.
         root.contact.add("exclude", name="cap_in_housing", body1=housing, body2=cap)
 
-    def _build_observables(self) -> "PushButtonObservables":
-        return PushButtonObservables(self)
-
     @property
     def height(self) -> float:
         """Height of the released cap's top over the bottom [m]."""
@@ -80,11 +80,6 @@ class PushButton(ParametricEntity):
         heights = (self.height, self.height + HOVER)
         return [[pointing_down((0.0, 0.0, z), k * np.pi / 4) for k in range(8)] for z in heights]
 
-    @property
-    def joint(self) -> mjcf.Element:
-        """The slide joint of the cap; its position counts downwards from the top [m]."""
-        return self._joint
-
     def after_compile(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
         """Bind to the compiled model (composer's hook)."""
         self._data = physics.data.ptr
@@ -94,9 +89,9 @@ class PushButton(ParametricEntity):
         """Count the presses (composer's hook)."""
         depth = self.depth
         if self._down:
-            self._down = depth > 0.5 * self.travel
+            self._down = self.pressed
         elif depth >= PRESSED * self.travel:
-            self._down, self._presses = True, self._presses + 1
+            self._down, self.presses = True, self.presses + 1
 
     @property
     def depth(self) -> float:
@@ -108,24 +103,10 @@ class PushButton(ParametricEntity):
         """Whether the cap is below half of its travel."""
         return self.depth > 0.5 * self.travel
 
-    @property
-    def presses(self) -> int:
-        """How often the cap has been pressed down since the button was made."""
-        return self._presses
-
     def get_state(self) -> dict[str, Any]:
         """Return the presses, for snapshots."""
-        return {"presses": self._presses, "down": self._down}
+        return {"presses": self.presses, "down": self._down}
 
     def set_state(self, state: Mapping[str, Any]) -> None:
         """Restore a state of `get_state`."""
-        self._presses, self._down = state["presses"], state["down"]
-
-
-class PushButtonObservables(composer.Observables):
-    """Observables of a button."""
-
-    @composer.observable
-    def depth(self) -> observable.MJCFFeature:
-        """Depth of the cap below its released position [m]."""
-        return observable.MJCFFeature("qpos", self._entity.joint)
+        self.presses, self._down = state["presses"], state["down"]

@@ -51,11 +51,6 @@ def test_it_ends_at_its_travel(cell):
     assert press(cell, 1.2 * FORCE).depth == pytest.approx(TRAVEL, abs=1e-4)
 
 
-def test_the_depth_is_an_observable(cell):
-    button = press(cell, 6.0)
-    assert button.observables.depth(cell.physics) == pytest.approx(button.depth)
-
-
 @pytest.mark.parametrize(
     ("parameters", "message"),
     [({"travel": 0.0}, "travel must be"), ({"force": -1.0}, "force must be")],

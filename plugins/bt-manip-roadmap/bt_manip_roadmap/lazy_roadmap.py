@@ -51,7 +51,6 @@ class LazyRoadmap:
         near = self._near(nodes)
         while True:
             path = shortest(nodes, near, goals, known)
-            blocked = False
             for a, b in zip(path, path[1:], strict=False):
                 edge = (min(a, b), max(a, b))
                 if edge not in known:
@@ -59,9 +58,8 @@ class LazyRoadmap:
                         nodes[edge[0]], nodes[edge[1]], problem.is_free, STEP
                     )
                 if not known[edge]:
-                    blocked = True
                     break
-            if not blocked:
+            else:
                 return path
 
     def _near(self, nodes: np.ndarray) -> list[set[int]]:

@@ -17,8 +17,8 @@ from bt_manip.behaviours import MoveToConfiguration, Recover, SwitchController, 
 from bt_manip.bt import NodeStatus, Tree
 from bt_manip.exceptions import BtManipError, MotionError
 from bt_manip.plugins import Choice
-from bt_manip.robots import DeviceError, rows_problem
-from bt_manip.robots.link_worker import serve_arm
+from bt_manip.robots import DeviceError
+from bt_manip.robots.link_worker import rows_problem, serve_arm
 from bt_manip.runner import RunLoop
 from bt_manip.testing import DEVICE_CONTRACT, recovers_from_a_problem
 
@@ -292,6 +292,6 @@ def test_a_motion_that_has_not_begun_is_replaced_by_one_that_begins_earlier(stat
 
 
 def test_an_arm_process_that_dies_is_named(station):  # the last one: it is the end of the arm
-    os.kill(station.arm.link.process_id, signal.SIGKILL)
+    os.kill(station.arm.link.process.pid, signal.SIGKILL)
     with pytest.raises(DeviceError, match="arm: its process has ended unexpectedly"):
         steps(station, 1000)
