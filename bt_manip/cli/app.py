@@ -6,6 +6,7 @@ import importlib.util
 import os
 import sys
 import traceback
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import click
@@ -17,8 +18,6 @@ from bt_manip.cli.streams import unfailing
 from bt_manip.exceptions import BtManipError, with_short_values
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from bt_manip.cli.plugin_commands import PluginCommand
 
 _FOUND = "bt_manip.commands"
@@ -86,7 +85,7 @@ class LazyGroup(click.Group):
         return bool(place) and importlib.util.find_spec(place.partition(":")[0]) is not None
 
 
-def _plugin_commands(ctx: click.Context) -> "Mapping[str, PluginCommand]":
+def _plugin_commands(ctx: click.Context) -> Mapping[str, "PluginCommand"]:
     """Return the commands of plugins; packages are searched once per command line."""
     if _FOUND not in ctx.meta:
         from bt_manip.cli.plugin_commands import plugin_commands

@@ -6,6 +6,7 @@ import os
 import shlex
 import sys
 import traceback
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
@@ -19,16 +20,14 @@ from bt_manip.cli.plugin_options import load_chosen_plugins, print_warning
 from bt_manip.cli.record_option import is_rendered, record_target
 from bt_manip.cli.run_options import RunOptions, check_backend, make_request, vary
 from bt_manip.exceptions import ANY_BUT_INTERRUPT, BtManipError, NodeError, reason_of
+from bt_manip.registry import Parts
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
     from rich.console import Console
 
     from bt_manip.groot import GrootPublisher
     from bt_manip.plugins import Plugins
     from bt_manip.record import Continuation, Recorder, ReportFile, RunReport
-    from bt_manip.registry import Parts
     from bt_manip.runner import Run, RunObserver, RunRequest, Station
     from bt_manip.viewer import Page, Window
 
@@ -179,7 +178,7 @@ class RunJob:
 
         return Console(quiet=self._options.quiet)
 
-    def _fault_injector(self, run: "Run", parts: "Parts") -> "RunObserver":
+    def _fault_injector(self, run: "Run", parts: Parts) -> "RunObserver":
         """Return an observer that injects the requested faults.
 
         Raises:
@@ -351,7 +350,7 @@ class RunJob:
 
 
 @contextlib.contextmanager
-def _garbage_collection_off() -> "Iterator[None]":
+def _garbage_collection_off() -> Iterator[None]:
     """Switch the garbage collector off while a run is prepared, and freeze the objects that exist.
 
     Most of them stay until the run ends: each collection, also during the run, would traverse them

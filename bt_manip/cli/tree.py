@@ -14,10 +14,10 @@ from bt_manip.cli.options import takes
 from bt_manip.cli.plugin_options import load_chosen_plugins
 from bt_manip.exceptions import BtManipError
 from bt_manip.input_files import read_bytes
+from bt_manip.registry import Parts
 
 if TYPE_CHECKING:
     from bt_manip.bt import BehaviourRegistry, Place, Problem, Reading, Tree
-    from bt_manip.registry import Parts
     from bt_manip.runner import TreeSource
 
 _dialect = click.option(
@@ -211,7 +211,7 @@ def schema(output: Path | None) -> None:
     _write(tree_schema(registry), output)
 
 
-def _registered() -> tuple["Parts", "BehaviourRegistry"]:
+def _registered() -> tuple[Parts, "BehaviourRegistry"]:
     os.environ.setdefault("MUJOCO_GL", "disable")  # nothing is drawn here
     from bt_manip.runner import known_behaviours
 
@@ -219,7 +219,7 @@ def _registered() -> tuple["Parts", "BehaviourRegistry"]:
     return parts, known_behaviours(parts)
 
 
-def _find(text: str, parts: "Parts") -> "TreeSource":
+def _find(text: str, parts: Parts) -> "TreeSource":
     from bt_manip.runner import TreeSource, find_tree
 
     if Path(text).is_file() and not text.endswith(".py"):
@@ -229,7 +229,7 @@ def _find(text: str, parts: "Parts") -> "TreeSource":
 
 def _findings(
     text: str,
-    parts: "Parts",
+    parts: Parts,
     registry: "BehaviourRegistry",
     foreign: ForeignTrees,
     options: dict[str, Any],
@@ -273,7 +273,7 @@ def _read(
 
 def _load(
     text: str,
-    parts: "Parts",
+    parts: Parts,
     registry: "BehaviourRegistry",
     dialect: str,
     foreign: ForeignTrees,

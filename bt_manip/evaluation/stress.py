@@ -3,21 +3,18 @@
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from bt_manip.bt import NodeKind, NodeStatus
+from bt_manip.bt.nodes import Link
 from bt_manip.exceptions import ANY_BUT_INTERRUPT, did_you_mean, reason_of
 from bt_manip.faults import FaultError, FaultInjector, PlannedFault
 from bt_manip.plugins import load_plugins
 from bt_manip.runner import Run, RunObserver, prepare, request_of
 
 from .engine import WorkerDiedError
-
-if TYPE_CHECKING:
-    from bt_manip.bt.nodes import Link
-
 
 MAX_CYCLE = 60.0
 """Simulated time after which a cycle counts as hung [s]."""
@@ -205,7 +202,7 @@ class _PhaseTimes:
         self._start: dict[Any, float] = {}
         self.duration: dict[Any, float] = {}
 
-    def __call__(self, node: "Link", old: NodeStatus, new: NodeStatus) -> None:
+    def __call__(self, node: Link, old: NodeStatus, new: NodeStatus) -> None:
         if node.kind is not NodeKind.ACTION:
             return
         if new is NodeStatus.RUNNING:

@@ -5,13 +5,12 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from bt_manip.bt import Node, NodeStatus, Tree
+from bt_manip.cell import Cell
 from bt_manip.exceptions import BtManipError
 
 from .pulls import MAX_FORCE, Pulls
 
 if TYPE_CHECKING:
-    from bt_manip.cell import Cell
-
     from .station import Station
 
 
@@ -188,7 +187,7 @@ class Interventions:
 class _NodeHooks:
     """The hooks of all owners around the tick of a node."""
 
-    def __init__(self, cell: "Cell", notify: Callable[[dict[str, Any]], None]) -> None:
+    def __init__(self, cell: Cell, notify: Callable[[dict[str, Any]], None]) -> None:
         self._cell, self._notify = cell, notify
         self.owners: dict[Any, tuple[Hook | None, Hook | None]] = {}
         self._executions = {True: (-1.0, 0), False: (-1.0, 0)}  # time of the tick, and how many

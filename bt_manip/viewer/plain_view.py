@@ -1,15 +1,13 @@
 """The view of a run without a terminal: a line per event."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rich.console import Console
 
+from bt_manip.bt.nodes import Link
 from bt_manip.runner import Run, RunObserver
 from bt_manip.viewer.progress import Progress
 from bt_manip.viewer.wrapping import print_wrapped
-
-if TYPE_CHECKING:
-    from bt_manip.bt.nodes import Link
 
 
 class PlainView(RunObserver):
@@ -71,7 +69,7 @@ class PlainView(RunObserver):
     def _elapsed(self) -> float:
         return float(self._cell.time - self._start)
 
-    def _node_changed(self, node: "Link", old: Any, new: Any) -> None:
+    def _node_changed(self, node: Link, old: Any, new: Any) -> None:
         if node.children or new.name not in ("SUCCESS", "FAILURE"):
             return
         before, self._ended[node] = self._ended.get(node), (self._tick, new.name)

@@ -1,20 +1,17 @@
 """The live view of a run in a terminal."""
 
 import time
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rich.console import Console, Group
 from rich.live import Live
 from rich.text import Text
 
+from bt_manip.bt.nodes import Link
 from bt_manip.runner import Run, RunObserver
 from bt_manip.viewer.progress import Progress
 from bt_manip.viewer.tree_text import running_leaves, tree_lines
 from bt_manip.viewer.wrapping import print_wrapped
-
-if TYPE_CHECKING:
-    from bt_manip.bt.nodes import Link
-
 
 REDRAW = 0.125
 """Wall time between two pictures [s]; drawing one takes some milliseconds."""
@@ -83,7 +80,7 @@ class TerminalView(RunObserver):
         if live is not None:
             live.stop()
 
-    def _node_changed(self, node: "Link", old: Any, new: Any) -> None:
+    def _node_changed(self, node: Link, old: Any, new: Any) -> None:
         """Keep the final status of a node: a parent resets its children as soon as it ends."""
         behaviour = getattr(node, "behaviour", node)  # of a wrapped stock behaviour
         if new.name != "IDLE" or old.name == "RUNNING":

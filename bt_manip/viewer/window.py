@@ -3,18 +3,14 @@
 import threading
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import mujoco
 import numpy as np
 
-from bt_manip.cell import OVERVIEW
+from bt_manip.cell import OVERVIEW, Cell
 from bt_manip.runner import Run, RunObserver
 from bt_manip.viewer.display import require_display
-
-if TYPE_CHECKING:
-    from bt_manip.cell import Cell
-
 
 FRAME_PERIOD = 1.0 / 60.0
 """Wall time between two frames [s]."""
@@ -144,7 +140,7 @@ def aim(camera: mujoco.MjvCamera, model: mujoco.MjModel, data: mujoco.MjData) ->
         camera.elevation = np.rad2deg(np.arcsin(np.clip(forward[2], -1.0, 1.0)))
 
 
-def _copy(cell: "Cell") -> mujoco.MjData:
+def _copy(cell: Cell) -> mujoco.MjData:
     data = mujoco.MjData(cell.model)
     mujoco.mj_copyData(data, cell.model, cell.data)
     return data

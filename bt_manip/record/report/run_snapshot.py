@@ -1,18 +1,15 @@
 """Snapshots of a run with its request and the digest of its report."""
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from bt_manip.exceptions import BtManipError, shown
 from bt_manip.record.report.recorder import Recorder
-from bt_manip.runner import RunObserver
+from bt_manip.runner import Run, RunObserver, RunRequest
 from bt_manip.scenes import PHYSICS, is_scene_file
 
-if TYPE_CHECKING:
-    from bt_manip.runner import Run, RunRequest
 
-
-def request_fields(request: "RunRequest") -> dict[str, Any]:
+def request_fields(request: RunRequest) -> dict[str, Any]:
     """Return the request of a run as plain data; the options of reading its tree are left out."""
     return {
         "tree": request.tree.name,
@@ -29,7 +26,7 @@ def request_fields(request: "RunRequest") -> dict[str, Any]:
     }
 
 
-def take_snapshot(run: "Run") -> dict[str, Any]:
+def take_snapshot(run: Run) -> dict[str, Any]:
     """Return request, state and digest of a run between two ticks, as plain data.
 
     The digest is that of the run's log, and empty where nobody has asked for it.
@@ -54,7 +51,7 @@ class SnapshotAt(RunObserver):
         self.time, self._use = time, use
         self.taken = False
 
-    def run_started(self, run: "Run") -> None:
+    def run_started(self, run: Run) -> None:
         """Keep the run and its digest."""
         run.log.keep_digest()
         self._run, self._cell = run, run.station.cell
@@ -68,7 +65,7 @@ class SnapshotAt(RunObserver):
 
 
 def restore_snapshot(
-    where: object, snapshot: Mapping[str, Any], run: "Run", recorder: Recorder
+    where: object, snapshot: Mapping[str, Any], run: Run, recorder: Recorder
 ) -> None:
     """Restore a run from a snapshot.
 
