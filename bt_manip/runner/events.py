@@ -113,7 +113,7 @@ class EventStream:
     # The loop
 
     def start(self) -> None:
-        """Observe the tree and interventions."""
+        """Observe the tree and interventions, until the loop is closed."""
         if self._wanted("status", "message"):
             self._tree.observers.append(self._status_changed)
         if self._wanted("intervention"):
@@ -141,13 +141,6 @@ class EventStream:
     def end_cycle(self, status: str, reason: str) -> None:
         """Emit the end of the cycle."""
         self.emit("cycle", {"cycle": self._cycle, "status": status, "reason": reason})
-
-    def stop(self) -> None:
-        """Stop observing."""
-        if self._status_changed in self._tree.observers:
-            self._tree.observers.remove(self._status_changed)
-        if self._intervened in self._run.interventions.observers:
-            self._run.interventions.observers.remove(self._intervened)
 
     # Internal
 

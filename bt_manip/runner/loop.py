@@ -118,6 +118,8 @@ class RunLoop:
         Raises:
             BtManipError: If one of them cannot observe the run.
         """
+        observed = self.run.tree.observers, self.run.interventions.observers
+        self._observers_before = [(observers, list(observers)) for observers in observed]
         self._is_open = True
         for observer in self._observers:
             observer.check(self.run)
@@ -145,9 +147,9 @@ class RunLoop:
                 with contextlib.suppress(Exception, SystemExit):
                     rescue()
         with ExitStack() as stack:
+            stack.callback(self._unobserve)
             while self._started:  # called in the order in which they started
                 stack.callback(self._started.pop().run_ended)
-            stack.callback(self._events.stop)
             self._log.flush()
             self.run.cycle = 0
             self.run.goal.stop()
@@ -262,6 +264,11 @@ class RunLoop:
         if status is NodeStatus.SKIPPED:
             return f"{tree.root.name}: the root was skipped, nothing was done"
         return tree.failure_reason()
+
+    def _unobserve(self) -> None:
+        """Remove the observers of tree and interventions that came since the loop was opened."""
+        for observers, before in self._observers_before:
+            observers[:] = before
 
     def _note_model(self) -> None:
         """Tell everyone when the cell was compiled anew."""

@@ -45,7 +45,10 @@ class RunObserver:
         """
 
     def run_started(self, run: "Run") -> None:
-        """Prepare for a run; it has `.request`, `.station`, `.tree` and `.log`."""
+        """Prepare for a run; it has `.request`, `.station`, `.tree` and `.log`.
+
+        Observers that are added to the tree here are removed when the run has ended.
+        """
 
     def after_compile(self) -> None:
         """Renew ids and views of the compiled model."""

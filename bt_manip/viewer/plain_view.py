@@ -32,7 +32,6 @@ class PlainView(RunObserver):
 
     def run_started(self, run: Run) -> None:
         """Observe the tree's leaves if each of them gets a line."""
-        self._run = run
         self._cell = run.station.cell
         self._start = self._cell.time
         self._progress = Progress(self._cycles)
@@ -59,11 +58,6 @@ class PlainView(RunObserver):
         if progress := str(self._progress):
             line += f" ({progress})"
         print_wrapped(self._console, f"{line}: {reason}" if reason else line)
-
-    def run_ended(self) -> None:
-        """Stop observing the tree."""
-        if self._node_changed in self._run.tree.observers:
-            self._run.tree.observers.remove(self._node_changed)
 
     @property
     def _elapsed(self) -> float:
