@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from types import TracebackType
-from typing import TYPE_CHECKING, Protocol, Self
+from typing import TYPE_CHECKING, Any, Protocol, Self
 
 from bt_manip.bt import NodeStatus
 
@@ -118,7 +118,10 @@ class RunLoop:
         Raises:
             BtManipError: If one of them cannot observe the run.
         """
-        observed = self.run.tree.observers, self.run.interventions.observers
+        observed: tuple[list[Any], ...] = (
+            self.run.tree.observers,
+            self.run.interventions.observers,
+        )
         self._observers_before = [(observers, list(observers)) for observers in observed]
         self._is_open = True
         for observer in self._observers:
