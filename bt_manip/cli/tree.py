@@ -161,14 +161,14 @@ def convert(
 ) -> None:
     """Convert an XML document to Python, or a Python tree to XML."""
     from bt_manip.bt import Tree, to_python, tree_to_xml
-    from bt_manip.runner import as_tree
+    from bt_manip.runner import as_tree, make_any
 
     parts, registry = _registered()
     source = _find(name, parts)
     if source.kind == "python":
         if form == "python":
             raise BtManipError(f"'{name}' is already Python")
-        written = _made(source)
+        written = make_any(source, {})
         if isinstance(written, Tree):
             written = as_tree(written, source, lambda: 0.0)  # not the document it was read from
         else:
@@ -235,11 +235,11 @@ def _findings(
     options: dict[str, Any],
 ) -> "list[Problem]":
     from bt_manip.bt import NO_CELL, Problem
-    from bt_manip.runner import as_tree
+    from bt_manip.runner import make_tree
 
     source = _find(text, parts)
     if source.kind == "python":
-        made = as_tree(_made(source), source, lambda: 0.0)
+        made = make_tree(source, {}, lambda: 0.0)
         if made.goal and not made.goal_reads_cell:
             return [Problem(_place(source), f"goal: {NO_CELL}", "warning")]
         return []
@@ -280,18 +280,11 @@ def _load(
 ) -> "Tree":
     source = _find(text, parts)
     if source.kind == "python":
-        from bt_manip.runner import as_tree
+        from bt_manip.runner import make_tree
 
-        return as_tree(_made(source), source, lambda: 0.0)
+        return make_tree(source, {}, lambda: 0.0)
     options = {**foreign.reading(), "dialect": dialect, "strict": False}
     return _read(source, registry, foreign, options).usable_tree()
-
-
-def _made(source: "TreeSource") -> Any:
-    """Return a tree or document of Python, with the defaults of its arguments; it is not run."""
-    from bt_manip.runner import make_any
-
-    return make_any(source, {})
 
 
 def _write(text: str, output: Path | None) -> None:
