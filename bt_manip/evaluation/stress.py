@@ -7,11 +7,10 @@ from typing import Any, Literal
 
 import numpy as np
 
-from bt_manip.bt import NodeKind, NodeStatus
-from bt_manip.bt.nodes import Link
 from bt_manip.exceptions import ANY_BUT_INTERRUPT, did_you_mean, reason_of
 from bt_manip.faults import FaultError, FaultInjector, PlannedFault
 from bt_manip.plugins import load_plugins
+from bt_manip.record import PhaseLog
 from bt_manip.runner import Run, RunObserver, prepare, request_of
 
 from .engine import WorkerDiedError
@@ -120,18 +119,21 @@ class StressTester:
                 f"tree '{self._tree}' declares no goal to judge it by; add one to its main "
                 '<BehaviorTree>, such as _goal="IsIn object={object} container=basket"'
             )
-        log = _PhaseTimes(run)
-        run.tree.observers.append(log)
-        try:
-            outcome, reason = _Cycle(run).run(0)
-        finally:
-            run.tree.observers.remove(log)
+        times: dict[Any, float] = {}
+
+        def add(node: Any, phase: Any) -> None:
+            if phase.duration_s > 0.0:
+                times[node] = times.get(node, 0.0) + phase.duration_s
+
+        run.tree.observers.append(log := PhaseLog(run.station.clock, add))
+        outcome, reason = _Cycle(run).run(0)
+        run.tree.observers.remove(log)
         if outcome != "recovered":
             raise FaultError(f"tree '{self._tree}' fails without any fault: {reason}")
-        names = [node.name for node in log.duration]
+        names = [node.name for node in times]
         return [
             StressPhase(n.name if names.count(n.name) == 1 else n.path, n.path, round(time, 3))
-            for n, time in log.duration.items()
+            for n, time in times.items()
         ]
 
     def run(self, episode: StressEpisode) -> StressResult:
@@ -192,24 +194,6 @@ class _Cycle(RunObserver):
     def _stop(self) -> bool:
         """Tell whether the cycle hangs."""
         return self._run.station.cell.time > self._end
-
-
-class _PhaseTimes:
-    """Tree observer that measures how long action leaves run."""
-
-    def __init__(self, run: Run) -> None:
-        self._clock = run.station.clock
-        self._start: dict[Any, float] = {}
-        self.duration: dict[Any, float] = {}
-
-    def __call__(self, node: Link, old: NodeStatus, new: NodeStatus) -> None:
-        if node.kind is not NodeKind.ACTION:
-            return
-        if new is NodeStatus.RUNNING:
-            self._start[node] = self._clock()
-        elif old is NodeStatus.RUNNING:
-            spent = self._clock() - self._start[node]
-            self.duration[node] = self.duration.get(node, 0.0) + spent
 
 
 def plan_episodes(

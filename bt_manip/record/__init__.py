@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from bt_manip.record.mcap.recorded_scene import RecordedScene as RecordedScene
     from bt_manip.record.mcap.recording import Recording as Recording
     from bt_manip.record.mcap.timeline import Timeline as Timeline
+    from bt_manip.record.report.recorder import PhaseLog as PhaseLog
     from bt_manip.record.report.recorder import Recorder as Recorder
     from bt_manip.record.report.report_file import ReportFile as ReportFile
     from bt_manip.record.report.report_file import open_report_file as open_report_file
@@ -68,7 +69,7 @@ __getattr__ = lazy_exports(
         "bt_manip.record.mcap.recorded_scene": "RecordedScene",
         "bt_manip.record.mcap.recording": "Recording",
         "bt_manip.record.mcap.timeline": "Timeline",
-        "bt_manip.record.report.recorder": "Recorder",
+        "bt_manip.record.report.recorder": "PhaseLog Recorder",
         "bt_manip.record.report.report_file": "ReportFile open_report_file read_report",
         "bt_manip.record.report.run_report": (
             "CycleReport GrippedObject LeafTime LeafUse RunReport TrackingPeak cpu_name versions"
