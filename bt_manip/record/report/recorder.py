@@ -206,12 +206,8 @@ class Recorder(RunObserver):
             **self._identity,
         )
 
-    def get_state(self) -> dict[str, Any]:
-        """Return the digest so far, as plain data."""
-        return {"digest": self._run.log.digest.hex()}
-
     def set_state(self, state: Mapping[str, Any]) -> None:
-        """Continue from the digest in a snapshot; cycles and figures start empty."""
+        """Continue from the digest in a snapshot of a run; cycles and figures start empty."""
         self._digest = bytes.fromhex(state["digest"])
 
     # Internal
