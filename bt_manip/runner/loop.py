@@ -118,18 +118,16 @@ class RunLoop:
         Raises:
             BtManipError: If one of them cannot observe the run.
         """
-        observed: tuple[list[Any], ...] = (
-            self.run.tree.observers,
-            self.run.interventions.observers,
-        )
+        run = self.run
+        observed: tuple[list[Any], ...] = run.tree.observers, run.interventions.observers
         self._observers_before = [(observers, list(observers)) for observers in observed]
         self._is_open = True
         for observer in self._observers:
-            observer.check(self.run)
+            observer.check(run)
             self._events.listen(observer.handle, observer.kinds)
         for observer in self._observers:
             self._started.append(observer)
-            observer.run_started(self.run)
+            observer.run_started(run)
         self._events.start()
         self._then = (*self._log.after_step, *_overridden("after_step", self._observers))
         self._note_model()
