@@ -116,9 +116,9 @@ class RunJob:
         parts = plugins.parts
         resumed = None
         if options.resume is not None:
-            from bt_manip.cli.run_snapshots import load_run
+            from bt_manip.record import read_snapshot
 
-            resumed = load_run(options.resume)
+            resumed = read_snapshot(options.resume)
         request, parts, point = vary(options, make_request(options, parts, resumed), parts)
         # Slow imports come last: the errors above are reported at once.
         from bt_manip.cli.run_observers import extra_observers
@@ -136,12 +136,11 @@ class RunJob:
         observers: list[RunObserver] = [Trace(options.trace)] if options.trace else []
         observers.append(self._recorder)
         if options.snapshots or resumed is not None:
-            from bt_manip.cli.run_snapshots import SnapshotTaker
-            from bt_manip.record import restore_snapshot
+            from bt_manip.record import SnapshotWriter, restore_snapshot
 
             if resumed is not None:
                 restore_snapshot(options.resume, resumed, prepared, self._recorder)
-            observers += [SnapshotTaker(at, path) for at, path in options.snapshots]
+            observers += [SnapshotWriter(*one, print_warning) for one in options.snapshots]
         if options.continued is not None:
             observers += self._continue(options.continued, prepared, self._recorder)
         observers += extra_observers(plugins, options.records)
