@@ -122,9 +122,7 @@ def aim(camera: mujoco.MjvCamera, model: mujoco.MjModel, data: mujoco.MjData) ->
         model: The model; ``stat.center`` and ``stat.extent`` are used.
         data: Its state, after ``mj_forward``.
     """
-    camera.type = mujoco.mjtCamera.mjCAMERA_FREE
-    camera.lookat[:] = model.stat.center
-    camera.distance = 1.5 * model.stat.extent
+    mujoco.mjv_defaultFreeCamera(model, camera)
     camera.azimuth, camera.elevation = FREE_CAMERA
     number = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_CAMERA, OVERVIEW)
     if number < 0:
