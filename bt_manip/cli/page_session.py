@@ -189,8 +189,6 @@ class PageSession:
         return page
 
     def _open_page(self, request: "RunRequest", plugins: "Plugins") -> "Page":
-        if self._page is not None:
-            return self._page
         from bt_manip.cli.run_observers import page_panels
         from bt_manip.registry import Surroundings
         from bt_manip.runner import SCENE
