@@ -2,10 +2,10 @@
 
 import errno
 import importlib
-import importlib.util
 import os
 import sys
 import traceback
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import click
@@ -17,8 +17,6 @@ from bt_manip.cli.streams import unfailing
 from bt_manip.exceptions import BtManipError, with_short_values
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from bt_manip.cli.plugin_commands import PluginCommand
 
 _FOUND = "bt_manip.commands"
@@ -39,7 +37,7 @@ COMMANDS = {
     "stress": "bt_manip.cli.stress:stress",
     "sweep": "bt_manip.cli.evaluate:sweep",
     "tree": "bt_manip.cli.tree:tree",
-    "view": "bt_manip.cli.view:view",
+    "view": "bt_manip.cli.run:view",
 }
 """Module and attribute of each sub-command; it is imported when it is needed."""
 
@@ -53,11 +51,11 @@ class LazyGroup(click.Group):
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Return the names of the sub-commands."""
-        return sorted({*filter(self._exists, COMMANDS), *_plugin_commands(ctx)})
+        return sorted({*COMMANDS, *_plugin_commands(ctx)})
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Return a sub-command; built-in ones take precedence."""
-        if not self._exists(cmd_name):
+        if cmd_name not in COMMANDS:
             found = _plugin_commands(ctx).get(cmd_name)
             return None if found is None else found.load()
         module, _, attribute = COMMANDS[cmd_name].partition(":")
@@ -70,7 +68,7 @@ class LazyGroup(click.Group):
         """List the sub-commands with the first line of their help."""
         rows, plugins = [], _plugin_commands(ctx)
         for name in self.list_commands(ctx):
-            if self._exists(name):
+            if name in COMMANDS:
                 command = self.get_command(ctx, name)
                 assert command is not None
                 rows.append((name, command.get_short_help_str(formatter.width)))
@@ -80,13 +78,8 @@ class LazyGroup(click.Group):
         with formatter.section("Commands"):
             formatter.write_dl(rows)
 
-    @staticmethod
-    def _exists(name: str) -> bool:
-        place = COMMANDS.get(name, "")
-        return bool(place) and importlib.util.find_spec(place.partition(":")[0]) is not None
 
-
-def _plugin_commands(ctx: click.Context) -> "Mapping[str, PluginCommand]":
+def _plugin_commands(ctx: click.Context) -> Mapping[str, "PluginCommand"]:
     """Return the commands of plugins; packages are searched once per command line."""
     if _FOUND not in ctx.meta:
         from bt_manip.cli.plugin_commands import plugin_commands

@@ -1,7 +1,7 @@
 """``bt-manip demos``: record demonstrations of a tree, and export them."""
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import click
 
 from bt_manip.cli.completion import complete_part
-from bt_manip.cli.exit_codes import COMMON, FAILED, INTERRUPTED, SUCCESS, exit_code_help
+from bt_manip.cli.exit_codes import COMMON, FAILED, SUCCESS, exit_code_help
 from bt_manip.cli.options import StationOptions, takes, vary_option, workers_option
 from bt_manip.cli.plugin_options import chosen, load_chosen_plugins
 
 if TYPE_CHECKING:
-    from bt_manip.demonstrations import DemonstrationRecorder, DemonstrationStore
+    from bt_manip.demonstrations import DemonstrationRecorder
 
 
 class DemonstrationFormat(NamedTuple):
@@ -111,6 +111,7 @@ def record(
         use_offscreen_opengl()
     else:
         os.environ.setdefault("MUJOCO_GL", "disable")
+    from bt_manip.cli.tracked_episodes import run_tracked
     from bt_manip.demonstrations import DemonstrationRecorder, DemonstrationStore
     from bt_manip.evaluation import call_in_process, parse_point
     from bt_manip.record import RecordingError, parse_size
@@ -132,7 +133,7 @@ def record(
     store = DemonstrationStore.create(folder, identity)
     with store.recording():
         left = sorted({*range(episodes)}.difference(store.episodes()))
-        code = _record(make_recorder, store, left, workers or os.cpu_count() or 1)
+        _, code = run_tracked("demos", make_recorder, left, workers, store.write_lost)
         outcomes = store.write_outcomes()
     missing = len({*left}.difference(one["episode"] for one in outcomes))
     if missing and not code:
@@ -145,32 +146,6 @@ def record(
         f"{folder}: {len(outcomes) - len(failed)} of {len(outcomes)} succeeded, {steps} steps"
     )
     return code or (FAILED if failed else SUCCESS)
-
-
-def _record(
-    make_recorder: "Callable[[], DemonstrationRecorder]",
-    store: "DemonstrationStore",
-    episodes: Sequence[int],
-    workers: int,
-) -> int:
-    """Record episodes and show the progress; return the exit code, SUCCESS or INTERRUPTED."""
-    from rich.console import Console
-    from rich.progress import track
-
-    from bt_manip.evaluation import ProcessPool, run_episodes
-
-    console, pool = Console(stderr=True), ProcessPool(make_recorder)
-    workers = min(workers, len(episodes))
-    results = run_episodes(make_recorder, episodes, workers, pool=pool, lost=store.write_lost)
-    try:
-        for _ in track(
-            results, "demos", len(episodes), console=console, transient=True,
-            disable=not console.is_terminal,
-        ):  # fmt: skip
-            pass
-    except KeyboardInterrupt:
-        return INTERRUPTED
-    return SUCCESS
 
 
 def _identify(make_recorder: "Callable[[], DemonstrationRecorder]") -> dict[str, Any]:

@@ -41,7 +41,6 @@ class EvaluationView:
         self._evaluation, self._workers = evaluation, workers
         self._planned = episodes * len(evaluation.points)
         self.total, self.rates = SuccessRate(), [SuccessRate() for _ in evaluation.points]
-        self._points: dict[int, int] = {}
         for result in before:
             self._count(result)
         self._before, self._first = self.total.trials, 0.0

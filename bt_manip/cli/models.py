@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Iterable, Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -9,12 +10,10 @@ import click
 from bt_manip.cli.completion import complete_model_caches
 from bt_manip.cli.plugin_options import load_chosen_plugins
 from bt_manip.exceptions import BtManipError, did_you_mean
+from bt_manip.registry import Parts
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from bt_manip.models import MjcfModel, ModelCache
-    from bt_manip.registry import Parts
 
 BUNDLED = "bundled"
 _PARTS = "bt_manip.models.parts"
@@ -142,7 +141,7 @@ def _facts(model: "MjcfModel", address: str) -> Iterator[tuple[str, str]]:
     yield "category", thing.category
 
 
-def _clear(address: str) -> list["Path"]:
+def _clear(address: str) -> list[Path]:
     cache = _cache_of(address)
     if cache is None:
         from bt_manip.models import check_fuel_plugin
@@ -174,7 +173,7 @@ def _parts_of(address: str) -> dict[str, Any]:
     return {"sources": parts.model_sources.copies(), "formats": parts.model_formats.copies()}
 
 
-def _parts() -> "Parts":
+def _parts() -> Parts:
     """Return the parts of the chosen plugins, which are loaded once in a command."""
     meta = click.get_current_context().meta
     if _PARTS not in meta:

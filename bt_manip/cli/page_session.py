@@ -3,6 +3,7 @@
 import contextlib
 import io
 import os
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,8 +19,6 @@ from bt_manip.exceptions import BtManipError
 from bt_manip.extras import require_extra
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from bt_manip.groot import GrootPublisher
     from bt_manip.plugins import Plugins
     from bt_manip.runner import RunLoop, RunRequest, Station
@@ -190,8 +189,6 @@ class PageSession:
         return page
 
     def _open_page(self, request: "RunRequest", plugins: "Plugins") -> "Page":
-        if self._page is not None:
-            return self._page
         from bt_manip.cli.run_observers import page_panels
         from bt_manip.registry import Surroundings
         from bt_manip.runner import SCENE
@@ -324,7 +321,7 @@ class PageSession:
             self._loop = None
             self._panel.tell(f"the cell stands still: {error}; Reset builds it anew", error=True)
 
-    def _save(self, name: str, q: "Sequence[float]") -> str:
+    def _save(self, name: str, q: Sequence[float]) -> str:
         """Save a configuration for the runs of this page and of others."""
         from bt_manip.robots import save_configuration
 

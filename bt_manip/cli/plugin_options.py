@@ -1,20 +1,19 @@
 """The options ``--block`` and ``--plugins-dir`` of all commands."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 import click
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from bt_manip.plugins import Choice, Plugins
 
 BUILTIN = "builtin"
 _BLOCKED = "bt_manip.blocked"
 _FOLDERS = "bt_manip.folders"
 
-C = TypeVar("C", bound="Callable[..., object] | click.Command")
+C = TypeVar("C", bound=Callable[..., object] | click.Command)
 
 
 def plugin_options(command: C) -> C:
@@ -43,7 +42,7 @@ def add_plugin_options(command: click.Command) -> None:
             add_plugin_options(one)
 
 
-def _keeper(key: str) -> "Callable[[click.Context, click.Parameter, tuple[object, ...]], None]":
+def _keeper(key: str) -> Callable[[click.Context, click.Parameter, tuple[object, ...]], None]:
     def keep(ctx: click.Context, parameter: click.Parameter, values: tuple[object, ...]) -> None:
         # Values before and after a sub-command add up.
         ctx.meta[key] = (*ctx.meta.get(key, ()), *values)

@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from bt_manip.cli.exit_codes import BAD_INPUT, COMMON, SUCCESS, exit_code_help
+from bt_manip.cli.foreign_trees import ForeignTrees
 from bt_manip.cli.interrupt import Interrupt
 from bt_manip.cli.options import given_options, takes
 from bt_manip.cli.plugin_options import load_chosen_plugins
@@ -17,6 +18,9 @@ from bt_manip.extras import require_extra
 
 WATCHING = ("real_time", "window", "view", "report", "records", "quiet")
 """Options of ``bt-manip run`` that ``--continue`` takes, too."""
+
+RECORDED = ("tree", "cycles", "seed", "robot", "controller", "scene", "planner", "settings")
+"""Fields of a recorded request that are options of ``bt-manip run``."""
 
 
 @click.command(
@@ -55,10 +59,8 @@ def replay(
     """Show a recorded run on a page in the browser, at any of its times."""
     require_extra("record", "replay", "mcap", "foxglove_schemas_protobuf")
     if moment is not None:
-        from bt_manip.cli.continue_run import continue_run
-
         with unfailing("stdout"):
-            return continue_run(recording, moment, interrupt, options)
+            return _continue_run(recording, moment, interrupt, options)
     for name in given_options(replace(options, view=False)):
         raise BtManipError(f"{name} needs --continue T")
     require_extra("view", "replay", "viser")
@@ -81,3 +83,25 @@ def replay(
         page.close()
     interrupt.exit_code = SUCCESS  # it is how this command ends
     return SUCCESS
+
+
+def _continue_run(path: Path, time: float, interrupt: Interrupt, options: RunOptions) -> int:
+    """Simulate a recorded run again up to a time [s], then go on as ``bt-manip run`` does.
+
+    Raises:
+        BtManipError: If the run cannot be continued from there.
+    """
+    from bt_manip.cli.page_session import execute_run
+    from bt_manip.record import Continuation, Recording
+
+    continued = Continuation(Recording(path), time)
+    fields, identity = continued.fields, continued.recording.identity
+    with continued.recording.decoding():
+        options = replace(
+            options,
+            **{key: fields[key] for key in RECORDED},
+            tick_ms=1e3 * fields["tick"],
+            foreign=ForeignTrees.of(identity.get("foreign", {})),
+            continued=continued,
+        )
+    return execute_run(options, interrupt)

@@ -1,13 +1,20 @@
-"""``bt-manip run``: run a tree in a cell."""
+"""``bt-manip run`` and ``bt-manip view``: run a tree in a cell, or choose trees on a page."""
+
+from dataclasses import replace
 
 import click
 
 from bt_manip.cli.completion import complete_part
-from bt_manip.cli.exit_codes import COMMON, FAILED, FAULT, SUCCESS, exit_code_help
+from bt_manip.cli.exit_codes import COMMON, FAILED, FAULT, INTERRUPTED, SUCCESS, exit_code_help
 from bt_manip.cli.interrupt import Interrupt
 from bt_manip.cli.options import takes
 from bt_manip.cli.run_options import RunOptions
 from bt_manip.cli.streams import unfailing
+
+OF_ONE_RUN = (
+    "window", "view", "report", "trace", "records", "faults", "snapshots", "resume", "varied",
+)  # fmt: skip
+"""Options of ``bt-manip run`` that ``bt-manip view`` does not have."""
 
 _EPILOG = exit_code_help({
     SUCCESS: "every cycle succeeded",
@@ -33,3 +40,18 @@ def run(interrupt: Interrupt, options: RunOptions) -> int:
 
     with unfailing("stdout"):
         return execute_run(options, interrupt)
+
+
+@click.command(epilog=exit_code_help({**COMMON, INTERRUPTED: "after Ctrl-C, which ends it"}))
+@click.argument("tree", required=False, default="", shell_complete=complete_part("trees"))
+@takes(RunOptions, without=OF_ONE_RUN)
+@click.pass_obj
+def view(interrupt: Interrupt, options: RunOptions) -> int:
+    """Open a page to choose trees, run, stop and reset them, and to jog the robot.
+
+    TREE, as for bt-manip run, is chosen at first; it runs when that is asked for on the page.
+    """
+    from bt_manip.cli.page_session import execute_on_page
+
+    with unfailing("stdout"):
+        return execute_on_page(replace(options, view=True), interrupt, run=False)

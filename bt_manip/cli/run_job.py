@@ -6,6 +6,7 @@ import os
 import shlex
 import sys
 import traceback
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
@@ -19,16 +20,14 @@ from bt_manip.cli.plugin_options import load_chosen_plugins, print_warning
 from bt_manip.cli.record_option import is_rendered, record_target
 from bt_manip.cli.run_options import RunOptions, check_backend, make_request, vary
 from bt_manip.exceptions import ANY_BUT_INTERRUPT, BtManipError, NodeError, reason_of
+from bt_manip.registry import Parts
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
     from rich.console import Console
 
     from bt_manip.groot import GrootPublisher
     from bt_manip.plugins import Plugins
     from bt_manip.record import Continuation, Recorder, ReportFile, RunReport
-    from bt_manip.registry import Parts
     from bt_manip.runner import Run, RunObserver, RunRequest, Station
     from bt_manip.viewer import Page, Window
 
@@ -117,9 +116,9 @@ class RunJob:
         parts = plugins.parts
         resumed = None
         if options.resume is not None:
-            from bt_manip.cli.run_snapshots import load_run
+            from bt_manip.record import read_snapshot
 
-            resumed = load_run(options.resume)
+            resumed = read_snapshot(options.resume)
         request, parts, point = vary(options, make_request(options, parts, resumed), parts)
         # Slow imports come last: the errors above are reported at once.
         from bt_manip.cli.run_observers import extra_observers
@@ -137,12 +136,11 @@ class RunJob:
         observers: list[RunObserver] = [Trace(options.trace)] if options.trace else []
         observers.append(self._recorder)
         if options.snapshots or resumed is not None:
-            from bt_manip.cli.run_snapshots import SnapshotTaker
-            from bt_manip.record import restore_snapshot
+            from bt_manip.record import SnapshotWriter, restore_snapshot
 
             if resumed is not None:
                 restore_snapshot(options.resume, resumed, prepared, self._recorder)
-            observers += [SnapshotTaker(at, path) for at, path in options.snapshots]
+            observers += [SnapshotWriter(*one, print_warning) for one in options.snapshots]
         if options.continued is not None:
             observers += self._continue(options.continued, prepared, self._recorder)
         observers += extra_observers(plugins, options.records)
@@ -179,7 +177,7 @@ class RunJob:
 
         return Console(quiet=self._options.quiet)
 
-    def _fault_injector(self, run: "Run", parts: "Parts") -> "RunObserver":
+    def _fault_injector(self, run: "Run", parts: Parts) -> "RunObserver":
         """Return an observer that injects the requested faults.
 
         Raises:
@@ -351,7 +349,7 @@ class RunJob:
 
 
 @contextlib.contextmanager
-def _garbage_collection_off() -> "Iterator[None]":
+def _garbage_collection_off() -> Iterator[None]:
     """Switch the garbage collector off while a run is prepared, and freeze the objects that exist.
 
     Most of them stay until the run ends: each collection, also during the run, would traverse them

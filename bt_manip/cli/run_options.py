@@ -1,5 +1,6 @@
 """The options of ``bt-manip run``, and the run that they request."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,12 +11,10 @@ from bt_manip.cli.completion import complete_part
 from bt_manip.cli.foreign_trees import ForeignTrees
 from bt_manip.cli.options import VARY, StationOptions, option, options_of
 from bt_manip.exceptions import BtManipError
+from bt_manip.registry import Parts
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from bt_manip.record import Continuation
-    from bt_manip.registry import Parts
     from bt_manip.robots import Configuration
     from bt_manip.runner import RunRequest
 
@@ -129,7 +128,7 @@ class RunOptions(StationOptions):
 
 
 def make_request(
-    options: RunOptions, parts: "Parts", resumed: "Mapping[str, Any] | None" = None
+    options: RunOptions, parts: Parts, resumed: Mapping[str, Any] | None = None
 ) -> "RunRequest":
     """Return the run that options ask for.
 
@@ -173,8 +172,8 @@ def make_request(
 
 
 def vary(
-    options: RunOptions, request: "RunRequest", parts: "Parts"
-) -> tuple["RunRequest", "Parts", dict[str, Any]]:
+    options: RunOptions, request: "RunRequest", parts: Parts
+) -> tuple["RunRequest", Parts, dict[str, Any]]:
     """Return the request and the parts with the parameters of ``--vary``, and these by name.
 
     Raises:

@@ -10,10 +10,10 @@ from bt_manip.cli.completion import complete_part
 from bt_manip.cli.exit_codes import BAD_INPUT, SUCCESS
 from bt_manip.cli.plugin_options import load_chosen_plugins
 from bt_manip.exceptions import BtManipError, with_short_values
+from bt_manip.registry import Parts
 
 if TYPE_CHECKING:
     from bt_manip.cell import Cell
-    from bt_manip.registry import Parts
     from bt_manip.runner import Station
     from bt_manip.scenes import Scene
 
@@ -52,7 +52,7 @@ def check(files: tuple[str, ...], robot: str) -> int:
     return BAD_INPUT if errors else SUCCESS
 
 
-def _problems(text: str, parts: "Parts", robot: str) -> tuple[str, ...]:
+def _problems(text: str, parts: Parts, robot: str) -> tuple[str, ...]:
     from bt_manip.scenes import SceneError
 
     try:
@@ -78,7 +78,7 @@ def show(name: str, robot: str) -> None:
 
 
 def _built(
-    text: str, parts: "Parts", robot: str, *, drawn: bool = False
+    text: str, parts: Parts, robot: str, *, drawn: bool = False
 ) -> tuple["Scene", "Station"]:
     """Return a scene and its station, before or after the randomization of the first cycle.
 

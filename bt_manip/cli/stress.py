@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from bt_manip.cli.completion import complete_part
-from bt_manip.cli.exit_codes import COMMON, FAILED, INTERRUPTED, SUCCESS, exit_code_help
+from bt_manip.cli.exit_codes import COMMON, FAILED, SUCCESS, exit_code_help
 from bt_manip.cli.options import StationOptions, takes, workers_option
 from bt_manip.cli.plugin_options import chosen, load_chosen_plugins
 
@@ -67,17 +67,8 @@ def stress(
     tree declares holds. After each cycle with a fault an undisturbed one must reach the goal.
     """
     os.environ.setdefault("MUJOCO_GL", "disable")
-    from rich.console import Console
-    from rich.progress import track
-
-    from bt_manip.evaluation import (
-        ProcessPool,
-        StressTable,
-        StressTester,
-        call_in_process,
-        lost_stress,
-        run_episodes,
-    )
+    from bt_manip.cli.tracked_episodes import run_tracked
+    from bt_manip.evaluation import StressTable, StressTester, call_in_process, lost_stress
     from bt_manip.record import check_writable, whole_file, writing
 
     for file in (markdown, json_file):
@@ -88,19 +79,7 @@ def stress(
     plan = partial(_plan, tester, seeds, _names(faults), _names(phases))
     episodes = call_in_process("the undisturbed cycle", plan)
     place = {episode: number for number, episode in enumerate(episodes)}
-    results, code = [], SUCCESS
-    console = Console(stderr=True)
-    try:
-        workers = workers or os.cpu_count() or 1
-        pool = ProcessPool(tester)
-        done = run_episodes(tester, episodes, workers, pool=pool, lost=lost_stress)
-        for result in track(
-            done, "stress", len(episodes), console=console, transient=True,
-            disable=not console.is_terminal,
-        ):  # fmt: skip
-            results.append(result)
-    except KeyboardInterrupt:
-        code = INTERRUPTED
+    results, code = run_tracked("stress", tester, episodes, workers, lost_stress)
     results.sort(key=lambda one: place[one.episode])
     table = StressTable(results, episodes)
     print_table(table)

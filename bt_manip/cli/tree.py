@@ -14,10 +14,10 @@ from bt_manip.cli.options import takes
 from bt_manip.cli.plugin_options import load_chosen_plugins
 from bt_manip.exceptions import BtManipError
 from bt_manip.input_files import read_bytes
+from bt_manip.registry import Parts
 
 if TYPE_CHECKING:
     from bt_manip.bt import BehaviourRegistry, Place, Problem, Reading, Tree
-    from bt_manip.registry import Parts
     from bt_manip.runner import TreeSource
 
 _dialect = click.option(
@@ -161,14 +161,14 @@ def convert(
 ) -> None:
     """Convert an XML document to Python, or a Python tree to XML."""
     from bt_manip.bt import Tree, to_python, tree_to_xml
-    from bt_manip.runner import as_tree
+    from bt_manip.runner import as_tree, make_any
 
     parts, registry = _registered()
     source = _find(name, parts)
     if source.kind == "python":
         if form == "python":
             raise BtManipError(f"'{name}' is already Python")
-        written = _made(source)
+        written = make_any(source, {})
         if isinstance(written, Tree):
             written = as_tree(written, source, lambda: 0.0)  # not the document it was read from
         else:
@@ -211,7 +211,7 @@ def schema(output: Path | None) -> None:
     _write(tree_schema(registry), output)
 
 
-def _registered() -> tuple["Parts", "BehaviourRegistry"]:
+def _registered() -> tuple[Parts, "BehaviourRegistry"]:
     os.environ.setdefault("MUJOCO_GL", "disable")  # nothing is drawn here
     from bt_manip.runner import known_behaviours
 
@@ -219,7 +219,7 @@ def _registered() -> tuple["Parts", "BehaviourRegistry"]:
     return parts, known_behaviours(parts)
 
 
-def _find(text: str, parts: "Parts") -> "TreeSource":
+def _find(text: str, parts: Parts) -> "TreeSource":
     from bt_manip.runner import TreeSource, find_tree
 
     if Path(text).is_file() and not text.endswith(".py"):
@@ -229,17 +229,17 @@ def _find(text: str, parts: "Parts") -> "TreeSource":
 
 def _findings(
     text: str,
-    parts: "Parts",
+    parts: Parts,
     registry: "BehaviourRegistry",
     foreign: ForeignTrees,
     options: dict[str, Any],
 ) -> "list[Problem]":
     from bt_manip.bt import NO_CELL, Problem
-    from bt_manip.runner import as_tree
+    from bt_manip.runner import make_tree
 
     source = _find(text, parts)
     if source.kind == "python":
-        made = as_tree(_made(source), source, lambda: 0.0)
+        made = make_tree(source, {}, lambda: 0.0)
         if made.goal and not made.goal_reads_cell:
             return [Problem(_place(source), f"goal: {NO_CELL}", "warning")]
         return []
@@ -273,25 +273,18 @@ def _read(
 
 def _load(
     text: str,
-    parts: "Parts",
+    parts: Parts,
     registry: "BehaviourRegistry",
     dialect: str,
     foreign: ForeignTrees,
 ) -> "Tree":
     source = _find(text, parts)
     if source.kind == "python":
-        from bt_manip.runner import as_tree
+        from bt_manip.runner import make_tree
 
-        return as_tree(_made(source), source, lambda: 0.0)
+        return make_tree(source, {}, lambda: 0.0)
     options = {**foreign.reading(), "dialect": dialect, "strict": False}
     return _read(source, registry, foreign, options).usable_tree()
-
-
-def _made(source: "TreeSource") -> Any:
-    """Return a tree or document of Python, with the defaults of its arguments; it is not run."""
-    from bt_manip.runner import make_any
-
-    return make_any(source, {})
 
 
 def _write(text: str, output: Path | None) -> None:

@@ -3,21 +3,18 @@
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 
-from bt_manip.bt import NodeKind, NodeStatus
+from bt_manip.bt import NodeStatus
 from bt_manip.exceptions import ANY_BUT_INTERRUPT, did_you_mean, reason_of
 from bt_manip.faults import FaultError, FaultInjector, PlannedFault
 from bt_manip.plugins import load_plugins
-from bt_manip.runner import Run, RunObserver, prepare, request_of
+from bt_manip.record import PhaseLog
+from bt_manip.runner import Run, RunLoop, RunObserver, prepare, request_of
 
 from .engine import WorkerDiedError
-
-if TYPE_CHECKING:
-    from bt_manip.bt.nodes import Link
-
 
 MAX_CYCLE = 60.0
 """Simulated time after which a cycle counts as hung [s]."""
@@ -123,31 +120,33 @@ class StressTester:
                 f"tree '{self._tree}' declares no goal to judge it by; add one to its main "
                 '<BehaviorTree>, such as _goal="IsIn object={object} container=basket"'
             )
-        log = _PhaseTimes(run)
-        run.tree.observers.append(log)
-        try:
-            outcome, reason = _Cycle(run).run(0)
-        finally:
-            run.tree.observers.remove(log)
+        times: dict[Any, float] = {}
+
+        def add(node: Any, phase: Any) -> None:
+            if phase.duration_s > 0.0:
+                times[node] = times.get(node, 0.0) + phase.duration_s
+
+        run.tree.observers.append(log := PhaseLog(run.station.clock, add))
+        outcome, reason, _ = _run_cycle(run, 0)
+        run.tree.observers.remove(log)
         if outcome != "recovered":
             raise FaultError(f"tree '{self._tree}' fails without any fault: {reason}")
-        names = [node.name for node in log.duration]
+        names = [node.name for node in times]
         return [
             StressPhase(n.name if names.count(n.name) == 1 else n.path, n.path, round(time, 3))
-            for n, time in log.duration.items()
+            for n, time in times.items()
         ]
 
     def run(self, episode: StressEpisode) -> StressResult:
         """Run a cycle with a fault, and an undisturbed one after it."""
         run = self._prepared(episode.seed)
         injector = FaultInjector([episode.plan()], self.faults, episode.seed)
-        cycle = _Cycle(run)
-        outcome, reason = cycle.run(0, injector)
+        outcome, reason, aborted = _run_cycle(run, 0, injector)
         if not injector.happened:
             return StressResult(episode, "none", (injector.problems or [""])[0])
-        if cycle.aborted:  # as a user would, in a new run
+        if aborted:  # as a user would, in a new run
             run = self._prepared(episode.seed)
-        after, next_reason = _Cycle(run).run(1)
+        after, next_reason, _ = _run_cycle(run, 1)
         return StressResult(episode, outcome, reason, "" if after == "recovered" else next_reason)
 
     def _prepared(self, seed: int) -> Run:
@@ -160,59 +159,22 @@ class StressTester:
         return run
 
 
-class _Cycle(RunObserver):
-    """Runs single cycles and tells how they ended.
-
-    Attributes:
-        aborted: Whether the run ended before its cycle did.
-    """
-
-    def __init__(self, run: Run) -> None:
-        self._run, self.aborted = run, False
-
-    def run(self, cycle: int, *observers: RunObserver) -> tuple[Outcome, str]:
-        """Run one cycle; return how it ended, and why it did not succeed."""
-        run, self._ended = self._run, False
-        run.request = replace(run.request, cycles=cycle + 1)
-        run.cycle, self._end = cycle, run.station.cell.time + MAX_CYCLE
-        try:
-            run.execute([self, *observers], stop=self._stop)
-        except ANY_BUT_INTERRUPT as error:
-            self.aborted = True
-            return "failed", reason_of(error)
-        if not self._ended:
-            self.aborted = True
-            return "hung", f"no end within {MAX_CYCLE:g} s simulated"
-        return self._outcome, self._reason
-
-    def cycle_ended(self, status: str, reason: str) -> None:
-        """Judge the cycle."""
-        goal, self._ended, self._reason = self._run.goal, True, reason
-        self._outcome: Outcome = "failed"
-        if goal.tree_succeeded:
-            self._outcome = "recovered" if goal.holds else "dishonest"
-
-    def _stop(self) -> bool:
-        """Tell whether the cycle hangs."""
-        return self._run.station.cell.time > self._end
-
-
-class _PhaseTimes:
-    """Tree observer that measures how long action leaves run."""
-
-    def __init__(self, run: Run) -> None:
-        self._clock = run.station.clock
-        self._start: dict[Any, float] = {}
-        self.duration: dict[Any, float] = {}
-
-    def __call__(self, node: "Link", old: NodeStatus, new: NodeStatus) -> None:
-        if node.kind is not NodeKind.ACTION:
-            return
-        if new is NodeStatus.RUNNING:
-            self._start[node] = self._clock()
-        elif old is NodeStatus.RUNNING:
-            spent = self._clock() - self._start[node]
-            self.duration[node] = self.duration.get(node, 0.0) + spent
+def _run_cycle(run: Run, cycle: int, *observers: RunObserver) -> tuple[Outcome, str, bool]:
+    """Run one cycle; return how it ended, why not with success, and whether it was aborted."""
+    end = run.station.cell.time + MAX_CYCLE
+    try:
+        with RunLoop(run, observers) as loop:
+            loop.begin(cycle)
+            while (status := loop.advance()) is NodeStatus.RUNNING:
+                if run.station.cell.time > end:
+                    loop.halt()
+                    return "hung", f"no end within {MAX_CYCLE:g} s simulated", True
+            succeeded, reason = loop.end(status)
+    except ANY_BUT_INTERRUPT as error:
+        return "failed", reason_of(error), True
+    if succeeded:
+        return "recovered", reason, False
+    return "dishonest" if run.goal.tree_succeeded else "failed", reason, False
 
 
 def plan_episodes(

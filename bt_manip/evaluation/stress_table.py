@@ -78,14 +78,20 @@ class StressTable:
         return f"{happened} faults: {text}; {failed} undisturbed cycles after them failed.{more}"
 
     def reasons(self) -> list[str]:
-        """Return why faults were not recovered from, each reason once for each fault."""
+        """Return why faults were not recovered from, each reason once for each fault.
+
+        Reasons that differ in numbers only are one.
+        """
         found: dict[tuple[str, str, str], tuple[str, Counter[str]]] = {}
         for one in self.results:
             letter = LETTERS.get(one.outcome, "")
-            if letter not in ("", "R"):
-                self._note(found, one, letter, one.reason)
+            reasons = [(letter, one.reason)] if letter not in ("", "R") else []
             if one.next_reason:
-                self._note(found, one, NEXT_FAILED, one.next_reason)
+                reasons.append((NEXT_FAILED, one.next_reason))
+            for letter, reason in reasons:
+                key = one.episode.fault, letter, without_numbers(reason)
+                _, phases = found.setdefault(key, (reason, Counter()))
+                phases[one.episode.phase.name] += 1
         lines = []
         for (fault, letter, _), (reason, phases) in found.items():
             where = ", ".join(f"{phase} {count}" for phase, count in phases.items())
@@ -134,15 +140,3 @@ class StressTable:
             parts = ["-"]
         planned = sum((one.fault, one.phase.name) == (fault, phase) for one in self.episodes)
         return " ".join(parts + [f"{NOT_TRIED}{planned - len(here)}"] * (planned > len(here)))
-
-    @staticmethod
-    def _note(
-        found: dict[tuple[str, str, str], tuple[str, Counter[str]]],
-        one: StressResult,
-        letter: str,
-        reason: str,
-    ) -> None:
-        """Count a reason; those that differ in numbers only are one."""
-        key = one.episode.fault, letter, without_numbers(reason)
-        _, phases = found.setdefault(key, (reason, Counter()))
-        phases[one.episode.phase.name] += 1

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from bt_manip.record.mcap.recorded_scene import RecordedScene as RecordedScene
     from bt_manip.record.mcap.recording import Recording as Recording
     from bt_manip.record.mcap.timeline import Timeline as Timeline
+    from bt_manip.record.report.recorder import PhaseLog as PhaseLog
     from bt_manip.record.report.recorder import Recorder as Recorder
     from bt_manip.record.report.report_file import ReportFile as ReportFile
     from bt_manip.record.report.report_file import open_report_file as open_report_file
@@ -42,7 +43,8 @@ if TYPE_CHECKING:
     from bt_manip.record.report.run_report import TrackingPeak as TrackingPeak
     from bt_manip.record.report.run_report import cpu_name as cpu_name
     from bt_manip.record.report.run_report import versions as versions
-    from bt_manip.record.report.run_snapshot import SnapshotAt as SnapshotAt
+    from bt_manip.record.report.run_snapshot import SnapshotWriter as SnapshotWriter
+    from bt_manip.record.report.run_snapshot import read_snapshot as read_snapshot
     from bt_manip.record.report.run_snapshot import restore_snapshot as restore_snapshot
     from bt_manip.record.tables.export_table import write_csv as write_csv
     from bt_manip.record.tables.export_table import write_parquet as write_parquet
@@ -68,12 +70,12 @@ __getattr__ = lazy_exports(
         "bt_manip.record.mcap.recorded_scene": "RecordedScene",
         "bt_manip.record.mcap.recording": "Recording",
         "bt_manip.record.mcap.timeline": "Timeline",
-        "bt_manip.record.report.recorder": "Recorder",
+        "bt_manip.record.report.recorder": "PhaseLog Recorder",
         "bt_manip.record.report.report_file": "ReportFile open_report_file read_report",
         "bt_manip.record.report.run_report": (
             "CycleReport GrippedObject LeafTime LeafUse RunReport TrackingPeak cpu_name versions"
         ),
-        "bt_manip.record.report.run_snapshot": "SnapshotAt restore_snapshot",
+        "bt_manip.record.report.run_snapshot": "SnapshotWriter read_snapshot restore_snapshot",
         "bt_manip.record.tables.export_table": "write_csv write_parquet",
         "bt_manip.record.tables.trace": "Trace read_trace write_trace",
         "bt_manip.record.video.export_video": "write_video",

@@ -6,14 +6,13 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from bt_manip.bt import NodeStatus, pointed_key
+from bt_manip.bt.nodes import Link
 from bt_manip.cell import ContactEventDetector, as_object
 from bt_manip.exceptions import BtManipError
 
 from .observer import RunObserver
 
 if TYPE_CHECKING:
-    from bt_manip.bt.nodes import Link
-
     from .run import Run
 
 
@@ -114,7 +113,7 @@ class EventStream:
     # The loop
 
     def start(self) -> None:
-        """Observe the tree and interventions."""
+        """Observe the tree and interventions, until the loop is closed."""
         if self._wanted("status", "message"):
             self._tree.observers.append(self._status_changed)
         if self._wanted("intervention"):
@@ -143,19 +142,12 @@ class EventStream:
         """Emit the end of the cycle."""
         self.emit("cycle", {"cycle": self._cycle, "status": status, "reason": reason})
 
-    def stop(self) -> None:
-        """Stop observing."""
-        if self._status_changed in self._tree.observers:
-            self._tree.observers.remove(self._status_changed)
-        if self._intervened in self._run.interventions.observers:
-            self._run.interventions.observers.remove(self._intervened)
-
     # Internal
 
     def _wanted(self, *kinds: str) -> bool:
         return not self._kinds.isdisjoint(kinds)
 
-    def _status_changed(self, node: "Link", old: NodeStatus, new: NodeStatus) -> None:
+    def _status_changed(self, node: Link, old: NodeStatus, new: NodeStatus) -> None:
         if self._tree.nodes is self._nodes:
             self._emit_status(node, old, new)
         else:  # replaced by an edited tree
@@ -164,7 +156,7 @@ class EventStream:
     def _intervened(self, data: dict[str, Any]) -> None:
         self.emit("intervention", data)
 
-    def _emit_status(self, node: "Link", old: NodeStatus, new: NodeStatus) -> None:
+    def _emit_status(self, node: Link, old: NodeStatus, new: NodeStatus) -> None:
         if self._wanted("status"):
             reason = str(node.feedback_message) if new is NodeStatus.FAILURE else ""
             data = {"uid": node.uid, "path": node.path, "old": old.name, "status": new.name}
@@ -172,7 +164,7 @@ class EventStream:
         if new is NodeStatus.SUCCESS and self._wanted("message"):
             self._emit_message(node)
 
-    def _emit_message(self, node: "Link") -> None:
+    def _emit_message(self, node: Link) -> None:
         text = str(node.feedback_message)
         if text != self._messages.get(node.uid, ""):
             self._messages[node.uid] = text

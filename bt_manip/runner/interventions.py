@@ -5,13 +5,12 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from bt_manip.bt import Node, NodeStatus, Tree
+from bt_manip.cell import Cell
 from bt_manip.exceptions import BtManipError
 
 from .pulls import MAX_FORCE, Pulls
 
 if TYPE_CHECKING:
-    from bt_manip.cell import Cell
-
     from .station import Station
 
 
@@ -28,6 +27,7 @@ class Interventions:
 
     Attributes:
         observers: Called by the thread of the run with the data of each intervention.
+        pulls: The active pulls, which the thread of the run applies.
     """
 
     def __init__(self, tree: Tree, station: "Station") -> None:
@@ -35,7 +35,7 @@ class Interventions:
         self._tree, self._cell = tree, station.cell
         self.observers: list[Callable[[dict[str, Any]], None]] = []
         self._requests: deque[dict[str, Any]] = deque()
-        self._pulls = Pulls(station.cell, station.robots, self._notify)
+        self.pulls = Pulls(station.cell, station.robots, self._notify)
         self._hooks: dict[Node, _NodeHooks] = {}
 
     # Any thread
@@ -86,7 +86,7 @@ class Interventions:
         if data["kind"] == "override":
             self._node(data)
         else:
-            self._pulls.check(data)
+            self.pulls.check(data)
         self._requests.append(dict(data))
 
     # The thread of the run
@@ -103,16 +103,7 @@ class Interventions:
             else:
                 self._arm(data)
         for data in pulls.values():
-            self._pulls.set(data)
-
-    @property
-    def pulling(self) -> bool:
-        """Whether `apply` has to be called before each control step."""
-        return self._pulls.active
-
-    def apply(self) -> None:
-        """Set the forces of all pulls for the next control step."""
-        self._pulls.apply()
+            self.pulls.set(data)
 
     def set_tick_hooks(
         self, owner: Any, node: Node, pre_tick: Hook | None, post_tick: Hook | None
@@ -138,18 +129,18 @@ class Interventions:
     def clear(self) -> None:
         """End all interventions."""
         self._requests.clear()
-        self._pulls.clear()
+        self.pulls.clear()
         for node in self._hooks:
             node.set_tick_hooks()
         self._hooks.clear()
 
     def get_state(self) -> dict[str, Any]:
         """Return the active pulls as plain data."""
-        return {"pulls": self._pulls.get_state()}
+        return {"pulls": self.pulls.get_state()}
 
     def set_state(self, state: Mapping[str, Any]) -> None:
         """Restore a state of `get_state`."""
-        self._pulls.set_state(state["pulls"])
+        self.pulls.set_state(state["pulls"])
 
     # Internal
 
@@ -188,7 +179,7 @@ class Interventions:
 class _NodeHooks:
     """The hooks of all owners around the tick of a node."""
 
-    def __init__(self, cell: "Cell", notify: Callable[[dict[str, Any]], None]) -> None:
+    def __init__(self, cell: Cell, notify: Callable[[dict[str, Any]], None]) -> None:
         self._cell, self._notify = cell, notify
         self.owners: dict[Any, tuple[Hook | None, Hook | None]] = {}
         self._executions = {True: (-1.0, 0), False: (-1.0, 0)}  # time of the tick, and how many

@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from types import TracebackType
-from typing import TYPE_CHECKING, Protocol, Self
+from typing import TYPE_CHECKING, Any, Protocol, Self
 
 from bt_manip.bt import NodeStatus
 
@@ -80,7 +80,6 @@ class RunLoop:
         self.actor: Actor = run.tree
         self._station, self._cell = run.station, run.station.cell
         self._observers = sorted(observers, key=lambda one: isinstance(one, RunModifier))
-        self._before_tick = _overridden("before_tick", self._observers)
         self._then: tuple[Callable[[], None], ...] = ()
         self._is_open = False
         self._started: list[RunObserver] = []
@@ -117,15 +116,20 @@ class RunLoop:
         Raises:
             BtManipError: If one of them cannot observe the run.
         """
+        run = self.run
+        observed: tuple[list[Any], ...] = run.tree.observers, run.interventions.observers
+        self._observers_before = [(observers, list(observers)) for observers in observed]
         self._is_open = True
         for observer in self._observers:
-            observer.check(self.run)
+            observer.check(run)
             self._events.listen(observer.handle, observer.kinds)
         for observer in self._observers:
             self._started.append(observer)
-            observer.run_started(self.run)
+            observer.run_started(run)
         self._events.start()
-        self._then = (*self._log.after_step, *_overridden("after_step", self._observers))
+        idle = RunObserver.after_step
+        overridden = (o.after_step for o in self._observers if type(o).after_step is not idle)
+        self._then = (*self._log.after_step, *overridden)
         self._note_model()
         self._pacing.start(self._cell.time)
 
@@ -144,9 +148,9 @@ class RunLoop:
                 with contextlib.suppress(Exception, SystemExit):
                     rescue()
         with ExitStack() as stack:
+            stack.callback(self._unobserve)
             while self._started:  # called in the order in which they started
                 stack.callback(self._started.pop().run_ended)
-            stack.callback(self._events.stop)
             self._log.flush()
             self.run.cycle = 0
             self.run.goal.stop()
@@ -187,8 +191,8 @@ class RunLoop:
 
     def tick(self) -> NodeStatus:
         """Let interventions and the actor act; return the actor's status."""
-        for observe in self._before_tick:
-            observe()
+        for observer in self._observers:
+            observer.before_tick()
         self.run.interventions.take_over()
         return self.actor.tick()
 
@@ -233,14 +237,14 @@ class RunLoop:
 
     def _control(self, steps: int) -> None:
         """Make control steps; all steps of all loops are made here."""
-        interventions, real = self.run.interventions, self._station.real
+        pulls, real = self.run.interventions.pulls, self._station.real
         if real is not None and steps:
             steps = real.wait(steps)
             self._cell.step(steps, then=self._then)
             real.update()
-        elif interventions.pulling:
+        elif pulls.active:
             for _ in range(steps):
-                interventions.apply()
+                pulls.apply()
                 self._cell.step(then=self._then)
         elif steps:
             self._cell.step(steps, then=self._then)
@@ -262,6 +266,11 @@ class RunLoop:
             return f"{tree.root.name}: the root was skipped, nothing was done"
         return tree.failure_reason()
 
+    def _unobserve(self) -> None:
+        """Remove the observers of tree and interventions that came since the loop was opened."""
+        for observers, before in self._observers_before:
+            observers[:] = before
+
     def _note_model(self) -> None:
         """Tell everyone when the cell was compiled anew."""
         if self._generation != self._cell.generation:
@@ -271,9 +280,3 @@ class RunLoop:
             for observer in self._observers:
                 observer.after_compile()
             self._events.after_compile()
-
-
-def _overridden(name: str, observers: Sequence[RunObserver]) -> tuple[Callable[[], None], ...]:
-    """Return the overridden methods of this name."""
-    idle = getattr(RunObserver, name)
-    return tuple(getattr(o, name) for o in observers if getattr(type(o), name) is not idle)

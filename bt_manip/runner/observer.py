@@ -26,10 +26,10 @@ class RunObserver:
 
     `after_compile` is called once before the first `cycle_started`, and before the next step
     whenever the cell has been recompiled: ids and views of the physics must be renewed there.
-    `before_tick` and `after_step` are only called where a subclass overrides them. `handle` is
-    called with the events of the wanted kinds: those of a tick before its `after_tick`. If a run is
-    interrupted or an exception is raised, moving arms are stopped first (`after_step` and
-    `after_tick` continue, without ticks) and `run_ended` is called, but `cycle_ended` is not.
+    `after_step` is only called where a subclass overrides it. `handle` is called with the events of
+    the wanted kinds: those of a tick before its `after_tick`. If a run is interrupted or an
+    exception is raised, moving arms are stopped first (`after_step` and `after_tick` continue,
+    without ticks) and `run_ended` is called, but `cycle_ended` is not.
 
     Attributes:
         kinds: Kinds of the events that `handle` wants, as in `RunEvent`; read when a run starts.
@@ -45,7 +45,10 @@ class RunObserver:
         """
 
     def run_started(self, run: "Run") -> None:
-        """Prepare for a run; it has `.request`, `.station`, `.tree` and `.log`."""
+        """Prepare for a run; it has `.request`, `.station`, `.tree` and `.log`.
+
+        Observers that are added to the tree here are removed when the run has ended.
+        """
 
     def after_compile(self) -> None:
         """Renew ids and views of the compiled model."""

@@ -9,9 +9,6 @@ from .step_log import StepBlock, StepLog
 if TYPE_CHECKING:
     from .run import Run
 
-TICKS = 64
-"""Ticks that are added to the digest together, which takes less time than one by one."""
-
 TakeBlocks = Callable[[Mapping[str, StepBlock]], None]
 
 
@@ -44,7 +41,6 @@ class RunLog:
         self._steps: dict[str, StepLog] = {}
         self._readers: list[TakeBlocks] = []
         self._digest: bytes | None = None
-        self._ticks: list[tuple[bytes, bytes]] = []  # states and statuses not in the digest yet
 
     # Observers
 
@@ -72,9 +68,6 @@ class RunLog:
     @property
     def digest(self) -> bytes:
         """The digest after the last tick; empty without one."""
-        for state, statuses in self._ticks:
-            self._digest = next_digest(self._digest or b"", state, statuses)
-        self._ticks.clear()
         return self._digest or b""
 
     # The loop
@@ -82,22 +75,16 @@ class RunLog:
     @property
     def after_step(self) -> tuple[Callable[[], None], ...]:
         """Functions to be called after each control step."""
-        logs = list(self._steps.values())
-        if not logs:
-            return ()
-        if len(logs) == 1:
-            append = logs[0].append
+        appends = [log.append for log in self._steps.values()]
 
-            def copy() -> None:
-                if append():
-                    self.flush()
-        else:
+        def copy() -> None:
+            full = False
+            for append in appends:
+                full |= append()
+            if full:
+                self.flush()
 
-            def copy() -> None:
-                if any([log.append() for log in logs]):
-                    self.flush()
-
-        return (copy,)
+        return (copy,) if appends else ()
 
     def after_compile(self) -> None:
         """Bind to the new model."""
@@ -105,11 +92,10 @@ class RunLog:
             log.bind()
 
     def after_tick(self) -> None:
-        """Copy the state for the digest."""
+        """Add the state to the digest."""
         if self._digest is not None:
-            self._ticks.append((self._cell.state_bytes(), self._tree.statuses()))
-            if len(self._ticks) >= TICKS:
-                self._digest = self.digest
+            state, statuses = self._cell.state_bytes(), self._tree.statuses()
+            self._digest = next_digest(self._digest, state, statuses)
 
     def flush(self) -> None:
         """Hand over the control steps since the last call."""

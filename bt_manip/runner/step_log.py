@@ -1,17 +1,14 @@
 """Buffer of control steps, evaluated in blocks."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from bt_manip.cell import Cell
 from bt_manip.robots import reader
 
-if TYPE_CHECKING:
-    from bt_manip.cell import Cell
-
-    from .commanded_robot import CommandedRobot
-
+from .commanded_robot import CommandedRobot
 
 join = b"".join
 
@@ -61,7 +58,7 @@ class StepLog:
         readers: Called by `take` with the pending steps.
     """
 
-    def __init__(self, cell: "Cell", commanded: "CommandedRobot") -> None:
+    def __init__(self, cell: Cell, commanded: CommandedRobot) -> None:
         """Bind to the current model of a cell.
 
         Args:

@@ -1,15 +1,13 @@
 """The view of a run without a terminal: a line per event."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rich.console import Console
 
+from bt_manip.bt.nodes import Link
 from bt_manip.runner import Run, RunObserver
 from bt_manip.viewer.progress import Progress
 from bt_manip.viewer.wrapping import print_wrapped
-
-if TYPE_CHECKING:
-    from bt_manip.bt.nodes import Link
 
 
 class PlainView(RunObserver):
@@ -34,7 +32,6 @@ class PlainView(RunObserver):
 
     def run_started(self, run: Run) -> None:
         """Observe the tree's leaves if each of them gets a line."""
-        self._run = run
         self._cell = run.station.cell
         self._start = self._cell.time
         self._progress = Progress(self._cycles)
@@ -62,16 +59,11 @@ class PlainView(RunObserver):
             line += f" ({progress})"
         print_wrapped(self._console, f"{line}: {reason}" if reason else line)
 
-    def run_ended(self) -> None:
-        """Stop observing the tree."""
-        if self._node_changed in self._run.tree.observers:
-            self._run.tree.observers.remove(self._node_changed)
-
     @property
     def _elapsed(self) -> float:
         return float(self._cell.time - self._start)
 
-    def _node_changed(self, node: "Link", old: Any, new: Any) -> None:
+    def _node_changed(self, node: Link, old: Any, new: Any) -> None:
         if node.children or new.name not in ("SUCCESS", "FAILURE"):
             return
         before, self._ended[node] = self._ended.get(node), (self._tick, new.name)

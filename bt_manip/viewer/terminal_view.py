@@ -1,23 +1,33 @@
 """The live view of a run in a terminal."""
 
 import time
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator
+from typing import Any
 
 from rich.console import Console, Group
 from rich.live import Live
 from rich.text import Text
 
+from bt_manip.bt import NodeStatus
+from bt_manip.bt.nodes import Link
 from bt_manip.runner import Run, RunObserver
 from bt_manip.viewer.progress import Progress
-from bt_manip.viewer.tree_text import running_leaves, tree_lines
 from bt_manip.viewer.wrapping import print_wrapped
-
-if TYPE_CHECKING:
-    from bt_manip.bt.nodes import Link
-
 
 REDRAW = 0.125
 """Wall time between two pictures [s]; drawing one takes some milliseconds."""
+
+MARKS = {
+    "IDLE": ("·", "dim"),
+    "RUNNING": ("▶", "bold yellow"),
+    "SUCCESS": ("✓", "green"),
+    "FAILURE": ("✗", "bold red"),
+    "SKIPPED": ("-", "dim"),
+}
+"""Mark and style of each status."""
+
+PLAIN_MARKS = {"▶": ">", "✓": "+", "✗": "x", "·": "."}
+"""Marks for ASCII terminals."""
 
 
 class TerminalView(RunObserver):
@@ -77,13 +87,11 @@ class TerminalView(RunObserver):
 
     def run_ended(self) -> None:
         """Stop drawing and restore the terminal."""
-        if self._node_changed in self._run.tree.observers:
-            self._run.tree.observers.remove(self._node_changed)
         live, self._live = self._live, None
         if live is not None:
             live.stop()
 
-    def _node_changed(self, node: "Link", old: Any, new: Any) -> None:
+    def _node_changed(self, node: Link, old: Any, new: Any) -> None:
         """Keep the final status of a node: a parent resets its children as soon as it ends."""
         behaviour = getattr(node, "behaviour", node)  # of a wrapped stock behaviour
         if new.name != "IDLE" or old.name == "RUNNING":
@@ -104,17 +112,47 @@ class TerminalView(RunObserver):
         return Group(*head, *lines)
 
     def _headline(self, now: float) -> Text:
-        simulated = self._run.station.cell.time - self._time_start
+        run = self._run
+        simulated = run.station.cell.time - self._time_start
         factor = simulated / max(now - self._wall_start, 1e-9)
         total = f"/{self._cycles}" if self._cycles else ""
-        leaves = running_leaves(self._run.tree.root, self._status_of)
-        phase = leaves[-1].name if leaves else ""
-        name = self._run.request.tree.name.rpartition("/")[2]
+        running = NodeStatus.RUNNING
+        leaves = [n.name for n in run.tree if not n.children and n.engine_status is running]
+        name = run.request.tree.name.rpartition("/")[2]
         line = Text(name, style="bold", no_wrap=True, overflow="ellipsis")
         line.append(f"  cycle {self._cycle + 1}{total}", style="not bold")
-        line.append(f"  {phase or '-'}", style="not bold yellow")
+        line.append(f"  {leaves[-1] if leaves else '-'}", style="not bold yellow")
         line.append(f"  {simulated:.2f} s  {factor:.1f} x real time", style="not bold")
         return line
+
+
+def tree_lines(root: Any, status_of: Any, *, ascii_only: bool = False) -> Iterator[Text]:
+    """Yield a line for each node, children below their parents.
+
+    Args:
+        root: The root behaviour.
+        status_of: Returns the name of a node's status.
+        ascii_only: Whether to use ASCII marks only.
+    """
+    # A stack instead of recursion: a tree may be deeper than Python's stack.
+    stack = [(root, 0)]
+    while stack:
+        node, depth = stack.pop()
+        status = status_of(node)
+        mark, style = MARKS.get(status, ("?", "dim"))
+        if ascii_only:
+            mark = PLAIN_MARKS.get(mark, mark)
+        line = Text("  " * depth, no_wrap=True, overflow="ellipsis")
+        line.append(f"{mark} ", style=style)
+        line.append(str(node.name), style=style if status != "SUCCESS" else "")
+        kind = getattr(node, "registration", type(node).__name__)
+        if kind != node.name:
+            line.append(f" {kind}", style="dim")
+        message = getattr(node, "feedback_message", "")
+        if message and status != "IDLE":
+            line.append(f"  {message}", style="dim")
+        yield line
+        stack.extend((child, depth + 1) for child in reversed(node.children))
 
 
 def _around_running(lines: list[Text], room: int) -> list[Text]:

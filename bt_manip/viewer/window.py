@@ -3,18 +3,14 @@
 import threading
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import mujoco
 import numpy as np
 
-from bt_manip.cell import OVERVIEW
+from bt_manip.cell import OVERVIEW, Cell
 from bt_manip.runner import Run, RunObserver
 from bt_manip.viewer.display import require_display
-
-if TYPE_CHECKING:
-    from bt_manip.cell import Cell
-
 
 FRAME_PERIOD = 1.0 / 60.0
 """Wall time between two frames [s]."""
@@ -126,9 +122,7 @@ def aim(camera: mujoco.MjvCamera, model: mujoco.MjModel, data: mujoco.MjData) ->
         model: The model; ``stat.center`` and ``stat.extent`` are used.
         data: Its state, after ``mj_forward``.
     """
-    camera.type = mujoco.mjtCamera.mjCAMERA_FREE
-    camera.lookat[:] = model.stat.center
-    camera.distance = 1.5 * model.stat.extent
+    mujoco.mjv_defaultFreeCamera(model, camera)
     camera.azimuth, camera.elevation = FREE_CAMERA
     number = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_CAMERA, OVERVIEW)
     if number < 0:
@@ -144,7 +138,7 @@ def aim(camera: mujoco.MjvCamera, model: mujoco.MjModel, data: mujoco.MjData) ->
         camera.elevation = np.rad2deg(np.arcsin(np.clip(forward[2], -1.0, 1.0)))
 
 
-def _copy(cell: "Cell") -> mujoco.MjData:
+def _copy(cell: Cell) -> mujoco.MjData:
     data = mujoco.MjData(cell.model)
     mujoco.mj_copyData(data, cell.model, cell.data)
     return data

@@ -60,12 +60,6 @@ def test_what_is_no_number_is_null_so_that_every_reader_can_read_it():
     assert cycle["grip_force_n"] is None
 
 
-def test_a_report_is_written_whole(tmp_path):
-    REPORT.write(tmp_path / "report.json")
-    assert json.loads((tmp_path / "report.json").read_text())["seed"] == 7
-    assert len(list(tmp_path.iterdir())) == 1
-
-
 def test_the_use_of_leaves_is_summed_over_cycles():
     use = LeafUse()
     use.add({"RunPolicy": LeafTime(0.5, ("pushed by 3.5 N",))}, 4.0)

@@ -24,7 +24,8 @@ class Blends(RunObserver):
         trajectory = self.run.station.arm.trajectory
         if trajectory is not None and trajectory.get_state()["kind"] == "blended":
             key = str(np.round(trajectory.end, 3))
-            self.taken.setdefault(key, (self.run.get_state(), self.recorder.get_state()))
+            digest = {"digest": self.run.log.digest.hex()}
+            self.taken.setdefault(key, (self.run.get_state(), digest))
 
 
 def request(parts, cycles, seed=0, radius=RADIUS):

@@ -35,7 +35,7 @@ class Snapshots(RunObserver):
         self.run, self.recorder, self.taken, self.active = run, recorder, [], []
 
     def after_tick(self):
-        self.taken.append((self.run.get_state(), self.recorder.get_state()))
+        self.taken.append((self.run.get_state(), {"digest": self.run.log.digest.hex()}))
         self.active.append(self.run.station.controllers.active)
 
 

@@ -184,10 +184,13 @@ def test_a_run_with_a_listener_keeps_its_digest(make_run):
     assert digest() == digest(Listener([]))
 
 
-def test_the_tree_is_no_longer_observed_after_the_run(make_run):
+def test_what_observed_the_tree_before_the_run_still_does_after_it(make_run):
     run = make_run(Sleep("rest", msec=5))
-    run.execute([Listener([])])
-    assert run.tree.observers == []
+    changes = []
+    run.tree.observers.append(note := lambda *change: changes.append(change))
+    run.execute([Listener([]), Recorder("test", 0)])
+    assert run.tree.observers == [note] and changes
+    assert run.interventions.observers == []
 
 
 def test_a_full_queue_drops_the_oldest_and_counts_them():

@@ -102,7 +102,7 @@ def test_the_force_is_that_of_mujocos_window_up_to_its_limit(station):
     for limit in (1e3, 0.5):
         run.interventions.pull("cube", [0.0, 0.0, 1.3], point=(0.01, 0, 0), max_force=limit)
         run.interventions.take_over()
-        run.interventions.apply()
+        run.interventions.pulls.apply()
         spring, scene = mujoco.MjvPerturb(), mujoco.MjvScene(cell.model, maxgeom=1)
         spring.select, spring.active = body, int(mujoco.mjtPertBit.mjPERT_TRANSLATE)
         spring.localpos = [0.01, 0, 0]
@@ -160,8 +160,8 @@ def test_a_pull_ends_when_its_object_is_removed(station):
     run.interventions.pull("cube", [0.0, 0.0, 1.3])
     run.interventions.take_over()
     station.cell.remove("cube")
-    run.interventions.apply()
-    assert not run.interventions.pulling
+    run.interventions.pulls.apply()
+    assert not run.interventions.pulls.active
     assert [one["target"] for one in found] == [[0.0, 0.0, 1.3], None]
     run.interventions.request(pull(None))
     run.interventions.take_over()
@@ -193,7 +193,7 @@ def test_a_point_without_mobility_is_pulled_with_at_most_the_limit(station, monk
     monkeypatch.setattr(mujoco, "mj_jac", lambda *_: None)  # as on the axis of a hinge
     run.interventions.pull("cube", [0.0, 0.0, 1.3], max_force=2.0)
     run.interventions.take_over()
-    run.interventions.apply()
+    run.interventions.pulls.apply()
     force = station.cell.data.xfrc_applied[station.cell.body_id("cube")][:3]
     assert np.linalg.norm(force) == pytest.approx(2.0)
     run.interventions.clear()

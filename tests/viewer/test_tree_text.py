@@ -1,7 +1,7 @@
 """A tree as text shows who stands under whom and what each has come to."""
 
 from bt_manip.bt import AlwaysFailure, AlwaysSuccess, Fallback, Sequence
-from bt_manip.viewer.tree_text import running_leaves, tree_lines
+from bt_manip.viewer.terminal_view import tree_lines
 
 
 def tree() -> Sequence:
@@ -36,11 +36,6 @@ def test_a_plain_terminal_gets_plain_marks():
 def test_an_idle_node_says_nothing_of_last_time():
     lines = [line.plain for line in tree_lines(tree(), lambda node: "IDLE")]
     assert lines[1] == "  · left AlwaysSuccess"
-
-
-def test_the_phase_is_the_leaf_that_runs():
-    assert [leaf.name for leaf in running_leaves(tree(), status_of)] == ["right"]
-    assert running_leaves(tree(), lambda node: "IDLE") == []
 
 
 def test_a_tree_deeper_than_pythons_stack_is_shown():

@@ -3,7 +3,6 @@
 import json
 from contextlib import ExitStack, suppress
 from datetime import UTC, datetime
-from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -380,15 +379,9 @@ class RobotChannel:
         texts = []
         for (_, _, (forces, held, *rest)), wrench in zip(ticks, wrenches, strict=True):
             grip = ",".join(["%.6g"] * len(forces)) % tuple(forces)
-            state = STATE % (*wrench, grip, to_json(held), *rest)
+            state = STATE % (*wrench, grip, json.dumps(held), *rest)
             texts.append(state.encode())
         self._file.add_all(self._state, np.array([time for time, _, _ in ticks]), texts)
-
-
-@lru_cache(1000)
-def to_json(names: tuple[str, ...]) -> str:
-    """Return names as JSON; they are the same in most ticks."""
-    return json.dumps(names)
 
 
 def tool_wrenches(wrists: np.ndarray) -> list[list[float]]:

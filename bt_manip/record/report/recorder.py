@@ -165,16 +165,12 @@ class Recorder(RunObserver):
         self._write()
 
     def run_ended(self) -> None:
-        """Measure the wall time and stop observing the tree."""
+        """Measure the wall time and stop observing the cell."""
         if self._wall_start is None:
             return
         self._time_now = self._cell.time
         self._wall = self._wall_so_far()
-        if self._judge in self._cell.before_remove:
-            self._cell.before_remove.remove(self._judge)
-        for observer in (self._phases, self._nodes):
-            if observer in self._run.tree.observers:
-                self._run.tree.observers.remove(observer)
+        self._cell.before_remove.remove(self._judge)
 
     # Results
 
@@ -210,12 +206,8 @@ class Recorder(RunObserver):
             **self._identity,
         )
 
-    def get_state(self) -> dict[str, Any]:
-        """Return the digest so far, as plain data."""
-        return {"digest": self._run.log.digest.hex()}
-
     def set_state(self, state: Mapping[str, Any]) -> None:
-        """Continue from the digest in a snapshot; cycles and figures start empty."""
+        """Continue from the digest in a snapshot of a run; cycles and figures start empty."""
         self._digest = bytes.fromhex(state["digest"])
 
     # Internal

@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 from bt_manip.exceptions import without_numbers
-from bt_manip.record.files import whole_file
 
 REPORTED_PACKAGES = (
     "bt-manip", "mujoco", "dm-control", "pin", "ruckig", "py_trees", "numpy",
@@ -273,15 +272,6 @@ class RunReport:
         content = plain(replace(self, cycles=()))
         content["cycles"] = [plain_cycle(cycle) for cycle in self.cycles]
         return json.dumps(content, indent=2, allow_nan=False) + "\n"
-
-    def write(self, path: Path) -> None:
-        """Write the report as JSON, atomically.
-
-        Raises:
-            OSError: When the file cannot be written.
-        """
-        with whole_file(path) as file:
-            file.write(self.to_json().encode())
 
 
 def plain_cycle(cycle: CycleReport) -> dict[str, Any]:

@@ -1,18 +1,17 @@
 """Snapshots of a run with its request and the digest of its report."""
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from functools import partial
+from pathlib import Path
+from typing import Any
 
 from bt_manip.exceptions import BtManipError, shown
 from bt_manip.record.report.recorder import Recorder
-from bt_manip.runner import RunObserver
+from bt_manip.runner import Run, RunObserver, RunRequest, load_snapshot, save_snapshot
 from bt_manip.scenes import PHYSICS, is_scene_file
 
-if TYPE_CHECKING:
-    from bt_manip.runner import Run, RunRequest
 
-
-def request_fields(request: "RunRequest") -> dict[str, Any]:
+def request_fields(request: RunRequest) -> dict[str, Any]:
     """Return the request of a run as plain data; the options of reading its tree are left out."""
     return {
         "tree": request.tree.name,
@@ -29,7 +28,7 @@ def request_fields(request: "RunRequest") -> dict[str, Any]:
     }
 
 
-def take_snapshot(run: "Run") -> dict[str, Any]:
+def take_snapshot(run: Run) -> dict[str, Any]:
     """Return request, state and digest of a run between two ticks, as plain data.
 
     The digest is that of the run's log, and empty where nobody has asked for it.
@@ -54,7 +53,7 @@ class SnapshotAt(RunObserver):
         self.time, self._use = time, use
         self.taken = False
 
-    def run_started(self, run: "Run") -> None:
+    def run_started(self, run: Run) -> None:
         """Keep the run and its digest."""
         run.log.keep_digest()
         self._run, self._cell = run, run.station.cell
@@ -67,8 +66,46 @@ class SnapshotAt(RunObserver):
             self._use(take_snapshot(self._run))
 
 
+class SnapshotWriter(SnapshotAt):
+    """Writes a snapshot to a file after the first tick that ends at a time or later."""
+
+    def __init__(self, time: float, path: Path, warn: Callable[[str], None]) -> None:
+        """Set the time.
+
+        Args:
+            time: Simulated time of the cell [s].
+            path: The file.
+            warn: Takes one line if the run ended before.
+        """
+        super().__init__(time, partial(save_snapshot, path))
+        self._path, self._warn = path, warn
+
+    def run_ended(self) -> None:
+        """Warn if the run ended before."""
+        if not self.taken:
+            self._warn(
+                f"--snapshot-at {self.time:g}: the run ended at {self._cell.time:.3f} s, "
+                f"'{self._path}' is not written"
+            )
+
+
+def read_snapshot(path: Path) -> dict[str, Any]:
+    """Return the snapshot of a run in a file.
+
+    Raises:
+        BtManipError: If the file cannot be read, or is not a snapshot of a run.
+    """
+    snapshot = load_snapshot(path)
+    parts = [snapshot.get(key) for key in ("request", "run", "recorder")]
+    if not all(isinstance(part, Mapping) for part in parts):
+        raise BtManipError(f"{path} is no snapshot of a run: bt-manip run --snapshot-at makes them")
+    if not isinstance(snapshot["request"].get("seed", 0), int):
+        raise BtManipError(f"{path}: the seed of the run is no number")
+    return snapshot
+
+
 def restore_snapshot(
-    where: object, snapshot: Mapping[str, Any], run: "Run", recorder: Recorder
+    where: object, snapshot: Mapping[str, Any], run: Run, recorder: Recorder
 ) -> None:
     """Restore a run from a snapshot.
 

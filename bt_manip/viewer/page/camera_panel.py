@@ -3,17 +3,15 @@
 import base64
 import io
 import time
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from PIL import Image
 
 from bt_manip.cell import FrameRenderer, camera_number
 from bt_manip.exceptions import BtManipError
+from bt_manip.runner import Run, Station
 
 from .panel import Panel, message_html
-
-if TYPE_CHECKING:
-    from bt_manip.runner import Run, Station
 
 NO_CAMERA = "none"
 """Choice of no camera."""
@@ -52,11 +50,11 @@ class CameraPanel(Panel):
         self._model: Any = None  # whose cameras can be chosen
         self._next = 0.0
 
-    def start(self, run: "Run") -> None:
+    def start(self, run: Run) -> None:
         """Show cameras of the run's cell."""
         self._cell = run.station.cell
 
-    def begin_idle(self, station: "Station") -> None:
+    def begin_idle(self, station: Station) -> None:
         """Show cameras of the cell between runs, too."""
         self._cell = station.cell
 

@@ -3,17 +3,13 @@
 import math
 import threading
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from bt_manip.exceptions import BtManipError
-from bt_manip.runner import Pacing, RunEvent
+from bt_manip.runner import Pacing, Run, RunEvent, Station
 
 from .gui import Gui
 from .panel import Panel
-
-if TYPE_CHECKING:
-    from bt_manip.runner import Run, Station
-
 
 SPEEDS = {"1/10": 0.1, "1/4": 0.25, "1/2": 0.5, "1": 1.0, "2": 2.0, "5": 5.0}
 """Choices of the speed: simulated seconds per second of wall time."""
@@ -90,7 +86,7 @@ class Controls(Panel):
             return self._end_time
         return 0.0 if self._cell is None else float(self._cell.time)
 
-    def start(self, run: "Run") -> None:
+    def start(self, run: Run) -> None:
         """Let the run end when it is stopped here."""
         self._run, self._cell, self._end_time = run, run.station.cell, None
         request = run.request
@@ -153,7 +149,7 @@ class Controls(Panel):
         for control in self._in_run:
             control.disabled = True
 
-    def begin_idle(self, station: "Station") -> None:
+    def begin_idle(self, station: Station) -> None:
         """Show the time of the cell, and no controls that are for a run."""
         if station.cell is not self._cell:
             self._cell, self._cycle, self._state = station.cell, "", "ready"

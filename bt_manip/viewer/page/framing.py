@@ -5,6 +5,7 @@ from collections import deque
 from typing import Any
 
 import numpy as np
+import trimesh
 
 from bt_manip.cell import OVERVIEW, WORLD, SceneSource, VisualShape
 from bt_manip.viewer.window import FREE_CAMERA
@@ -92,7 +93,7 @@ class Framing:
         """Return the corners of all boxes as they are now."""  # (n, 3)
         poses = dict(zip(source.frames, source.poses(), strict=True))
         found = [
-            _rotated(poses[body][3:], corners) + poses[body][:3]
+            rotated(poses[body][3:], corners) + poses[body][:3]
             for body, corners in self._corners.items()
             if body in poses
         ]
@@ -182,7 +183,7 @@ def _line_of_sight(source: SceneSource) -> tuple[np.ndarray, float]:
     for camera in source.cameras:
         if camera.name == OVERVIEW:
             pose = source.poses()[list(source.frames).index(camera.frame)]
-            forward = _rotated(pose[3:], _rotated(camera.quat_wxyz, np.array([[0.0, 0.0, -1.0]])))
+            forward = rotated(pose[3:], rotated(camera.quat_wxyz, np.array([[0.0, 0.0, -1.0]])))
             return _axes(forward[0]), float(np.deg2rad(camera.fovy))
     azimuth, elevation = np.deg2rad(FREE_CAMERA)
     level = np.cos(elevation)
@@ -198,7 +199,7 @@ def _axes(forward: np.ndarray) -> np.ndarray:
     return np.column_stack([right, np.cross(right, forward), forward])
 
 
-def _rotated(quat_wxyz: np.ndarray, points: np.ndarray) -> np.ndarray:
+def rotated(quat_wxyz: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Return points rotated by a quaternion."""  # (n, 3)
     w, axis = quat_wxyz[0], np.broadcast_to(quat_wxyz[1:], points.shape)
     twice = 2.0 * np.cross(axis, points)
@@ -209,9 +210,8 @@ def _rotated(quat_wxyz: np.ndarray, points: np.ndarray) -> np.ndarray:
 def _corners(shape: VisualShape) -> np.ndarray:
     """Return the corners of the box around a shape, in the frame of its body."""  # (8, 3)
     half = np.array(shape.size) / 2.0
-    low, high = -half, half
+    bounds = (-half, half)
     if shape.triangles is not None:
-        vertices = shape.triangles[0]
-        low, high = vertices.min(axis=0), vertices.max(axis=0)
-    corners = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)])
-    return _rotated(shape.quat_wxyz, low + corners * (high - low)) + shape.position
+        vertices = shape.triangles.vertices
+        bounds = vertices.min(axis=0), vertices.max(axis=0)
+    return rotated(shape.quat_wxyz, trimesh.bounds.corners(bounds)) + shape.position

@@ -3,19 +3,16 @@
 import time
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from bt_manip import spatial
 from bt_manip.exceptions import BtManipError, MotionError
 from bt_manip.planning import PlanningProblem, PlanningResult
+from bt_manip.runner import CommandedRobot, Run, Station
 
 from .panel import HANDLE_SIZE, Panel, message_html
-
-if TYPE_CHECKING:
-    from bt_manip.runner import CommandedRobot, Run, Station
-
 
 JOG_SPEED = 0.25
 """Speed of jogging, as a fraction of what the limits allow."""
@@ -56,11 +53,11 @@ class JogPanel(Panel):
         self._robots: list[_RobotJog] = []
         self._station: Any = None
 
-    def start(self, run: "Run") -> None:
+    def start(self, run: Run) -> None:
         """Only follow the joints."""
         self._bind(run.station, active=False)
 
-    def begin_idle(self, station: "Station") -> None:
+    def begin_idle(self, station: Station) -> None:
         """Let the arms be moved."""
         self._bind(station, active=True)
         self.moved = False
@@ -83,7 +80,7 @@ class JogPanel(Panel):
 
     # Internal
 
-    def _bind(self, station: "Station", *, active: bool) -> None:
+    def _bind(self, station: Station, *, active: bool) -> None:
         """Show the inputs of the station's robots; allow, or forbid, to move the arms."""
         if station is not self._station:
             self._station = station
@@ -108,7 +105,7 @@ class _RobotJog:
         requests: What was asked for since the last tick, by input; each returns a line about it.
     """
 
-    def __init__(self, page: Any, robot: "CommandedRobot", save: Save) -> None:
+    def __init__(self, page: Any, robot: CommandedRobot, save: Save) -> None:
         self.requests: dict[Any, Callable[[], str]] = {}
         self._robot, self._arm, self._save = robot, robot.arm, save
         self._edited = np.full(self._arm.model.nq, -np.inf)  # wall time of the last change [s]

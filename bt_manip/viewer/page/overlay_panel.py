@@ -1,19 +1,17 @@
 """Planned paths, contact forces and frames in the scene."""
 
 from html import escape
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from bt_manip.arm import tool_path
 from bt_manip.grasping import CheckedGrasps
+from bt_manip.runner import Run, Station
 
 from .error_plot import LINE_COLOURS
 from .lines import NO_LINES, GraspLines, Lines
 from .panel import Panel
-
-if TYPE_CHECKING:
-    from bt_manip.runner import Run, Station
 
 FORCE_SCALE = 0.005
 """Length of the line of a force [m/N]."""
@@ -55,11 +53,11 @@ class OverlayPanel(Panel):
         self._drawn: dict[str, Any] = {}  # trajectories
         self._robots: dict[str, Any] = {}
 
-    def start(self, run: "Run") -> None:
+    def start(self, run: Run) -> None:
         """Copy the models of the arms."""
         self.begin_idle(run.station)
 
-    def begin_idle(self, station: "Station") -> None:
+    def begin_idle(self, station: Station) -> None:
         """Draw the paths of jogging, too."""
         self.reset()
         self._cell, self._robots = station.cell, dict(station.robots)

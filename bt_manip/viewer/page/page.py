@@ -3,22 +3,18 @@
 import time
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from bt_manip.bt import NodeStatus
 from bt_manip.cell import CellScene
-from bt_manip.runner import KINDS, EventStream, Run, RunObserver
+from bt_manip.runner import KINDS, EventStream, Run, RunObserver, Station
 
 from .controls import PAUSE_POLL, Controls
 from .error_plot import PLOT_SAMPLES
 from .scene_page import MakePanel, ScenePage
 from .server import PORT
-
-if TYPE_CHECKING:
-    from bt_manip.runner import Station
-
 
 PAST = 60.0
 """Simulated time that can be looked back at [s]."""
@@ -132,7 +128,7 @@ class Page(ScenePage, RunObserver):
         events.begin_cycle(0)
         self._refresh(now=True)
 
-    def begin_idle(self, station: "Station") -> None:
+    def begin_idle(self, station: Station) -> None:
         """Show a cell in which no tree runs; in a new cell nothing has happened yet."""
         if station.cell is not self._cell:
             self._forget_past()

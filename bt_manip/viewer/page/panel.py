@@ -2,15 +2,11 @@
 
 from collections.abc import Iterable, Mapping
 from html import escape
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from bt_manip.runner import RunEvent
-
-if TYPE_CHECKING:
-    from bt_manip.runner import Run, Station
-
+from bt_manip.runner import Run, RunEvent, Station
 
 HANDLE_SIZE = 0.15
 """Length of the arrows of a handle in the scene [m]."""
@@ -43,13 +39,13 @@ class Panel:
                 adds things to the scene, which viser draws.
         """
 
-    def start(self, run: "Run") -> None:
+    def start(self, run: Run) -> None:
         """Prepare for a run, with `.request`, `.station` and `.tree`."""
 
     def reset(self) -> None:
         """Forget all events and samples: those that follow begin at the start of a run."""
 
-    def begin_idle(self, station: "Station") -> None:
+    def begin_idle(self, station: Station) -> None:
         """Prepare for the time until the next run, in a cell that may be another one."""
 
     def idle_tick(self) -> None:

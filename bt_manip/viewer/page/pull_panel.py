@@ -1,19 +1,15 @@
 """Pulling an object by a handle in the scene."""
 
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from bt_manip.exceptions import BtManipError
-from bt_manip.runner import MAX_FORCE, RunEvent
+from bt_manip.runner import MAX_FORCE, Run, RunEvent, Station
 
 from .lines import NO_LINES, Lines
 from .panel import HANDLE_SIZE, Panel
-
-if TYPE_CHECKING:
-    from bt_manip.runner import Run, Station
-
 
 NO_OBJECT = "none"
 """Choice of no object."""
@@ -49,11 +45,11 @@ class PullPanel(Panel):
         self._pulled: tuple[str, list[float], float] | None = None  # what was requested last
         self._has_new_objects = False
 
-    def start(self, run: "Run") -> None:
+    def start(self, run: Run) -> None:
         """Prepare to pull objects of the run's cell."""
         self._run, self._pulled = run, None
 
-    def begin_idle(self, station: "Station") -> None:
+    def begin_idle(self, station: Station) -> None:
         """Remove the handle: pulls are interventions in a run."""
         self._run = None
         self._remove()

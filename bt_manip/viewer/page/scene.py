@@ -5,14 +5,13 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-import mujoco
 import numpy as np
 import trimesh
 from PIL import Image
 
 from bt_manip.cell import SceneSource, TexturedMesh, Triangles, VisualShape
 
-from .framing import Framing
+from .framing import Framing, rotated
 
 BRIGHTNESS = 0.4
 """Intensity of the environment's light: with viser's 1, light colours of cells look white."""
@@ -172,19 +171,12 @@ class SceneView:
         *rgb, alpha = shape.rgba
         return self._server.scene.add_mesh_simple(
             path,
-            _transformed(vertices, shape),
+            rotated(shape.quat_wxyz, vertices) + shape.position,
             faces,
             color=tuple(round(255 * part) for part in rgb),
             opacity=None if alpha >= 1.0 else alpha,
             flat_shading=shape.kind in ("box", "cylinder"),
         )
-
-
-def _transformed(vertices: np.ndarray, shape: VisualShape) -> np.ndarray:
-    """Return vertices of a shape in the frame of its body."""  # (n, 3)
-    R = np.zeros(9)
-    mujoco.mju_quat2Mat(R, shape.quat_wxyz)
-    return vertices @ R.reshape(3, 3).T + shape.position
 
 
 def triangles_of(shape: VisualShape) -> Triangles:

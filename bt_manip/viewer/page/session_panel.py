@@ -2,12 +2,11 @@
 
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
+
+from bt_manip.runner import Run, Station
 
 from .panel import Panel, message_html
-
-if TYPE_CHECKING:
-    from bt_manip.runner import Run, Station
 
 
 class RunChoice(NamedTuple):
@@ -93,13 +92,13 @@ class SessionPanel(Panel):
         self._result.status, self._result.text = status, text
         self._tab.front += 1
 
-    def start(self, run: "Run") -> None:
+    def start(self, run: Run) -> None:
         """Show what runs in place of the choice."""
         self._show(idle=False)
         self._tab.visible = False
         self.tell("")
 
-    def begin_idle(self, station: "Station") -> None:
+    def begin_idle(self, station: Station) -> None:
         """Show the choice."""
         self._show(idle=True)
         self.tell("")
