@@ -207,7 +207,7 @@ def _scripts(node: Node, element: Element) -> list[tuple[ParsedScript, Place]]:
     found = []
     names = list(node.conditions)
     if isinstance(node, ScriptPort):
-        names.append(node.script_port)
+        names.append(node.checked_port)
     for name in names:
         text = node.conditions.get(name) or str(node.given.get(name, ""))
         attribute = element.attributes.get(name)
@@ -220,16 +220,5 @@ def _scripts(node: Node, element: Element) -> list[tuple[ParsedScript, Place]]:
 
 
 def _owner(scope: Blackboard, key: str) -> tuple[int, str]:
-    """Return the scope and the key behind a key."""
-    while True:
-        if key[:1] == "@":
-            return id(scope.root), key[1:]
-        parent = scope.parent
-        if key in scope.entries or parent is None:
-            return id(scope), key
-        if key in scope.remapped:
-            scope, key = parent, scope.remapped[key]
-        elif scope.autoremap and key[:1] != "_":
-            scope = parent
-        else:
-            return id(scope), key
+    owner, own_key = scope.place(key)
+    return id(owner), own_key
