@@ -166,10 +166,6 @@ class LearningTask:
         self.episodes.close()
         self.observations.close()
 
-    def outcome(self) -> Outcome:
-        """Judge the present state, as the end of the step after the last one."""
-        return self._outcome()[0]
-
     def observe(self) -> dict[str, np.ndarray]:
         """Return the present observations; if the physics has diverged, the last ones before."""
         if not self._diverged:
@@ -200,16 +196,6 @@ class LearningTask:
         """Return the progress towards the goal; 0 for the sparse reward."""
         return goal_progress(self.episodes) if self._dense else 0.0
 
-    def _outcome(self) -> tuple[Outcome, float]:
-        """Return the outcome and the progress of the present state."""
-        if self._diverged:
-            return Outcome(-self._progress, False, self._diverged), self._progress
-        progress = self._present_progress()
-        success = progress == 1.0 if self._dense else self.episodes.success
-        failure = "" if success else self._losses.reason()
-        shaping = self._discount * (0.0 if failure else progress) - self._progress
-        return Outcome(float(success) + shaping, success, failure), progress
-
     def judge(self, diverged: str = "") -> Outcome:
         """Judge the present state as the end of a step.
 
@@ -217,8 +203,13 @@ class LearningTask:
             diverged: How the physics has diverged in it; empty if it has not.
         """
         self._diverged = diverged
-        outcome, self._progress = self._outcome()
-        return outcome
+        if diverged:
+            return Outcome(-self._progress, False, diverged)
+        before, self._progress = self._progress, self._present_progress()
+        success = self._progress == 1.0 if self._dense else self.episodes.success
+        failure = "" if success else self._losses.reason()
+        shaping = self._discount * (0.0 if failure else self._progress) - before
+        return Outcome(float(success) + shaping, success, failure)
 
     @property
     def observed(self) -> bool:
