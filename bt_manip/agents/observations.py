@@ -205,21 +205,17 @@ class Observations:
         return found
 
     def _image(self, renderer: FrameRenderer, kind: str) -> np.ndarray:
-        if kind == "rgb":
-            return renderer.render().copy()
+        renderer.disable_depth_rendering()
+        renderer.disable_segmentation_rendering()
         if kind == "depth":
             renderer.enable_depth_rendering()
-            try:
-                return renderer.render().copy()
-            finally:
-                renderer.disable_depth_rendering()
-        renderer.enable_segmentation_rendering()
-        try:
-            elements = renderer.render()  # number and type of each pixel's element
-        finally:
-            renderer.disable_segmentation_rendering()
-        is_geom = elements[..., 1] == mujoco.mjtObj.mjOBJ_GEOM
-        return self._geom_numbers[np.where(is_geom, elements[..., 0], -1)]
+        elif kind == "segmentation":
+            renderer.enable_segmentation_rendering()
+        image = renderer.render()
+        if kind != "segmentation":
+            return image.copy()
+        is_geom = image[..., 1] == mujoco.mjtObj.mjOBJ_GEOM  # number and type of each element
+        return self._geom_numbers[np.where(is_geom, image[..., 0], -1)]
 
 
 class _Opening:
