@@ -224,25 +224,17 @@ class LearningTask:
         return outcome
 
     def __reduce__(self) -> Any:
-        """Pickle the specification of the environment, and its state.
+        """Pickle or copy the arguments of the environment, and its state.
 
         Raises:
             BtManipError: If it records or is observed.
         """
-        return _restored, self._copied()
-
-    def __deepcopy__(self, memo: dict[int, Any]) -> "LearningTask":
-        """Return an environment in the same state, in a station of its own; see `__reduce__`."""
-        return _restored(*self._copied())
-
-    def _copied(self) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Return the arguments and the state of a copy."""
         if self._recorded or self._observers:
             raise BtManipError(
                 "an environment with 'record' or 'observers' cannot be copied or pickled: both "
                 "would write the same files; make another one and give it the state of get_state()"
             )
-        return self._arguments, self.get_state()
+        return _restored, (self._arguments, self.get_state())
 
     def _make_observers(self, run: Run, episode: int) -> list[RunObserver]:
         """Return the observers of an episode."""
