@@ -139,11 +139,6 @@ def _finite(text: str) -> float:
     return value
 
 
-def format_real(value: float) -> str:
-    """Write a number so that reading it gives the same number."""
-    return repr(float(value))
-
-
 def to_string(value: int | float) -> str:
     """Write a number as the engine does when it needs a string: C++'s ``std::to_string``."""
     return f"{value:f}" if isinstance(value, float) else str(int(value))

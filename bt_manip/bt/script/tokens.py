@@ -41,10 +41,6 @@ _HEX_TAIL: Final = re.compile(r"[A-Za-z0-9_.][A-Za-z0-9_.]*")
 def tokenize(text: str, *, double_quotes: bool = False) -> list[Token]:
     """Cut a script into tokens, ``end`` being the last one.
 
-    Args:
-        text: The script.
-        double_quotes: Whether strings may stand between double quotes too.
-
     Raises:
         ScriptError: If a piece is no token.
     """

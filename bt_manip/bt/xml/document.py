@@ -67,10 +67,8 @@ class Document:
         declared = self.root.get("main_tree_to_execute")
         if declared:
             return declared
-        if declared is not None:  # empty: only a tree without rivals is meant
-            return next(iter(self.trees)) if len(self.trees) == 1 else None
         own = [child for child in self.root.children if child.name == "BehaviorTree"]
-        if len(own) == 1 and own[0].get("ID"):
+        if declared is None and len(own) == 1 and own[0].get("ID"):
             return own[0].get("ID")
         return next(iter(self.trees)) if len(self.trees) == 1 else None
 
