@@ -1,5 +1,6 @@
 """Drawing trees: as text for a terminal, as DOT for Graphviz, and as SVG."""
 
+import json
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
@@ -153,8 +154,7 @@ def _draw_edges(box: _Box, lines: list[str], docs: bool) -> None:
 
 
 def _quoted(text: str) -> str:
-    escaped = text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
-    return f'"{escaped}"'
+    return json.dumps(text, ensure_ascii=False)
 
 
 def draw_svg(tree: "Tree", *, ports: bool = True, docs: bool = False) -> str:
@@ -185,14 +185,7 @@ def _svg(width: float, height: float, body: list[str]) -> str:
 
 
 def draw_outline(tree: "Tree") -> str:
-    """Draw a tree as a picture with a line for each node: its kind, name, status and reason.
-
-    Args:
-        tree: The tree.
-
-    Returns:
-        The picture as SVG.
-    """
+    """Draw a tree as SVG, with a line for each node: its kind, name, status and reason."""
     root, body = _layout(tree, ports=False), list[str]()
     rows = _draw_rows(root, _PADDING, 0, body)
     width = max(box.x + box.span for box in root.iterate())

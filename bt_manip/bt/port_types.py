@@ -114,7 +114,7 @@ INT64: Final = PortType(
 _parse_unsigned = partial(literals.parse_integer, signed=False)
 UNSIGNED: Final = PortType("unsigned int", int, "integer", _parse_unsigned, str, signed=False)
 BOOL: Final = PortType("bool", bool, "integer", literals.parse_boolean, _format_boolean, 1, False)
-DOUBLE: Final = PortType("double", float, "real", literals.parse_real, literals.format_real)
+DOUBLE: Final = PortType("double", float, "real", literals.parse_real, lambda v: repr(float(v)))
 STATUS: Final = PortType(
     "BT::NodeStatus", NodeStatus, parse=literals.parse_status, format=lambda status: status.name
 )
@@ -201,11 +201,6 @@ def type_of(value: Any) -> PortType:
 def cast(value: Any, source: PortType, target: PortType) -> Any:
     """Cast a value safely to another type: nothing is lost, or it is an error.
 
-    Args:
-        value: A value of type `source`.
-        source: Its type.
-        target: The type to cast to.
-
     Raises:
         ValueError: If the types do not cast, or if this value does not fit.
     """
@@ -252,10 +247,6 @@ def cast(value: Any, source: PortType, target: PortType) -> Any:
 
 def fit(value: Any, type: PortType) -> Any:
     """Check that a Python value has a type; numbers are cast where nothing is lost.
-
-    Args:
-        value: Any value.
-        type: The required type.
 
     Raises:
         TypeError: If it is of another type.

@@ -48,15 +48,7 @@ def checks_of(
     settings: Mapping[str, Mapping[str, Any]],
     without: tuple[str, ...] = (),
 ) -> list[Check]:
-    """Return the checks of all parts of a plugin.
-
-    Args:
-        plugins: All plugins.
-        name: Name of the plugin.
-        examples: Examples of behaviours, by name.
-        parameters: Parameters of objects, by name.
-        settings: Values of the keys of trees, by name.
-        without: Names of parts, or ``"part: check"``, to leave out.
+    """Return the checks of all parts of a plugin; the arguments are those of `contracts_of`.
 
     Raises:
         BtManipError: When the plugin is unknown or broken, or an example names no part.

@@ -140,10 +140,6 @@ class XmlError(TreeError):
 def decode(data: bytes, file: str) -> str:
     """Decode the bytes of a document.
 
-    Args:
-        data: The bytes, in UTF-8.
-        file: The file's name, for errors.
-
     Raises:
         XmlError: If it is not UTF-8.
     """
@@ -158,14 +154,7 @@ def decode(data: bytes, file: str) -> str:
 
 
 def parse_source(text: str, file: str = "<text>") -> Source:
-    """Parse a document.
-
-    Args:
-        text: The document.
-        file: The file's name, for places.
-
-    Returns:
-        The document as a tree of elements.
+    """Parse a document to a tree of elements, with places in `file`.
 
     Raises:
         XmlError: If it is not well-formed, or larger or deeper than a tree document may be.

@@ -27,11 +27,7 @@ _SWITCHES: Final = (Switch2, Switch3, Switch4, Switch5, Switch6)
 
 
 def check_elements(context: ReadingContext) -> None:
-    """Check every node of every tree of a document by itself.
-
-    Args:
-        context: The document.
-    """
+    """Check every node of every tree of a document by itself."""
     registry, problems = context.registry, context.problems
     for _, tree in tree_elements(context.document):
         for element in tree.iterate():
@@ -103,14 +99,7 @@ def _check_thresholds(
 
 
 def check_unused(document: Document, main: str, built: Mapping[str, None], found: Problems) -> None:
-    """Warn of the trees that the main tree does not reach.
-
-    Args:
-        document: The document.
-        main: The tree that runs.
-        built: The trees that it reaches.
-        found: Takes the warnings.
-    """
+    """Warn of the trees that the main tree does not reach."""
     for tree_id, element in document.trees.items():
         if tree_id not in built and element.place.file == document.file:
             found.warning(
@@ -119,14 +108,7 @@ def check_unused(document: Document, main: str, built: Mapping[str, None], found
 
 
 def check_goals_below(document: Document, main: str, built: Iterable[str], found: Problems) -> None:
-    """Warn of goals of sub-trees, which are ignored, where the main tree has none.
-
-    Args:
-        document: The document.
-        main: The tree that runs.
-        built: The trees that it reaches.
-        found: Takes the warnings.
-    """
+    """Warn of goals of sub-trees, which are ignored, where the main tree has none."""
     if GOAL in document.trees[main].attributes:
         return
     for subtree in (document.trees[name] for name in built):
