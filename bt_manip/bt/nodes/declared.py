@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Final
 from bt_manip.bt.nodes.action import Action, Condition
 from bt_manip.bt.nodes.link import Link
 from bt_manip.bt.nodes.node import Node, NodeKind
-from bt_manip.bt.nodes.parent import Control, Decorator, Parent
+from bt_manip.bt.nodes.parent import Control, Decorator
 from bt_manip.bt.ports import InOut, Input, Output, Port
 from bt_manip.bt.status import NodeStatus, Status
 from bt_manip.exceptions import TreeError
@@ -45,19 +45,22 @@ class _StubCondition(Condition):
         return self.result
 
 
-class _UnknownRules(Parent):
+class _StubControl(Control):
+    """A control with unknown rules."""
+
     can_run: ClassVar = False
 
     def _tick(self) -> NodeStatus:
         raise TreeError(cannot_run(self))
 
 
-class _StubControl(_UnknownRules, Control):
-    """A control with unknown rules."""
-
-
-class _StubDecorator(_UnknownRules, Decorator):
+class _StubDecorator(Decorator):
     """A decorator with unknown rules."""
+
+    can_run: ClassVar = False
+
+    def _tick(self) -> NodeStatus:
+        raise TreeError(cannot_run(self))
 
 
 _BASES: Final[dict[str, type[Node]]] = {
