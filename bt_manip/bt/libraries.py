@@ -39,9 +39,14 @@ class Libraries:
         self._checked: dict[str, list[Problem]] = {}
 
     def add_to(self, document: Document) -> None:
-        """Let a document name the trees as sub-trees; its own trees of the same ID count."""
+        """Let a document name the trees as sub-trees; its own trees of the same ID count.
+
+        The files stay out of its `order`: their form is checked here.
+        """
         for other in self.documents:
-            document.add_library(other)
+            document.trees = {**other.trees, **document.trees}
+            document.models = {**other.models, **document.models}
+            document.sources = {**other.sources, **document.sources}
 
     def problems_of(self, files: Collection[str], context: ReadingContext) -> list[Problem]:
         """Return the problems of some of the files, and those of files that cannot be read.

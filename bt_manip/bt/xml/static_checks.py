@@ -17,7 +17,7 @@ from bt_manip.bt.ports import is_pointer, pointed_key
 from bt_manip.bt.script.parser import ParsedScript, parse_script
 from bt_manip.bt.xml.context import ReadingContext
 from bt_manip.bt.xml.dialect import Dialect
-from bt_manip.bt.xml.document import EXPLICIT, Document, tree_elements
+from bt_manip.bt.xml.document import EXPLICIT, Document
 from bt_manip.bt.xml.problem import Place, Problems
 from bt_manip.bt.xml.source import Element
 from bt_manip.exceptions import ScriptError, did_you_mean, shortened
@@ -29,14 +29,18 @@ _SWITCHES: Final = (Switch2, Switch3, Switch4, Switch5, Switch6)
 def check_elements(context: ReadingContext) -> None:
     """Check every node of every tree of a document by itself."""
     registry, problems = context.registry, context.problems
-    for _, tree in tree_elements(context.document):
-        for element in tree.iterate():
-            _check_attributes(element, problems, context.dialect)
-            if element is tree or element.name == "SubTree":
-                continue
-            name = (element.get("ID") or "") if element.name in EXPLICIT else element.name
-            if name in registry:
-                _check_node(element, name, registry.get(name), problems)
+    elements = [
+        element
+        for file in context.document.order
+        for tree in context.document.sources[file].root.children
+        if tree.name == "BehaviorTree"
+        for element in tree.iterate()
+    ]
+    for element in elements:
+        _check_attributes(element, problems, context.dialect)
+        name = (element.get("ID") or "") if element.name in EXPLICIT else element.name
+        if name in registry and name != "SubTree":
+            _check_node(element, name, registry.get(name), problems)
 
 
 def _check_attributes(element: Element, problems: Problems, dialect: Dialect) -> None:
