@@ -3,6 +3,7 @@
 import inspect
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import fields
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -234,7 +235,9 @@ class LearningTask:
                 "an environment with 'record' or 'observers' cannot be copied or pickled: both "
                 "would write the same files; make another one and give it the state of get_state()"
             )
-        return _restored, (self._arguments, self.get_state())
+        return partial(LearningTask, **self._arguments), (), self.get_state()
+
+    __setstate__ = set_state
 
     def _make_observers(self, run: Run, episode: int) -> list[RunObserver]:
         """Return the observers of an episode."""
@@ -265,9 +268,3 @@ def refuse_unknown(what: str, given: Mapping[str, Any], known: Collection[str]) 
     for name in given:
         if name not in known:
             raise BtManipError(f"{what} '{name}'{did_you_mean(name, known)}")
-
-
-def _restored(arguments: Mapping[str, Any], state: Mapping[str, Any]) -> LearningTask:
-    task = LearningTask(**arguments)
-    task.set_state(state)
-    return task
