@@ -122,16 +122,7 @@ def _draw_lines(box: _Box, indent: str, last: bool, lines: list[str], docs: bool
 
 
 def draw_dot(tree: "Tree", *, ports: bool = True, docs: bool = False) -> str:
-    """Write a tree as a directed graph.
-
-    Args:
-        tree: The tree.
-        ports: Whether to write the ports and scripts of each node.
-        docs: Whether to add the first line of each node's documentation as a tool tip.
-
-    Returns:
-        The graph in DOT.
-    """
+    """Write a tree as a directed graph in DOT; `docs` are tool tips, see `draw_text`."""
     lines = [
         f"digraph {_quoted(tree.tree_id)} {{",
         "  ordering=out;",
@@ -158,16 +149,7 @@ def _quoted(text: str) -> str:
 
 
 def draw_svg(tree: "Tree", *, ports: bool = True, docs: bool = False) -> str:
-    """Draw a tree as a picture, laid out from the root down.
-
-    Args:
-        tree: The tree.
-        ports: Whether to write the ports and scripts of each node.
-        docs: Whether to add the first line of each node's documentation as a tool tip.
-
-    Returns:
-        The picture as SVG.
-    """
+    """Draw a tree as SVG, laid out from the root down; `docs` are tool tips, see `draw_text`."""
     root = _layout(tree, ports)
     bottom = _place(root, _GAP_X, _GAP_X)
     body: list[str] = []

@@ -73,12 +73,7 @@ def parse_real(text: str, *, whole: bool = False) -> float:
 
 
 def continues_after_number(text: str, *, integer: bool) -> bool:
-    """Return whether a text begins with a number, and goes on with a rest that is ignored.
-
-    Args:
-        text: The text.
-        integer: Whether the number is an integer, so that a point or exponent is a rest.
-    """
+    """Return whether a text begins with a number, and goes on with a rest that is ignored."""
     found = (_INTEGER if integer else _REAL).match(text)
     return found is not None and found.end() != len(text)
 

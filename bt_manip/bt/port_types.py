@@ -139,6 +139,9 @@ _BY_PYTHON: Final = (
 )
 
 
+_OF_SCALARS: Final = {float: DOUBLE, str: STRING, bool: BOOL, int: INT64}
+
+
 def port_type(
     python: Any,
     *,
@@ -181,14 +184,8 @@ def _enum_parser(enum: type[Enum]) -> Callable[[str], Enum]:
 def type_of(value: Any) -> PortType:
     """Return the type of a Python value that came without one, as from a script or from Python."""
     kind = type(value)
-    if kind is float:
-        return DOUBLE
-    if kind is str:
-        return STRING
-    if kind is bool:
-        return BOOL
-    if kind is int:
-        return INT64
+    if kind in _OF_SCALARS:
+        return _OF_SCALARS[kind]
     if kind is list and value:
         for item, found in ((bool, BOOL_LIST), (int, INT_LIST), (str, STRING_LIST)):
             if all(type(entry) is item for entry in value):

@@ -54,12 +54,7 @@ class Builder:
     """
 
     def __init__(self, context: ReadingContext, substitutions: Substitutions | None = None) -> None:
-        """Prepare to make trees of a document.
-
-        Args:
-            context: The document; the engine's rules were checked.
-            substitutions: Rules for tests.
-        """
+        """Prepare to make trees of a document for which the engine's rules were checked."""
         self._document = context.document
         self._registry = context.registry
         self._problems = context.problems
@@ -75,11 +70,7 @@ class Builder:
         self.is_too_deep = False
 
     def build(self, tree_id: str, place: Place) -> Behaviour | None:
-        """Make the nodes of a tree, those of its sub-trees included.
-
-        Args:
-            tree_id: The tree.
-            place: Where it was named, for the error if no tree has that name.
+        """Make the nodes of a tree that was named at a place, those of its sub-trees included.
 
         Returns:
             The root; None if nothing could be made.
