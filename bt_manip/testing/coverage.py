@@ -73,11 +73,6 @@ class TreeCoverage:
 
         tree.observers.append(note)
 
-    @property
-    def trees(self) -> tuple[str, ...]:
-        """Names of the observed trees."""
-        return tuple(self._trees)
-
     def of(self, tree: str) -> Covered:
         """Return the coverage of a tree.
 
