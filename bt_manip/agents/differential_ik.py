@@ -14,7 +14,7 @@ HOMING = 0.01
 they do not drift into limits."""
 
 
-def differential_ik(model: Any, q: np.ndarray, T_wt: pin.SE3, iterations: int = 4) -> np.ndarray:
+def differential_ik(model: Any, q: np.ndarray, T_wt: pin.SE3) -> np.ndarray:
     """Return the configuration near another one that puts the tool at a pose, as far as it can.
 
     Damped least squares (Nakamura & Hanafusa, 1986), inside the position limits; redundant joints
@@ -24,11 +24,10 @@ def differential_ik(model: Any, q: np.ndarray, T_wt: pin.SE3, iterations: int = 
         model: The arm's `RobotModel`.
         q: Where to start [rad].  # (nq,)
         T_wt: Pose of the tool in the world.
-        iterations: Number of steps.
     """  # (nq,)
     q = q.copy()
     weights = (model.limits.velocity / model.limits.velocity.max()) ** 2
-    for _ in range(iterations):
+    for _ in range(4):
         T = model.pose(q)
         turn = pin.log3(T_wt.rotation @ T.rotation.T)
         error = np.concatenate([T_wt.translation - T.translation, turn])

@@ -1,6 +1,6 @@
 """Choosing parts of the tree as actions."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -10,9 +10,6 @@ from bt_manip.exceptions import BtManipError, NodeError
 
 from .actions import ActionKind, ActionSpace
 from .episodes import Episodes
-
-if TYPE_CHECKING:
-    from bt_manip.bt.nodes import Link
 
 
 class SubtreeChoice(ActionKind):
@@ -57,7 +54,13 @@ class SubtreeChoice(ActionKind):
     def tick(self) -> NodeStatus:
         """Tick the chosen part."""
         if self._running is not None:
-            self.status = self._tick(self._running)
+            try:
+                self.status = self._episodes.run.tree.tick(self._running)
+            except NodeError as error:
+                if not isinstance(error.__cause__, BtManipError):
+                    raise
+                self._running.halt()
+                self.status = NodeStatus.FAILURE  # as of a part whose inputs are not there yet
             if self.status is not NodeStatus.RUNNING:
                 self._running = None
         return NodeStatus.RUNNING
@@ -71,15 +74,6 @@ class SubtreeChoice(ActionKind):
         """Restore a state of `get_state`."""
         self._running = self._nodes[state["running"] - 1] if state["running"] else None
         self.status = NodeStatus[state["status"]]
-
-    def _tick(self, node: "Link") -> NodeStatus:
-        try:
-            return self._episodes.run.tree.tick(node)
-        except NodeError as error:
-            if not isinstance(error.__cause__, BtManipError):
-                raise
-            node.halt()
-            return NodeStatus.FAILURE  # as of a part whose inputs are not there yet
 
     def recorded(self) -> np.ndarray:
         """Return the innermost part that runs."""

@@ -1,5 +1,6 @@
 """Drawing trees: as text for a terminal, as DOT for Graphviz, and as SVG."""
 
+import json
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
@@ -121,16 +122,7 @@ def _draw_lines(box: _Box, indent: str, last: bool, lines: list[str], docs: bool
 
 
 def draw_dot(tree: "Tree", *, ports: bool = True, docs: bool = False) -> str:
-    """Write a tree as a directed graph.
-
-    Args:
-        tree: The tree.
-        ports: Whether to write the ports and scripts of each node.
-        docs: Whether to add the first line of each node's documentation as a tool tip.
-
-    Returns:
-        The graph in DOT.
-    """
+    """Write a tree as a directed graph in DOT; `docs` are tool tips, see `draw_text`."""
     lines = [
         f"digraph {_quoted(tree.tree_id)} {{",
         "  ordering=out;",
@@ -153,21 +145,11 @@ def _draw_edges(box: _Box, lines: list[str], docs: bool) -> None:
 
 
 def _quoted(text: str) -> str:
-    escaped = text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
-    return f'"{escaped}"'
+    return json.dumps(text, ensure_ascii=False)
 
 
 def draw_svg(tree: "Tree", *, ports: bool = True, docs: bool = False) -> str:
-    """Draw a tree as a picture, laid out from the root down.
-
-    Args:
-        tree: The tree.
-        ports: Whether to write the ports and scripts of each node.
-        docs: Whether to add the first line of each node's documentation as a tool tip.
-
-    Returns:
-        The picture as SVG.
-    """
+    """Draw a tree as SVG, laid out from the root down; `docs` are tool tips, see `draw_text`."""
     root = _layout(tree, ports)
     bottom = _place(root, _GAP_X, _GAP_X)
     body: list[str] = []
@@ -185,14 +167,7 @@ def _svg(width: float, height: float, body: list[str]) -> str:
 
 
 def draw_outline(tree: "Tree") -> str:
-    """Draw a tree as a picture with a line for each node: its kind, name, status and reason.
-
-    Args:
-        tree: The tree.
-
-    Returns:
-        The picture as SVG.
-    """
+    """Draw a tree as SVG, with a line for each node: its kind, name, status and reason."""
     root, body = _layout(tree, ports=False), list[str]()
     rows = _draw_rows(root, _PADDING, 0, body)
     width = max(box.x + box.span for box in root.iterate())

@@ -39,9 +39,14 @@ class Libraries:
         self._checked: dict[str, list[Problem]] = {}
 
     def add_to(self, document: Document) -> None:
-        """Let a document name the trees as sub-trees; its own trees of the same ID count."""
+        """Let a document name the trees as sub-trees; its own trees of the same ID count.
+
+        The files stay out of its `order`: their form is checked here.
+        """
         for other in self.documents:
-            document.add_library(other)
+            document.trees = {**other.trees, **document.trees}
+            document.models = {**other.models, **document.models}
+            document.sources = {**other.sources, **document.sources}
 
     def problems_of(self, files: Collection[str], context: ReadingContext) -> list[Problem]:
         """Return the problems of some of the files, and those of files that cannot be read.
@@ -50,18 +55,8 @@ class Libraries:
             files: Their names, as of places.
             context: The document that names trees of the files.
         """
-        unread = set(self._problems)
-        found = self.problems(context)
-        return [problem for problem in found if problem.place.file in files or problem in unread]
-
-    def problems(self, context: ReadingContext) -> list[Problem]:
-        """Return the problems of all files by themselves, found once for each dialect.
-
-        Args:
-            context: The document that names trees of the files.
-        """
         dialect = context.dialect.name
-        if dialect not in self._checked:
+        if dialect not in self._checked:  # by themselves, once for each dialect
             found = Problems()
             found.extend(self._problems)
             for document in self.documents:
@@ -70,4 +65,5 @@ class Libraries:
                 if own.strict:
                     check_elements(own)
             self._checked[dialect] = list(found)
-        return self._checked[dialect]
+        unread = set(self._problems)
+        return [p for p in self._checked[dialect] if p.place.file in files or p in unread]

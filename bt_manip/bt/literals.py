@@ -73,12 +73,7 @@ def parse_real(text: str, *, whole: bool = False) -> float:
 
 
 def continues_after_number(text: str, *, integer: bool) -> bool:
-    """Return whether a text begins with a number, and goes on with a rest that is ignored.
-
-    Args:
-        text: The text.
-        integer: Whether the number is an integer, so that a point or exponent is a rest.
-    """
+    """Return whether a text begins with a number, and goes on with a rest that is ignored."""
     found = (_INTEGER if integer else _REAL).match(text)
     return found is not None and found.end() != len(text)
 
@@ -137,11 +132,6 @@ def _finite(text: str) -> float:
     if math.isinf(value):
         raise ValueError(f"{shortened(text)} does not fit a double")
     return value
-
-
-def format_real(value: float) -> str:
-    """Write a number so that reading it gives the same number."""
-    return repr(float(value))
 
 
 def to_string(value: int | float) -> str:

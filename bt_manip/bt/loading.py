@@ -183,15 +183,7 @@ def read_tree_text(
     base: Path | None = None,
     **options: Unpack[ReadingOptions],
 ) -> Reading:
-    """Read a tree from a text, and give all findings instead of raising.
-
-    Args:
-        text: The document.
-        registry: The behaviours that it may name.
-        file: The file name in places of problems.
-        base: The folder of relative includes; the current one if none is given.
-        **options: As of `ReadingOptions`.
-    """
+    """Read a tree from a text, and give all findings instead of raising; see `parse_tree`."""
     problems = Problems()
     document = parse_document(text, problems, file=file, base=base)
     if document is None:

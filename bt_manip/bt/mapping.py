@@ -83,12 +83,11 @@ class LeafMapping:
             document: The document, its libraries included.
             problems: Collects the leaves for which no rule holds.
         """
-        for source in document.sources.values():
-            for tree in source.root.children:
-                for element in tree.iterate() if tree.name == "BehaviorTree" else ():
-                    if id(element) not in self._done:
-                        self._done[id(element)] = element
-                        self._replace(element, problems)
+        for tree in document.top_level("BehaviorTree"):
+            for element in tree.iterate():
+                if id(element) not in self._done:
+                    self._done[id(element)] = element
+                    self._replace(element, problems)
 
     def _replace(self, element: Element, problems: Problems) -> None:
         explicit = element.name in (*EXPLICIT, "SubTree")

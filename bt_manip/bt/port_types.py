@@ -114,7 +114,7 @@ INT64: Final = PortType(
 _parse_unsigned = partial(literals.parse_integer, signed=False)
 UNSIGNED: Final = PortType("unsigned int", int, "integer", _parse_unsigned, str, signed=False)
 BOOL: Final = PortType("bool", bool, "integer", literals.parse_boolean, _format_boolean, 1, False)
-DOUBLE: Final = PortType("double", float, "real", literals.parse_real, literals.format_real)
+DOUBLE: Final = PortType("double", float, "real", literals.parse_real, lambda v: repr(float(v)))
 STATUS: Final = PortType(
     "BT::NodeStatus", NodeStatus, parse=literals.parse_status, format=lambda status: status.name
 )
@@ -137,6 +137,9 @@ _BY_PYTHON: Final = (
     (Any, UNTYPED),
     (None, UNTYPED),
 )
+
+
+_OF_SCALARS: Final = {float: DOUBLE, str: STRING, bool: BOOL, int: INT64}
 
 
 def port_type(
@@ -181,14 +184,8 @@ def _enum_parser(enum: type[Enum]) -> Callable[[str], Enum]:
 def type_of(value: Any) -> PortType:
     """Return the type of a Python value that came without one, as from a script or from Python."""
     kind = type(value)
-    if kind is float:
-        return DOUBLE
-    if kind is str:
-        return STRING
-    if kind is bool:
-        return BOOL
-    if kind is int:
-        return INT64
+    if kind in _OF_SCALARS:
+        return _OF_SCALARS[kind]
     if kind is list and value:
         for item, found in ((bool, BOOL_LIST), (int, INT_LIST), (str, STRING_LIST)):
             if all(type(entry) is item for entry in value):
@@ -200,11 +197,6 @@ def type_of(value: Any) -> PortType:
 
 def cast(value: Any, source: PortType, target: PortType) -> Any:
     """Cast a value safely to another type: nothing is lost, or it is an error.
-
-    Args:
-        value: A value of type `source`.
-        source: Its type.
-        target: The type to cast to.
 
     Raises:
         ValueError: If the types do not cast, or if this value does not fit.
@@ -252,10 +244,6 @@ def cast(value: Any, source: PortType, target: PortType) -> Any:
 
 def fit(value: Any, type: PortType) -> Any:
     """Check that a Python value has a type; numbers are cast where nothing is lost.
-
-    Args:
-        value: Any value.
-        type: The required type.
 
     Raises:
         TypeError: If it is of another type.

@@ -173,8 +173,4 @@ def pointed_key(port_name: str, text: str) -> str | None:
     """
     if text in ("{=}", "="):
         return port_name
-    if len(text) >= 3:
-        stripped = text.strip(" ")
-        if len(stripped) >= 3 and stripped[0] == "{" and stripped[-1] == "}":
-            return stripped[1:-1]
-    return None
+    return text.strip(" ")[1:-1] if is_pointer(text) else None

@@ -87,7 +87,9 @@ class BehaviourRegistry:
                 "Control or Decorator"
             )
         name = name or cls.registration
-        check_name(name, "behaviour")
+        problem = name_problem(name)
+        if problem is not None:
+            raise TreeError(f"the behaviour name '{name}' {problem}")
         known = self._classes.get(name)
         if known is not None and known is not cls:
             raise TreeError(f"the name '{name}' is taken by {known.__module__}.{known.__name__}")
@@ -173,14 +175,3 @@ def name_problem(name: str) -> str | None:
         if char in FORBIDDEN or ord(char) < 32 or ord(char) == 127:
             return f"contains the character {char!r}, which is not allowed"
     return None
-
-
-def check_name(name: str, kind: str) -> None:
-    """Check the name of a behaviour or tree.
-
-    Raises:
-        TreeError: If it is not allowed.
-    """
-    problem = name_problem(name)
-    if problem is not None:
-        raise TreeError(f"the {kind} name '{name}' {problem}")

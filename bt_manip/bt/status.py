@@ -45,13 +45,7 @@ PY_STATUS: Final = (
 
 
 def node_status(status: Status | NodeStatus) -> NodeStatus:
-    """Convert the status that a leaf returned, py_trees' or the engine's, to the engine's.
-
-    Args:
-        status: The result of an ``update``.
-
-    Returns:
-        The engine's status; ``IDLE`` for py_trees' ``INVALID``.
+    """Convert the result of an ``update`` to the engine's status; ``INVALID`` becomes ``IDLE``.
 
     Raises:
         TypeError: If it is not a status.

@@ -44,7 +44,7 @@ class Stubs:
             document = read_document(path, problems, includes=False)
             if document is None or problems.errors:
                 raise TreeError("\n".join(map(str, problems.errors)))
-            if not any(child.name == "TreeNodesModel" for child in document.root.children):
+            if not any(document.top_level("TreeNodesModel")):
                 raise TreeError(f"{path}: there is no <TreeNodesModel> in it")
             read.append(document)
         object.__setattr__(self, "_read", tuple(read))
@@ -180,14 +180,11 @@ def _kind(
 def _uses(document: Document) -> dict[str, list[Element]]:
     """Return the elements of all nodes of a document but sub-trees, by the name of the node."""
     found: dict[str, list[Element]] = {}
-    for source in document.sources.values():
-        for tree in source.root.children:
-            if tree.name != "BehaviorTree":
-                continue
-            for element in tree.iterate():
-                name = element.get("ID") if element.name in EXPLICIT else element.name
-                if name and name not in ("SubTree", "BehaviorTree"):
-                    found.setdefault(name, []).append(element)
+    for tree in document.top_level("BehaviorTree"):
+        for element in tree.iterate():
+            name = element.get("ID") if element.name in EXPLICIT else element.name
+            if name and name not in ("SubTree", "BehaviorTree"):
+                found.setdefault(name, []).append(element)
     return found
 
 
@@ -199,14 +196,11 @@ def _port_names(elements: Iterable[Element]) -> list[str]:
 def _node_models(documents: Iterable[Document]) -> dict[str, _NodeModel]:
     found: dict[str, _NodeModel] = {}
     for document in documents:
-        for source in document.sources.values():
-            for models in source.root.children:
-                if models.name != "TreeNodesModel":
-                    continue
-                for element in models.children:
-                    name = element.get("ID")
-                    if element.name in EXPLICIT and name:
-                        found.setdefault(name, _NodeModel(element.name, _model_ports(element)))
+        for models in document.top_level("TreeNodesModel"):
+            for element in models.children:
+                name = element.get("ID")
+                if element.name in EXPLICIT and name:
+                    found.setdefault(name, _NodeModel(element.name, _model_ports(element)))
     return found
 
 

@@ -196,11 +196,6 @@ class Tree:
     def clock(self, clock: Clock) -> None:
         self._runtime.clock = clock
 
-    @property
-    def enums(self) -> dict[str, int]:
-        """Numbers that scripts know by name."""
-        return self._runtime.enums
-
     def statuses(self) -> bytes:
         """Return the engine's status of every node, one byte a node, in the order of `nodes`."""
         if self._has_foreign:

@@ -67,7 +67,10 @@ class Batch:
         Raises:
             BtManipError: If the task cannot be batched, with the reason.
         """
-        refuse(env.task)
+        for reason in _reasons(env.task):
+            raise BtManipError(
+                f"these environments cannot be batched: {reason}; make one environment per process"
+            )
         self._env, self._task = env, env.task
         episodes = env.task.episodes
         self._cell, self._robots = episodes.station.cell, list(episodes.station.robots.values())
@@ -212,18 +215,6 @@ class Batch:
         """Set these attributes."""
         vars(self._env).update(kept[0])
         vars(self._task).update(kept[1])
-
-
-def refuse(task: LearningTask) -> None:
-    """Check that a task can be batched.
-
-    Raises:
-        BtManipError: If not, with the reason.
-    """
-    for reason in _reasons(task):
-        raise BtManipError(
-            f"these environments cannot be batched: {reason}; make one environment per process"
-        )
 
 
 def _reasons(task: LearningTask) -> Any:

@@ -3,6 +3,7 @@
 import inspect
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import fields
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -166,10 +167,6 @@ class LearningTask:
         self.episodes.close()
         self.observations.close()
 
-    def outcome(self) -> Outcome:
-        """Judge the present state, as the end of the step after the last one."""
-        return self._outcome()[0]
-
     def observe(self) -> dict[str, np.ndarray]:
         """Return the present observations; if the physics has diverged, the last ones before."""
         if not self._diverged:
@@ -200,16 +197,6 @@ class LearningTask:
         """Return the progress towards the goal; 0 for the sparse reward."""
         return goal_progress(self.episodes) if self._dense else 0.0
 
-    def _outcome(self) -> tuple[Outcome, float]:
-        """Return the outcome and the progress of the present state."""
-        if self._diverged:
-            return Outcome(-self._progress, False, self._diverged), self._progress
-        progress = self._present_progress()
-        success = progress == 1.0 if self._dense else self.episodes.success
-        failure = "" if success else self._losses.reason()
-        shaping = self._discount * (0.0 if failure else progress) - self._progress
-        return Outcome(float(success) + shaping, success, failure), progress
-
     def judge(self, diverged: str = "") -> Outcome:
         """Judge the present state as the end of a step.
 
@@ -217,8 +204,13 @@ class LearningTask:
             diverged: How the physics has diverged in it; empty if it has not.
         """
         self._diverged = diverged
-        outcome, self._progress = self._outcome()
-        return outcome
+        if diverged:
+            return Outcome(-self._progress, False, diverged)
+        before, self._progress = self._progress, self._present_progress()
+        success = self._progress == 1.0 if self._dense else self.episodes.success
+        failure = "" if success else self._losses.reason()
+        shaping = self._discount * (0.0 if failure else self._progress) - before
+        return Outcome(float(success) + shaping, success, failure)
 
     @property
     def observed(self) -> bool:
@@ -233,25 +225,19 @@ class LearningTask:
         return outcome
 
     def __reduce__(self) -> Any:
-        """Pickle the specification of the environment, and its state.
+        """Pickle or copy the arguments of the environment, and its state.
 
         Raises:
             BtManipError: If it records or is observed.
         """
-        return _restored, self._copied()
-
-    def __deepcopy__(self, memo: dict[int, Any]) -> "LearningTask":
-        """Return an environment in the same state, in a station of its own; see `__reduce__`."""
-        return _restored(*self._copied())
-
-    def _copied(self) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Return the arguments and the state of a copy."""
         if self._recorded or self._observers:
             raise BtManipError(
                 "an environment with 'record' or 'observers' cannot be copied or pickled: both "
                 "would write the same files; make another one and give it the state of get_state()"
             )
-        return self._arguments, self.get_state()
+        return partial(LearningTask, **self._arguments), (), self.get_state()
+
+    __setstate__ = set_state
 
     def _make_observers(self, run: Run, episode: int) -> list[RunObserver]:
         """Return the observers of an episode."""
@@ -282,9 +268,3 @@ def refuse_unknown(what: str, given: Mapping[str, Any], known: Collection[str]) 
     for name in given:
         if name not in known:
             raise BtManipError(f"{what} '{name}'{did_you_mean(name, known)}")
-
-
-def _restored(arguments: Mapping[str, Any], state: Mapping[str, Any]) -> LearningTask:
-    task = LearningTask(**arguments)
-    task.set_state(state)
-    return task

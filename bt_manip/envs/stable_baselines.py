@@ -62,10 +62,6 @@ class BatchVecEnv(VecEnv):
         """Free the simulations."""
         self.batch.close()
 
-    def get_images(self) -> list[np.ndarray | None]:
-        """Return no images."""
-        return [None] * self.num_envs
-
     def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
         """Return an attribute of the single environment, which serves all of them."""
         return [getattr(self.batch.env, attr_name) for _ in self._get_indices(indices)]

@@ -1,7 +1,7 @@
 """Breakpoints and replaced statuses of nodes, which Groot2 sets while a tree runs."""
 
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Container, Mapping
 from dataclasses import asdict, dataclass
 from functools import partial
 from threading import Condition
@@ -87,12 +87,13 @@ class HookTable:
 
     # Requests
 
-    def insert(self, data: Any, uids: Mapping[int, bool]) -> None:
+    def insert(self, data: Any, uids: Container[int], nodes: Container[int]) -> None:
         """Insert or replace hooks.
 
         Args:
             data: A hook as a JSON object, or a list of them.
-            uids: All nodes, with whether they can have a hook; others are ignored.
+            uids: All nodes; others are ignored.
+            nodes: The nodes that can have a hook.
 
         Raises:
             RequestError: If one of them is invalid; none is inserted then.
@@ -107,9 +108,9 @@ class HookTable:
                 once=field_of(one, "once", bool),
                 desired_status=status_of(one),
             )
-            if uids.get(key[0]) is False:
-                raise RequestError(f"node {key[0]} is of py_trees and cannot have a hook")
             if key[0] in uids:
+                if key[0] not in nodes:
+                    raise RequestError(f"node {key[0]} is of py_trees and cannot have a hook")
                 hooks[key] = hook
         with self._condition:
             for key, hook in hooks.items():

@@ -69,10 +69,8 @@ class TransitionLog(RunObserver):
         """Open the file and write the tree."""
         self._start = run.station.cell.time
         self._flushed = time.monotonic()
-        with self._errors_named():
-            nodes = [(node.path, node.uid) for node in run.tree.nodes]
-            self._open(instance_to_xml(run.tree), nodes, time.time_ns() // 1000)
-            self._is_open = True
+        nodes = [(node.path, node.uid) for node in run.tree.nodes]
+        self._begin(instance_to_xml(run.tree), nodes)
 
     def after_tick(self) -> None:
         """Write the changes of the last half second."""
@@ -90,18 +88,18 @@ class TransitionLog(RunObserver):
             raise BtManipError(f"{recording.path} has no tree")
         self._start = events[0].time
         nodes = [(node["path"], node["uid"]) for node in events[0].data["nodes"]]
-        with self._errors_named():
-            self._open(recording.tree_xml, nodes, time.time_ns() // 1000)
-            self._is_open = True
+        self._begin(recording.tree_xml, nodes)
         for event in events:
             self.handle(event)
-        self._end()
+        self.run_ended()
+
+    def _begin(self, xml: str, nodes: Sequence[tuple[str, int]]) -> None:
+        with self._errors_named():
+            self._open(xml, nodes, time.time_ns() // 1000)
+            self._is_open = True
 
     def run_ended(self) -> None:
         """Write the remaining transitions, and close the file."""
-        self._end()
-
-    def _end(self) -> None:
         if self._is_open:
             self._flush()
             self._keep_error(lambda: check_exists(self._file))

@@ -30,13 +30,7 @@ def read_json(payload: bytes) -> Any:
 
 
 def field_of(data: Any, name: str, kind: type[Any], below: int = 0) -> Any:
-    """Return a field of a JSON object.
-
-    Args:
-        data: The object.
-        name: Name of the field.
-        kind: Its type.
-        below: For integers: they are from 0 to less than this.
+    """Return a field of a JSON object; an integer is from 0 to less than `below`.
 
     Raises:
         RequestError: If it is missing or invalid.

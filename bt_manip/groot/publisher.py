@@ -62,15 +62,13 @@ class TreeImage:
         xml: The tree.
         scopes: Paths of the blackboard scopes by the names that Groot2 uses.
         nodes: Nodes that can have a hook, by uid.
-        hookable: All uids, with whether they can have a hook.
-        offsets: Positions of the nodes in the statuses, by uid.
+        offsets: Positions of all nodes in the statuses, by uid.
     """
 
     uuid: bytes
     xml: bytes
     scopes: dict[str, str]
     nodes: dict[int, Node]
-    hookable: dict[int, bool]
     offsets: dict[int, int]
 
     @classmethod
@@ -83,7 +81,6 @@ class TreeImage:
             instance_to_xml(tree).encode(errors="replace"),
             {tree.tree_id: ""} | {i.path: i.path for i in instances[1:]},
             {link.uid: link for link in links if isinstance(link, Node)},
-            {link.uid: isinstance(link, Node) for link in links},
             {link.uid: 3 * index + 2 for index, link in enumerate(links)},
         )
 
@@ -127,7 +124,7 @@ class GrootPublisher(RunObserver):
         self._notifications = self._bind(zmq.PUB, port + 1)
         self._thread = threading.Thread(target=self._serve, name="groot2", daemon=True)
         self._closing = False
-        self._image = TreeImage(b"", b"", {}, {}, {}, {})
+        self._image = TreeImage(b"", b"", {}, {}, {})
         self._statuses = bytearray()
         self._published = b""
         self._values: dict[str, dict[str, Any]] = {}  # entries by the path of their scope
@@ -290,7 +287,7 @@ class GrootPublisher(RunObserver):
             case b"D":
                 return json.dumps(self._hooks.dump(), separators=(",", ":")).encode()
             case b"I":
-                self._hooks.insert(read_json(payload), image.hookable)
+                self._hooks.insert(read_json(payload), image.offsets, image.nodes)
             case b"R":
                 self._hooks.remove(key_of(read_json(payload)))
             case b"U":

@@ -4,7 +4,7 @@ import importlib.util
 import os
 import re
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
@@ -35,11 +35,10 @@ class Choice:
     folders: tuple[Path, ...] = ()
 
     @classmethod
-    def from_environment(cls, environment: Mapping[str, str] | None = None) -> "Choice":
+    def from_environment(cls) -> "Choice":
         """Read the selection from environment variables."""
-        variables = os.environ if environment is None else environment
-        names = re.split(r"[\s,]+", variables.get(BLOCK_VARIABLE, ""))
-        folders = variables.get(FOLDERS_VARIABLE, "").split(os.pathsep)
+        names = re.split(r"[\s,]+", os.environ.get(BLOCK_VARIABLE, ""))
+        folders = os.environ.get(FOLDERS_VARIABLE, "").split(os.pathsep)
         return cls().extended(names, map(Path, filter(None, folders)))
 
     def extended(self, blocked: Iterable[str] = (), folders: Iterable[Path] = ()) -> "Choice":

@@ -35,8 +35,6 @@ def write_plugin(name: str, kind: str, parent: Path, plugins: Plugins | None = N
         BtManipError: When the name is invalid or taken, the folder exists, or it cannot be
             written.
     """
-    if not _NAME.fullmatch(name) or len(name) > _LONGEST:
-        raise _no_name(name)
     words = re.split("[-_]", name)
     names = {
         "bt-manip-gear": f"bt-manip-{'-'.join(words)}",
@@ -44,8 +42,12 @@ def write_plugin(name: str, kind: str, parent: Path, plugins: Plugins | None = N
         "Gear": "".join(word.capitalize() for word in words),
         "gear": "_".join(words),
     }
-    if keyword.iskeyword(names["gear"]) or keyword.iskeyword(names["Gear"]):
-        raise _no_name(name)
+    is_keyword = any(keyword.iskeyword(names[part]) for part in ("gear", "Gear"))
+    if is_keyword or not _NAME.fullmatch(name) or len(name) > _LONGEST:
+        raise BtManipError(
+            f"the name of a plugin is made of small letters and digits, with '-' between words, "
+            f"is at most {_LONGEST} long and no word of Python's own, got '{name}'"
+        )
     template = bundled_root("templates") / kind
     files = [path for path in sorted(template.rglob("*")) if _belongs(path, template)]
     part = names["Gear" if kind == "behaviour" else "gear"]
@@ -81,13 +83,6 @@ def _write(folder: Path, texts: dict[str, str]) -> None:
         (unfinished / "package").rename(folder)
     finally:
         shutil.rmtree(unfinished, ignore_errors=True)
-
-
-def _no_name(name: str) -> BtManipError:
-    return BtManipError(
-        f"the name of a plugin is made of small letters and digits, with '-' between words, "
-        f"is at most {_LONGEST} long and no word of Python's own, got '{name}'"
-    )
 
 
 def _belongs(path: Path, template: Path) -> bool:

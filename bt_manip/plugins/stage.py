@@ -15,12 +15,7 @@ class Stage:
     """Collects the parts of one plugin until all of its hooks have returned."""
 
     def __init__(self, owner: str, parts: Parts) -> None:
-        """Initialise without parts.
-
-        Args:
-            owner: Name of the plugin.
-            parts: Parts of all plugins, into which they are merged.
-        """
+        """Initialise for a plugin; `merge` adds its parts to those of all plugins."""
         self._owner = owner
         self._parts = parts.by_kind()
         self._all_surroundings = parts.surroundings

@@ -1,5 +1,6 @@
 """Observers of plugins and views, isolated so that their exceptions do not end a run."""
 
+import traceback
 from collections.abc import Callable, Collection
 from typing import Any, TypeVar
 
@@ -11,12 +12,7 @@ Warn = Callable[[str], None]
 
 
 def plugin_observers(plugins: Plugins, warn: Warn) -> list[RunObserver]:
-    """Return one observer for each plugin with observing hooks.
-
-    Args:
-        plugins: All plugins.
-        warn: Called with one line about a plugin that raised.
-    """
+    """Return one observer for each plugin with observing hooks; `warn` hears of exceptions."""
     return [
         guarded(HookObserver(plugin), plugin.label, warn, plugin.way_out)
         for plugin in plugins.plugins
@@ -122,7 +118,5 @@ class _Guard:
 
 
 def _place(error: BaseException) -> str:
-    trace = error.__traceback__
-    while trace is not None and trace.tb_next is not None:
-        trace = trace.tb_next
-    return f" at {trace.tb_frame.f_code.co_filename}:{trace.tb_lineno}" if trace else ""
+    frames = traceback.extract_tb(error.__traceback__)
+    return f" at {frames[-1].filename}:{frames[-1].lineno}" if frames else ""

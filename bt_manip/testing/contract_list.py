@@ -48,15 +48,7 @@ def checks_of(
     settings: Mapping[str, Mapping[str, Any]],
     without: tuple[str, ...] = (),
 ) -> list[Check]:
-    """Return the checks of all parts of a plugin.
-
-    Args:
-        plugins: All plugins.
-        name: Name of the plugin.
-        examples: Examples of behaviours, by name.
-        parameters: Parameters of objects, by name.
-        settings: Values of the keys of trees, by name.
-        without: Names of parts, or ``"part: check"``, to leave out.
+    """Return the checks of all parts of a plugin; the arguments are those of `contracts_of`.
 
     Raises:
         BtManipError: When the plugin is unknown or broken, or an example names no part.
@@ -70,8 +62,10 @@ def checks_of(
                     f"plugin '{name}' has no '{part}' among its {kind}"
                     + did_you_mean(part, brought.get(kind, ()))
                 )
-    checks = list(_checks(plugins.parts, brought, examples, parameters))
-    checks += _run_checks(plugins.parts, brought, settings)
+    checks = [
+        *_checks(plugins.parts, brought, examples, parameters),
+        *_run_checks(plugins.parts, brought, settings),
+    ]
     left_out = {c.id for c in checks if c.id in without or c.id.partition(":")[0] in without}
     return [check for check in checks if check.id not in left_out]
 
@@ -123,25 +117,20 @@ def _checks(
     examples: Mapping[str, Example],
     parameters: Mapping[str, Mapping[str, Any]],
 ) -> Iterator[Check]:
-    cases: list[tuple[str, tuple[Callable[[Any], None], ...], Any]] = []
     for name in brought.get("objects", ()):
-        factory = parts.objects.get(name)
-        cases.append((name, OBJECT_CONTRACT, ObjectCase(name, factory, parameters.get(name, {}))))
+        case = ObjectCase(name, parts.objects.get(name), parameters.get(name, {}))
+        yield from _each(name, OBJECT_CONTRACT, _given(case))
     for name in brought.get("robots", ()):
         description = parts.robots.get(name)
         kind = description.gripper.kind if description.gripper is not None else None
         grippers = [] if kind is None else [parts.grippers.get(kind)]
-        cases.append((name, ROBOT_CONTRACT, RobotCase(description, *grippers)))
+        yield from _each(name, ROBOT_CONTRACT, _given(RobotCase(description, *grippers)))
     for name in brought.get("controllers", ()):
-        case = ControllerCase(name, parts.controllers.get(name))
-        cases.append((name, CONTROLLER_CONTRACT, case))
-    for name, contract, each in cases:
-        for check in contract:
-            yield _check(name, check, partial(_given, each))
+        controller = ControllerCase(name, parts.controllers.get(name))
+        yield from _each(name, CONTROLLER_CONTRACT, _given(controller))
     for name in brought.get("faults", ()):
         fault: Any = parts.faults.get(name)
-        for check in FAULT_CONTRACT:
-            yield _check(name, check, partial(FaultCase, name, fault))
+        yield from _each(name, FAULT_CONTRACT, partial(FaultCase, name, fault))
     for name in brought.get("behaviours", ()):
         cls = parts.behaviours.get(name)
         if not issubclass(cls, Leaf):
@@ -150,9 +139,8 @@ def _checks(
         if missing and name not in examples:
             yield Check(f"{name}: has an example", partial(_no_example, name, missing))
             continue
-        for check in BEHAVIOUR_CONTRACT:
-            make = partial(BehaviourCase, cls, examples.get(name, Example()))
-            yield _check(name, check, make)
+        example = examples.get(name, Example())
+        yield from _each(name, BEHAVIOUR_CONTRACT, partial(BehaviourCase, cls, example))
 
 
 def _run_checks(
@@ -162,55 +150,52 @@ def _run_checks(
 ) -> Iterator[Check]:
     """Yield the checks of runs and environments: same bits in any order and from any state."""
     for name in brought.get("actions", ()):
-        for act in ACTION_CONTRACT:
-            yield _check(name, act, partial(_given, EnvironmentCase(name, parts)))
-    cases: list[tuple[str, str, Callable[[], dict[str, Any]], bool]] = []
+        yield from _each(name, ACTION_CONTRACT, _given(EnvironmentCase(name, parts)))
     for name in brought.get("robots", ()):
-        cases.append((name, "pick_place", partial(dict, robot=name), True))
+        run = RunCase(name, "pick_place", parts, {"robot": name})
+        yield from _each(name, RUN_CONTRACT, _given(run), long=True)
     for name in brought.get("scenes", ()):
-        scene = partial(_scene_options, name, parts)
-        cases += [(f"scene {name}", EXERCISE, scene, long) for long in (False, True)]
+        make = partial(_scene_case, name, parts)
+        yield from _each(f"scene {name}", SHORT_RUN_CONTRACT, make)
+        yield from _each(f"scene {name}", RUN_CONTRACT, make, long=True)
     for name in brought.get("trees", ()):
-        texts = {key: str(value) for key, value in settings.get(name, {}).items()}
-        cases += [
-            (f"tree {name}", name, partial(dict, settings=texts), long) for long in (False, True)
-        ]
+        title = f"tree {name}"
+        options = {"settings": {key: str(value) for key, value in settings.get(name, {}).items()}}
         for action in parts.actions:
-            environment = EnvironmentCase(action, parts, name, {"settings": texts})
-            check = _check(
-                f"tree {name}", environments_go_on_from_their_states, partial(_given, environment)
-            )
-            yield Check(f"{check.id} with {action}", check.run, long=True)
-    for title, tree, options, long in cases:
-        for check_run in RUN_CONTRACT if long else SHORT_RUN_CONTRACT:
-            made = partial(_run_case, title, tree, parts, options)
-            yield _check(title, check_run, made)._replace(long=long)
+            case = EnvironmentCase(action, parts, name, options)
+            check = (environments_go_on_from_their_states,)
+            yield from _each(title, check, _given(case), long=True, after=f" with {action}")
+        run = RunCase(title, name, parts, options)
+        yield from _each(title, SHORT_RUN_CONTRACT, _given(run))
+        yield from _each(title, RUN_CONTRACT, _given(run), long=True)
 
 
-def _run_case(
-    title: str,
-    tree: str,
-    parts: Parts,
-    options: Callable[[], dict[str, Any]],
-    situations: Situations,
-) -> RunCase:
-    return RunCase(title, tree, parts, options())
-
-
-def _scene_options(name: str, parts: Parts) -> dict[str, Any]:
+def _scene_case(name: str, parts: Parts, situations: Situations) -> RunCase:
     robots = ";".join(robot.name for robot in find_scene(name, parts).robots)
-    return {"scene": name, "settings": {"robots": robots}}
+    options = {"scene": name, "settings": {"robots": robots}}
+    return RunCase(f"scene {name}", EXERCISE, parts, options)
 
 
-def _given(case: Any, situations: Situations) -> Any:
-    return case
+def _given(case: Any) -> Callable[[Situations], Any]:
+    return lambda situations: case
 
 
-def _check(
-    name: str, check: Callable[[Any], None], make_case: Callable[[Situations], Any]
-) -> Check:
-    title = check.__name__.replace("_", " ")
-    return Check(f"{name}: {title}", lambda situations: check(make_case(situations)))
+def _each(
+    name: str,
+    contract: tuple[Callable[[Any], None], ...],
+    make_case: Callable[[Situations], Any],
+    *,
+    long: bool = False,
+    after: str = "",
+) -> Iterator[Check]:
+    """Yield the checks of a contract of one part."""
+
+    def run(check: Callable[[Any], None], situations: Situations) -> None:
+        check(make_case(situations))
+
+    for check in contract:
+        title = check.__name__.replace("_", " ")
+        yield Check(f"{name}: {title}{after}", partial(run, check), long)
 
 
 def _no_example(name: str, missing: list[str], situations: Situations) -> None:

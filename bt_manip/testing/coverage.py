@@ -33,16 +33,6 @@ class Covered(NamedTuple):
     branches_all: int
     missing: tuple[str, ...]  # "path: never ticked", "path: never FAILURE"
 
-    @property
-    def leaf_share(self) -> float:
-        """Fraction of the leaves that were ticked."""
-        return self.leaves / self.leaves_all if self.leaves_all else 1.0
-
-    @property
-    def branch_share(self) -> float:
-        """Fraction of the results of nodes that were seen."""
-        return self.branches / self.branches_all if self.branches_all else 1.0
-
 
 @dataclass
 class _Node:
@@ -83,11 +73,6 @@ class TreeCoverage:
 
         tree.observers.append(note)
 
-    @property
-    def trees(self) -> tuple[str, ...]:
-        """Names of the observed trees."""
-        return tuple(self._trees)
-
     def of(self, tree: str) -> Covered:
         """Return the coverage of a tree.
 
@@ -109,8 +94,9 @@ class TreeCoverage:
         yield f"{'tree':40} {'leaves':>12} {'branches':>14}"
         for name in sorted(self._trees):
             seen = self.of(name)
-            leaves = f"{seen.leaves}/{seen.leaves_all} {100 * seen.leaf_share:.0f} %"
-            branches = f"{seen.branches}/{seen.branches_all} {100 * seen.branch_share:.0f} %"
+            leaves = f"{seen.leaves}/{seen.leaves_all} {100 * seen.leaves / seen.leaves_all:.0f} %"
+            share = 100 * seen.branches / seen.branches_all
+            branches = f"{seen.branches}/{seen.branches_all} {share:.0f} %"
             yield f"{name:40} {leaves:>12} {branches:>14}"
             for missing in seen.missing:
                 yield f"    {missing}"

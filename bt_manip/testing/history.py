@@ -47,11 +47,7 @@ class History:
 
 
 def explain(history: History) -> str:
-    """Describe the node that decided, the status of all nodes, and the blackboard.
-
-    Args:
-        history: Recorded changes of the tree.
-    """
+    """Describe the node that decided, the status of all nodes, and the blackboard."""
     tree = history.tree
     lines = [f"after tick {history.tick}, at {tree.clock():.3f} s"]
     reason = tree.failure_reason()

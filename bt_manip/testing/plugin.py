@@ -205,7 +205,6 @@ def trial(station: Station, parts: Parts, request: pytest.FixtureRequest) -> Cal
         root: Behaviour | Tree | str | Path,
         *,
         substitute: Any = None,
-        tick: float = 0.010,
         **settings: Any,
     ) -> Trial:
         from bt_manip.testing.tree_reading import read_test_tree
@@ -217,7 +216,7 @@ def trial(station: Station, parts: Parts, request: pytest.FixtureRequest) -> Cal
                 settings=settings, substitute=substitute,
             )  # fmt: skip
         injector = _injector(request, parts)
-        made = Trial(station, root, tick=tick, faults=injector)
+        made = Trial(station, root, faults=injector)
         if injector is not None:
             request.addfinalizer(injector.detach)
         request.config.stash[_LATEST] = made

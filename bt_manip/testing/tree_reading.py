@@ -5,10 +5,9 @@ from pathlib import Path
 from typing import Any
 
 from bt_manip.bt import Rule, Tree, find_rule
-from bt_manip.bt.nodes import TestNodeConfig
 from bt_manip.exceptions import BtManipError, did_you_mean
 from bt_manip.registry import Parts
-from bt_manip.runner import TreeSource, find_tree, known_behaviours, load_document, make_tree
+from bt_manip.runner import find_tree, known_behaviours, load_document, make_tree
 from bt_manip.testing.stubs import Stub
 
 Substitute = Mapping[str, "Stub | Rule"]
@@ -39,7 +38,7 @@ def read_test_tree(
         BtManipError: When the tree is unknown or invalid, or a substitution matches none of its
             nodes.
     """
-    source = find_test_tree(text, parts, folder)
+    source = find_tree(located(text, folder), parts.trees.copies())
     texts = {key: str(value) for key, value in (settings or {}).items()}
     if source.kind == "python":
         if substitute:
@@ -47,7 +46,7 @@ def read_test_tree(
         return make_tree(source, texts, clock)
     rules = {pattern: _rule(rule) for pattern, rule in (substitute or {}).items()}
 
-    def read(rules: Mapping[str, str | TestNodeConfig]) -> Tree:
+    def read(rules: Mapping[str, Rule]) -> Tree:
         known = known_behaviours(parts)
         return load_document(source, known, texts, clock, warn=lambda _: None, substitutions=rules)
 
@@ -63,22 +62,14 @@ def read_test_tree(
     return tree
 
 
-def find_test_tree(text: str | Path, parts: Parts, folder: Path | None = None) -> TreeSource:
-    """Return a tree by a path relative to the test, or by its registered name.
-
-    Raises:
-        BtManipError: When there is no such tree.
-    """
+def located(text: str | Path, folder: Path | None = None) -> str:
+    """Return the path of a tree that is relative to a folder; a registered name as it is."""
     path, colon, function = str(text).partition(":")
     beside = (folder or Path()) / path
-    if beside.is_file():
-        return find_tree(f"{beside}{colon}{function}", {})
-    return find_tree(str(text), parts.trees.copies())
+    return f"{beside}{colon}{function}" if beside.is_file() else str(text)
 
 
-def _idle(
-    rules: Mapping[str, str | TestNodeConfig], tree: Tree
-) -> Mapping[str, str | TestNodeConfig]:
+def _idle(rules: Mapping[str, Rule], tree: Tree) -> Mapping[str, Rule]:
     """Return the rules that match no node of a tree."""
     return {
         pattern: rule
@@ -89,5 +80,5 @@ def _idle(
     }
 
 
-def _rule(rule: "Stub | Rule") -> str | TestNodeConfig:
+def _rule(rule: Stub | Rule) -> Rule:
     return rule.config if isinstance(rule, Stub) else rule

@@ -1,15 +1,15 @@
 """Runs of whole trees, with assertions on their end states in the physics."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from bt_manip.registry import Parts
-from bt_manip.runner import Run, RunObserver, RunRequest, Station, prepare
+from bt_manip.runner import Run, RunObserver, Station, prepare, request_of
 from bt_manip.testing.coverage import TreeCoverage
 from bt_manip.testing.history import History, explain
-from bt_manip.testing.tree_reading import find_test_tree
+from bt_manip.testing.tree_reading import located
 
 EndState = Callable[[Station], object]
 """Function that checks a station at the end of a cycle: it raises or returns False when the check
@@ -96,11 +96,8 @@ def run_tree(
     """
     __tracebackhide__ = True
     texts = {key: str(value) for key, value in (settings or {}).items()}
-    source = find_test_tree(tree, parts, folder)
-    wanted = parts.surroundings.get(str(tree))
-    surroundings = {} if wanted is None else {k: v for k, v in asdict(wanted).items() if v}
-    request = RunRequest(
-        source, cycles=cycles, seed=seed, settings=texts, **{**surroundings, **choice}
+    request = request_of(
+        located(tree, folder), parts, cycles=cycles, seed=seed, settings=texts, **choice
     )
     run = prepare(request, parts)
     if coverage is not None:

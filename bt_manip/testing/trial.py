@@ -9,7 +9,7 @@ from py_trees.behaviour import Behaviour
 from bt_manip.bt import Blackboard, NodeStatus, Tree
 from bt_manip.exceptions import NodeError, did_you_mean
 from bt_manip.faults import FaultInjector
-from bt_manip.runner import TICK, Run, RunLoop, Station, TreeSource
+from bt_manip.runner import Run, RunLoop, Station, TreeSource
 from bt_manip.testing.history import History, explain
 from bt_manip.testing.stubs import status_of
 
@@ -27,19 +27,13 @@ class Trial:
     """
 
     def __init__(
-        self,
-        station: Station,
-        root: Behaviour | Tree,
-        *,
-        tick: float = TICK,
-        faults: FaultInjector | None = None,
+        self, station: Station, root: Behaviour | Tree, *, faults: FaultInjector | None = None
     ) -> None:
         """Set up the behaviours.
 
         Args:
             station: The station.
             root: A behaviour, or a tree whose clock is the station's.
-            tick: Simulated time between two ticks [s].
             faults: Injects faults until the root ends or is halted.
         """
         if not isinstance(root, Tree | Behaviour):
@@ -50,7 +44,7 @@ class Trial:
         self.tree.observers.append(self.history)
         self.tree.setup(**station.infrastructure)
         source = TreeSource(self.tree.tree_id, "python")
-        run = Run(replace(station.request, tree=source, tick=tick), self.tree, station)
+        run = Run(replace(station.request, tree=source), self.tree, station)
         self._loop = RunLoop(run, () if faults is None else (faults,))
         self._loop.open()
         self._faults = faults

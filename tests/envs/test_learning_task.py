@@ -27,11 +27,11 @@ def test_a_state_keeps_how_low_objects_may_lie(parts):
     low, high = (heights.index(one) for one in (min(heights), max(heights)))
     task.reset(0, low)
     cell.move("cube", pose((0.3, 0.0, sum(heights) / 2 - 0.1)), overlap=1.0)
-    assert not task.outcome().failure
+    assert not task.judge().failure
     state = json.loads(json.dumps(task.get_state()))
     task.reset(0, high)
     task.set_state(state)
-    assert not task.outcome().failure
+    assert not task.judge().failure
 
 
 def test_a_level_is_drawn_in_each_episode(parts):

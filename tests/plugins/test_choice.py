@@ -17,11 +17,14 @@ BALL = """
 """
 
 
-def test_environment_variables_hold_several_names_and_folders():
-    variables = {"BT_MANIP_BLOCK": "toys, arms\tpaint", "BT_MANIP_PLUGINS_DIR": f"a{os.pathsep}b"}
-    choice = Choice.from_environment(variables)
+def test_environment_variables_hold_several_names_and_folders(monkeypatch):
+    for name in ("BT_MANIP_BLOCK", "BT_MANIP_PLUGINS_DIR"):
+        monkeypatch.delenv(name, raising=False)
+    assert Choice.from_environment() == Choice()
+    monkeypatch.setenv("BT_MANIP_BLOCK", "toys, arms\tpaint")
+    monkeypatch.setenv("BT_MANIP_PLUGINS_DIR", f"a{os.pathsep}b")
+    choice = Choice.from_environment()
     assert choice == Choice(frozenset({"toys", "arms", "paint"}), (Path("a"), Path("b")))
-    assert Choice.from_environment({}) == Choice()
 
 
 def test_options_add_to_the_environment():

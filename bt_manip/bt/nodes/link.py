@@ -150,12 +150,9 @@ class ForeignNode(Link):
         behaviour = self.behaviour
         visited = None if runtime is None else runtime.visited
         try:
-            if visited is None:
-                behaviour.tick_once()
-            else:
-                for node in behaviour.tick():
-                    if not isinstance(node, Link):  # nodes of ours append themselves
-                        visited.append(node)
+            for node in behaviour.tick():
+                if visited is not None and not isinstance(node, Link):
+                    visited.append(node)  # nodes of ours append themselves
         except NodeError:
             raise
         except Exception as error:

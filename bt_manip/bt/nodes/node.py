@@ -3,7 +3,7 @@
 import inspect
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, ClassVar, Final
 
 from py_trees.behaviour import Behaviour
 
@@ -58,8 +58,10 @@ class Node(PortAccess):
         conditions: The scripts around its tick, by attribute (``_skipIf``).
         attributes: Other attributes that came with it from a document, for editors.
         is_named: Whether its name was given, and is not only that of its class.
+        checked_port: The port that `check_ports` checks, for the place of its errors.
     """
 
+    checked_port: ClassVar[str] = ""
     _node_status: NodeStatus = IDLE
     _node_runtime: Runtime | None = None
     _node_observers: list[Observer] | tuple[()] = ()
@@ -212,14 +214,6 @@ class Node(PortAccess):
             runtime.observers.remove(_ignore)
         yield from visited
 
-    def tick_once(self) -> None:
-        """Tick the node for a stock py_trees parent or tree, without yielding."""
-        if self._node_status is SUCCESS or self._node_status is FAILURE:
-            self._reset()
-        if not _is_below_node(self):
-            self.runtime.fire_timers()
-        self.execute()
-
     def stop(self, new_status: Status) -> None:
         """Stop the node for a stock py_trees parent."""
         if new_status is _INVALID:
@@ -235,11 +229,6 @@ class Node(PortAccess):
         return _INVALID
 
     # ------------------------------------------------------------------ checks and timers
-
-    @property
-    def checked_port(self) -> str:
-        """The port that `check_ports` checks, for the place of its errors."""
-        return ""
 
     def check_ports(self) -> None:
         """Check the ports before the first tick.

@@ -156,13 +156,12 @@ class PortAccess(Link, Behaviour):
             text = default if isinstance(default, str) and is_pointer(default) else None
         return text if isinstance(text, str) else None
 
-    def write_port(self, name: str, value: Any, type: PortType | None = None) -> None:
+    def write_port(self, name: str, value: Any) -> None:
         """Write a port's value to the blackboard entry that it points to.
 
         Args:
             name: The port.
             value: The value.
-            type: Its type, if not the port's own.
 
         Raises:
             PortError: If the port points to no entry.
@@ -174,7 +173,7 @@ class PortAccess(Link, Behaviour):
         key = pointed_key(name, text)
         if key is None:
             raise self._port_error(name, f"{shown(text)} is no entry to write to; expected {{key}}")
-        type = type or self.ports[name].type
+        type = self.ports[name].type
         try:
             if type.strong:
                 value = fit(value, type)

@@ -176,14 +176,8 @@ def calculate(symbol: str, left: Value, right: Value) -> Value:
         ScriptError: If the operator does not take them.
     """
     a, b = as_double(left), as_double(right)
-    if symbol == "+":
-        return a + b, DOUBLE
-    if symbol == "-":
-        return a - b, DOUBLE
-    if symbol == "*":
-        return a * b, DOUBLE
-    if symbol == "/":
-        return divide(a, b), DOUBLE
+    if symbol in _ARITHMETIC:
+        return _ARITHMETIC[symbol](a, b), DOUBLE
     if symbol == "..":
         return EMPTY, NOTHING
     if symbol in ("&&", "||"):
@@ -193,8 +187,7 @@ def calculate(symbol: str, left: Value, right: Value) -> Value:
         i, j = cast(left[0], left[1], INT64), cast(right[0], right[1], INT64)
     except ValueError:
         raise ScriptError(f"operator [{symbol}] needs integers, found {a} and {b}") from None
-    bits = {"&": operator.and_, "|": operator.or_, "^": operator.xor}[symbol]
-    return float(bits(i, j)), DOUBLE
+    return float(_BITS[symbol](i, j)), DOUBLE
 
 
 def divide(a: float, b: float) -> float:
@@ -204,6 +197,12 @@ def divide(a: float, b: float) -> float:
     if a == 0 or math.isnan(a):
         return math.nan
     return math.copysign(math.inf, a) * math.copysign(1.0, b)
+
+
+_ARITHMETIC: Final[Mapping[str, Callable[[float, float], float]]] = {
+    "+": operator.add, "-": operator.sub, "*": operator.mul, "/": divide,
+}  # fmt: skip
+_BITS: Final = {"&": operator.and_, "|": operator.or_, "^": operator.xor}
 
 
 def as_text(value: Value) -> str:

@@ -83,11 +83,7 @@ class ParsedScript:
 
 
 def parse_script(text: str, *, double_quotes: bool = False) -> ParsedScript:
-    """Parse a script.
-
-    Args:
-        text: Its source.
-        double_quotes: Whether strings may stand between double quotes too, as in MoveIt Pro.
+    """Parse a script, if wanted with strings between double quotes too, as in MoveIt Pro.
 
     Raises:
         ScriptError: If it is empty or invalid.

@@ -20,10 +20,10 @@ class Token(NamedTuple):
     position: int
 
 
-_SPACE: Final = re.compile(r"[ \t\n\r]*")
 _TOKEN: Final = re.compile(
     r"""
-      '(?P<string>[^']*)'
+      (?P<space>[ \t\n\r]+)
+    | '(?P<string>[^']*)'
     | "(?P<quoted>[^"]*)"
     | (?P<hex>0[xX][0-9a-fA-F]+)
     | (?P<real>[0-9]+\.[0-9]+(?:[eE][+-]?[0-9]+)?|[0-9]+[eE][+-]?[0-9]+)
@@ -41,15 +41,11 @@ _HEX_TAIL: Final = re.compile(r"[A-Za-z0-9_.][A-Za-z0-9_.]*")
 def tokenize(text: str, *, double_quotes: bool = False) -> list[Token]:
     """Cut a script into tokens, ``end`` being the last one.
 
-    Args:
-        text: The script.
-        double_quotes: Whether strings may stand between double quotes too.
-
     Raises:
         ScriptError: If a piece is no token.
     """
     tokens: list[Token] = []
-    position = _skip(text, 0)
+    position = 0
     while position < len(text):
         found = _TOKEN.match(text, position)
         if found is None:
@@ -62,15 +58,11 @@ def tokenize(text: str, *, double_quotes: bool = False) -> list[Token]:
             tail = (_HEX_TAIL if kind == "hex" else _NUMBER_TAIL).match(text, end)
             if tail is not None:
                 raise _invalid(text, position, tail.end())
-        tokens.append(Token(_KINDS.get(kind, kind), found[kind], position))
-        position = _skip(text, end)
+        if kind != "space":
+            tokens.append(Token(_KINDS.get(kind, kind), found[kind], position))
+        position = end
     tokens.append(Token("end", "", len(text)))
     return tokens
-
-
-def _skip(text: str, position: int) -> int:
-    found = _SPACE.match(text, position)
-    return found.end() if found else position
 
 
 def _invalid(text: str, position: int, end: int | None = None) -> ScriptError:

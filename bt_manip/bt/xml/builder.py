@@ -54,12 +54,7 @@ class Builder:
     """
 
     def __init__(self, context: ReadingContext, substitutions: Substitutions | None = None) -> None:
-        """Prepare to make trees of a document.
-
-        Args:
-            context: The document; the engine's rules were checked.
-            substitutions: Rules for tests.
-        """
+        """Prepare to make trees of a document for which the engine's rules were checked."""
         self._document = context.document
         self._registry = context.registry
         self._problems = context.problems
@@ -75,11 +70,7 @@ class Builder:
         self.is_too_deep = False
 
     def build(self, tree_id: str, place: Place) -> Behaviour | None:
-        """Make the nodes of a tree, those of its sub-trees included.
-
-        Args:
-            tree_id: The tree.
-            place: Where it was named, for the error if no tree has that name.
+        """Make the nodes of a tree that was named at a place, those of its sub-trees included.
 
         Returns:
             The root; None if nothing could be made.
@@ -87,11 +78,7 @@ class Builder:
         return self._tree(tree_id, place, _Position())
 
     def goal(self, tree_id: str) -> tuple[Node, ...]:
-        """Make the conditions of a tree's goal; errors and warnings are collected.
-
-        Args:
-            tree_id: The tree.
-        """
+        """Make the conditions of a tree's goal; errors and warnings are collected."""
         element = self._document.trees.get(tree_id)
         attribute = None if element is None else element.attributes.get(GOAL)
         if element is None or attribute is None:
@@ -108,13 +95,7 @@ class Builder:
         return goal
 
     def add_error(self, node: Any, port: str, error: BtManipError) -> None:
-        """Collect an error of binding, at the place of the port or of the node.
-
-        Args:
-            node: The node, or a condition of the goal.
-            port: The name of the port; empty for an error of the node.
-            error: The error.
-        """
+        """Collect an error of binding, at the place of the port, or of the node without a port."""
         element = self.places.get(id(node))
         if element is None:
             self._problems.error(Place(self._document.file, 1, 1), str(error))
@@ -333,7 +314,7 @@ class Builder:
         path = at.prefix + label + ("" if named and label != tree_id else f"::{uid}")
         rule = find_rule(self._rules, label, "SubTree", path) if self._rules else None
         if rule is not None:
-            return self._replaced_subtree(element, label, scripts, rule)
+            return self._make(element, SubTree, "SubTree", label, {}, scripts, [], rule)
         remaps, autoremap = self._remaps(element, tree_id)
         inner = at.prefix + label + ("" if named else f"::{uid}") + "/"
         result = self._stubs and self._stubs.result_of_tree(tree_id, self._document)
@@ -349,26 +330,6 @@ class Builder:
         node = SubTree(
             label if named else None, child, tree_id=tree_id, remap=remaps, autoremap=autoremap
         )
-        self._dress(node, element, scripts)
-        return node
-
-    def _replaced_subtree(
-        self,
-        element: Element,
-        label: str,
-        scripts: dict[str, str],
-        rule: str | TestNodeConfig,
-    ) -> Behaviour | None:
-        try:
-            if isinstance(rule, TestNodeConfig):
-                node: Node = TestNode(label, config=rule)
-            else:
-                node = self._registry.get(rule)(label)
-                node.ports = {}  # type: ignore[misc]  # a SubTree has none, not even by default
-        except (BtManipError, TypeError) as error:
-            self._problems.error(element.place, f"SubTree: {error}")
-            return None
-        node.registration = "SubTree"
         self._dress(node, element, scripts)
         return node
 

@@ -53,24 +53,18 @@ class Document:
         """The files that the document consists of."""
         return [Path(name) for name in self.sources if not name.startswith("<")]
 
-    def add_library(self, other: "Document") -> None:
-        """Make trees and models of another document known; own ones of the same ID have priority.
-
-        Its files stay out of `order`: `Libraries` checks their form.
-        """
-        self.trees = {**other.trees, **self.trees}
-        self.models = {**other.models, **self.models}
-        self.sources = {**self.sources, **other.sources}
+    def top_level(self, name: str) -> Iterator[Element]:
+        """Iterate over the elements with a name directly below the roots, of libraries too."""
+        for source in self.sources.values():
+            yield from (child for child in source.root.children if child.name == name)
 
     def main_tree(self) -> str | None:
         """Return the ID of the tree to run, or None if the document does not tell."""
         declared = self.root.get("main_tree_to_execute")
         if declared:
             return declared
-        if declared is not None:  # empty: only a tree without rivals is meant
-            return next(iter(self.trees)) if len(self.trees) == 1 else None
         own = [child for child in self.root.children if child.name == "BehaviorTree"]
-        if len(own) == 1 and own[0].get("ID"):
+        if declared is None and len(own) == 1 and own[0].get("ID"):
             return own[0].get("ID")
         return next(iter(self.trees)) if len(self.trees) == 1 else None
 
@@ -137,16 +131,9 @@ def read_document(
 def parse_document(
     text: str, problems: Problems, *, file: str = "<text>", base: Path | None = None
 ) -> Document | None:
-    """Read a document from a text; relative includes start at `base`.
+    """Read a document from a text; None if it is not well-formed XML.
 
-    Args:
-        text: The document.
-        problems: Collects errors and warnings.
-        file: The file name in places of problems.
-        base: The folder of relative includes; the current one if none is given.
-
-    Returns:
-        The document; None if it is not well-formed XML.
+    Relative includes start at `base`, by default the current folder.
     """
     try:
         source = parse_source(text, file)
@@ -218,10 +205,6 @@ class _Reader:
                 if self._included == MAX_INCLUDES + 1:
                     self._problems.error(place, f"more than {MAX_INCLUDES} files are included")
                 return
-            known = document.sources.get(str(path))
-            if known is not None:  # its definitions count again, as in the engine
-                self._read(document, known, str(path), path.parent, [*chain, resolved])
-                return
             source = self._sources.read(path)
         except XmlError as error:
             self._problems.error(error.place, error.reason)
@@ -230,6 +213,7 @@ class _Reader:
             reason = getattr(error, "strerror", None) or error
             self._problems.error(place, f"the included file '{path}' cannot be read: {reason}")
             return
+        # Definitions of a file that was included before count again, as in the engine.
         self._read(document, source, str(path), path.parent, [*chain, resolved])
 
     def _models(self, document: Document, root: Element) -> None:
@@ -300,11 +284,3 @@ def is_port_name(name: str) -> bool:
         and name not in RESERVED
         and port_name_problem(name) is None
     )
-
-
-def tree_elements(document: Document) -> Iterator[tuple[str, Element]]:
-    """Iterate over all ``<BehaviorTree>`` elements of all files, redefined ones included."""
-    for name in document.order:
-        for element in document.sources[name].root.children:
-            if element.name == "BehaviorTree":
-                yield name, element

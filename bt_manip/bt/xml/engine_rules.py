@@ -13,9 +13,7 @@ from bt_manip.exceptions import shortened
 def check_engine_rules(context: ReadingContext) -> None:
     """Check all files of a document by the rules of BehaviorTree.CPP.
 
-    Args:
-        context: The document; without ``strict``, the forms that only the engine refuses are
-            errors too.
+    Without ``strict``, the forms that only the engine refuses are errors too.
     """
     document = context.document
     checks = _EngineRules(context)

@@ -57,12 +57,8 @@ def tree_instances(tree: "Tree") -> list[TreeInstance]:
 def instance_to_xml(tree: "Tree") -> str:
     """Write a running tree: each instance of a sub-tree, uids, ports with defaults, and models.
 
-    Args:
-        tree: The tree.
-
-    Returns:
-        The text of BehaviorTree.CPP's ``WriteTreeToXML`` for the same tree; the models are those
-        of the nodes of the language and of the tree.
+    The text is that of BehaviorTree.CPP's ``WriteTreeToXML`` for the same tree; the models are
+    those of the nodes of the language and of the tree.
     """
     root = make_element("root", {"BTCPP_format": "4"})
     root.content += [instance.element for instance in tree_instances(tree)]

@@ -3,6 +3,7 @@
 import keyword
 import re
 import sys
+from collections.abc import Collection
 from typing import Any, Final
 
 from bt_manip.bt.goal import GOAL, parse_goal
@@ -78,10 +79,7 @@ class _Writer:
             base = re.sub(r"[^a-z0-9_]", "_", base)
             if keyword.iskeyword(base) or base in ("document", "as_written"):
                 base += "_tree"
-            name, count = base, 2
-            while name in names.values():
-                name, count = f"{base}_{count}", count + 1
-            names[tree_id] = name
+            names[tree_id] = _unused(base, names.values())
         return names
 
     def module(self) -> str:
@@ -276,12 +274,11 @@ class _Writer:
         """Declare a stub at the top of the module, and give its name in Python."""
         if name in self._declared:
             return self._declared[name][0]
-        base = _identifier(name)
+        base = re.sub(r"\W", "_", name)
+        base = base if base[:1].isalpha() else f"node_{base}"
         taken = {variable for variable, _ in self._declared.values()}
         taken |= {*self._functions.values(), *dir(sys.modules["bt_manip.bt"]), "document"}
-        variable, count = base, 2
-        while variable in taken or keyword.iskeyword(variable):
-            variable, count = f"{base}_{count}", count + 1
+        variable = _unused(base, taken | {*keyword.kwlist})
         given: dict[str, Any] = cls.declaration  # type: ignore[attr-defined]
         arguments: list[Any] = [_text(name), _text(given["kind"])]
         if given["ports"]:
@@ -295,9 +292,11 @@ class _Writer:
         return variable
 
 
-def _identifier(name: str) -> str:
-    base = re.sub(r"\W", "_", name)
-    return base if base[:1].isalpha() else f"node_{base}"
+def _unused(base: str, taken: Collection[str]) -> str:
+    name, count = base, 2
+    while name in taken:
+        name, count = f"{base}_{count}", count + 1
+    return name
 
 
 def _escaped(text: str) -> str:

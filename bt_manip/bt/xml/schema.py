@@ -105,14 +105,7 @@ _EXPLICIT: Final = """  <xs:complexType name="explicit">
 
 
 def tree_schema(registry: BehaviourRegistry) -> str:
-    """Make an XML schema (XSD 1.0) of documents with the registered behaviours.
-
-    Args:
-        registry: The behaviours.
-
-    Returns:
-        The schema.
-    """
+    """Make an XML schema (XSD 1.0) of documents with the registered behaviours."""
     names = registry.names()
     lines = [_HEAD.rstrip("\n"), '  <xs:group name="node">', "    <xs:choice>"]
     for tag in ("Action", "Condition", "Control", "Decorator"):

@@ -140,10 +140,6 @@ class XmlError(TreeError):
 def decode(data: bytes, file: str) -> str:
     """Decode the bytes of a document.
 
-    Args:
-        data: The bytes, in UTF-8.
-        file: The file's name, for errors.
-
     Raises:
         XmlError: If it is not UTF-8.
     """
@@ -158,14 +154,7 @@ def decode(data: bytes, file: str) -> str:
 
 
 def parse_source(text: str, file: str = "<text>") -> Source:
-    """Parse a document.
-
-    Args:
-        text: The document.
-        file: The file's name, for places.
-
-    Returns:
-        The document as a tree of elements.
+    """Parse a document to a tree of elements, with places in `file`.
 
     Raises:
         XmlError: If it is not well-formed, or larger or deeper than a tree document may be.
@@ -180,6 +169,9 @@ class _Parser:
         self._spaced = False
         self._lines = [0]
         self._lines += [found.end() for found in re.finditer("\n", text)]
+        self._source = Source(Element("", self._place(0)))
+        self._open: list[Element] = []  # the elements around the position
+        self._done = False  # whether the root element is closed
 
     def _place(self, position: int) -> Place:
         line = bisect_right(self._lines, position)
@@ -194,61 +186,43 @@ class _Parser:
             raise self._error(0, f"the document has more than {MAX_CHARACTERS} characters")
         if "\0" in text:
             raise self._error(text.index("\0"), "a NUL character is no part of XML")
-        source = Source(Element("", self._place(0)))
-        stack: list[Element] = []
-        done = False
         position = 0
-        length = len(text)
-        while position < length:
+        while position < len(text):
             start = text.find("<", position)
-            end = length if start < 0 else start
             self._spaced = False
-            if end > position:
-                self._add_text(source, stack, done, position, end)
+            self._add_text(position, len(text) if start < 0 else start)
             if start < 0:
                 break
             if text.startswith("<!--", start):
                 position = self._close(start, "-->", "the comment is not closed", 4)
                 body = text[start + 4 : position - 3]
-                comment = SourceComment(body, self._place(start), spaced=self._spaced)
-                self._add(source, stack, done, comment)
+                self._add(SourceComment(body, self._place(start), spaced=self._spaced))
             elif text.startswith("<![CDATA[", start):
-                if not stack:
+                if not self._open:
                     raise self._error(start, "text stands outside of the root element")
                 position = self._close(start, "]]>", "the CDATA section is not closed")
-                stack[-1].content.append(Text(text[start + 9 : position - 3], self._place(start)))
+                self._add(Text(text[start + 9 : position - 3], self._place(start)))
             elif text.startswith("<!", start):
                 raise self._error(
                     start, "document types and entities are not allowed in tree documents"
                 )
             elif text.startswith("<?", start):
                 position = self._close(start, "?>", "the processing instruction is not closed")
-                self._add_instruction(source, stack, done, start, position)
+                self._add_instruction(start, position)
             else:
                 tag = _TAG_START.match(text, start)
                 if tag is None:
                     raise self._error(start, "expected a tag; '<' starts one")
                 if tag["close"]:
-                    position = self._end_tag(tag["name"], stack, start, tag.end())
-                    done = not stack
+                    position = self._end_tag(tag["name"], start, tag.end())
                 else:
-                    if done:
-                        raise self._error(start, "a document has one root element; found another")
-                    element, position, empty = self._start_tag(tag["name"], start, tag.end())
-                    if stack:
-                        stack[-1].content.append(element)
-                    else:
-                        source.root = element
-                    if not empty:
-                        stack.append(element)
-                        if len(stack) > MAX_NESTING:
-                            raise self._error(start, f"nested deeper than {MAX_NESTING} levels")
-                    done = not stack
-        if stack:
-            raise XmlError(stack[-1].place, f"<{stack[-1].name}> is not closed")
-        if not source.root.name:
+                    position = self._start_tag(tag["name"], start, tag.end())
+                self._done = not self._open
+        if self._open:
+            raise XmlError(self._open[-1].place, f"<{self._open[-1].name}> is not closed")
+        if not self._source.root.name:
             raise self._error(0, "the document is empty; expected <root>")
-        return source
+        return self._source
 
     def _close(self, start: int, mark: str, reason: str, opening: int = 2) -> int:
         end = self._text.find(mark, start + opening)
@@ -256,45 +230,39 @@ class _Parser:
             raise self._error(start, reason)
         return end + len(mark)
 
-    def _add(
-        self, source: Source, stack: list[Element], done: bool, item: SourceComment | Text
-    ) -> None:
-        if stack:
-            stack[-1].content.append(item)
+    def _add(self, item: SourceComment | Text) -> None:
+        if self._open:
+            self._open[-1].content.append(item)
         else:
-            (source.epilogue if done else source.prologue).append(item)
+            (self._source.epilogue if self._done else self._source.prologue).append(item)
 
-    def _add_text(
-        self, source: Source, stack: list[Element], done: bool, start: int, end: int
-    ) -> None:
+    def _add_text(self, start: int, end: int) -> None:
         piece = self._text[start:end]
-        if piece.isspace():
+        if not piece or piece.isspace():
             self._spaced = piece.count("\n") > 1
             return
         first = start + len(piece) - len(piece.lstrip())
-        if not stack:
+        if not self._open:
             raise self._error(first, "text stands outside of the root element")
-        stack[-1].content.append(Text(_unescape(piece)[0], self._place(first)))
+        self._add(Text(_unescape(piece)[0], self._place(first)))
 
-    def _add_instruction(
-        self, source: Source, stack: list[Element], done: bool, start: int, end: int
-    ) -> None:
+    def _add_instruction(self, start: int, end: int) -> None:
         instruction = SourceComment(self._text[start:end], self._place(start), "instruction")
         only = all(
             isinstance(item, SourceComment) and item.kind == "instruction"
-            for item in source.prologue
+            for item in self._source.prologue
         )
-        if stack or done or not only:
+        if self._open or self._done or not only:
             raise self._error(start, "a processing instruction stands before all else, or nowhere")
-        source.prologue.append(instruction)
+        self._add(instruction)
 
-    def _end_tag(self, name: str, stack: list[Element], start: int, position: int) -> int:
+    def _end_tag(self, name: str, start: int, position: int) -> int:
         end = _TAG_END.match(self._text, position)
         if end is None or end["empty"]:
             raise self._error(start, f"</{name} is not closed by '>'")
-        if not stack:
+        if not self._open:
             raise self._error(start, f"</{name}> closes nothing")
-        opened = stack.pop()
+        opened = self._open.pop()
         if opened.name != name:
             raise self._error(
                 start, f"expected </{opened.name}> (opened at line {opened.place.line}), "
@@ -302,13 +270,12 @@ class _Parser:
             )  # fmt: skip
         return end.end()
 
-    def _start_tag(self, name: str, start: int, position: int) -> tuple[Element, int, bool]:
+    def _start_tag(self, name: str, start: int, position: int) -> int:
+        if self._done:
+            raise self._error(start, "a document has one root element; found another")
         text = self._text
         element = Element(name, self._place(start), spaced=self._spaced)
-        while True:
-            end = _TAG_END.match(text, position)
-            if end is not None:
-                return element, end.end(), bool(end["empty"])
+        while (end := _TAG_END.match(text, position)) is None:
             found = _ATTRIBUTE.match(text, position)
             if found is None:
                 where = position + len(text[position:]) - len(text[position:].lstrip())
@@ -330,6 +297,15 @@ class _Parser:
                 key, value, self._place(where), self._place(found.start(group)), well_formed
             )
             position = found.end()
+        if self._open:
+            self._open[-1].content.append(element)
+        else:
+            self._source.root = element
+        if not end["empty"]:
+            self._open.append(element)
+            if len(self._open) > MAX_NESTING:
+                raise self._error(start, f"nested deeper than {MAX_NESTING} levels")
+        return end.end()
 
 
 def _unescape(raw: str) -> tuple[str, bool]:

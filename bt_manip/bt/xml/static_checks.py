@@ -17,7 +17,7 @@ from bt_manip.bt.ports import is_pointer, pointed_key
 from bt_manip.bt.script.parser import ParsedScript, parse_script
 from bt_manip.bt.xml.context import ReadingContext
 from bt_manip.bt.xml.dialect import Dialect
-from bt_manip.bt.xml.document import EXPLICIT, Document, tree_elements
+from bt_manip.bt.xml.document import EXPLICIT, Document
 from bt_manip.bt.xml.problem import Place, Problems
 from bt_manip.bt.xml.source import Element
 from bt_manip.exceptions import ScriptError, did_you_mean, shortened
@@ -27,20 +27,20 @@ _SWITCHES: Final = (Switch2, Switch3, Switch4, Switch5, Switch6)
 
 
 def check_elements(context: ReadingContext) -> None:
-    """Check every node of every tree of a document by itself.
-
-    Args:
-        context: The document.
-    """
+    """Check every node of every tree of a document by itself."""
     registry, problems = context.registry, context.problems
-    for _, tree in tree_elements(context.document):
-        for element in tree.iterate():
-            _check_attributes(element, problems, context.dialect)
-            if element is tree or element.name == "SubTree":
-                continue
-            name = (element.get("ID") or "") if element.name in EXPLICIT else element.name
-            if name in registry:
-                _check_node(element, name, registry.get(name), problems)
+    elements = [
+        element
+        for file in context.document.order
+        for tree in context.document.sources[file].root.children
+        if tree.name == "BehaviorTree"
+        for element in tree.iterate()
+    ]
+    for element in elements:
+        _check_attributes(element, problems, context.dialect)
+        name = (element.get("ID") or "") if element.name in EXPLICIT else element.name
+        if name in registry and name != "SubTree":
+            _check_node(element, name, registry.get(name), problems)
 
 
 def _check_attributes(element: Element, problems: Problems, dialect: Dialect) -> None:
@@ -103,14 +103,7 @@ def _check_thresholds(
 
 
 def check_unused(document: Document, main: str, built: Mapping[str, None], found: Problems) -> None:
-    """Warn of the trees that the main tree does not reach.
-
-    Args:
-        document: The document.
-        main: The tree that runs.
-        built: The trees that it reaches.
-        found: Takes the warnings.
-    """
+    """Warn of the trees that the main tree does not reach."""
     for tree_id, element in document.trees.items():
         if tree_id not in built and element.place.file == document.file:
             found.warning(
@@ -119,14 +112,7 @@ def check_unused(document: Document, main: str, built: Mapping[str, None], found
 
 
 def check_goals_below(document: Document, main: str, built: Iterable[str], found: Problems) -> None:
-    """Warn of goals of sub-trees, which are ignored, where the main tree has none.
-
-    Args:
-        document: The document.
-        main: The tree that runs.
-        built: The trees that it reaches.
-        found: Takes the warnings.
-    """
+    """Warn of goals of sub-trees, which are ignored, where the main tree has none."""
     if GOAL in document.trees[main].attributes:
         return
     for subtree in (document.trees[name] for name in built):
@@ -207,7 +193,7 @@ def _scripts(node: Node, element: Element) -> list[tuple[ParsedScript, Place]]:
     found = []
     names = list(node.conditions)
     if isinstance(node, ScriptPort):
-        names.append(node.script_port)
+        names.append(node.checked_port)
     for name in names:
         text = node.conditions.get(name) or str(node.given.get(name, ""))
         attribute = element.attributes.get(name)
@@ -220,16 +206,5 @@ def _scripts(node: Node, element: Element) -> list[tuple[ParsedScript, Place]]:
 
 
 def _owner(scope: Blackboard, key: str) -> tuple[int, str]:
-    """Return the scope and the key behind a key."""
-    while True:
-        if key[:1] == "@":
-            return id(scope.root), key[1:]
-        parent = scope.parent
-        if key in scope.entries or parent is None:
-            return id(scope), key
-        if key in scope.remapped:
-            scope, key = parent, scope.remapped[key]
-        elif scope.autoremap and key[:1] != "_":
-            scope = parent
-        else:
-            return id(scope), key
+    owner, own_key = scope.place(key)
+    return id(owner), own_key

@@ -17,12 +17,8 @@ _IN_ATTRIBUTES: Final = _IN_TEXT | str.maketrans(
 def write_source(source: Source) -> str:
     """Write a document, with its comments and its order, indented by two spaces.
 
-    Args:
-        source: The document.
-
-    Returns:
-        Its text, ending in a line break; any XML reader finds the same values in it. Empty lines
-        stay, one of each group.
+    The text ends in a line break; any XML reader finds the same values in it. Empty lines stay,
+    one of each group.
     """
     lines: list[str] = []
     for item in (*source.prologue, source.root, *source.epilogue):

@@ -87,12 +87,8 @@ class UnsetBlackboard(SyncAction):
 class Watching(Node):
     """The part of a node that checks whether the entry of its port ``entry`` was written."""
 
+    checked_port = "entry"
     _seen = 0
-
-    @property
-    def checked_port(self) -> str:
-        """The port whose entry is watched."""
-        return "entry"
 
     def check_ports(self) -> None:
         """Check the ports before the first tick.

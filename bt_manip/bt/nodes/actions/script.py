@@ -1,7 +1,5 @@
 """Script and ScriptCondition: a piece of the scripting language as a leaf."""
 
-from typing import ClassVar
-
 from bt_manip.bt.nodes.action import Condition, SyncAction
 from bt_manip.bt.nodes.node import Node
 from bt_manip.bt.port_types import STRING
@@ -15,17 +13,11 @@ from bt_manip.exceptions import ScriptError
 class ScriptPort(Node):
     """The part of a node that reads a script from a port, and parses it when its text changes."""
 
-    script_port: ClassVar[str] = "code"
-    """Its name."""
+    checked_port = "code"
     double_quotes = False
     """Whether strings may stand between double quotes, as in MoveIt Pro."""
     _source = ""
     _parsed: ParsedScript | None = None
-
-    @property
-    def checked_port(self) -> str:
-        """The port that holds the script."""
-        return self.script_port
 
     def check_ports(self) -> None:
         """Check the ports before the first tick.
@@ -37,7 +29,7 @@ class ScriptPort(Node):
         self._script()
 
     def _script(self) -> ParsedScript | None:
-        text = self.read_port(self.script_port, STRING)
+        text = self.read_port(self.checked_port, STRING)
         if text != self._source:
             self._parsed = parse_script(text, double_quotes=self.double_quotes)
             self._source = text

@@ -8,7 +8,6 @@ from bt_manip.bt.status import FAILURE, RUNNING, SKIPPED, SUCCESS, NodeStatus
 
 class _Reactive(Control):
     _goes_on: ClassVar = SUCCESS
-    _ends: ClassVar = FAILURE
 
     def _tick(self) -> NodeStatus:
         links = self._links_cache or self.links
@@ -59,4 +58,3 @@ class ReactiveFallback(_Reactive):
     """
 
     _goes_on: ClassVar = FAILURE
-    _ends: ClassVar = SUCCESS

@@ -25,7 +25,7 @@ class Precondition(ScriptPort, Decorator):
     """
 
     memory: ClassVar = ("_passed",)
-    script_port = "if"
+    checked_port = "if"
     if_ = Input(str, doc="script that must be true")
     else_ = Input(STATUS, default=FAILURE, doc="status while the script is false")
     _passed = False

@@ -40,6 +40,7 @@ class Loop(Decorator):
     anew with each round. An entry that holds a ``collections.deque`` is consumed in place.
     """
 
+    checked_port = "queue"
     item: ClassVar[PortType]
     items: ClassVar[PortType]
 
@@ -48,11 +49,6 @@ class Loop(Decorator):
         super().__init__(*args, **ports)
         self._queue: deque[Any] | None = None
         self._child_running = False
-
-    @property
-    def checked_port(self) -> str:
-        """The port that holds the queue."""
-        return "queue"
 
     def check_ports(self) -> None:
         """Check the ports before the first tick.
