@@ -19,7 +19,8 @@ OTHERS = ("/WorldAxes", "/world", "/table", "/jog", "/planned path")
 
 
 @pytest.mark.parametrize(
-    "tree", ["pick_place", "two_arms", pytest.param("sort_blocks", marks=pytest.mark.soak)]
+    "tree",
+    ["pick_place", *(pytest.param(tree, marks=pytest.mark.soak) for tree in list(SHOWN)[1:])],
 )
 def test_all_that_a_task_is_about_is_inside_the_picture(start, open_window, tree):
     program = start("run", tree, "--view", "--real-time", "1", "--cycles", "0", "--seed", "3")
