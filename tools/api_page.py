@@ -60,7 +60,7 @@ EXPERIMENTAL = {
     "bt_manip.behaviours": (
         "IsAt FollowTarget Stop PlannedMove Recover pose_to_text pose_from_text pose_input "
         "poses_input poses_output centre_pose bottom_pose top_grasp_poses downward_poses "
-        "nearest_orientation yaw_of payload_of extent default_force feasible_force "
+        "nearest_orientation yaw_of payload_of extent feasible_force "
         "number_or_auto numbers_or_auto"
     ),
     "bt_manip.cell": (

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.behaviours import default_force, payload_of
+from bt_manip.behaviours import payload_of
 from bt_manip.bt import NodeStatus
 from bt_manip.cell import Cell
 from bt_manip.exceptions import BtManipError
@@ -39,7 +39,7 @@ def displaced(T_wt: pin.SE3, delta: np.ndarray) -> pin.SE3:
 def command_gripper(gripper: Gripper, close: bool) -> None:
     """Begin to close or to open a gripper, unless it does or has done so already."""
     if close and not gripper.gripping:
-        gripper.close(default_force(gripper))
+        gripper.close(gripper.default_force())
     elif not close and (gripper.gripping or not (gripper.moving or gripper.is_open)):
         gripper.open()
 

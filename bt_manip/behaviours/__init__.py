@@ -18,7 +18,6 @@ from .conditions import ObjectExists as ObjectExists
 from .drop import Drop as Drop
 from .follow_target import FollowTarget as FollowTarget
 from .grasp import Grasp as Grasp
-from .grasp import default_force as default_force
 from .grasp import payload_of as payload_of
 from .hover import Hover as Hover
 from .lift import Lift as Lift

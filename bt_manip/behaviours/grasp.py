@@ -7,10 +7,9 @@ from bt_manip import spatial
 from bt_manip.bt import Input, Status
 from bt_manip.cell import Cell
 from bt_manip.grasping import check_friction
-from bt_manip.robots import GRIP_FORCE, Gripper, Payload
+from bt_manip.robots import Payload
 
-from .arm_behaviour import GripperBehaviour
-from .automatic import number_or_auto
+from .open_and_close import CloseGripper
 
 
 def payload_of(cell: Cell, name: str, T_wt: pin.SE3) -> Payload:
@@ -38,24 +37,7 @@ def payload_of(cell: Cell, name: str, T_wt: pin.SE3) -> Payload:
     return Payload(in_tool.mass, in_tool.lever, in_tool.inertia)
 
 
-def default_force(gripper: Gripper, preferred: float = GRIP_FORCE) -> float:
-    """Return the force to grip with where none is given [N].
-
-    Args:
-        gripper: The gripper.
-        preferred: Force of grippers that are strong enough [N].
-    """
-    return gripper.default_force(preferred)
-
-
-def preferred_force_input() -> Input:
-    """Declare the port of the force that ``auto`` takes."""
-    return Input(
-        float, default=GRIP_FORCE, doc="Gripping force that auto takes if the gripper has it [N]."
-    )
-
-
-class Grasp(GripperBehaviour):
+class Grasp(CloseGripper):
     """Close the gripper on an object until the grip is steady.
 
     The grip is steady when its force has stayed near the commanded one for a while; the impact of
@@ -66,41 +48,18 @@ class Grasp(GripperBehaviour):
     """
 
     object = Input(str, doc="Name of the object.")
-    force = number_or_auto(
-        "Gripping force at each contact [N]; auto: the preferred one, or 0.8 of the gripper's "
-        "maximum if that is lower."
-    )
-    preferred_force = preferred_force_input()
-    patience = Input(float, default=2.0, doc="Timeout in simulated time [s].")
 
-    memory = (*GripperBehaviour.memory, "_force")
-
-    _force = 0.0  # [N] commanded
-
-    def start(self) -> None:
-        """Start to close."""
+    def choose_force(self) -> float:
+        """Return the force to grip with [N], with which friction holds the object."""
         self.cell.find(self.object)
-        gripper, given = self.gripper, self.force
-        self._force = default_force(gripper, self.preferred_force) if given is None else given
-        check_friction(self.cell, gripper, self.object, self._force)
-        gripper.close(self._force)
+        force = super().choose_force()
+        check_friction(self.cell, self.gripper, self.object, force)
+        return force
 
-    def update(self) -> Status:
-        """Wait for a steady grip; yield to the forces of closing."""
-        self.yield_to_force()
-        self.feedback_message = self.gripper.status
-        if self.gripper.steady:
-            return self._held()
-        if self.gripper.closed_on_nothing:
+    def closed(self) -> Status:
+        """Take the object as payload, if it is what the gripper holds."""
+        if not self.gripper.steady:
             return self.fail(f"the gripper closed without gripping '{self.object}'")
-        if self.elapsed > self.patience:
-            return self.fail(
-                f"no steady grip after {self.patience:g} s: {self.gripper.status}, "
-                f"commanded {self._force:g} N"
-            )
-        return Status.RUNNING
-
-    def _held(self) -> Status:
         held = self.gripper.held
         if self.object not in held:
             return self.fail(

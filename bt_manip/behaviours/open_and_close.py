@@ -1,10 +1,10 @@
 """Open and close the gripper."""
 
 from bt_manip.bt import Input, Status
+from bt_manip.robots import GRIP_FORCE
 
 from .arm_behaviour import GripperBehaviour
 from .automatic import number_or_auto
-from .grasp import default_force, preferred_force_input
 
 
 class OpenGripper(GripperBehaviour):
@@ -37,7 +37,9 @@ class CloseGripper(GripperBehaviour):
         "Gripping force at each contact [N]; auto: the preferred one, or 0.8 of the gripper's "
         "maximum if that is lower."
     )
-    preferred_force = preferred_force_input()
+    preferred_force = Input(
+        float, default=GRIP_FORCE, doc="Gripping force that auto takes if the gripper has it [N]."
+    )
     patience = Input(float, default=2.0, doc="Timeout in simulated time [s].")
 
     memory = (*GripperBehaviour.memory, "_force")
@@ -46,19 +48,27 @@ class CloseGripper(GripperBehaviour):
 
     def start(self) -> None:
         """Start to close."""
-        given = self.force
-        self._force = default_force(self.gripper, self.preferred_force) if given is None else given
+        self._force = self.choose_force()
         self.gripper.close(self._force)
+
+    def choose_force(self) -> float:
+        """Return the force to grip with [N]."""
+        given = self.force
+        return self.gripper.default_force(self.preferred_force) if given is None else given
 
     def update(self) -> Status:
         """Wait until the gripper holds steadily or has closed; yield to the forces of closing."""
         self.yield_to_force()
         self.feedback_message = self.gripper.status
         if self.gripper.steady or self.gripper.closed_on_nothing:
-            return Status.SUCCESS
+            return self.closed()
         if self.elapsed > self.patience:
             return self.fail(
                 f"no steady grip after {self.patience:g} s: {self.gripper.status}, "
                 f"commanded {self._force:g} N"
             )
         return Status.RUNNING
+
+    def closed(self) -> Status:
+        """Return the status with which the behaviour ends, now that the gripper has closed."""
+        return Status.SUCCESS

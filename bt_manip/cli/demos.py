@@ -10,7 +10,7 @@ import click
 
 from bt_manip.cli.completion import complete_part
 from bt_manip.cli.exit_codes import COMMON, FAILED, INTERRUPTED, SUCCESS, exit_code_help
-from bt_manip.cli.options import StationOptions, takes, workers_option
+from bt_manip.cli.options import StationOptions, takes, vary_option, workers_option
 from bt_manip.cli.plugin_options import chosen, load_chosen_plugins
 
 if TYPE_CHECKING:
@@ -80,11 +80,7 @@ def demos() -> None:
     "--seed", type=click.IntRange(min=0), default=0, show_default=True, metavar="S",
     help="Seed of all randomness.",
 )  # fmt: skip
-@click.option(
-    "--vary", "varied", multiple=True, metavar="KEY=VALUE",
-    help="Set a parameter that bt-manip sweep varies, such as scene.mass=2, a level of bt-manip "
-    "list tasks TREE; may be given more than once.",
-)  # fmt: skip
+@vary_option
 @click.option("--all", "failures", is_flag=True, help="Keep the steps of failed episodes too.")
 @click.option(
     "--images", default="", metavar="CAMERA,CAMERA", help="Record images of these cameras."

@@ -13,7 +13,7 @@ import click
 
 from bt_manip.cli.completion import complete_part
 from bt_manip.cli.exit_codes import COMMON, FAILED, INTERRUPTED, SUCCESS, exit_code_help
-from bt_manip.cli.options import Function, StationOptions, takes, workers_option
+from bt_manip.cli.options import Function, StationOptions, takes, vary_option, workers_option
 from bt_manip.cli.plugin_options import chosen, load_chosen_plugins
 from bt_manip.extras import require_extra
 
@@ -69,11 +69,7 @@ def evaluation_options(command: Function) -> Function:
 @click.argument(
     "trees", nargs=-1, required=True, metavar="TREE [OTHER]", shell_complete=complete_part("trees")
 )
-@click.option(
-    "--vary", "varied", multiple=True, metavar="KEY=VALUE",
-    help="Set a parameter that bt-manip sweep varies, such as scene.mass=2, the level of what "
-    "bt-manip list tasks TREE shows; may be given more than once.",
-)  # fmt: skip
+@vary_option
 @evaluation_options
 def evaluate(trees: tuple[str, ...], varied: tuple[str, ...], **options: Any) -> int:
     """Measure how often TREE succeeds; compare it with OTHER on the same episodes.

@@ -122,7 +122,7 @@ def _list_tasks(
 
 def _print_levels(plugins: "Plugins", tree: str) -> None:
     """Print what varies in a task, in itself and at each level, and what its nodes draw."""
-    from bt_manip.runner import known_behaviours, load_document, make_tree, request_of
+    from bt_manip.runner import load_source, request_of
     from bt_manip.scenes import Level, find_scene, levels_of
 
     parts = plugins.parts
@@ -132,12 +132,7 @@ def _print_levels(plugins: "Plugins", tree: str) -> None:
     for name, levels in levels_of(scene).items():
         for number, level in levels.items():
             click.echo(f"  {f'scene.{name}={number}':20} {level}")
-    if request.tree.kind == "xml":
-        behaviours = known_behaviours(parts)
-        loaded = load_document(request.tree, behaviours, {}, lambda: 0.0, lambda text: None)
-    else:
-        loaded = make_tree(request.tree, {}, lambda: 0.0)
-    for node in loaded.nodes:
+    for node in load_source(request.tree, parts, {}, lambda: 0.0).nodes:
         if node.drawn:
             click.echo(f"  {node.path} draws {', '.join(node.drawn)}")
 

@@ -133,6 +133,21 @@ class StationOptions:
         return found | {"settings": dict(self.settings)}
 
 
+VARY: Mapping[str, Any] = {
+    "multiple": True,
+    "metavar": "KEY=VALUE",
+    "help": "Set a parameter that bt-manip sweep varies, such as controller.kp, "
+    "scene.objects.cube.mass, or scene.mass, a level of bt-manip list tasks TREE; may be given "
+    "more than once.",
+}
+"""The option ``--vary`` of commands that give each parameter one value."""
+
+
+def vary_option(command: Function) -> Function:
+    """Add ``--vary`` to a command."""
+    return click.option("--vary", "varied", **VARY)(command)
+
+
 def workers_option(command: Function) -> Function:
     """Add ``--workers`` to a command."""
     return click.option(

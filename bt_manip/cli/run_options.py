@@ -8,7 +8,7 @@ import click
 
 from bt_manip.cli.completion import complete_part
 from bt_manip.cli.foreign_trees import ForeignTrees
-from bt_manip.cli.options import StationOptions, option, options_of
+from bt_manip.cli.options import VARY, StationOptions, option, options_of
 from bt_manip.exceptions import BtManipError
 
 if TYPE_CHECKING:
@@ -90,12 +90,7 @@ class RunOptions(StationOptions):
         help="Inject a fault when a node of the tree starts (see: bt-manip list faults); may be "
         "given more than once.",
     )  # fmt: skip
-    varied: tuple[str, ...] = option(
-        "--vary", multiple=True, metavar="KEY=VALUE",
-        help="Set a parameter that bt-manip sweep varies, such as controller.kp, "
-        "scene.objects.cube.mass, or scene.mass, a level of bt-manip list tasks TREE; may be given "
-        "more than once.",
-    )  # fmt: skip
+    varied: tuple[str, ...] = option("--vary", **VARY)
     snapshots: tuple[tuple[float, Path], ...] = option(
         "--snapshot-at", multiple=True, metavar="SECONDS FILE",
         type=(float, click.Path(path_type=Path)),

@@ -6,7 +6,7 @@ import time
 from bt_manip.exceptions import BtManipError
 from bt_manip.plugins import load_plugins
 from bt_manip.registry import Parts
-from bt_manip.runner import find_tree, known_behaviours, load_document, make_tree
+from bt_manip.runner import find_tree, load_source
 
 NAMESPACE = "bt_manip"
 
@@ -38,13 +38,9 @@ def register_environments() -> None:
 
 def _needs_nothing(tree: str, parts: Parts) -> bool:
     """Return whether a tree declares a goal, and has defaults for all its settings."""
-    clock = time.monotonic
     try:
         source = find_tree(tree, {tree: parts.trees.get(tree)})
-        if source.kind == "python":
-            return bool(make_tree(source, {}, clock).goal)
-        behaviours = known_behaviours(parts)
-        return bool(load_document(source, behaviours, {}, clock, lambda message: None).goal)
+        return bool(load_source(source, parts, {}, time.monotonic).goal)
     except BtManipError:
         return False
 

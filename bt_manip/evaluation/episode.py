@@ -17,13 +17,10 @@ from bt_manip.record import (
     identity_differences,
     versions,
 )
-from bt_manip.runner import NOT_MET, Run, prepare, request_of
+from bt_manip.runner import EPISODE_TIMEOUT, NOT_MET, Run, prepare, request_of
 
 from .engine import WorkerDiedError
 from .variation import Point, varied
-
-TIMEOUT = 120.0
-"""Simulated time after which an episode has failed [s]."""
 
 
 class EpisodeId(NamedTuple):
@@ -54,7 +51,7 @@ class Evaluation:
     tree: str
     options: Mapping[str, Any] = field(default_factory=dict)
     points: tuple[Point, ...] = ({},)
-    timeout: float = TIMEOUT
+    timeout: float = EPISODE_TIMEOUT
     choice: Any = None
     identity: Mapping[str, Any] | None = None
 

@@ -8,7 +8,6 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.behaviours import default_force
 from bt_manip.cell import Cell, FrameRenderer, escaped_name, literal_name
 from bt_manip.exceptions import BtManipError
 from bt_manip.grippers import find_fingers
@@ -99,7 +98,7 @@ def _gripped(gripper: Gripper | None) -> float:
     """Return the largest mass that a gripper holds with its default force [kg]."""
     if gripper is None:
         return float("inf")
-    force, masses = default_force(gripper), np.geomspace(1e-3, 1e3, 241)  # in steps of 6 %
+    force, masses = gripper.default_force(), np.geomspace(1e-3, 1e3, 241)  # in steps of 6 %
 
     def holds(mass: float) -> bool:
         try:

@@ -8,7 +8,7 @@ from bt_manip.bt import NodeStatus
 from bt_manip.exceptions import BtManipError, PortError, one_line
 from bt_manip.registry import Parts
 from bt_manip.robots import RobotDescription
-from bt_manip.runner import Run, RunObserver, prepare, request_of
+from bt_manip.runner import EPISODE_TIMEOUT, Run, RunObserver, prepare, request_of
 
 if TYPE_CHECKING:
     from bt_manip.bt.nodes import Link
@@ -16,7 +16,6 @@ if TYPE_CHECKING:
 STARTS = 3
 """Starts of a task that are sampled."""
 
-_LIMIT = 120.0  # [s] of simulated time of an episode
 _PATIENCE = 5.0  # [s] of simulated time until the first motion: objects settle, the gripper closes
 
 
@@ -84,11 +83,13 @@ def _why_not_from_here(run: Run) -> str:
 def _why_it_fails(run: Run) -> str:
     """Run an episode; return why it fails, or an empty text."""
     watch, cell = _Watch(run), run.station.cell
-    end = cell.time + _LIMIT
+    end = cell.time + EPISODE_TIMEOUT
     run.execute([watch], stop=lambda: cell.time > end)
     if watch.succeeded:
         return ""
-    return watch.failed[1] if watch.failed else watch.reason or f"no end within {_LIMIT:g} s"
+    return (
+        watch.failed[1] if watch.failed else watch.reason or f"no end within {EPISODE_TIMEOUT:g} s"
+    )
 
 
 class _Watch(RunObserver):

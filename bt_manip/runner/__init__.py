@@ -16,6 +16,7 @@ from .observer import RunModifier as RunModifier
 from .observer import RunObserver as RunObserver
 from .observer import recorder_for as recorder_for
 from .observer import recorder_name as recorder_name
+from .prepare import load_source as load_source
 from .prepare import prepare as prepare
 from .prepare import prepare_station as prepare_station
 from .pulls import MAX_FORCE as MAX_FORCE
@@ -24,6 +25,7 @@ from .python_tree import make_any as make_any
 from .python_tree import make_tree as make_tree
 from .real_robot import RealRobot as RealRobot
 from .reloading import Reloader as Reloader
+from .request import EPISODE_TIMEOUT as EPISODE_TIMEOUT
 from .request import SCENE as SCENE
 from .request import TICK as TICK
 from .request import RunRequest as RunRequest

@@ -13,6 +13,20 @@ from .events import EventStream
 from .observer import RunModifier, RunObserver
 from .run_log import RunLog
 
+if TYPE_CHECKING:
+    from .run import Run
+
+BRAKING = 3.0
+"""Longest time to stop the arms when a run is interrupted [s]."""
+
+
+class Actor(Protocol):
+    """Acts at each tick: the tree, an agent in its place, or jogging."""
+
+    def tick(self) -> NodeStatus:
+        """Act; return RUNNING until the cycle is to end."""
+        ...
+
 
 class Pacing:
     """Slows simulated time down to wall time; the simulation itself stays the same."""
@@ -40,21 +54,6 @@ class Pacing:
             time.sleep(ahead)
         elif ahead < -1.0:  # more than a second late: do not catch up
             self.start(simulated)
-
-
-if TYPE_CHECKING:
-    from .run import Run
-
-BRAKING = 3.0
-"""Longest time to stop the arms when a run is interrupted [s]."""
-
-
-class Actor(Protocol):
-    """Acts at each tick: the tree, an agent in its place, or jogging."""
-
-    def tick(self) -> NodeStatus:
-        """Act; return RUNNING until the cycle is to end."""
-        ...
 
 
 class RunLoop:

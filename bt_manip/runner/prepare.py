@@ -1,6 +1,8 @@
 """Preparing a run from a request; all errors of the request are found here."""
 
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 from bt_manip.bt import Tree
 from bt_manip.cell.objects import Catalogue
@@ -12,6 +14,7 @@ from .python_tree import make_tree
 from .request import RunRequest
 from .run import Run
 from .station import Station, make_station
+from .tree_source import Clock, TreeSource
 from .xml_tree import Warn, check_can_run, known_behaviours, load_document
 
 
@@ -37,13 +40,7 @@ def prepare(
     scene = find_scene(request.scene, parts)
     models = fixture_models(request.settings, scene)
     settings = {key: text for key, text in request.settings.items() if key not in models}
-    if request.tree.kind == "xml":
-        behaviours = known_behaviours(parts)
-        tree = load_document(
-            request.tree, behaviours, settings, clock, warn, reading=request.reading
-        )
-    else:
-        tree = make_tree(request.tree, settings, clock)
+    tree = load_source(request.tree, parts, settings, clock, warn, reading=request.reading)
     check_can_run(tree, warn)
     clock.station = station = station or prepare_station(request, parts)
     for robot in station.robots.values():
@@ -52,6 +49,33 @@ def prepare(
     for lost in station.models.warnings():
         warn(lost)
     return Run(request, tree, station)
+
+
+def load_source(
+    source: TreeSource,
+    parts: Parts,
+    settings: Mapping[str, str],
+    clock: Clock,
+    warn: Warn = lambda message: None,
+    *,
+    reading: Mapping[str, Any] | None = None,
+) -> Tree:
+    """Return the tree of a document or of a Python function.
+
+    Args:
+        source: Where the tree is.
+        parts: The registered parts.
+        settings: Values for some of its keys, as text.
+        clock: Clock of the tree's timers [s].
+        warn: Takes warnings about the tree.
+        reading: Further options of `bt_manip.bt.read_tree`, of documents.
+
+    Raises:
+        BtManipError: When the tree is wrong, or a setting does not fit it.
+    """
+    if source.kind == "python":
+        return make_tree(source, settings, clock)
+    return load_document(source, known_behaviours(parts), settings, clock, warn, reading=reading)
 
 
 def prepare_station(request: RunRequest, parts: Parts) -> Station:

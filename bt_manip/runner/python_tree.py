@@ -4,7 +4,7 @@ import importlib
 import importlib.util
 import inspect
 import traceback
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -15,9 +15,7 @@ from py_trees.trees import BehaviourTree
 from bt_manip.bt import TASK, Tree, TreeDefinition, TreeDocument
 from bt_manip.exceptions import BtManipError, did_you_mean
 
-from .tree_source import TreeSource
-
-Clock = Callable[[], float]
+from .tree_source import Clock, TreeSource
 
 
 def make_tree(source: TreeSource, settings: Mapping[str, str], clock: Clock) -> Tree:

@@ -26,6 +26,9 @@ PLANNER = "rrt_connect"
 TICK = 0.010
 """Default time between two ticks of a tree [s]."""
 
+EPISODE_TIMEOUT = 120.0
+"""Default simulated time after which an episode has failed [s]."""
+
 
 @dataclass(frozen=True)
 class RunRequest:

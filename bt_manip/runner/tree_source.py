@@ -1,12 +1,15 @@
 """Source of a tree, read from the argument of ``bt-manip run``."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
 from bt_manip.exceptions import BtManipError, did_you_mean
+
+Clock = Callable[[], float]
+"""Clock of a tree's timers [s]."""
 
 
 @dataclass(frozen=True)

@@ -15,10 +15,9 @@ from bt_manip.bt import (
 from bt_manip.exceptions import BlackboardError, BtManipError, did_you_mean, shown
 from bt_manip.registry import Parts
 
-from .tree_source import TreeSource
+from .tree_source import Clock, TreeSource
 
 DIALECT: Mapping[str, Any] = {"dialect": "auto"}
-Clock = Callable[[], float]
 Warn = Callable[[str], None]
 
 

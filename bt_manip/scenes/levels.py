@@ -67,7 +67,7 @@ class Level:
     settings: Mapping[str, str] = field(default_factory=dict)
 
     def __str__(self) -> str:
-        """Return what varies and in which bounds; ``-``: nothing."""
+        """Return the quantities that vary, with their bounds; ``-`` if none does."""
         varies = [
             f"{thing} {quantity} {_bounds(varied)}"
             for _, thing, quantity, varied in _variations(self.randomization)

@@ -46,7 +46,7 @@ def watched_run(tmp_path, capsys):
     return run
 
 
-@pytest.mark.parametrize("method", ["start", "handle", "end_tick", "draw"])
+@pytest.mark.parametrize("method", ["start", "handle", "end_tick", "draw", "close"])
 def test_a_panel_that_raises_is_not_called_again(watched_run, method):
     _, (warning,) = watched_run(f"def {method}(self, *rest): raise ValueError('too hot')")
     assert warning.startswith("Warning: panel 'broken' of plugin 'bad_panel'")
