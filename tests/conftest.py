@@ -28,6 +28,12 @@ def pytest_collection_finish() -> None:
     gc.enable()
 
 
+def pytest_unconfigure() -> None:
+    """Leave nothing for the end of Python, when libraries report it as leaked."""
+    gc.unfreeze()
+    gc.collect()
+
+
 def _draws(backend: str) -> bool:
     """Find out, in a process of its own, whether a way of drawing works here.
 
