@@ -15,12 +15,23 @@ _REPOSITORY = Path(__file__).resolve().parent.parent
 _PROBE = "import mujoco as m; m.Renderer(m.MjModel.from_xml_string('<mujoco/>'), 16, 16).close()"
 
 
+gc.disable()  # until all is collected: its passes over modules and tests take time
+
+
 def pytest_collection_finish() -> None:
-    """Spare the garbage collector the modules and tests: its passes over them take time."""
+    """Spare the garbage collector the modules and tests, and let it run seldom."""
     import dm_control.mujoco  # noqa: F401 it reads MUJOCO_GL, which tests change
 
     gc.collect()
     gc.freeze()
+    gc.set_threshold(50_000, 20, 20)
+    gc.enable()
+
+
+def pytest_unconfigure() -> None:
+    """Leave nothing for the end of Python, when libraries report it as leaked."""
+    gc.unfreeze()
+    gc.collect()
 
 
 def _draws(backend: str) -> bool:

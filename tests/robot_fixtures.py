@@ -1,6 +1,6 @@
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -198,7 +198,12 @@ def menagerie_robot(menagerie: Path, name: str, bend: float = 0.0, **limits: flo
     return robot
 
 
-@pytest.fixture(params=MENAGERIE_ARMS)
+def some(items: Iterable[Any], *usual: Any) -> list[Any]:
+    """Return parameters of a test, all but the usual ones marked as soak."""
+    return [i if i in usual else pytest.param(i, marks=pytest.mark.soak) for i in items]
+
+
+@pytest.fixture(params=some(MENAGERIE_ARMS, "ur5e", "fr3"))
 def menagerie_arm(request: pytest.FixtureRequest, menagerie: Path) -> Robot:
     """Give another arm, compiled alone."""
     return menagerie_robot(menagerie, request.param)

@@ -62,8 +62,7 @@ class Faults(RunObserver):
             self.found.append(self.arm.fault)
 
 
-@pytest.mark.parametrize("node", ["Grasp", "Drop"])
-@pytest.mark.parametrize("mass", [1.0, 3.2])
+@pytest.mark.parametrize(("node", "mass"), [("Grasp", 3.2), ("Drop", 1.0)])
 def test_payload_that_is_too_heavy_is_named_with_its_mass(parts, node, mass):
     source = find_tree("pick_place", {name: parts.trees.get(name) for name in parts.trees})
     heavy = parse_fault(f"heavy at={node} mass={mass}", parts.faults)

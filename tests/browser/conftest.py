@@ -333,7 +333,7 @@ def wait_until(
     end = time.monotonic() + PATIENCE
     while not condition():
         assert time.monotonic() < end, explain()
-        time.sleep(0.05)
+        time.sleep(0.1)
 
 
 @pytest.fixture(scope="package")

@@ -50,7 +50,9 @@ def test_the_robot_is_drawn(window):
     assert (abs(with_robot.astype(int) - without).max(axis=2) > 40).mean() > 0.02
 
 
-def test_it_plays_to_the_end(window):
+def test_it_plays_to_the_end(window, picked):
+    times = RecordedScene(Recording(picked)).times
+    go_to(window, float(times[-1]) - 1.0, float(times[0]), float(times[-1]))
     window.press("Play")
     window.wait_for_text("s: SUCCESS")
     window.button("Play").wait_for()

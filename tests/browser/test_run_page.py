@@ -9,6 +9,7 @@ import pytest
 from bt_manip import build_station
 from bt_manip.viewer import render
 from tests.browser.conftest import Program, Window, wait_until
+from tests.browser.framing import check_framing
 
 CAMERA = """
     () => {
@@ -53,6 +54,10 @@ def test_the_robot_is_drawn_as_a_camera_of_mujoco_there_sees_it(opengl, paused):
 def _robot(model):
     names = [model.body(body).name for body in model.geom_bodyid]
     return [geom for geom, name in enumerate(names) if name.startswith("panda/")]
+
+
+def test_all_that_the_task_is_about_is_inside_the_picture_at_any_size_of_the_window(window):
+    check_framing(window, "pick_place")
 
 
 def test_things_have_their_textures(window):

@@ -27,6 +27,7 @@ def test_the_whole_corpus_agrees(engine_facts, capsys):
     assert capsys.readouterr().out == "163 of 163 agree\n"
 
 
+@pytest.mark.soak
 def test_all_random_trees_of_the_facts_agree(engine_facts, capsys):
     assert main([str(engine_facts / "random_trees.jsonl")]) == 0
     assert capsys.readouterr().out == "600 of 600 agree\n"

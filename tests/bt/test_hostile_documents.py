@@ -68,7 +68,7 @@ def check_mutated(seed, changes, strict):
         assert problem.place.line >= 1 and problem.place.column >= 1
 
 
-@examples(300)
+@examples(100)
 @documents
 def test_reading_a_mutated_document_raises_nothing_but_our_errors(seed, changes, strict):
     check_mutated(seed, changes, strict)

@@ -11,10 +11,11 @@ import textwrap
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import pytest
 
+from bt_manip import plugins
 from bt_manip.cli.app import run_app
 from bt_manip.cli.interrupt import Interrupt
 
@@ -64,6 +65,28 @@ def hang_up_is_not_ignored() -> Iterator[None]:
 @pytest.fixture(autouse=True)
 def commands_share_stations(shared_stations) -> None:
     """Let commands run in the stations of the tests before."""
+
+
+@pytest.fixture(scope="session")
+def loaded_plugins() -> dict[Any, plugins.Plugins]:
+    return {}
+
+
+@pytest.fixture(autouse=True)
+def commands_share_plugins(loaded_plugins, monkeypatch) -> None:
+    """Let commands have the working plugins that one before has loaded; registries give copies."""
+    load = plugins.load_plugins
+
+    def load_once(*, choice: plugins.Choice, **options: Any) -> plugins.Plugins:
+        key = choice, tuple(sys.path)
+        if key not in loaded_plugins:
+            loaded = load(choice=choice, **options)
+            if choice.folders or any(one.problem for one in loaded.plugins):
+                return loaded
+            loaded_plugins[key] = loaded
+        return loaded_plugins[key]
+
+    monkeypatch.setattr(plugins, "load_plugins", load_once)
 
 
 class Outcome(NamedTuple):

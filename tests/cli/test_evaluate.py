@@ -1,6 +1,7 @@
 """bt-manip evaluate and sweep: what they print, write and return."""
 
 import json
+from importlib.util import find_spec
 
 import pytest
 
@@ -124,7 +125,8 @@ def test_bad_input_is_found_first(evaluate, options, problem):
 
 
 def test_without_a_server_a_cluster_is_refused(evaluate):
-    pytest.importorskip("ray")
+    if find_spec("ray") is None:
+        pytest.skip("the extra [ray] is not installed")
     code, _, err = evaluate("--ray", "127.0.0.1:1")
     assert code == 2 and "--ray 127.0.0.1:1: there is no cluster at HOST:PORT" in err
 

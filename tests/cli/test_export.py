@@ -34,7 +34,7 @@ def test_a_new_format_is_one_line(bt_manip, recording, monkeypatch):
     assert recording.with_suffix(".times").read_text() == f"{end:.3f}"
 
 
-@pytest.mark.parametrize("tree", ["pick_place", "two_arms"])
+@pytest.mark.parametrize("tree", ["pick_place", pytest.param("two_arms", marks=pytest.mark.soak)])
 def test_an_exported_trace_is_the_trace_of_the_run(bt_manip, tree, tmp_path):
     run, trace = tmp_path / "run.mcap", tmp_path / "trace.npz"
     assert bt_manip("run", tree, "--record", run, "--trace", trace).code == 0

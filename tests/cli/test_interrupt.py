@@ -187,7 +187,10 @@ def test_in_the_middle_of_a_run(terminal, trees, tmp_path):
     assert report["cycles"][0]["status"] == "INTERRUPTED"
 
 
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGHUP, 129), (signal.SIGXCPU, 152)])
+@pytest.mark.parametrize(
+    ("number", "code"),
+    [(signal.SIGHUP, 129), pytest.param(signal.SIGXCPU, 152, marks=pytest.mark.soak)],
+)
 def test_a_terminal_that_is_closed_leaves_the_report(terminal, trees, tmp_path, number, code):
     shell = terminal("run", f"{trees}:quick", "--cycles", "0", "--report", "r.jsonl")
     shell.wait_for(b"cycle 2")

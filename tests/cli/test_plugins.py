@@ -28,7 +28,7 @@ COMMAND = '''
 
 
 @pytest.fixture
-def site(tmp_path, monkeypatch):
+def site(tmp_path, monkeypatch, loaded_plugins):
     """Install packages of one module, with entry points."""
     folder = tmp_path / "site"
     folder.mkdir()
@@ -41,6 +41,7 @@ def site(tmp_path, monkeypatch):
         info.mkdir(exist_ok=True)
         (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 2.5\n")
         (info / "entry_points.txt").write_text(textwrap.dedent(entry_points))
+        loaded_plugins.clear()
         monkeypatch.delitem(sys.modules, module, raising=False)
         return folder
 

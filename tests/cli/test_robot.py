@@ -21,9 +21,9 @@ def described(tmp_path_factory):
 
 
 def test_new_writes_a_description_and_says_what_to_run_next(bt_manip, described):
-    code, out, err = bt_manip("robot", "new", PANDA, "-o", described, "--cycles", "2")
+    code, out, err = bt_manip("robot", "new", PANDA, "-o", described, "--cycles", "1")
     assert code == 0
-    assert err.startswith("pick_place: 2 of 2 cycles, 0 of them with a retry\n")
+    assert err.startswith("pick_place: 1 of 1 cycles, 0 of them with a retry\n")
     assert out.splitlines() == [
         f"wrote {described}, ready:",
         f"  bt-manip run pick_place --robot {described} --view",

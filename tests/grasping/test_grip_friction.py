@@ -57,7 +57,7 @@ def test_contacts_have_the_friction_that_grasp_planning_uses(grip, friction):
     assert fall_of(cell) < 1e-4
 
 
-@pytest.mark.parametrize("robot", ["ur5e", "xarm7"])
+@pytest.mark.parametrize("robot", ["ur5e", pytest.param("xarm7", marks=pytest.mark.soak)])
 def test_fingers_of_other_robots_have_no_friction_of_their_own(robot, menagerie, monkeypatch):
     pytest.importorskip("bt_manip_menagerie")
     monkeypatch.setenv("MENAGERIE_ROOT", str(menagerie))

@@ -13,6 +13,7 @@ from bt_manip.kinematics import InverseKinematics
 from bt_manip.robots import Robot, RobotDescription, compile_alone
 from bt_manip.spatial import pointing_down
 from tests.grippers.scenes import Scene
+from tests.robot_fixtures import some
 
 FORCE = 10.0  # [N]
 SEVEN = tuple(f"joint{i}" for i in range(1, 8))
@@ -29,7 +30,7 @@ ARMS = {
 CHANGES = {"ufactory_xarm7/xarm7.xml": {"armature": 0.005, "frictionloss": 0.0}}
 
 
-@pytest.fixture(params=ARMS)
+@pytest.fixture(params=some(ARMS, "franka_emika_panda/panda.xml", "trs_so_arm100/so_arm100.xml"))
 def robot(request):
     """Give an arm described by what is found in its model, its tool pointing straight down."""
     shared = Path(__file__).resolve().parents[3] / "shared"

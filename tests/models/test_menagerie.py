@@ -17,6 +17,7 @@ from bt_manip.cell.objects import ModelObject
 from bt_manip.models import ModelError, find_model
 from bt_manip.robots import verify
 from bt_manip.robots.model_building import build_model
+from tests.robot_fixtures import some
 
 SIX = (
     "franka_emika_panda", "franka_fr3", "kuka_iiwa_14", "robotiq_2f85", "ufactory_xarm7",
@@ -25,7 +26,7 @@ SIX = (
 PLAIN = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
 
 
-@pytest.mark.parametrize("name", SIX)
+@pytest.mark.parametrize("name", some(SIX, "franka_emika_panda", "robotiq_2f85"))
 def test_a_model_stands_in_a_cell_and_pinocchio_agrees_with_mujoco(name, menagerie, monkeypatch):
     monkeypatch.setenv("MENAGERIE_ROOT", str(menagerie))
     found = find_model(f"menagerie:{name}")

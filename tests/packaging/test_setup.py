@@ -43,7 +43,7 @@ def test_constraints_name_no_host():
     assert not re.search(r"://|--|@", CONSTRAINTS)
 
 
-@pytest.mark.parametrize("version", ["3.13", "3.14"])
+@pytest.mark.parametrize("version", [pytest.param("3.13", marks=pytest.mark.soak), "3.14"])
 def test_each_package_has_a_wheel_for_a_newer_python(version, tmp_path):
     uv = Path(sys.executable).with_name("uv")
     if not uv.exists():

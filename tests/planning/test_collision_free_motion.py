@@ -40,7 +40,7 @@ def test_the_arm_moves_around_the_wall_without_collision(walled, arm, seed):
     assert T.translation == pytest.approx(walled.right.translation, abs=1e-5)
 
 
-@pytest.mark.parametrize("speed", [0.0, 0.02])  # [m/s]
+@pytest.mark.parametrize("speed", [pytest.param(0.0, marks=pytest.mark.soak), 0.02])  # [m/s]
 def test_an_arm_that_follows_moves_around_the_wall_to_a_moving_target(walled, arm, speed):
     for tick in range(300):
         moved = np.array([speed * 10 * DT * tick, 0.0, 0.0])

@@ -418,7 +418,7 @@ def test_a_complete_recording_says_so_and_knows_its_topics(recorded):
         next(recording.messages("/tree/statu"))
 
 
-@pytest.mark.parametrize("real_time", [1.0, 0.2])
+@pytest.mark.parametrize("real_time", [pytest.param(1.0, marks=pytest.mark.soak), 0.2])
 def test_a_killed_run_loses_at_most_a_second(tmp_path, real_time):
     path = tmp_path / "run.mcap"
     code = f"""

@@ -63,6 +63,7 @@ def test_the_bundled_arm_picks_as_described_from_its_model(tmp_path):
     check_cycles(pick(tmp_path, bundled_path("panda/panda.xml"), None, 2))
 
 
+@pytest.mark.soak
 def test_an_arm_with_a_gripper_of_another_model_picks(tmp_path, menagerie):
     arm, gripper = menagerie / "universal_robots_ur5e" / "ur5e.xml", menagerie / GRIPPER
     check_cycles(pick(tmp_path, arm, gripper, 1))

@@ -14,6 +14,6 @@ MODELS = Path(__file__).parents[1] / "robots/models"
 def test_pick_place_succeeds_with(parts, robot):
     source = find_tree("pick_place", {"pick_place": parts.trees.get("pick_place")})
     recorder = Recorder("pick_place", 0)
-    request = RunRequest(source, robot=str(MODELS / f"{robot}.toml"), cycles=3)
+    request = RunRequest(source, robot=str(MODELS / f"{robot}.toml"), cycles=1)
     prepare(request, parts).execute([recorder])
-    assert [cycle.status for cycle in recorder.report().cycles] == ["SUCCESS"] * 3
+    assert [cycle.status for cycle in recorder.report().cycles] == ["SUCCESS"]

@@ -14,7 +14,7 @@ from bt_manip.record.tables.trace import Trace
 from bt_manip.registry import Parts
 from bt_manip.runner import RunRequest, find_tree, prepare
 
-CYCLES = 4
+CYCLES = 3
 
 
 def run(parts: Parts, tree: str, trace: Path | None = None, **request) -> RunReport:

@@ -17,8 +17,8 @@ def run(parts: Parts, robot: Path, tree: str = "pick_place", **request) -> RunRe
 
 
 def test_a_half_metre_arm_picks_without_a_tree_or_scene_of_its_own(parts, tmp_path):
-    report = run(parts, write_small_arm(tmp_path), cycles=3)
-    assert [cycle.status for cycle in report.cycles] == ["SUCCESS"] * 3
+    report = run(parts, write_small_arm(tmp_path), cycles=1)
+    assert [cycle.status for cycle in report.cycles] == ["SUCCESS"]
 
 
 def test_a_half_metre_arm_picks_close_cubes(parts, tmp_path):
@@ -27,8 +27,8 @@ def test_a_half_metre_arm_picks_close_cubes(parts, tmp_path):
 
 
 def test_a_gripper_that_opens_too_little_picks_a_smaller_cube(parts, tmp_path):
-    report = run(parts, write_small_arm(tmp_path, opening=0.04), cycles=2)
-    assert [cycle.status for cycle in report.cycles] == ["SUCCESS"] * 2
+    report = run(parts, write_small_arm(tmp_path, opening=0.04), cycles=1)
+    assert [cycle.status for cycle in report.cycles] == ["SUCCESS"]
 
 
 def test_a_weak_gripper_grips_with_what_it_has(parts, tmp_path):
