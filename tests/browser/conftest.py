@@ -87,6 +87,21 @@ POSITION = "() => __viserMutable.nodeRefFromName['/cube/cube:cube']?.position.to
 SIZE = {"width": 1280, "height": 720}
 """Size of the window [pixels]."""
 
+COMPLETE = """
+    () => {
+        if (!(window.__viserTestpoints?.rendererInfo.render.triangles > 1000)) return false;
+        const { nodeRefFromName, messageQueue, scene } = __viserMutable;
+        const shapes = Object.keys(nodeRefFromName).filter((name) => /shape\\d+$/.test(name));
+        const drawn = (name) => {  // those with a texture come later than others
+            let meshes = 0;
+            nodeRefFromName[name]?.traverse((node) => { meshes += Boolean(node.isMesh); });
+            return meshes > 0;
+        };
+        return messageQueue.length == 0 && Boolean(scene.environment) && shapes.every(drawn);
+    }
+"""
+"""Tells whether the scene is there, with its light and textures."""
+
 CORNERS = """
     names => {
         const { nodeRefFromName, camera } = __viserMutable, corners = [];
@@ -225,7 +240,7 @@ class Window:
         return self.frame.evaluate(script, argument)
 
     def wait_for_scene(self) -> None:
-        """Wait until the scene is there, with its light."""
+        """Wait until the scene is there, with its light and textures."""
         if self.page.locator("iframe#scene").count():
             scenes: list[Any] = []
             wait_until(
@@ -235,12 +250,7 @@ class Window:
                 )
             )
             self.frame = scenes[0]
-        wait_until(
-            lambda: self.evaluate(
-                "() => window.__viserTestpoints?.rendererInfo.render.triangles > 1000"
-                " && __viserMutable.messageQueue.length == 0 && !!__viserMutable.scene.environment"
-            )
-        )
+        wait_until(lambda: bool(self.evaluate(COMPLETE)))
         # The note that the scene is drawn in software goes by itself, sooner or later.
         self.evaluate("() => document.querySelector('.mantine-Notification-closeButton')?.click()")
 
