@@ -12,12 +12,9 @@ from bt_manip.exceptions import ANY_BUT_INTERRUPT, did_you_mean, reason_of
 from bt_manip.faults import FaultError, FaultInjector, PlannedFault
 from bt_manip.plugins import load_plugins
 from bt_manip.record import PhaseLog
-from bt_manip.runner import Run, RunLoop, RunObserver, prepare, request_of
+from bt_manip.runner import EPISODE_TIMEOUT, Run, RunLoop, RunObserver, prepare, request_of
 
 from .engine import WorkerDiedError
-
-MAX_CYCLE = 60.0
-"""Simulated time after which a cycle counts as hung [s]."""
 
 LATEST = 0.5
 """Largest share of the undisturbed duration of a phase after which a fault begins."""
@@ -27,7 +24,7 @@ Outcome = Literal["recovered", "failed", "dishonest", "hung", "none"]
 
 ``"recovered"``: SUCCESS, and the goal holds. ``"failed"``: not SUCCESS, or the run ended with an
 error. ``"dishonest"``: SUCCESS although the goal does not hold. ``"hung"``: no end within
-`MAX_CYCLE`. ``"none"``: the fault could not happen.
+`EPISODE_TIMEOUT`. ``"none"``: the fault could not happen.
 """
 
 
@@ -161,14 +158,14 @@ class StressTester:
 
 def _run_cycle(run: Run, cycle: int, *observers: RunObserver) -> tuple[Outcome, str, bool]:
     """Run one cycle; return how it ended, why not with success, and whether it was aborted."""
-    end = run.station.cell.time + MAX_CYCLE
+    end = run.station.cell.time + EPISODE_TIMEOUT
     try:
         with RunLoop(run, observers) as loop:
             loop.begin(cycle)
             while (status := loop.advance()) is NodeStatus.RUNNING:
                 if run.station.cell.time > end:
                     loop.halt()
-                    return "hung", f"no end within {MAX_CYCLE:g} s simulated", True
+                    return "hung", f"no end within {EPISODE_TIMEOUT:g} s simulated", True
             succeeded, reason = loop.end(status)
     except ANY_BUT_INTERRUPT as error:
         return "failed", reason_of(error), True

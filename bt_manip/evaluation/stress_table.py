@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from bt_manip.exceptions import without_numbers
+from bt_manip.runner import EPISODE_TIMEOUT
 
 from .stress import Outcome, StressEpisode, StressResult
 
@@ -25,7 +26,8 @@ NEXT_FAILED = "N"
 
 LEGEND = (
     "Each cell counts seeds. R: recovered (SUCCESS, and the goal holds). F: failed honestly. "
-    "D: dishonest (SUCCESS, but the goal does not hold). H: hung (no end within 60 s simulated). "
+    "D: dishonest (SUCCESS, but the goal does not hold). "
+    f"H: hung (no end within {EPISODE_TIMEOUT:g} s simulated). "
     "N: the undisturbed cycle after it failed. -: the fault cannot happen there."
 )
 

@@ -95,7 +95,7 @@ def test_a_tree_recovers_if_its_goal_holds_in_the_end(tree):
 
 
 def test_a_tree_that_does_not_end_hangs_and_the_next_run_succeeds(tree, monkeypatch):
-    monkeypatch.setattr(stress, "MAX_CYCLE", 1.0)
+    monkeypatch.setattr(stress, "EPISODE_TIMEOUT", 1.0)
     (result,) = results_of(tree("waiting"), "heavy")
     assert result.outcome == "hung" and not result.acceptable
     assert result.next_reason == ""
