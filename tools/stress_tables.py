@@ -43,6 +43,16 @@ def read_sections() -> dict[str, str]:
     return dict(zip(parts[1::2], (part.strip() + "\n" for part in parts[2::2]), strict=True))
 
 
+def write_page(sections: dict[str, str]) -> None:
+    """Write the sections of all trees below their totals."""
+    totals, body = "", ""
+    for tree, section in sorted(sections.items()):
+        total = re.search(r"^\d+ faults.*?\.", section, re.MULTILINE)
+        totals += f"- [`{tree}`](#{tree}): {total[0] if total else ''}\n"
+        body += f"\n## {tree}\n\n{section}"
+    PAGE.write_text(f"{HEADER}\n{totals}{body}")
+
+
 def main() -> None:
     """Write the page after each tree."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -56,8 +66,7 @@ def main() -> None:
     for tree in chosen:
         settings = {"policy": given.policy} if tree == NEEDS_POLICY else {}
         sections[tree] = table_of(tree, given.workers, settings)
-        body = "".join(f"\n## {name}\n\n{sections[name]}" for name in sorted(sections))
-        PAGE.write_text(HEADER + body)
+        write_page(sections)
 
 
 if __name__ == "__main__":
