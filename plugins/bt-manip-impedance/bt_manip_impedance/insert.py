@@ -77,6 +77,9 @@ class Insert(MotionBehaviour):
         "is lower."
     )
     speed = Input(float, default=0.1, doc="Speed of the insertion, as a fraction of the limits.")
+    approach_speed = Input(
+        float, default=1.0, doc="Speed of the motion over the socket, as a fraction of the limits."
+    )
     controller = Input(str, default="cartesian_impedance", doc="Registered compliant controller.")
     search = Input(
         float, default=0.0, doc="Radius around the middle to search for the hole [m]; 0: none."
@@ -99,7 +102,7 @@ class Insert(MotionBehaviour):
         if self.object not in self.gripper.held:
             raise CellError(f"the gripper does not hold '{self.object}'")
         self.controllers.get(self.controller)  # raises if there is none
-        self.arm.move_to_pose(self._tool_pose(STANDOFF))
+        self.arm.move_to_pose(self._tool_pose(STANDOFF), speed=self.approach_speed)
 
     def update(self) -> Status:
         """Move over the socket, search for the hole, and push until the depth is reached."""

@@ -50,3 +50,7 @@ def test_a_rod_that_is_moved_away_is_handed_over_again(recovers, phase, seed):
 
 def test_a_rod_that_is_jammed_between_both_grippers_is_dropped_and_handed_over_again(recovers):
     assert recovers("hand_over", "torque_loss", "Approach") == ("recovered", "", "")
+
+
+def test_a_peg_is_carried_slower_after_late_sensors_have_stopped_the_arm(recovers):
+    assert recovers("peg_in_hole", "sensor_delay", "Grasp") == ("recovered", "", "")
