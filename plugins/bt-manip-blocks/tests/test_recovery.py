@@ -1,5 +1,7 @@
 """The trees look at the end, and go on from the blocks as they are."""
 
+import pytest
+
 from bt_manip.bt import NodeStatus
 from bt_manip.evaluation import StressTester, plan_episodes
 from bt_manip_blocks import ChooseBase
@@ -10,6 +12,18 @@ from .test_blocks import put
 def test_a_tower_from_which_a_block_is_taken_at_the_end_is_built_again():
     tester = StressTester("stack_blocks")
     (episode,) = plan_episodes(tester, 1, ["move"], ["MoveHome"])
+    result = tester.run(episode)
+    assert (result.outcome, result.reason, result.next_reason) == ("recovered", "", "")
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize(
+    ("fault", "phase"),
+    [("sensor_delay", "Hover"), ("stuck_finger", "Hover"), ("stuck_joint", "Grasp")],
+)
+def test_all_blocks_are_sorted_slower_after_a_failure(fault, phase):
+    tester = StressTester("sort_blocks")
+    (episode,) = plan_episodes(tester, 1, [fault], [phase])
     result = tester.run(episode)
     assert (result.outcome, result.reason, result.next_reason) == ("recovered", "", "")
 

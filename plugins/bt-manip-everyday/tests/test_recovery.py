@@ -21,3 +21,10 @@ def test_without_its_box_it_fails_and_the_next_cycle_has_room_for_one(tester):
     result = tester.run(episode)
     assert result.outcome == "failed" and "there is no 'box" in result.reason
     assert result.next_reason == ""
+
+
+def test_a_mug_is_picked_slower_after_late_sensors_have_stopped_the_arm():
+    tester = StressTester("mug_on_shelf")
+    (episode,) = plan_episodes(tester, 1, ["sensor_delay"], ["Hover"])
+    result = tester.run(episode)
+    assert (result.outcome, result.reason, result.next_reason) == ("recovered", "", "")
