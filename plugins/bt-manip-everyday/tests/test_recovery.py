@@ -23,8 +23,9 @@ def test_without_its_box_it_fails_and_the_next_cycle_has_room_for_one(tester):
     assert result.next_reason == ""
 
 
-def test_a_mug_is_picked_slower_after_late_sensors_have_stopped_the_arm():
+@pytest.mark.parametrize(("fault", "phase"), [("sensor_delay", "Hover"), ("stuck", "PlaceOn")])
+def test_a_mug_is_picked_slower_or_again_after_the_arm_was_stopped(fault, phase):
     tester = StressTester("mug_on_shelf")
-    (episode,) = plan_episodes(tester, 1, ["sensor_delay"], ["Hover"])
+    (episode,) = plan_episodes(tester, 1, [fault], [phase])
     result = tester.run(episode)
     assert (result.outcome, result.reason, result.next_reason) == ("recovered", "", "")
