@@ -116,6 +116,7 @@ COUNT_UPDATES = """
 """Gives how often in a second of wall time new states of nodes are drawn."""
 
 
+@pytest.mark.soak
 def test_states_of_500_nodes_are_drawn_several_times_a_second(start, open_window, tmp_path):
     path = tmp_path / "large.xml"
     path.write_text(LARGE_TREE.format(leaves='<Sleep msec="10"/>' * 497))

@@ -8,7 +8,7 @@ from bt_manip.evaluation import StressTester, plan_episodes
 @pytest.mark.parametrize(
     ("tree", "fault", "phase"),
     [
-        ("two_arms", "sensor_delay", "left/the second/Hover"),
+        pytest.param("two_arms", "sensor_delay", "left/the second/Hover", marks=pytest.mark.soak),
         ("pick_place_cluttered", "sensor_noise", "the second/attempt/Drop"),
     ],
 )

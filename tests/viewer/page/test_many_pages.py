@@ -48,7 +48,7 @@ SENT = 4e6
 """Number of bytes that a page gets during the measurement, after another one has stalled."""
 
 
-@pytest.fixture(params=PROTOCOLS)
+@pytest.fixture(params=["scene", pytest.param("page", marks=pytest.mark.soak)])
 def received(page, request):
     """Open the pages in a process of their own; give the sizes of what the second one gets."""
     address, what = page.url.replace("http:", "ws:"), request.param
