@@ -48,7 +48,7 @@ SENT = 4e6
 """Number of bytes that a page gets during the measurement, after another one has stalled."""
 
 
-@pytest.fixture(params=["scene", pytest.param("page", marks=pytest.mark.soak)])
+@pytest.fixture(params=PROTOCOLS)
 def received(page, request):
     """Open the pages in a process of their own; give the sizes of what the second one gets."""
     address, what = page.url.replace("http:", "ws:"), request.param
@@ -93,6 +93,7 @@ class Memory(RunObserver):
         return len(self.sums) > 5 and self.sums[-3] - self.sums[2] > SENT
 
 
+@pytest.mark.soak
 def test_eight_pages_one_of_which_does_not_read_keep_memory_flat(
     make_run, page, received, monkeypatch
 ):
