@@ -44,6 +44,7 @@ def test_clicks_on_the_time_line_show_the_scene_and_the_tree_of_each_time(window
     wait_until(lambda: window.time() == pytest.approx(start + 1.0, abs=0.02))
 
 
+@pytest.mark.soak
 def test_the_robot_is_drawn(window):
     with_robot = window.scene("replay")
     without = window.scene_without("/panda")

@@ -122,6 +122,7 @@ def test_a_tree_that_ends_its_process_before_it_moves_is_refused(record):
     assert err == "Error: the first episode: its process ended with exit code 0\n"
 
 
+@pytest.mark.soak
 def test_a_killed_command_goes_on_with_the_same_digests(bt_manip, path, tmp_path):
     def options(folder):
         tree, to = f"{path}:aimless", str(tmp_path / folder)

@@ -19,6 +19,7 @@ def check(tree):
         assert expert[0] > sums[0] and expert[1] > sums[1], f"{tree}: who {name}: {sums}, {expert}"
 
 
+@pytest.mark.soak
 def test_the_expert_returns_more_than_every_way_to_stall(monkeypatch):
     monkeypatch.setattr(bench_rewards, "STEPS", 100)
     check("pick_place")
