@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from bt_manip import build_station
+from bt_manip.runner import RunRequest, find_tree, prepare
 from bt_manip.viewer import render
 from tests.browser.conftest import Program, Window, wait_until
 from tests.browser.framing import check_framing
@@ -34,10 +34,13 @@ def paused(window) -> Window:
     return window
 
 
-def test_the_robot_is_drawn_as_a_camera_of_mujoco_there_sees_it(opengl, paused):
+def test_the_robot_is_drawn_as_a_camera_of_mujoco_there_sees_it(opengl, paused, parts):
     shown = paused.scene("picking")
     share = (abs(shown - paused.scene_without("/panda")).max(axis=2) > 20).mean()
-    cell = build_station().cell
+    source = find_tree("pick_place", {"pick_place": parts.trees.get("pick_place")})
+    run = prepare(RunRequest(source, seed=3, cycles=0), parts)
+    cell, due = run.station.cell, paused.time()
+    run.execute(stop=lambda: cell.time >= due - 1e-3)
     pose = np.array(paused.evaluate(CAMERA)).reshape(4, 4).T
     camera = cell.model.camera("overview")
     camera.pos[:] = pose[:3, 3]
@@ -48,7 +51,8 @@ def test_the_robot_is_drawn_as_a_camera_of_mujoco_there_sees_it(opengl, paused):
     cell.model.geom_rgba[_robot(cell.model)] = 0.0
     cell.model.geom_matid[_robot(cell.model)] = -1
     without = render(cell, width=width, height=height).astype(int)
-    assert share == pytest.approx((abs(expected - without).max(axis=2) > 20).mean(), rel=0.3)
+    drawn = (abs(expected - without).max(axis=2) > 20).mean()
+    assert share == pytest.approx(drawn, rel=0.5)  # shadows differ
 
 
 def _robot(model):
