@@ -9,6 +9,9 @@ IK_ERROR = 1e-5
 """Error of the tool pose at which differential inverse kinematics ends [m] and [rad]."""
 
 
+IK_STEPS = 4
+"""Number of steps towards a pose."""
+
 HOMING = 0.01
 """Share of the distance from home by which redundant joints approach it in an iteration, so that
 they do not drift into limits."""
@@ -27,7 +30,7 @@ def differential_ik(model: Any, q: np.ndarray, T_wt: pin.SE3) -> np.ndarray:
     """  # (nq,)
     q = q.copy()
     weights = (model.limits.velocity / model.limits.velocity.max()) ** 2
-    for _ in range(4):
+    for _ in range(IK_STEPS):
         T = model.pose(q)
         turn = pin.log3(T_wt.rotation @ T.rotation.T)
         error = np.concatenate([T_wt.translation - T.translation, turn])

@@ -12,7 +12,7 @@ from bt_manip.evaluation import ProcessPool, run_episodes
 
 
 def run_tracked(
-    what: str,
+    label: str,
     make_worker: Callable[[], Any],
     episodes: Sequence[Any],
     workers: int | None,
@@ -21,7 +21,7 @@ def run_tracked(
     """Run episodes in processes; return their results, and SUCCESS or INTERRUPTED.
 
     Args:
-        what: What they are, beside the bar.
+        label: Text beside the progress bar.
         make_worker: As of `run_episodes`.
         episodes: The episodes.
         workers: Number of processes; None: one for each core.
@@ -33,7 +33,7 @@ def run_tracked(
     results = []
     try:
         for result in track(
-            done, what, len(episodes), console=console, transient=True,
+            done, label, len(episodes), console=console, transient=True,
             disable=not console.is_terminal,
         ):  # fmt: skip
             results.append(result)

@@ -11,7 +11,7 @@ from pinocchio import rnea
 from bt_manip.robots import Robot, RobotModel
 
 from .controller import Controller
-from .pd_law import inverse_inertias, per_joint, smallest_inertia
+from .pd_law import gain_array, inverse_inertias, smallest_inertia
 
 join = b"".join
 
@@ -71,7 +71,7 @@ class ComputedTorque(Controller):
         """
         super()._build(robot)
         n = len(robot.description.arm_joints)
-        gains = [per_joint(name, g, n) for name, g in (("kp", kp), ("kd", kd), ("ki", ki))]
+        gains = [gain_array(name, g, n) for name, g in (("kp", kp), ("kd", kd), ("ki", ki))]
         self.kp, self.kd, self.ki = gains
         self._friction_velocity = friction_velocity
         self._stack = np.zeros(6 * n)

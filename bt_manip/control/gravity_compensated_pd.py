@@ -7,7 +7,7 @@ import numpy as np
 from bt_manip.robots import Robot
 
 from .controller import Controller
-from .pd_law import default_gains, pd_torque, per_joint
+from .pd_law import default_gains, gain_array, pd_torque
 
 
 class GravityCompensatedPD(Controller):
@@ -40,7 +40,7 @@ class GravityCompensatedPD(Controller):
         super()._build(robot)
         n = robot.limits.effort.size
         self._given = [
-            None if gain is None else per_joint(name, gain, n)
+            None if gain is None else gain_array(name, gain, n)
             for name, gain in (("kp", kp), ("kd", kd))
         ]
         self._gains: list[np.ndarray] = []

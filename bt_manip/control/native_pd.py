@@ -10,7 +10,7 @@ from bt_manip.robots import Robot, RobotModel, add_feedback, writer
 
 from .controller import Controller
 from .exceptions import ControlError
-from .pd_law import default_gains, per_joint
+from .pd_law import default_gains, gain_array
 
 FEEDFORWARD_STEPS = 10
 """Control steps for which a feedforward torque is held."""
@@ -58,8 +58,8 @@ class NativePD(Controller):
                 f"choose it as the controller to begin with (--controller {self.kind})"
             )
         own, n = default_gains(robot.model_alone()), robot.limits.effort.size
-        self._kp = per_joint("kp", own[0] if kp is None else kp, n)
-        self._kd = per_joint("kd", own[1] if kd is None else kd, n)
+        self._kp = gain_array("kp", own[0] if kp is None else kp, n)
+        self._kd = gain_array("kd", own[1] if kd is None else kd, n)
         robot.arm_actuators = add_feedback(robot.arm_actuators, self._kp, self._kd)
         self._feedforward = np.zeros(n)
         self._age = 0  # control steps since it was computed

@@ -85,20 +85,23 @@ def compliant_torque(
     return pd_torque(model, stiffness, damping, q, v, q_ref, np.zeros_like(v))
 
 
-def per_joint(name: str, gain: float | Sequence[float] | np.ndarray, n: int) -> np.ndarray:
-    """Return one gain per joint.
+def gain_array(
+    name: str, gain: float | Sequence[float] | np.ndarray, n: int, of: str = "joints"
+) -> np.ndarray:
+    """Return one gain for each joint or axis.
 
     Args:
         name: Name of the gain, for the message.
-        gain: One number for all joints, or one per joint.
-        n: Number of joints.
+        gain: One number for all, or one for each.
+        n: Number of gains.
+        of: Elements that have a gain each, for the message.
 
     Raises:
         ControlError: If a gain is negative or not finite, or their number is wrong.
     """  # (n,)
     gains = np.array(gain, dtype=float)
     if gains.shape not in ((), (n,)):
-        raise ControlError(f"{name} is one number, or one for each of {n} joints, got {gain!r}")
+        raise ControlError(f"{name} is one number, or one for each of {n} {of}, got {gain!r}")
     if not np.isfinite(gains).all() or (gains < 0).any():
         raise ControlError(f"{name} must be finite and not negative, got {gain!r}")
     return np.full(n, gains)

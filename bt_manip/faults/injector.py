@@ -55,7 +55,6 @@ class FaultInjector(RunModifier):
         """
         self._station, self._tree, self._cell = station, tree, station.cell
         self._nodes = [planned.nodes(tree) for planned in self._planned]
-        self._generation = self._cell.generation
         tree.observers.append(self._node_changed)
 
     def detach(self) -> None:

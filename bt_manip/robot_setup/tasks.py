@@ -55,7 +55,7 @@ def why_not(
 
 def _why_not_from_here(run: Run) -> str:
     """Return why a run fails, as far as it is known when its first motion begins."""
-    cell, watch = run.station.cell, _Watch(run)
+    cell, watch = run.station.cell, _Watch()
     end = cell.time + _PATIENCE
 
     def begins() -> bool:
@@ -82,7 +82,7 @@ def _why_not_from_here(run: Run) -> str:
 
 def _why_it_fails(run: Run) -> str:
     """Run an episode; return why it fails, or an empty text."""
-    watch, cell = _Watch(run), run.station.cell
+    watch, cell = _Watch(), run.station.cell
     end = cell.time + EPISODE_TIMEOUT
     run.execute([watch], stop=lambda: cell.time > end)
     if watch.succeeded:
@@ -102,20 +102,15 @@ class _Watch(RunObserver):
         succeeded: Whether the cycle has ended with success.
     """
 
-    def __init__(self, run: Run) -> None:
-        """Observe the nodes of a run."""
+    def __init__(self) -> None:
+        """Wait for the first failure."""
         self.failed: tuple[Link, str] | None = None
         self.moves: list[Link] = []
         self.reason, self.succeeded = "", False
-        self._tree = run.tree
 
     def run_started(self, run: Run) -> None:
         """Observe the nodes."""
         run.tree.observers.append(self._node_changed)
-
-    def run_ended(self) -> None:
-        """Observe the nodes no longer."""
-        self._tree.observers.remove(self._node_changed)
 
     def cycle_ended(self, status: str, reason: str) -> None:
         """Keep the result."""

@@ -72,7 +72,7 @@ class Checked(NamedTuple):
     """Result of the checks of a description, or of a trial.
 
     Attributes:
-        findings: What is wrong, each in a line with the key and the remedy.
+        findings: Problems, each in a line with the key and the remedy.
         facts: What was measured, each in a line.
         robot: The robot, compiled alone; None if it cannot be built, and of a trial.
     """

@@ -59,10 +59,6 @@ class _Judge(RunObserver):
         finally:
             self._station.set_state(state)
 
-    def run_ended(self) -> None:
-        """Stop observing the tree."""
-        self._history.tree.observers.remove(self._history)
-
 
 def run_tree(
     tree: str | Path,

@@ -108,12 +108,12 @@ def box_grasps(solid: Solid, hand: Hand, down: np.ndarray) -> Iterator[Antipodal
                 for a in (R[:, along], -R[:, along]):
                     if a @ down < BELOW:
                         continue
-                    extent, places = float(half[along]), [centre]
+                    extent, points = float(half[along]), [centre]
                     if half[other] > _LONG * hand.pad:
                         shift = _OFF_CENTRE * (half[other] - hand.pad) * R[:, other]
-                        places += [centre + shift, centre - shift]
-                    for place in places:
-                        yield AntipodalGrasp(place, closing, a, width, extent, contact)
+                        points += [centre + shift, centre - shift]
+                    for point in points:
+                        yield AntipodalGrasp(point, closing, a, width, extent, contact)
             for sign_j, sign_k in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
                 a = _DIAGONAL * (sign_j * R[:, j] + sign_k * R[:, k])
                 if a @ down >= BELOW:

@@ -228,7 +228,7 @@ class DrivenFingers(Gripper):
         self.state = STILL
         self._motion = Motion(0.5 * self._open, 0.0, 0.0)
         self._stroke = None
-        self._limits = self._stroke_limits(self._speed)
+        self._limits = self._stroke_limits()
         self._target = self._motion.s
         self._slowed = False
         self._asked = 0.0  # [N] force commanded by the last close()
@@ -245,10 +245,10 @@ class DrivenFingers(Gripper):
             self._touched = self._contacts.names() if any(self.forces) else _NOTHING
         return self._touched
 
-    def _stroke_limits(self, speed: float) -> StrokeLimits:
-        limits = StrokeLimits(speed)
+    def _stroke_limits(self) -> StrokeLimits:
+        limits = StrokeLimits(self._speed)
         slower = self._acceleration / limits.acceleration  # of heavy mechanisms
-        return StrokeLimits(speed, limits.acceleration * slower, limits.jerk * slower)
+        return StrokeLimits(self._speed, limits.acceleration * slower, limits.jerk * slower)
 
     def _travel(self, target: float | None) -> None:
         self._stroke = Stroke(self._motion, target, self._limits)

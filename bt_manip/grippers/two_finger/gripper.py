@@ -72,7 +72,7 @@ class TwoFingerGripper(DrivenFingers):
             GripperError: If the gripper cannot reach this opening.
         """
         self._check_width(width)
-        self._limits = self._stroke_limits(self._speed)
+        self._limits = self._stroke_limits()
         self._target = 0.5 * width
         if self.state in PRESSING:
             self._change_force(RELEASING, 0.0, _RELEASE)
@@ -87,7 +87,7 @@ class TwoFingerGripper(DrivenFingers):
             GripperError: If the gripper cannot reach this force.
         """
         force = self.check_force(force)
-        self._limits = self._stroke_limits(self._speed)
+        self._limits = self._stroke_limits()
         self._asked = force
         self._in_band = 0
         if self.state in PRESSING:

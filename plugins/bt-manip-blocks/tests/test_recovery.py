@@ -9,11 +9,15 @@ from bt_manip_blocks import ChooseBase
 from .test_blocks import put
 
 
-def test_a_tower_from_which_a_block_is_taken_at_the_end_is_built_again():
-    tester = StressTester("stack_blocks")
-    (episode,) = plan_episodes(tester, 1, ["move"], ["MoveHome"])
+def check_recovery(tree, fault, phase):
+    tester = StressTester(tree)
+    (episode,) = plan_episodes(tester, 1, [fault], [phase])
     result = tester.run(episode)
     assert (result.outcome, result.reason, result.next_reason) == ("recovered", "", "")
+
+
+def test_a_tower_from_which_a_block_is_taken_at_the_end_is_built_again():
+    check_recovery("stack_blocks", "move", "MoveHome")
 
 
 @pytest.mark.soak
@@ -22,10 +26,7 @@ def test_a_tower_from_which_a_block_is_taken_at_the_end_is_built_again():
     [("sensor_delay", "Hover"), ("stuck_finger", "Hover"), ("stuck_joint", "Grasp")],
 )
 def test_all_blocks_are_sorted_slower_after_a_failure(fault, phase):
-    tester = StressTester("sort_blocks")
-    (episode,) = plan_episodes(tester, 1, [fault], [phase])
-    result = tester.run(episode)
-    assert (result.outcome, result.reason, result.next_reason) == ("recovered", "", "")
+    check_recovery("sort_blocks", fault, phase)
 
 
 def test_the_highest_tower_is_built_on(station, trial):

@@ -5,27 +5,23 @@ import pytest
 from bt_manip.evaluation import StressTester, plan_episodes
 
 
-@pytest.fixture(scope="module")
-def tester():
-    return StressTester("cans_into_box")
-
-
-def test_a_can_that_is_moved_away_at_the_end_is_put_into_the_box_again(tester):
-    (episode,) = plan_episodes(tester, 1, ["move"], ["retreat"])
+def run(tree, fault, phase):
+    tester = StressTester(tree)
+    (episode,) = plan_episodes(tester, 1, [fault], [phase])
     result = tester.run(episode)
-    assert (result.outcome, result.reason, result.next_reason) == ("recovered", "", "")
+    return result.outcome, result.reason, result.next_reason
 
 
-def test_without_its_box_it_fails_and_the_next_cycle_has_room_for_one(tester):
-    (episode,) = plan_episodes(tester, 1, ["container_vanishes"], ["retreat"])
-    result = tester.run(episode)
-    assert result.outcome == "failed" and "there is no 'box" in result.reason
-    assert result.next_reason == ""
+def test_a_can_that_is_moved_away_at_the_end_is_put_into_the_box_again():
+    assert run("cans_into_box", "move", "retreat") == ("recovered", "", "")
+
+
+def test_without_its_box_it_fails_and_the_next_cycle_has_room_for_one():
+    outcome, reason, next_reason = run("cans_into_box", "container_vanishes", "retreat")
+    assert outcome == "failed" and "there is no 'box" in reason
+    assert next_reason == ""
 
 
 @pytest.mark.parametrize(("fault", "phase"), [("sensor_delay", "Hover"), ("stuck", "PlaceOn")])
 def test_a_mug_is_picked_slower_or_again_after_the_arm_was_stopped(fault, phase):
-    tester = StressTester("mug_on_shelf")
-    (episode,) = plan_episodes(tester, 1, [fault], [phase])
-    result = tester.run(episode)
-    assert (result.outcome, result.reason, result.next_reason) == ("recovered", "", "")
+    assert run("mug_on_shelf", fault, phase) == ("recovered", "", "")

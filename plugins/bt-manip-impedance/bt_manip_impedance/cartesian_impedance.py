@@ -5,9 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.control import Controller
+from bt_manip.control import Controller, gain_array
 from bt_manip.robots import Robot
-from bt_manip_impedance.joint_impedance import ratio, stiffnesses
+from bt_manip_impedance.joint_impedance import ratio
 
 REGULARISATION = 1e-3
 """Added to the diagonal of the tool's mobility, which is singular at singularities
@@ -53,10 +53,10 @@ class CartesianImpedance(Controller):
             ControlError: If a number is negative or not finite, or their count is wrong.
         """
         super()._build(robot)
-        linear = stiffnesses("stiffness", stiffness, 3)
-        angular = stiffnesses("rotational_stiffness", rotational_stiffness, 3)
+        linear = gain_array("stiffness", stiffness, 3, "axes")
+        angular = gain_array("rotational_stiffness", rotational_stiffness, 3, "axes")
         self.stiffness = np.concatenate((linear, angular))  # (6,)
-        self.posture_stiffness = stiffnesses("posture_stiffness", posture_stiffness, 1)[0]
+        self.posture_stiffness = gain_array("posture_stiffness", posture_stiffness, 1, "values")[0]
         self.damping_ratio = ratio("damping_ratio", damping_ratio)
 
     def compute(

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.control import ControlError, Controller
+from bt_manip.control import ControlError, Controller, gain_array
 from bt_manip.robots import Robot
 
 
@@ -43,7 +43,7 @@ class JointImpedance(Controller):
         super()._build(robot)
         effort = robot.limits.effort
         given = 7.0 * effort if stiffness is None else stiffness
-        self.stiffness = stiffnesses("stiffness", given, effort.size)  # (nv,) [N m/rad]
+        self.stiffness = gain_array("stiffness", given, effort.size)  # (nv,) [N m/rad]
         self.damping_ratio = ratio("damping_ratio", damping_ratio)
 
     def compute(
@@ -59,20 +59,6 @@ class JointImpedance(Controller):
         model = self.model
         inertia = np.diagonal(pin.crba(model.model, model.data, q))
         return 2.0 * self.damping_ratio * np.sqrt(self.stiffness * inertia)
-
-
-def stiffnesses(name: str, given: float | Sequence[float] | np.ndarray, n: int) -> np.ndarray:
-    """Return n stiffnesses from one number, or from n.
-
-    Raises:
-        ControlError: If a number is negative or not finite, or their count is wrong.
-    """
-    values = np.asarray(given, dtype=float)
-    if values.shape not in ((), (n,)):
-        raise ControlError(f"{name} is one number, or one for each of {n}, got {given!r}")
-    if not np.isfinite(values).all() or (values < 0.0).any():
-        raise ControlError(f"{name} must be finite and not negative, got {given!r}")
-    return np.broadcast_to(values, (n,)).copy()
 
 
 def ratio(name: str, given: float) -> float:
