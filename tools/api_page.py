@@ -85,8 +85,8 @@ EXPERIMENTAL = {
         "displaced end_velocity held_payload"
     ),
     "bt_manip.control": (
-        "ControlError ComputedTorque GravityCompensatedPD NativePD Reference Hold ControllerManager "
-        "gain_array"
+        "ControlError ComputedTorque GravityCompensatedPD NativePD Reference Hold "
+        "ControllerManager gain_array"
     ),
     "bt_manip.models": (
         "load_model find_model bundled_path FoundModel Progress terminal_progress "
