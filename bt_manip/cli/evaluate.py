@@ -192,7 +192,7 @@ def _measure(
     from functools import partial
 
     from bt_manip.cli.evaluation_view import EvaluationView
-    from bt_manip.evaluation import EpisodeWorker, ProcessPool, RayPool, ResultFolder
+    from bt_manip.evaluation import EpisodeWorker, ProcessPool, RayPool
     from bt_manip.evaluation import evaluate as run_evaluation
 
     evaluation = replace(evaluation, identity=worker.identity)
@@ -201,6 +201,8 @@ def _measure(
         known: list[EpisodeResult] = []
         results = None
         if folder is not None:
+            from bt_manip.evaluation import ResultFolder  # which needs Parquet
+
             results = ResultFolder(folder, worker.identity, evaluation.points)
             known += results.results
             stack.enter_context(results)

@@ -5,8 +5,6 @@ import io
 import time
 from typing import Any
 
-from PIL import Image
-
 from bt_manip.cell import FrameRenderer, camera_number
 from bt_manip.exceptions import BtManipError
 from bt_manip.runner import Run, Station
@@ -93,6 +91,8 @@ class CameraPanel(Panel):
     # Internal
 
     def _render(self) -> None:
+        from PIL import Image  # of the extra [view]: panels are registered without it, too
+
         model = self._cell.model
         self._message.content = ""
         try:
