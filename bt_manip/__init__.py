@@ -3,11 +3,12 @@
 Importing this costs nothing: each name is imported when it is first used.
 """
 
+import importlib
 import warnings
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from bt_manip.installed import set_loader
-from bt_manip.lazy_exports import lazy_exports
+from bt_manip.registry import set_loader
 
 if TYPE_CHECKING:
     from bt_manip.bt import load_tree as load_tree
@@ -21,6 +22,26 @@ warnings.filterwarnings(
     "ignore",
     r".*(X11: (The DISPLAY environment variable|Failed to open)|GLFW library is not initialized)",
 )
+
+
+def lazy_exports(package: str, exports: Mapping[str, str]) -> Callable[[str], Any]:
+    """Make a package's ``__getattr__`` (PEP 562), for exports that are expensive to import.
+
+    Type checkers read the same imports under ``if TYPE_CHECKING``; a test compares the two.
+
+    Args:
+        package: Full name of the package.
+        exports: The names exported from each module, separated by blanks.
+    """
+    modules = {name: module for module, names in exports.items() for name in names.split()}
+
+    def get(name: str) -> Any:
+        if name not in modules:
+            raise AttributeError(f"module '{package}' has no attribute {name!r}")
+        return getattr(importlib.import_module(modules[name]), name)
+
+    return get
+
 
 __getattr__ = lazy_exports(
     __name__,

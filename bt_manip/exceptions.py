@@ -1,5 +1,6 @@
 """The errors that bt-manip raises for mistakes that a user can correct."""
 
+import importlib.util
 import re
 from collections.abc import Iterable
 from typing import Any
@@ -94,6 +95,22 @@ def reason_of(error: BaseException) -> str:
     if isinstance(error, BtManipError | NodeError):
         return str(error)
     return with_short_values(f"{type(error).__name__}: {error}".rstrip(": "))
+
+
+def require_extra(extra: str, what: str, *packages: str) -> None:
+    """Check that packages of an extra are installed, without importing them.
+
+    Args:
+        extra: Name of the extra: ``"view"``.
+        what: What needs them, the first words of the message: ``"--view"``.
+        packages: Names of their top-level modules.
+
+    Raises:
+        BtManipError: If one is missing; the message names the extra.
+    """
+    for package in packages:
+        if importlib.util.find_spec(package) is None:
+            raise BtManipError(f"{what} needs {package}: pip install 'bt-manip[{extra}]'")
 
 
 class TreeError(BtManipError):

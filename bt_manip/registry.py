@@ -268,3 +268,17 @@ class Parts:
 
 PART_KINDS = tuple(one.name for one in fields(Parts) if one.name != "surroundings")
 """Kinds of parts, by the names of the fields of `Parts`."""
+
+
+_load: Callable[[], Parts]
+
+
+def set_loader(load: Callable[[], Parts]) -> None:
+    """Set the function behind `installed_parts`; ``bt_manip`` does so when it is imported."""
+    global _load
+    _load = load
+
+
+def installed_parts() -> Parts:
+    """Load the parts of all installed plugins, for functions that get no parts."""
+    return _load()

@@ -6,9 +6,12 @@
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
+
+_FLOAT = np.dtype(float)
 
 
 def pose(
@@ -59,3 +62,14 @@ def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     ax, ay, az = a.tolist()
     bx, by, bz = b.tolist()
     return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])  # (3,)
+
+
+def as_numbers(value: Any) -> np.ndarray:
+    """Return a regular array of numbers as a new array of floats; NaN for everything else."""
+    if type(value) is np.ndarray and value.dtype is _FLOAT:
+        return value.copy()
+    try:
+        array = np.array(value)
+    except (TypeError, ValueError, OverflowError):
+        return np.array(np.nan)
+    return array.astype(float, copy=False) if array.dtype.kind in "iuf" else np.array(np.nan)

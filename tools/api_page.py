@@ -130,7 +130,7 @@ EXPERIMENTAL = {
         "write_robomimic write_demonstration_table write_lerobot"
     ),
     "bt_manip.arm": "Arm",
-    "bt_manip.input_files": "read_bytes",
+    "bt_manip.files": "read_bytes",
     "bt_manip.cell.randomization": "Randomization",
     "bt_manip.collision": "CollisionWorld FreeSpace CollisionPair",
     "bt_manip.trajectories": (
@@ -140,8 +140,7 @@ EXPERIMENTAL = {
         "GraspPlanner GripperClearance with_clearance SUFFICIENT_CLEARANCE holding_force"
     ),
     "bt_manip.robot_setup": "describe_robot try_robot why_not",
-    "bt_manip.toml_fields": "Key documented read_part",
-    "bt_manip.toml_tables": "TomlTable",
+    "bt_manip.toml": "Key TomlTable documented read_part",
 }
 """Names that may still change in a minor version; the changelog says so."""
 

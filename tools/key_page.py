@@ -10,7 +10,7 @@ from bt_manip.grippers.suction.parameters import SuctionParameters
 from bt_manip.grippers.two_finger.parameters import TwoFingerParameters
 from bt_manip.robots import RobotDescription
 from bt_manip.scenes import Scene
-from bt_manip.toml_fields import Row, rows
+from bt_manip.toml import Row, rows
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
 

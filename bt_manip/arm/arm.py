@@ -8,7 +8,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.checks import (
+from bt_manip.collision import CollisionWorld
+from bt_manip.exceptions import MotionError
+from bt_manip.kinematics import InverseKinematics, Target
+from bt_manip.planning import MAX_BLEND, LineTo, Planner, RRTConnect, Step, tool_distance
+from bt_manip.robots import (
+    ArmLink,
+    DeviceError,
+    LateError,
+    Payload,
+    Robot,
+    RobotModel,
     check_configuration,
     check_generator,
     check_non_negative,
@@ -19,11 +29,6 @@ from bt_manip.checks import (
     check_speed,
     check_vector,
 )
-from bt_manip.collision import CollisionWorld
-from bt_manip.exceptions import MotionError
-from bt_manip.kinematics import InverseKinematics, Target
-from bt_manip.planning import MAX_BLEND, LineTo, Planner, RRTConnect, Step, tool_distance
-from bt_manip.robots import ArmLink, DeviceError, LateError, Payload, Robot, RobotModel
 from bt_manip.trajectories import SplinePath, Trajectory
 
 from .diagnosis import diagnose

@@ -5,9 +5,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bt_manip.checks import POSITION_ROUNDING
 from bt_manip.exceptions import MotionError
-from bt_manip.robots import RobotModel
+from bt_manip.robots import POSITION_ROUNDING, RobotModel
 from bt_manip.trajectories import (
     CONTROL_STEP,
     Samples,

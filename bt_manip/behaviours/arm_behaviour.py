@@ -9,12 +9,11 @@ import pinocchio as pin
 from bt_manip.bt import Input, NodeStatus, Status
 from bt_manip.bt.nodes import Action
 from bt_manip.cell import Cell, CellError, entity_of, why_not_at_rest
-from bt_manip.checks import check_non_negative
 from bt_manip.control import ControlError
 from bt_manip.exceptions import MotionError
 from bt_manip.models import ModelError
 from bt_manip.registry import UnknownPartError
-from bt_manip.robots import GripperError
+from bt_manip.robots import GripperError, check_non_negative
 
 from .robot_port import RobotPort
 

@@ -8,10 +8,10 @@ import numpy as np
 import pinocchio as pin
 
 from bt_manip.bt import DOUBLE_LIST, Input, is_pointer
-from bt_manip.checks import check_positive
 from bt_manip.kinematics import PoseTarget, PositionTarget, Target
 from bt_manip.planning import ArcTo, LineTo, Planner
 from bt_manip.registry import Registry
+from bt_manip.robots import check_positive
 
 from .arm_behaviour import MotionBehaviour, blend_radius_input
 from .poses import pose_input, poses_input

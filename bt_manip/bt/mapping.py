@@ -6,8 +6,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from bt_manip.files import read_text
+from bt_manip.toml import MAX_TOML_BYTES, parse_toml
+
 from ..exceptions import ScriptError, TreeError, did_you_mean
-from ..input_files import MAX_TOML_BYTES, parse_toml, read_text
 from .blackboard import Blackboard
 from .ports import is_pointer
 from .script.evaluation import Environment, is_true

@@ -35,6 +35,8 @@ from .objects import as_object as as_object
 from .objects import bottom_of as bottom_of
 from .objects import looking_at as looking_at
 from .physics.state import integration_state as integration_state
+from .png import png as png
+from .png import write_png as write_png
 from .predicates import at_rest as at_rest
 from .predicates import is_in as is_in
 from .predicates import is_on as is_on

@@ -11,7 +11,6 @@ import pinocchio as pin
 from dm_control import composer, mjcf
 
 from bt_manip.exceptions import did_you_mean
-from bt_manip.png import png
 from bt_manip.spatial import pose as make_pose
 
 from .arena import Arena
@@ -26,6 +25,7 @@ from .physics.compiled_physics import CompiledPhysics
 from .physics.overrides import nominal_value
 from .physics.placement_search import FREE_OVERLAP
 from .physics.state import integration_state
+from .png import png
 from .region import Region
 from .rendering import render
 

@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 
 from bt_manip.spatial import pose
-from bt_manip.toml_fields import Key, documented
+from bt_manip.toml import Key, documented
 
 from .exceptions import CellError
 

@@ -15,7 +15,7 @@ from bt_manip.cli.completion import complete_part
 from bt_manip.cli.exit_codes import COMMON, FAILED, INTERRUPTED, SUCCESS, exit_code_help
 from bt_manip.cli.options import Function, StationOptions, takes, vary_option, workers_option
 from bt_manip.cli.plugin_options import chosen, load_chosen_plugins
-from bt_manip.extras import require_extra
+from bt_manip.exceptions import require_extra
 
 if TYPE_CHECKING:
     from bt_manip.cli.evaluation_view import EvaluationView

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import click
 
-from bt_manip.extras import require_extra
+from bt_manip.exceptions import require_extra
 
 
 class ExportFormat(NamedTuple):

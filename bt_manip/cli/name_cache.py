@@ -11,8 +11,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from bt_manip.cache_folder import cache_root
 from bt_manip.exceptions import BtManipError
+from bt_manip.files import cache_root
 from bt_manip.plugins import Choice
 
 ENTRY_POINTS = "bt_manip"

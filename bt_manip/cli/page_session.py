@@ -15,8 +15,7 @@ from bt_manip.cli.interrupt import Interrupt
 from bt_manip.cli.plugin_options import load_chosen_plugins
 from bt_manip.cli.run_job import RunJob
 from bt_manip.cli.run_options import RunOptions, make_request
-from bt_manip.exceptions import BtManipError
-from bt_manip.extras import require_extra
+from bt_manip.exceptions import BtManipError, require_extra
 
 if TYPE_CHECKING:
     from bt_manip.groot import GrootPublisher

@@ -13,8 +13,7 @@ from bt_manip.cli.options import given_options, takes
 from bt_manip.cli.plugin_options import load_chosen_plugins
 from bt_manip.cli.run_options import RunOptions
 from bt_manip.cli.streams import unfailing
-from bt_manip.exceptions import BtManipError
-from bt_manip.extras import require_extra
+from bt_manip.exceptions import BtManipError, require_extra
 
 WATCHING = ("real_time", "window", "view", "report", "records", "quiet")
 """Options of ``bt-manip run`` that ``--continue`` takes, too."""

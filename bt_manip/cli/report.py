@@ -5,7 +5,7 @@ from pathlib import Path
 
 import click
 
-from bt_manip.extras import require_extra
+from bt_manip.exceptions import require_extra
 
 
 @click.command()

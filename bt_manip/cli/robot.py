@@ -155,8 +155,7 @@ def show(name: str, picture: Path | None) -> None:
 
 def _draw(robot: "Robot", path: Path) -> None:
     """Save a picture of a robot, or say why there is none."""
-    from bt_manip.cell import NoOpenGLError
-    from bt_manip.png import write_png
+    from bt_manip.cell import NoOpenGLError, write_png
     from bt_manip.robot_setup import picture
 
     try:

@@ -13,7 +13,7 @@ from bt_manip.cli.foreign_trees import ForeignTrees
 from bt_manip.cli.options import takes
 from bt_manip.cli.plugin_options import load_chosen_plugins
 from bt_manip.exceptions import BtManipError
-from bt_manip.input_files import read_bytes
+from bt_manip.files import read_bytes
 from bt_manip.registry import Parts
 
 if TYPE_CHECKING:

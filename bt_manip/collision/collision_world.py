@@ -6,8 +6,7 @@ import mujoco
 import numpy as np
 
 from bt_manip.cell import BodyNames
-from bt_manip.checks import check_number
-from bt_manip.robots import Robot, RobotModel
+from bt_manip.robots import Robot, RobotModel, check_number
 
 from .adjacent_links import never_colliding_pairs
 from .collision_model import CollisionModel, GeomContacts, collidable_pairs

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bt_manip.checks import check_number
+from bt_manip.robots import check_number
 
 from .collision_world import PADDING, CollisionPair, CollisionWorld
 

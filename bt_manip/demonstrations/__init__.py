@@ -5,7 +5,7 @@ Each name is imported on first use: reading demonstrations needs no physics.
 
 from typing import TYPE_CHECKING
 
-from bt_manip.lazy_exports import lazy_exports
+from bt_manip import lazy_exports
 
 if TYPE_CHECKING:
     from bt_manip.demonstrations.export_lerobot import write_lerobot as write_lerobot

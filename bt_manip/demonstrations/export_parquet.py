@@ -7,10 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from bt_manip.cell import png
 from bt_manip.demonstrations.store import ALL, Demonstration, DemonstrationStore
-from bt_manip.exceptions import BtManipError
-from bt_manip.extras import require_extra
-from bt_manip.png import png
+from bt_manip.exceptions import BtManipError, require_extra
 from bt_manip.record import whole_file, writing
 
 

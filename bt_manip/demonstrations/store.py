@@ -11,9 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from bt_manip.exceptions import BtManipError
-from bt_manip.extras import require_extra
-from bt_manip.input_files import read_text
+from bt_manip.exceptions import BtManipError, require_extra
+from bt_manip.files import read_text
 from bt_manip.record import (
     FileInUseError,
     identity_differences,

@@ -5,7 +5,7 @@ Each name is imported on first use: running episodes needs neither the physics n
 
 from typing import TYPE_CHECKING
 
-from bt_manip.lazy_exports import lazy_exports
+from bt_manip import lazy_exports
 
 if TYPE_CHECKING:
     from bt_manip.evaluation.engine import ProcessPool as ProcessPool

@@ -11,8 +11,7 @@ from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import Any
 
-from bt_manip.exceptions import BtManipError
-from bt_manip.extras import require_extra
+from bt_manip.exceptions import BtManipError, require_extra
 
 from .engine import Worker, WorkerDiedError, portable
 

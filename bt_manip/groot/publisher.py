@@ -11,8 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from bt_manip.bt import Node, NodeStatus, Tree, instance_to_xml, tree_instances
-from bt_manip.exceptions import BtManipError
-from bt_manip.extras import require_extra
+from bt_manip.exceptions import BtManipError, require_extra
 from bt_manip.runner import Run, RunEvent, RunObserver
 
 from .hooks import HookTable, key_of

@@ -7,10 +7,10 @@ import numpy as np
 import pinocchio as pin
 
 from bt_manip.cell import literal_name, short_name
-from bt_manip.checks import as_numbers, check_vector, invalid
 from bt_manip.collision import CollisionWorld
 from bt_manip.exceptions import did_you_mean, shown
-from bt_manip.robots import RobotModel
+from bt_manip.robots import RobotModel, check_vector, invalid
+from bt_manip.spatial import as_numbers
 
 from .problem import IKProblem, Residual
 from .residuals import (

@@ -7,7 +7,9 @@ from typing import TypeAlias
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.checks import (
+from bt_manip.exceptions import shown
+from bt_manip.robots import (
+    RobotModel,
     check_configuration,
     check_count,
     check_generator,
@@ -15,9 +17,7 @@ from bt_manip.checks import (
     check_pose,
     check_positive,
     invalid,
-    shown,
 )
-from bt_manip.robots import RobotModel
 
 from .compiled_problem import CompiledProblem, compile_problem
 from .initial_guesses import InitialGuesses

@@ -3,9 +3,9 @@
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.checks import as_numbers, invalid
 from bt_manip.exceptions import shown
-from bt_manip.robots import RobotModel
+from bt_manip.robots import RobotModel, invalid
+from bt_manip.spatial import as_numbers
 
 _MIN_VOLUME = 1e-9  # bounds the logarithm and the squared singular values at singularities
 

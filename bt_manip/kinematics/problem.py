@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.checks import check_non_negative, check_pose, check_positive, invalid
 from bt_manip.collision import PADDING, CollisionWorld
 from bt_manip.exceptions import shown
+from bt_manip.robots import check_non_negative, check_pose, check_positive, invalid
 
 from .targets import PoseTarget, PositionTarget, RotationTarget, Target
 

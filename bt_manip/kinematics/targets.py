@@ -7,16 +7,16 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.checks import (
-    as_numbers,
+from bt_manip.exceptions import shown
+from bt_manip.robots import (
     check_number,
     check_pose,
     check_positive,
     check_rotation,
     check_vector,
     invalid,
-    shown,
 )
+from bt_manip.spatial import as_numbers
 
 AXES = dict(zip("xyz", np.eye(3), strict=True))
 """The axes of a frame, by name."""

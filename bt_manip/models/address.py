@@ -6,7 +6,6 @@ from dataclasses import replace
 from pathlib import Path
 
 from bt_manip.exceptions import BtManipError, did_you_mean
-from bt_manip.installed import installed_parts
 from bt_manip.models.bundled import bundled_path, bundled_root
 from bt_manip.models.downloads import Progress, terminal_progress
 from bt_manip.models.errors import ModelError
@@ -14,6 +13,7 @@ from bt_manip.models.formats import ModelFormat, built_in_formats, recognise, ro
 from bt_manip.models.found_model import FoundModel, MjcfModel, model_name
 from bt_manip.models.menagerie import menagerie_file
 from bt_manip.models.packages import find_package_file
+from bt_manip.registry import installed_parts
 
 _SUFFIXES = (".xml", ".urdf", ".sdf", ".obj", ".stl", ".dae")
 _FUEL_PLUGIN = "bt-manip-fuel"  # package with SDFormat and the models of Gazebo Fuel

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bt_manip.cache_folder import cache_root
+from bt_manip.files import cache_root
 from bt_manip.models.errors import ModelError
 from bt_manip.models.meshes import Mesh
 

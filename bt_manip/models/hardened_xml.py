@@ -4,7 +4,7 @@ from pathlib import Path
 
 from lxml import etree
 
-from bt_manip.input_files import MAX_BYTES, read_bytes
+from bt_manip.files import MAX_BYTES, read_bytes
 from bt_manip.models.errors import ModelError
 
 

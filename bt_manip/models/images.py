@@ -3,7 +3,7 @@
 import struct
 from pathlib import Path
 
-from bt_manip.input_files import read_bytes
+from bt_manip.files import read_bytes
 
 _SIGNATURE = b"\x89PNG\r\n\x1a\n"
 _MAX_SIZE = 8192  # [pixels] width and height

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from bt_manip.exceptions import did_you_mean
-from bt_manip.input_files import read_bytes
+from bt_manip.files import read_bytes
 from bt_manip.models.errors import ModelError
 from bt_manip.models.hardened_xml import parse_xml
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from lxml import etree
 
-from bt_manip.input_files import check_regular
+from bt_manip.files import check_regular
 from bt_manip.models.errors import ModelError
 from bt_manip.models.hardened_xml import read_xml
 from bt_manip.models.meshes import MAX_MESH_BYTES

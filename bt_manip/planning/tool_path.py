@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.checks import (
+from bt_manip.robots import (
+    ToolLimits,
     check_non_negative,
     check_number,
     check_pose,
     check_vector,
     invalid,
 )
-from bt_manip.robots import ToolLimits
 from bt_manip.trajectories import TOPP_GRIDS, KinematicLimits
 
 ARM_LENGTH = 0.3  # [m/rad] travel that a rotation counts as

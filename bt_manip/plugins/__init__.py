@@ -5,7 +5,7 @@ Each name is imported on first use: ``--help`` needs only the names of plugins.
 
 from typing import TYPE_CHECKING
 
-from bt_manip.lazy_exports import lazy_exports
+from bt_manip import lazy_exports
 
 if TYPE_CHECKING:
     from bt_manip.plugins.entry_points import PREFIX as PREFIX

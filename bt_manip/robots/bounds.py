@@ -7,8 +7,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from bt_manip.exceptions import did_you_mean
-from bt_manip.toml_fields import Key, KeyField, OtherKeys, documented
-from bt_manip.toml_tables import TomlTable
+from bt_manip.toml import Key, KeyField, OtherKeys, TomlTable, documented
 
 from .errors import RobotError
 from .joint_limits import JointLimits

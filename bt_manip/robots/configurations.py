@@ -7,10 +7,8 @@ from typing import Any
 import numpy as np
 
 from bt_manip.exceptions import BtManipError, MotionError, did_you_mean, one_line
-from bt_manip.input_files import MAX_TOML_BYTES, read_text
-from bt_manip.toml_fields import KeyField, plain
-from bt_manip.toml_tables import TomlFile, TomlTable
-from bt_manip.toml_text import BARE_KEY, toml_text
+from bt_manip.files import read_text
+from bt_manip.toml import BARE_KEY, MAX_TOML_BYTES, KeyField, TomlFile, TomlTable, plain, toml_text
 
 from .errors import RobotError
 

@@ -3,9 +3,7 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-from bt_manip.toml_fields import read_fields, write_fields
-from bt_manip.toml_tables import TomlFile
-from bt_manip.toml_text import toml_text
+from bt_manip.toml import TomlFile, read_fields, toml_text, write_fields
 
 from .errors import RobotError
 from .gripper_description import GripperDescription, GripperTable

@@ -13,7 +13,7 @@ from dm_control import composer, mjcf
 
 from bt_manip.cell import BodyNames, entity_of
 from bt_manip.cell.objects import DeclaredGrasp
-from bt_manip.toml_tables import TomlTable
+from bt_manip.toml import TomlTable
 
 from .errors import GripperError, RobotError
 from .grasp_candidates import GraspCandidates

@@ -7,16 +7,18 @@ from typing import Annotated, Any
 
 import pinocchio as pin
 
-from bt_manip.toml_fields import (
+from bt_manip.toml import (
     Key,
     KeyField,
     OtherKeys,
+    PythonSource,
+    TomlFile,
+    TomlTable,
     documented,
     entries_of,
     read_fields,
     write_fields,
 )
-from bt_manip.toml_tables import PythonSource, TomlFile, TomlTable
 
 from .errors import RobotError
 from .model_address import ModelAddress

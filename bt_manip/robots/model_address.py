@@ -4,8 +4,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from bt_manip.toml_fields import KeyField
-from bt_manip.toml_tables import TomlFile, TomlTable
+from bt_manip.toml import KeyField, TomlFile, TomlTable
 
 MENAGERIE = "menagerie:"
 """Prefix of addresses of MuJoCo Menagerie models."""

@@ -9,13 +9,13 @@ import pinocchio as pin
 from dm_control import mjcf
 
 from bt_manip.cell import MonitoredEntity, Wrench
-from bt_manip.checks import check_position_limits
 from bt_manip.exceptions import MotionError
 from bt_manip.spatial import cross
 
 from .addresses import reader
 from .assembly import assemble, find_element
 from .bounds import ArmBounds
+from .checks import check_position_limits
 from .configurations import Configuration, find_configuration
 from .errors import GripperError, RobotError
 from .gripper import Gripper

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import pinocchio as pin
 
-from bt_manip.toml_fields import Key, check_fields, documented
+from bt_manip.toml import Key, check_fields, documented
 
 from .configurations import Configuration, Configurations
 from .errors import RobotError

@@ -12,6 +12,7 @@ from .interventions import Interventions as Interventions
 from .loop import Actor as Actor
 from .loop import Pacing as Pacing
 from .loop import RunLoop as RunLoop
+from .notebook import html_table as html_table
 from .observer import RunModifier as RunModifier
 from .observer import RunObserver as RunObserver
 from .observer import recorder_for as recorder_for

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bt_manip.bt import NodeStatus, Tree
-from bt_manip.notebook import html_table
 
 from .events import EventStream
 from .goal import GoalJudge
 from .interventions import Interventions
 from .loop import RunLoop
+from .notebook import html_table
 from .observer import RunObserver
 from .request import RunRequest
 from .run_log import RunLog

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from bt_manip.exceptions import BtManipError, shown
-from bt_manip.input_files import read_text
+from bt_manip.files import read_text
 
 FORMAT = "bt-manip snapshot"
 VERSION = 7

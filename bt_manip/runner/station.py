@@ -19,7 +19,6 @@ from bt_manip.cell import Cell, OverlapError
 from bt_manip.cell.objects import Catalogue
 from bt_manip.cell.randomization import Randomizer, SceneObject
 from bt_manip.control import Controller, ControllerManager
-from bt_manip.notebook import html_image, html_table
 from bt_manip.registry import Parts
 from bt_manip.robots import Gripper, Robot
 from bt_manip.scenes import (
@@ -37,6 +36,7 @@ from bt_manip.scenes import (
 
 from .commanded_robot import CommandedRobot, NoOnlyRobot, RobotEntities, at_reach
 from .loop import RunLoop
+from .notebook import html_image, html_table
 from .observer import recorder_for
 from .real_robot import RealRobot, check_real, find_backend
 from .request import TICK, RunRequest

@@ -12,15 +12,15 @@ from bt_manip.cell import Region
 from bt_manip.cell.randomization import Randomization, parse_variation
 from bt_manip.exceptions import BtManipError, did_you_mean
 from bt_manip.robots import ArmBounds, Configuration, Configurations, RobotDescription
-from bt_manip.toml_fields import (
+from bt_manip.toml import (
     Key,
     KeyField,
     OtherKeys,
     Tables,
+    TomlTable,
     documented,
     read_part,
 )
-from bt_manip.toml_tables import TomlTable
 
 from .levels import Level
 from .scene_keys import (

@@ -5,9 +5,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 from bt_manip.exceptions import BtManipError
-from bt_manip.input_files import read_toml
 from bt_manip.registry import Parts
-from bt_manip.toml_fields import read_fields
+from bt_manip.toml import read_fields, read_toml
 
 from .scene import Scene
 from .scene_keys import SceneError as SceneError

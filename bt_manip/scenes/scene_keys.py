@@ -15,8 +15,7 @@ from bt_manip.exceptions import BtManipError, did_you_mean
 from bt_manip.models import is_address
 from bt_manip.registry import Parts, Registry
 from bt_manip.robots import ArmBounds, RobotDescription, read_description
-from bt_manip.toml_fields import KeyField, entries_of, read_part
-from bt_manip.toml_tables import TomlFile, TomlTable
+from bt_manip.toml import KeyField, TomlFile, TomlTable, entries_of, read_part
 
 from .levels import VARIED_KINDS, Level
 

@@ -6,7 +6,7 @@ where bt-manip is installed.
 
 from typing import TYPE_CHECKING
 
-from bt_manip.lazy_exports import lazy_exports
+from bt_manip import lazy_exports
 
 if TYPE_CHECKING:
     from bt_manip.testing.behaviour_contract import Example as Example

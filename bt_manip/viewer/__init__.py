@@ -5,12 +5,12 @@ Each name is imported when it is first used: a window needs OpenGL, the terminal
 
 from typing import TYPE_CHECKING
 
-from bt_manip.lazy_exports import lazy_exports
+from bt_manip import lazy_exports
 
 if TYPE_CHECKING:
     from bt_manip.cell import NoOpenGLError as NoOpenGLError
     from bt_manip.cell import render as render
-    from bt_manip.png import write_png as write_png
+    from bt_manip.cell import write_png as write_png
     from bt_manip.viewer.display import NoDisplayError as NoDisplayError
     from bt_manip.viewer.display import require_display as require_display
     from bt_manip.viewer.display import use_offscreen_opengl as use_offscreen_opengl
@@ -25,8 +25,7 @@ if TYPE_CHECKING:
 __getattr__ = lazy_exports(
     __name__,
     {
-        "bt_manip.cell": "NoOpenGLError render",
-        "bt_manip.png": "write_png",
+        "bt_manip.cell": "NoOpenGLError render write_png",
         "bt_manip.viewer.display": "NoDisplayError require_display use_offscreen_opengl",
         "bt_manip.viewer.page": "Page Panel ReplayPage",
         "bt_manip.viewer.plain_view": "PlainView",

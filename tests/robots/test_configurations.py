@@ -5,7 +5,7 @@ import pytest
 from bt_manip.exceptions import BtManipError, MotionError
 from bt_manip.robots import RobotError, load_configurations, save_configuration
 from bt_manip.robots.configurations import find_configuration, read_configurations, read_waypoints
-from bt_manip.toml_tables import TomlFile
+from bt_manip.toml import TomlFile
 
 WAYPOINTS = """\
 - name: Above

@@ -14,7 +14,7 @@ from bt_manip.record.report.recorder import Recorder
 from bt_manip.runner import RunRequest, find_tree, prepare
 from bt_manip.scenes.scene_file import SceneError, read_scene, seed_of
 from bt_manip.spatial import pose
-from bt_manip.toml_lines import line_numbers, line_of
+from bt_manip.toml import line_numbers, line_of
 
 ROBOT = "[[robots]]\nposition = [-0.1, 0.0, 1.015]\n"
 TABLE = ROBOT + '[[objects]]\nmodel = "table"\n'

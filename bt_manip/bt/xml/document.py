@@ -10,7 +10,7 @@ from bt_manip.bt.registry import FORBIDDEN
 from bt_manip.bt.xml.problem import Problems
 from bt_manip.bt.xml.source import Element, Source, XmlError, decode, parse_source
 from bt_manip.exceptions import TreeError
-from bt_manip.input_files import read_bytes
+from bt_manip.files import read_bytes
 
 EXPLICIT: Final = ("Action", "Condition", "Control", "Decorator")
 """Elements whose attribute ID names the node."""

@@ -4,7 +4,6 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
-from bt_manip.installed import installed_parts
 from bt_manip.models import (
     MjcfModel,
     ModelFormat,
@@ -15,7 +14,7 @@ from bt_manip.models import (
     load_model,
     no_downloads,
 )
-from bt_manip.registry import Registry
+from bt_manip.registry import Registry, installed_parts
 
 from .categories import CONTAINER, check_known
 from .cell_object import as_object

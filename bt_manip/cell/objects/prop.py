@@ -8,8 +8,8 @@ import numpy as np
 from dm_control import composer, mjcf
 from dm_control.composer.observation import observable
 
-from bt_manip.checks import as_numbers
 from bt_manip.exceptions import did_you_mean, shown
+from bt_manip.spatial import as_numbers
 
 from ..contacts.contacts import Contacts
 from ..exceptions import CellError

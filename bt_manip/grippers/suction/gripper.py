@@ -10,7 +10,7 @@ from dm_control.composer.observation import observable
 
 from bt_manip.cell import entity_of
 from bt_manip.robots import Gripper, GripperError, Robot
-from bt_manip.toml_tables import TomlTable
+from bt_manip.toml import TomlTable
 
 from ..solids import Solid
 from .cup import Cup, adhesion_actuators

@@ -7,8 +7,7 @@ from typing import Annotated, Any
 import pinocchio as pin
 
 from bt_manip.robots import GripperDescription
-from bt_manip.toml_fields import Key, documented, read_part
-from bt_manip.toml_tables import TomlTable
+from bt_manip.toml import Key, TomlTable, documented, read_part
 
 DEFAULT_LENGTH = 0.05
 """Length of a cup with its stem that is built [m]."""

@@ -10,7 +10,7 @@ from dm_control import mjcf
 
 from bt_manip.cell.objects import DeclaredGrasp
 from bt_manip.robots import Gripper, Robot
-from bt_manip.toml_tables import TomlTable
+from bt_manip.toml import TomlTable
 
 from ..solids import Solid
 from .antipodal_grasps import AntipodalGraspGenerator

@@ -6,8 +6,7 @@ from typing import Annotated, Any
 import pinocchio as pin
 
 from bt_manip.robots import GripperDescription
-from bt_manip.toml_fields import Key, documented, plain, read_part
-from bt_manip.toml_tables import TomlTable
+from bt_manip.toml import Key, TomlTable, documented, plain, read_part
 
 KIND = "two_finger"
 

@@ -11,8 +11,7 @@ import numpy as np
 
 from bt_manip.arm import tool_path
 from bt_manip.bt import NodeStatus, instance_to_xml
-from bt_manip.exceptions import BtManipError
-from bt_manip.extras import require_extra
+from bt_manip.exceptions import BtManipError, require_extra
 from bt_manip.record.files import is_special, whole_file
 from bt_manip.record.identification import identify
 from bt_manip.record.report.run_report import versions

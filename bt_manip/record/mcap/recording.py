@@ -22,11 +22,10 @@ from mcap.stream_reader import MAGIC_SIZE
 from mcap.writer import MCAP0_MAGIC
 
 from bt_manip.exceptions import BtManipError, did_you_mean
-from bt_manip.notebook import html_table
 from bt_manip.record.mcap.mcap_recorder import TOPICS
 from bt_manip.record.mcap.protobuf import control_step_class
 from bt_manip.robots import JointLimits
-from bt_manip.runner import STEP_FIELDS, RunEvent
+from bt_manip.runner import STEP_FIELDS, RunEvent, html_table
 
 _RECORD_HEAD = struct.Struct("<BQ")  # opcode and length
 _MESSAGE_FIELDS = struct.Struct("<HIQQ")  # channel, sequence number, two times

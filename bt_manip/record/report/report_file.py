@@ -13,7 +13,7 @@ from pathlib import Path
 from types import UnionType
 from typing import Any, get_args, get_origin, get_type_hints
 
-from bt_manip.input_files import check_regular
+from bt_manip.files import check_regular
 from bt_manip.record.files import (
     AppendedFile,
     RecordingError,

@@ -8,8 +8,7 @@ import numpy as np
 
 from bt_manip.bt import NodeStatus
 from bt_manip.cell import FrameRenderer, camera_number
-from bt_manip.exceptions import BtManipError
-from bt_manip.extras import require_extra
+from bt_manip.exceptions import BtManipError, require_extra
 from bt_manip.record.files import RecordingError, check_exists, open_output, writing
 from bt_manip.record.mcap.camera_images import parse_size
 from bt_manip.runner import Run, RunObserver

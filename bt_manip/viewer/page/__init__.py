@@ -5,7 +5,7 @@ Each name is imported on first use: panels are registered also where viser is no
 
 from typing import TYPE_CHECKING
 
-from bt_manip.lazy_exports import lazy_exports
+from bt_manip import lazy_exports
 
 if TYPE_CHECKING:
     from bt_manip.viewer.page.camera_panel import CameraPanel as CameraPanel

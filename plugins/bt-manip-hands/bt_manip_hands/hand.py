@@ -11,7 +11,7 @@ from dm_control import mjcf
 from bt_manip.cell import entity_of
 from bt_manip.grippers import Solid
 from bt_manip.robots import FoundGripper, Gripper, Robot, ensure_motors
-from bt_manip.toml_tables import TomlTable
+from bt_manip.toml import TomlTable
 
 from .hand_search import find_hand
 from .parameters import read_parameters

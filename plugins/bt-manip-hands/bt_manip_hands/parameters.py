@@ -3,8 +3,7 @@
 from dataclasses import dataclass
 from typing import Annotated
 
-from bt_manip.toml_fields import Key, documented, read_part
-from bt_manip.toml_tables import TomlTable
+from bt_manip.toml import Key, TomlTable, documented, read_part
 
 Names, Numbers = tuple[str, ...], tuple[float, ...]
 

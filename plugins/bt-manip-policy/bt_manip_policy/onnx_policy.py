@@ -7,7 +7,7 @@ import numpy as np
 import onnxruntime as ort
 
 from bt_manip.exceptions import BtManipError, one_line, shown
-from bt_manip.input_files import read_bytes
+from bt_manip.files import read_bytes
 
 ACTION = "bt_manip.action"
 """Key of the metadata with the kind of the actions."""

@@ -12,17 +12,17 @@ from bt_manip.exceptions import BtManipError
 from bt_manip.robots import RobotDescription, RobotError, panda
 from bt_manip.scenes.scene import FixedCamera, SceneRobot
 from bt_manip.scenes.scene_keys import SceneError, SceneFile
-from bt_manip.toml_fields import (
+from bt_manip.toml import (
     Key,
+    TomlFile,
     check_fields,
     documented,
     read_fields,
     read_part,
     rows,
+    toml_text,
     write_fields,
 )
-from bt_manip.toml_tables import TomlFile
-from bt_manip.toml_text import toml_text
 
 
 @documented

@@ -12,10 +12,10 @@ import numpy as np
 import pinocchio as pin
 
 from bt_manip.exceptions import MotionError, shown
+from bt_manip.spatial import as_numbers
 
 ROTATION_TOLERANCE = 1e-6  # of the lengths and angles of a rotation matrix's axes
 POSITION_ROUNDING = 1e-6  # [rad] beyond a position limit that counts as at the limit
-_FLOAT = np.dtype(float)
 
 
 def invalid(message: str) -> MotionError:
@@ -132,17 +132,6 @@ def check_generator(rng: Any) -> np.random.Generator:
     if not isinstance(rng, np.random.Generator):
         raise invalid(f"rng must be a numpy.random.Generator, got {shown(rng)}")
     return rng
-
-
-def as_numbers(value: Any) -> np.ndarray:
-    """Return a regular array of numbers as a new array of floats; NaN for everything else."""
-    if type(value) is np.ndarray and value.dtype is _FLOAT:
-        return value.copy()
-    try:
-        array = np.array(value)
-    except (TypeError, ValueError, OverflowError):
-        return np.array(np.nan)
-    return array.astype(float, copy=False) if array.dtype.kind in "iuf" else np.array(np.nan)
 
 
 def _invalid_rotation(rotation: Any, name: str) -> MotionError:

@@ -10,8 +10,10 @@ import pinocchio as pin
 
 from bt_manip import spatial
 from bt_manip.exceptions import BtManipError, did_you_mean, shown
-from bt_manip.input_files import MAX_TOML_BYTES, parse_toml, read_text
-from bt_manip.toml_lines import Place, line_numbers, line_of
+from bt_manip.files import read_text
+
+from .lines import Place, line_numbers, line_of
+from .parsing import MAX_TOML_BYTES, parse_toml
 
 LARGEST = 1e10
 """Largest size of a number, in SI units: MuJoCo's, beyond which a state counts as diverged."""

@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from bt_manip.png import png, write_png
+from bt_manip.cell import png, write_png
 
 
 def read(data: bytes) -> np.ndarray:

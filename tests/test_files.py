@@ -5,7 +5,8 @@ import time
 
 import pytest
 
-from bt_manip.input_files import MAX_TOML_NESTING, parse_toml, read_bytes, read_text
+from bt_manip.files import read_bytes, read_text
+from bt_manip.toml import MAX_TOML_NESTING, parse_toml
 
 
 @pytest.fixture

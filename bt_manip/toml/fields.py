@@ -18,7 +18,8 @@ import pinocchio as pin
 
 from bt_manip import spatial
 from bt_manip.exceptions import BtManipError
-from bt_manip.toml_tables import PythonSource, TomlTable
+
+from .tables import PythonSource, TomlTable
 
 T = TypeVar("T")
 

@@ -11,7 +11,7 @@ from bt_manip.bt import NodeStatus, Sequence, Sleep
 from bt_manip.cell import CellError, NoOpenGLError
 from bt_manip.cell import cell as cell_module
 from bt_manip.exceptions import BtManipError
-from bt_manip.notebook import html_table
+from bt_manip.runner import html_table
 
 pytest.importorskip("mcap", reason="the extra [record] is not installed")
 

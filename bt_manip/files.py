@@ -1,24 +1,16 @@
-"""Bounded reading of the files that a user names."""
+"""Bounded reading of the files that a user names, and the folder of computed ones."""
 
 import errno
-import re
+import os
 import stat
-import tomllib
 from math import inf
 from pathlib import Path
-from typing import Any
 
 MAX_BYTES = 64 * 2**20
 """Largest file that is read unless a caller says otherwise [bytes]; models have large meshes."""
 
-MAX_TOML_BYTES = 4 * 2**20
-MAX_TOML_NESTING = 64
-"""Deepest nesting of tables, lists and dotted keys."""
-
-_TEXT = re.compile(  # strings and comments
-    r'''"""(?:\\.|[^\\])*?"""|\'{3}.*?\'{3}|"(?:\\.|[^"\\\n])*"|\'[^\'\n]*\'|#[^\n]*''', re.DOTALL
-)
-_DOTTED = re.compile(rf"(?:[\w-]+[ \t]*\.[ \t]*){{{MAX_TOML_NESTING}}}")
+CACHE_VARIABLE = "BT_MANIP_CACHE"
+"""Environment variable with the cache folder."""
 
 
 def read_bytes(path: Path | str, limit: int = MAX_BYTES) -> bytes:
@@ -71,28 +63,10 @@ def _check_size(path: Path, size: int, limit: float) -> None:
         raise OSError(errno.EFBIG, f"larger than {limit / 2**20:g} MB", str(path))
 
 
-def read_toml(path: Path) -> dict[str, Any]:
-    """Return the content of a TOML file.
+def cache_root() -> Path:
+    """Return the folder in which bt-manip keeps what is slow to compute."""
+    if given := os.environ.get(CACHE_VARIABLE, ""):
+        return Path(given)
+    import platformdirs
 
-    Raises:
-        OSError: If it cannot be read.
-        ValueError: As for `parse_toml`.
-    """
-    return parse_toml(read_text(path, MAX_TOML_BYTES))
-
-
-def parse_toml(text: str) -> dict[str, Any]:
-    """Return the content of a TOML text.
-
-    Raises:
-        ValueError: If it is not TOML, or nested deeper than `MAX_TOML_NESTING`.
-    """
-    bare = _TEXT.sub("s", text)
-    depth = 0
-    for bracket in re.findall(r"[][{}]", bare):
-        depth += 1 if bracket in "[{" else -1
-        if depth > MAX_TOML_NESTING:
-            break
-    if depth > MAX_TOML_NESTING or _DOTTED.search(bare):
-        raise ValueError(f"nested deeper than {MAX_TOML_NESTING} levels")
-    return tomllib.loads(text)
+    return platformdirs.user_cache_path("bt_manip")
