@@ -198,7 +198,7 @@ class Registry(Generic[T]):
 
 
 @dataclass(frozen=True)
-class Surroundings:
+class TreeDefaults:
     """Scene and controller that a tree requires, by registered names; None for any.
 
     Attributes:
@@ -238,7 +238,7 @@ class Parts:
         policies: Kinds of learned policies, which leaves of trees run.
         backends: Real robots, `bt_manip.robots.Backend`.
         pose_sources: Factories, ``factory(expected) -> bt_manip.scenes.PoseSource``.
-        surroundings: Required scene and controller of trees, by the name of the tree.
+        tree_defaults: Required scene and controller of trees, by the name of the tree.
     """
 
     trees: Registry[str] = _registry("tree")
@@ -259,14 +259,14 @@ class Parts:
     panels: Registry[Callable[..., Any]] = _registry("panel")
     faults: Registry[Callable[..., Any]] = _registry("fault")
     policies: Registry[Any] = _registry("kind of policies")
-    surroundings: dict[str, Surroundings] = field(default_factory=dict)
+    tree_defaults: dict[str, TreeDefaults] = field(default_factory=dict)
 
     def by_kind(self) -> Mapping[str, Registry[Any]]:
         """Return the registries by the names of their fields, ``"objects"`` and so on."""
         return {kind: getattr(self, kind) for kind in PART_KINDS}
 
 
-PART_KINDS = tuple(one.name for one in fields(Parts) if one.name != "surroundings")
+PART_KINDS = tuple(one.name for one in fields(Parts) if one.name != "tree_defaults")
 """Kinds of parts, by the names of the fields of `Parts`."""
 
 

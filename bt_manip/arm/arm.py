@@ -13,7 +13,7 @@ from bt_manip.exceptions import MotionError
 from bt_manip.kinematics import InverseKinematics, Target
 from bt_manip.planning import MAX_BLEND, LineTo, Planner, RRTConnect, Step, tool_distance
 from bt_manip.robots import (
-    ArmLink,
+    ArmConnection,
     DeviceError,
     LateError,
     Payload,
@@ -119,7 +119,7 @@ class Arm:
         self.blend_radius = 0.0
         self._settling = 0  # control steps at rest in a compliant stop
         self._unchecked = 0  # control steps since external forces were checked
-        self.link: ArmLink | None = None
+        self.link: ArmConnection | None = None
         self.speed_factor = 1.0
         self.follower = TrajectoryFollower(robot.q)
         self.q, self.v, self.a = self.follower.q, self.follower.v, self.follower.a

@@ -5,10 +5,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from bt_manip.bt.nodes.link import Link, NodeKind, behaviour_of
 from bt_manip.bt.nodes.node import Node
 from bt_manip.bt.nodes.parent import Parent
 from bt_manip.bt.nodes.subtree import SubTree
+from bt_manip.bt.nodes.tree_node import NodeKind, TreeNode, behaviour_of
 from bt_manip.bt.xml.writer import escape
 
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ class _Box:
         span: Width of the box and all below [px].
     """
 
-    link: Link
+    link: TreeNode
     title: str
     details: list[str]
     summary: str = ""
@@ -239,7 +239,7 @@ def _layout(tree: "Tree", ports: bool) -> _Box:
     return _box(tree.nodes[0], links, ports)
 
 
-def _box(link: Link, links: dict[int, Link], ports: bool) -> _Box:
+def _box(link: TreeNode, links: dict[int, TreeNode], ports: bool) -> _Box:
     registration, name = link.registration, link.name
     details: list[str] = []
     summary = ""

@@ -13,8 +13,8 @@ from py_trees.behaviour import Behaviour
 from bt_manip.bt.blackboard import Blackboard
 from bt_manip.bt.goal import bind_goal, reads_cell
 from bt_manip.bt.nodes.binding import OnProblem, bind
-from bt_manip.bt.nodes.link import Link, behaviour_of
 from bt_manip.bt.nodes.node import Node
+from bt_manip.bt.nodes.tree_node import TreeNode, behaviour_of
 from bt_manip.bt.ports import is_pointer
 from bt_manip.bt.runtime import Clock, Observer, Runtime
 from bt_manip.bt.status import FAILURE, RUNNING, SUCCESS, NodeStatus
@@ -81,10 +81,10 @@ class Tree:
         self._runtime.enums.update(enums or {})
         self.observers: list[Observer] = self._runtime.observers
         binding = bind(root, self._runtime, blackboard or Blackboard(), on_problem)
-        self.nodes: list[Link] = binding.nodes
+        self.nodes: list[TreeNode] = binding.nodes
         self.scopes = binding.scopes
         self.goal = bind_goal(goal, self.blackboard, self._runtime, on_problem)
-        self._root: Link = self.nodes[0]
+        self._root: TreeNode = self.nodes[0]
         self._has_foreign = not all(isinstance(link, Node) for link in self.nodes)
         self._infrastructure: dict[str, Any] | None = None
         _make_room(binding.depth)
@@ -120,7 +120,7 @@ class Tree:
                 message, culprit = f"setup: {error}", type(behaviour).__module__
                 raise NodeError(link.path, link.registration, message, culprit) from error
 
-    def tick(self, node: Link | None = None) -> NodeStatus:
+    def tick(self, node: TreeNode | None = None) -> NodeStatus:
         """Tick the tree, and again at once as long as it is woken up.
 
         Args:
@@ -207,7 +207,7 @@ class Tree:
         """Whether a condition of the goal can read the cell, and not only the blackboard."""
         return reads_cell(self.goal)
 
-    def node(self, path: str) -> Link:
+    def node(self, path: str) -> TreeNode:
         """Find a node by its path.
 
         Raises:
@@ -222,7 +222,7 @@ class Tree:
         """Return which node failed last, and why: ``path: reason``, or an empty text."""
         return self._runtime.reason
 
-    def __iter__(self) -> Iterator[Link]:
+    def __iter__(self) -> Iterator[TreeNode]:
         """Iterate over all nodes, depth first."""
         return iter(self.nodes)
 

@@ -5,8 +5,8 @@ from typing import Any
 
 from bt_manip.bt import port_types
 from bt_manip.bt.blackboard import EMPTY, Blackboard, Entry
-from bt_manip.bt.nodes.link import Link
 from bt_manip.bt.nodes.node import Node
+from bt_manip.bt.nodes.tree_node import TreeNode
 from bt_manip.bt.port_types import PortType
 from bt_manip.bt.runtime import Runtime
 from bt_manip.bt.status import PY_STATUS, NodeStatus
@@ -14,7 +14,7 @@ from bt_manip.exceptions import TreeError
 
 
 def get_tree_state(
-    nodes: list[Link], scopes: Mapping[str, Blackboard], runtime: Runtime
+    nodes: list[TreeNode], scopes: Mapping[str, Blackboard], runtime: Runtime
 ) -> dict[str, Any]:
     """Return the state of nodes and scopes as numbers, strings, lists and dicts.
 
@@ -42,7 +42,7 @@ def get_tree_state(
 
 def set_tree_state(
     state: Mapping[str, Any],
-    nodes: list[Link],
+    nodes: list[TreeNode],
     scopes: Mapping[str, Blackboard],
     runtime: Runtime,
 ) -> None:
@@ -106,7 +106,7 @@ def _entry(key: str, state: Mapping[str, Any], types: Mapping[str, PortType]) ->
     return entry
 
 
-def _known_types(nodes: list[Link]) -> dict[str, PortType]:
+def _known_types(nodes: list[TreeNode]) -> dict[str, PortType]:
     types = {
         value.name: value for value in vars(port_types).values() if isinstance(value, PortType)
     }

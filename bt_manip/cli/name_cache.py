@@ -13,7 +13,7 @@ from typing import Any
 
 from bt_manip.exceptions import BtManipError
 from bt_manip.files import cache_root
-from bt_manip.plugins import Choice
+from bt_manip.plugins import PluginSelection
 
 ENTRY_POINTS = "bt_manip"
 """Group of entry points of plugins, as `bt_manip.hookspecs.GROUP`."""
@@ -25,7 +25,7 @@ class NameCache:
     A file that cannot be read or written is no error: the answers are computed again.
     """
 
-    def __init__(self, choice: Choice) -> None:
+    def __init__(self, choice: PluginSelection) -> None:
         """Open the cache for a choice of plugins."""
         stamp = repr([sys.version, sorted(choice.blocked), *_stamps(_files(choice))])
         self._stamp = hashlib.sha256(stamp.encode()).hexdigest()
@@ -67,7 +67,7 @@ class NameCache:
             part.replace(self._path)
 
 
-def _files(choice: Choice) -> Iterator[Path]:
+def _files(choice: PluginSelection) -> Iterator[Path]:
     """Yield the files of bt-manip, of all plugins, and what installed them."""
     from importlib.metadata import entry_points
 

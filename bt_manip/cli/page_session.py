@@ -189,7 +189,7 @@ class PageSession:
 
     def _open_page(self, request: "RunRequest", plugins: "Plugins") -> "Page":
         from bt_manip.cli.run_observers import page_panels
-        from bt_manip.registry import Surroundings
+        from bt_manip.registry import TreeDefaults
         from bt_manip.runner import SCENE
         from bt_manip.scenes import seed_of
         from bt_manip.viewer import Page
@@ -209,7 +209,7 @@ class PageSession:
         }
 
         def scene_of(tree: str) -> str:
-            wanted = parts.surroundings.get(tree, Surroundings()).scene
+            wanted = parts.tree_defaults.get(tree, TreeDefaults()).scene
             return self._options.scene or wanted or SCENE
 
         def make_session(page: Any) -> SessionPanel:

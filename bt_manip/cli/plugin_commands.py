@@ -10,7 +10,7 @@ from pathlib import Path
 
 import click
 
-from bt_manip.plugins import PREFIX, Choice, names_of
+from bt_manip.plugins import PREFIX, PluginSelection, names_of
 
 COMMAND_GROUP = "bt_manip.commands"
 """Entry-point group: the name of each command, and where its click command is defined."""
@@ -65,7 +65,7 @@ class PluginCommand:
         )
 
 
-def plugin_commands(choice: Choice) -> Mapping[str, PluginCommand]:
+def plugin_commands(choice: PluginSelection) -> Mapping[str, PluginCommand]:
     """Return the commands of installed packages by name; of duplicates, the first."""
     found: dict[str, PluginCommand] = {}
     points = importlib.metadata.entry_points(group=COMMAND_GROUP)
@@ -75,7 +75,7 @@ def plugin_commands(choice: Choice) -> Mapping[str, PluginCommand]:
     return found
 
 
-def blame(error: BaseException, choice: Choice) -> PluginCommand | None:
+def blame(error: BaseException, choice: PluginSelection) -> PluginCommand | None:
     """Return the command whose package an exception came from, if any."""
     owners = {c.point.module.partition(".")[0]: c for c in plugin_commands(choice).values()}
     for frame, _ in reversed(list(traceback.walk_tb(error.__traceback__))):

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, TypeVar
 import click
 
 if TYPE_CHECKING:
-    from bt_manip.plugins import Choice, Plugins
+    from bt_manip.plugins import Plugins, PluginSelection
 
 BUILTIN = "builtin"
 _BLOCKED = "bt_manip.blocked"
@@ -50,13 +50,15 @@ def _keeper(key: str) -> Callable[[click.Context, click.Parameter, tuple[object,
     return keep
 
 
-def chosen(ctx: click.Context | None = None) -> "Choice":
+def chosen(ctx: click.Context | None = None) -> "PluginSelection":
     """Return the choice of the options and the environment variables together."""
-    from bt_manip.plugins import Choice
+    from bt_manip.plugins import PluginSelection
 
     ctx = ctx or click.get_current_context(silent=True)
     meta = {} if ctx is None else ctx.meta
-    return Choice.from_environment().extended(meta.get(_BLOCKED, ()), meta.get(_FOLDERS, ()))
+    return PluginSelection.from_environment().extended(
+        meta.get(_BLOCKED, ()), meta.get(_FOLDERS, ())
+    )
 
 
 def load_chosen_plugins() -> "Plugins":
@@ -72,14 +74,14 @@ def warn_of_unknown(plugins: "Plugins") -> None:
     """Print a warning for each name after ``--block`` that no plugin has."""
     from bt_manip.cli.plugin_commands import plugin_commands
     from bt_manip.exceptions import did_you_mean
-    from bt_manip.plugins import Choice, names_of
+    from bt_manip.plugins import PluginSelection, names_of
 
     ctx = click.get_current_context(silent=True)
     wanted = () if ctx is None else ctx.meta.get(_BLOCKED, ())
     if not wanted:
         return
     known = set().union(*(plugin.names for plugin in plugins.plugins))
-    known = known.union(*(names_of(c.point) for c in plugin_commands(Choice()).values()))
+    known = known.union(*(names_of(c.point) for c in plugin_commands(PluginSelection()).values()))
     for name in wanted:
         if name == BUILTIN:
             print_warning(f"--block {name}: built-in parts cannot be blocked")

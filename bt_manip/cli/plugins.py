@@ -55,7 +55,7 @@ def show_plugins(as_json: bool, check: bool) -> int:
 def _tree_problems(loaded: "Plugins") -> list[str]:
     """Return problems of the registered trees, and of the scenes and controllers that they name."""
     from bt_manip.bt import read_tree
-    from bt_manip.registry import Surroundings, UnknownPartError
+    from bt_manip.registry import TreeDefaults, UnknownPartError
     from bt_manip.runner import known_behaviours
 
     parts, problems = loaded.parts, []
@@ -63,7 +63,7 @@ def _tree_problems(loaded: "Plugins") -> list[str]:
     for plugin in loaded.plugins:
         for name in plugin.provides.get("trees", ()):
             found = []
-            wants = parts.surroundings.get(name, Surroundings())
+            wants = parts.tree_defaults.get(name, TreeDefaults())
             for there, wanted in (
                 (parts.scenes, wants.scene),
                 (parts.controllers, wants.controller),

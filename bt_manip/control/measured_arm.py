@@ -3,7 +3,7 @@
 import numpy as np
 from dm_control import mjcf
 
-from bt_manip.robots import ArmLink, Robot, writer
+from bt_manip.robots import ArmConnection, Robot, writer
 
 from .controller import Controller
 
@@ -17,7 +17,7 @@ class MeasuredArm(Controller):
 
     kind = "measured_arm"
 
-    def _build(self, robot: Robot, link: ArmLink) -> None:  # type: ignore[override]
+    def _build(self, robot: Robot, link: ArmConnection) -> None:  # type: ignore[override]
         """Take readings from a link."""
         super()._build(robot)
         self._link = link

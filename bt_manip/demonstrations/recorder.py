@@ -62,7 +62,7 @@ class DemonstrationRecorder:
         Args:
             folder: The folder of the `DemonstrationStore`.
             tree: The tree as the user names it.
-            choice: The `bt_manip.plugins.Choice` of plugins; None: that of the environment.
+            choice: The `bt_manip.plugins.PluginSelection`; None: that of the environment.
             cameras: Cameras whose images are observed.
             size: Width and height of the images [pixels].
             failures: Whether the steps of failed episodes are kept.

@@ -20,7 +20,7 @@ from bt_manip.record import (
 from bt_manip.runner import EPISODE_TIMEOUT, NOT_MET, Run, prepare, request_of
 
 from .engine import WorkerDiedError
-from .variation import Point, varied
+from .variation import ParameterSet, varied
 
 
 class EpisodeId(NamedTuple):
@@ -44,13 +44,13 @@ class Evaluation:
         options: Fields of `bt_manip.runner.RunRequest`; ``seed`` is one of them.
         points: Values of the varied parameters, by name; one empty point if nothing varies.
         timeout: Simulated time after which an episode has failed [s].
-        choice: The `bt_manip.plugins.Choice` of plugins; None: that of the environment.
+        choice: The `bt_manip.plugins.PluginSelection`; None: that of the environment.
         identity: The `EpisodeWorker.identity` that all workers must have; None: any.
     """
 
     tree: str
     options: Mapping[str, Any] = field(default_factory=dict)
-    points: tuple[Point, ...] = ({},)
+    points: tuple[ParameterSet, ...] = ({},)
     timeout: float = EPISODE_TIMEOUT
     choice: Any = None
     identity: Mapping[str, Any] | None = None

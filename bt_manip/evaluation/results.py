@@ -18,7 +18,7 @@ from bt_manip.exceptions import BtManipError
 from bt_manip.record import reading, whole_file, writing
 
 from .episode import EpisodeResult, refuse_difference
-from .variation import Point
+from .variation import ParameterSet
 
 IDENTITY = "_evaluation.json"
 """File of what the results depend on; readers of Parquet folders ignore names with ``_``."""
@@ -48,7 +48,9 @@ class ResultFolder:
         results: The results of earlier evaluations in this folder.
     """
 
-    def __init__(self, path: Path, identity: Mapping[str, Any], points: Sequence[Point]) -> None:
+    def __init__(
+        self, path: Path, identity: Mapping[str, Any], points: Sequence[ParameterSet]
+    ) -> None:
         """Create the folder, or continue one of the same evaluation.
 
         Args:
@@ -159,7 +161,7 @@ def _rows_of(path: Path) -> tuple[list[EpisodeResult], list[EpisodeResult]]:
     return list(kept.values()), latest
 
 
-def _schema(points: Sequence[Point]) -> pa.Schema:
+def _schema(points: Sequence[ParameterSet]) -> pa.Schema:
     columns = {one.name: _column_type(one) for one in fields(EpisodeResult)}
     for name in _parameters(points[0]):
         values = [_parameters(point)[name] for point in points]
@@ -178,6 +180,6 @@ def _column_type(field: Field[Any]) -> pa.DataType:
     return _TYPES[plain[0]]
 
 
-def _parameters(point: Point) -> dict[str, Any]:
+def _parameters(point: ParameterSet) -> dict[str, Any]:
     """Return the columns of the varied parameters."""
     return {f"vary.{name}": value for name, value in point.items()}

@@ -93,7 +93,7 @@ class StressTester:
 
         Args:
             tree: The tree as the user names it.
-            choice: The `bt_manip.plugins.Choice` of plugins; None: that of the environment.
+            choice: The `bt_manip.plugins.PluginSelection`; None: that of the environment.
             **options: Fields of `RunRequest`; controller and scene are the tree's by default.
 
         Raises:

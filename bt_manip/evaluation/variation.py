@@ -16,7 +16,7 @@ from bt_manip.registry import Parts
 from bt_manip.runner import RunRequest
 from bt_manip.scenes import Scene, find_robot, find_scene, with_level
 
-Point = Mapping[str, Any]
+ParameterSet = Mapping[str, Any]
 """Values of the varied parameters, by name."""
 
 CHOSEN = ("robot", "controller", "scene", "planner")
@@ -74,7 +74,7 @@ def parse_parameter(text: str) -> Parameter:
         return Parameter(name, tuple(one.strip() for one in given.split(",")))
 
 
-def parse_point(texts: Iterable[str]) -> Point:
+def parse_point(texts: Iterable[str]) -> ParameterSet:
     """Read parameters that have one value each.
 
     Raises:
@@ -87,7 +87,7 @@ def parse_point(texts: Iterable[str]) -> Point:
     return {one.name: one.values[0] for one in parameters}
 
 
-def grid(parameters: Sequence[Parameter]) -> tuple[Point, ...]:
+def grid(parameters: Sequence[Parameter]) -> tuple[ParameterSet, ...]:
     """Return all combinations of values.
 
     Raises:
@@ -104,7 +104,7 @@ def grid(parameters: Sequence[Parameter]) -> tuple[Point, ...]:
     return tuple(dict(zip(names, values, strict=True)) for values in combinations)
 
 
-def samples(parameters: Sequence[Parameter], n: int, seed: int) -> tuple[Point, ...]:
+def samples(parameters: Sequence[Parameter], n: int, seed: int) -> tuple[ParameterSet, ...]:
     """Sample points by Latin hypercube sampling (McKay, Beckman and Conover 1979).
 
     Args:
@@ -118,7 +118,7 @@ def samples(parameters: Sequence[Parameter], n: int, seed: int) -> tuple[Point, 
     return tuple({one.name: one.at(float(q[i])) for one, q in pairs} for i in range(n))
 
 
-def varied(request: RunRequest, parts: Parts, point: Point) -> tuple[RunRequest, Parts]:
+def varied(request: RunRequest, parts: Parts, point: ParameterSet) -> tuple[RunRequest, Parts]:
     """Return a request and parts with the values of a point.
 
     Raises:

@@ -15,7 +15,7 @@ from .fault import Fault, FaultContext, FaultError
 from .planned_fault import PlannedFault
 
 if TYPE_CHECKING:
-    from bt_manip.bt.nodes import Link
+    from bt_manip.bt.nodes import TreeNode
 
 
 class FaultInjector(RunModifier):
@@ -126,7 +126,7 @@ class FaultInjector(RunModifier):
         while self._active:
             self._active.pop()[1].end()
 
-    def _node_changed(self, node: "Link", old: NodeStatus, new: NodeStatus) -> None:
+    def _node_changed(self, node: "TreeNode", old: NodeStatus, new: NodeStatus) -> None:
         if old is NodeStatus.IDLE:
             for pending in self._pending:
                 if pending.node is None and any(node is one for one in pending.nodes):

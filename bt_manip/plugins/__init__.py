@@ -9,7 +9,7 @@ from bt_manip import lazy_exports
 
 if TYPE_CHECKING:
     from bt_manip.plugins.entry_points import PREFIX as PREFIX
-    from bt_manip.plugins.entry_points import Choice as Choice
+    from bt_manip.plugins.entry_points import PluginSelection as PluginSelection
     from bt_manip.plugins.entry_points import names_of as names_of
     from bt_manip.plugins.loading import load_plugins as load_plugins
     from bt_manip.plugins.plugin import BUILTIN as BUILTIN
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 __getattr__ = lazy_exports(
     __name__,
     {
-        "bt_manip.plugins.entry_points": "PREFIX Choice names_of",
+        "bt_manip.plugins.entry_points": "PREFIX PluginSelection names_of",
         "bt_manip.plugins.loading": "load_plugins",
         "bt_manip.plugins.plugin": "BUILTIN Plugin Plugins PluginWarning",
         "bt_manip.plugins.scaffold": "write_plugin",

@@ -23,7 +23,7 @@ FOLDERS_VARIABLE = "BT_MANIP_PLUGINS_DIR"
 
 
 @dataclass(frozen=True)
-class Choice:
+class PluginSelection:
     """Selection of plugins beside the built-in one.
 
     Attributes:
@@ -35,16 +35,20 @@ class Choice:
     folders: tuple[Path, ...] = ()
 
     @classmethod
-    def from_environment(cls) -> "Choice":
+    def from_environment(cls) -> "PluginSelection":
         """Read the selection from environment variables."""
         names = re.split(r"[\s,]+", os.environ.get(BLOCK_VARIABLE, ""))
         folders = os.environ.get(FOLDERS_VARIABLE, "").split(os.pathsep)
         return cls().extended(names, map(Path, filter(None, folders)))
 
-    def extended(self, blocked: Iterable[str] = (), folders: Iterable[Path] = ()) -> "Choice":
+    def extended(
+        self, blocked: Iterable[str] = (), folders: Iterable[Path] = ()
+    ) -> "PluginSelection":
         """Return a selection with further blocked names and folders."""
         more = tuple(folder for folder in dict.fromkeys(folders) if folder not in self.folders)
-        return Choice(self.blocked | {name for name in blocked if name}, self.folders + more)
+        return PluginSelection(
+            self.blocked | {name for name in blocked if name}, self.folders + more
+        )
 
     def blocks(self, names: Iterable[str]) -> bool:
         """Return whether any of these names is blocked."""

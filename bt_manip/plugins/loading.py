@@ -22,9 +22,9 @@ import pluggy
 
 from bt_manip import hookspecs
 from bt_manip.exceptions import BtManipError, did_you_mean
-from bt_manip.plugins.entry_points import Choice, in_folders, installed, names_of
+from bt_manip.plugins.entry_points import PluginSelection, in_folders, installed, names_of
 from bt_manip.plugins.plugin import BUILTIN, Implementation, Plugin, Plugins, PluginWarning
-from bt_manip.plugins.stage import Stage
+from bt_manip.plugins.registrar import Registrar
 from bt_manip.registry import Parts
 
 
@@ -33,7 +33,7 @@ def load_plugins(
     entry_points: Iterable[EntryPoint] | None = None,
     builtin: object | None = None,
     warn: Callable[[str], None] | None = None,
-    choice: Choice | None = None,
+    choice: PluginSelection | None = None,
 ) -> Plugins:
     """Load the built-in plugin and all installed ones that are not blocked.
 
@@ -61,7 +61,7 @@ def load_plugins(
     if entry_points is None:
         entry_points = installed()
     if choice is None:
-        choice = Choice.from_environment()
+        choice = PluginSelection.from_environment()
     points = sorted(entry_points, key=lambda p: (p.name, p.value))
     points += in_folders(choice.folders)
     parts = Parts()
@@ -94,9 +94,9 @@ def _missing(plugins: Iterable[Plugin]) -> str:
 def _builtin(plugin: object, parts: Parts) -> Plugin:
     """Collect the built-in parts; errors in them are bugs and are not caught."""
     version = version_of("bt-manip")
-    stage = Stage(BUILTIN, parts)
-    observers = _call_hooks(plugin, stage)
-    provides, module = stage.merge(), _module_of(plugin)
+    registrar = Registrar(BUILTIN, parts)
+    observers = _call_hooks(plugin, registrar)
+    provides, module = registrar.merge(), _module_of(plugin)
     source = _file_of(plugin)
     return Plugin(BUILTIN, version, source, provides, observers, module=module, package="bt-manip")
 
@@ -104,7 +104,7 @@ def _builtin(plugin: object, parts: Parts) -> Plugin:
 def _load(point: EntryPoint, parts: Parts, taken: list[str]) -> Plugin:
     """Load one plugin; on a failure return it with its problem and register nothing."""
     found = _found(point)
-    stage = Stage(point.name, parts)
+    registrar = Registrar(point.name, parts)
     try:
         if point.name in taken:
             raise BtManipError("another plugin has the same name")
@@ -112,20 +112,20 @@ def _load(point: EntryPoint, parts: Parts, taken: list[str]) -> Plugin:
         with contextlib.redirect_stdout(sys.stderr):
             plugin = point.load()
             found = replace(found, source=_file_of(plugin) or found.source)
-            observers = _call_hooks(plugin, stage)
-        return replace(found, provides=stage.merge(), observers=observers)
+            observers = _call_hooks(plugin, registrar)
+        return replace(found, provides=registrar.merge(), observers=observers)
     except (Exception, SystemExit) as error:
         return replace(found, problem=_describe(error))
 
 
-def _call_hooks(plugin: object, stage: Stage) -> tuple[Implementation, ...]:
+def _call_hooks(plugin: object, registrar: Registrar) -> tuple[Implementation, ...]:
     """Call the registering hooks of a plugin; return its observing ones."""
     observers = []
     for found in _implementations(plugin):
         if found.name in hookspecs.OBSERVING:
             observers.append(found)
         else:
-            register = stage.register(found.name.removeprefix("register_"))
+            register = registrar.register(found.name.removeprefix("register_"))
             found.function(**{argument: register for argument in found.arguments})
     return tuple(observers)
 

@@ -11,7 +11,7 @@ from bt_manip.robots import RobotDescription
 from bt_manip.runner import EPISODE_TIMEOUT, Run, RunObserver, prepare, request_of
 
 if TYPE_CHECKING:
-    from bt_manip.bt.nodes import Link
+    from bt_manip.bt.nodes import TreeNode
 
 STARTS = 3
 """Starts of a task that are sampled."""
@@ -104,8 +104,8 @@ class _Watch(RunObserver):
 
     def __init__(self) -> None:
         """Wait for the first failure."""
-        self.failed: tuple[Link, str] | None = None
-        self.moves: list[Link] = []
+        self.failed: tuple[TreeNode, str] | None = None
+        self.moves: list[TreeNode] = []
         self.reason, self.succeeded = "", False
 
     def run_started(self, run: Run) -> None:
@@ -116,7 +116,7 @@ class _Watch(RunObserver):
         """Keep the result."""
         self.reason, self.succeeded = reason, status == NodeStatus.SUCCESS.name
 
-    def _node_changed(self, node: "Link", old: NodeStatus, new: NodeStatus) -> None:
+    def _node_changed(self, node: "TreeNode", old: NodeStatus, new: NodeStatus) -> None:
         failed = new is NodeStatus.FAILURE and isinstance(node, ArmBehaviour)
         if failed and self.failed is None:
             self.failed = node, f"{node.name}: {node.feedback_message}"

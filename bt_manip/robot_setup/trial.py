@@ -31,7 +31,7 @@ from bt_manip.scenes import table_and_basket
 from .inspection import tool_findings
 
 if TYPE_CHECKING:
-    from bt_manip.bt.nodes import Link
+    from bt_manip.bt.nodes import TreeNode
     from bt_manip.runner import Run
 
 
@@ -190,7 +190,7 @@ class _Watch(RunObserver):
         """Forget the failures of the last cycle."""
         self._in_cycle = []
 
-    def _node_changed(self, node: "Link", old: NodeStatus, new: NodeStatus) -> None:
+    def _node_changed(self, node: "TreeNode", old: NodeStatus, new: NodeStatus) -> None:
         if new is NodeStatus.FAILURE and isinstance(node, ArmBehaviour):
             self._in_cycle.append(f"{node.name}: {node.feedback_message}")
 

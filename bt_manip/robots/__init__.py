@@ -25,6 +25,9 @@ from .configurations import Configuration as Configuration
 from .configurations import Configurations as Configurations
 from .configurations import load_configurations as load_configurations
 from .configurations import save_configuration as save_configuration
+from .connection import ArmConnection as ArmConnection
+from .connection import GripperConnection as GripperConnection
+from .connection import LateError as LateError
 from .description_file import description_text as description_text
 from .description_file import read_description as read_description
 from .description_file import read_gripper as read_gripper
@@ -47,9 +50,6 @@ from .joint_limits import JointLimits as JointLimits
 from .joint_limits import VelocityNearLimits as VelocityNearLimits
 from .joint_limits import effort_limit as effort_limit
 from .joint_limits import sampling_bounds as sampling_bounds
-from .link import ArmLink as ArmLink
-from .link import GripperLink as GripperLink
-from .link import LateError as LateError
 from .model_address import MENAGERIE as MENAGERIE
 from .motors import add_feedback as add_feedback
 from .motors import ensure_motors as ensure_motors

@@ -19,7 +19,7 @@ from .errors import GripperError, RobotError
 from .grasp_candidates import GraspCandidates
 
 if TYPE_CHECKING:
-    from .link import GripperLink
+    from .connection import GripperConnection
     from .robot import Robot
 
 GRIP_FORCE = 50.0
@@ -120,7 +120,7 @@ class Gripper(composer.Entity, abc.ABC):
         return None
 
     @classmethod
-    def on_device(cls, link: "GripperLink") -> "Callable[[Robot], Gripper]":
+    def on_device(cls, link: "GripperConnection") -> "Callable[[Robot], Gripper]":
         """Return a factory of grippers of this kind that command a real one.
 
         Args:

@@ -15,7 +15,7 @@ from bt_manip.control import Controller, ControllerManager, MeasuredArm
 from bt_manip.exceptions import BtManipError
 from bt_manip.grasping import GraspPlanner, ReachFromAbove
 from bt_manip.registry import Parts
-from bt_manip.robots import ArmLink, Gripper, Robot, compile_alone
+from bt_manip.robots import ArmConnection, Gripper, Robot, compile_alone
 from bt_manip.scenes import SceneRobot, find_robot
 
 from .real_robot import BackendChoice
@@ -168,7 +168,7 @@ class RobotEntities:
             backend.check_controller(chosen.controller)
         self._robot = make_robot(chosen, parts, backend)
         controllers = parts.controllers
-        self.link: ArmLink | None = None
+        self.link: ArmConnection | None = None
         if backend is not None:
             self.link = backend.link_arm(self._robot.limits)
             make: Any = partial(MeasuredArm, link=self.link)

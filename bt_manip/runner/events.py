@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from bt_manip.bt import NodeStatus, pointed_key
-from bt_manip.bt.nodes import Link
+from bt_manip.bt.nodes import TreeNode
 from bt_manip.cell import ContactEventDetector, as_object
 from bt_manip.exceptions import BtManipError
 
@@ -73,7 +73,7 @@ class EventStream:
         self._run, self._cell, self._tree = run, run.station.cell, run.tree
         self._listeners: dict[str, list[Listener]] = {kind: [] for kind in KINDS}
         self._kinds: set[str] = set()  # that are wanted
-        self._nodes: Sequence[Link] | None = None
+        self._nodes: Sequence[TreeNode] | None = None
         self._entries: dict[str, tuple[Any, int]] = {}  # blackboard entries and their sequences
         self._written: list[Any] = []  # the same without their keys
         self._entities: dict[str, Any] = {}
@@ -147,7 +147,7 @@ class EventStream:
     def _wanted(self, *kinds: str) -> bool:
         return not self._kinds.isdisjoint(kinds)
 
-    def _status_changed(self, node: Link, old: NodeStatus, new: NodeStatus) -> None:
+    def _status_changed(self, node: TreeNode, old: NodeStatus, new: NodeStatus) -> None:
         if self._tree.nodes is self._nodes:
             self._emit_status(node, old, new)
         else:  # replaced by an edited tree
@@ -156,7 +156,7 @@ class EventStream:
     def _intervened(self, data: dict[str, Any]) -> None:
         self.emit("intervention", data)
 
-    def _emit_status(self, node: Link, old: NodeStatus, new: NodeStatus) -> None:
+    def _emit_status(self, node: TreeNode, old: NodeStatus, new: NodeStatus) -> None:
         if self._wanted("status"):
             reason = str(node.feedback_message) if new is NodeStatus.FAILURE else ""
             data = {"uid": node.uid, "path": node.path, "old": old.name, "status": new.name}
@@ -164,7 +164,7 @@ class EventStream:
         if new is NodeStatus.SUCCESS and self._wanted("message"):
             self._emit_message(node)
 
-    def _emit_message(self, node: Link) -> None:
+    def _emit_message(self, node: TreeNode) -> None:
         text = str(node.feedback_message)
         if text != self._messages.get(node.uid, ""):
             self._messages[node.uid] = text

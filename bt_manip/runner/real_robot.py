@@ -11,11 +11,11 @@ from bt_manip.cell.randomization import Randomization
 from bt_manip.exceptions import BtManipError, did_you_mean
 from bt_manip.registry import Parts
 from bt_manip.robots import (
-    ArmLink,
+    ArmConnection,
     Backend,
     DeviceError,
     Gripper,
-    GripperLink,
+    GripperConnection,
     JointLimits,
     LateError,
 )
@@ -69,15 +69,15 @@ class BackendChoice:
                 f"backend '{self.name}' has no controller '{name}'{did_you_mean(name, known)}"
             )
 
-    def link_arm(self, limits: JointLimits) -> ArmLink:
+    def link_arm(self, limits: JointLimits) -> ArmConnection:
         """Connect the arm.
 
         Raises:
             DeviceError: If it cannot be reached.
         """
-        return ArmLink(self.backend.arm, self.address, limits)
+        return ArmConnection(self.backend.arm, self.address, limits)
 
-    def link_gripper(self) -> GripperLink:
+    def link_gripper(self) -> GripperConnection:
         """Connect and home the gripper.
 
         Raises:
@@ -85,7 +85,7 @@ class BackendChoice:
         """
         if self.backend.gripper is None:
             raise DeviceError(f"backend '{self.name}' has no gripper", self.address)
-        return GripperLink(self.backend.gripper, self.address)
+        return GripperConnection(self.backend.gripper, self.address)
 
 
 def find_backend(text: str, parts: Parts) -> BackendChoice:
@@ -125,7 +125,7 @@ class RealRobot:
     """
 
     def __init__(
-        self, choice: BackendChoice, link: ArmLink, arm: Arm, gripper: Gripper | None
+        self, choice: BackendChoice, link: ArmConnection, arm: Arm, gripper: Gripper | None
     ) -> None:
         """Put the simulated arm where the real one is.
 

@@ -6,7 +6,7 @@ from types import MappingProxyType
 from typing import Any
 
 from bt_manip.exceptions import BtManipError
-from bt_manip.registry import Parts, Surroundings
+from bt_manip.registry import Parts, TreeDefaults
 from bt_manip.robots import Configuration, RobotDescription
 from bt_manip.scenes import PHYSICS, Scene
 from bt_manip.trajectories import CONTROL_STEP
@@ -130,7 +130,7 @@ def request_of(tree: str, parts: Parts, **options: Any) -> RunRequest:
     Raises:
         BtManipError: If there is no such tree, or an option is out of range.
     """
-    wants = parts.surroundings.get(tree, Surroundings())
+    wants = parts.tree_defaults.get(tree, TreeDefaults())
     defaults = {"scene": wants.scene, "controller": wants.controller}
     if options.get("backend"):
         choice = find_backend(options["backend"], parts)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from bt_manip.bt import NodeStatus, Tree
 
 if TYPE_CHECKING:
-    from bt_manip.bt.nodes import Link
+    from bt_manip.bt.nodes import TreeNode
 
 
 _ENDS = (NodeStatus.SUCCESS, NodeStatus.FAILURE)
@@ -64,7 +64,7 @@ class TreeCoverage:
                 # A substituted node has no children.
                 nodes[node.path] = _Node(node.path, not node.children, ends)
 
-        def note(node: "Link", old: NodeStatus, new: NodeStatus) -> None:
+        def note(node: "TreeNode", old: NodeStatus, new: NodeStatus) -> None:
             if new is not NodeStatus.IDLE:
                 seen = nodes[node.path]
                 seen.ticked = True

@@ -125,11 +125,11 @@ def load_plugin() -> Callable[..., Plugins]:
     """
 
     def load(*modules: object) -> Plugins:
-        from bt_manip.plugins import Choice, load_plugins
+        from bt_manip.plugins import PluginSelection, load_plugins
 
         points = [_Given(p) for p in modules]
         problems: list[str] = []
-        loaded = load_plugins(entry_points=points, warn=problems.append, choice=Choice())
+        loaded = load_plugins(entry_points=points, warn=problems.append, choice=PluginSelection())
         if problems:
             raise AssertionError("\n".join(problems))
         return loaded

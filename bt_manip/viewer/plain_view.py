@@ -4,7 +4,7 @@ from typing import Any
 
 from rich.console import Console
 
-from bt_manip.bt.nodes import Link
+from bt_manip.bt.nodes import TreeNode
 from bt_manip.runner import Run, RunObserver
 from bt_manip.viewer.progress import Progress
 from bt_manip.viewer.wrapping import print_wrapped
@@ -63,7 +63,7 @@ class PlainView(RunObserver):
     def _elapsed(self) -> float:
         return float(self._cell.time - self._start)
 
-    def _node_changed(self, node: Link, old: Any, new: Any) -> None:
+    def _node_changed(self, node: TreeNode, old: Any, new: Any) -> None:
         if node.children or new.name not in ("SUCCESS", "FAILURE"):
             return
         before, self._ended[node] = self._ended.get(node), (self._tick, new.name)

@@ -9,7 +9,7 @@ from rich.live import Live
 from rich.text import Text
 
 from bt_manip.bt import NodeStatus
-from bt_manip.bt.nodes import Link
+from bt_manip.bt.nodes import TreeNode
 from bt_manip.runner import Run, RunObserver
 from bt_manip.viewer.progress import Progress
 from bt_manip.viewer.wrapping import print_wrapped
@@ -91,7 +91,7 @@ class TerminalView(RunObserver):
         if live is not None:
             live.stop()
 
-    def _node_changed(self, node: Link, old: Any, new: Any) -> None:
+    def _node_changed(self, node: TreeNode, old: Any, new: Any) -> None:
         """Keep the final status of a node: a parent resets its children as soon as it ends."""
         behaviour = getattr(node, "behaviour", node)  # of a wrapped stock behaviour
         if new.name != "IDLE" or old.name == "RUNNING":

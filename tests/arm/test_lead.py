@@ -5,7 +5,7 @@ import pytest
 
 from bt_manip.exceptions import MotionError
 from bt_manip.robots import LateError
-from bt_manip.robots.link_worker import rows_problem
+from bt_manip.robots.connection_worker import rows_problem
 
 
 class Table:

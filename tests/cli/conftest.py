@@ -77,7 +77,7 @@ def commands_share_plugins(loaded_plugins, monkeypatch) -> None:
     """Let commands have the working plugins that one before has loaded; registries give copies."""
     load = plugins.load_plugins
 
-    def load_once(*, choice: plugins.Choice, **options: Any) -> plugins.Plugins:
+    def load_once(*, choice: plugins.PluginSelection, **options: Any) -> plugins.Plugins:
         key = choice, tuple(sys.path)
         if key not in loaded_plugins:
             loaded = load(choice=choice, **options)

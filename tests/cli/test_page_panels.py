@@ -7,7 +7,7 @@ pytest.importorskip("viser", reason="the extra [view] is not installed")
 from bt_manip import build_station
 from bt_manip.bt import Sleep, Tree
 from bt_manip.cli.run_observers import page_panels
-from bt_manip.plugins import Choice, load_plugins
+from bt_manip.plugins import PluginSelection, load_plugins
 from bt_manip.runner import Run, RunRequest, TreeSource
 from bt_manip.viewer import Page
 
@@ -31,7 +31,7 @@ def watched_run(tmp_path, capsys):
     def run(body: str):
         (tmp_path / "bad_panel.py").write_text(PLUGIN.format(body))
         plugins = load_plugins(
-            entry_points=(), warn=pytest.fail, choice=Choice(folders=(tmp_path,))
+            entry_points=(), warn=pytest.fail, choice=PluginSelection(folders=(tmp_path,))
         )
         page = Page(page_panels(plugins), port=0, speed=None)
         try:

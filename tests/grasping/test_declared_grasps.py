@@ -12,10 +12,10 @@ from bt_manip.cell import Cell
 from bt_manip.cell.objects import ModelObject, Mug
 from bt_manip.exceptions import MotionError
 from bt_manip.grasping.grasp_planner import declared_grasps
-from bt_manip.plugins import Choice, load_plugins
+from bt_manip.plugins import PluginSelection, load_plugins
 from bt_manip.spatial import pose
 
-PLUGIN = Choice(folders=(Path(__file__).with_name("plugin"),))
+PLUGIN = PluginSelection(folders=(Path(__file__).with_name("plugin"),))
 RIM = """<mujoco><worldbody><body name="cup">
 <geom type="box" size="0.03 0.03 0.04" pos="0 0 0.04"/>
 <site name="grasp_rim" type="box" size="0.01 0.002 0.01" pos="0 0.03 0.07" zaxis="0 0 -1"/>

@@ -5,7 +5,7 @@ import os
 import pytest
 import trimesh
 
-from bt_manip import installed
+from bt_manip import registry
 from bt_manip.models import (
     MjcfModel,
     ModelError,
@@ -67,7 +67,7 @@ def test_sources_and_formats_of_installed_plugins_are_the_default(tmp_path, monk
     parts = Parts()
     parts.model_formats.add("ball", ball, "test")
     parts.model_sources.add("shelf", lambda address, progress: tmp_path / "red.ball", "test")
-    monkeypatch.setattr(installed, "_load", lambda: parts)
+    monkeypatch.setattr(registry, "_load", lambda: parts)
     assert load_model(str(tmp_path / "red.ball")).xml == "<mujoco/>"
     assert load_model("shelf:red").address == "shelf:red"
     with pytest.raises(ModelError, match="not a model"):
@@ -77,7 +77,7 @@ def test_sources_and_formats_of_installed_plugins_are_the_default(tmp_path, monk
 
 
 def test_models_of_built_in_sources_and_formats_load_no_plugins(tmp_path, monkeypatch):
-    monkeypatch.setattr(installed, "_load", lambda: pytest.fail("plugins were loaded"))
+    monkeypatch.setattr(registry, "_load", lambda: pytest.fail("plugins were loaded"))
     trimesh.creation.box((0.1, 0.1, 0.1)).export(tmp_path / "box.stl")
     assert "mesh" in load_model(str(tmp_path / "box.stl")).xml
     assert load_model("bundled:cube").path == bundled_path("cube/cube.xml")

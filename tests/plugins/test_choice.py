@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import pytest
 
 from bt_manip.exceptions import BtManipError
-from bt_manip.plugins import Choice, load_plugins
+from bt_manip.plugins import PluginSelection, load_plugins
 from bt_manip.plugins.entry_points import names_of
 
 BALL = """
@@ -20,25 +20,25 @@ BALL = """
 def test_environment_variables_hold_several_names_and_folders(monkeypatch):
     for name in ("BT_MANIP_BLOCK", "BT_MANIP_PLUGINS_DIR"):
         monkeypatch.delenv(name, raising=False)
-    assert Choice.from_environment() == Choice()
+    assert PluginSelection.from_environment() == PluginSelection()
     monkeypatch.setenv("BT_MANIP_BLOCK", "toys, arms\tpaint")
     monkeypatch.setenv("BT_MANIP_PLUGINS_DIR", f"a{os.pathsep}b")
-    choice = Choice.from_environment()
-    assert choice == Choice(frozenset({"toys", "arms", "paint"}), (Path("a"), Path("b")))
+    choice = PluginSelection.from_environment()
+    assert choice == PluginSelection(frozenset({"toys", "arms", "paint"}), (Path("a"), Path("b")))
 
 
 def test_options_add_to_the_environment():
-    choice = Choice(frozenset({"toys"}), (Path("a"),)).extended(
+    choice = PluginSelection(frozenset({"toys"}), (Path("a"),)).extended(
         ["arms", ""], [Path("a"), Path("b")]
     )
-    assert choice == Choice(frozenset({"toys", "arms"}), (Path("a"), Path("b")))
+    assert choice == PluginSelection(frozenset({"toys", "arms"}), (Path("a"), Path("b")))
 
 
 def test_a_blocked_plugin_is_not_imported_and_its_absence_is_explained(plugin, load):
     point = plugin("toys", "raise SystemExit")
     warnings: list[str] = []
     plugins = load_plugins(
-        entry_points=[point], warn=warnings.append, choice=Choice(frozenset({"toys"}))
+        entry_points=[point], warn=warnings.append, choice=PluginSelection(frozenset({"toys"}))
     )
     assert warnings == []
     assert plugins.plugins[1].status == "blocked"
@@ -52,7 +52,7 @@ def test_a_plugin_is_blocked_by_its_own_name_or_its_packages():
 
 
 def test_the_built_in_plugin_cannot_be_blocked(load):
-    plugins = load_plugins(entry_points=(), choice=Choice(frozenset({"builtin"})))
+    plugins = load_plugins(entry_points=(), choice=PluginSelection(frozenset({"builtin"})))
     assert "cube" in plugins.parts.objects
 
 
@@ -63,7 +63,7 @@ def test_each_file_of_a_folder_is_a_plugin_and_shadows_no_module(tmp_path):
         (tmp_path / f"{name}.py").write_text(code)
     (tmp_path / "_private.py").write_text("raise RuntimeError")
     (tmp_path / "notes.txt").write_text("nothing")
-    plugins = load_plugins(entry_points=(), choice=Choice(folders=(tmp_path,)))
+    plugins = load_plugins(entry_points=(), choice=PluginSelection(folders=(tmp_path,)))
     assert [p.name for p in plugins.plugins] == ["builtin", "numpy", "tree"]
     assert plugins.parts.objects.owner("of_tree") == "tree"
     assert plugins.plugins[2].source == str(tmp_path / "tree.py")
@@ -76,7 +76,7 @@ def test_a_file_that_fails_leaves_no_module_behind(tmp_path):
     import sys
 
     (tmp_path / "half.py").write_text("x = 1\nraise RuntimeError('no')\n")
-    load_plugins(entry_points=(), warn=print, choice=Choice(folders=(tmp_path,)))
+    load_plugins(entry_points=(), warn=print, choice=PluginSelection(folders=(tmp_path,)))
     assert not [name for name in sys.modules if "half" in name]
 
 
@@ -87,7 +87,7 @@ def test_an_exception_of_a_file_is_blamed_on_it(tmp_path):
         "@hookimpl\ndef register_objects(register): register('stone', thrower)\n"
     )
     (tmp_path / "quarry.py").write_text(code)
-    plugins = load_plugins(entry_points=(), choice=Choice(folders=(tmp_path,)))
+    plugins = load_plugins(entry_points=(), choice=PluginSelection(folders=(tmp_path,)))
     with pytest.raises(ValueError, match="heavy") as caught:
         plugins.parts.objects.create("stone")
     blamed = plugins.blame(caught.value)
@@ -96,7 +96,7 @@ def test_an_exception_of_a_file_is_blamed_on_it(tmp_path):
 
 def test_a_folder_that_is_not_there_is_bad_input(tmp_path):
     with pytest.raises(BtManipError, match="no folder"):
-        load_plugins(entry_points=(), choice=Choice(folders=(tmp_path / "nowhere",)))
+        load_plugins(entry_points=(), choice=PluginSelection(folders=(tmp_path / "nowhere",)))
 
 
 def test_an_entry_point_and_a_file_of_one_name_do_not_both_come_in(plugin, tmp_path):
@@ -105,5 +105,7 @@ def test_an_entry_point_and_a_file_of_one_name_do_not_both_come_in(plugin, tmp_p
     (folder / "toys.py").write_text("raise RuntimeError")
     warnings: list[str] = []
     point: EntryPoint = plugin("toys", BALL)
-    load_plugins(entry_points=[point], warn=warnings.append, choice=Choice(folders=(folder,)))
+    load_plugins(
+        entry_points=[point], warn=warnings.append, choice=PluginSelection(folders=(folder,))
+    )
     assert len(warnings) == 1 and "another plugin has the same name" in warnings[0]

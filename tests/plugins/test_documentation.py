@@ -12,7 +12,7 @@ import pytest
 
 from bt_manip import hookspecs
 from bt_manip.models import bundled_root
-from bt_manip.plugins import Choice, load_plugins
+from bt_manip.plugins import PluginSelection, load_plugins
 from bt_manip.robots import read_description
 
 TUTORIALS = ("object", "controller", "robot", "behaviour", "planner")
@@ -53,7 +53,7 @@ def test_the_example_of_a_page_is_a_plugin_that_uses_the_hook(hook, tmp_path):
     (code,) = re.findall(r"```python\n(.*?)```", page(hook), re.DOTALL)
     (tmp_path / f"example_{hook}.py").write_text(code)
     plugins = load_plugins(
-        entry_points=(), warn=pytest.fail, choice=Choice(folders=(tmp_path,))
+        entry_points=(), warn=pytest.fail, choice=PluginSelection(folders=(tmp_path,))
     ).plugins
     used = [f"register_{kind}" for kind in plugins[1].provides]
     used += [observer.name for observer in plugins[1].observers]

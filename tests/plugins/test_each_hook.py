@@ -16,7 +16,7 @@ from bt_manip.envs import LearningTask
 from bt_manip.exceptions import BtManipError
 from bt_manip.models import ModelError, load_model
 from bt_manip.planning import PlanningProblem
-from bt_manip.plugins import Choice, load_plugins
+from bt_manip.plugins import PluginSelection, load_plugins
 from bt_manip.robots import GripperError, panda
 from bt_manip.runner import Run, RunRequest, TreeSource
 from bt_manip.spatial import pose
@@ -50,7 +50,7 @@ def parts_of(example):
     """Load the example of a hook's page."""
 
     def load(hook: str):
-        choice = Choice(folders=(example(hook),))
+        choice = PluginSelection(folders=(example(hook),))
         return load_plugins(entry_points=(), warn=pytest.fail, choice=choice).parts
 
     return load
@@ -127,10 +127,10 @@ def test_register_behaviours_makes_nodes_of_trees(run):
 
 def test_register_trees_makes_trees_by_name_with_their_surroundings(run, example, tmp_path):
     assert "SUCCESS" in run("register_trees", tree="clap")
-    choice = Choice(folders=(example("register_trees"),))
+    choice = PluginSelection(folders=(example("register_trees"),))
     parts = load_plugins(entry_points=(), warn=pytest.fail, choice=choice).parts
-    assert parts.surroundings["clap"].controller == "gravity_compensated_pd"
-    assert parts.surroundings["clap"].scene is None
+    assert parts.tree_defaults["clap"].controller == "gravity_compensated_pd"
+    assert parts.tree_defaults["clap"].scene is None
 
 
 def test_register_scenes_makes_what_stands_in_the_cell(run, parts_of):
@@ -178,7 +178,9 @@ def test_a_suffix_or_root_element_belongs_to_one_format(example, clash, taken):
     (file,) = folder.glob("*.py")
     file.write_text(file.read_text().replace('suffixes=(".ball",)', clash))
     warnings: list[str] = []
-    plugins = load_plugins(entry_points=(), warn=warnings.append, choice=Choice(folders=(folder,)))
+    plugins = load_plugins(
+        entry_points=(), warn=warnings.append, choice=PluginSelection(folders=(folder,))
+    )
     assert f"'ball': '{taken}' belongs to the format" in warnings[0]
     assert "ball" not in plugins.parts.model_formats
 

@@ -7,7 +7,7 @@ import pytest
 from simulation import MENAGERIE
 
 from bt_manip.robots import DeviceError, Robot, compile_alone, read_description
-from bt_manip.robots.link import ArmLink, LateError
+from bt_manip.robots.connection import ArmConnection, LateError
 from tests.measuring.random_commands import RandomCommands
 
 CUBES = int(os.environ.get("CUBES", "3"))
@@ -33,7 +33,7 @@ def robot(start_robot):
 def link(robot, fr3):
     alone = Robot(fr3)
     compile_alone(alone)
-    link = ArmLink("bt_manip_franka.device:FrankaArm", robot.host, alone.limits)
+    link = ArmConnection("bt_manip_franka.device:FrankaArm", robot.host, alone.limits)
     yield link
     link.close()
 

@@ -18,7 +18,7 @@ from bt_manip.runner import STEP_FIELDS, RunObserver, RunRequest, find_tree, pre
 def run(parts, cycles: int, *observers: RunObserver) -> RunReport:
     source = find_tree("two_arms", {name: parts.trees.get(name) for name in parts.trees})
     recorder = Recorder("two_arms", 1)
-    scene = parts.surroundings["two_arms"].scene
+    scene = parts.tree_defaults["two_arms"].scene
     prepare(RunRequest(source, scene=scene, cycles=cycles, seed=1), parts).execute(
         [recorder, *observers]
     )

@@ -3,8 +3,8 @@
 from .action import Action as Action
 from .action import Condition as Condition
 from .action import Leaf as Leaf
-from .link import Link as Link
-from .link import behaviour_of as behaviour_of
 from .node import Node as Node
 from .node import NodeKind as NodeKind
 from .test_node import TestNodeConfig as TestNodeConfig
+from .tree_node import TreeNode as TreeNode
+from .tree_node import behaviour_of as behaviour_of

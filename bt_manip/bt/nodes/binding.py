@@ -7,13 +7,13 @@ from typing import Any, Final
 from py_trees.behaviour import Behaviour
 
 from bt_manip.bt.blackboard import Blackboard
-from bt_manip.bt.nodes.link import Link, NodeKind, as_link
+from bt_manip.bt.nodes.tree_node import NodeKind, TreeNode, as_tree_node
 from bt_manip.bt.port_types import STRING
 from bt_manip.bt.ports import pointed_key
 from bt_manip.bt.runtime import Runtime
 from bt_manip.exceptions import BlackboardError, BtManipError, PortError, ScriptError, TreeError
 
-OnProblem = Callable[[Link, str, BtManipError], None]
+OnProblem = Callable[[TreeNode, str, BtManipError], None]
 """Takes a node, the name of one of its ports or an empty text, and the problem with it."""
 
 
@@ -60,7 +60,7 @@ def bind(
     return _Binder(runtime, on_problem or _raise).bind(root, scope)
 
 
-def _raise(node: Link, port: str, error: BtManipError) -> None:
+def _raise(node: TreeNode, port: str, error: BtManipError) -> None:
     raise error
 
 
@@ -73,10 +73,12 @@ class _Binder:
 
     def bind(self, root: Behaviour, scope: Blackboard) -> Binding:
         self._binding.scopes[""] = scope
-        self._bind(as_link(root), scope, "", 1, True)
+        self._bind(as_tree_node(root), scope, "", 1, True)
         return self._binding
 
-    def _bind(self, link: Link, scope: Blackboard, prefix: str, depth: int, attached: bool) -> None:
+    def _bind(
+        self, link: TreeNode, scope: Blackboard, prefix: str, depth: int, attached: bool
+    ) -> None:
         if depth > MAX_DEPTH:
             raise TreeError(f"'{link.name}' is nested deeper than {MAX_DEPTH} levels")
         if id(link) in self._seen:
@@ -101,7 +103,7 @@ class _Binder:
         for child in link.links:
             self._bind(child, scope, prefix, depth + 1, attached)
         for orphan in link.orphans:
-            if isinstance(orphan, Link):
+            if isinstance(orphan, TreeNode):
                 self._bind(orphan, scope, prefix, depth + 1, False)
 
     def _enter(self, link: Any, scope: Blackboard, prefix: str) -> tuple[Blackboard, str]:

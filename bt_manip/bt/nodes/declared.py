@@ -6,9 +6,9 @@ from collections.abc import Iterable
 from typing import Any, ClassVar, Final
 
 from bt_manip.bt.nodes.action import Action, Condition
-from bt_manip.bt.nodes.link import Link
 from bt_manip.bt.nodes.node import Node, NodeKind
 from bt_manip.bt.nodes.parent import Control, Decorator
+from bt_manip.bt.nodes.tree_node import TreeNode
 from bt_manip.bt.ports import InOut, Input, Output, Port
 from bt_manip.bt.status import NodeStatus, Status
 from bt_manip.exceptions import TreeError
@@ -147,7 +147,7 @@ def model_port(direction: str, name: str, default: str | None, doc: str = "") ->
     return _named(kinds.get(direction, InOut), name, default, doc)
 
 
-def cannot_run(node: Link) -> str:
+def cannot_run(node: TreeNode) -> str:
     """Return why a declared control or decorator cannot be ticked, and the remedy."""
     kind = str(node.kind).lower()
     known = "Fallback" if node.kind is NodeKind.CONTROL else "RetryUntilSuccessful"

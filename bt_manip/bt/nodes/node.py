@@ -8,9 +8,9 @@ from typing import Any, ClassVar, Final
 from py_trees.behaviour import Behaviour
 
 from bt_manip.bt.nodes.guard import CONDITIONS, Guard, PostTick, PreTick
-from bt_manip.bt.nodes.link import Link
-from bt_manip.bt.nodes.link import NodeKind as NodeKind
 from bt_manip.bt.nodes.port_access import PortAccess
+from bt_manip.bt.nodes.tree_node import NodeKind as NodeKind
+from bt_manip.bt.nodes.tree_node import TreeNode
 from bt_manip.bt.ports import Port
 from bt_manip.bt.runtime import Observer, Runtime
 from bt_manip.bt.status import (
@@ -283,7 +283,7 @@ def _refuse_reserved(cls: type, attribute: str, port: Port) -> None:
 def _is_below_node(node: Behaviour) -> bool:
     parent = node.parent
     while parent is not None:
-        if isinstance(parent, Link):
+        if isinstance(parent, TreeNode):
             return True
         parent = parent.parent
     return False

@@ -8,8 +8,8 @@ from py_trees.behaviour import Behaviour
 from py_trees.composites import Composite
 from py_trees.decorators import Decorator as PyTreesDecorator
 
-from bt_manip.bt.nodes.link import ForeignNode, Link
 from bt_manip.bt.nodes.node import Comment, Node, NodeKind
+from bt_manip.bt.nodes.tree_node import ForeignNode, TreeNode
 from bt_manip.bt.status import FAILURE, IDLE, RUNNING, SUCCESS, NodeStatus, Status
 
 _INVALID: Final = Status.INVALID
@@ -19,7 +19,7 @@ _RUNNING: Final = Status.RUNNING
 class Parent(Node):
     """A node with children, ours or stock py_trees behaviours."""
 
-    _links_cache: list[Link] | None = None
+    _links_cache: list[TreeNode] | None = None
 
     def _configure(self, args: tuple[Any, ...], more: Sequence[Any], ports: dict[str, Any]) -> None:
         """Configure the node.
@@ -59,7 +59,7 @@ class Parent(Node):
         self._links_cache = None
 
     @property
-    def links(self) -> list[Link]:
+    def links(self) -> list[TreeNode]:
         """The children as this node ticks them."""
         links = self._links_cache
         if links is None or len(links) != len(self.children):
@@ -202,7 +202,7 @@ class Decorator(Parent, PyTreesDecorator):
         return self.children[0]
 
     @property
-    def link(self) -> Link:
+    def link(self) -> TreeNode:
         """The child as this node ticks it."""
         return (self._links_cache or self.links)[0]
 

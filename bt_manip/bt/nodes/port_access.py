@@ -8,14 +8,14 @@ from py_trees.behaviour import Behaviour
 from bt_manip.bt.blackboard import EMPTY, Blackboard
 from bt_manip.bt.literals import parse_integer
 from bt_manip.bt.nodes.binding import bind
-from bt_manip.bt.nodes.link import Link
+from bt_manip.bt.nodes.tree_node import TreeNode
 from bt_manip.bt.port_types import STRING, PortType, cast, fit, type_of
 from bt_manip.bt.ports import MISSING, Port, is_pointer, pointed_key
 from bt_manip.bt.runtime import Runtime
 from bt_manip.exceptions import BlackboardError, PortError, shown
 
 
-class PortAccess(Link, Behaviour):
+class PortAccess(TreeNode, Behaviour):
     """The part of a node that reads and writes its ports.
 
     Attributes:

@@ -3,8 +3,8 @@
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from bt_manip.bt.nodes.link import Link, NodeKind
 from bt_manip.bt.nodes.node import Node
+from bt_manip.bt.nodes.tree_node import NodeKind, TreeNode
 from bt_manip.bt.registry import BehaviourRegistry
 from bt_manip.bt.xml.model import tree_nodes_model
 from bt_manip.bt.xml.source import Element, make_element
@@ -27,7 +27,7 @@ class TreeInstance:
 
     tree_id: str
     path: str
-    nodes: list[Link] = field(default_factory=list)
+    nodes: list[TreeNode] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         """Begin its element."""

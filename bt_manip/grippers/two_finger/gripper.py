@@ -6,7 +6,7 @@ import numpy as np
 from dm_control import composer
 from dm_control.composer.observation import observable
 
-from bt_manip.robots import GripperError, GripperLink, Robot
+from bt_manip.robots import GripperConnection, GripperError, Robot
 
 from .fingers import (
     CLOSING,
@@ -52,7 +52,7 @@ class TwoFingerGripper(DrivenFingers):
     """
 
     @classmethod
-    def on_device(cls, link: GripperLink) -> Callable[[Robot], RealTwoFingerGripper]:
+    def on_device(cls, link: GripperConnection) -> Callable[[Robot], RealTwoFingerGripper]:
         """Return a factory of the same fingers where a real gripper's are."""
         return lambda robot: RealTwoFingerGripper(robot, link)
 

@@ -9,7 +9,7 @@ import pinocchio as pin
 from dm_control import mjcf
 
 from bt_manip.cell import entity_of
-from bt_manip.robots import GripperError, GripperLink, Robot
+from bt_manip.robots import GripperConnection, GripperError, Robot
 from bt_manip.spatial import pose, quat_wxyz
 
 from .fingers import DrivenFingers
@@ -38,7 +38,7 @@ class RealTwoFingerGripper(DrivenFingers):
         assumed: Names of objects whose poses are assumed: they were released.
     """
 
-    def _build(self, robot: Robot, link: GripperLink) -> None:  # type: ignore[override]
+    def _build(self, robot: Robot, link: GripperConnection) -> None:  # type: ignore[override]
         """Command a gripper through a link."""
         self._link, self._closing, self._busy = link, False, False
         self._grasp_width = 0.0

@@ -19,7 +19,7 @@ def parts():
 
 def press(parts, controller=None, scene=None, **ports):
     """Run the tree; return its status, failure reason, and the cap's largest and last depth."""
-    wants = parts.surroundings["press_button"]
+    wants = parts.tree_defaults["press_button"]
     station = build_station(
         parts,
         controller=controller or wants.controller,

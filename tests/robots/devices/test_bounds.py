@@ -9,7 +9,7 @@ import pytest
 
 from bt_manip import build_station, load_plugins
 from bt_manip.exceptions import MotionError
-from bt_manip.plugins import Choice
+from bt_manip.plugins import PluginSelection
 from bt_manip.robots import ArmBounds, DeviceError, RobotError, panda
 from bt_manip.runner import RunLoop
 from bt_manip.scenes import Scene, SceneRobot, read_scene
@@ -25,7 +25,7 @@ SCENE = Scene(
 @pytest.fixture(scope="module")
 def station():
     sys.path.append(str(HERE))
-    choice = Choice(folders=(HERE,))
+    choice = PluginSelection(folders=(HERE,))
     parts = load_plugins(entry_points=(), choice=choice, warn=lambda text: None).parts
     station = build_station(parts, scene=SCENE, backend="fake=0.5", controller="joint_impedance")
     yield station

@@ -16,9 +16,9 @@ from bt_manip import build_station, load_plugins
 from bt_manip.behaviours import MoveToConfiguration, Recover, SwitchController, WaitUntilUndisturbed
 from bt_manip.bt import NodeStatus, Tree
 from bt_manip.exceptions import BtManipError, MotionError
-from bt_manip.plugins import Choice
+from bt_manip.plugins import PluginSelection
 from bt_manip.robots import DeviceError
-from bt_manip.robots.link_worker import rows_problem, serve_arm
+from bt_manip.robots.connection_worker import rows_problem, serve_arm
 from bt_manip.runner import RunLoop
 from bt_manip.testing import DEVICE_CONTRACT, recovers_from_a_problem
 
@@ -45,7 +45,7 @@ RUNNING, SUCCESS, FAILURE = NodeStatus.RUNNING, NodeStatus.SUCCESS, NodeStatus.F
 @pytest.fixture(scope="module")
 def parts():
     sys.path.append(str(HERE))
-    choice = Choice(folders=(HERE,))
+    choice = PluginSelection(folders=(HERE,))
     yield load_plugins(entry_points=(), choice=choice, warn=lambda text: None).parts
     sys.path.remove(str(HERE))
 

@@ -8,18 +8,18 @@ from pathlib import Path
 from typing import Any
 
 from bt_manip.exceptions import BtManipError, did_you_mean
-from bt_manip.registry import Parts, Surroundings
+from bt_manip.registry import Parts, TreeDefaults
 
 
-class Stage:
+class Registrar:
     """Collects the parts of one plugin until all of its hooks have returned."""
 
     def __init__(self, owner: str, parts: Parts) -> None:
         """Initialise for a plugin; `merge` adds its parts to those of all plugins."""
         self._owner = owner
         self._parts = parts.by_kind()
-        self._all_surroundings = parts.surroundings
-        self._surroundings: dict[str, Surroundings] = {}
+        self._all_defaults = parts.tree_defaults
+        self._defaults: dict[str, TreeDefaults] = {}
         self._items: dict[str, dict[str, Any]] = {kind: {} for kind in self._parts}
         self._open = True
 
@@ -56,7 +56,7 @@ class Stage:
         for kind, items in self._items.items():
             for name, item in items.items():
                 self._parts[kind].add(name, item, self._owner)
-        self._all_surroundings.update(self._surroundings)
+        self._all_defaults.update(self._defaults)
         return {kind: tuple(sorted(items)) for kind, items in self._items.items() if items}
 
     def _add(self, kind: str, name: object, item: object) -> None:
@@ -181,4 +181,4 @@ class Stage:
             )
         self._add("trees", name, str(Path(text).absolute()))
         if scene is not None or controller is not None:
-            self._surroundings[name] = Surroundings(scene, controller)
+            self._defaults[name] = TreeDefaults(scene, controller)

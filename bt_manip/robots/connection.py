@@ -16,9 +16,9 @@ from typing import Any
 
 import numpy as np
 
+from .connection_worker import ArmReading, Field, SharedReadings
 from .device import DeviceError, GripperState
 from .joint_limits import JointLimits
-from .link_worker import ArmReading, Field, SharedReadings
 from .payload import Payload
 from .robot_model import RobotModel
 
@@ -37,7 +37,7 @@ ANSWER_TIME = 3.0
 _COMMAND = """
 import json, sys
 sys.path[:] = json.loads(sys.argv[1])
-from bt_manip.robots.link_worker import main
+from bt_manip.robots.connection_worker import main
 main(int(sys.argv[2]))
 """
 
@@ -111,7 +111,7 @@ class _Link:
         self._end()
 
 
-class ArmLink(_Link):
+class ArmConnection(_Link):
     """Sends references to an arm ahead of time, and reads what it measures.
 
     References are rows `ROW` apart, counted since the arm was connected.
@@ -253,7 +253,7 @@ class ArmLink(_Link):
         self.pipe.send(("set_box", model))
 
 
-class GripperLink(_Link):
+class GripperConnection(_Link):
     """Sends commands to a gripper, and reads its state.
 
     Attributes:

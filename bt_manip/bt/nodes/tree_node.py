@@ -25,7 +25,7 @@ class NodeKind(StrEnum):
     SUBTREE = "SubTree"
 
 
-class Link:
+class TreeNode:
     """The interface and the status that nodes and wrapped py_trees behaviours share.
 
     Attributes:
@@ -97,7 +97,7 @@ class Link:
             setattr(self, name, copy.deepcopy(state[name]))
 
 
-class ForeignNode(Link):
+class ForeignNode(TreeNode):
     """A stock py_trees behaviour, wrapped as a node for its parent and its tree.
 
     Attributes:
@@ -117,9 +117,9 @@ class ForeignNode(Link):
         self._node_runtime = None
 
     @property
-    def links(self) -> list[Link]:
+    def links(self) -> list[TreeNode]:
         """The children as the tree sees them."""
-        return [as_link(child) for child in self.children]
+        return [as_tree_node(child) for child in self.children]
 
     @property
     def children(self) -> list[Behaviour]:  # type: ignore[override]
@@ -140,7 +140,7 @@ class ForeignNode(Link):
     def engine_status(self) -> NodeStatus:
         """The engine's status of the node."""
         parent: Any = self.behaviour.parent
-        if isinstance(parent, Link):
+        if isinstance(parent, TreeNode):
             return self._node_status
         return node_status(self.behaviour.status)
 
@@ -151,7 +151,7 @@ class ForeignNode(Link):
         visited = None if runtime is None else runtime.visited
         try:
             for node in behaviour.tick():
-                if visited is not None and not isinstance(node, Link):
+                if visited is not None and not isinstance(node, TreeNode):
                     visited.append(node)  # nodes of ours append themselves
         except NodeError:
             raise
@@ -172,9 +172,9 @@ class ForeignNode(Link):
         self._reset()
 
 
-def as_link(behaviour: Behaviour) -> Any:
+def as_tree_node(behaviour: Behaviour) -> Any:
     """Return a node of ours as it is, and any other behaviour in a `ForeignNode`."""
-    return behaviour if isinstance(behaviour, Link) else ForeignNode(behaviour)
+    return behaviour if isinstance(behaviour, TreeNode) else ForeignNode(behaviour)
 
 
 def behaviour_of(link: Any) -> Any:
