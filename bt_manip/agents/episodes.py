@@ -89,28 +89,36 @@ class Episodes:
         self._open(self.make_observers(self.run, episode))
         self._loop.begin(episode)
         while True:
-            self._tick()
+            self.status = self._loop.tick()
             if self.status is not NodeStatus.RUNNING:
                 reason = self.run.tree.failure_reason()
                 raise BtManipError(f"the tree ended before it commanded a robot: {reason}")
             if self._commanded():
+                self._ticked = True
                 return
             if self.station.cell.time > START_TIMEOUT:
                 raise BtManipError(f"the tree commanded no robot within {START_TIMEOUT:g} s")
-            self._step()
+            self._loop.step()
 
     def expert_step(self) -> None:
         """Let the tree go on for one step; once its goal holds or it has ended, it rests."""
         self.gripped = {}
         for i in range(self.ticks):
-            if not self._ticked and self.status is NodeStatus.RUNNING and not self.success:
-                self._tick()
+            if not self._ticked:
+                self._loop.tick(self)
+            self._ticked = False
             gripping = self._read_gripping()
             changed = [name for name in gripping if gripping[name] != self._gripping[name]]
             self.gripped |= dict.fromkeys(changed, i)
             self._gripping = gripping
-            self._step()
+            self._loop.step()
         self.steps += 1
+
+    def tick(self) -> NodeStatus:
+        """Act as the expert at a tick: tick the tree unless its goal holds, or it has ended."""
+        if self.status is NodeStatus.RUNNING and not self.success:
+            self.status = self.run.tree.tick()
+        return self.status
 
     def agent_step(self, agent: "ActionKind") -> None:
         """Simulate one step in which an agent acts in place of the tree, which is halted first.
@@ -119,9 +127,8 @@ class Episodes:
             agent: Acts at each tick.
         """
         self.release()
-        self._loop.actor = agent
         for _ in range(self.ticks):
-            self._loop.advance()
+            self._loop.advance(agent)
         self.steps += 1
 
     def release(self) -> None:
@@ -172,7 +179,7 @@ class Episodes:
         self._open()
         self.steps, self._ticked, self.ended = state["steps"], state["ticked"], state["ended"]
         if not self.ended:
-            self._loop.begin(self.episode, randomize=False)
+            self._loop.begin(self.episode, in_place=True)
         self.status = NodeStatus[state["status"]]
         self._gripping = self._read_gripping()
 
@@ -188,26 +195,13 @@ class Episodes:
 
     def _open(self, observers: Sequence[RunObserver] = ()) -> None:
         """Open a loop, after closing the one before."""
-        actor = self._loop.actor
         self._loop.close()
         self._loop = RunLoop(self.run, observers)
         self._loop.open()
-        self._loop.actor = actor
 
     def _read_gripping(self) -> dict[str, bool]:
         robots = self.station.robots.items()
         return {name: one.gripper.gripping for name, one in robots if one.gripper is not None}
-
-    def _tick(self) -> None:
-        """Tick the tree."""
-        self._loop.actor = self.run.tree
-        self.status = self._loop.tick()
-        self._ticked = True
-
-    def _step(self) -> None:
-        """Make the control steps of one tick."""
-        self._ticked = False
-        self._loop.step()
 
     def _commanded(self) -> bool:
         """Return whether the tree has commanded a robot."""

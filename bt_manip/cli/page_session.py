@@ -305,7 +305,7 @@ class PageSession:
         if self._station is not None:
             self._page.begin_idle(self._station)
             self._loop = RunLoop(self._station.resting())
-            self._loop.actor = self._page
+            self._loop.open()
 
     def _idle_tick(self) -> None:
         """Advance by a tick; the cell stands still after an exception, until the next request."""
@@ -314,7 +314,7 @@ class PageSession:
             if self._loop is None:
                 self._page.tick()
             else:
-                self._loop.advance()
+                self._loop.advance(self._page)
             self._is_new &= not self._jog.moved
         except (Exception, SystemExit) as error:
             self._loop = None

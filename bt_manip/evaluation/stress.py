@@ -161,17 +161,15 @@ def _run_cycle(run: Run, cycle: int, *observers: RunObserver) -> tuple[Outcome, 
     end = run.station.cell.time + EPISODE_TIMEOUT
     try:
         with RunLoop(run, observers) as loop:
-            loop.begin(cycle)
-            while (status := loop.advance()) is NodeStatus.RUNNING:
-                if run.station.cell.time > end:
-                    loop.halt()
-                    return "hung", f"no end within {EPISODE_TIMEOUT:g} s simulated", True
-            succeeded, reason = loop.end(status)
+            ended = loop.cycle(cycle, stop=lambda: run.station.cell.time > end)
     except ANY_BUT_INTERRUPT as error:
         return "failed", reason_of(error), True
-    if succeeded:
-        return "recovered", reason, False
-    return "dishonest" if run.goal.tree_succeeded else "failed", reason, False
+    if ended is None:
+        return "hung", f"no end within {EPISODE_TIMEOUT:g} s simulated", True
+    if ended.succeeded:
+        return "recovered", "", False
+    dishonest = ended.status is NodeStatus.SUCCESS
+    return "dishonest" if dishonest else "failed", ended.reason, False
 
 
 def plan_episodes(

@@ -8,8 +8,10 @@ from .events import RunEvent as RunEvent
 from .events import log_line as log_line
 from .goal import NOT_MET as NOT_MET
 from .goal import GoalJudge as GoalJudge
+from .hardware import Hardware as Hardware
 from .interventions import Interventions as Interventions
 from .loop import Actor as Actor
+from .loop import CycleEnd as CycleEnd
 from .loop import Pacing as Pacing
 from .loop import RunLoop as RunLoop
 from .notebook import html_table as html_table
@@ -24,7 +26,6 @@ from .pulls import MAX_FORCE as MAX_FORCE
 from .python_tree import as_tree as as_tree
 from .python_tree import make_any as make_any
 from .python_tree import make_tree as make_tree
-from .real_robot import RealRobot as RealRobot
 from .reloading import Reloader as Reloader
 from .request import EPISODE_TIMEOUT as EPISODE_TIMEOUT
 from .request import SCENE as SCENE

@@ -1,9 +1,9 @@
 """A robot of a station, with its arm, controllers and gripper."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
-from typing import Any
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pinocchio as pin
@@ -11,14 +11,17 @@ import pinocchio as pin
 from bt_manip.arm import Arm, ExternalForceGuard
 from bt_manip.cell import Cell
 from bt_manip.collision import CollisionWorld, check_home
-from bt_manip.control import Controller, ControllerManager, MeasuredArm
+from bt_manip.control import Controller, ControllerManager
 from bt_manip.exceptions import BtManipError
 from bt_manip.grasping import GraspPlanner, ReachFromAbove
 from bt_manip.registry import Parts
-from bt_manip.robots import ArmConnection, Gripper, Robot, compile_alone
-from bt_manip.scenes import SceneRobot, find_robot
+from bt_manip.robots import Gripper, Robot, compile_alone
+from bt_manip.scenes import Scene, SceneRobot, find_robot
 
-from .real_robot import BackendChoice
+from .hardware import Hardware
+
+if TYPE_CHECKING:
+    from .request import RunRequest
 
 
 @dataclass(frozen=True)
@@ -97,7 +100,27 @@ _APART = 0.15  # [m] of the tool at home from the world's origin, where another 
 _SAME_REACH = 0.02  # relative difference from the reach that a scene is made for
 
 
-def at_reach(chosen: SceneRobot, parts: Parts) -> SceneRobot:
+def chosen_robots(request: "RunRequest", scene: Scene, parts: Parts) -> list[SceneRobot]:
+    """Return the robots of a scene with the request's choices where they make none.
+
+    Raises:
+        BtManipError: If a name is not registered or a model does not load.
+    """
+    return [
+        _at_reach(
+            replace(
+                one,
+                description=one.description or request.robot,
+                controller=one.controller or request.controller,
+                planner=one.planner or request.planner,
+            ),
+            parts,
+        )
+        for one in scene.robots
+    ]
+
+
+def _at_reach(chosen: SceneRobot, parts: Parts) -> SceneRobot:
     """Return a robot of a scene where an arm of its reach stands: see `SceneRobot.for_reach`.
 
     Args:
@@ -123,63 +146,53 @@ def at_reach(chosen: SceneRobot, parts: Parts) -> SceneRobot:
     return replace(chosen, T_wb=pin.SE3(T_wb.rotation, position))
 
 
-def make_robot(chosen: SceneRobot, parts: Parts, backend: BackendChoice | None = None) -> Robot:
-    """Make the entity of a robot of a scene, with its gripper, which a backend may move.
+def make_robot(
+    chosen: SceneRobot, parts: Parts, make_gripper: Callable[[str], Any] | None = None
+) -> Robot:
+    """Make the entity of a robot of a scene, with its gripper.
+
+    Args:
+        chosen: The robot.
+        parts: The registered parts.
+        make_gripper: Returns the factory of a gripper of a kind; default: that of the parts, or of
+            the controller where it brings grippers of its own.
 
     Raises:
         BtManipError: If a name is not registered or a model does not load.
     """
     assert chosen.description
     description = find_robot(chosen.description, parts.robots)
-    make_gripper = None
-    if description.gripper is not None:
-        name = description.gripper.kind
-        if backend is None and chosen.controller:
-            first = parts.controllers.get(chosen.controller)  # may bring grippers of its own
-            name = getattr(first, "grippers", {}).get(name, name)
-        make_gripper = parts.grippers.maker(name, "close", "held_root")
-        if backend is not None:
-            kind: Any = parts.grippers.get(name)
-            make_gripper = kind.on_device(backend.link_gripper())
-    return Robot(description, gripper=make_gripper, bounds=chosen.bounds)
+    if description.gripper is None:
+        return Robot(description, bounds=chosen.bounds)
+    kind = description.gripper.kind
+    if make_gripper is not None:
+        return Robot(description, gripper=make_gripper(kind), bounds=chosen.bounds)
+    if chosen.controller:
+        kind = getattr(parts.controllers.get(chosen.controller), "grippers", {}).get(kind, kind)
+    made = parts.grippers.maker(kind, "close", "held_root")
+    return Robot(description, gripper=made, bounds=chosen.bounds)
 
 
-class RobotEntities:
-    """The composer entities of one robot of a scene, before the cell is compiled."""
+class RobotBuilder:
+    """Builds one robot of a scene: its entities first, its arm when the cell is compiled.
 
-    def __init__(
-        self, chosen: SceneRobot, parts: Parts, backend: BackendChoice | None = None
-    ) -> None:
-        """Make the robot with its gripper, and its controllers.
+    Args:
+        chosen: The robot, with all optional names filled in.
+        parts: The registered parts.
 
-        Args:
-            chosen: The robot, with all optional names filled in.
-            parts: The registered parts.
-            backend: The real robot; None simulates it.
+    Raises:
+        BtManipError: If a name is not registered, or a model does not load.
+    """
 
-        Raises:
-            BtManipError: If a name is not registered, a model does not load, or the real robot
-                cannot be reached.
-        """
-        assert chosen.description and chosen.controller and chosen.planner
+    def __init__(self, chosen: SceneRobot, parts: Parts) -> None:
+        assert chosen.controller and chosen.planner
         self._chosen = chosen
         self._make_planner = parts.planners.maker(chosen.planner, "plan")
-        if backend is not None:
-            backend.check_controller(chosen.controller)
-        self._robot = make_robot(chosen, parts, backend)
-        controllers = parts.controllers
-        self.link: ArmConnection | None = None
-        if backend is not None:
-            self.link = backend.link_arm(self._robot.limits)
-            make: Any = partial(MeasuredArm, link=self.link)
-            factories = dict.fromkeys(backend.backend.controllers, make)
-        else:
-            controllers.get(chosen.controller)  # raises if there is none
-            factories = {
-                name: controllers.maker(name, "compute", "mjcf_model")
-                for name in controllers.names()
-            }
-        self._controllers = ControllerManager(self._robot, factories, chosen.controller)
+        parts.controllers.get(chosen.controller)  # raises if there is none
+        self._robot = self._make_robot(parts)
+        self._controllers = ControllerManager(
+            self._robot, self._controller_factories(parts), chosen.controller
+        )
         self._robot.attach(self._controllers)
 
     def put_into(self, cell: Cell) -> str:
@@ -187,11 +200,9 @@ class RobotEntities:
         return cell.add(self._robot, self._chosen.T_wb, name=self._chosen.name or None, free=False)
 
     def commanded(self, name: str, cell: Cell) -> CommandedRobot:
-        """Connect the arm to the controllers; the cell must be compiled."""
+        """Return the robot with an arm that commands its controllers; the cell is compiled."""
         robot = self._robot
         model = robot.make_model()
-        if self.link is not None and model.bounds.box is not None:
-            self.link.set_box(model)
         world = CollisionWorld(robot, model)
         check_home(world)
         arm = Arm(
@@ -204,3 +215,35 @@ class RobotEntities:
         self._controllers.reference = arm
         controllers, planner = self._controllers, GraspPlanner(cell, arm)
         return CommandedRobot(name, robot, arm, controllers, robot.gripper, planner, self._chosen)
+
+    def _make_robot(self, parts: Parts) -> Robot:
+        return make_robot(self._chosen, parts)
+
+    def _controller_factories(self, parts: Parts) -> dict[str, Callable[..., Controller]]:
+        registered = parts.controllers
+        return {n: registered.maker(n, "compute", "mjcf_model") for n in registered.names()}
+
+
+class Simulation:
+    """Simulates the robots of a scene; a `RealBackend` connects to a real one instead.
+
+    Attributes:
+        default_controller: Controller of runs that choose none; None: that of the request.
+    """
+
+    default_controller: str | None = None
+
+    def check(self, scene: Scene) -> None:
+        """Check that a scene is possible.
+
+        Raises:
+            BtManipError: If it is not.
+        """
+
+    def builder(self, chosen: SceneRobot, parts: Parts) -> RobotBuilder:
+        """Return the builder of a robot of the scene."""
+        return RobotBuilder(chosen, parts)
+
+    def hardware(self, cell: Cell, robots: Mapping[str, CommandedRobot]) -> Hardware:
+        """Return the hardware that executes the control steps of the robots."""
+        return Hardware(cell)

@@ -19,7 +19,6 @@ class GoalJudge:
     Attributes:
         holds: Whether the goal held in the last cycle; None if the tree declares none.
         reason: Why it did not hold; empty otherwise.
-        tree_succeeded: Whether the tree itself returned SUCCESS in that cycle.
     """
 
     def __init__(self, tree: Tree, cell: Cell) -> None:
@@ -31,7 +30,6 @@ class GoalJudge:
         self._cycle: int | None = None
         self.holds: bool | None = None
         self.reason = ""
-        self.tree_succeeded = False
         self._clear()
 
     def begin(self, cycle: int = 0) -> None:
@@ -51,7 +49,6 @@ class GoalJudge:
             reason: Why it failed.
         """
         self.stop()
-        self.tree_succeeded = succeeded
         self.reason = self.why_not()
         self.holds = not self.reason if self._goal else None
         if succeeded and self.holds is False:

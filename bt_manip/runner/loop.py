@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Protocol, Self
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, Self
 
 from bt_manip.bt import NodeStatus
 
@@ -18,6 +18,24 @@ if TYPE_CHECKING:
 
 BRAKING = 3.0
 """Longest time to stop the arms when a run is interrupted [s]."""
+
+
+Stop = Callable[[], bool]
+"""Returns whether to stop; called before each tick."""
+
+
+class CycleEnd(NamedTuple):
+    """How a cycle ended.
+
+    Attributes:
+        status: The status of the tree.
+        succeeded: Whether the tree succeeded, and its goal holds.
+        reason: Why it did not succeed; empty on success.
+    """
+
+    status: NodeStatus
+    succeeded: bool
+    reason: str
 
 
 class Actor(Protocol):
@@ -57,27 +75,22 @@ class Pacing:
 
 
 class RunLoop:
-    """One execution of a run, advanced tick by tick from outside.
+    """One execution of a run, advanced from outside: by a cycle, a tick, or control steps.
 
-    A command advances it in a ``while``, a step of an environment some times, a test once::
+    A command runs cycles, a step of an environment advances some ticks, a test one::
 
       with RunLoop(run, observers) as loop:
-          loop.begin(cycle)
-          while (status := loop.advance()) is NodeStatus.RUNNING:
-              ...
-          loop.end(status)
+          loop.cycle()
 
     On an exception inside, the tree is halted and the arms are stopped, with observers.
 
     Attributes:
         run: The run.
-        actor: Acts at each tick; the tree at first.
     """
 
     def __init__(self, run: "Run", observers: Sequence[RunObserver] = ()) -> None:
         """Prepare to call the observers, `RunModifier` after all others."""
         self.run = run
-        self.actor: Actor = run.tree
         self._station, self._cell = run.station, run.station.cell
         self._observers = sorted(observers, key=lambda one: isinstance(one, RunModifier))
         self._then: tuple[Callable[[], None], ...] = ()
@@ -85,8 +98,8 @@ class RunLoop:
         self._started: list[RunObserver] = []
         self._cycle: int | None = None
         self._generation: int | None = None
-        is_real = run.station.real is not None  # the robot has its own time
-        self._pacing = Pacing(None if is_real else run.request.real_time)
+        self._hardware = run.station.hardware
+        self._pacing = Pacing(run.request.real_time if self._hardware.simulated else None)
         self._log = run.log = RunLog(run)
         self._events = run.events = EventStream(run)
 
@@ -159,14 +172,33 @@ class RunLoop:
 
     # A cycle
 
-    def begin(self, cycle: int = 0, *, randomize: bool = True) -> None:
+    def cycle(
+        self, number: int = 0, *, in_place: bool = False, stop: Stop = lambda: False
+    ) -> CycleEnd | None:
+        """Run a cycle; return how it ended, None if it was stopped.
+
+        Args:
+            number: Its number, from which its samples follow.
+            in_place: As for `begin`.
+            stop: When it returns True, the tree is halted and the arms are stopped.
+        """
+        self.begin(number, in_place=in_place)
+        while not stop():
+            if (status := self.advance()) is not NodeStatus.RUNNING:
+                return self.end(status)
+        self.halt()
+        return None
+
+    def begin(self, cycle: int = 0, *, in_place: bool = False) -> None:
         """Begin a cycle.
 
         Args:
             cycle: Its number, from which its samples follow.
-            randomize: Whether to randomize the cell.
+            in_place: Whether the cell stays as it is: it is not randomized, and at the end of the
+                cycle the controllers do not return to their defaults.
         """
-        if randomize:
+        self._in_place = in_place
+        if not in_place:
             self._station.randomizer.begin(cycle)
         self._note_model()
         self._cycle = cycle
@@ -176,25 +208,33 @@ class RunLoop:
         for observer in self._observers:
             observer.cycle_started(cycle)
 
-    def advance(self) -> NodeStatus:
+    def advance(self, actor: Actor | None = None) -> NodeStatus:
         """Advance by a tick and its control steps; return the status of the actor.
 
         At the end of a cycle the controllers return to their defaults.
+
+        Args:
+            actor: Acts in place of the tree.
         """
-        status = self.tick()
+        status = self.tick(actor)
         if status is not NodeStatus.RUNNING and self._cycle is not None:
             self.run.cycle = self._cycle + 1
-            for robot in self._station.robots.values():
-                robot.controllers.return_to_default()
+            if not self._in_place:
+                for robot in self._station.robots.values():
+                    robot.controllers.return_to_default()
         self.step()
         return status
 
-    def tick(self) -> NodeStatus:
-        """Let interventions and the actor act; return the actor's status."""
+    def tick(self, actor: Actor | None = None) -> NodeStatus:
+        """Let interventions and the actor act; return the actor's status.
+
+        Args:
+            actor: Acts in place of the tree.
+        """
         for observer in self._observers:
             observer.before_tick()
         self.run.interventions.take_over()
-        return self.actor.tick()
+        return (actor or self.run.tree).tick()
 
     def step(self, steps: int | None = None) -> None:
         """Make the control steps after a tick.
@@ -210,8 +250,8 @@ class RunLoop:
             observer.after_tick()
         self._pacing.wait(self._cell.time)
 
-    def end(self, status: NodeStatus, reason: str | None = None) -> tuple[bool, str]:
-        """End a cycle: judge its goal; return whether it succeeded, and why not.
+    def end(self, status: NodeStatus, reason: str | None = None) -> CycleEnd:
+        """End a cycle: judge its goal; return how it ended.
 
         Args:
             status: Status of the actor.
@@ -226,7 +266,7 @@ class RunLoop:
         self._events.end_cycle(text, reason)
         for observer in self._observers:
             observer.cycle_ended(text, reason)
-        return succeeded, reason
+        return CycleEnd(status, succeeded, reason)
 
     def halt(self) -> None:
         """Halt the tree and stop all arms, with observers."""
@@ -237,17 +277,13 @@ class RunLoop:
 
     def _control(self, steps: int) -> None:
         """Make control steps; all steps of all loops are made here."""
-        pulls, real = self.run.interventions.pulls, self._station.real
-        if real is not None and steps:
-            steps = real.wait(steps)
-            self._cell.step(steps, then=self._then)
-            real.update()
-        elif pulls.active:
+        pulls = self.run.interventions.pulls
+        if pulls.active:
             for _ in range(steps):
                 pulls.apply()
-                self._cell.step(then=self._then)
+                self._hardware.step(1, self._then)
         elif steps:
-            self._cell.step(steps, then=self._then)
+            self._hardware.step(steps, self._then)
 
     def _brake(self) -> None:
         arms = [robot.arm for robot in self._station.robots.values()]

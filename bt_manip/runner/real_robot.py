@@ -1,26 +1,32 @@
 """A real robot, as the loop of a run sees it: robot time, changes sent ahead, problems."""
 
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from bt_manip.arm import SENT_AHEAD, Arm
+from bt_manip.arm import SENT_AHEAD
+from bt_manip.cell import Cell
 from bt_manip.cell.randomization import Randomization
+from bt_manip.control import MeasuredArm
 from bt_manip.exceptions import BtManipError, did_you_mean
 from bt_manip.registry import Parts
 from bt_manip.robots import (
     ArmConnection,
     Backend,
     DeviceError,
-    Gripper,
     GripperConnection,
-    JointLimits,
     LateError,
+    Robot,
 )
-from bt_manip.scenes import Scene
+from bt_manip.scenes import Scene, SceneRobot
 from bt_manip.trajectories import CONTROL_STEP
+
+from .commanded_robot import CommandedRobot, RobotBuilder, Simulation, make_robot
+from .hardware import Hardware
 
 REFRESH = 100
 """Control steps between two messages with the next part of a motion."""
@@ -44,8 +50,8 @@ MOVED = 0.02
 
 
 @dataclass(frozen=True)
-class BackendChoice:
-    """A registered backend and the address of the robot.
+class RealBackend(Simulation):
+    """Connects to a real robot at an address, by a registered backend.
 
     Attributes:
         backend: The backend.
@@ -57,43 +63,83 @@ class BackendChoice:
     name: str
     address: str
 
-    def check_controller(self, name: str) -> None:
-        """Check that the vendor has a controller.
+    @property
+    def default_controller(self) -> str:  # type: ignore[override]
+        """The vendor's first controller."""
+        return self.backend.controllers[0]
+
+    def check(self, scene: Scene) -> None:
+        """Check that a scene can be one of a real robot.
 
         Raises:
-            BtManipError: If it has none of this name.
+            BtManipError: If it has several robots, or varies from cycle to cycle.
         """
-        known = self.backend.controllers
+        if len(scene.robots) > 1:
+            raise BtManipError(f"backend '{self.name}' moves one robot, the scene has several")
+        if scene.randomization != Randomization():
+            raise BtManipError(f"backend '{self.name}': a real cell cannot be randomized")
+
+    def builder(self, chosen: SceneRobot, parts: Parts) -> RobotBuilder:
+        """Return the builder of the robot.
+
+        Raises:
+            BtManipError: If the vendor has no such controller.
+            DeviceError: If the robot cannot be reached.
+        """
+        name, known = str(chosen.controller), self.backend.controllers
         if name not in known:
             raise BtManipError(
                 f"backend '{self.name}' has no controller '{name}'{did_you_mean(name, known)}"
             )
+        return RealRobotBuilder(chosen, parts, self)
 
-    def link_arm(self, limits: JointLimits) -> ArmConnection:
-        """Connect the arm.
-
-        Raises:
-            DeviceError: If it cannot be reached.
-        """
-        return ArmConnection(self.backend.arm, self.address, limits)
-
-    def link_gripper(self) -> GripperConnection:
-        """Connect and home the gripper.
-
-        Raises:
-            DeviceError: If it cannot be reached, or there is none.
-        """
-        if self.backend.gripper is None:
-            raise DeviceError(f"backend '{self.name}' has no gripper", self.address)
-        return GripperConnection(self.backend.gripper, self.address)
+    def hardware(self, cell: Cell, robots: Mapping[str, CommandedRobot]) -> "RealRobot":
+        """Return the real robot, which the cell follows."""
+        (robot,) = robots.values()
+        return RealRobot(cell, self, robot)
 
 
-def find_backend(text: str, parts: Parts) -> BackendChoice:
-    """Return the backend of a text ``NAME=ADDRESS``.
+class RealRobotBuilder(RobotBuilder):
+    """Builds the robot of a scene as the twin of a real one, to which it connects."""
+
+    def __init__(self, chosen: SceneRobot, parts: Parts, backend: RealBackend) -> None:
+        self._backend = backend
+        self._link: ArmConnection
+        super().__init__(chosen, parts)
+
+    def commanded(self, name: str, cell: Cell) -> CommandedRobot:
+        """Return the robot with an arm whose motions the real arm executes."""
+        robot = super().commanded(name, cell)
+        if robot.arm.model.bounds.box is not None:
+            self._link.set_box(robot.arm.model)
+        robot.arm.link = self._link
+        return robot
+
+    def _make_robot(self, parts: Parts) -> Robot:
+        return make_robot(self._chosen, parts, lambda kind: self._make_gripper(parts, kind))
+
+    def _make_gripper(self, parts: Parts, kind: str) -> Any:
+        backend, gripper = self._backend, self._backend.backend.gripper
+        if gripper is None:
+            raise DeviceError(f"backend '{backend.name}' has no gripper", backend.address)
+        made: Any = parts.grippers.get(kind)
+        return made.on_device(GripperConnection(gripper, backend.address))
+
+    def _controller_factories(self, parts: Parts) -> dict[str, Any]:
+        backend, limits = self._backend, self._robot.limits
+        self._link = ArmConnection(backend.backend.arm, backend.address, limits)
+        make = partial(MeasuredArm, link=self._link)
+        return dict.fromkeys(backend.backend.controllers, make)
+
+
+def find_backend(text: str, parts: Parts) -> Simulation:
+    """Return the backend of a text ``NAME=ADDRESS``; without a text, the simulation.
 
     Raises:
         BtManipError: If there is none, or no address.
     """
+    if not text:
+        return Simulation()
     name, _, address = text.partition("=")
     if name not in parts.backends:
         note = did_you_mean(name, parts.backends) or "; no plugin brings one"
@@ -101,58 +147,43 @@ def find_backend(text: str, parts: Parts) -> BackendChoice:
     backend = parts.backends.get(name)
     if not address:
         raise BtManipError(f"--backend wants {name}=ADDRESS, where ADDRESS is {backend.address}")
-    return BackendChoice(backend, name, address)
+    return RealBackend(backend, name, address)
 
 
-def check_real(scene: Scene, choice: BackendChoice) -> None:
-    """Check that a scene can be one of a real robot.
+class RealRobot(Hardware):
+    """Executes control steps on a real robot, which the cell follows.
 
-    Raises:
-        BtManipError: If it has several robots, or varies from cycle to cycle.
-    """
-    if len(scene.robots) > 1:
-        raise BtManipError(f"backend '{choice.name}' moves one robot, the scene has several")
-    if scene.randomization != Randomization():
-        raise BtManipError(f"backend '{choice.name}': a real cell cannot be randomized")
+    At first it puts the simulated arm where the real one is.
 
-
-class RealRobot:
-    """Keeps a simulated cell in step with a real robot.
+    Args:
+        cell: The cell.
+        backend: The backend.
+        robot: The twin of the robot in the cell.
 
     Attributes:
-        choice: The backend.
         late_ticks: Ticks that took longer than their period.
     """
 
-    def __init__(
-        self, choice: BackendChoice, link: ArmConnection, arm: Arm, gripper: Gripper | None
-    ) -> None:
-        """Put the simulated arm where the real one is.
+    simulated = False
 
-        Args:
-            choice: The backend.
-            link: The link to the arm.
-            arm: The arm of the simulated cell.
-            gripper: Its gripper.
-        """
-        self.choice, self._link, self._arm, self._gripper = choice, link, arm, gripper
+    def __init__(self, cell: Cell, backend: RealBackend, robot: CommandedRobot) -> None:
+        super().__init__(cell)
+        arm, link = robot.arm, robot.arm.link
+        assert link is not None
+        self._backend, self._link, self._arm, self._gripper = backend, link, arm, robot.gripper
         self.late_ticks = self._sent_at = self._known_until = 0
         self._moved = False  # whether it was to move in the present tick
         self._more = False  # whether the motion goes on beyond what was sent
         link.rows += link.behind
         arm.robot.set_configuration(link.latest.q)
-        arm.link = link
         arm.follower.send = self._send
         arm.reset(link.latest.q_ref)
 
-    def wait(self, steps: int) -> int:
-        """Wait for the end of a tick; return the control steps that have passed.
-
-        Args:
-            steps: Control steps in a tick.
+    def step(self, steps: int, then: Sequence[Callable[[], None]] = ()) -> None:
+        """Wait for the robot to make control steps, and make as many as it has made in the cell.
 
         Raises:
-            DeviceError: If the robot does not go on.
+            DeviceError: If the robot does not go on, or its gripper does not answer.
         """
         passed = self._link.wait(steps)
         self._moved = self._arm.moving
@@ -161,14 +192,11 @@ class RealRobot:
             self._link.rows += 1
             self._arm.advance(CONTROL_STEP)
             self._arm.robot.mj_data.time += CONTROL_STEP
-        return min(passed, MOST)
+        super().step(min(passed, MOST), then)
+        self._follow()
 
-    def update(self) -> None:
-        """Follow the robot after the control steps of a tick.
-
-        Raises:
-            DeviceError: If the gripper does not answer.
-        """
+    def _follow(self) -> None:
+        """Follow the robot after the control steps of a tick."""
         arm, link = self._arm, self._link
         if self._gripper is not None:
             self._gripper.update()
@@ -189,11 +217,11 @@ class RealRobot:
             self._gripper.close_link()
 
     @property
-    def report(self) -> dict[str, Any]:
-        """What a report says about the robot, as plain data."""
+    def report(self) -> dict[str, Any]:  # type: ignore[override]
+        """Backend, late ticks, lost cycles and properties of the robot, as plain data."""
         gripper = getattr(self._gripper, "assumed", ())
         return {
-            "backend": self.choice.name,
+            "backend": self._backend.name,
             "late_ticks": self.late_ticks,
             "lost_cycles": self._link.lost_cycles,
             "longest_gap_s": self._link.longest_gap,

@@ -131,10 +131,9 @@ def request_of(tree: str, parts: Parts, **options: Any) -> RunRequest:
         BtManipError: If there is no such tree, or an option is out of range.
     """
     wants = parts.tree_defaults.get(tree, TreeDefaults())
-    defaults = {"scene": wants.scene, "controller": wants.controller}
-    if options.get("backend"):
-        choice = find_backend(options["backend"], parts)
-        defaults["controller"] = wants.controller or choice.backend.controllers[0]
+    backend = find_backend(options.get("backend") or "", parts)
+    controller = wants.controller or backend.default_controller
+    defaults = {"scene": wants.scene, "controller": controller}
     given = {key: value for key, value in options.items() if value is not None}
     chosen = {key: value for key, value in defaults.items() if value is not None}
     registered = parts.trees.copies()

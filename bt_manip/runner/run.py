@@ -1,17 +1,17 @@
 """A run: a tree in a station, with its request, its state and the judge of its goal."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bt_manip.bt import NodeStatus, Tree
+from bt_manip.bt import Tree
 
 from .events import EventStream
 from .goal import GoalJudge
 from .interventions import Interventions
-from .loop import RunLoop
+from .loop import RunLoop, Stop
 from .notebook import html_table
 from .observer import RunObserver
 from .request import RunRequest
@@ -19,8 +19,6 @@ from .run_log import RunLog
 
 if TYPE_CHECKING:
     from .station import Station
-
-Stop = Callable[[], bool]
 
 
 @dataclass(eq=False)
@@ -81,14 +79,8 @@ class Run:
         self.stop, request = stop, self.request
         with RunLoop(self, observers) as loop:
             while request.cycles == 0 or self.cycle < request.cycles:
-                loop.begin(self.cycle)
-                status = NodeStatus.RUNNING
-                while status is NodeStatus.RUNNING:
-                    if self.stop():
-                        loop.halt()
-                        return
-                    status = loop.advance()
-                loop.end(status)
+                if loop.cycle(self.cycle, stop=stop) is None:
+                    return
 
     def begin_episode(self, episode: int, seed: int | None = None) -> None:
         """Return to the initial state, from which `execute` then runs one episode.

@@ -2,43 +2,39 @@
 
 import os
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pinocchio as pin
 from dm_control import composer
 from py_trees.behaviour import Behaviour
 
-from bt_manip.arm import Arm, MultiArmCoordinator
+from bt_manip.arm import Arm
 from bt_manip.bt import AlwaysSuccess, NodeStatus, Tree
-from bt_manip.cell import Cell, OverlapError
+from bt_manip.cell import Cell
 from bt_manip.cell.objects import Catalogue
-from bt_manip.cell.randomization import Randomizer, SceneObject
+from bt_manip.cell.randomization import Randomizer
 from bt_manip.control import Controller, ControllerManager
 from bt_manip.registry import Parts
 from bt_manip.robots import Gripper, Robot
 from bt_manip.scenes import (
     ExpectedObjects,
-    Fixture,
     Scene,
-    add_fixture,
-    check_supports,
     find_scene,
     make_pose_source,
     naming_file,
     place_again,
-    sampled_fixtures,
 )
 
-from .commanded_robot import CommandedRobot, NoOnlyRobot, RobotEntities, at_reach
+from .commanded_robot import CommandedRobot, NoOnlyRobot, chosen_robots
+from .filled_cell import FilledCell
+from .hardware import Hardware
 from .loop import RunLoop
 from .notebook import html_image, html_table
 from .observer import recorder_for
-from .real_robot import RealRobot, check_real, find_backend
+from .real_robot import find_backend
 from .request import TICK, RunRequest
 from .run import Run
 from .tree_source import TreeSource
@@ -86,7 +82,7 @@ class Station:
         scene: The scene that it was built with.
         request: The request that it was built from.
         poses: The objects that the scene expects; None where the physics decides the poses.
-        real: The real robot that the cell follows; None in simulation.
+        hardware: Executes the control steps.
     """
 
     cell: Cell
@@ -97,8 +93,8 @@ class Station:
     randomizer: Randomizer
     scene: Scene
     request: RunRequest
-    poses: ExpectedObjects | None = None
-    real: RealRobot | None = None
+    poses: ExpectedObjects | None
+    hardware: Hardware
 
     @property
     def first(self) -> CommandedRobot:
@@ -161,22 +157,24 @@ class Station:
         """Return the simulated time [s]."""
         return self.cell.time
 
-    def step_until(self, condition: Callable[[], bool], timeout: float = 10.0) -> None:
+    def step_until(
+        self, condition: Callable[[], bool], timeout: float = 10.0, *, steps: int = 1
+    ) -> None:
         """Step until a condition holds.
 
         Args:
-            condition: Called before each step.
+            condition: Called before the steps.
             timeout: Longest simulated time to wait [s].
+            steps: Number of control steps between two calls of the condition.
 
         Raises:
             TimeoutError: If it does not hold within that time.
         """
-        loop = RunLoop(self.resting())
-        for _ in range(round(timeout / self.cell.dt)):
-            if condition():
-                return
-            loop.step(1)
-        if not condition():
+        with RunLoop(self.resting()) as loop:
+            end = self.cell.time + timeout - 0.5 * self.cell.dt
+            while not (met := condition()) and self.cell.time < end:
+                loop.step(steps)
+        if not met:
             raise TimeoutError(f"the condition was not met within {timeout:g} s")
 
     def run(
@@ -210,18 +208,19 @@ class Station:
         cell, start = self.cell, self.cell.time
         request = replace(self.request, tree=TreeSource(tree.tree_id, "python"), tick=tick)
         run = Run(request, tree, self)
+
+        def late() -> bool:
+            running = [n.path for n in tree if n.engine_status is NodeStatus.RUNNING]
+            if cell.time < start + timeout or not running:
+                return False
+            raise TimeoutError(f"after {timeout:g} s the tree is still at '{running[-1]}'")
+
         with RunLoop(run, observers) as loop:
-            loop.begin(randomize=False)
-            while (status := loop.tick()) is NodeStatus.RUNNING:
-                if cell.time >= start + timeout:
-                    running = [n.path for n in tree if n.engine_status is NodeStatus.RUNNING]
-                    raise TimeoutError(f"after {timeout:g} s the tree is still at '{running[-1]}'")
-                loop.step()
-            loop.step(0)
-            succeeded, reason = loop.end(status)
-        if status is NodeStatus.SUCCESS and not succeeded:
-            status = NodeStatus.FAILURE
-        return TreeResult(status, reason, cell.time - start, path)
+            ended = loop.cycle(in_place=True, stop=late)
+        assert ended is not None
+        succeeded = ended.succeeded or ended.status is not NodeStatus.SUCCESS
+        status = ended.status if succeeded else NodeStatus.FAILURE
+        return TreeResult(status, ended.reason, cell.time - start, path)
 
     def resting(self) -> Run:
         """Return a run of this station in which no tree acts."""
@@ -283,37 +282,6 @@ class Station:
             self.poses.set_state(state.get("poses", ()))
 
 
-_ASIDE = pin.SE3(np.eye(3), np.array([0.0, 0.0, 5.0]))
-"""Above its place: where a fixture is put that will be moved within reach of a robot [m]."""
-
-
-def _fill(
-    cell: Cell,
-    fixtures: Sequence[tuple[Fixture, composer.Entity]],
-    robots: Sequence[RobotEntities],
-    seed: int,
-    *,
-    aside: bool = False,
-) -> list[str]:
-    """Add the fixtures and robots of a scene to a cell; return the names of the robots.
-
-    Raises:
-        CellError: If something overlaps; the cell is as it was then.
-    """
-    later = sampled_fixtures([fixture for fixture, _ in fixtures])
-    with cell.editing():
-        for fixture, entity in fixtures:
-            if fixture.name not in later:
-                away = aside and fixture.within_reach
-                placed = replace(fixture, T_wo=_ASIDE * fixture.T_wo) if away else fixture
-                add_fixture(cell, placed, entity, seed)
-        names = [one.put_into(cell) for one in robots]
-        for fixture, entity in fixtures:
-            if fixture.name in later:
-                add_fixture(cell, fixture, entity, seed)
-    return names
-
-
 def make_station(request: RunRequest, parts: Parts, catalogue: Catalogue | None = None) -> Station:
     """Build a cell with its robots at home and under control.
 
@@ -330,65 +298,19 @@ def make_station(request: RunRequest, parts: Parts, catalogue: Catalogue | None 
     catalogue = catalogue or Catalogue(
         parts.objects, sources=parts.model_sources, formats=parts.model_formats
     )
-    chosen = [
-        replace(
-            one,
-            description=one.description or request.robot,
-            controller=one.controller or request.controller,
-            planner=one.planner or request.planner,
-        )
-        for one in scene.robots
-    ]
-    chosen = [at_reach(one, parts) for one in chosen]
+    backend = find_backend(request.backend, parts)
+    backend.check(scene)
+    builders = [backend.builder(one, parts) for one in chosen_robots(request, scene, parts)]
     source = make_pose_source(request.poses, parts.pose_sources, scene.fixtures)
-    backend = find_backend(request.backend, parts) if request.backend else None
-    if backend is not None:
-        check_real(scene, backend)
-    entities = [RobotEntities(one, parts, backend) for one in chosen]
-    placed = [fixture for fixture in scene.fixtures if not fixture.expected]
-    fixtures = [(f, catalogue.create(f.model, **f.parameters)) for f in placed]
-    cell, aside = Cell(), False
-    with naming_file(scene):
-        try:
-            names = _fill(cell, fixtures, entities, seed)
-        except OverlapError:
-            if not any(fixture.within_reach for fixture in scene.fixtures):
-                raise
-            names, aside = _fill(cell, fixtures, entities, seed, aside=True), True
-        check_supports(cell, scene.fixtures)
-    robots = {name: one.commanded(name, cell) for name, one in zip(names, entities, strict=True)}
-    for one in robots.values():
+    filled = FilledCell(scene, builders, catalogue, seed)
+    for one in filled.robots.values():
         one.robot.configurations |= scene.configurations
-    reached = {}
-    for fixture in placed:
-        if fixture.within_reach:
-            one = robots.get(str(fixture.within_reach), next(iter(robots.values())))
-            T_wo = _ASIDE.inverse() * cell.pose(fixture.name) if aside else None
-            with naming_file(scene):
-                one.reach.place(cell, fixture.name, T_wo)
-            reached[fixture.name] = partial(one.reach.reaches, cell, fixture.name)
-    if len(robots) > 1:
-        MultiArmCoordinator({name: one.arm for name, one in robots.items()})
-    rng = np.random.default_rng(seed)
-    scene_objects = {
-        f.name: SceneObject(f.model, cell.pose(f.name), f.parameters, f.free) for f in placed
-    }
-    with naming_file(scene):
-        randomizer = Randomizer(
-            scene.randomization,
-            cell,
-            catalogue,
-            seed=seed,
-            scene_objects=scene_objects,
-            robots=tuple(robots),
-            reached=reached,
-        )  # fmt: skip
-    poses = None if source is None else ExpectedObjects(source, cell, catalogue)
-    real = None
-    if backend is not None and (link := entities[0].link) is not None:
-        only = next(iter(robots.values()))
-        real = RealRobot(backend, link, only.arm, only.gripper)
-    for one in robots.values():
         one.arm.speed_factor = request.speed
         one.arm.follower.speed_scale *= request.speed
-    return Station(cell, robots, rng, catalogue, parts, randomizer, scene, request, poses, real)
+    cell, robots = filled.cell, filled.robots
+    return Station(
+        cell, robots, np.random.default_rng(seed), catalogue, parts,
+        filled.make_randomizer(catalogue, seed), scene, request,
+        None if source is None else ExpectedObjects(source, cell, catalogue),
+        backend.hardware(cell, robots),
+    )  # fmt: skip

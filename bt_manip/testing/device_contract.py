@@ -5,12 +5,12 @@ first joint by 0.5 rad, and leaves the arm at rest.
 """
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import numpy as np
 
 from bt_manip.robots import DeviceError, LateError
-from bt_manip.runner import RunLoop, Station
+from bt_manip.runner import Station
 
 STROKE = 0.5  # [rad] of the first joint
 ARRIVED = 5e-3  # [rad]
@@ -22,10 +22,9 @@ RECOVERY_TIME = 2.0  # [s] from a problem's recovery until the arm is ready
 def stays_on_a_motion_to_its_end(station: Station) -> None:
     """Check that the arm follows a motion and rests at its end."""
     goal = _set_off(station)
-    worst = 0.0
-    arm = station.arm
-    for _ in _ticks(station):
-        worst = max(worst, float(np.abs(arm.robot.q - arm.q).max()))
+    errors, arm = [0.0], station.arm
+    _wait_for_rest(station, lambda: errors.append(float(np.abs(arm.robot.q - arm.q).max())))
+    worst = max(errors)
     assert worst < 0.1, f"the arm was {worst:.3f} rad off its reference"
     _assert_at(station, goal)
 
@@ -35,14 +34,13 @@ def stops_on_its_path(station: Station) -> None:
     arm = station.arm
     start = arm.q_ref
     goal = _set_off(station, away=STROKE)
-    loop = _begun(station)
+    _begin_to_move(station)
     speed, asked = abs(arm.v[0]), station.cell.time
     arm.stop()
-    while abs(arm.v[0]) > 0.98 * speed and station.cell.time < asked + 1.0:
-        loop.step()
+    _wait(station, lambda: abs(arm.v[0]) <= 0.98 * speed, 1.0, "the arm goes on")
     late = station.cell.time - asked - 0.02  # two ticks until it is seen
     assert late < STOP_TIME, f"the stop began {1e3 * late:.0f} ms after it was requested"
-    list(_ticks(station))
+    _wait_for_rest(station)
     assert abs(arm.q[0] - goal[0]) > 0.02, "the arm went on to its goal"
     others = float(np.abs(arm.q - start)[1:].max())
     assert others < ARRIVED, f"another joint has moved by {others:.3f} rad"
@@ -54,9 +52,9 @@ def stops_by_itself_when_nothing_more_arrives(station: Station) -> None:
     arm = station.arm
     arm.speed_scale = 0.2
     _set_off(station)
-    _begun(station)
+    _begin_to_move(station)
     time.sleep(2.5)  # silent
-    list(_ticks(station))
+    _wait_for_rest(station)
     arm.speed_scale = 1.0
     assert "no motion arrived in time" in arm.fault, f"it says '{arm.fault}'"
     stays_on_a_motion_to_its_end(station)
@@ -66,13 +64,13 @@ def refuses_a_change_that_comes_too_late(station: Station) -> None:
     """Check that the motion goes on when a change of it arrives after its row."""
     arm = station.arm
     goal = _set_off(station)
-    _begun(station)
+    _begin_to_move(station)
     send = arm.follower.send
     assert send is not None
     try:
         send(-20, np.tile(arm.q, (10, 1)))
     except LateError:
-        list(_ticks(station))
+        _wait_for_rest(station)
         _assert_at(station, goal)
         return
     raise AssertionError("a change that came too late was accepted")
@@ -103,17 +101,13 @@ def recovers_from_a_problem(station: Station, provoke: Callable[[], object]) -> 
     """
     arm = station.arm
     _set_off(station)
-    loop = _begun(station)
+    _begin_to_move(station)
     provoke()
-    list(_ticks(station))
+    _wait_for_rest(station)
     assert arm.problem, "the arm names no problem"
     assert arm.problem in arm.fault, f"the problem is '{arm.problem}', the fault '{arm.fault}'"
     arm.recover()
-    asked = station.cell.time
-    while arm.problem:
-        late = station.cell.time - asked
-        assert late < RECOVERY_TIME, f"still after {RECOVERY_TIME:g} s: {arm.problem}"
-        loop.step()
+    _wait(station, lambda: not arm.problem, RECOVERY_TIME, f"still: {arm.problem}")
     stays_on_a_motion_to_its_end(station)
 
 
@@ -135,22 +129,36 @@ def _set_off(station: Station, away: float = STROKE) -> np.ndarray:
     return goal
 
 
-def _begun(station: Station) -> RunLoop:
-    """Advance until the arm has clearly begun its motion; return the loop."""
-    loop, arm = RunLoop(station.resting()), station.arm
-    start, end = arm.q_ref[0], station.cell.time + LONGEST
-    while abs(arm.q[0] - start) < 0.1 and station.cell.time < end:
-        loop.step()
-    return loop
+def _begin_to_move(station: Station) -> None:
+    """Wait until the arm has clearly begun its motion."""
+    arm = station.arm
+    start = arm.q_ref[0]
+    _wait(station, lambda: abs(arm.q[0] - start) >= 0.1, LONGEST, "the arm does not move")
 
 
-def _ticks(station: Station) -> Iterator[None]:
-    """Advance tick by tick until the arm is at rest."""
-    loop, arm, end = RunLoop(station.resting()), station.arm, station.cell.time + LONGEST
-    while arm.busy or not arm.at_rest or (arm.link is not None and arm.link.streaming):
-        assert station.cell.time < end, f"the arm moves for more than {LONGEST:g} s"
-        loop.step()
-        yield
+def _wait_for_rest(station: Station, measure: Callable[[], object] = lambda: None) -> None:
+    """Wait until the arm is at rest.
+
+    Args:
+        station: The station.
+        measure: Called before each tick.
+    """
+    arm = station.arm
+
+    def rests() -> bool:
+        measure()
+        streaming = arm.link is not None and arm.link.streaming
+        return not arm.busy and arm.at_rest and not streaming
+
+    _wait(station, rests, LONGEST, "the arm moves on")
+
+
+def _wait(station: Station, condition: Callable[[], bool], timeout: float, problem: str) -> None:
+    """Wait in ticks until a condition holds; fail with the problem if it does not in time [s]."""
+    try:
+        station.step_until(condition, timeout, steps=station.request.steps_per_tick)
+    except TimeoutError:
+        raise AssertionError(f"{problem} after {timeout:g} s") from None
 
 
 def _assert_at(station: Station, goal: np.ndarray) -> None:

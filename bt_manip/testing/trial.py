@@ -47,9 +47,8 @@ class Trial:
         run = Run(replace(station.request, tree=source), self.tree, station)
         self._loop = RunLoop(run, () if faults is None else (faults,))
         self._loop.open()
+        self._loop.begin(in_place=True)
         self._faults = faults
-        if faults is not None:
-            faults.cycle_started(0)
 
     @property
     def behaviour(self) -> Behaviour:
@@ -71,16 +70,15 @@ class Trial:
         """
         __tracebackhide__ = True
         self.history.tick += 1
-        faults = self._faults
         try:
             status = self._loop.advance()
         except NodeError as error:
             error.add_note(self.explain())
             raise
-        if faults is not None and status is not NodeStatus.RUNNING:
-            faults.cycle_ended(status.name, "")
-            if faults.problems:
-                raise AssertionError("\n".join([*faults.problems, self.explain()]))
+        if status is not NodeStatus.RUNNING:
+            self._loop.end(status)
+            if self._faults is not None and self._faults.problems:
+                raise AssertionError("\n".join([*self._faults.problems, self.explain()]))
         return status
 
     def until_done(self, timeout: float = 3.0) -> NodeStatus:

@@ -76,9 +76,9 @@ def measured(start_robot, *options):
     try:
         found = move_about(station, 60.0 * MINUTES)
         passed, wall = station.cell.time - begun, time.monotonic() - began
-        report, counts = station.real.report, robot.ask("communication")
+        report, counts = station.hardware.report, robot.ask("communication")
     finally:
-        station.real.close()
+        station.hardware.close()
     print(f"\n{passed / 60.0:.1f} minutes of the robot in {wall / 60.0:.1f}, speed {SPEED:g}:")
     print(f"  {dict(found)}, {report['late_ticks']} late ticks")
     print(f"  {counts['lost']} of {counts['cycles']} cycles without a reference; the longest gap:")

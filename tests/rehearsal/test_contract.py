@@ -25,7 +25,7 @@ def station(patient):
         scene=scene, robot="fr3", backend=backend, controller="joint_impedance", speed=SPEED
     )
     yield station
-    station.real.close()
+    station.hardware.close()
 
 
 @pytest.mark.parametrize("check", DEVICE_CONTRACT, ids=lambda check: check.__name__)

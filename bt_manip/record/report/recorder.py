@@ -19,7 +19,7 @@ from bt_manip.record.report.run_report import (
     RunReport,
     versions,
 )
-from bt_manip.runner import RealRobot, Run, RunObserver, StepBlock
+from bt_manip.runner import Hardware, Run, RunObserver, StepBlock
 
 GRASP = "Grasp"
 """Registered name of the behaviour after which the grip force is measured."""
@@ -113,7 +113,7 @@ class Recorder(RunObserver):
         self._file = file
         self._identity: dict[str, Any] = {}
         self._digest = b""  # to continue
-        self._real: RealRobot | None = None
+        self._hardware: Hardware | None = None
         self._cycles: list[CycleReport] = []
         self._unfinished = False
         self._wall_start: float | None = None
@@ -140,7 +140,7 @@ class Recorder(RunObserver):
         self._cell.before_remove.append(self._judge)
         self._begin_cycle()
         self._identity = identify(run)
-        self._real = run.station.real
+        self._hardware = run.station.hardware
         self._wall_start = time.perf_counter()
         self._write()
 
@@ -202,7 +202,7 @@ class Recorder(RunObserver):
             state_digest=(digest or hashlib.sha256().digest()).hex(),
             versions=versions(),
             error=error,
-            real={} if self._real is None else self._real.report,
+            real={} if self._hardware is None else self._hardware.report,
             **self._identity,
         )
 
@@ -279,7 +279,7 @@ class Recorder(RunObserver):
         placed = [one.placed for one in objects if one.placed is not None]
         ended = status in ("SUCCESS", "FAILURE")
         duration = round(self._cell.time - self._cycle_start, 6)
-        judge = "physics" if self._real is None else "gripper and assumption"
+        judge = "physics" if self._station.hardware.simulated else "gripper and assumption"
         return CycleReport(
             status=status,
             reason=reason,

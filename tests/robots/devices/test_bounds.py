@@ -11,7 +11,6 @@ from bt_manip import build_station, load_plugins
 from bt_manip.exceptions import MotionError
 from bt_manip.plugins import PluginSelection
 from bt_manip.robots import ArmBounds, DeviceError, RobotError, panda
-from bt_manip.runner import RunLoop
 from bt_manip.scenes import Scene, SceneRobot, read_scene
 
 HERE = Path(__file__).parent
@@ -29,19 +28,20 @@ def station():
     parts = load_plugins(entry_points=(), choice=choice, warn=lambda text: None).parts
     station = build_station(parts, scene=SCENE, backend="fake=0.5", controller="joint_impedance")
     yield station
-    station.real.close()
+    station.hardware.close()
     sys.path.remove(str(HERE))
 
 
 def rest(station):
     """Advance until the arm rests; return the lowest position of its tool on the way."""
-    loop, arm, lowest = RunLoop(station.resting()), station.arm, np.inf
-    for _ in range(1000):
-        loop.step()
-        lowest = min(lowest, arm.model.pose(station.robot.q).translation[2])
-        if not arm.busy and arm.at_rest and not arm.link.streaming:
-            return lowest
-    raise TimeoutError
+    arm, heights = station.arm, []
+
+    def rests():
+        heights.append(arm.model.pose(station.robot.q).translation[2])
+        return not arm.busy and arm.at_rest and not arm.link.streaming
+
+    station.step_until(rests, steps=10)
+    return min(heights)
 
 
 def lowered(arm, by):

@@ -19,7 +19,6 @@ from bt_manip.exceptions import BtManipError, MotionError
 from bt_manip.plugins import PluginSelection
 from bt_manip.robots import DeviceError
 from bt_manip.robots.connection_worker import rows_problem, serve_arm
-from bt_manip.runner import RunLoop
 from bt_manip.testing import DEVICE_CONTRACT, recovers_from_a_problem
 
 HERE = Path(__file__).parent
@@ -59,7 +58,7 @@ def file(tmp_path_factory):
 def station(parts, file):
     station = build_station(parts, backend=f"{FAKE},{file}", controller="joint_impedance")
     yield station
-    station.real.close()
+    station.hardware.close()
 
 
 @pytest.fixture
@@ -72,9 +71,8 @@ def reflex(station, file):
 
 
 def steps(station, ticks):
-    loop = RunLoop(station.resting())
-    for _ in range(ticks):
-        loop.step()
+    end = station.cell.time + 0.01 * ticks
+    station.step_until(lambda: station.cell.time > end - 0.001, steps=10)
 
 
 def set_off(station):
@@ -88,23 +86,12 @@ def set_off(station):
 
 
 def until(station, condition):
-    for _ in range(1000):
-        if condition():
-            return
-        steps(station, 1)
-    raise TimeoutError
+    station.step_until(condition, steps=10)
 
 
 def ended(station, node):
-    tree = Tree(node, clock=station.clock)
-    tree.setup(**station.infrastructure)
-    loop = RunLoop(station.resting())
-    for _ in range(2000):
-        status = tree.tick()
-        loop.step()
-        if status is not RUNNING:
-            return status, tree.failure_reason() if status is FAILURE else ""
-    raise TimeoutError
+    result = station.run(node, timeout=20.0)
+    return result.status, result.reason
 
 
 @pytest.mark.parametrize("check", DEVICE_CONTRACT, ids=lambda check: check.__name__)
