@@ -190,7 +190,7 @@ def test_a_module_imports_only_from_layers_below():
 
 
 STEPPING = {
-    "bt_manip.runner.loop",
+    "bt_manip.runner.hardware",
     "bt_manip.testing.behaviour_contract",  # contracts of parts, without a tree
     "bt_manip.testing.controller_contract",
     "bt_manip.testing.fault_contract",
@@ -201,7 +201,7 @@ STEPPING = {
 """Modules that call `Cell.step`."""
 
 
-def test_the_loop_alone_makes_control_steps():
+def test_the_hardware_alone_makes_control_steps():
     found = {
         name
         for name, path in modules().items()

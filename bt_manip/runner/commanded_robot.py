@@ -188,7 +188,6 @@ class RobotBuilder:
         assert chosen.controller and chosen.planner
         self._chosen = chosen
         self._make_planner = parts.planners.maker(chosen.planner, "plan")
-        parts.controllers.get(chosen.controller)  # raises if there is none
         self._robot = self._make_robot(parts)
         self._controllers = ControllerManager(
             self._robot, self._controller_factories(parts), chosen.controller
@@ -221,6 +220,7 @@ class RobotBuilder:
 
     def _controller_factories(self, parts: Parts) -> dict[str, Callable[..., Controller]]:
         registered = parts.controllers
+        registered.get(str(self._chosen.controller))  # raises if there is none
         return {n: registered.maker(n, "compute", "mjcf_model") for n in registered.names()}
 
 

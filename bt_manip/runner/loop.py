@@ -179,12 +179,14 @@ class RunLoop:
 
         Args:
             number: Its number, from which its samples follow.
-            in_place: As for `begin`.
+            in_place: As for `begin`; no control steps follow the last tick then, so that a tree
+                which ends at once takes no time.
             stop: When it returns True, the tree is halted and the arms are stopped.
         """
         self.begin(number, in_place=in_place)
+        last_steps = 0 if in_place else None
         while not stop():
-            if (status := self.advance()) is not NodeStatus.RUNNING:
+            if (status := self.advance(last_steps=last_steps)) is not NodeStatus.RUNNING:
                 return self.end(status)
         self.halt()
         return None
@@ -208,21 +210,25 @@ class RunLoop:
         for observer in self._observers:
             observer.cycle_started(cycle)
 
-    def advance(self, actor: Actor | None = None) -> NodeStatus:
+    def advance(self, actor: Actor | None = None, *, last_steps: int | None = None) -> NodeStatus:
         """Advance by a tick and its control steps; return the status of the actor.
 
         At the end of a cycle the controllers return to their defaults.
 
         Args:
             actor: Acts in place of the tree.
+            last_steps: Control steps when the actor has ended; None: as many as in a tick.
         """
         status = self.tick(actor)
-        if status is not NodeStatus.RUNNING and self._cycle is not None:
+        if status is NodeStatus.RUNNING:
+            self.step()
+            return status
+        if self._cycle is not None:
             self.run.cycle = self._cycle + 1
             if not self._in_place:
                 for robot in self._station.robots.values():
                     robot.controllers.return_to_default()
-        self.step()
+        self.step(last_steps)
         return status
 
     def tick(self, actor: Actor | None = None) -> NodeStatus:

@@ -41,7 +41,9 @@ def busy():
 
 def move_about(station, seconds):
     """Plan motions to random goals, in the middle of others, too; return what happened."""
-    arm, cell, loop = station.arm, station.cell, RunLoop(station.resting())
+    arm, cell = station.arm, station.cell
+    loop = RunLoop(station.resting())
+    loop.open()
     limits, rng, found = arm.model.limits, np.random.default_rng(0), Counter()
     middle, half = 0.5 * (limits.lower + limits.upper), 0.5 * RANGE * (limits.upper - limits.lower)
     end, replaced = cell.time + seconds, 0.0
@@ -62,6 +64,7 @@ def move_about(station, seconds):
             except MotionError as error:  # such as a goal at which links touch
                 found["too late" if error.reason == "device" else "unplanned"] += 1
         loop.step()
+    loop.close()
     return found
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from bt_manip.bt import BehaviourRegistry
 from bt_manip.exceptions import BtManipError
-from bt_manip.runner import Run, RunObserver, RunRequest, TreeSource
+from bt_manip.runner import Hardware, Run, RunObserver, RunRequest, TreeSource
 from bt_manip.runner.reloading import Reloader
 from bt_manip.runner.xml_tree import load_document
 from tests.run_fixtures import Listener
@@ -57,7 +57,7 @@ def run(tmp_path, edited):
     behaviours = BehaviourRegistry()
     tree = load_document(source, behaviours, {"note": "wild"}, lambda: cell.time, told.append)
     randomizer = SimpleNamespace(begin=lambda cycle: None)
-    station = SimpleNamespace(cell=cell, randomizer=randomizer, robots={}, real=None)
+    station = SimpleNamespace(cell=cell, randomizer=randomizer, robots={}, hardware=Hardware(cell))
 
     made = Run(RunRequest(source, settings={"note": "wild"}), tree, station)
     events = []

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import pytest
 
 from bt_manip.bt import Action, AlwaysFailure, Sequence, Sleep, Status, Tree
-from bt_manip.runner import Run, RunObserver, RunRequest, TreeSource
+from bt_manip.runner import Hardware, Run, RunObserver, RunRequest, TreeSource
 from bt_manip.runner.loop import Pacing
 
 
@@ -62,7 +62,9 @@ def make(root, cycles=1, tick=0.002) -> Run:
     request = RunRequest(TreeSource("x", "python"), cycles=cycles, tick=tick)
     randomizer = SimpleNamespace(begin=lambda cycle: None)
     return Run(
-        request, tree, SimpleNamespace(cell=cell, robots={}, randomizer=randomizer, real=None)
+        request,
+        tree,
+        SimpleNamespace(cell=cell, robots={}, randomizer=randomizer, hardware=Hardware(cell)),
     )
 
 

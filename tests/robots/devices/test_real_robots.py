@@ -71,8 +71,8 @@ def reflex(station, file):
 
 
 def steps(station, ticks):
-    end = station.cell.time + 0.01 * ticks
-    station.step_until(lambda: station.cell.time > end - 0.001, steps=10)
+    left = iter(range(ticks))
+    station.step_until(lambda: next(left, None) is None, timeout=60.0, steps=10)
 
 
 def set_off(station):
