@@ -24,11 +24,12 @@ class StationPool:
         self._kept: list[tuple[Any, Parts, Station, dict[str, Any], Callable[[], None]]] = []
         self._used: list[Station] = []
 
-    def build(self, request: RunRequest, parts: Parts, catalogue: Any = None) -> Station:
+    def build(self, request: RunRequest, parts: Parts, *, first_cycle: bool = False) -> Station:
         """Return what `make_station` returns, whose arguments these are."""
         scene = find_scene(request.scene, parts)
         names = ("robot", "controller", "planner", "poses", "backend", "seed")
         options = {name: getattr(request, name) for name in names}
+        options |= {"first_cycle": first_cycle, "models": list(request.settings.values())}
         key = self._key(parts, scene, options)
         for kept in self._kept:
             known, _, station, start, reset = kept
@@ -39,7 +40,7 @@ class StationPool:
                 reset()
                 station.set_state(start)
                 return station
-        station = make_station(request, parts, catalogue)
+        station = make_station(request, parts, first_cycle=first_cycle)
         if key is not None:
             self._used.append(station)
             kept = (key, parts, station, station.get_state(), _resetter(station))
@@ -54,7 +55,8 @@ class StationPool:
         """Return what tells stations apart; None for files, which may change."""
         if not isinstance(options["robot"], str):
             return None
-        files = [options["robot"], *(fixture.model for fixture in scene.fixtures)]
+        models = options.pop("models")
+        files = [options["robot"], *models, *(fixture.model for fixture in scene.fixtures)]
         if (
             options["backend"]
             or scene.source
@@ -67,8 +69,7 @@ class StationPool:
             for kind in KINDS
             for name in getattr(parts, kind).names()
         ]
-        named = {name: value for name, value in options.items() if name != "catalogue"}
-        return items, repr(scene), named
+        return items, repr(scene), options
 
 
 def _identity(registry: Registry[Any], name: str) -> Any:

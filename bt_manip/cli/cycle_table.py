@@ -1,6 +1,8 @@
-"""The table of cycles that a run ends with."""
+"""The results that a run ends with in the terminal: cycles, a sentence, and what to do next."""
 
+import shlex
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import NamedTuple
 
 from rich import box
@@ -8,6 +10,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from bt_manip.cli.record_option import record_target
+from bt_manip.cli.run_options import RunOptions
 from bt_manip.record import CycleReport, LeafUse, RunReport, TrackingPeak
 from bt_manip.viewer import print_wrapped
 
@@ -70,6 +74,39 @@ def print_cycles(console: Console, report: RunReport) -> None:
     for line in use.sentences("cycles"):
         print_wrapped(console, line)
     print_wrapped(console, summary(report))
+
+
+def next_step(
+    options: RunOptions, report: RunReport, *, is_terminal: bool = False, on_page: bool = False
+) -> str:
+    """Return a line that says what to do next, or an empty text.
+
+    Args:
+        options: The options of the run.
+        report: Its report.
+        is_terminal: Whether the line is printed to a terminal.
+        on_page: Whether it is for the page instead.
+    """
+    files = [record_target(text)[1] for text in options.records]
+    recordings = [file for file in files if file.endswith(".mcap") and Path(file).exists()]
+    if recordings:
+        file = shlex.quote(recordings[0])
+        return f"To watch the recording: bt-manip replay {file}, or bt-manip report {file}"
+    if report.status == "FAILURE" and not files:
+        view = "" if options.view else " --view"
+        return f"To watch the failure: the same command with --record run.mcap{view}"
+    if on_page:
+        return ""
+    untried = {
+        "--window": not options.window,
+        "--view": not options.view,
+        "--cycles 10": options.cycles == 1,
+        "--real-time 1": options.real_time is None and not (options.window or options.view),
+    }
+    wanted = ", ".join(option for option, is_new in untried.items() if is_new)
+    if wanted and report.status == "SUCCESS" and is_terminal:
+        return f"Options to try next: {wanted}"
+    return ""
 
 
 def _tracking(error: float, peak: TrackingPeak, cycle: int) -> str:

@@ -89,8 +89,8 @@ class PageSession:
     """
 
     def __init__(self, options: RunOptions, interrupt: Interrupt) -> None:
-        """Keep the options; the page is opened when a run has been prepared."""
-        self._options, self._interrupt = options, interrupt
+        self._options = options
+        self._interrupt = interrupt
         self._page: Page | None = None
         self._plugins: Plugins | None = None
         self._station: Station | None = None
@@ -234,7 +234,7 @@ class PageSession:
         """Return the lines that a run ends with in the terminal, and what can be done next."""
         from rich.console import Console
 
-        from bt_manip.cli.cycle_table import print_cycles
+        from bt_manip.cli.cycle_table import next_step, print_cycles
 
         assert job.report is not None
         lines = io.StringIO()
@@ -243,7 +243,7 @@ class PageSession:
             f"To keep it: bt-manip run {job.report.tree} --seed {job.report.seed} --record "
             "run.mcap; then bt-manip replay run.mcap, or bt-manip report run.mcap."
         )
-        steps = job.next_step(job.report, on_page=True) or again
+        steps = next_step(job.options, job.report, on_page=True) or again
         steps += "\n\nRun starts it again; another seed places the objects elsewhere."
         return f"{lines.getvalue()}\n{steps}"
 
@@ -261,7 +261,7 @@ class PageSession:
         options = self._options_of(choice)
         try:
             request = make_request(options, self._plugins.parts)
-            same = request.station == self._built and options.varied == self._options.varied
+            same = request.station == self._built
             if action == "run":
                 self._panel.tell("preparing the run")
                 self._page.controls.stopped = False

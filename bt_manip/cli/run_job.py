@@ -3,13 +3,11 @@
 import contextlib
 import gc
 import os
-import shlex
 import sys
 import traceback
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cached_property
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
@@ -17,8 +15,8 @@ import click
 from bt_manip.cli.exit_codes import FAILED, FAULT, INTERRUPTED, SUCCESS
 from bt_manip.cli.interrupt import Interrupt
 from bt_manip.cli.plugin_options import load_chosen_plugins, print_warning
-from bt_manip.cli.record_option import is_rendered, record_target
-from bt_manip.cli.run_options import RunOptions, check_backend, make_request, vary
+from bt_manip.cli.record_option import is_rendered
+from bt_manip.cli.run_options import RunOptions, check_options, make_request
 from bt_manip.exceptions import ANY_BUT_INTERRUPT, BtManipError, NodeError, reason_of
 from bt_manip.registry import Parts
 
@@ -36,6 +34,7 @@ class RunJob:
     """One run from its options to its report.
 
     Attributes:
+        options: The options.
         run: The run, once it is prepared.
         report: Its report, once it has ended.
         error: The internal fault that ended it; empty without one.
@@ -59,9 +58,11 @@ class RunJob:
             station: As for `bt_manip.runner.prepare`.
             publisher: The publisher for Groot2 if it stays after this run.
         """
-        self._options = options
+        self.options = options
         self._interrupt = interrupt
-        self._open_page, self._station, self._publisher = open_page, station, publisher
+        self._open_page = open_page
+        self._station = station
+        self._publisher = publisher
         self.run: Run | None = None
         self.report: RunReport | None = None
         self.error = ""
@@ -78,7 +79,7 @@ class RunJob:
         Raises:
             BtManipError: For bad input; nothing is simulated or written then.
         """
-        _check_files(self._options)
+        check_options(self.options)
         # From here on, finish() is called whatever happens.
         with self._interrupt.held():
             try:
@@ -110,8 +111,7 @@ class RunJob:
 
     def _prepare(self) -> tuple["Run", list["RunObserver"]]:
         """Return the run and its observers; all bad input is found here."""
-        check_backend(self._options)
-        options = replace(self._options, window=self._can_open_window())
+        options = replace(self.options, window=self._can_open_window())
         self._plugins = plugins = load_chosen_plugins()
         parts = plugins.parts
         resumed = None
@@ -119,7 +119,7 @@ class RunJob:
             from bt_manip.record import read_snapshot
 
             resumed = read_snapshot(options.resume)
-        request, parts, point = vary(options, make_request(options, parts, resumed), parts)
+        request = make_request(options, parts, resumed)
         # Slow imports come last: the errors above are reported at once.
         from bt_manip.cli.run_observers import extra_observers
         from bt_manip.plugins import guarded
@@ -128,7 +128,7 @@ class RunJob:
 
         prepared = prepare(request, parts, print_warning, self._station)
         foreign = options.foreign.fields()
-        prepared.identity.update(plugins=plugins.versions, foreign=foreign, varied=point)
+        prepared.identity.update(plugins=plugins.versions, foreign=foreign)
         if options.episode is not None:
             prepared.begin_episode(options.episode)
         self._recorder = Recorder(request.tree.name, request.seed, file=self._open_report())
@@ -175,7 +175,7 @@ class RunJob:
     def _console(self) -> "Console":
         from rich.console import Console
 
-        return Console(quiet=self._options.quiet)
+        return Console(quiet=self.options.quiet)
 
     def _fault_injector(self, run: "Run", parts: Parts) -> "RunObserver":
         """Return an observer that injects the requested faults.
@@ -254,10 +254,10 @@ class RunJob:
         return code
 
     def _open_report(self) -> "ReportFile | None":
-        if self._report_file is None and self._options.report is not None:
+        if self._report_file is None and self.options.report is not None:
             from bt_manip.record import open_report_file
 
-            self._report_file = open_report_file(self._options.report, print_warning)
+            self._report_file = open_report_file(self.options.report, print_warning)
         return self._report_file
 
     def _keep_window(self) -> None:
@@ -277,7 +277,7 @@ class RunJob:
 
         from bt_manip.record import RunReport, versions
 
-        options = self._options
+        options = self.options
         return RunReport(
             tree=options.tree,
             seed=options.seed or 0,
@@ -295,54 +295,26 @@ class RunJob:
         )
 
     def _print_cycles(self, report: "RunReport") -> None:
-        if self._recorder is None or self._options.quiet:
+        if self._recorder is None or self.options.quiet:
             return
-        from bt_manip.cli.cycle_table import print_cycles
+        from bt_manip.cli.cycle_table import next_step, print_cycles
 
         print_cycles(self._console, report)
-        if next_step := self.next_step(report):
-            self._tell(next_step)
-
-    def next_step(self, report: "RunReport", *, on_page: bool = False) -> str:
-        """Return a line that says what to do next, or an empty text.
-
-        Args:
-            report: The report of the run.
-            on_page: Whether it is for the page instead of the terminal.
-        """
-        options = self._options
-        files = [record_target(text)[1] for text in options.records]
-        recordings = [file for file in files if file.endswith(".mcap") and Path(file).exists()]
-        if recordings:
-            file = shlex.quote(recordings[0])
-            return f"To watch the recording: bt-manip replay {file}, or bt-manip report {file}"
-        if report.status == "FAILURE" and not files:
-            view = "" if options.view else " --view"
-            return f"To watch the failure: the same command with --record run.mcap{view}"
-        if on_page:
-            return ""
-        untried = {
-            "--window": not options.window,
-            "--view": not options.view,
-            "--cycles 10": options.cycles == 1,
-            "--real-time 1": options.real_time is None and not (options.window or options.view),
-        }
-        wanted = ", ".join(option for option, is_new in untried.items() if is_new)
-        if wanted and report.status == "SUCCESS" and self._console.is_terminal:
-            return f"Options to try next: {wanted}"
-        return ""
+        step = next_step(self.options, report, is_terminal=self._console.is_terminal)
+        if step:
+            self._tell(step)
 
     def _can_open_window(self) -> bool:
         """Whether there will be a window; without one, mujoco is imported without OpenGL."""
         from bt_manip.viewer import NoDisplayError, require_display, use_offscreen_opengl
 
-        if self._options.window:
+        if self.options.window:
             try:
                 require_display()
                 return True
             except NoDisplayError as error:
                 print_warning(f"--window: {error}; the run has no window")
-        if any(map(is_rendered, self._options.records)):
+        if any(map(is_rendered, self.options.records)):
             use_offscreen_opengl()
         os.environ.setdefault("MUJOCO_GL", "disable")
         return False
@@ -362,22 +334,6 @@ def _garbage_collection_off() -> Iterator[None]:
         gc.freeze()
     finally:
         gc.enable()
-
-
-def _check_files(options: RunOptions) -> None:
-    """Check that all requested files can be written."""
-    from bt_manip.record import check_writable
-
-    wanted = [("report", options.report), ("trace", options.trace)]
-    wanted += [("snapshot", path) for _, path in options.snapshots]
-    taken: dict[Path, str] = {}
-    for what, path in wanted:
-        if path is None:
-            continue
-        check_writable(path, what)
-        other = taken.setdefault(path.absolute(), what)
-        if other != what or (what == "snapshot" and wanted.count((what, path)) > 1):
-            raise BtManipError(f"{other} and {what} cannot both be '{path}'")
 
 
 def _terminal(console: "Console", cycles: int) -> "RunObserver":

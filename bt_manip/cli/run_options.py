@@ -16,7 +16,7 @@ from bt_manip.registry import Parts
 if TYPE_CHECKING:
     from bt_manip.record import Continuation
     from bt_manip.robots import Configuration
-    from bt_manip.runner import RunRequest
+    from bt_manip.runner import ParameterSet, RunRequest
 
 
 REAL_SPEED = 0.1
@@ -162,6 +162,7 @@ def make_request(
         poses=options.poses or ("operator" if options.backend else None),
         backend=options.backend,
         speed=_speed_factor(options),
+        varied=_varied(options),
         **watched,
     )
     if options.seed is not None:
@@ -171,21 +172,13 @@ def make_request(
     return replace(request, seed=seed)
 
 
-def vary(
-    options: RunOptions, request: "RunRequest", parts: Parts
-) -> tuple["RunRequest", Parts, dict[str, Any]]:
-    """Return the request and the parts with the parameters of ``--vary``, and these by name.
-
-    Raises:
-        BtManipError: If there is no such parameter, or it has several values.
-    """
+def _varied(options: RunOptions) -> "ParameterSet":
+    """Return the values of ``--vary``."""
     if not options.varied:
-        return request, parts, {}
+        return {}
     from bt_manip.evaluation import parse_point
-    from bt_manip.evaluation import varied as with_values
 
-    point = dict(parse_point(options.varied))
-    return *with_values(request, parts, point), point
+    return parse_point(options.varied)
 
 
 def _speed_factor(options: RunOptions) -> float:
@@ -194,14 +187,11 @@ def _speed_factor(options: RunOptions) -> float:
     return REAL_SPEED if options.backend else 1.0
 
 
-def check_backend(options: RunOptions) -> None:
-    """Check that a run on a real robot has no options that need a simulation.
-
-    Args:
-        options: The options.
+def check_options(options: RunOptions) -> None:
+    """Check that options go together, and that all requested files can be written.
 
     Raises:
-        BtManipError: If it has one.
+        BtManipError: If a run on a real robot needs a simulation, or a file cannot be written.
     """
     simulated = {
         "--resume": options.resume is not None,
@@ -213,6 +203,18 @@ def check_backend(options: RunOptions) -> None:
     for name, given in simulated.items():
         if options.backend and given:
             raise BtManipError(f"{name} needs a simulation, not --backend {options.backend}")
+    from bt_manip.record import check_writable
+
+    wanted = [("report", options.report), ("trace", options.trace)]
+    wanted += [("snapshot", path) for _, path in options.snapshots]
+    taken: dict[Path, str] = {}
+    for what, path in wanted:
+        if path is None:
+            continue
+        check_writable(path, what)
+        other = taken.setdefault(path.absolute(), what)
+        if other != what or (what == "snapshot" and wanted.count((what, path)) > 1):
+            raise BtManipError(f"{other} and {what} cannot both be '{path}'")
 
 
 def _configurations(options: RunOptions) -> "Mapping[str, Configuration]":

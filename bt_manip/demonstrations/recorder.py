@@ -16,7 +16,6 @@ from bt_manip.agents import (
 )
 from bt_manip.bt import NodeStatus
 from bt_manip.demonstrations.store import Demonstration, DemonstrationStore
-from bt_manip.evaluation import varied
 from bt_manip.exceptions import ANY_BUT_INTERRUPT, reason_of
 from bt_manip.plugins import load_plugins
 from bt_manip.record import cpu_name, identify, versions
@@ -73,13 +72,11 @@ class DemonstrationRecorder:
             BtManipError: If the request is invalid.
         """
         parts = load_plugins(choice=choice, warn=lambda message: None).parts
-        request = request_of(tree, parts, tick=STEP, **options)
-        request, parts = varied(request, parts, vary or {})
+        request = request_of(tree, parts, tick=STEP, varied=vary, **options)
         self.folder, self.failures = folder, failures
         self._images = Images(("rgb",) if cameras else (), tuple(cameras), *size)
         self.episodes = Episodes(request, parts)
         self._run = self.episodes.run
-        self._run.identity |= {"varied": dict(vary)} if vary else {}
         self._actions = [action_kind(name, self.episodes) for name in ACTION_KINDS]
         nodes = self._run.tree.nodes
         self._leaves = {i: node.path for i, node in enumerate(nodes) if not node.links}

@@ -19,7 +19,6 @@ from bt_manip.agents import (
     goal_progress,
 )
 from bt_manip.cell import PhysicsDiverged
-from bt_manip.evaluation import varied
 from bt_manip.exceptions import BtManipError, did_you_mean
 from bt_manip.faults import FaultInjector, parse_fault
 from bt_manip.plugins import load_plugins
@@ -110,8 +109,7 @@ class LearningTask:
         self._record, self._observers, self._parts = record, tuple(observers), parts
         self._recorded = bool(record)
         self._faults = [parse_fault(text, parts.faults) for text in faults]
-        asked = request_of(tree, parts, faults=tuple(faults), **request)
-        asked, parts = varied(asked, parts, vary or {})
+        asked = request_of(tree, parts, faults=tuple(faults), varied=vary, **request)
         self.episodes = Episodes(asked, parts, step_time=step_time)
         if not self.episodes.run.tree.goal:
             raise BtManipError(

@@ -41,7 +41,6 @@ if TYPE_CHECKING:
     from bt_manip.evaluation.variation import parse_parameter as parse_parameter
     from bt_manip.evaluation.variation import parse_point as parse_point
     from bt_manip.evaluation.variation import samples as samples
-    from bt_manip.evaluation.variation import varied as varied
 
 __getattr__ = lazy_exports(
     __name__,
@@ -60,8 +59,6 @@ __getattr__ = lazy_exports(
         "bt_manip.evaluation.stress_table": "LEGEND StressTable",
         "bt_manip.evaluation.success": "Failure SuccessRate wilson_interval",
         "bt_manip.evaluation.success_page": "results_page",
-        "bt_manip.evaluation.variation": (
-            "Parameter grid parse_parameter parse_point samples varied"
-        ),
+        "bt_manip.evaluation.variation": ("Parameter grid parse_parameter parse_point samples"),
     },
 )

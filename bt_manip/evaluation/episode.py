@@ -17,10 +17,9 @@ from bt_manip.record import (
     identity_differences,
     versions,
 )
-from bt_manip.runner import EPISODE_TIMEOUT, NOT_MET, Run, prepare, request_of
+from bt_manip.runner import EPISODE_TIMEOUT, NOT_MET, ParameterSet, Run, prepare, request_of
 
 from .engine import WorkerDiedError
-from .variation import ParameterSet, varied
 
 
 class EpisodeId(NamedTuple):
@@ -173,7 +172,8 @@ class EpisodeWorker:
         )
 
     def _prepare(self, point: int) -> Run:
-        run = prepare(*varied(self._request, self._parts, self._evaluation.points[point]))
+        varied = self._evaluation.points[point]
+        run = prepare(replace(self._request, varied=varied), self._parts)
         run.identity["plugins"] = self._plugins
         return run
 

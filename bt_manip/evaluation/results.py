@@ -16,9 +16,9 @@ from pyarrow import parquet
 
 from bt_manip.exceptions import BtManipError
 from bt_manip.record import reading, whole_file, writing
+from bt_manip.runner import ParameterSet
 
 from .episode import EpisodeResult, refuse_difference
-from .variation import ParameterSet
 
 IDENTITY = "_evaluation.json"
 """File of what the results depend on; readers of Parquet folders ignore names with ``_``."""

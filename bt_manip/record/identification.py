@@ -23,6 +23,7 @@ def identify(run: "Run") -> dict[str, Any]:
         files[kind] = [Path(name) for name in names if name.endswith(".toml")]
     return {
         **run.identity,
+        **({"varied": dict(request.varied)} if request.varied else {}),
         "faults": request.faults,
         "robot": ", ".join(robots),
         "scene": scene,

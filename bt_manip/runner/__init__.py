@@ -30,6 +30,7 @@ from .reloading import Reloader as Reloader
 from .request import EPISODE_TIMEOUT as EPISODE_TIMEOUT
 from .request import SCENE as SCENE
 from .request import TICK as TICK
+from .request import ParameterSet as ParameterSet
 from .request import RunRequest as RunRequest
 from .request import request_of as request_of
 from .run import Run as Run
@@ -46,5 +47,6 @@ from .step_log import StepLog as StepLog
 from .stopwatch import Stopwatch as Stopwatch
 from .tree_source import TreeSource as TreeSource
 from .tree_source import find_tree as find_tree
+from .variation import CHOSEN as CHOSEN
 from .xml_tree import known_behaviours as known_behaviours
 from .xml_tree import load_document as load_document

@@ -1,21 +1,20 @@
 """Preparing a run from a request; all errors of the request are found here."""
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any
 
-from bt_manip.bt import Tree
-from bt_manip.cell.objects import Catalogue
+from bt_manip.bt import Declared, Tree, cannot_run
 from bt_manip.exceptions import BtManipError, NodeError
 from bt_manip.registry import Parts
-from bt_manip.scenes import find_scene, fixture_models, naming_file, with_models
+from bt_manip.scenes import find_scene, fixture_models
 
 from .python_tree import make_tree
 from .request import RunRequest
 from .run import Run
 from .station import Station, make_station
 from .tree_source import Clock, TreeSource
-from .xml_tree import Warn, check_can_run, known_behaviours, load_document
+from .variation import with_varied
+from .xml_tree import Warn, known_behaviours, load_document
 
 
 def prepare(
@@ -36,16 +35,21 @@ def prepare(
     Raises:
         BtManipError: If the request is invalid.
     """
+    request, parts = with_varied(request, parts)
     clock = _StationClock()
-    scene = find_scene(request.scene, parts)
-    models = fixture_models(request.settings, scene)
+    models = fixture_models(request.settings, find_scene(request.scene, parts))
     settings = {key: text for key, text in request.settings.items() if key not in models}
     tree = load_source(request.tree, parts, settings, clock, warn, reading=request.reading)
-    check_can_run(tree, warn)
-    clock.station = station = station or prepare_station(request, parts)
+    _check_can_run(tree, warn)
+    clock.station = station = station or make_station(request, parts, first_cycle=True)
     for robot in station.robots.values():
         robot.robot.configurations |= request.configurations
-    _setup(tree, station)
+    try:
+        tree.setup(**station.infrastructure)
+    except NodeError as error:  # a user error in a behaviour is one of the request
+        if isinstance(error.__cause__, BtManipError):
+            raise BtManipError(f"{error.path}: {error.__cause__}") from error
+        raise
     for lost in station.models.warnings():
         warn(lost)
     return Run(request, tree, station)
@@ -79,7 +83,7 @@ def load_source(
 
 
 def prepare_station(request: RunRequest, parts: Parts) -> Station:
-    """Build the station of a request; nothing is simulated yet.
+    """Build the station of a request as for its first cycle; nothing is simulated yet.
 
     Args:
         request: The scene and the parts to use.
@@ -88,25 +92,18 @@ def prepare_station(request: RunRequest, parts: Parts) -> Station:
     Raises:
         BtManipError: If the request is invalid.
     """
-    scene = find_scene(request.scene, parts)
-    models = fixture_models(request.settings, scene)
-    catalogue = Catalogue(parts.objects, sources=parts.model_sources, formats=parts.model_formats)
-    if models:
-        request = replace(request, scene=with_models(scene, models, catalogue))
-    station = make_station(request, parts, catalogue)
-    with naming_file(scene):
-        station.randomizer.begin(0)  # draws that are impossible are found now
-    return station
+    return make_station(*with_varied(request, parts), first_cycle=True)
 
 
-def _setup(tree: Tree, station: Station) -> None:
-    """Set the behaviours up; a user error in one is raised as such, with the node's path."""
-    try:
-        tree.setup(**station.infrastructure)
-    except NodeError as error:
-        if isinstance(error.__cause__, BtManipError):
-            raise BtManipError(f"{error.path}: {error.__cause__}") from error
-        raise
+def _check_can_run(tree: Tree, warn: Warn) -> None:
+    """Warn of the stubs in a tree; raise `BtManipError` where one of them cannot be ticked."""
+    stubs = [node for node in tree.nodes if isinstance(node, Declared)]
+    for node in stubs:
+        if not node.can_run:
+            raise BtManipError(cannot_run(node))
+    if stubs:
+        names = sorted({f"{node.registration} ({node.effect})" for node in stubs})
+        warn(f"stubs, which do not act: {', '.join(names)}")
 
 
 class _StationClock:

@@ -30,6 +30,10 @@ EPISODE_TIMEOUT = 120.0
 """Default simulated time after which an episode has failed [s]."""
 
 
+ParameterSet = Mapping[str, Any]
+"""Values of varied parameters, by name."""
+
+
 @dataclass(frozen=True)
 class RunRequest:
     """A tree and the parts and settings to run it with.
@@ -57,6 +61,8 @@ class RunRequest:
             `bt_manip.scenes.PHYSICS`.
         backend: ``NAME=ADDRESS`` of a registered backend and a real robot; empty simulates it.
         speed: Factor of all speed scales of the arms, above 0 and up to 1.
+        varied: Values of parameters of tree, controller, scene and robot, by name, as in ``bt-manip
+            run --vary``.
         reading: Further options of `bt_manip.bt.read_tree`: ``stubs``, ``libraries``.
     """
 
@@ -77,6 +83,7 @@ class RunRequest:
     poses: str = PHYSICS
     backend: str = ""
     speed: float = 1.0
+    varied: ParameterSet = field(default_factory=lambda: MappingProxyType({}))
     reading: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
 
     def __post_init__(self) -> None:
@@ -111,6 +118,7 @@ class RunRequest:
         return (
             self.scene, self.robot, self.controller, self.planner, self.seed,
             tuple(self.settings.items()), self.poses, self.backend, self.speed,
+            tuple(self.varied.items()),
         )  # fmt: skip
 
     @property

@@ -23,9 +23,11 @@ from bt_manip.scenes import (
     ExpectedObjects,
     Scene,
     find_scene,
+    fixture_models,
     make_pose_source,
     naming_file,
     place_again,
+    with_models,
 )
 
 from .commanded_robot import CommandedRobot, NoOnlyRobot, chosen_robots
@@ -282,22 +284,22 @@ class Station:
             self.poses.set_state(state.get("poses", ()))
 
 
-def make_station(request: RunRequest, parts: Parts, catalogue: Catalogue | None = None) -> Station:
+def make_station(request: RunRequest, parts: Parts, *, first_cycle: bool = False) -> Station:
     """Build a cell with its robots at home and under control.
 
     Args:
-        request: The robot, scene, controller, planner and seed; all registered controllers can be
-            switched to.
+        request: The robot, scene, controller, planner and seed, and the objects that its settings
+            choose; all registered controllers can be switched to.
         parts: The registered parts to choose from.
-        catalogue: Makes the objects; default: one of the registered parts.
+        first_cycle: Whether to randomize the cell for the first cycle, which finds variations that
+            are impossible.
 
     Raises:
         BtManipError: If a name is not registered or a model does not compile.
     """
-    scene, seed = find_scene(request.scene, parts), request.seed
-    catalogue = catalogue or Catalogue(
-        parts.objects, sources=parts.model_sources, formats=parts.model_formats
-    )
+    found, seed = find_scene(request.scene, parts), request.seed
+    catalogue = Catalogue(parts.objects, sources=parts.model_sources, formats=parts.model_formats)
+    scene = with_models(found, fixture_models(request.settings, found), catalogue)
     backend = find_backend(request.backend, parts)
     backend.check(scene)
     builders = [backend.builder(one, parts) for one in chosen_robots(request, scene, parts)]
@@ -307,10 +309,13 @@ def make_station(request: RunRequest, parts: Parts, catalogue: Catalogue | None 
         one.robot.configurations |= scene.configurations
         one.arm.speed_factor = request.speed
         one.arm.follower.speed_scale *= request.speed
+    randomizer = filled.make_randomizer(catalogue, seed)
+    if first_cycle:
+        with naming_file(scene):
+            randomizer.begin(0)
     cell, robots = filled.cell, filled.robots
     return Station(
-        cell, robots, np.random.default_rng(seed), catalogue, parts,
-        filled.make_randomizer(catalogue, seed), scene, request,
+        cell, robots, np.random.default_rng(seed), catalogue, parts, randomizer, scene, request,
         None if source is None else ExpectedObjects(source, cell, catalogue),
         backend.hardware(cell, robots),
     )  # fmt: skip

@@ -6,10 +6,8 @@ from typing import Any
 from bt_manip.bt import (
     STRING,
     BehaviourRegistry,
-    Declared,
     Substitutions,
     Tree,
-    cannot_run,
     read_tree,
 )
 from bt_manip.exceptions import BlackboardError, BtManipError, did_you_mean, shown
@@ -63,25 +61,6 @@ def load_document(
     return tree
 
 
-def check_can_run(tree: Tree, warn: Warn) -> None:
-    """Tell which nodes of a tree are stubs, and refuse a tree that cannot be ticked.
-
-    Args:
-        tree: The tree.
-        warn: Takes the list of stubs.
-
-    Raises:
-        BtManipError: When a control or decorator of the tree is only declared.
-    """
-    stubs = [node for node in tree.nodes if isinstance(node, Declared)]
-    for node in stubs:
-        if not node.can_run:
-            raise BtManipError(cannot_run(node))
-    if stubs:
-        names = sorted({f"{node.registration} ({node.effect})" for node in stubs})
-        warn(f"stubs, which do not act: {', '.join(names)}")
-
-
 def known_behaviours(parts: Parts) -> BehaviourRegistry:
     """Give the nodes of the language and all registered behaviours, for reading trees."""
     behaviours = BehaviourRegistry()
@@ -119,19 +98,15 @@ def set_keys(
             raise BtManipError(
                 f"the tree '{source.name}' needs --set {key}=VALUE: it has no default"
             )
-        _set(tree, key, text)
-
-
-def _set(tree: Tree, key: str, text: str) -> None:
-    """Write a value as the type that the ports which read it have declared."""
-    entry = tree.blackboard.entry(key)
-    if entry is None or not entry.declared.strong:
-        tree.blackboard.set_text(key, text)
-        return
-    kind = entry.declared
-    try:
-        if kind.ignores_rest(text):
-            raise BlackboardError("it is cut")
-        tree.blackboard.write(key, text, STRING)
-    except BlackboardError:
-        raise BtManipError(f"--set {key}: expected {kind.form}, got {shown(text)}") from None
+        # As the type that the ports which read it have declared.
+        entry = tree.blackboard.entry(key)
+        if entry is None or not entry.declared.strong:
+            tree.blackboard.set_text(key, text)
+            continue
+        kind = entry.declared
+        try:
+            if kind.ignores_rest(text):
+                raise BlackboardError("it is cut")
+            tree.blackboard.write(key, text, STRING)
+        except BlackboardError:
+            raise BtManipError(f"--set {key}: expected {kind.form}, got {shown(text)}") from None
