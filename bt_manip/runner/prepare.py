@@ -40,7 +40,13 @@ def prepare(
     models = fixture_models(request.settings, find_scene(request.scene, parts))
     settings = {key: text for key, text in request.settings.items() if key not in models}
     tree = load_source(request.tree, parts, settings, clock, warn, reading=request.reading)
-    _check_can_run(tree, warn)
+    stubs = [node for node in tree.nodes if isinstance(node, Declared)]
+    for node in stubs:
+        if not node.can_run:
+            raise BtManipError(cannot_run(node))
+    if stubs:
+        names = sorted({f"{node.registration} ({node.effect})" for node in stubs})
+        warn(f"stubs, which do not act: {', '.join(names)}")
     clock.station = station = station or make_station(request, parts, first_cycle=True)
     for robot in station.robots.values():
         robot.robot.configurations |= request.configurations
@@ -93,17 +99,6 @@ def prepare_station(request: RunRequest, parts: Parts) -> Station:
         BtManipError: If the request is invalid.
     """
     return make_station(*with_varied(request, parts), first_cycle=True)
-
-
-def _check_can_run(tree: Tree, warn: Warn) -> None:
-    """Warn of the stubs in a tree; raise `BtManipError` where one of them cannot be ticked."""
-    stubs = [node for node in tree.nodes if isinstance(node, Declared)]
-    for node in stubs:
-        if not node.can_run:
-            raise BtManipError(cannot_run(node))
-    if stubs:
-        names = sorted({f"{node.registration} ({node.effect})" for node in stubs})
-        warn(f"stubs, which do not act: {', '.join(names)}")
 
 
 class _StationClock:
