@@ -17,7 +17,11 @@ CONSTRAINTS = REPOSITORY / "constraints.txt"
 LISTS = REPOSITORY / "tests" / "clients"
 ROBOMIMIC, LEROBOT = "robomimic==0.3.0", "lerobot==0.4.4"
 OURS = ("-e", f"{REPOSITORY}[learn]", "-e", f"{REPOSITORY}/plugins/bt-manip-impedance")
-TESTS = ("tests/clients", "tests/demonstrations/test_export_lerobot.py")
+TESTS = (
+    "tests/clients",
+    "tests/demonstrations/test_export_lerobot.py",
+    "tests/evaluation/test_ray_pool.py",
+)
 
 # The operators of torchvision's wheel are built for another build of torch, which refuses to
 # declare them; its part in Python, which LeRobot uses, works without.
