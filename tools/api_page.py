@@ -111,7 +111,7 @@ EXPERIMENTAL = {
     "bt_manip.evaluation": (
         "WorkerDiedError Evaluation EpisodeId EpisodeResult EpisodeWorker evaluate run_episodes "
         "Worker RayPool ResultFolder read_results SuccessRate wilson_interval PairedTable "
-        "mcnemar_p_value newcombe_interval Parameter parse_parameter grid samples StressTester "
+        "mcnemar_p_value newcombe_interval VariedParameter parse_parameter grid samples StressTester "
         "StressEpisode plan_episodes"
     ),
     "bt_manip.record": (

@@ -13,6 +13,7 @@ from bt_manip.bt import Tree
 from bt_manip.cell import Cell, CellError, as_object
 from bt_manip.cell.objects import CONTAINER
 from bt_manip.exceptions import BtManipError
+from bt_manip.parameters import Parameter
 from bt_manip.runner import CommandedRobot, Station
 
 
@@ -20,14 +21,17 @@ class FaultError(BtManipError):
     """A fault that is described wrongly, or that cannot happen in the present state."""
 
 
-def parameter(default: Any, doc: str) -> Any:
+def parameter(default: Any, meaning: str, *, at_least: float = 0.0, **declared: Any) -> Any:
     """Declare a parameter of a fault, a field of its dataclass.
 
     Args:
         default: Its default, a number or a text, which determines its type.
-        doc: What it is, with its unit.
+        meaning: Its meaning, with the unit in brackets.
+        at_least: Inclusive minimum of a number.
+        **declared: Other fields of `bt_manip.parameters.Parameter`, such as ``at_most``.
     """
-    return field(default=default, metadata={"doc": doc})
+    known = Parameter(meaning, default=default, at_least=at_least, **declared)
+    return field(default=default, metadata={"parameter": known})
 
 
 @dataclass(frozen=True)
@@ -105,7 +109,9 @@ class Fault(abc.ABC):
         context: The run that it happens in, from `start` on.
     """
 
-    duration: float = parameter(math.inf, "Time after which it ends [s]; inf: with its cycle.")
+    duration: float = parameter(
+        math.inf, "Time after which it ends [s]; inf: with its cycle.", infinite=True
+    )
 
     def start(self, context: FaultContext) -> None:
         """Begin, between two ticks.
