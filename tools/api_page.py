@@ -111,8 +111,8 @@ EXPERIMENTAL = {
     "bt_manip.evaluation": (
         "WorkerDiedError Evaluation EpisodeId EpisodeResult EpisodeWorker evaluate run_episodes "
         "Worker RayPool ResultFolder read_results SuccessRate wilson_interval PairedTable "
-        "mcnemar_p_value newcombe_interval VariedParameter parse_parameter grid samples StressTester "
-        "StressEpisode plan_episodes"
+        "mcnemar_p_value newcombe_interval VariedParameter parse_parameter grid samples "
+        "StressTester StressEpisode plan_episodes"
     ),
     "bt_manip.record": (
         "RecordingError Recorder RunReport Trace read_report read_trace McapRecorder Recording "

@@ -169,7 +169,7 @@ def _parameters(kind: str, part: Any) -> "Mapping[str, Parameter]":
     if kind == "objects":
         from bt_manip.cell.objects import object_parameters
 
-        return object_parameters(part)
+        return object_parameters(part) or {}
     return getattr(part, "ports", {})
 
 

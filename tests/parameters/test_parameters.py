@@ -64,14 +64,14 @@ def test_a_word_that_is_given_twice_is_refused():
         (Parameter(default=3, at_least=2, at_most=100), [2, 100, 4.0], [1, 101, 2.5, "3"],
          "a whole number from 2 to 100"),
         (Parameter("Lengths [m]", default=(1.0, 2.0), above=0.0), [[1, 2], np.ones(2)],
-         [1.0, [1.0], [1.0, 0.0], [1.0, "x"]], "2 numbers above 0 [m]"),
+         [1.0, [1.0], [1.0, 0.0], [1.0, "x"]], "2 positive numbers [m]"),
         (Parameter("Colour", size=(3, 4), type=float, at_least=0.0, at_most=1.0),
          [(0, 0.5, 1), (0, 0, 0, 1)], [(2, 0, 0), (0, 0), 1.0], "3 or 4 numbers from 0 to 1"),
         (Parameter(default=True), [False], [0, "yes", None], "true or false"),
         (Parameter(default="red"), ["blue"], [3, None], "a text"),
         (Parameter(default=["red", "blue"]), [["green"], ()], ["red", [3]], "a list of texts"),
         (Parameter("Mass", "kg", None, type=float, above=0.0), [None, 1.0], [0.0, "1"],
-         "a number above 0 [kg]"),
+         "a positive number [kg]"),
     ],
 )  # fmt: skip
 def test_values_are_checked_by_type_size_and_bounds(declared, good, bad, wanted):
@@ -102,7 +102,7 @@ def fan(path, size: int, *, speed: Annotated[float, Parameter("Speed", "rad/s")]
 
 def test_fields_and_arguments_declare_parameters():
     found = parameters_of(Fan)
-    assert found["speed"].line == "speed (number of at least 0, default 2): Speed [rad/s]"
+    assert found["speed"].line == "speed (number of at least 0, default 2): Speed [rad/s]."
     assert (
         found["blades"].line == "blades (whole number of at least 2, default 3): Number of blades"
     )
