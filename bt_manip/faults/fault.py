@@ -21,16 +21,17 @@ class FaultError(BtManipError):
     """A fault that is described wrongly, or that cannot happen in the present state."""
 
 
-def parameter(default: Any, meaning: str, *, at_least: float = 0.0, **declared: Any) -> Any:
+def parameter(default: Any, meaning: str, **declared: Any) -> Any:
     """Declare a parameter of a fault, a field of its dataclass.
 
     Args:
         default: Its default, a number or a text, which determines its type.
         meaning: Its meaning, with the unit in brackets.
-        at_least: Inclusive minimum of a number.
-        **declared: Other fields of `bt_manip.parameters.Parameter`, such as ``at_most``.
+        **declared: Other fields of `bt_manip.parameters.Parameter`, such as ``at_most``; a number
+            is at least 0 by default.
     """
-    known = Parameter(meaning, default=default, at_least=at_least, **declared)
+    bounds = {} if isinstance(default, str) else {"at_least": 0.0}
+    known = Parameter(meaning, default=default, **{**bounds, **declared})
     return field(default=default, metadata={"parameter": known})
 
 

@@ -116,20 +116,26 @@ class Parameter:
     @property
     def described(self) -> str:
         """The meaning with the unit, as a sentence."""
-        if f"[{self.unit}]" in self.meaning:
+        if not self.meaning or self._unit_text in self.meaning:
             return self.meaning
-        return f"{self.meaning.removesuffix('.')}{self._unit_text}." if self.meaning else ""
+        stop = "." if self.meaning.endswith(".") else ""
+        return f"{self.meaning.removesuffix('.')}{self._unit_text}{stop}"
+
+    @property
+    def mandatory(self) -> bool:
+        """Whether it must be given: it has no default."""
+        return self.default is MISSING
 
     @property
     def default_text(self) -> str:
-        """The default as text; empty for None, for an empty text and where there is none."""
+        """The default as text; empty for None, nested lists, and where there is none."""
         return "" if self.default is MISSING else shortened(_text(self.default))
 
     @property
     def line(self) -> str:
         """Name, type, bounds, default, meaning and unit in one line, for users."""
         default = f", default {self.default_text}" if self.default_text else ""
-        facts = ", required" if self.default is MISSING else default
+        facts = ", required" if self.mandatory else default
         return f"{self.name} ({self.form}{facts}): {self.described}"
 
     def check(self, value: Any) -> None:
@@ -195,5 +201,6 @@ def _text(value: Any) -> str:
     if isinstance(value, float):
         return f"{value:g}"
     if isinstance(value, list | tuple):
-        return ", ".join(map(_text, value))
+        nested = any(isinstance(item, list | tuple) for item in value)
+        return "" if nested else ", ".join(map(_text, value))
     return value if isinstance(value, str) else shown(value)

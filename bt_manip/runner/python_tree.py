@@ -14,7 +14,7 @@ from py_trees.trees import BehaviourTree
 
 from bt_manip.bt import TASK, Tree, TreeDefinition, TreeDocument
 from bt_manip.exceptions import BtManipError, did_you_mean, shown
-from bt_manip.parameters import MISSING, Parameter, parameters_of
+from bt_manip.parameters import Parameter, parameters_of
 
 from .tree_source import Clock, TreeSource
 
@@ -133,7 +133,7 @@ def _arguments(
                 + did_you_mean(key, parameters)
             )
     for key, parameter in parameters.items():
-        if parameter.default is MISSING and key not in settings:
+        if parameter.mandatory and key not in settings:
             raise BtManipError(
                 f"the tree '{source.name}' needs --set {key}=VALUE: it has no default"
             )

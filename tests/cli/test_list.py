@@ -79,13 +79,13 @@ def test_the_parameters_of_an_object_are_listed_with_their_defaults(bt_manip):
     assert "  size (3 positive numbers, default 0.25, 0.6, 0.7): Outer lengths along x" in out
     assert "  mass (positive number, default 6): Mass; it counts where the object is" in out
     out = bt_manip("list", "objects", "cube").out
-    assert "  mass (positive number): Mass; by default that of its model [kg].\n" in out
+    assert "  mass (positive number): Mass; by default that of its model [kg]\n" in out
 
 
 def test_the_options_of_a_recorder_are_listed_with_their_defaults(bt_manip):
     out = bt_manip("list", "recorders", "video").out
     assert out.startswith("video (builtin)") and "  size (text, default 1280x720): Width" in out
-    assert "  fps (positive number, default 25): Frames per simulated second [Hz].\n" in out
+    assert "  fps (positive number, default 25): Frames per simulated second [Hz]\n" in out
     assert "  overlay (true or false, default true): Whether" in out
 
 

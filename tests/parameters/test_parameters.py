@@ -88,6 +88,7 @@ def test_the_unit_may_stand_in_the_meaning_or_beside_it():
     apart, inside = Parameter("Force.", "N", 1.0), Parameter("Force [N].", default=1.0)
     assert (apart.unit, inside.unit) == ("N", "N")
     assert apart.described == inside.described == "Force [N]."
+    assert Parameter("force", "N").described == "force [N]"
 
 
 @dataclass
@@ -102,7 +103,7 @@ def fan(path, size: int, *, speed: Annotated[float, Parameter("Speed", "rad/s")]
 
 def test_fields_and_arguments_declare_parameters():
     found = parameters_of(Fan)
-    assert found["speed"].line == "speed (number of at least 0, default 2): Speed [rad/s]."
+    assert found["speed"].line == "speed (number of at least 0, default 2): Speed [rad/s]"
     assert (
         found["blades"].line == "blades (whole number of at least 2, default 3): Number of blades"
     )

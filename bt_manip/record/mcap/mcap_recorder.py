@@ -71,7 +71,7 @@ class McapRecorder(RunObserver):
     _file: "McapFile"  # from `run_started` on
     _scene: "SceneMessages"  # from the first `after_compile` on
 
-    def __init__(
+    def __init__(  # noqa: D417 (options are declared in their annotations)
         self,
         path: Path | None,
         *,

@@ -157,7 +157,7 @@ class VideoRecorder(RunObserver):
 
     suffix: ClassVar = VideoFile.suffixes
 
-    def __init__(
+    def __init__(  # noqa: D417 (options are declared in their annotations)
         self,
         path: Path | None,
         *,
