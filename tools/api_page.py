@@ -140,6 +140,7 @@ EXPERIMENTAL = {
         "GraspPlanner GripperClearance with_clearance SUFFICIENT_CLEARANCE holding_force"
     ),
     "bt_manip.robot_setup": "describe_robot try_robot why_not",
+    "bt_manip.parameters": "Parameter",
     "bt_manip.toml": "Key TomlTable documented read_part",
 }
 """Names that may still change in a minor version; the changelog says so."""
