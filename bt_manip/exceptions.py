@@ -134,6 +134,10 @@ class PortError(BtManipError):
     """A port that cannot be read or written as asked."""
 
 
+class BoundsError(PortError):
+    """A value of a port outside the bounds that the port declares."""
+
+
 class BlackboardError(BtManipError):
     """A blackboard entry that is missing, or that does not take a value."""
 

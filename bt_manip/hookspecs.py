@@ -144,9 +144,9 @@ def register_recorders(register: Callable[[str, Callable[[Path | None], Any]], N
     Args:
         register: ``register(name, factory)``, where ``factory(path)`` makes a
             `bt_manip.runner.RunObserver`; the path is None if the user gave no file. Keyword-only
-            arguments are its options, ``--record "FILE KEY=VALUE"``, with the types of their
-            defaults. An attribute ``suffix`` of the factory, a text or several, lets
-            ``--record FILE`` choose it.
+            arguments are its options, ``--record "FILE KEY=VALUE"``, declared by a
+            `bt_manip.parameters.Parameter`, or by their default alone. An attribute ``suffix`` of
+            the factory, a text or several, lets ``--record FILE`` choose it.
     """
 
 

@@ -18,8 +18,8 @@ PACKAGE = REPOSITORY / "bt_manip"
 
 LAYERS = (
     {
-        "bt", "models", "toml",
-        "exceptions", "files", "hookspecs", "key_values", "registry", "spatial", "version",
+        "bt", "models", "parameters", "toml",
+        "exceptions", "files", "hookspecs", "registry", "spatial", "version",
     },
     {"robots", "cell"},
     {"kinematics", "collision", "trajectories"},
@@ -38,7 +38,9 @@ WITHIN_LAYER = {
     ("bt", "exceptions"),
     ("models", "exceptions"),
     ("models", "spatial"),
-    ("key_values", "exceptions"),
+    ("parameters", "exceptions"),
+    ("bt", "parameters"),
+    ("toml", "parameters"),
     ("registry", "exceptions"),
     ("models", "registry"),
     ("bt", "files"),

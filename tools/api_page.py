@@ -111,8 +111,8 @@ EXPERIMENTAL = {
     "bt_manip.evaluation": (
         "WorkerDiedError Evaluation EpisodeId EpisodeResult EpisodeWorker evaluate run_episodes "
         "Worker RayPool ResultFolder read_results SuccessRate wilson_interval PairedTable "
-        "mcnemar_p_value newcombe_interval Parameter parse_parameter grid samples StressTester "
-        "StressEpisode plan_episodes"
+        "mcnemar_p_value newcombe_interval VariedParameter parse_parameter grid samples "
+        "StressTester StressEpisode plan_episodes"
     ),
     "bt_manip.record": (
         "RecordingError Recorder RunReport Trace read_report read_trace McapRecorder Recording "
@@ -140,6 +140,7 @@ EXPERIMENTAL = {
         "GraspPlanner GripperClearance with_clearance SUFFICIENT_CLEARANCE holding_force"
     ),
     "bt_manip.robot_setup": "describe_robot try_robot why_not",
+    "bt_manip.parameters": "Parameter",
     "bt_manip.toml": "Key TomlTable documented read_part",
 }
 """Names that may still change in a minor version; the changelog says so."""

@@ -10,14 +10,16 @@ from bt_manip.bt import Input, NodeStatus, Status
 from bt_manip.bt.nodes import Action
 from bt_manip.cell import Cell, CellError, entity_of, why_not_at_rest
 from bt_manip.control import ControlError
-from bt_manip.exceptions import MotionError
+from bt_manip.exceptions import BoundsError, MotionError
 from bt_manip.models import ModelError
 from bt_manip.registry import UnknownPartError
 from bt_manip.robots import GripperError, check_non_negative
 
 from .robot_port import RobotPort
 
-FAILURES = (CellError, ControlError, GripperError, ModelError, MotionError, UnknownPartError)
+FAILURES = (
+    BoundsError, CellError, ControlError, GripperError, ModelError, MotionError, UnknownPartError,
+)  # fmt: skip
 """Errors at which a behaviour of the cell fails; all others end the run."""
 
 
@@ -29,7 +31,7 @@ class CellBehaviour(Action):
     memory: ClassVar[tuple[str, ...]] = ("_started", "_violated")
 
     amounts: ClassVar[Mapping[str, str]] = {}
-    """Ports that must not be negative, with their units; None is allowed."""
+    """Ports that must not be negative, with their units; or declare them with ``at_least=0.0``."""
 
     _started = 0.0  # [s] simulated
     _violated: float | None = None  # [s] when the condition of `steady` was last violated
@@ -46,15 +48,19 @@ class CellBehaviour(Action):
         self.start()
 
     def check_amounts(self) -> None:
-        """Check that the ports in `amounts` are not negative.
+        """Check that the ports are within their bounds, and those in `amounts` not negative.
 
         Raises:
-            MotionError: Naming the port.
+            BoundsError: Naming the port.
+            MotionError: Naming one in `amounts`.
         """
-        for port, unit in self.amounts.items():
-            value = getattr(self, port)
+        for name, port in self.ports.items():
+            if port.reads and port.bounds:
+                self.read_port(name)
+        for name, unit in self.amounts.items():
+            value = getattr(self, name)
             if value is not None:
-                check_non_negative(value, f"port '{port}'", unit)
+                check_non_negative(value, f"port '{name}'", unit)
 
     def _tick(self) -> NodeStatus:
         try:
@@ -209,6 +215,14 @@ def blend_radius_input() -> Input:
         default=0.0,
         doc="Distance of the tool from its target at which the next motion may begin [m]; at 0 the "
         "arm comes to rest.",
+        at_least=0.0,
+    )
+
+
+def speed_input(default: float = 1.0) -> Input:
+    """Declare the port of the speed of motions."""
+    return Input(
+        float, default=default, doc="Fraction of the arm's limits.", above=0.0, at_most=1.0
     )
 
 
@@ -216,8 +230,6 @@ class GripperBehaviour(ArmBehaviour):
     """A behaviour that opens or closes the gripper, for a time of its port ``patience`` at most."""
 
     needs_gripper = True
-
-    amounts = {"patience": "s"}
 
     def terminate(self, new_status: Status) -> None:
         """Stop the gripper when halted."""
@@ -248,13 +260,12 @@ class MotionBehaviour(ArmBehaviour):
         float,
         default=10.0,
         doc="Longest simulated time to wait for another robot that blocks the motion [s].",
+        at_least=0.0,
     )
 
     memory: ClassVar[tuple[str, ...]] = (
         *ArmBehaviour.memory, "_blocked", "_tried", "_carried", "_missing",
     )  # fmt: skip
-    amounts: ClassVar[Mapping[str, str]] = {"wait": "s"}
-
     needs_rest = False
 
     _blocked: float | None = None  # [s] since when another robot has blocked the motion
@@ -274,11 +285,6 @@ class MotionBehaviour(ArmBehaviour):
     def _radius(self) -> float:
         """The blend radius [m]; 0 where the class declares no such port."""
         return float(self.read_port("blend_radius")) if "blend_radius" in self.ports else 0.0
-
-    def check_amounts(self) -> None:
-        """Check the blend radius too."""
-        super().check_amounts()
-        check_non_negative(self._radius, "port 'blend_radius'", "m")
 
     def begin_motion(self, begin: Callable[[], None]) -> Status:
         """Start a motion, wait while another robot blocks it, or fail with the reason.

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -27,9 +28,9 @@ def _or_auto(type: PortType) -> PortType:
     )
 
 
-def number_or_auto(doc: str) -> Input:
-    """Declare an input port for a number, by default ``auto``."""
-    return Input(_or_auto(DOUBLE), default=AUTO, doc=doc)
+def number_or_auto(doc: str, **declared: Any) -> Input:
+    """Declare an input port for a number, by default ``auto``; unit and bounds as of `Input`."""
+    return Input(_or_auto(DOUBLE), default=AUTO, doc=doc, **declared)
 
 
 def numbers_or_auto(doc: str) -> Input:

@@ -8,6 +8,7 @@ from bt_manip.cell import why_not_in
 from bt_manip.exceptions import MotionError
 from bt_manip.grasping import DROP_HEIGHTS
 
+from .arm_behaviour import speed_input
 from .automatic import first_reachable, number_or_auto
 from .poses import bottom_pose, downward_poses
 from .releasing import ReleasingBehaviour
@@ -28,7 +29,7 @@ class Drop(ReleasingBehaviour):
         "Height of the tool over the container's bottom [m]; auto: 0.25, or the greatest height "
         "below it in steps of 0.03 that the arm reaches, at least 0.1.",
     )
-    speed = Input(float, default=1.0, doc="Fraction of the arm's limits, above 0 and up to 1.")
+    speed = speed_input()
 
     def start(self) -> None:
         """Move to the nearest configuration over the container, tilted if obstacles require it."""

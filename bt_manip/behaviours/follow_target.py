@@ -2,7 +2,7 @@
 
 from bt_manip.bt import Input, Status
 
-from .arm_behaviour import MotionBehaviour
+from .arm_behaviour import MotionBehaviour, speed_input
 from .poses import centre_pose, nearest_orientation, top_grasp_poses
 
 
@@ -15,10 +15,8 @@ class FollowTarget(MotionBehaviour):
 
     object = Input(str, doc="Name of the object.")
     height = Input(float, default=0.2, doc="Height of the tool over the object's centre [m].")
-    duration = Input(float, default=0.0, doc="Duration [s]; at 0 until it is halted.")
-    speed = Input(float, default=1.0, doc="Fraction of the arm's limits, above 0 and up to 1.")
-
-    amounts = {**MotionBehaviour.amounts, "duration": "s"}
+    duration = Input(float, default=0.0, doc="Duration [s]; at 0 until it is halted.", at_least=0.0)
+    speed = speed_input()
 
     def start(self) -> None:
         """Set the pose over the object as the target."""

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from bt_manip.bt import Input, Output, Status
 
-from .arm_behaviour import MotionBehaviour, blend_radius_input
+from .arm_behaviour import MotionBehaviour, blend_radius_input, speed_input
 from .automatic import first_reachable, number_or_auto
 from .poses import centre_pose, top_grasp_poses
 
@@ -30,7 +30,7 @@ class Hover(MotionBehaviour):
         "Least of these heights to take where the arm does not reach the given one [m]; auto: only "
         "the given one.",
     )
-    speed = Input(float, default=1.0, doc="Fraction of the arm's limits, above 0 and up to 1.")
+    speed = speed_input()
     grasp = Output(
         str, doc="The grasp: pose of the tool in the object and width, x;y;z;qw;qx;qy;qz;width [m]."
     )

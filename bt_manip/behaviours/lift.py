@@ -3,10 +3,9 @@
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.bt import Input
 from bt_manip.exceptions import MotionError
 
-from .arm_behaviour import MotionBehaviour, blend_radius_input
+from .arm_behaviour import MotionBehaviour, blend_radius_input, speed_input
 from .automatic import number_or_auto
 
 LIFT_HEIGHT = 0.4  # [m] where the arm reaches it
@@ -23,7 +22,7 @@ class Lift(MotionBehaviour):
         "Height that is enough where the arm reaches no higher [m]; auto: the whole height, or "
         "0.03 where that is auto."
     )
-    speed = Input(float, default=1.0, doc="Fraction of the arm's limits, above 0 and up to 1.")
+    speed = speed_input()
 
     def start(self) -> None:
         """Move up the vertical through the tool."""

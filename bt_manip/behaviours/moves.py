@@ -11,9 +11,8 @@ from bt_manip.bt import DOUBLE_LIST, Input, is_pointer
 from bt_manip.kinematics import PoseTarget, PositionTarget, Target
 from bt_manip.planning import ArcTo, LineTo, Planner
 from bt_manip.registry import Registry
-from bt_manip.robots import check_positive
 
-from .arm_behaviour import MotionBehaviour, blend_radius_input
+from .arm_behaviour import MotionBehaviour, blend_radius_input, speed_input
 from .poses import pose_input, poses_input
 
 
@@ -21,15 +20,13 @@ class Move(MotionBehaviour):
     """A motion with a speed and a tolerance."""
 
     blend_radius = blend_radius_input()
-    speed = Input(float, default=1.0, doc="Fraction of the arm's limits, above 0 and up to 1.")
+    speed = speed_input()
     tolerance = Input(
-        float, default=MotionBehaviour.ARRIVED, doc="Largest error of a joint on arrival [rad]."
+        float,
+        default=MotionBehaviour.ARRIVED,
+        doc="Largest error of a joint on arrival [rad].",
+        above=0.0,
     )
-
-    def check_amounts(self) -> None:
-        """Check the tolerance too."""
-        super().check_amounts()
-        check_positive(self.tolerance, "port 'tolerance'", "rad")
 
     @property
     def largest_error(self) -> float:

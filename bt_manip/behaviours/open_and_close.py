@@ -10,7 +10,7 @@ from .automatic import number_or_auto
 class OpenGripper(GripperBehaviour):
     """Open the gripper; the arm then has no payload."""
 
-    patience = Input(float, default=2.0, doc="Timeout in simulated time [s].")
+    patience = Input(float, default=2.0, doc="Timeout in simulated time [s].", at_least=0.0)
 
     def start(self) -> None:
         """Start to open."""
@@ -40,7 +40,7 @@ class CloseGripper(GripperBehaviour):
     preferred_force = Input(
         float, default=GRIP_FORCE, doc="Gripping force that auto takes if the gripper has it [N]."
     )
-    patience = Input(float, default=2.0, doc="Timeout in simulated time [s].")
+    patience = Input(float, default=2.0, doc="Timeout in simulated time [s].", at_least=0.0)
 
     memory = (*GripperBehaviour.memory, "_force")
 

@@ -11,6 +11,7 @@ from bt_manip.cell import CellError, extent, why_not_on
 from bt_manip.exceptions import MotionError
 from bt_manip.grasping import GripperClearance, with_clearance
 
+from .arm_behaviour import speed_input
 from .poses import QUARTER_TURN, nearest_orientation, pose_input, yaw_of
 from .releasing import ReleasingBehaviour
 from .support import Support, find_support
@@ -31,7 +32,7 @@ class PlacingBehaviour(ReleasingBehaviour):
     object = Input(str, doc="Name of the held object.")
     height = Input(float, default=0.1, doc="Height over the target from which it is lowered [m].")
     gap = Input(float, default=1e-3, doc="Height over the target at which it is released [m].")
-    speed = Input(float, default=1.0, doc="Fraction of the arm's limits, above 0 and up to 1.")
+    speed = speed_input()
 
     memory = (*ReleasingBehaviour.memory, "_phase")
 
@@ -156,10 +157,11 @@ class PlaceAt(PlacingBehaviour):
 
     pose = pose_input("Target pose of its bottom centre: x;y;z;qw;qx;qy;qz [m].")
     tolerance = Input(
-        float, default=0.01, doc="Largest distance of its bottom centre from the target [m]."
+        float,
+        default=0.01,
+        doc="Largest distance of its bottom centre from the target [m].",
+        at_least=0.0,
     )
-
-    amounts = {**PlacingBehaviour.amounts, "tolerance": "m"}
 
     def target(self) -> tuple[np.ndarray, float]:
         """Return the position and yaw of the pose."""

@@ -7,7 +7,7 @@ from bt_manip.bt import Input
 from bt_manip.exceptions import MotionError
 from bt_manip.robots import GraspCandidate
 
-from .arm_behaviour import MotionBehaviour, blend_radius_input
+from .arm_behaviour import MotionBehaviour, blend_radius_input, speed_input
 from .poses import centre_pose
 
 
@@ -21,7 +21,7 @@ class Reach(MotionBehaviour):
         default=None,
         doc="Height of the tool over the object's centre [m]; by default that of the grasp.",
     )
-    speed = Input(float, default=1.0, doc="Fraction of the arm's limits, above 0 and up to 1.")
+    speed = speed_input()
     grasp = Input(
         str,
         default="",

@@ -16,10 +16,10 @@ class ReleasingBehaviour(MotionBehaviour):
         float,
         default=2.0,
         doc="Timeout for opening and for the object to come to rest, in simulated time [s].",
+        at_least=0.0,
     )
 
     memory = (*MotionBehaviour.memory, "_opening", "_released")
-    amounts = {**MotionBehaviour.amounts, "patience": "s"}
 
     _opening: float | None = None  # [s] start of the opening
     _released: Sequence[str] = ()

@@ -197,10 +197,11 @@ class RemoveObject(CellBehaviour):
 
     object = Input(str, doc="Name of the object.")
     patience = Input(
-        float, default=2.0, doc="Longest simulated time to wait until it is at rest [s]."
+        float,
+        default=2.0,
+        doc="Longest simulated time to wait until it is at rest [s].",
+        at_least=0.0,
     )
-
-    amounts = {"patience": "s"}
 
     def setup(self, **infrastructure: Any) -> None:
         """Keep the expected objects of the scene."""

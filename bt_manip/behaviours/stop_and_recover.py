@@ -13,7 +13,9 @@ class SetSpeed(ArmBehaviour):
 
     needs_rest = False
 
-    speed = Input(float, default=1.0, doc="Fraction of the planned speed, 0 to 1.")
+    speed = Input(
+        float, default=1.0, doc="Fraction of the planned speed.", at_least=0.0, at_most=1.0
+    )
 
     def start(self) -> None:
         """Set the arm's speed scaling."""
@@ -48,9 +50,7 @@ class Stop(ArmBehaviour):
 class Recover(ArmBehaviour):
     """Clear errors and reflexes of a real arm; succeed at once without any, as in simulation."""
 
-    patience = Input(float, default=5.0, doc="Timeout in simulated time [s].")
-
-    amounts = {"patience": "s"}
+    patience = Input(float, default=5.0, doc="Timeout in simulated time [s].", at_least=0.0)
 
     def start(self) -> None:
         """Begin to recover."""
@@ -74,9 +74,8 @@ class WaitUntilUndisturbed(ArmBehaviour):
     person must help, as after a user stop, it waits for that.
     """
 
-    patience = Input(float, default=5.0, doc="Timeout in simulated time [s].")
+    patience = Input(float, default=5.0, doc="Timeout in simulated time [s].", at_least=0.0)
 
-    amounts = {"patience": "s"}
     memory = (*ArmBehaviour.memory, "_recovered")
 
     _recovered = False  # whether it has tried to recover

@@ -9,9 +9,7 @@ class WaitUntilAtRest(CellBehaviour):
     """Wait until an object neither moves nor turns; succeed at once if it is at rest."""
 
     object = Input(str, doc="Name of the object.")
-    patience = Input(float, default=2.0, doc="Timeout in simulated time [s].")
-
-    amounts = {"patience": "s"}
+    patience = Input(float, default=2.0, doc="Timeout in simulated time [s].", at_least=0.0)
 
     def start(self) -> None:
         """Check that the object exists."""

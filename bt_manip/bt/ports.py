@@ -3,26 +3,20 @@
 import inspect
 import keyword
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Final, Self, overload
+from typing import TYPE_CHECKING, Any, Self, overload
 
 from bt_manip.bt.port_types import UNTYPED, PortType, fit, port_type
 from bt_manip.exceptions import PortError, shown
+from bt_manip.parameters import MISSING, Parameter
 
 if TYPE_CHECKING:
     from bt_manip.bt.nodes.node import Node
 
 
-class _Missing:
-    def __repr__(self) -> str:
-        return "MISSING"
-
-
-MISSING: Final = _Missing()
-"""The default of a port that has none."""
-
-
-class Port:
+class Port(Parameter):
     """A port of a node, used through one of `Input`, `Output` and `InOut`.
+
+    Bounds hold for the values that the node reads.
 
     Attributes:
         name: Its name in trees; a trailing underscore of the attribute is dropped where the name
@@ -30,7 +24,6 @@ class Port:
         attribute: Its name in Python.
         type: The type of its values.
         default: Its value if nothing is given, `MISSING` if it must be given.
-        doc: One line for the palette and the documentation.
         direction: ``input``, ``output`` or ``inout``.
     """
 
@@ -47,6 +40,7 @@ class Port:
         name: str | None = None,
         parse: Callable[[str], Any] | None = None,
         format: Callable[[Any], str] | None = None,
+        **declared: Any,
     ) -> None:
         """Declare a port.
 
@@ -55,19 +49,18 @@ class Port:
                 ``Enum``, or any class; nothing for a port that takes all.
             default: Its value where none is given: a value, or a text as in a tree document,
                 ``"{key}"`` and ``"{=}"`` included.
-            doc: One line of documentation, with the unit in [ ].
+            doc: Its meaning, with the unit in brackets or as ``unit``.
             name: Its name in trees, if it differs from the attribute's.
             parse: For classes of your own: makes a value of a text.
             format: For classes of your own: makes such a text of a value.
+            **declared: Unit and bounds, as of `bt_manip.parameters.Parameter`: ``above=0.0``.
 
         Raises:
             PortError: If the default does not fit the type.
         """
-        self.type: PortType = port_type(type, parse=parse, format=format)
-        _check_default(default, self.type)
-        self.default = default
-        self.doc = doc
-        self.name = name or ""
+        kind = port_type(type, parse=parse, format=format)
+        _check_default(default, kind)
+        super().__init__(doc, default=default, size=0, type=kind, name=name or "", **declared)
         self.attribute = ""
 
     def __set_name__(self, owner: "type[Node]", name: str) -> None:
@@ -75,7 +68,8 @@ class Port:
         self.attribute = name
         if not self.name:
             bare = name[:-1]
-            self.name = bare if name.endswith("_") and keyword.iskeyword(bare) else name
+            name = bare if name.endswith("_") and keyword.iskeyword(bare) else name
+            object.__setattr__(self, "name", name)
 
     @overload
     def __get__(self, node: None, owner: "type[Node] | None" = None) -> Self: ...
@@ -100,6 +94,27 @@ class Port:
     def mandatory(self) -> bool:
         """Whether a tree must give it: it is read and has no default."""
         return self.reads and self.default is MISSING
+
+    @property
+    def doc(self) -> str:
+        """The meaning with unit and bounds, for the palette and the documentation."""
+        text = self.described
+        return f"{text.removesuffix('.')}, {self.bounds}." if self.bounds and text else text
+
+    @property
+    def form(self) -> str:
+        """Direction, type and bounds, for users."""
+        return ", ".join(filter(None, (self.direction, self.type.name, self.bounds)))
+
+    def check(self, value: Any) -> None:
+        """Check that a number, or each number of a list, is within the bounds; None is.
+
+        Raises:
+            ValueError: If it is not.
+        """
+        for number in value if isinstance(value, list) else [value]:
+            if number is not None and not self.within(number):
+                raise ValueError(f"must be {self.wanted_number}, got {shown(value)}")
 
     @property
     def default_text(self) -> str:

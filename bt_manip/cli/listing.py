@@ -1,6 +1,5 @@
 """``bt-manip list``: registered parts."""
 
-import dataclasses
 import inspect
 import os
 from collections.abc import Iterator, Mapping
@@ -17,9 +16,10 @@ from bt_manip.cli.completion import (
 )
 from bt_manip.cli.plugin_options import load_chosen_plugins
 from bt_manip.exceptions import BtManipError, did_you_mean
-from bt_manip.key_values import keyword_defaults
+from bt_manip.parameters import parameters_of
 
 if TYPE_CHECKING:
+    from bt_manip.parameters import Parameter
     from bt_manip.plugins import Plugins
 
 
@@ -156,31 +156,21 @@ def _describe(plugins: "Plugins", kind: str, name: str) -> None:
     elif kind != "plugins":
         part = plugins.parts.by_kind()[kind].get(name)
     click.echo(inspect.cleandoc(part.__doc__ or "") if callable(part) else summary)
-    if kind == "faults":
-        for field in dataclasses.fields(part):
-            doc = field.metadata.get("doc", "")
-            click.echo(f"  {field.name} (default {field.default!r}): {doc}")
-    if kind == "objects":
-        for parameter, value in _object_parameters(part).items():
-            shown = "as in its model" if value is None else repr(value)
-            click.echo(f"  {parameter} (default {shown})")
+    for parameter in _parameters(kind, part).values():
+        click.echo(f"  {parameter.line}")
+
+
+def _parameters(kind: str, part: Any) -> "Mapping[str, Parameter]":
+    """Return what can be given to a part by name, as declared."""
     if kind == "recorders":
-        for option, value in keyword_defaults(part).items():
-            text = ("no", "yes")[value] if isinstance(value, bool) else value
-            click.echo(f"  {option}={text}")
-    for port in getattr(part, "ports", {}).values():
-        default = f", default {port.default_text}" if port.default_text else ""
-        click.echo(f"  {port.name} ({port.direction}, {port.type.name}{default}): {port.doc}")
+        return parameters_of(part, keyword_only=True)
+    if kind == "faults":
+        return parameters_of(part)
+    if kind == "objects":
+        from bt_manip.cell.objects import object_parameters
 
-
-def _object_parameters(part: Any) -> dict[str, Any]:
-    """Return the parameters of an object with their defaults."""
-    declared = getattr(part, "defaults", None)
-    if isinstance(declared, Mapping):
-        return dict(declared)
-    given = inspect.signature(getattr(part, "_build", part)).parameters.values()
-    named = (one for one in given if one.default is not one.empty and one.name != "name")
-    return {one.name: one.default for one in named}
+        return object_parameters(part) or {}
+    return getattr(part, "ports", {})
 
 
 def _rows(plugins: "Plugins", kind: str) -> Iterator[tuple[str, str, str]]:

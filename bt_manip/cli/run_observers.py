@@ -7,7 +7,7 @@ from typing import Any
 from bt_manip.cli.plugin_options import print_warning
 from bt_manip.cli.record_option import record_target
 from bt_manip.exceptions import BtManipError
-from bt_manip.key_values import keyword_defaults, parse_key_values
+from bt_manip.parameters import parameters_of, read_words
 from bt_manip.plugins import BUILTIN, Plugin, Plugins, guarded, plugin_observers
 from bt_manip.record import check_writable
 from bt_manip.registry import Registry
@@ -74,8 +74,8 @@ def _recorder(plugins: Plugins, text: str) -> RunObserver:
     owner = _owner(plugins, recorders.owner(name))
     if path is not None:
         check_writable(path, f"--record {name}")
-    options = keyword_defaults(recorders.get(name))
-    values = parse_key_values(words.split(), options, f"recorder '{name}'")
+    options = parameters_of(recorders.get(name), keyword_only=True)
+    values = read_words(words.split(), options, f"recorder '{name}'")
     recorder = recorders.create(name, path, **values)
     if not isinstance(recorder, RunObserver):
         raise BtManipError(

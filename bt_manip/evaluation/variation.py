@@ -13,7 +13,7 @@ from bt_manip.runner import ParameterSet
 
 
 @dataclass(frozen=True)
-class Parameter:
+class VariedParameter:
     """A parameter and its values.
 
     Attributes:
@@ -37,7 +37,7 @@ class Parameter:
         return self.values[int(quantile * len(self.values))]
 
 
-def parse_parameter(text: str) -> Parameter:
+def parse_parameter(text: str) -> VariedParameter:
     """Read ``KEY=VALUE,VALUE,...``, ``KEY=LOW..HIGH`` or ``KEY=LOW..HIGH:COUNT``.
 
     Values are JSON (numbers, lists, texts in quotes) or plain texts without commas.
@@ -54,13 +54,13 @@ def parse_parameter(text: str) -> Parameter:
         if dots:
             bounds = float(low), float(high)
             values = np.linspace(*bounds, int(count)).tolist() if colon else []
-            return Parameter(name, tuple(values), bounds)
+            return VariedParameter(name, tuple(values), bounds)
     except ValueError:
         raise BtManipError(f"--vary {name}: '{given}' is no range LOW..HIGH:COUNT") from None
     try:
-        return Parameter(name, tuple(json.loads(f"[{given}]")))
+        return VariedParameter(name, tuple(json.loads(f"[{given}]")))
     except ValueError:
-        return Parameter(name, tuple(one.strip() for one in given.split(",")))
+        return VariedParameter(name, tuple(one.strip() for one in given.split(",")))
 
 
 def parse_point(texts: Iterable[str]) -> ParameterSet:
@@ -76,7 +76,7 @@ def parse_point(texts: Iterable[str]) -> ParameterSet:
     return {one.name: one.values[0] for one in parameters}
 
 
-def grid(parameters: Sequence[Parameter]) -> tuple[ParameterSet, ...]:
+def grid(parameters: Sequence[VariedParameter]) -> tuple[ParameterSet, ...]:
     """Return all combinations of values.
 
     Raises:
@@ -93,7 +93,7 @@ def grid(parameters: Sequence[Parameter]) -> tuple[ParameterSet, ...]:
     return tuple(dict(zip(names, values, strict=True)) for values in combinations)
 
 
-def samples(parameters: Sequence[Parameter], n: int, seed: int) -> tuple[ParameterSet, ...]:
+def samples(parameters: Sequence[VariedParameter], n: int, seed: int) -> tuple[ParameterSet, ...]:
     """Sample points by Latin hypercube sampling (McKay, Beckman and Conover 1979).
 
     Args:

@@ -13,6 +13,7 @@ from bt_manip.bt import Tree
 from bt_manip.cell import Cell, CellError, as_object
 from bt_manip.cell.objects import CONTAINER
 from bt_manip.exceptions import BtManipError
+from bt_manip.parameters import Parameter
 from bt_manip.runner import CommandedRobot, Station
 
 
@@ -20,14 +21,18 @@ class FaultError(BtManipError):
     """A fault that is described wrongly, or that cannot happen in the present state."""
 
 
-def parameter(default: Any, doc: str) -> Any:
+def parameter(default: Any, meaning: str, **declared: Any) -> Any:
     """Declare a parameter of a fault, a field of its dataclass.
 
     Args:
         default: Its default, a number or a text, which determines its type.
-        doc: What it is, with its unit.
+        meaning: Its meaning, with the unit in brackets.
+        **declared: Other fields of `bt_manip.parameters.Parameter`, such as ``at_most``; a number
+            is at least 0 by default.
     """
-    return field(default=default, metadata={"doc": doc})
+    bounds = {} if isinstance(default, str) else {"at_least": 0.0}
+    known = Parameter(meaning, default=default, **{**bounds, **declared})
+    return field(default=default, metadata={"parameter": known})
 
 
 @dataclass(frozen=True)
@@ -105,7 +110,9 @@ class Fault(abc.ABC):
         context: The run that it happens in, from `start` on.
     """
 
-    duration: float = parameter(math.inf, "Time after which it ends [s]; inf: with its cycle.")
+    duration: float = parameter(
+        math.inf, "Time after which it ends [s]; inf: with its cycle.", infinite=True
+    )
 
     def start(self, context: FaultContext) -> None:
         """Begin, between two ticks.

@@ -2,16 +2,25 @@
 
 import shlex
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
 
 from bt_manip.bt import Tree
 from bt_manip.exceptions import did_you_mean
-from bt_manip.key_values import parse_key_values
+from bt_manip.parameters import Parameter, parameters_of, read_words
 from bt_manip.registry import Registry
 
 from .fault import Fault, FaultError
+
+WHEN: Mapping[str, Parameter] = MappingProxyType(
+    {
+        "at": Parameter("Node at whose start it begins: path, name or registered name.", "", ""),
+        "after": Parameter("Time after the start of the node [s].", default=0.0, at_least=0.0),
+        "cycle": Parameter("Cycle in which it happens, from 1; 0: all.", default=0, at_least=0),
+    }
+)
+"""Parameters of all planned faults."""
 
 
 @dataclass(frozen=True)
@@ -77,10 +86,10 @@ def parse_fault(text: str, faults: Registry[Callable[..., Any]]) -> PlannedFault
         found = f": {error}" if text.strip() else ""
         raise FaultError(f"a fault is NAME at=NODE KEY=VALUE ..., got '{text}'{found}") from None
     cls: Any = faults.get(name)
-    defaults = {one.name: one.default for one in fields(cls)}
-    known = {"at": "", "after": 0.0, "cycle": 0, **defaults}
-    values = parse_key_values(words, known, f"fault '{name}'", FaultError)
+    known = {**WHEN, **parameters_of(cls)}
+    known["duration"] = replace(known["duration"], infinite=True)  # until its cycle ends
+    values = read_words(words, known, f"fault '{name}'", FaultError)
     if not values.get("at"):
         raise FaultError(f"fault '{name}' needs at=NODE, the node at whose start it begins")
-    when = {key: values.pop(key) for key in ("at", "after", "cycle") if key in values}
+    when = {key: values.pop(key) for key in WHEN if key in values}
     return PlannedFault(name, **when, parameters=values)

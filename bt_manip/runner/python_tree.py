@@ -13,7 +13,8 @@ from py_trees.behaviour import Behaviour
 from py_trees.trees import BehaviourTree
 
 from bt_manip.bt import TASK, Tree, TreeDefinition, TreeDocument
-from bt_manip.exceptions import BtManipError, did_you_mean
+from bt_manip.exceptions import BtManipError, did_you_mean, shown
+from bt_manip.parameters import Parameter, parameters_of
 
 from .tree_source import Clock, TreeSource
 
@@ -78,8 +79,7 @@ def make_any(source: TreeSource, settings: Mapping[str, str]) -> Any:
     """
     found = _find(source)
     is_tree = isinstance(found, Behaviour | BehaviourTree | Tree)
-    signature = inspect.Signature() if is_tree else inspect.signature(found)
-    arguments = _arguments(source, signature, settings)
+    arguments = _arguments(source, {} if is_tree else parameters_of(found), settings)
     try:
         return found if is_tree else found(**arguments)
     except Exception as error:
@@ -123,49 +123,28 @@ def _import(source: TreeSource) -> ModuleType:
 
 
 def _arguments(
-    source: TreeSource, signature: inspect.Signature, settings: Mapping[str, str]
+    source: TreeSource, parameters: Mapping[str, Parameter], settings: Mapping[str, str]
 ) -> dict[str, Any]:
-    """Read the settings as the arguments' types say."""
-    parameters = {
-        name: parameter
-        for name, parameter in signature.parameters.items()
-        if parameter.kind in (parameter.POSITIONAL_OR_KEYWORD, parameter.KEYWORD_ONLY)
-    }
+    """Return the values of the arguments that are set."""
     for key in settings:
         if key not in parameters:
             raise BtManipError(
                 f"--set: the tree '{source.name}' has no key '{key}'"
                 + did_you_mean(key, parameters)
             )
-    missing = [
-        name
-        for name, parameter in parameters.items()
-        if parameter.default is parameter.empty and name not in settings
-    ]
-    if missing:
-        raise BtManipError(
-            f"the tree '{source.name}' needs --set {missing[0]}=VALUE: it has no default"
-        )
-    return {key: _read(key, text, parameters[key]) for key, text in settings.items()}
-
-
-def _read(key: str, text: str, parameter: inspect.Parameter) -> Any:
-    """Read a setting as the type that the argument is annotated with, or that its default has."""
-    kind = parameter.annotation
-    if kind not in (bool, int, float, str):
-        kind = type(parameter.default)
-    if kind is bool:
-        values = {"true": True, "1": True, "false": False, "0": False}
-        if text.lower() in values:
-            return values[text.lower()]
-        raise BtManipError(f"--set {key}: expected true or false, got '{text}'")
-    if kind in (int, float):
+    for key, parameter in parameters.items():
+        if parameter.mandatory and key not in settings:
+            raise BtManipError(
+                f"the tree '{source.name}' needs --set {key}=VALUE: it has no default"
+            )
+    values = {}
+    for key, text in settings.items():
         try:
-            return kind(text)
+            values[key] = parameters[key].read(text)
         except ValueError:
-            what = "a whole number" if kind is int else "a number"
-            raise BtManipError(f"--set {key}: expected {what}, got '{text}'") from None
-    return text
+            wanted = parameters[key].wanted
+            raise BtManipError(f"--set {key}: expected {wanted}, got {shown(text)}") from None
+    return values
 
 
 def _raised(error: Exception) -> str:

@@ -1,6 +1,5 @@
 """Types of the keys of scene files."""
 
-import inspect
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -9,7 +8,7 @@ import pinocchio as pin
 
 from bt_manip import spatial
 from bt_manip.cell import Region, looking_at
-from bt_manip.cell.objects import Catalogue
+from bt_manip.cell.objects import Catalogue, object_parameters
 from bt_manip.cell.randomization import Randomization, parse_variation
 from bt_manip.exceptions import BtManipError, did_you_mean
 from bt_manip.models import is_address
@@ -296,7 +295,7 @@ def check_object(table: TomlTable, model: str, parameters: Mapping[str, Any], cl
     catalogue = _file(table).catalogue
     if catalogue is None or (make := _attempt(table, "model", catalogue.get, model)) is None:
         return
-    allowed = _parameter_names(make)
+    allowed = object_parameters(make)
     unknown = [key for key in parameters if allowed is not None and key not in allowed]
     for key in unknown:
         keys = [name for known in entries_of(cls) for name in known.names]
@@ -311,19 +310,6 @@ def check_object(table: TomlTable, model: str, parameters: Mapping[str, Any], cl
         return
     if "on" in table.keys() and not hasattr(made, "rest_height"):
         table.reject("on", "is only for objects with a height at rest; give a 'position'")
-
-
-def _parameter_names(make: Callable[..., Any]) -> list[str] | None:
-    """Return the parameters that an object can be made with; None: any."""
-    factory = inspect.unwrap(make)
-    build = getattr(factory, "_build", factory)
-    try:
-        parameters = inspect.signature(build).parameters.values()
-    except (TypeError, ValueError):
-        return None
-    if any(p.kind is p.VAR_KEYWORD for p in parameters):
-        return list(factory.defaults) if hasattr(factory, "defaults") else None
-    return [p.name for p in parameters if p.name not in ("self", "name")]
 
 
 def _file(table: TomlTable) -> SceneFile:

@@ -1,12 +1,13 @@
 """Contract of faults."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
 from bt_manip.bt import Sleep, Tree
 from bt_manip.faults import Fault, FaultContext, FaultError
+from bt_manip.parameters import parameters_of
 from bt_manip.runner import Station
 from bt_manip.testing.situations import HOLDING, Situations
 
@@ -38,8 +39,8 @@ class FaultCase:
 def is_documented(case: FaultCase) -> None:
     """Check that the fault and its parameters have a description."""
     assert (case.cls.__doc__ or "").strip(), f"'{case.name}' has no docstring"
-    for one in fields(case.cls):
-        assert one.metadata.get("doc"), f"'{case.name}' does not describe '{one.name}'"
+    for name, declared in parameters_of(case.cls).items():
+        assert declared.meaning, f"'{case.name}' does not describe '{name}'"
 
 
 def is_undone_at_its_end(case: FaultCase) -> None:

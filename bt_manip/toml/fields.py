@@ -8,7 +8,7 @@ the docstring (`documented`).
 import re
 import types
 from collections.abc import Mapping
-from dataclasses import MISSING, Field, dataclass, fields, is_dataclass
+from dataclasses import MISSING, dataclass, fields, is_dataclass, replace
 from math import inf
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple, Protocol, TypeVar, Union, cast, get_args, get_origin
@@ -18,6 +18,7 @@ import pinocchio as pin
 
 from bt_manip import spatial
 from bt_manip.exceptions import BtManipError
+from bt_manip.parameters import Parameter
 
 from .tables import PythonSource, TomlTable
 
@@ -26,32 +27,51 @@ T = TypeVar("T")
 _DIGITS = 12  # after the point of positions and quaternions, which rotation matrices round
 
 
-@dataclass(frozen=True)
-class Key:
+@dataclass(frozen=True, eq=False)
+class Key(Parameter):
     """Declaration of a dataclass field as a key of a TOML file.
 
     Attributes:
-        meaning: Its meaning, in a sentence.
-        unit: Its unit; empty for none.
-        above: Number that it exceeds.
-        at_least: Smallest number that is accepted.
         size: Number of its values, or of least and most, or the field with as many names; then one
             number stands for all.
         table: Table that contains it; empty for the table of its dataclass.
         name: Its name in the file; empty for that of the field.
         needed: Whether the file has to have it; by default where the field has no default value.
         values: Reader, and writer if any, of a type other than the usual ones.
+        attribute: Name of the field; of keys of `entries_of`, like default, name and values.
     """
 
-    meaning: str
-    unit: str = ""
-    above: float = -inf
-    at_least: float = -inf
-    size: int | tuple[int, int] | str | None = None
     table: str = ""
-    name: str = ""
     needed: bool | None = None
-    values: "Values | None" = None
+    values: Any = None
+    attribute: str = ""
+
+    def __post_init__(self) -> None:
+        """Leave type and size to the field."""
+
+    @property
+    def form(self) -> str:
+        """The type, for users."""
+        if isinstance(self.size, str):
+            return f"number, or one for each of `{self.size}`"
+        name = self.values.type.removeprefix("a list of ").removeprefix("a ")
+        count = " to ".join(map(str, self.size)) if isinstance(self.size, tuple) else self.size
+        return name if count is None else f"{count} {name}"
+
+    @property
+    def wanted(self) -> str:
+        """The type, for the message that the key is missing."""
+        sized = isinstance(self.size, int) and self.unit
+        return f"{self.form} [{self.unit}]" if sized else self.values.type
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All keys of the field in its table."""
+        return tuple(re.split(", | or ", getattr(self.values, "names", self.name)))
+
+
+KeyField = Key
+"""A key as `entries_of` returns it, with the field that declares it."""
 
 
 class Values(Protocol):
@@ -70,51 +90,6 @@ class WritableValues(Values, Protocol):
 
     def write(self, value: Any, entry: "KeyField", folder: Path | None) -> dict[str, Any]:
         """Return the entries of a value in its table, as plain data."""
-
-
-class KeyField(NamedTuple):
-    """A key with the field that declares it.
-
-    Attributes:
-        field: The field.
-        key: Its declaration.
-        name: Name of the key in its table.
-        needed: Whether a file has to have it.
-        values: Reader and writer of its type.
-    """
-
-    field: Field[Any]
-    key: Key
-    name: str
-    needed: bool
-    values: Values
-
-    @property
-    def default(self) -> Any:
-        """The default value of the field; `MISSING` if there is none."""
-        make = self.field.default_factory
-        return self.field.default if make is MISSING else make()
-
-    @property
-    def type(self) -> str:
-        """The type, for users."""
-        size = self.key.size
-        if isinstance(size, str):
-            return f"number, or one for each of `{size}`"
-        name = self.values.type.removeprefix("a list of ").removeprefix("a ")
-        count = " to ".join(map(str, size)) if isinstance(size, tuple) else size
-        return name if count is None else f"{count} {name}"
-
-    @property
-    def wanted(self) -> str:
-        """The type, for the message that the key is missing."""
-        sized = isinstance(self.key.size, int)
-        return f"{self.type} [{self.key.unit}]" if sized and self.key.unit else self.values.type
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """All keys of the field in its table."""
-        return tuple(re.split(", | or ", getattr(self.values, "names", self.name)))
 
 
 class Row(NamedTuple):
@@ -142,10 +117,16 @@ def entries_of(cls: Any) -> tuple[KeyField, ...]:
         key = next((k for k in getattr(hint, "__metadata__", ()) if isinstance(k, Key)), None)
         if key is None:
             continue
-        required = field.default is MISSING and field.default_factory is MISSING
-        needed = required if key.needed is None else key.needed
+        make = field.default_factory
+        default = field.default if make is MISSING else make()
+        needed = default is MISSING if key.needed is None else key.needed
         values = key.values or _values_of(get_args(hint)[0])
-        found.append(KeyField(field, key, key.name or field.name, needed, values))
+        name = key.name or field.name
+        found.append(
+            replace(
+                key, name=name, default=default, needed=needed, values=values, attribute=field.name
+            )
+        )
     return tuple(found)
 
 
@@ -159,7 +140,7 @@ def read_fields(cls: type, table: TomlTable) -> dict[str, Any]:
     given: dict[str, Any] = {}
     tables: dict[str, TomlTable | None] = {}
     for entry in sorted(entries_of(cls), key=lambda entry: isinstance(entry.values, OtherKeys)):
-        name = entry.key.table
+        name = entry.table
         if name and name not in tables:
             tables[name] = table.table(name)
         part = tables[name] if name else table
@@ -169,10 +150,10 @@ def read_fields(cls: type, table: TomlTable) -> dict[str, Any]:
             continue
         if entry.needed and not part.require(entry.name, entry.wanted):
             continue
-        size = entry.key.size
+        size = entry.size
         value = entry.values.read(part, entry, given.get(size) if isinstance(size, str) else size)
         if value is not None:
-            given[entry.field.name] = value
+            given[entry.attribute] = value
     for part in (*tables.values(), table):
         if part is not None:
             part.finish()
@@ -201,12 +182,12 @@ def write_fields(value: Any, folder: Path | None = None) -> dict[str, Any]:
     """
     found: dict[str, Any] = {}
     for entry in entries_of(type(value)):
-        one = getattr(value, entry.field.name)
+        one = getattr(value, entry.attribute)
         default = entry.default
         if one is None or (default is not MISSING and one == default):
             continue
         written = cast(WritableValues, entry.values).write(one, entry, folder)
-        (found.setdefault(entry.key.table, {}) if entry.key.table else found).update(written)
+        (found.setdefault(entry.table, {}) if entry.table else found).update(written)
     return found
 
 
@@ -233,20 +214,17 @@ def rows(cls: type, table: str = "") -> list[Row]:
     """
     found, parts = [], []
     for entry in entries_of(cls):
-        place = ".".join(filter(None, (table, entry.key.table)))
+        place = ".".join(filter(None, (table, entry.table)))
         inner = getattr(entry.values, "cls", None)
         tables = getattr(entry.values, "tables", {} if inner is None else {entry.name: inner})
         for name, cls in tables.items():
             parts += rows(cls, ".".join(filter(None, (place, name))))
         if tables:
             continue
-        bounds = [f"above {entry.key.above:g}"] if entry.key.above > -inf else []
-        bounds += [f"at least {entry.key.at_least:g}"] if entry.key.at_least > -inf else []
         names = getattr(entry.values, "names", entry.name)
         default = "required" if entry.needed else _default_text(entry.default)
         found.append(
-            Row(place, names, entry.type, entry.key.unit, default, ", ".join(bounds),
-                entry.key.meaning)
+            Row(place, names, entry.form, entry.unit, default, entry.bounds, entry.meaning)
         )  # fmt: skip
     return found + parts
 
@@ -255,8 +233,7 @@ def documented(cls: type[T]) -> type[T]:
     """Add the declared keys of a dataclass to its docstring, as the section of attributes."""
     lines = [(cls.__doc__ or "").rstrip(), "", "    Attributes:"]
     for entry in entries_of(cls):
-        unit = f" [{entry.key.unit}]" if entry.key.unit else ""
-        lines.append(f"        {entry.field.name}: {entry.key.meaning.removesuffix('.')}{unit}.")
+        lines.append(f"        {entry.attribute}: {entry.described.removesuffix('.')}.")
     cls.__doc__ = "\n".join([*lines, "    "])
     return cls
 
@@ -279,20 +256,18 @@ class _Simple(NamedTuple):
 
 class _Number(_Simple):
     def read(self, table: TomlTable, entry: KeyField, size: Any) -> Any:
-        read = getattr(table, self.method)
-        return read(entry.name, above=entry.key.above, at_least=entry.key.at_least)
+        return getattr(table, self.method)(entry.name, bounds=entry)
 
 
 class _Numbers(_Simple):
     def read(self, table: TomlTable, entry: KeyField, size: Any) -> Any:
-        key, spread = entry.key, isinstance(entry.key.size, str)
+        spread = isinstance(entry.size, str)
         if spread:
             size = len(size) if size else None
         least, most = size if isinstance(size, tuple) else (size, size)
         found = table.numbers(
-            entry.name, least if least == most else None,
-            spread=spread, above=key.above, at_least=key.at_least,
-        )  # fmt: skip
+            entry.name, least if least == most else None, spread=spread, bounds=entry
+        )
         if found is not None and least != most and not least <= len(found) <= most:
             table.reject(entry.name, f"is a list of {least} to {most} numbers")
         return found

@@ -11,12 +11,16 @@ import pinocchio as pin
 from bt_manip import spatial
 from bt_manip.exceptions import BtManipError, did_you_mean, shown
 from bt_manip.files import read_text
+from bt_manip.parameters import Parameter
 
 from .lines import Place, line_numbers, line_of
 from .parsing import MAX_TOML_BYTES, parse_toml
 
 LARGEST = 1e10
 """Largest size of a number, in SI units: MuJoCo's, beyond which a state counts as diverged."""
+
+
+UNBOUNDED = Parameter()
 
 
 class TomlFile:
@@ -148,14 +152,13 @@ class TomlTable:
         key: str,
         default: float | None = None,
         *,
-        above: float = -inf,
-        at_least: float = -inf,
+        bounds: Parameter = UNBOUNDED,
     ) -> float | None:
         """Return a finite number within bounds, or the default if missing."""
         value = self._typed(key, _is_number, "a number", default)
         if value is default:
             return default
-        return float(value) if self._check_size(key, value, above, at_least) else default
+        return float(value) if self._check_size(key, value, bounds) else default
 
     def numbers(
         self,
@@ -163,8 +166,7 @@ class TomlTable:
         size: int | None = None,
         *,
         spread: bool = False,
-        above: float = -inf,
-        at_least: float = -inf,
+        bounds: Parameter = UNBOUNDED,
     ) -> tuple[float, ...] | None:
         """Return a list of finite numbers within bounds, or None if missing.
 
@@ -172,8 +174,7 @@ class TomlTable:
             key: The key.
             size: Required length; None for any.
             spread: Whether to accept a single number, repeated if there is a length.
-            above: Number that each of them exceeds.
-            at_least: Smallest number that is accepted.
+            bounds: Bounds of each of them.
         """
         value = self._get(key)
         if value is None:
@@ -187,7 +188,7 @@ class TomlTable:
         if size is not None and len(value) != size:
             self.reject(key, f"is a list of {size} numbers, got {len(value)}")
             return None
-        if not all([self._check_size(key, item, above, at_least) for item in value]):
+        if not all([self._check_size(key, item, bounds) for item in value]):
             return None
         return tuple(float(item) for item in value)
 
@@ -231,12 +232,12 @@ class TomlTable:
         """Return a boolean, or None if missing."""
         return self._typed(key, lambda value: isinstance(value, bool), "true or false")
 
-    def whole_number(self, key: str, *, above: float = -inf, at_least: float = -inf) -> int | None:
+    def whole_number(self, key: str, *, bounds: Parameter = UNBOUNDED) -> int | None:
         """Return an integer within bounds, or None if missing."""
         value = self._typed(
             key, lambda value: _is_number(value) and isinstance(value, int), "a whole number"
         )
-        return value if value is None or self._is_within(key, value, above, at_least) else None
+        return value if value is None or self._is_within(key, value, bounds) else None
 
     def table(self, key: str) -> "TomlTable | None":
         """Return a subtable, or None if missing."""
@@ -278,22 +279,19 @@ class TomlTable:
         part._inner = True
         return part
 
-    def _check_size(
-        self, key: str, value: float, above: float = -inf, at_least: float = -inf
-    ) -> bool:
+    def _check_size(self, key: str, value: float, bounds: Parameter = UNBOUNDED) -> bool:
         """Return whether a number is within bounds, and reject its key if not."""
         if not -LARGEST <= value <= LARGEST:  # also NaN, and integers that no float holds
             self.reject(
                 key, f"is a finite number of at most {LARGEST:g} in size, got {shown(value)}"
             )
             return False
-        return self._is_within(key, value, above, at_least)
+        return self._is_within(key, value, bounds)
 
-    def _is_within(self, key: str, value: float, above: float, at_least: float) -> bool:
-        if above < value and at_least <= value:
+    def _is_within(self, key: str, value: float, bounds: Parameter) -> bool:
+        if bounds.within(value):
             return True
-        bound = f"above {above:g}" if value <= above else f"of at least {at_least:g}"
-        self.reject(key, f"is a number {bound}, got {shown(value)}")
+        self.reject(key, f"is {bounds.wanted_number}, got {shown(value)}")
         return False
 
     def _typed(

@@ -153,7 +153,7 @@ def test_set_speed_slows_a_motion_that_goes_on_and_at_nought_it_pauses(station, 
 
 
 def test_set_speed_refuses_what_is_no_fraction(trial):
-    assert trial(SetSpeed(speed=1.5)).fails_with("at least 0 and at most 1")
+    assert trial(SetSpeed(speed=1.5)).fails_with("must be a number from 0 to 1, got 1.5")
 
 
 def test_a_paused_motion_that_is_halted_is_given_up(station, trial):
@@ -233,19 +233,19 @@ def test_a_target_inside_the_table_is_refused_by_name(station, trial):
     [
         (
             lambda: MoveToConfiguration(configuration=LEFT, tolerance=0.0),
-            "'tolerance' must be above",
+            "'tolerance' must be a positive number",
         ),
         (
             lambda: MoveToConfiguration(configuration=LEFT, tolerance=np.nan),
-            "above 0 .rad., got nan",
+            "a positive number .rad., got nan",
         ),
         (
             lambda: MoveToConfiguration(configuration=LEFT, wait=np.nan),
-            "'wait' must be at least 0",
+            "'wait' must be a number of at least 0",
         ),
         (
             lambda: FollowTarget(object="cube", duration=-1.0),
-            "'duration' must be at least 0 .*-1",
+            "'duration' must be a number of at least 0 .*-1",
         ),
         (
             lambda: FollowTarget(object="cube", height=np.nan),
@@ -253,11 +253,11 @@ def test_a_target_inside_the_table_is_refused_by_name(station, trial):
         ),
         (
             lambda: Drop(container="basket", patience=np.nan),
-            "'patience' must be at least 0 .*nan",
+            "'patience' must be a number of at least 0 .*nan",
         ),
         (
             lambda: Grasp(object="cube", patience=-1.0),
-            "'patience' must be at least 0 .s., got -1",
+            "'patience' must be a number of at least 0 .s., got -1",
         ),
         (lambda: Approach(distance=np.inf), "pose must be finite, got .*inf"),
         (lambda: Lift(height=np.nan), "pose must be finite, got .*nan"),

@@ -86,7 +86,10 @@ def test_a_camera_without_a_cell_and_one_that_is_too_large_say_so(cell):
 
 @pytest.mark.parametrize(
     ("parameters", "message"),
-    [({"fovy": 180.0}, "fovy is between"), ({"width": 0}, "got 0 x 240")],
+    [
+        ({"fovy": 180.0}, "fovy must be a number above 0 and below 180 .degrees., got 180"),
+        ({"width": 0}, "width must be a whole number from 1 to 8192 .pixels., got 0"),
+    ],
 )
 def test_impossible_cameras_are_refused(parameters, message):
     with pytest.raises(CellError, match=message):

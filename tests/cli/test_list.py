@@ -75,14 +75,29 @@ def test_what_is_neither_a_kind_nor_a_part_is_bad_input(bt_manip, words, message
 
 def test_the_parameters_of_an_object_are_listed_with_their_defaults(bt_manip):
     out = bt_manip("list", "objects", "shelf").out
-    assert "  boards (default 3)\n" in out and "  size (default (0.25, 0.6, 0.7))\n" in out
-    assert "  mass (default as in its model)\n" in bt_manip("list", "objects", "cube").out
+    assert "  boards (whole number from 2 to 100, default 3): Number of boards, top and" in out
+    assert "  size (3 positive numbers, default 0.25, 0.6, 0.7): Outer lengths along x" in out
+    assert "  mass (positive number, default 6): Mass; it counts where the object is" in out
+    out = bt_manip("list", "objects", "cube").out
+    assert "  mass (positive number): Mass; by default that of its model [kg]\n" in out
 
 
 def test_the_options_of_a_recorder_are_listed_with_their_defaults(bt_manip):
     out = bt_manip("list", "recorders", "video").out
-    assert out.startswith("video (builtin)") and "  size=1280x720\n" in out
-    assert "  overlay=yes\n" in out
+    assert out.startswith("video (builtin)") and "  size (text, default 1280x720): Width" in out
+    assert "  fps (positive number, default 25): Frames per simulated second [Hz]\n" in out
+    assert "  overlay (true or false, default true): Whether" in out
+
+
+def test_the_parameters_of_a_fault_are_listed_with_bounds_and_unit(bt_manip):
+    out = bt_manip("list", "faults", "push").out
+    assert "  force (number of at least 0, default 100): Force [N].\n" in out
+
+
+def test_the_ports_of_a_behaviour_are_listed_with_bounds_and_unit(bt_manip):
+    out = bt_manip("list", "behaviours", "MoveHome").out
+    assert "  speed (input, double, above 0 and at most 1, default 1.0): Fraction of the arm" in out
+    assert "  wait (input, double, at least 0, default 10.0): Longest simulated time" in out
 
 
 def test_tasks_are_listed_with_the_robots_that_can_do_them(bt_manip):

@@ -2,7 +2,7 @@
 
 import pytest
 
-from bt_manip.evaluation import Parameter, grid, parse_parameter, samples
+from bt_manip.evaluation import VariedParameter, grid, parse_parameter, samples
 from bt_manip.exceptions import BtManipError
 
 
@@ -18,7 +18,7 @@ from bt_manip.exceptions import BtManipError
 )
 def test_values_and_ranges_are_read(text, values, bounds):
     name = text.partition("=")[0]
-    assert parse_parameter(text) == Parameter(name, values, bounds)
+    assert parse_parameter(text) == VariedParameter(name, values, bounds)
 
 
 @pytest.mark.parametrize("text", ["speed", "speed=", "=1", "speed=a..b", "speed=1..2:x"])
@@ -28,7 +28,7 @@ def test_other_texts_are_refused(text):
 
 
 def test_a_grid_has_all_combinations():
-    points = grid([Parameter("a", (1, 2)), Parameter("b", ("x", "y", "z"))])
+    points = grid([VariedParameter("a", (1, 2)), VariedParameter("b", ("x", "y", "z"))])
     assert len(points) == 6 and points[1] == {"a": 1, "b": "y"}
 
 
@@ -38,7 +38,9 @@ def test_a_grid_needs_the_number_of_values_of_a_range():
 
 
 def test_samples_cover_each_range_evenly():
-    points = samples([parse_parameter("a=0..10"), Parameter("b", ("x", "y"))], 10, seed=3)
+    points = samples([parse_parameter("a=0..10"), VariedParameter("b", ("x", "y"))], 10, seed=3)
     assert sorted(int(point["a"]) for point in points) == list(range(10))
     assert sorted(point["b"] for point in points) == ["x"] * 5 + ["y"] * 5
-    assert points == samples([parse_parameter("a=0..10"), Parameter("b", ("x", "y"))], 10, seed=3)
+    assert points == samples(
+        [parse_parameter("a=0..10"), VariedParameter("b", ("x", "y"))], 10, seed=3
+    )

@@ -37,11 +37,17 @@ def test_a_duration_may_be_infinite(parts):
         ("push at=Lift hard", "fault 'push': 'hard' is not KEY=VALUE"),
         ("push at=Lift force=1 force=2", "fault 'push': 'force=2' is given twice"),
         ("push at=Lift forse=1", "fault 'push' has no parameter 'forse'; did you mean 'force'?"),
-        ("push at=Lift force=x", "fault 'push': force is a number of at least 0, got 'x'"),
-        ("push at=Lift force=nan", "fault 'push': force is a number of at least 0, got 'nan'"),
-        ("push at=Lift force=inf", "fault 'push': force is a number of at least 0, got 'inf'"),
-        ("push at=Lift duration=-1", "duration is a number of at least 0, got '-1'"),
-        ("stuck_joint at=Lift joint=2.5", "joint is a whole number of at least 0, got '2.5'"),
+        ("push at=Lift force=x", "fault 'push': force must be a number of at least 0 [N], got 'x'"),
+        (
+            "push at=Lift force=nan",
+            "push': force must be a number of at least 0 [N], got 'nan'",
+        ),
+        (
+            "push at=Lift force=inf",
+            "push': force must be a number of at least 0 [N], got 'inf'",
+        ),
+        ("push at=Lift duration=-1", "duration must be a number of at least 0 [s], got '-1'"),
+        ("stuck_joint at=Lift joint=2.5", "joint must be a whole number of at least 0, got '2.5'"),
     ],
 )
 def test_a_bad_text_is_refused_with_what_is_known(parts, text, message):

@@ -77,7 +77,10 @@ def test_a_model_of_the_menagerie_is_looked_for_when_it_is_used(read):
         (LEAST + "quat_wxyz = [0, 0, 0, 0]\n", "'tool.quat_wxyz' is no rotation"),
         (LEAST + GRIPPER.replace("= 20", "= true"), "'gripper.max_force' is a number, got True"),
         (LEAST + GRIPPER + 'model = "hand.xml"\n', "'gripper.mount' is missing: a text"),
-        (LEAST + "[base]\npedestal = [1, 1, 0]\n", "'base.pedestal' is a number above 0, got 0"),
+        (
+            LEAST + "[base]\npedestal = [1, 1, 0]\n",
+            "base.pedestal' is a positive number .m., got 0",
+        ),
         (
             LEAST.replace('["a", "b"]', '["a", "a"]'),
             "'arm_joints' is a list of at least one name, each once, got a, a",

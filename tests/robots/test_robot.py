@@ -216,7 +216,7 @@ def test_other_arms_are_a_few_lines(menagerie_arm, rng):
         ({"home": (0.0,) * 7}, "robot 'panda': home: joint 4 cannot go to 0.0000 rad"),
         ({"home": (float("nan"),) * 7}, "robot 'panda': key 'home' is a finite number"),
         ({"velocity": (float("inf"),) * 7}, "'velocity' is a finite number"),
-        ({"jerk": (-1.0,) * 7}, "'jerk' is a number above 0"),
+        ({"jerk": (-1.0,) * 7}, "'jerk' is a positive number .rad/s3."),
     ],
 )
 def test_a_robot_with_impossible_numbers_is_refused(changes, message):

@@ -130,7 +130,7 @@ def test_a_new_field_of_a_robots_description_is_one_line(tmp_path):
     table = TomlFile(path, "robot description", RobotError).whole
     assert Heavier(**read_fields(Heavier, table)).mass == 17.5
     assert ("", "mass", "number", "kg", "10", "above 0", "Mass of the arm") in rows(Heavier)
-    with pytest.raises(RobotError, match="robot 'panda': key 'mass' is a number above 0"):
+    with pytest.raises(RobotError, match="'panda': key 'mass' is a positive number .kg., got -1"):
         replace(made, mass=-1.0)
 
 
@@ -153,5 +153,5 @@ def test_a_new_field_of_a_scene_is_one_line(tmp_path):
     assert camera.fixture().parameters == {"exposure": 8}
     assert ("", "exposure", "whole number", "ms", "", "above 0", "Exposure") in rows(TimedCamera)
     read_part(TimedCamera, whole.table("wrong"))
-    with pytest.raises(SceneError, match=":6: key 'wrong.exposure' is a number above 0, got 0"):
+    with pytest.raises(SceneError, match=":6: key 'wrong.exposure' is a positive number .ms., got"):
         whole.finish()

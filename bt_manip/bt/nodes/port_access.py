@@ -10,9 +10,10 @@ from bt_manip.bt.literals import parse_integer
 from bt_manip.bt.nodes.binding import bind
 from bt_manip.bt.nodes.tree_node import TreeNode
 from bt_manip.bt.port_types import STRING, PortType, cast, fit, type_of
-from bt_manip.bt.ports import MISSING, Port, is_pointer, pointed_key
+from bt_manip.bt.ports import Port, is_pointer, pointed_key
 from bt_manip.bt.runtime import Runtime
-from bt_manip.exceptions import BlackboardError, PortError, shown
+from bt_manip.exceptions import BlackboardError, BoundsError, PortError, shown
+from bt_manip.parameters import MISSING
 
 
 class PortAccess(TreeNode, Behaviour):
@@ -89,13 +90,30 @@ class PortAccess(TreeNode, Behaviour):
         Raises:
             PortError: If nothing was given, if the entry is missing or was never written, or if
                 the value does not become the type.
+            BoundsError: If the value is outside the port's bounds.
         """
         if type is not None:
             return self._reader(name, type)()
         reader = self._readers.get(name)
         if reader is None:
-            reader = self._readers[name] = self._reader(name)
+            reader = self._readers[name] = self._checked(self.ports.get(name), self._reader(name))
         return reader()
+
+    @staticmethod
+    def _checked(port: Port | None, read: Callable[[], Any]) -> Callable[[], Any]:
+        """Return a reader that checks the bounds of a port, if it has any."""
+        if port is None or not port.bounds:
+            return read
+
+        def checked() -> Any:
+            value = read()
+            try:
+                port.check(value)
+            except ValueError as problem:
+                raise BoundsError(f"port '{port.name}' {problem}") from None
+            return value
+
+        return checked
 
     def _reader(self, name: str, wanted: PortType | None = None) -> Callable[[], Any]:
         port = self.ports.get(name)

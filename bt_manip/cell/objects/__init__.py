@@ -37,3 +37,5 @@ from .primitives import Wall as Wall
 from .primitives import YellowBlock as YellowBlock
 from .prop import ParametricEntity as ParametricEntity
 from .prop import Prop as Prop
+from .prop import check_parameter as check_parameter
+from .prop import object_parameters as object_parameters

@@ -3,23 +3,20 @@
 from dm_control import mjcf
 
 from bt_manip.models import bundled_path
+from bt_manip.parameters import Parameter
 
-from .prop import Prop, positive, value_of
+from .prop import Prop, value_of
 
 
 class BundledProp(Prop):
-    """An object whose model file comes with bt-manip; None keeps a value of the file.
-
-    Parameters are ``mass`` [kg], which counts where the object is placed free, the coefficient of
-    sliding ``friction`` [-], and ``colour``.
-    """
+    """An object whose model file comes with bt-manip; None keeps a value of the file."""
 
     def _make_model(self, name: str) -> None:
         self._mjcf_root = mjcf.from_path(str(bundled_path(f"{self.kind}/{self.kind}.xml")))
         self._mjcf_root.model = name
         mass, friction, colour = map(self._parameters.get, ("mass", "friction", "colour"))
         if mass is not None:
-            share = positive("mass", mass, "kg") / self.mass
+            share = mass / self.mass
             for geom in self.collision_geoms:
                 geom.mass = (value_of(geom, "mass") or 0.0) * share
         if friction is not None:
@@ -35,16 +32,16 @@ class Cube(BundledProp):
     category = "graspable"
     free = True
     defaults = {
-        "size": None,  # length of an edge [m]
-        "mass": None, "friction": None, "colour": None,
-    }  # fmt: skip
+        "size": Parameter("Length of an edge", "m", None, type=float, above=0.0),
+        **BundledProp.defaults,
+    }
 
     def _make_model(self, name: str) -> None:
         super()._make_model(name)
         size = self._parameters["size"]
         if size is not None:
             for geom in (*self.collision_geoms, *self.visual_geoms):
-                geom.size = [positive("size", size, "m") / 2] * 3
+                geom.size = [size / 2] * 3
 
     @property
     def size(self) -> float:
@@ -62,7 +59,7 @@ class Table(BundledProp):
 
     kind = "table"
     category = "surface"
-    defaults = {"friction": None, "colour": None}
+    defaults = {key: BundledProp.defaults[key] for key in ("friction", "colour")}
 
     @property
     def surface_height(self) -> float:
@@ -76,4 +73,3 @@ class Basket(BundledProp):
 
     kind = "basket"
     category = "container"
-    defaults = {"mass": None, "friction": None, "colour": None}

@@ -8,6 +8,8 @@ import pinocchio as pin
 from dm_control import composer, mjcf
 from dm_control.composer.observation import observable
 
+from bt_manip.parameters import Parameter
+
 from ..exceptions import CellError
 from ..naming import BodyNames, entity_of
 from ..rendering import FrameRenderer
@@ -44,19 +46,13 @@ class Camera(ParametricEntity):
     category = "sensor"
 
     defaults = {
-        "fovy": 45.0,  # vertical angle of view [degrees]
-        "width": 320,  # of the images [pixels]
-        "height": 240,  # of the images [pixels]
+        "fovy": Parameter("Vertical angle of view", "degrees", 45.0, above=0.0, below=180.0),
+        "width": Parameter("Width of images", "pixels", 320, at_least=1, at_most=MAX_PIXELS),
+        "height": Parameter("Height of images", "pixels", 240, at_least=1, at_most=MAX_PIXELS),
     }
 
     def _make_model(self, name: str) -> None:
         fovy, width, height = self._parameters.values()
-        if not 0 < fovy < 180:
-            raise CellError(f"fovy is between 0 and 180 degrees, got {fovy}")
-        if not (0 < width <= MAX_PIXELS and 0 < height <= MAX_PIXELS):
-            raise CellError(
-                f"width and height are 1 to {MAX_PIXELS} pixels, got {width} x {height}"
-            )
         self.width, self.height = width, height
         self._mjcf_root = mjcf.RootElement(model=name)
         body = self._mjcf_root.worldbody.add("body", name="camera")

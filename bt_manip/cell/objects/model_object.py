@@ -1,6 +1,7 @@
 """Objects made from any model address."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -8,12 +9,13 @@ from dm_control import mjcf
 
 from bt_manip.exceptions import one_line
 from bt_manip.models import MjcfModel, check_mjcf, exact_xml, load_model
+from bt_manip.parameters import Parameter
 
 from ..exceptions import CellError
 from ..naming import name_elements
 from .bounds import Bounds, bounds_of
 from .categories import CONTAINER, check_spelling
-from .prop import Prop, colour_of, positive, value_of
+from .prop import Prop, value_of
 
 GRIPPABLE = 0.08
 """Largest opening of common grippers [m]."""
@@ -35,46 +37,36 @@ class ModelObject(Prop):
     _bounds: Bounds
     _mass: float
 
+    defaults = {
+        **Prop.defaults,
+        "category": Parameter("What behaviours may do with it: graspable, ...", "", None, type=str),
+        "convex": Parameter(
+            "What meshes of an address collide by: their hull, or convex parts, without which "
+            "nothing fits into a hollow one; by default hull", "", None, type=str,
+        ),
+    }  # fmt: skip
+
     def _build(  # type: ignore[override]
-        self,
-        model: str | MjcfModel,
-        name: str | None = None,
-        mass: float | None = None,
-        friction: float | None = None,
-        colour: Sequence[float] | None = None,
-        category: str | None = None,
-        convex: str | None = None,
+        self, model: str | MjcfModel, name: str | None = None, **parameters: Any
     ) -> None:
         """Load the model; ``None`` keeps its own value.
 
         Args:
             model: An address, or a loaded model.
             name: Model name.
-            mass: Mass of all of it [kg].
-            friction: Coefficient of sliding friction [-].
-            colour: Red, green, blue, and opacity where given, from 0 to 1.
-            category: What behaviours may do with it: ``graspable``, ``container``, ...
-            convex: What meshes collide by, for an address: their ``"hull"`` (the default), or
-                convex ``"parts"``, without which nothing fits into a hollow one.
+            parameters: Values of those in ``defaults``.
 
         Raises:
             ModelError: If there is no model at the address.
             CellError: If MuJoCo refuses the model, or a parameter is wrong.
         """
+        self._take(parameters)
+        mass, friction, colour, category, convex = self._parameters.values()
         if category is not None:
             check_spelling(category)
-        if colour is not None:
-            colour_of(colour)
         if isinstance(model, str):
             model = load_model(model, convex=convex or "hull")
         self.kind = model.address
-        self._parameters = {
-            "mass": mass,
-            "friction": friction,
-            "colour": None if colour is None else list(colour),
-            "category": category,
-            "convex": convex,
-        }
         self._mjcf_root = root = mjcf_root(model)
         root.model = name or model.name
         implicit = root.option.integrator in ("implicit", "implicitfast")
@@ -132,7 +124,7 @@ class ModelObject(Prop):
         if mass is not None:
             if self._mass <= 0:
                 raise CellError(f"'{self.kind}' has no mass that could be changed")
-            _scale_mass(self._mjcf_root, positive("mass", mass, "kg") / self._mass)
+            _scale_mass(self._mjcf_root, mass / self._mass)
             self._mass = float(mass)
         if friction is not None:
             self._set_friction(friction)

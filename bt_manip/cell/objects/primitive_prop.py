@@ -6,7 +6,9 @@ from typing import Any
 
 from dm_control import mjcf
 
-from .prop import Prop, colour_of, positive
+from bt_manip.parameters import Parameter
+
+from .prop import Prop
 
 # As stiff as the other objects: with MuJoCo's default a 50 N grip sinks 3.4 mm into each side.
 _SOLREF = (0.004, 1.0)
@@ -17,18 +19,33 @@ _VOLUME = {
     "capsule": lambda s: 2.0 * math.pi * s[0] ** 2 * s[1] + 4.0 / 3.0 * math.pi * s[0] ** 3,
     "mesh": lambda _: 1.0,  # is always the only shape
 }
-_UNITS = {"mass": "kg", "friction": "-"}  # all other numbers are lengths
+
+
+def length(meaning: str, default: float | tuple[float, ...]) -> Parameter:
+    """Declare a parameter that is a length [m], or several."""
+    return Parameter(meaning, "m", default, above=0.0)
 
 
 class PrimitiveProp(Prop):
     """An object of primitive shapes that are both visible and collide.
 
-    All have a ``mass`` [kg], which counts where the object is placed free, a coefficient of sliding
-    ``friction`` [-], and a ``colour``: red, green, blue, and opacity where given, from 0 to 1.
-    Subclasses declare these and their own parameters in ``defaults``, and make shapes of them in
-    ``_add_shapes``. Parameters whose default is a float or a tuple are positive lengths. The origin
-    is the middle of the bottom unless a subclass says otherwise.
+    Subclasses give the defaults of these parameters and declare their own in ``defaults``, and make
+    shapes of their own in ``_add_shapes``. A float or a tuple alone declares positive lengths. The
+    origin is the middle of the bottom unless a subclass says otherwise.
     """
+
+    defaults = {
+        "mass": Parameter("Mass; it counts where the object is free", "kg", 0.1, above=0.0),
+        "friction": Parameter("Coefficient of sliding friction", "", 1.0, above=0.0),
+        "colour": Parameter(
+            "Red, green, blue, and opacity where given", "", (0.5, 0.5, 0.5),
+            size=(3, 4), at_least=0.0, at_most=1.0,
+        ),
+    }  # fmt: skip
+
+    @classmethod
+    def _like(cls, default: Any) -> Parameter:
+        return length("", default) if isinstance(default, float | tuple) else super()._like(default)
 
     @property
     def mass(self) -> float:
@@ -38,8 +55,9 @@ class PrimitiveProp(Prop):
     def _make_model(self, name: str) -> None:
         self._mjcf_root = root = mjcf.RootElement(model=name)
         root.compiler.angle = "radian"
-        values = {key: self._checked(key, value) for key, value in self._parameters.items()}
-        mass, friction, self._rgba = (values.pop(key) for key in ("mass", "friction", "colour"))
+        values = dict(self._parameters)
+        mass, friction, colour = (values.pop(key) for key in ("mass", "friction", "colour"))
+        self._rgba = (*colour, 1.0)[:4]
         root.default.geom.set_attributes(solref=_SOLREF, friction=(friction, 0.005, 0.0001))
         self._body = root.worldbody.add("body", name=self.kind)
         self._add_shapes(**values)
@@ -47,17 +65,6 @@ class PrimitiveProp(Prop):
         volumes = [_VOLUME[geom.type](geom.size) for geom in geoms]
         for geom, volume in zip(geoms, volumes, strict=True):
             geom.mass = mass * volume / sum(volumes)
-
-    def _checked(self, name: str, value: Any) -> Any:
-        """Check a parameter by the type of its default."""
-        default = self.defaults[name]
-        if name == "colour":
-            return colour_of(value)
-        if isinstance(default, float):
-            return positive(name, value, _UNITS.get(name, "m"))
-        if not isinstance(default, tuple):
-            return value
-        return tuple(positive(name, length, "m") for length in value)
 
     def _add_shapes(self, *_: Any, **parameters: Any) -> None:
         """Add all shapes, given the parameters of the subclass."""

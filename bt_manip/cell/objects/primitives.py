@@ -6,10 +6,11 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.spatial import pointing_down
+from bt_manip.parameters import Parameter
+from bt_manip.spatial import as_numbers, pointing_down
 
 from ..exceptions import CellError
-from .primitive_prop import PrimitiveProp
+from .primitive_prop import PrimitiveProp, length
 
 GRASP_CENTRE_DEPTH = 0.03
 """Depth below its top at which an object is gripped that is higher than grippers are deep [m]."""
@@ -54,7 +55,7 @@ class Box(Shape):
 
     kind = "box"
     defaults = {
-        "size": (0.06, 0.04, 0.04),  # lengths along x, y and z [m]
+        "size": length("Lengths along x, y and z", (0.06, 0.04, 0.04)),
         "mass": 0.1, "friction": 1.0, "colour": (0.72, 0.53, 0.33),
     }  # fmt: skip
 
@@ -69,8 +70,8 @@ class Cylinder(Shape):
 
     kind = "cylinder"
     defaults = {
-        "radius": 0.02,  # [m]
-        "height": 0.05,  # [m]
+        "radius": length("Radius", 0.02),
+        "height": length("Height", 0.05),
         "mass": 0.1, "friction": 1.0, "colour": (0.42, 0.56, 0.68),
     }  # fmt: skip
 
@@ -84,8 +85,8 @@ class Peg(Shape):
 
     kind = "peg"
     defaults = {
-        "radius": 0.015,  # [m]
-        "length": 0.09,  # [m]
+        "radius": length("Radius", 0.015),
+        "length": length("Length", 0.09),
         "mass": 0.08, "friction": 0.6, "colour": (0.83, 0.55, 0.25),
     }  # fmt: skip
 
@@ -99,9 +100,9 @@ class Sphere(Shape):
 
     kind = "sphere"
     defaults = {
-        "radius": 0.025,  # [m]
+        "radius": length("Radius", 0.025),
         "mass": 0.05, "friction": 1.0,
-        "rolling_friction": 5e-4,  # lever arm of rolling friction [m]
+        "rolling_friction": length("Lever arm of rolling friction", 5e-4),
         "colour": (0.80, 0.36, 0.30),
     }  # fmt: skip
 
@@ -114,10 +115,10 @@ class Capsule(Shape):
 
     kind = "capsule"
     defaults = {
-        "radius": 0.018,  # [m]
-        "length": 0.06,  # without the round ends [m]
+        "radius": length("Radius", 0.018),
+        "length": length("Length without the round ends", 0.06),
         "mass": 0.06, "friction": 1.0,
-        "rolling_friction": 5e-4,  # lever arm of rolling friction [m]
+        "rolling_friction": length("Lever arm of rolling friction", 5e-4),
         "colour": (0.85, 0.66, 0.32),
     }  # fmt: skip
 
@@ -136,21 +137,20 @@ class ConvexMesh(Shape):
 
     kind = "mesh"
     defaults = {
-        # [m]; 40 mm wide at the bottom, 34 mm at the top, and 40 mm high
-        "points": [
-            [x, y, z]
-            for z, half in ((-0.02, 0.02), (0.02, 0.017))
-            for x in (-half, half)
-            for y in (-half, half)
-        ],
+        "points": Parameter(
+            "Points; by default of a pyramid 40 mm wide at its bottom, 34 mm at its top, and 40 mm "
+            "high", "m",
+            [[x, y, z] for z, half in ((-0.02, 0.02), (0.02, 0.017))
+             for x in (-half, half) for y in (-half, half)],
+        ),
         "mass": 0.08, "friction": 1.0, "colour": (0.55, 0.57, 0.60),
     }  # fmt: skip
 
     def _add_shapes(self, points: Sequence[Sequence[float]]) -> None:
-        corners = np.array(points, dtype=float)
-        flat = corners.shape[1:] != (3,) or not np.isfinite(corners).all()
-        if flat or np.linalg.matrix_rank(corners - corners.mean(axis=0), tol=1e-6) < 3:
-            raise CellError("points are at least four places [m] that are not in one plane")
+        corners = as_numbers(points)
+        wrong = corners.shape[1:] != (3,) or not np.isfinite(corners).all()
+        if wrong or np.linalg.matrix_rank(corners - corners.mean(axis=0), tol=1e-6) < 3:
+            raise CellError("points must be at least four points [m], not in one plane")
         self._half_height = -float(corners[:, 2].min())
         mesh = self._mjcf_root.asset.add("mesh", name="hull", vertex=corners.ravel())
         self._body.add("geom", type="mesh", mesh=mesh, rgba=self._rgba)
@@ -161,7 +161,7 @@ class Block(Shape):
 
     kind = "block"
     defaults = {
-        "size": 0.04,  # length of an edge [m]
+        "size": length("Length of an edge", 0.04),
         "mass": 0.045, "friction": 1.0, "colour": (0.82, 0.68, 0.48),
     }  # fmt: skip
 
@@ -219,8 +219,8 @@ class Can(Vessel):
 
     kind = "can"
     defaults = {
-        "radius": 0.033,  # [m]
-        "height": 0.1,  # [m]
+        "radius": length("Radius", 0.033),
+        "height": length("Height", 0.1),
         "mass": 0.2, "friction": 0.7, "colour": (0.72, 0.14, 0.16),
     }  # fmt: skip
 
@@ -233,8 +233,8 @@ class Bottle(Vessel):
 
     kind = "bottle"
     defaults = {
-        "radius": 0.034,  # of the belly [m]
-        "height": 0.2,  # [m]
+        "radius": length("Radius of the belly", 0.034),
+        "height": length("Height", 0.2),
         "mass": 0.3, "friction": 0.8, "colour": (0.22, 0.46, 0.34, 0.9),
     }  # fmt: skip
 
@@ -254,9 +254,9 @@ class Mug(Vessel):
 
     kind = "mug"
     defaults = {
-        "radius": 0.032,  # outside [m]
-        "height": 0.085,  # [m]
-        "wall": 0.004,  # thickness of wall and bottom [m]
+        "radius": length("Outer radius", 0.032),
+        "height": length("Height", 0.085),
+        "wall": length("Thickness of wall and bottom", 0.004),
         "mass": 0.2, "friction": 0.7, "colour": (0.90, 0.89, 0.84),
     }  # fmt: skip
 
@@ -279,8 +279,8 @@ class Bin(PrimitiveProp):
     kind = "bin"
     category = "container"
     defaults = {
-        "size": (0.30, 0.22, 0.16),  # outer lengths along x, y and z [m]
-        "wall": 0.008,  # thickness of walls and bottom [m]
+        "size": length("Outer lengths along x, y and z", (0.30, 0.22, 0.16)),
+        "wall": length("Thickness of walls and bottom", 0.008),
         "mass": 0.8, "friction": 0.6, "colour": (0.25, 0.42, 0.55),
     }  # fmt: skip
 
@@ -298,8 +298,8 @@ class Tray(Bin):
 
     kind = "tray"
     defaults = {
-        "size": (0.34, 0.24, 0.03),  # outer lengths along x, y and z [m]
-        "wall": 0.006,  # thickness of rim and bottom [m]
+        "size": length("Outer lengths along x, y and z", (0.34, 0.24, 0.03)),
+        "wall": length("Thickness of rim and bottom", 0.006),
         "mass": 0.4, "friction": 0.6, "colour": (0.62, 0.62, 0.60),
     }  # fmt: skip
 
@@ -318,17 +318,16 @@ class Shelf(PrimitiveProp):
     kind = "shelf"
     category = "surface"
     defaults = {
-        "size": (0.25, 0.6, 0.7),  # outer lengths along x, y and z [m]
-        "boards": 3,  # at least 2, top and bottom included
-        "thickness": 0.015,  # of all boards [m]
+        "size": length("Outer lengths along x, y and z", (0.25, 0.6, 0.7)),
+        "boards": Parameter("Number of boards, top and bottom included", "", 3, at_least=2,
+                            at_most=MAX_BOARDS),
+        "thickness": length("Thickness of all boards", 0.015),
         "mass": 6.0, "friction": 0.6, "colour": (0.76, 0.64, 0.48),
     }  # fmt: skip
 
     def _add_shapes(self, size: Sequence[float], boards: int, thickness: float) -> None:
         x, y, z = size
         half = thickness / 2
-        if not 2 <= boards <= MAX_BOARDS:
-            raise CellError(f"boards must be a number from 2 to {MAX_BOARDS}, got {boards}")
         inside = (y - 2 * thickness) / 2
         heights = [half + i * (z - thickness) / (boards - 1) for i in range(boards)]
         for i, height in enumerate(heights, 1):
@@ -351,7 +350,7 @@ class Wall(PrimitiveProp):
     kind = "wall"
     category = "obstacle"
     defaults = {
-        "size": (0.04, 0.4, 0.4),  # lengths along x, y and z [m]
+        "size": length("Lengths along x, y and z", (0.04, 0.4, 0.4)),
         "mass": 8.0, "friction": 0.6, "colour": (0.72, 0.70, 0.66),
     }  # fmt: skip
 
@@ -370,9 +369,9 @@ class HoleBoard(PrimitiveProp):
     kind = "hole_board"
     category = "socket"
     defaults = {
-        "hole": 0.0165,  # radius of the circle that fits into the hole [m]
-        "size": (0.16, 0.16, 0.04),  # lengths along x, y and z [m]
-        "offset": [0.0, 0.0],  # of the hole from the middle, along x and y [m]
+        "hole": length("Radius of the circle that fits into the hole", 0.0165),
+        "size": length("Lengths along x, y and z", (0.16, 0.16, 0.04)),
+        "offset": Parameter("Offset of the hole from the middle, along x and y", "m", (0.0, 0.0)),
         "mass": 0.9, "friction": 0.4, "colour": (0.50, 0.53, 0.58),
     }  # fmt: skip
 

@@ -1,6 +1,8 @@
 """The base class of bt-manip's objects, and what composer observes of them."""
 
-from collections.abc import Iterable, Mapping
+import inspect
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from types import MappingProxyType
 from typing import Any, ClassVar
 
@@ -8,8 +10,8 @@ import numpy as np
 from dm_control import composer, mjcf
 from dm_control.composer.observation import observable
 
-from bt_manip.exceptions import did_you_mean, shown
-from bt_manip.spatial import as_numbers
+from bt_manip.exceptions import did_you_mean
+from bt_manip.parameters import Parameter, parameters_of
 
 from ..contacts.contacts import Contacts
 from ..exceptions import CellError
@@ -26,10 +28,33 @@ class ParametricEntity(composer.Entity):
 
     kind: str
     defaults: ClassVar[Mapping[str, Any]] = {}
-    """The parameters by name, with their default values."""
+    """The parameters by name: a `Parameter` each, or a default. A default alone changes that of a
+    base class's parameter, or declares one whose values are like it."""
+
+    declared: ClassVar[Mapping[str, Parameter]] = {}
+    """The declarations of ``defaults``."""
 
     _mjcf_root: mjcf.RootElement
     _parameters: dict[str, Any]
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        """Complete the declarations of the parameters."""
+        super().__init_subclass__(**kwargs)
+        known = cls.declared
+        cls.declared = {
+            name: replace(
+                given if isinstance(given, Parameter)
+                else known[name].with_default(given) if name in known
+                else cls._like(given),
+                name=name,
+            )
+            for name, given in cls.defaults.items()
+        }  # fmt: skip
+
+    @classmethod
+    def _like(cls, default: Any) -> Parameter:
+        """Declare a parameter of which only the default is known."""
+        return Parameter(default=default)
 
     def _build(self, name: str | None = None, **parameters: Any) -> None:
         """Build the entity.
@@ -41,15 +66,22 @@ class ParametricEntity(composer.Entity):
         Raises:
             CellError: If there is no such parameter, or a value is impossible.
         """
-        for key in parameters:
-            if key not in self.defaults:
-                near = did_you_mean(key, self.defaults)
-                raise CellError(f"'{key}' is no parameter of a {self.kind}{near}")
-        given = {**self.defaults, **parameters}
-        self._parameters = {key: _plain(value) for key, value in given.items()}
-        for key in parameters:
-            check_kind(key, self._parameters[key], self.defaults[key])
+        self._take(parameters)
         self._make_model(name or self.kind)
+
+    def _take(self, given: Mapping[str, Any]) -> None:
+        """Check parameters, and keep them and the defaults of the others as plain data.
+
+        Raises:
+            CellError: If there is no such parameter, or a value is impossible.
+        """
+        for key, value in given.items():
+            if key not in self.declared:
+                near = did_you_mean(key, self.declared)
+                raise CellError(f"'{key}' is no parameter of a {self.kind}{near}")
+            check_parameter(self.declared[key], value)
+        values = {key: one.default for key, one in self.declared.items()} | dict(given)
+        self._parameters = {key: _plain(value) for key, value in values.items()}
 
     def _make_model(self, name: str) -> None:
         """Load or build the model, given its name."""
@@ -116,6 +148,17 @@ class Prop(ParametricEntity, CellObject):
     kind: str = "prop"
     category: str = "thing"
     free: bool = False
+    defaults: ClassVar[Mapping[str, Any]] = {
+        "mass": Parameter("Mass; by default that of its model", "kg", None, type=float, above=0.0),
+        "friction": Parameter(
+            "Coefficient of sliding friction; by default as in its model", "", None,
+            type=float, above=0.0,
+        ),
+        "colour": Parameter(
+            "Red, green, blue, and opacity where given; by default as in its model", "", None,
+            type=float, size=(3, 4), at_least=0.0, at_most=1.0,
+        ),
+    }  # fmt: skip
 
     def _build_observables(self) -> ObjectObservables:
         return ObjectObservables(self)
@@ -140,11 +183,11 @@ class Prop(ParametricEntity, CellObject):
         for geom in self.collision_geoms:
             given = value_of(geom, "friction")
             rest = (0.005, 0.0001) if given is None else tuple(given[1:])
-            geom.friction = (positive("friction", friction, "-"), *rest)
+            geom.friction = (friction, *rest)
 
     def _set_colour(self, colour: Iterable[float]) -> None:
         """Set the colour of the geoms that are only visible, or of all if there are none."""
-        rgba = colour_of(colour)
+        rgba = (*colour, 1.0)[:4]
         for geom in self.visual_geoms or self.collision_geoms:
             geom.material = None
             geom.rgba = rgba
@@ -164,27 +207,38 @@ def _plain(value: Any) -> Any:
     return [_plain(item) for item in value] if isinstance(value, list | tuple) else value
 
 
-def check_kind(name: str, value: Any, default: Any) -> None:
-    """Check that a parameter is a value of the kind of its default: a text, numbers in lists, ...
+def check_parameter(declared: Parameter, value: Any) -> None:
+    """Check a value of a parameter.
 
     Raises:
-        CellError: If it is not; a default of None accepts anything.
+        CellError: If it is impossible.
     """
-    if default is None or name == "colour":
-        return
-    if isinstance(default, str | bool):
-        if not isinstance(value, type(default)):
-            raise CellError(f"{name} must be like {default!r}, got {shown(value)}")
-        return
-    like, numbers = np.asarray(default), as_numbers(value)
-    whole = like.dtype.kind in "iu"
-    same_shape = numbers.shape == like.shape or numbers.ndim == like.ndim == 2
-    wrong_kind = whole and (numbers != np.round(numbers)).any()
-    if like.dtype.kind in "iuf" and (not same_shape or np.isnan(numbers).any() or wrong_kind):
-        kind = "whole number" if whole else "number"
-        what = f"a {kind}" if like.ndim == 0 else f"{len(like)} {kind}s"
-        what = "a list of points" if like.ndim == 2 else what
-        raise CellError(f"{name} must be {what}, got {shown(value)}")
+    try:
+        declared.check(value)
+    except ValueError as problem:
+        raise CellError(f"{declared.name} {problem}") from None
+
+
+def object_parameters(factory: Callable[..., Any]) -> Mapping[str, Parameter] | None:
+    """Return the parameters of an object by name; None where they are not known.
+
+    Args:
+        factory: A class of objects, or a function that makes one.
+    """
+    factory = inspect.unwrap(factory)
+    defaults = getattr(factory, "defaults", None)
+    if isinstance(defaults, Mapping):
+        known = getattr(factory, "declared", {})
+        return {k: known.get(k) or Parameter(default=v, name=k) for k, v in defaults.items()}
+    build = getattr(factory, "_build", factory)
+    try:
+        kinds = {one.kind for one in inspect.signature(build).parameters.values()}
+    except (TypeError, ValueError):
+        return None
+    if inspect.Parameter.VAR_KEYWORD in kinds:
+        return None
+    found = parameters_of(build)
+    return {name: one for name, one in found.items() if name not in ("self", "name")}
 
 
 def value_of(geom: mjcf.Element, attribute: str) -> Any:
@@ -195,27 +249,3 @@ def value_of(geom: mjcf.Element, attribute: str) -> Any:
         value = getattr(default.geom, attribute)
         default = default.parent
     return value
-
-
-def positive(name: str, value: float, unit: str) -> float:
-    """Check a parameter that must be a positive finite number.
-
-    Raises:
-        CellError: If it is not.
-    """
-    number = as_numbers(value)
-    if number.shape != () or not 0.0 < number < np.inf:
-        raise CellError(f"{name} must be a positive number [{unit}], got {shown(value)}")
-    return float(number)
-
-
-def colour_of(value: Iterable[float]) -> tuple[float, ...]:
-    """Check a colour: red, green, blue, and opacity where given, each from 0 to 1.
-
-    Raises:
-        CellError: If it is not one.
-    """
-    parts = as_numbers(list(value) if isinstance(value, Iterable) else value)
-    if parts.shape not in ((3,), (4,)) or not ((parts >= 0.0) & (parts <= 1.0)).all():
-        raise CellError(f"colour must be 3 or 4 numbers from 0 to 1, got {shown(value)}")
-    return (*parts.tolist(), 1.0)[:4]

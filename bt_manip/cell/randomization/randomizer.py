@@ -20,7 +20,7 @@ from ..cell import Cell
 from ..exceptions import CellError, OverlapError
 from ..objects.catalogue import Catalogue
 from ..objects.cell_object import as_object
-from ..objects.prop import positive
+from ..objects.prop import Prop, check_parameter
 from ..physics.overrides import check_override, nominal_value
 from .randomization import (
     PHYSICAL,
@@ -233,7 +233,7 @@ class Randomizer:
             nominal = {"mass": as_object(self._nominal_object(key)).mass or 1.0, "friction": 1.0}
             for name in nominal.keys() & variations.keys():
                 for value in _extremes("objects", key, name, variations[name], nominal[name]):
-                    positive(name, value, "kg" if name == "mass" else "-")
+                    check_parameter(Prop.declared[name], value)
         if set(variations) <= {*PHYSICAL, *POSE}:
             return
         models = [(self._scene[name].model, name) for name in present]

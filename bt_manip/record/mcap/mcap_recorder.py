@@ -4,7 +4,7 @@ import json
 from contextlib import ExitStack, suppress
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import mujoco
 import numpy as np
@@ -12,6 +12,7 @@ import numpy as np
 from bt_manip.arm import tool_path
 from bt_manip.bt import NodeStatus, instance_to_xml
 from bt_manip.exceptions import BtManipError, require_extra
+from bt_manip.parameters import Parameter
 from bt_manip.record.files import is_special, whole_file
 from bt_manip.record.identification import identify
 from bt_manip.record.report.run_report import versions
@@ -70,21 +71,22 @@ class McapRecorder(RunObserver):
     _file: "McapFile"  # from `run_started` on
     _scene: "SceneMessages"  # from the first `after_compile` on
 
-    def __init__(
+    def __init__(  # noqa: D417 (options are declared in their annotations)
         self,
         path: Path | None,
         *,
-        cameras: str = "",
-        image_size: str = "640x400",
-        image_fps: float = 5.0,
+        cameras: Annotated[
+            str, Parameter("Full names of cameras whose images are recorded, separated by commas")
+        ] = "",
+        image_size: Annotated[str, Parameter("Their width and height", "pixels")] = "640x400",
+        image_fps: Annotated[
+            float, Parameter("Images per simulated second", "Hz", above=0.0)
+        ] = 5.0,
     ) -> None:
         """Check that there is a path, and the packages that are needed.
 
         Args:
             path: The file to write.
-            cameras: Full names of the cameras whose images are recorded, separated by commas.
-            image_size: Their width and height [pixels].
-            image_fps: Images per simulated second.
 
         Raises:
             BtManipError: If one of them is missing.

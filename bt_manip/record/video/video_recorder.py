@@ -2,13 +2,14 @@
 
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
 from bt_manip.bt import NodeStatus
 from bt_manip.cell import FrameRenderer, camera_number
 from bt_manip.exceptions import BtManipError, require_extra
+from bt_manip.parameters import Parameter
 from bt_manip.record.files import RecordingError, check_exists, open_output, writing
 from bt_manip.record.mcap.camera_images import parse_size
 from bt_manip.runner import Run, RunObserver
@@ -156,23 +157,19 @@ class VideoRecorder(RunObserver):
 
     suffix: ClassVar = VideoFile.suffixes
 
-    def __init__(
+    def __init__(  # noqa: D417 (options are declared in their annotations)
         self,
         path: Path | None,
         *,
-        camera: str = "overview",
-        size: str = "1280x720",
-        fps: float = 25.0,
-        overlay: bool = True,
+        camera: Annotated[str, Parameter("Full name of a camera of the cell")] = "overview",
+        size: Annotated[str, Parameter("Width and height, both even", "pixels")] = "1280x720",
+        fps: Annotated[float, Parameter("Frames per simulated second", "Hz", above=0.0)] = 25.0,
+        overlay: Annotated[bool, Parameter("Whether to show time and running leaves")] = True,
     ) -> None:
         """Check the parameters, and the package that is needed.
 
         Args:
             path: The file to write.
-            camera: Full name of a camera of the cell.
-            size: Width and height [pixels], both even: ``1280x720``.
-            fps: Frames per simulated second.
-            overlay: Whether to show the time and the running leaves.
 
         Raises:
             BtManipError: If one of them is impossible or missing.

@@ -3,11 +3,11 @@
 from collections.abc import Mapping
 from types import MappingProxyType
 
-import numpy as np
 from dm_control import mjcf
 
 from bt_manip.cell import CellError, ParametricEntity
 from bt_manip.exceptions import did_you_mean
+from bt_manip.parameters import Parameter
 
 COLOURS: Mapping[str, tuple[float, float, float]] = MappingProxyType(
     {
@@ -31,16 +31,14 @@ class ColouredBlock(ParametricEntity):
     category = "graspable"
     free = True
     defaults = {
-        "colour": "red",  # one of `COLOURS`
-        "size": 0.04,  # length of an edge [m]
+        "colour": Parameter(f"Colour: {', '.join(COLOURS)}", default="red"),
+        "size": Parameter("Length of an edge", "m", 0.04, above=0.0),
     }
 
     def _make_model(self, name: str) -> None:
         self.colour, self.size = colour, size = self._parameters.values()
         if colour not in COLOURS:
             raise CellError(f"no colour '{colour}'{did_you_mean(colour, COLOURS)}")
-        if not 0.0 < size < np.inf:
-            raise CellError(f"size must be a positive number [m], got {size!r}")
         name = colour if name == self.kind else name
         self._mjcf_root = root = mjcf.RootElement(model=name)
         body = root.worldbody.add("body", name="block")

@@ -9,6 +9,7 @@ from dm_control import mjcf
 
 from bt_manip.cell import CellError, ParametricEntity
 from bt_manip.exceptions import did_you_mean
+from bt_manip.parameters import Parameter
 from bt_manip.spatial import pointing_down
 from bt_manip_blocks.coloured_block import COLOURS
 
@@ -30,20 +31,18 @@ class SortingTray(ParametricEntity):
     category = "tray"
     free = False
     defaults = {
-        "colours": ["red", "green", "blue"],  # those of the rows
-        "slots": 3,  # how many blocks a row takes
+        "colours": Parameter("Colours of the rows", default=["red", "green", "blue"]),
+        "slots": Parameter("Number of blocks in a row", default=3, at_least=1),
     }
 
     def _make_model(self, name: str) -> None:
         self.colours = colours = tuple(self._parameters["colours"])
-        self.slots = slots = int(self._parameters["slots"])
+        self.slots = int(self._parameters["slots"])
         for colour in colours:
             if colour not in COLOURS:
                 raise CellError(f"no colour '{colour}'{did_you_mean(colour, COLOURS)}")
         if not colours or len(set(colours)) < len(colours):
             raise CellError(f"a tray has one row for each of its colours, got {colours}")
-        if slots < 1:
-            raise CellError(f"a row takes at least one block, got {slots}")
         self._mjcf_root = root = mjcf.RootElement(model=name)
         body = root.worldbody.add("body", name="tray")
         x, y = self.slots * SLOT / 2, len(self.colours) * ROW / 2

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.cell import CellError
 from bt_manip.cell.objects import Can, DeclaredGrasp, Mug, PrimitiveProp
+from bt_manip.parameters import Parameter
 
 GRIP = 0.009
 """Width of the handle's bars [m]."""
@@ -27,15 +27,15 @@ class CoffeeMug(Mug):
     kind = "coffee_mug"
     defaults = {
         **Mug.defaults,
-        "radius": 0.038,  # outside [m]
-        "height": 0.095,  # [m]
-        "handle": 0.036,  # how far the handle stands out [m]
+        "radius": 0.038,
+        "height": 0.095,
+        "handle": Parameter(
+            "How far the handle stands out, with room for a finger", "m", 0.036, at_least=0.03
+        ),
         "colour": (0.16, 0.32, 0.50),
     }
 
     def _add_shapes(self, radius: float, height: float, wall: float, handle: float) -> None:
-        if handle < 0.03:
-            raise CellError(f"handle must leave a finger room, at least 0.03 [m], got {handle:g}")
         inner, half = radius - wall, GRIP / 2
         self._add("cylinder", (inner, wall / 2), (0, 0, wall / 2))
         self._add_ring(inner, wall, height)
@@ -63,9 +63,9 @@ class Bowl(PrimitiveProp):
     category = "graspable"
     free = True
     defaults = {
-        "radius": 0.07,  # of the rim, outside [m]
-        "height": 0.055,  # [m]
-        "wall": 0.004,  # thickness of wall and bottom [m]
+        "radius": Parameter("Outer radius of the rim", "m", 0.07, above=0.0),
+        "height": Parameter("Height", "m", 0.055, above=0.0),
+        "wall": Parameter("Thickness of wall and bottom", "m", 0.004, above=0.0),
         "mass": 0.2, "friction": 0.7, "colour": (0.88, 0.84, 0.74),
     }  # fmt: skip
 

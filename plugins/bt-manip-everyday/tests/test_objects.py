@@ -39,5 +39,5 @@ def test_a_bowl_of_any_size_stands_on_its_foot_and_is_as_wide_as_it_says(station
 
 
 def test_a_handle_without_room_for_a_finger_is_refused():
-    with pytest.raises(CellError, match="handle must leave a finger room, at least 0.03"):
+    with pytest.raises(CellError, match="handle must be a number of at least 0.03 .m., got"):
         CoffeeMug(handle=0.01)

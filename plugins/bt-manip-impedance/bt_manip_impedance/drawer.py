@@ -4,7 +4,8 @@ import numpy as np
 import pinocchio as pin
 from dm_control import mjcf
 
-from bt_manip.cell import CellError, ParametricEntity
+from bt_manip.cell import ParametricEntity
+from bt_manip.parameters import Parameter
 from bt_manip.spatial import pointing_down
 
 SIZE = (0.3, 0.24, 0.12)  # [m] of the cabinet along x, y and z
@@ -25,24 +26,24 @@ class Drawer(ParametricEntity):
     category = "drawer"
     free = False
     defaults = {
-        "travel": 0.2,  # [m] of the drawer
-        "resistance": 5.0,  # [N] friction of the slide: force that moves the drawer slowly
-        "colour": (0.72, 0.53, 0.33),  # red, green and blue of the cabinet, from 0 to 1
+        "travel": Parameter("Travel", "m", 0.2, above=0.0, below=SIZE[0] - 2 * WALL),
+        "resistance": Parameter(
+            "Friction of the slide: force that moves the drawer slowly", "N", 5.0, above=0.0
+        ),
+        "colour": Parameter(
+            "Red, green and blue of the cabinet",
+            "",
+            (0.72, 0.53, 0.33),
+            size=3,
+            at_least=0.0,
+            at_most=1.0,
+        ),
     }
 
     def _make_model(self, name: str) -> None:
-        """Build the drawer, closed.
-
-        Raises:
-            CellError: If the resistance is not positive, or the travel not above 0 and shorter than
-                the drawer.
-        """
+        """Build the drawer, closed."""
         travel, resistance, colour = (self._parameters[key] for key in self.defaults)
         x, y, z = (0.5 * length for length in SIZE)
-        if not 0.0 < travel < SIZE[0] - 2 * WALL:
-            raise CellError(f"travel must be above 0 and below {SIZE[0] - 2 * WALL} m: {travel!r}")
-        if not 0.0 < resistance < np.inf:
-            raise CellError(f"resistance must be a positive number [N], got {resistance!r}")
         self.travel = travel
         self._mjcf_root = root = mjcf.RootElement(model=name)
         root.default.geom.set_attributes(

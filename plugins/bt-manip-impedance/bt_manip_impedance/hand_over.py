@@ -41,14 +41,14 @@ class FindFreeEnd(ArmBehaviour):
     needs_gripper = True
 
     object = Input(str, doc="Name of the object.")
-    inset = Input(float, default=0.01, doc="Distance of the grasp from the end [m].")
-    distance = Input(float, default=0.1, doc="Distance of the pose from the grasp [m].")
+    inset = Input(float, default=0.01, doc="Distance of the grasp from the end [m].", at_least=0.0)
+    distance = Input(
+        float, default=0.1, doc="Distance of the pose from the grasp [m].", at_least=0.0
+    )
     pose = Output(
         pin.SE3, parse=pose_from_text, format=pose_to_text,
         doc="Pose of the tool before the grasp, in the world.",
     )  # fmt: skip
-
-    amounts = {"inset": "m", "distance": "m"}
 
     def start(self) -> None:
         """Compare the ends of the object."""
@@ -91,10 +91,12 @@ class HoldOut(PlannedMove):
 
     object = Input(str, doc="Name of the held object.")
     receiver = Input(str, doc="Name of the other robot.")
-    inset = Input(float, default=0.01, doc="Distance of both grasps from the ends [m].")
-    distance = Input(float, default=0.1, doc="Distance from which the receiver approaches [m].")
-
-    amounts = {**PlannedMove.amounts, "inset": "m", "distance": "m"}
+    inset = Input(
+        float, default=0.01, doc="Distance of both grasps from the ends [m].", at_least=0.0
+    )
+    distance = Input(
+        float, default=0.1, doc="Distance from which the receiver approaches [m].", at_least=0.0
+    )
 
     def start(self) -> None:
         """Move to the first pose that both robots reach."""

@@ -82,14 +82,16 @@ class Insert(MotionBehaviour):
     )
     controller = Input(str, default="cartesian_impedance", doc="Registered compliant controller.")
     search = Input(
-        float, default=0.0, doc="Radius around the middle to search for the hole [m]; 0: none."
+        float,
+        default=0.0,
+        doc="Radius around the middle to search for the hole [m]; 0: none.",
+        at_least=0.0,
     )
     press = number_or_auto(
         "Depth of the reference below the socket's top in a search [m]; auto: that of a force of "
-        "6 N at the controller's stiffness, or of 0.8 of what the grip holds if that is lower."
+        "6 N at the controller's stiffness, or of 0.8 of what the grip holds if that is lower.",
+        at_least=0.0,
     )
-
-    amounts = {**MotionBehaviour.amounts, "search": "m", "press": "m"}
 
     _phase = OVER
     _limit = MAX_FORCE  # [N] contact force at which it gives up

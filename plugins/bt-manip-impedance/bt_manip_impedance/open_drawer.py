@@ -43,10 +43,10 @@ class ReachHandle(MotionBehaviour):
     memory = (*MotionBehaviour.memory, "_phase")
 
     object = Input(str, doc="Name of the drawer.")
-    height = Input(float, default=0.12, doc="Height over the handle to come down from [m].")
-    speed = Input(float, default=1.0, doc="Fraction of the arm's limits, above 0 and up to 1.")
-
-    amounts = {**MotionBehaviour.amounts, "height": "m"}
+    height = Input(
+        float, default=0.12, doc="Height over the handle to come down from [m].", at_least=0.0
+    )
+    speed = Input(float, default=1.0, doc="Fraction of the arm's limits.", above=0.0, at_most=1.0)
 
     _phase = OVER
 
@@ -90,15 +90,13 @@ class PullOpen(MotionBehaviour):
     memory = (*MotionBehaviour.memory, "_pulling", "_tare", "_limit")
 
     object = Input(str, doc="Name of the drawer.")
-    opening = Input(float, default=0.15, doc="How far it is opened [m].")
+    opening = Input(float, default=0.15, doc="How far it is opened [m].", at_least=0.0)
     max_force = number_or_auto(
         "Force on the handle at which it gives up [N]; auto: 40, or 0.8 of what arm or grip hold "
         "if that is lower."
     )
-    speed = Input(float, default=0.2, doc="Fraction of the arm's limits, above 0 and up to 1.")
+    speed = Input(float, default=0.2, doc="Fraction of the arm's limits.", above=0.0, at_most=1.0)
     controller = Input(str, default="cartesian_impedance", doc="Registered compliant controller.")
-
-    amounts = {**MotionBehaviour.amounts, "opening": "m"}
 
     _pulling = False
     _limit = MAX_FORCE  # [N] force at which it gives up

@@ -46,7 +46,7 @@ class Press(MotionBehaviour):
         "Largest allowed contact force [N]; auto: 40, or 0.8 of what the arm exerts if that is "
         "lower."
     )
-    speed = Input(float, default=0.1, doc="Fraction of the arm's limits, above 0 and up to 1.")
+    speed = Input(float, default=0.1, doc="Fraction of the arm's limits.", above=0.0, at_most=1.0)
 
     _last_force = 0.0  # [N] at the last tick
     _limit = MAX_FORCE  # [N] largest allowed contact force

@@ -7,7 +7,8 @@ import numpy as np
 import pinocchio as pin
 from dm_control import mjcf
 
-from bt_manip.cell import CellError, ParametricEntity
+from bt_manip.cell import ParametricEntity
+from bt_manip.parameters import Parameter
 from bt_manip.spatial import pointing_down
 
 RADIUS = 0.025  # [m]
@@ -30,22 +31,16 @@ class PushButton(ParametricEntity):
     category = "button"
     free = False
     defaults = {
-        "travel": 0.008,  # [m] of the cap
-        "force": 10.0,  # [N] at the end of the travel
-        "colour": (0.8, 0.1, 0.1),  # red, green and blue of the cap, from 0 to 1
+        "travel": Parameter("Travel of the cap", "m", 0.008, above=0.0, at_most=HOUSING),
+        "force": Parameter("Force at the end of the travel", "N", 10.0, above=0.0),
+        "colour": Parameter(
+            "Red, green and blue of the cap", "", (0.8, 0.1, 0.1), size=3, at_least=0.0, at_most=1.0
+        ),
     }
 
     def _make_model(self, name: str) -> None:
-        """Build the button.
-
-        Raises:
-            CellError: If travel or force is not positive, or the travel longer than the housing.
-        """
+        """Build the button."""
         travel, force, colour = (self._parameters[key] for key in self.defaults)
-        if not 0.0 < travel <= HOUSING:
-            raise CellError(f"travel must be above 0 and at most {HOUSING} m, got {travel!r}")
-        if not 0.0 < force < np.inf:
-            raise CellError(f"force must be a positive number [N], got {force!r}")
         self.travel = travel
         self.presses, self._down = 0, False
         self._mjcf_root = root = mjcf.RootElement(model=name)

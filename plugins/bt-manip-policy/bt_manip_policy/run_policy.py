@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -37,12 +37,13 @@ class RunPolicy(ArmBehaviour):
 
     model = Input(str, doc="File of the policy.")
     object = Input(str, default="", doc="Name of the object that the policy observes as 'object'.")
-    time_limit = Input(float, default=10.0, doc="Simulated time after which it fails [s].")
+    time_limit = Input(
+        float, default=10.0, doc="Simulated time after which it fails [s].", at_least=0.0
+    )
     policy_kind = Input(str, default="onnx", doc="Registered kind of the policy.")
 
     reports_time = True
 
-    amounts: ClassVar = {"time_limit": "s"}
     memory = (
         *ArmBehaviour.memory, "_time", "_motion", "_action", "_next", "_chunks",
     )  # fmt: skip
