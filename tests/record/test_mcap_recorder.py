@@ -508,11 +508,8 @@ def test_frames_have_their_times_and_poses_at_whole_seconds_too(make_run):
     scene = SceneMessages(cell.model, cell.data)
     times = [0, 10**7, 5 * 10**8, 10**9, 2 * 10**9, 2 * 10**9 + 10**7, 300 * 10**9]
     poses = [scene.copy_poses() for _ in times]
-    found = [
-        FrameTransforms.FromString(row.tobytes())
-        for _, rows in scene.movable_frames(times, poses)
-        for row in rows
-    ]
+    rows = scene.movable_frames(times, poses)
+    found = [FrameTransforms.FromString(row.tobytes()) for row in rows]
     hand = cell.data.body("panda/hand").xpos
     for time, message in zip(times, found, strict=True):
         stamps = {(one.timestamp.seconds, one.timestamp.nanos) for one in message.transforms}

@@ -12,6 +12,7 @@ import numpy as np
 from bt_manip.arm import tool_path
 from bt_manip.bt import NodeStatus, instance_to_xml
 from bt_manip.exceptions import BtManipError, require_extra
+from bt_manip.record.figures import LiveState
 from bt_manip.record.files import is_special, whole_file
 from bt_manip.record.identification import identify
 from bt_manip.record.report.run_report import versions
@@ -52,7 +53,7 @@ SNAPSHOT_INTERVAL = 5.0
 
 STATE = (
     '{"force":[%.6g,%.6g,%.6g],"torque":[%.6g,%.6g,%.6g],"grip_forces":[%s],"held":%s,'
-    '"saturated_steps":%d,"speed_scale":%.6g}'
+    '"gripped":%s,"saturated_steps":%d,"speed_scale":%.6g}'
 )
 """State of a robot after a tick [N, N m]; formatted in a fifth of a JSON encoder's time."""
 
@@ -112,11 +113,9 @@ class McapRecorder(RunObserver):
         from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
         from foxglove_schemas_protobuf.Log_pb2 import Log
 
-        from bt_manip.record.mcap.foxglove import FrameTemplates
         from bt_manip.record.mcap.mcap_file import McapFile
 
         self._run, self._cell, self._tree = run, run.station.cell, run.tree
-        self._templates = FrameTemplates()
         self._station = run.station
         self._shown: dict[str, Any] = {}  # the appearance of the entities, by name
         self._layout: dict[str, Any] | None = None
@@ -153,7 +152,7 @@ class McapRecorder(RunObserver):
             if self._images is not None:
                 self._images.bind(self._cell)
             cell = self._cell
-            self._scene = SceneMessages(cell.model, cell.data, cell.entities, self._templates)
+            self._scene = SceneMessages(cell.model, cell.data, cell.entities)
             for robot in self._robots:
                 robot.bind()
         self._write_scene()
@@ -225,11 +224,9 @@ class McapRecorder(RunObserver):
         poses = self._poses[:]  # the thread of the run may add one meanwhile
         del self._poses[: len(poses)]
         if poses:
-            times, numbers, copies = (list(column) for column in zip(*poses, strict=True))
+            times, numbers, copies = zip(*poses, strict=True)
             frames = self._scene.movable_frames([nanoseconds(time) for time in times], copies)
-            for block, messages in frames:
-                sequences = np.array(numbers[block])
-                self._file.add_all("/tf", np.array(times[block]), messages, sequences)
+            self._file.add_all("/tf", np.array(times), frames, np.array(numbers))
         for robot in self._robots:
             robot.encode()
 
@@ -299,20 +296,20 @@ class McapRecorder(RunObserver):
 
 
 class RobotChannel:
-    """Records one robot: joints at every control step, wrist and gripper at every tick."""
+    """Records one robot: joints at every control step, wrist and gripper at every tick.
+
+    Args:
+        file: The file.
+        cell: The `bt_manip.cell.Cell`.
+        commanded: The `bt_manip.runner.CommandedRobot`.
+        log: Copies its control steps.
+    """
 
     def __init__(self, file: "McapFile", cell: Any, commanded: Any, log: StepLog) -> None:
-        """Register its topics.
-
-        Args:
-            file: The file.
-            cell: The `bt_manip.cell.Cell`.
-            commanded: The `bt_manip.runner.CommandedRobot`.
-            log: Copies its control steps.
-        """
-        from bt_manip.record.mcap.protobuf import ControlStepTemplate, control_step_class
+        from bt_manip.record.mcap.protobuf import FREE, control_step_class, control_step_template
 
         self._file, self._cell, self._commanded = file, cell, commanded
+        self._live = LiveState(cell, commanded)
         joints, limits = commanded.robot.description.arm_joints, commanded.robot.limits
         given = {k: values for k, values in vars(limits).items() if values is not None}
         about = {"joints": list(joints), **{k: np.array(v).tolist() for k, v in given.items()}}
@@ -324,11 +321,9 @@ class RobotChannel:
         file.add_topic(self._state)
         self._log = log
         log.readers.append(self._copy_steps)
-        self._template = ControlStepTemplate(len(joints))
+        self._template, self._free = control_step_template(len(joints)), FREE
         self._copied: tuple[PendingSteps, int] = log.pending, 0  # how many of which
-        self._steps: list[bytes] = []
-        self._free: list[bool] = []
-        self._times: list[float] = []  # [s] of the control steps
+        self._steps = PendingSteps([], [], [])
         self._ticks: list[tuple[float, bytes, tuple[Any, ...]]] = []
 
     def bind(self) -> None:
@@ -343,12 +338,12 @@ class RobotChannel:
 
     def end_tick(self, time: float) -> None:
         """Copy the state of wrist and gripper at a simulated time [s]."""
-        commanded, gripper = self._commanded, self._commanded.gripper
+        live, gripper = self._live, self._commanded.gripper
         # A step leaves out cfrc_int where the model has no force sensor.
         mujoco.mj_rnePostConstraint(self._cell.model, self._data)
-        forces, held = ((), ()) if gripper is None else (gripper.forces, gripper.held)
-        saturated = commanded.controllers.controller.saturated_steps
-        state = forces, held, saturated, commanded.arm.speed_scale
+        held = () if gripper is None else gripper.held
+        grip = tuple(live.grip_forces), held, live.gripped
+        state = *grip, live.saturated_steps, self._commanded.arm.speed_scale
         self._ticks.append((time, b"".join(self._wrist), state))
 
     def _copy_steps(self, pending: PendingSteps) -> None:
@@ -357,29 +352,30 @@ class RobotChannel:
             known, start = self._copied
             new = slice(start if known is pending else 0, len(pending.touches))
             self._copied = pending, new.stop
-            self._steps += pending.rows[new]
-            self._times += pending.times[new]
-            self._free += [touch.free for touch in pending.touches[new]]
+            self._steps.times.extend(pending.times[new])
+            self._steps.rows.extend(pending.rows[new])
+            self._steps.touches.extend(pending.touches[new])
 
     def encode(self) -> None:
         """Add the messages of the copied states."""
         self._copy_steps(self._log.pending)
-        if self._times:
-            rows = np.frombuffer(b"".join(self._steps)).reshape(len(self._times), -1)
-            # The last three columns are the position of the tool.
-            messages = self._template.serialize(rows[:, :-3], self._free)
-            self._file.add_all(self._joints, np.array(self._times), messages)
-            self._steps, self._times, self._free = [], [], []
+        times, rows, touches = self._steps
+        if times:
+            numbers = np.frombuffer(b"".join(rows)).reshape(len(times), -1)
+            messages = self._template.serialize(numbers)
+            messages[:, self._free] = [touch.free for touch in touches]
+            self._file.add_all(self._joints, np.array(times), messages)
+            self._steps = PendingSteps([], [], [])
         ticks = self._ticks[:]
         del self._ticks[: len(ticks)]
         if not ticks:
             return
         wrenches = tool_wrenches(np.frombuffer(b"".join(wrist for _, wrist, _ in ticks)))
         texts = []
-        for (_, _, (forces, held, *rest)), wrench in zip(ticks, wrenches, strict=True):
-            grip = ",".join(["%.6g"] * len(forces)) % tuple(forces)
-            state = STATE % (*wrench, grip, json.dumps(held), *rest)
-            texts.append(state.encode())
+        for (_, _, (forces, held, gripped, *rest)), wrench in zip(ticks, wrenches, strict=True):
+            grip = ",".join(["%.17g"] * len(forces)) % forces
+            names = json.dumps(held), json.dumps(gripped)
+            texts.append((STATE % (*wrench, grip, *names, *rest)).encode())
         self._file.add_all(self._state, np.array([time for time, _, _ in ticks]), texts)
 
 

@@ -21,11 +21,12 @@ from mcap.records import Channel, Chunk, McapRecord, Message, Metadata, Schema
 from mcap.stream_reader import MAGIC_SIZE
 from mcap.writer import MCAP0_MAGIC
 
+from bt_manip.cell import NO_CONTACTS
 from bt_manip.exceptions import BtManipError, did_you_mean
 from bt_manip.record.mcap.mcap_recorder import TOPICS
 from bt_manip.record.mcap.protobuf import control_step_class
 from bt_manip.robots import JointLimits
-from bt_manip.runner import STEP_FIELDS, RunEvent, html_table
+from bt_manip.runner import STEP_FIELDS, RunEvent, StepBlock, html_table
 
 _RECORD_HEAD = struct.Struct("<BQ")  # opcode and length
 _MESSAGE_FIELDS = struct.Struct("<HIQQ")  # channel, sequence number, two times
@@ -37,6 +38,9 @@ _IN_CHUNK: dict[int, Callable[[ReadDataStream, int], Any]] = {
     Opcode.CHANNEL: lambda stream, length: Channel.read(stream),
     Opcode.MESSAGE: Message.read,
 }
+
+_TOUCHING = NO_CONTACTS._replace(free=False)
+_UNKNOWN = [np.nan] * 3
 
 MAX_CHUNK = 1 << 29
 """Largest size of a chunk, or of another record, that is read [bytes]; usual ones have 1 MB."""
@@ -164,31 +168,43 @@ class Recording:
             (robot,) = self.joints
         if robot not in self.joints:
             raise BtManipError(f"{self.path} has the robots {', '.join(self.joints)}, not {robot}")
+        block = self.step_block(robot)
+        steps = {name: getattr(block, name) for name in ("t", *STEP_FIELDS)}
+        return steps | {"free": np.array([touch.free for touch in block.touches], dtype=bool)}
+
+    def step_block(self, robot: str) -> StepBlock:
+        """Return all control steps of a robot.
+
+        Their contacts only tell whether grippers and the entities they hold touched only each
+        other. The tool's positions are NaN in older recordings.
+        """
         parse = control_step_class().FromString
-        times, rows, free = [], [], []
+        times, rows, tool, touches = [], [], [], []
         with self.decoding():
             for time, _, data in self.messages(f"/robots/{robot}/joints"):
                 step = parse(data)
                 times.append(time)
                 rows.append([list(getattr(step, name)) for name in STEP_FIELDS])
-                free.append(step.free)
-            shape = len(rows), len(STEP_FIELDS), len(self.joints[robot])
-            columns = np.array(rows, dtype=float).reshape(shape)
-        steps = {"t": np.array(times)} | {n: columns[:, i] for i, n in enumerate(STEP_FIELDS)}
-        return steps | {"free": np.array(free, dtype=bool)}
+                tool.append(list(step.tool) or _UNKNOWN)
+                touches.append(NO_CONTACTS if step.free else _TOUCHING)
+            n = len(rows)
+            shape = n, len(STEP_FIELDS), len(self.joints[robot])
+            columns: Any = np.array(rows, dtype=float).reshape(shape).transpose(1, 0, 2)
+            fields = dict(zip(STEP_FIELDS, columns, strict=True))
+            place = np.array(tool).reshape(n, 3)
+            return StepBlock(t=np.array(times), tool=place, touches=touches, **fields)
 
-    def steps_of_all(self) -> tuple[np.ndarray, dict[str, dict[str, np.ndarray]]]:
-        """Return the times [s] of the control steps that all robots have, and `control_steps`.
+    def step_blocks(self) -> dict[str, StepBlock]:
+        """Return the control steps that all robots have, by robot.
 
         Raises:
             BtManipError: If there are none.
         """
-        steps = {robot: self.control_steps(robot) for robot in self.joints}
-        n = min((len(one["t"]) for one in steps.values()), default=0)  # a cut file may differ
+        blocks = {robot: self.step_block(robot) for robot in self.joints}
+        n = min((len(block.t) for block in blocks.values()), default=0)  # a cut file may differ
         if not n:
             raise BtManipError(f"{self.path} has no control steps")
-        cut = {name: {k: v[:n] for k, v in one.items()} for name, one in steps.items()}
-        return next(iter(cut.values()))["t"], cut
+        return {name: block.part(0, n) for name, block in blocks.items()}
 
     def records(self) -> Iterator[McapRecord]:
         """Iterate over the library's records of the complete chunks."""

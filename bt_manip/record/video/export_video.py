@@ -139,7 +139,7 @@ def write_video(
         for time, leaves in zip(times.tolist(), running, strict=True):
             scene.seek(time)
             shown.update()
-            text = overlay_text(time, [one["name"] for one in leaves]) if overlay else ""
+            text = overlay_text(time, [leaf.name for leaf in leaves]) if overlay else ""
             video.add(time - scene.times[0], renderer.frame(shown.data, number, text))
 
 

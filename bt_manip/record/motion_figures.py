@@ -1,12 +1,12 @@
-"""Records of one robot in a run."""
+"""Figures of the motion of one robot, from its control steps."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import astuple
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from bt_manip.record.report.run_report import CycleLimitUse, RobotCycle, TrackingPeak
+from bt_manip.record.report.run_report import CycleLimitUse, RobotCycle
 from bt_manip.robots import JointLimits
 from bt_manip.runner import StepBlock
 
@@ -60,20 +60,29 @@ class Peak(NamedTuple):
     after_contact: float | None  # [s]
 
 
+class StepFigures(NamedTuple):
+    """Figures of each control step of a block."""
+
+    error: np.ndarray
+    """Tracking error: position minus reference [rad].  # (n, nq)"""
+    free: np.ndarray
+    """Whether it moved, grippers and the entities they hold touching only each other.  # (n,)"""
+    use: np.ndarray
+    """Largest fraction of each kind of limit, as in `CycleLimitUse`.  # (n, 5)"""
+
+
 class MotionStatistics:
-    """Maxima over control steps, updated in blocks of steps.
+    """Maxima over control steps, updated in blocks of steps of any length.
 
     Differences between steps (jerk, torque rate, tool speed) are also taken between blocks and
     between cycles.
+
+    Args:
+        limits: Limits that the fractions refer to.
+        dt: Time between two steps [s].
     """
 
     def __init__(self, limits: JointLimits, dt: float) -> None:
-        """Initialise without steps.
-
-        Args:
-            limits: Limits that the fractions refer to.
-            dt: Time between two steps [s].
-        """
         self._limits = limits
         self._dt = dt
         self._last: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
@@ -88,10 +97,8 @@ class MotionStatistics:
         self.peak: Peak | None = None
         self.deflection = 0.0  # [rad]
 
-    def update(self, block: StepBlock) -> None:
-        """Update the maxima with control steps."""
-        if not block.touches:
-            return
+    def update(self, block: StepBlock) -> StepFigures:
+        """Update the maxima with control steps, at least one, and return the figures of each."""
         a_ref, tau, tool = block.a_ref, block.tau, block.tool
         if self._last is None:
             self._last = (a_ref[0], tau[0], tool[0])
@@ -103,10 +110,12 @@ class MotionStatistics:
         use = limit_use(self._limits, block.q_ref, block.v_ref, a_ref, jerk, tau)
         self._use = np.maximum(self._use, use.max(axis=0))
         self.torque_rate = max(self.torque_rate, float(np.abs(torque_rate).max()))
-        self.tool_speed = max(self.tool_speed, float(np.linalg.norm(velocity, axis=1).max()))
+        speed = np.linalg.norm(velocity, axis=1).max()
+        self.tool_speed = float(np.maximum(self.tool_speed, speed))  # NaN where it is unknown
         untouched = np.array([touch.free for touch in block.touches])
         free = untouched & block.v_ref.any(axis=1)
-        errors = np.abs(block.q - block.q_ref)
+        signed = block.q - block.q_ref
+        errors = np.abs(signed)
         error = errors.max(axis=1)
         recent = np.concatenate([self._recent, np.column_stack([use[:, -1], ~untouched])])
         if free.any():
@@ -117,6 +126,7 @@ class MotionStatistics:
                 self.peak = Peak(float(error[step]), joint, time, *self._preceding(before))
         self._recent = recent[len(block.touches) :]
         self.deflection = max(self.deflection, float(error[~free].max(initial=0.0)))
+        return StepFigures(signed, free, use)
 
     def _preceding(self, before: np.ndarray) -> tuple[float, float | None]:
         """Return the largest use of effort, and the time since the last contact [s]."""
@@ -135,95 +145,20 @@ class MotionStatistics:
         return CycleLimitUse(*(float(use) for use in self._use))
 
 
-class RobotLog:
-    """Computes the figures of a robot in each cycle.
-
-    Attributes:
-        name: The robot's name.
-        statistics: Maxima over its control steps.
-        grip: Least of the gripper's forces at the end of the last Grasp that held something [N],
-            or None.
-        picked: Names of the objects gripped in this cycle.
-    """
-
-    def __init__(self, cell: Any, robot: Any) -> None:
-        """Bind to a robot.
-
-        Args:
-            cell: The `bt_manip.cell.Cell`.
-            robot: The `bt_manip.runner.CommandedRobot`.
-        """
-        self.name = robot.name
-        self._cell, self._robot = cell, robot
-        self.statistics = MotionStatistics(robot.robot.limits, cell.dt)
-        self.begin()
-
-    def begin(self) -> None:
-        """Start a cycle."""
-        self._start = self._cell.time
-        self.statistics.begin()
-        self.grip: float | None = None
-        self.picked: list[str] = []
-        self._saturated_before = self._robot.controller.saturated_steps
-
-    def grasped(self) -> None:
-        """Record the grip force at the end of a Grasp, if it holds something."""
-        if self.gripped():
-            self.grip = min(self._robot.gripper.forces, default=None)
-
-    def gripped(self) -> list[str]:
-        """Record and return the objects that are gripped now: held by a closed gripper.
-
-        As for behaviours, the force does not matter.
-        """
-        gripper = self._robot.gripper
-        if gripper is None or not gripper.gripping:
-            return []
-        names = [name for name in gripper.held if self._cell.is_free(name)]
-        self.picked += [name for name in names if name not in self.picked]
-        return names
-
-    def cycle(self, leaf_at: Callable[[float], str]) -> RobotCycle:
-        """Return the figures of the cycle.
-
-        Args:
-            leaf_at: Returns the name of the action leaf that ran at a time of the cycle [s].
-        """
-        statistics = self.statistics
-        return RobotCycle(
-            picked=tuple(self.picked),
-            grip_force_n=self.grip,
-            max_tracking_error_rad=statistics.tracking_error,
-            tracking_peak=self._tracking_peak(leaf_at),
-            max_deflection_rad=statistics.deflection,
-            limits=statistics.limit_use,
-            saturated_steps=self._robot.controller.saturated_steps - self._saturated_before,
-            max_torque_rate_nm_s=statistics.torque_rate,
-            max_tool_speed_m_s=statistics.tool_speed,
-        )
-
-    def _tracking_peak(self, leaf_at: Callable[[float], str]) -> TrackingPeak | None:
-        peak = self.statistics.peak
-        if peak is None:
-            return None
-        time = round(peak.time - self._start, 6)
-        joint = self._robot.robot.description.arm_joints[peak.joint]
-        return TrackingPeak(joint, leaf_at(time), time, peak.effort, peak.after_contact)
-
-
-def combined(robots: Iterable[RobotCycle]) -> dict[str, Any]:
-    """Return the figures of a cycle over all robots, by the fields of `CycleReport`."""
+def combined(robots: Iterable[RobotCycle]) -> RobotCycle:
+    """Return the figures of a cycle over all robots: maxima, sums, or the least grip force."""
     cycles = list(robots)
     limits = np.array([astuple(cycle.limits) for cycle in cycles]).max(axis=0)
     grips = [c.grip_force_n for c in cycles if c.grip_force_n is not None]
     worst = max(cycles, key=lambda cycle: cycle.max_tracking_error_rad or 0.0)
-    return {
-        "grip_force_n": min(grips, default=None),
-        "max_tracking_error_rad": worst.max_tracking_error_rad,
-        "tracking_peak": worst.tracking_peak,
-        "max_deflection_rad": max(cycle.max_deflection_rad for cycle in cycles),
-        "limits": CycleLimitUse(*limits.tolist()),
-        "saturated_steps": sum(cycle.saturated_steps for cycle in cycles),
-        "max_torque_rate_nm_s": max(cycle.max_torque_rate_nm_s for cycle in cycles),
-        "max_tool_speed_m_s": max(cycle.max_tool_speed_m_s for cycle in cycles),
-    }
+    return RobotCycle(
+        picked=tuple(dict.fromkeys(name for cycle in cycles for name in cycle.picked)),
+        grip_force_n=min(grips, default=None),
+        max_tracking_error_rad=worst.max_tracking_error_rad,
+        tracking_peak=worst.tracking_peak,
+        max_deflection_rad=max(cycle.max_deflection_rad for cycle in cycles),
+        limits=CycleLimitUse(*limits.tolist()),
+        saturated_steps=sum(cycle.saturated_steps for cycle in cycles),
+        max_torque_rate_nm_s=max(cycle.max_torque_rate_nm_s for cycle in cycles),
+        max_tool_speed_m_s=max(cycle.max_tool_speed_m_s for cycle in cycles),
+    )
