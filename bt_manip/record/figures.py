@@ -3,18 +3,24 @@
 The report of a run feeds them while it goes on, the reader of its recording from the file.
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any, NamedTuple, Protocol
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import astuple, dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from bt_manip.bt.nodes import NodeKind
-from bt_manip.record.motion_figures import MotionStatistics, combined
-from bt_manip.record.report.run_report import Phase, RobotCycle, TrackingPeak
+from bt_manip.record.report.run_report import CycleLimitUse, Phase, RobotCycle, TrackingPeak
 from bt_manip.robots import JointLimits
-from bt_manip.runner import RunEvent, RunObserver
+from bt_manip.runner import RunEvent, RunObserver, StepBlock
 
 GRASP = "Grasp"
 """Registered name of the behaviour after which the grip force is measured."""
+
+
+BEFORE_PEAK = 0.1
+"""Time before a tracking error in which its cause is looked for: four time constants of the
+computed torque controller's default poles [s]."""
 
 
 class Interval(NamedTuple):
@@ -113,91 +119,191 @@ def _nodes(described: Sequence[Mapping[str, Any]]) -> dict[int, LoggedNode]:
     return nodes
 
 
-class RobotState(Protocol):
-    """State of a robot's gripper and controller between two ticks."""
-
-    @property
-    def grip_forces(self) -> Sequence[float]:
-        """Forces of the gripper's fingers [N]."""
-
-    @property
-    def gripped(self) -> Sequence[str]:
-        """Names of the objects that a closed gripper holds, with whatever force."""
-
-    @property
-    def saturated_steps(self) -> int:
-        """Control steps since the start of the run in which an effort was clipped."""
-
-
-class LiveState:
-    """The `RobotState` of a robot now, read from the physics when it is asked.
+def limit_use(
+    limits: JointLimits,
+    q_ref: np.ndarray,
+    v_ref: np.ndarray,
+    a_ref: np.ndarray,
+    jerk: np.ndarray,
+    tau: np.ndarray,
+) -> np.ndarray:
+    """Return the largest fraction of each kind of limit that a joint uses in each control step.
 
     Args:
-        cell: The `bt_manip.cell.Cell`.
-        commanded: The `bt_manip.runner.CommandedRobot` in it.
+        limits: Limits that the fractions refer to.
+        q_ref: Reference position [rad].  # (n, nq), as all others
+        v_ref: Reference velocity [rad/s].
+        a_ref: Reference acceleration [rad/s2].
+        jerk: Reference jerk [rad/s3].
+        tau: Torque [N m].
+
+    Returns:
+        A column for each field of `CycleLimitUse`.  # (n, 5)
+    """
+    # A joint without bounds has no use of its range.
+    half_range = (limits.upper - limits.lower) / 2.0
+    bounded = np.isfinite(half_range)
+    centre = np.add(limits.upper, limits.lower, where=bounded, out=np.zeros_like(limits.upper))
+    used = (
+        (q_ref - centre / 2.0, np.where(bounded, half_range, np.inf)),
+        (v_ref, limits.velocity_at(q_ref, v_ref)),
+        (a_ref, limits.acceleration),
+        (jerk, limits.jerk),
+        (tau, limits.effort),
+    )
+    return np.stack([np.abs(x / most).max(axis=1) for x, most in used], axis=1)
+
+
+class Peak(NamedTuple):
+    """The largest tracking error, as in `TrackingPeak`."""
+
+    error: float  # [rad]
+    joint: int  # from 0
+    time: float  # [s] simulated
+    effort: float
+    after_contact: float | None  # [s]
+
+
+class StepFigures(NamedTuple):
+    """Figures of each control step of a block."""
+
+    error: np.ndarray
+    """Tracking error: position minus reference [rad].  # (n, nq)"""
+    free: np.ndarray
+    """Whether it moved, grippers and the entities they hold touching only each other.  # (n,)"""
+    use: np.ndarray
+    """Largest fraction of each kind of limit, as in `CycleLimitUse`.  # (n, 5)"""
+
+
+class MotionStatistics:
+    """Maxima over control steps, updated in blocks of steps of any length.
+
+    Differences between steps (jerk, torque rate, tool speed) are also taken between blocks and
+    between cycles.
+
+    Args:
+        limits: Limits that the fractions refer to.
+        dt: Time between two steps [s].
     """
 
-    def __init__(self, cell: Any, commanded: Any) -> None:
-        self._cell, self._commanded = cell, commanded
-        self._saturated_before = commanded.controller.saturated_steps
+    def __init__(self, limits: JointLimits, dt: float) -> None:
+        self._limits = limits
+        self._dt = dt
+        self._last: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
+        self._recent = np.zeros((round(BEFORE_PEAK / dt), 2))  # use of effort, whether it touched
+        self.begin()
+
+    def begin(self) -> None:
+        """Reset the maxima; the last step is kept for differences."""
+        self._use = np.zeros(5)  # position, velocity, acceleration, jerk, effort
+        self.torque_rate = 0.0  # [N m/s]
+        self.tool_speed = 0.0  # [m/s]
+        self.peak: Peak | None = None
+        self.deflection = 0.0  # [rad]
+
+    def update(self, block: StepBlock) -> StepFigures:
+        """Update the maxima with control steps, at least one, and return the figures of each."""
+        a_ref, tau, tool = block.a_ref, block.tau, block.tool
+        if self._last is None:
+            self._last = (a_ref[0], tau[0], tool[0])
+        jerk, torque_rate, velocity = (
+            np.diff(rows, axis=0, prepend=last[None]) / self._dt
+            for rows, last in zip((a_ref, tau, tool), self._last, strict=True)
+        )
+        self._last = (a_ref[-1].copy(), tau[-1].copy(), tool[-1].copy())
+        use = limit_use(self._limits, block.q_ref, block.v_ref, a_ref, jerk, tau)
+        self._use = np.maximum(self._use, use.max(axis=0))
+        self.torque_rate = max(self.torque_rate, float(np.abs(torque_rate).max()))
+        speed = np.linalg.norm(velocity, axis=1).max()
+        self.tool_speed = float(np.maximum(self.tool_speed, speed))  # NaN where it is unknown
+        untouched = np.array([touch.free for touch in block.touches])
+        free = untouched & block.v_ref.any(axis=1)
+        signed = block.q - block.q_ref
+        errors = np.abs(signed)
+        error = errors.max(axis=1)
+        recent = np.concatenate([self._recent, np.column_stack([use[:, -1], ~untouched])])
+        if free.any():
+            step = int(np.where(free, error, -1.0).argmax())
+            if self.peak is None or error[step] > self.peak.error:
+                before = recent[step + 1 : step + 1 + len(self._recent)]
+                joint, time = int(errors[step].argmax()), float(block.t[step])
+                self.peak = Peak(float(error[step]), joint, time, *self._preceding(before))
+        self._recent = recent[len(block.touches) :]
+        self.deflection = max(self.deflection, float(error[~free].max(initial=0.0)))
+        return StepFigures(signed, free, use)
+
+    def _preceding(self, before: np.ndarray) -> tuple[float, float | None]:
+        """Return the largest use of effort, and the time since the last contact [s]."""
+        touched = np.flatnonzero(before[:, 1])
+        after = (len(before) - 1 - int(touched[-1])) * self._dt if len(touched) else None
+        return float(before[:, 0].max()), after
 
     @property
-    def grip_forces(self) -> Sequence[float]:
-        """Forces of the gripper's fingers [N]."""
-        gripper = self._commanded.gripper
-        return () if gripper is None else gripper.forces
+    def tracking_error(self) -> float | None:
+        """Largest tracking error in free motion [rad]."""
+        return self.peak and self.peak.error
 
     @property
-    def gripped(self) -> Sequence[str]:
-        """Names of the objects that a closed gripper holds, with whatever force."""
-        gripper = self._commanded.gripper
-        if gripper is None or not gripper.gripping:
-            return ()
-        return [name for name in gripper.held if self._cell.is_free(name)]
-
-    @property
-    def saturated_steps(self) -> int:
-        """Control steps since the start of the run in which an effort was clipped."""
-        return self._commanded.controller.saturated_steps - self._saturated_before
+    def limit_use(self) -> CycleLimitUse:
+        """Largest fraction of each kind of limit."""
+        return CycleLimitUse(*(float(use) for use in self._use))
 
 
-class RobotFigures:
+class RobotState(NamedTuple):
+    """State of a robot's gripper and controller between two ticks."""
+
+    grip_forces: Sequence[float] = ()
+    """Forces of the gripper's fingers [N]."""
+    gripped: Sequence[str] = ()
+    """Names of the objects that a closed gripper holds, with whatever force."""
+    saturated_steps: int = 0
+    """Control steps so far in which an effort was clipped."""
+
+
+def live_state(cell: Any, commanded: Any) -> RobotState:
+    """Return the present state of a `bt_manip.runner.CommandedRobot` in a `bt_manip.cell.Cell`."""
+    gripper, saturated = commanded.gripper, commanded.controller.saturated_steps
+    if gripper is None:
+        return RobotState(saturated_steps=saturated)
+    gripped = [n for n in gripper.held if cell.is_free(n)] if gripper.gripping else ()
+    return RobotState(tuple(gripper.forces), gripped, saturated)
+
+
+class RobotFigures(MotionStatistics):
     """Figures of a robot in each cycle.
 
     Args:
         joints: Names of its joints.
         limits: Their limits.
         dt: Time between two control steps [s].
-        state: Its state now.
-
-    Attributes:
-        statistics: Maxima over its control steps.
-        state: Its state now.
+        state: Returns its present state.
     """
 
     def __init__(
-        self, joints: Sequence[str], limits: JointLimits, dt: float, state: RobotState
+        self,
+        joints: Sequence[str],
+        limits: JointLimits,
+        dt: float,
+        state: Callable[[], RobotState],
     ) -> None:
-        self.statistics = MotionStatistics(limits, dt)
-        self.state = state
-        self._joints = joints
-        self.begin()
+        self._joints, self._state = joints, state
+        super().__init__(limits, dt)
 
     def begin(self) -> None:
         """Begin a cycle."""
-        self.statistics.begin()
+        super().begin()
         self._grip: float | None = None
         self._picked: dict[str, None] = {}  # an ordered set
-        self._saturated_before = self.state.saturated_steps
+        self._saturated_before = self._state().saturated_steps
 
     def grasped(self) -> None:
         """Record the grip force at the end of a Grasp, if it holds something."""
         if self.gripped():
-            self._grip = min(self.state.grip_forces, default=None)
+            self._grip = min(self._state().grip_forces, default=None)
 
     def gripped(self) -> Sequence[str]:
         """Record and return the objects that are gripped now; to be called after each tick."""
-        names = self.state.gripped
+        names = self._state().gripped
         self._picked.update(dict.fromkeys(names))
         return names
 
@@ -208,7 +314,7 @@ class RobotFigures:
             start: Simulated time of its start [s].
             leaf_at: Returns the name of the action leaf that ran at a time of the cycle [s].
         """
-        statistics, peak, tracking = self.statistics, self.statistics.peak, None
+        peak, tracking = self.peak, None
         if peak is not None:
             time = _seconds(peak.time - start)
             about = time, peak.effort, peak.after_contact
@@ -216,14 +322,33 @@ class RobotFigures:
         return RobotCycle(
             picked=tuple(self._picked),
             grip_force_n=self._grip,
-            max_tracking_error_rad=statistics.tracking_error,
+            max_tracking_error_rad=self.tracking_error,
             tracking_peak=tracking,
-            max_deflection_rad=statistics.deflection,
-            limits=statistics.limit_use,
-            saturated_steps=self.state.saturated_steps - self._saturated_before,
-            max_torque_rate_nm_s=statistics.torque_rate,
-            max_tool_speed_m_s=statistics.tool_speed,
+            max_deflection_rad=self.deflection,
+            limits=self.limit_use,
+            saturated_steps=self._state().saturated_steps - self._saturated_before,
+            max_torque_rate_nm_s=self.torque_rate,
+            max_tool_speed_m_s=self.tool_speed,
         )
+
+
+def combined(robots: Iterable[RobotCycle]) -> RobotCycle:
+    """Return the figures of a cycle over all robots: maxima, sums, or the least grip force."""
+    cycles = list(robots)
+    limits = np.array([astuple(cycle.limits) for cycle in cycles]).max(axis=0)
+    grips = [c.grip_force_n for c in cycles if c.grip_force_n is not None]
+    worst = max(cycles, key=lambda cycle: cycle.max_tracking_error_rad or 0.0)
+    return RobotCycle(
+        picked=tuple(dict.fromkeys(name for cycle in cycles for name in cycle.picked)),
+        grip_force_n=min(grips, default=None),
+        max_tracking_error_rad=worst.max_tracking_error_rad,
+        tracking_peak=worst.tracking_peak,
+        max_deflection_rad=max(cycle.max_deflection_rad for cycle in cycles),
+        limits=CycleLimitUse(*limits.tolist()),
+        saturated_steps=sum(cycle.saturated_steps for cycle in cycles),
+        max_torque_rate_nm_s=max(cycle.max_torque_rate_nm_s for cycle in cycles),
+        max_tool_speed_m_s=max(cycle.max_tool_speed_m_s for cycle in cycles),
+    )
 
 
 @dataclass(frozen=True)
@@ -257,9 +382,9 @@ class CycleFigures(RobotCycle):
 class RunFigures:
     """Figures of the present cycle of a run.
 
-    They are fed with what happened, in this order: the events of `kinds` (`handle`), with the
-    control steps before the start and the end of a cycle (`RobotFigures.statistics`) and the
-    robots' states after each tick (`RobotFigures.gripped`).
+    Feed them in the order of time with the events of `kinds` (`handle`), before each start and end
+    of a cycle with the control steps until then (`RobotFigures.update`), and call
+    `RobotFigures.gripped` after each tick.
 
     Args:
         robots: Figures of each robot, by name.
@@ -267,7 +392,6 @@ class RunFigures:
         ended: Called with each execution of a node.
 
     Attributes:
-        robots: Figures of each robot, by name.
         executions: Executions of the tree's nodes.
     """
 

@@ -8,7 +8,6 @@ import subprocess
 import sys
 import textwrap
 from datetime import datetime
-from io import BytesIO
 from pathlib import Path
 
 import mujoco
@@ -21,7 +20,6 @@ from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from foxglove_schemas_protobuf.TriangleListPrimitive_pb2 import TriangleListPrimitive
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 from mcap.reader import make_reader
-from mcap.writer import CompressionType, Writer
 
 from bt_manip import build_station
 from bt_manip.behaviours import MoveToConfiguration, RemoveObject, SpawnObject
@@ -30,7 +28,6 @@ from bt_manip.exceptions import BtManipError
 from bt_manip.record import McapRecorder, Recorder, Recording, RecordingError
 from bt_manip.record.mcap import mcap_recorder
 from bt_manip.record.mcap.foxglove import SceneMessages, serialized_points
-from bt_manip.record.mcap.mcap_file import BlockWriter
 from bt_manip.record.mcap.mcap_recorder import tool_wrenches
 from bt_manip.runner import RunObserver
 from bt_manip.scenes import two_arms
@@ -315,30 +312,6 @@ def test_a_layout_that_cannot_be_written_does_not_end_the_run(make_run, tmp_path
     (tmp_path / "run.layout.json").mkdir()
     make_run(Sleep(msec=20)).execute([McapRecorder(tmp_path / "run.mcap")])
     assert Recording(tmp_path / "run.mcap").complete
-
-
-def test_blocks_of_messages_are_written_as_the_librarys_writer_writes_them_one_by_one():
-    times = [5, 3, 9, 9, 12, 1]
-    data = [bytes([t]) * 40 for t in times]
-    rows = np.frombuffer(b"".join(data), dtype=np.uint8).reshape(len(data), -1)
-    expected, found = BytesIO(), BytesIO()
-    library, ours = Writer(expected, 1 << 30, CompressionType.LZ4), BlockWriter(found)
-    library.start("", "bt-manip")
-    for writer in (library, ours):
-        writer.add_metadata("run", {"seed": "7"})
-        schema = writer.register_schema("s", "jsonschema", b"{}")
-        for topic in ("a", "b"):
-            channel = writer.register_channel(topic, "json", schema, {"joints": "[]"})
-            if writer is ours:
-                ours.add_messages(channel, times[:1], data[:1])
-                ours.add_block(channel, np.array(times[1:4]), rows[1:4])
-                ours.add_messages(channel, times[4:], data[4:])
-            else:
-                for time, content in zip(times, data, strict=True):
-                    library.add_message(channel, time, content, time)
-            writer.flush()
-        writer.finish()
-    assert found.getvalue() == expected.getvalue()
 
 
 def test_a_full_disk_is_an_error_at_the_end_of_the_run(make_run):

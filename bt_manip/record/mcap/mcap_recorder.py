@@ -12,7 +12,7 @@ import numpy as np
 from bt_manip.arm import tool_path
 from bt_manip.bt import NodeStatus, instance_to_xml
 from bt_manip.exceptions import BtManipError, require_extra
-from bt_manip.record.figures import LiveState
+from bt_manip.record.figures import live_state
 from bt_manip.record.files import is_special, whole_file
 from bt_manip.record.identification import identify
 from bt_manip.record.report.run_report import versions
@@ -226,7 +226,7 @@ class McapRecorder(RunObserver):
         if poses:
             times, numbers, copies = zip(*poses, strict=True)
             frames = self._scene.movable_frames([nanoseconds(time) for time in times], copies)
-            self._file.add_all("/tf", np.array(times), frames, np.array(numbers))
+            self._file.add_all("/tf", np.array(times), frames, numbers)
         for robot in self._robots:
             robot.encode()
 
@@ -309,7 +309,7 @@ class RobotChannel:
         from bt_manip.record.mcap.protobuf import FREE, control_step_class, control_step_template
 
         self._file, self._cell, self._commanded = file, cell, commanded
-        self._live = LiveState(cell, commanded)
+        self._saturated_before = commanded.controller.saturated_steps
         joints, limits = commanded.robot.description.arm_joints, commanded.robot.limits
         given = {k: values for k, values in vars(limits).items() if values is not None}
         about = {"joints": list(joints), **{k: np.array(v).tolist() for k, v in given.items()}}
@@ -338,12 +338,13 @@ class RobotChannel:
 
     def end_tick(self, time: float) -> None:
         """Copy the state of wrist and gripper at a simulated time [s]."""
-        live, gripper = self._live, self._commanded.gripper
+        commanded, gripper = self._commanded, self._commanded.gripper
         # A step leaves out cfrc_int where the model has no force sensor.
         mujoco.mj_rnePostConstraint(self._cell.model, self._data)
         held = () if gripper is None else gripper.held
-        grip = tuple(live.grip_forces), held, live.gripped
-        state = *grip, live.saturated_steps, self._commanded.arm.speed_scale
+        forces, gripped, saturated = live_state(self._cell, commanded)
+        saturated -= self._saturated_before
+        state = forces, held, gripped, saturated, commanded.arm.speed_scale
         self._ticks.append((time, b"".join(self._wrist), state))
 
     def _copy_steps(self, pending: PendingSteps) -> None:

@@ -13,10 +13,11 @@ from bt_manip.record.figures import (
     Interval,
     LoggedNode,
     RobotFigures,
+    RobotState,
     RunFigures,
+    StepFigures,
 )
 from bt_manip.record.mcap.recording import Recording
-from bt_manip.record.motion_figures import StepFigures
 
 
 class RobotSeries(NamedTuple):
@@ -39,14 +40,6 @@ class RobotSeries(NamedTuple):
     """Speed scaling of the arm.  # (m,)"""
 
 
-class RecordedState(NamedTuple):
-    """A robot's state after a tick: a `bt_manip.record.figures.RobotState`."""
-
-    grip_forces: Sequence[float] = ()
-    gripped: Sequence[str] = ()
-    saturated_steps: int = 0
-
-
 class RecordedRobot:
     """Feeds the figures of a robot from its recording.
 
@@ -59,7 +52,9 @@ class RecordedRobot:
         self._joints, self._block = recording.joints[robot], recording.step_block(robot)
         self._states = [(t, state) for t, _, state in recording.messages(f"/robots/{robot}/state")]
         dt = recording.identity["time_step_s"]
-        self.figures = RobotFigures(self._joints, recording.limits[robot], dt, RecordedState())
+        self._state = RobotState()
+        limits = recording.limits[robot]
+        self.figures = RobotFigures(self._joints, limits, dt, lambda: self._state)
         self._parts: list[StepFigures] = []
         self._ticks = self._steps = 0  # that have been fed
 
@@ -68,9 +63,7 @@ class RecordedRobot:
         while self._ticks < len(self._states) and self._states[self._ticks][0] <= time:
             state = self._states[self._ticks][1]
             gripped = state.get("gripped", ())  # older recordings have none
-            self.figures.state = RecordedState(
-                state["grip_forces"], gripped, state["saturated_steps"]
-            )
+            self._state = RobotState(state["grip_forces"], gripped, state["saturated_steps"])
             self.figures.gripped()
             self._ticks += 1
 
@@ -79,7 +72,7 @@ class RecordedRobot:
         start = self._steps
         self._steps = end = int(np.searchsorted(self._block.t, time, side="right"))
         if end > start:
-            self._parts.append(self.figures.statistics.update(self._block.part(start, end)))
+            self._parts.append(self.figures.update(self._block.part(start, end)))
 
     def series(self) -> RobotSeries:
         """Return motion and gripper over time; all has been fed."""

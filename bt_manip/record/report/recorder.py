@@ -4,9 +4,10 @@ import hashlib
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
+from functools import partial
 from typing import Any
 
-from bt_manip.record.figures import LiveState, RobotFigures, RunFigures
+from bt_manip.record.figures import RobotFigures, RunFigures, live_state
 from bt_manip.record.identification import identify
 from bt_manip.record.report.node_log import NodeLog
 from bt_manip.record.report.report_file import ReportFile
@@ -71,8 +72,11 @@ class Recorder(RunObserver):
         self._time_start = self._time_now = cell.time
         robots = {
             name: RobotFigures(
-                one.robot.description.arm_joints, one.robot.limits, cell.dt, LiveState(cell, one)
-            )
+                one.robot.description.arm_joints,
+                one.robot.limits,
+                cell.dt,
+                partial(live_state, cell, one),
+            )  # fmt: skip
             for name, one in station.robots.items()
         }
         self._figures = RunFigures(robots, cell.time)
@@ -169,7 +173,7 @@ class Recorder(RunObserver):
     def _read(self, blocks: Mapping[str, StepBlock]) -> None:
         """Evaluate control steps."""
         for name, block in blocks.items():
-            self._figures.robots[name].statistics.update(block)
+            self._figures.robots[name].update(block)
         for touch in block.touches:  # those of the cell: the same for all robots
             if touch.unexpected:
                 self._unexpected.update(dict.fromkeys(touch.unexpected))
