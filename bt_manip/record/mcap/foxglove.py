@@ -45,8 +45,8 @@ def log_message(nanoseconds: int, level: str, name: str, message: str) -> bytes:
     Args:
         nanoseconds: Simulated time [ns].
         level: ``"INFO"``, ``"WARNING"`` or ``"ERROR"``.
-        name: Where it comes from.
-        message: The line.
+        name: Source of the line.
+        message: Text of the line.
     """
     log = Log(timestamp=timestamp_of(nanoseconds), name=name, message=message)
     log.level = Log.Level.Value(level)
@@ -62,7 +62,7 @@ class SceneMessages:
         entities: The entities by name.
 
     Attributes:
-        scene: What they show.
+        scene: The scene that they describe.
     """
 
     def __init__(
@@ -248,7 +248,7 @@ def path_line(name: str, nanoseconds: int, points: np.ndarray) -> bytes:
     """Return a serialized SceneUpdate that draws a line in the world until its removal.
 
     Args:
-        name: What the line belongs to.
+        name: Name of the robot that plans the path.
         nanoseconds: Simulated time [ns].
         points: Its points [m].  # (n, 3)
     """
@@ -264,7 +264,7 @@ def path_line(name: str, nanoseconds: int, points: np.ndarray) -> bytes:
 
 
 def removal() -> bytes:
-    """Return a serialized SceneUpdate that deletes all that its topic has shown."""
+    """Return a serialized SceneUpdate that deletes all entities of its topic."""
     update = SceneUpdate()
     update.deletions.add(type=SceneEntityDeletion.ALL)
     return update.SerializeToString()

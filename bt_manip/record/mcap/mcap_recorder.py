@@ -43,10 +43,10 @@ CAMERAS = "/cameras"
 """Topic of the cameras."""
 
 SNAPSHOTS = "/snapshots"
-"""Topic of the snapshots from which `Continuation` goes on."""
+"""Topic of the snapshots from which `Continuation` starts."""
 
 PATH_POINTS = 16
-"""Number of points of a drawn path: few, so that recording costs no more of a run."""
+"""Number of points of a drawn path: few, to keep recording cheap."""
 
 SNAPSHOT_INTERVAL = 5.0
 """Longest simulated time between two snapshots in a recording [s]."""
@@ -63,6 +63,15 @@ class McapRecorder(RunObserver):
 
     Joints, references and torques are recorded at every control step, the rest at every tick.
     All times are simulated times; only the metadata say on which date the run started.
+
+    Args:
+        path: The file to write.
+        cameras: Full names of the cameras whose images are recorded, separated by commas.
+        image_size: Their width and height [pixels].
+        image_fps: Images per simulated second.
+
+    Raises:
+        BtManipError: If the path or a package is missing.
     """
 
     suffix: ClassVar[str] = ".mcap"
@@ -79,17 +88,6 @@ class McapRecorder(RunObserver):
         image_size: str = "640x400",
         image_fps: float = 5.0,
     ) -> None:
-        """Check that there is a path, and the packages that are needed.
-
-        Args:
-            path: The file to write.
-            cameras: Full names of the cameras whose images are recorded, separated by commas.
-            image_size: Their width and height [pixels].
-            image_fps: Images per simulated second.
-
-        Raises:
-            BtManipError: If one of them is missing.
-        """
         if path is None:
             raise BtManipError("a recording needs a file to be written to: --record FILE.mcap")
         require_extra("record", "--record mcap", "mcap", "foxglove_schemas_protobuf")

@@ -1,4 +1,4 @@
-"""A run as its recording tells it: cycles, nodes, contacts and motion over time."""
+"""Cycles, nodes, contacts and motion of a recorded run over time."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

@@ -55,19 +55,17 @@ class Trace(RunObserver):
     While the run goes on, the file is a structured array in NumPy's NPY format with the same names,
     which grows; `read_trace` and ``np.load`` read both. At the end it is replaced by the archive,
     which has the names of the joints, too: ``joints``.
+
+    Args:
+        path: The file to write.
+
+    Raises:
+        BtManipError: When there is no path, or the file cannot be written.
     """
 
     suffix = ".npz"
 
     def __init__(self, path: Path | None) -> None:
-        """Check the path; the file is created when the run starts.
-
-        Args:
-            path: The file to write.
-
-        Raises:
-            BtManipError: When there is no path, or the file cannot be written.
-        """
         if path is None:
             raise BtManipError("a trace needs a file to be written to: --record trace=FILE.npz")
         check_writable(path, "trace")

@@ -35,7 +35,6 @@ class SceneModel:
     """
 
     def __init__(self, scene: RecordedScene) -> None:
-        """Compile all shapes and cameras that ever occur."""
         self._scene = scene
         spec = mujoco.MjSpec.from_string(Arena().mjcf_model.to_xml_string())
         for camera in spec.cameras:
