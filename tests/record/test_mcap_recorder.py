@@ -21,14 +21,12 @@ from foxglove_schemas_protobuf.TriangleListPrimitive_pb2 import TriangleListPrim
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 from mcap.reader import make_reader
 
-from bt_manip import build_station
 from bt_manip.behaviours import MoveToConfiguration, RemoveObject, SpawnObject
 from bt_manip.bt import AlwaysFailure, Fallback, Node, Script, Sequence, Sleep
 from bt_manip.exceptions import BtManipError
 from bt_manip.record import McapRecorder, Recorder, Recording, RecordingError
 from bt_manip.record.mcap import mcap_recorder
 from bt_manip.record.mcap.foxglove import SceneMessages, serialized_points
-from bt_manip.record.mcap.mcap_recorder import tool_wrenches
 from bt_manip.runner import RunObserver
 from bt_manip.scenes import two_arms
 from tests.run_fixtures import Listener
@@ -164,24 +162,6 @@ def test_the_wrench_is_that_of_the_robot(recorded):
         np.testing.assert_allclose(state["force"], wrench.force, rtol=1e-5, atol=1e-9)
         np.testing.assert_allclose(state["torque"], wrench.torque, rtol=1e-5, atol=1e-9)
         assert len(state["grip_forces"]) == 2 and isinstance(state["held"], list)
-
-
-def test_wrenches_of_many_ticks_are_those_of_each_one(parts):
-    station = build_station(parts)
-    station.cell.step(30)
-    robot, data = station.robot, station.cell.data
-    wrench = robot.wrist_wrench()
-    body, site = robot.wrist_body_id, robot.tool_site_id
-    root = station.cell.model.body_rootid[body]
-    parts_ = (
-        data.cfrc_int[body],
-        data.subtree_com[root],
-        data.site_xpos[site],
-        data.site_xmat[site],
-    )
-    twice = np.tile(np.concatenate(parts_), 2)
-    expected = np.concatenate([wrench.force, wrench.torque])
-    np.testing.assert_allclose(tool_wrenches(twice), [expected, expected], rtol=1e-12, atol=1e-12)
 
 
 def test_the_events_of_the_run_are_recorded(recorded):

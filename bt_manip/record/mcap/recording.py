@@ -100,7 +100,7 @@ class Recording:
 
     @contextmanager
     def decoding(self) -> Iterator[None]:
-        """Raise `BtManipError` if the block cannot decode messages: no recorder writes such ones."""
+        """Raise `BtManipError` if the block fails to decode messages."""
         try:
             yield
         except (

@@ -70,7 +70,7 @@ class NodeLog:
 
 
 def _plain(value: Any) -> Any:
-    """Convert a value to types of JSON, a pose to position [m] and rotation vector [rad] by axis."""
+    """Convert a value to types of JSON, a pose to position [m] and rotation vector [rad]."""
     if isinstance(value, pin.SE3):
         numbers = (*value.translation, *pin.log3(value.rotation))
         return {axis: float(n) + 0.0 for axis, n in zip(_AXES, numbers, strict=True)}  # no -0.0

@@ -85,8 +85,8 @@ class RobotCycle:
 
     Attributes:
         picked: Names of the objects that it gripped.
-        grip_force_n: Least of the gripper's forces at the end of its last Grasp that held an object,
-            whether it succeeded or not [N], or None.
+        grip_force_n: Least of the gripper's forces at the end of the last Grasp that held an
+            object, whether it succeeded or not [N], or None.
         max_tracking_error_rad: Largest difference between a joint and its reference while the
             reference moved and no robot touched anything but its held object, or None [rad].
         tracking_peak: Time, joint and possible causes of that error.
