@@ -3,6 +3,7 @@
 from .arena import OVERVIEW as OVERVIEW
 from .arena import Arena as Arena
 from .cell import Cell as Cell
+from .contacts.contact_monitor import NO_CONTACTS as NO_CONTACTS
 from .contacts.contact_monitor import ContactSummary as ContactSummary
 from .contacts.contact_monitor import MonitoredEntity as MonitoredEntity
 from .contacts.contacts import ContactEvent as ContactEvent

@@ -8,10 +8,11 @@ from typing import Any, Literal
 import numpy as np
 
 from bt_manip.bt import NodeStatus
+from bt_manip.bt.nodes import NodeKind
 from bt_manip.exceptions import ANY_BUT_INTERRUPT, did_you_mean, reason_of
 from bt_manip.faults import FaultError, FaultInjector, PlannedFault
 from bt_manip.plugins import load_plugins
-from bt_manip.record import PhaseLog
+from bt_manip.record import ExecutionLog, Interval, LoggedNode
 from bt_manip.runner import EPISODE_TIMEOUT, Run, RunLoop, RunObserver, prepare, request_of
 
 from .engine import WorkerDiedError
@@ -117,15 +118,13 @@ class StressTester:
                 f"tree '{self._tree}' declares no goal to judge it by; add one to its main "
                 '<BehaviorTree>, such as _goal="IsIn object={object} container=basket"'
             )
-        times: dict[Any, float] = {}
+        times: dict[LoggedNode, float] = {}
 
-        def add(node: Any, phase: Any) -> None:
-            if phase.duration_s > 0.0:
-                times[node] = times.get(node, 0.0) + phase.duration_s
+        def add(node: LoggedNode, interval: Interval, robot: str) -> None:
+            if node.kind == NodeKind.ACTION and interval.end > interval.start:
+                times[node] = times.get(node, 0.0) + interval.end - interval.start
 
-        run.tree.observers.append(log := PhaseLog(run.station.clock, add))
-        outcome, reason, _ = _run_cycle(run, 0)
-        run.tree.observers.remove(log)
+        outcome, reason, _ = _run_cycle(run, 0, ExecutionLog(add))
         if outcome != "recovered":
             raise FaultError(f"tree '{self._tree}' fails without any fault: {reason}")
         names = [node.name for node in times]

@@ -65,15 +65,14 @@ def status_of(data: Any) -> str:
 
 
 class HookTable:
-    """All hooks of a tree, changed by the thread of the publisher and obeyed by that of the run."""
+    """All hooks of a tree, changed by the thread of the publisher and obeyed by that of the run.
+
+    Args:
+        paused: Called by the run's thread when it waits at a breakpoint.
+        stop: Returns whether the run has to end, and so must not wait.
+    """
 
     def __init__(self, paused: Callable[[Node], None], stop: Callable[[], bool]) -> None:
-        """Make a table without hooks.
-
-        Args:
-            paused: Called by the run's thread when it waits at a breakpoint.
-            stop: Returns whether the run has to end, and so must not wait.
-        """
         self._paused, self._stop = paused, stop
         self._condition = Condition()
         self._hooks: dict[Key, Hook] = {}

@@ -41,6 +41,12 @@ class TransitionLog(RunObserver):
 
     The log ends when the tree is replaced by an edited one. When the disk is full, the run
     continues, and `run_ended` raises.
+
+    Args:
+        path: The file to write; an existing one is replaced.
+
+    Raises:
+        BtManipError: If there is no path.
     """
 
     suffix: ClassVar[str]
@@ -49,14 +55,6 @@ class TransitionLog(RunObserver):
     _file: IO[bytes]  # is locked, from `_open` on
 
     def __init__(self, path: Path | None) -> None:
-        """Check that there is a path.
-
-        Args:
-            path: The file to write; an existing one is replaced.
-
-        Raises:
-            BtManipError: If there is none.
-        """
         if path is None:
             raise BtManipError(f"a log needs a file to be written to: --record FILE{self.suffix}")
         self._path = path

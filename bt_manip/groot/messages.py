@@ -10,7 +10,7 @@ HEADER_LENGTH = 6
 PROTOCOL_VERSION = b"\x02"
 
 HIGHEST_UID = 0xFFFF
-"""Of the nodes that the protocol can name."""
+"""Largest uid of a node in the protocol."""
 
 
 class RequestError(Exception):

@@ -34,19 +34,19 @@ LARGEST_REQUEST = 1 << 18
 """Size of a part of a request above which the client is disconnected [bytes]."""
 
 LONGEST_VALUE = 10_000
-"""Characters of a text of the blackboard that are sent."""
+"""Largest number of characters of a blackboard text that are sent."""
 
 MOST_NAMES = 1000
-"""Names of sub-trees in a request that are looked up."""
+"""Largest number of names of sub-trees that are read from a request."""
 
 TRANSITIONS = 1000
 """Number of transitions that are kept for Groot2, as in the engine."""
 
 POLL = 20
-"""Longest time until the thread sends what the run has to tell [ms]."""
+"""Longest delay of a notification [ms]."""
 
 REST = 5e-4
-"""Pause after each request, so that a flood of them leaves the interpreter to the run [s]."""
+"""Pause after each request, so that many requests do not starve the run's thread [s]."""
 
 HEARTBEAT = 5.0
 """Time without a request after which hooks have no effect, as in the engine [s]."""
@@ -54,7 +54,7 @@ HEARTBEAT = 5.0
 
 @dataclass(frozen=True)
 class TreeImage:
-    """Data that do not change while a tree runs.
+    """Description of a tree that stays the same while it runs.
 
     Attributes:
         uuid: Sent with each reply; Groot2 reads the tree again when it is another one.
@@ -90,6 +90,15 @@ class GrootPublisher(RunObserver):
     The run's thread leaves the statuses of the nodes here after each tick and takes the hooks
     before the next one; it never waits for a client, except at a breakpoint. Then simulated time
     stands still, until Groot2 unlocks it, is closed, or the run is interrupted.
+
+    Args:
+        port: Port of the replies; notifications are sent at the next one.
+        tell: Called with a line when the run waits at a breakpoint.
+        stays: Whether it answers after the end of a run, for several runs one after the other,
+            until `close`.
+
+    Raises:
+        BtManipError: If a package is missing, or a port is taken.
     """
 
     kinds = ("tree", "status", "blackboard", "cycle", "tick")
@@ -101,17 +110,6 @@ class GrootPublisher(RunObserver):
         *,
         stays: bool = False,
     ) -> None:
-        """Bind the sockets: replies at the port, notifications at the next one.
-
-        Args:
-            port: The port.
-            tell: Called with a line when the run waits at a breakpoint.
-            stays: Whether it answers after the end of a run, for several runs one after the other,
-                until `close`.
-
-        Raises:
-            BtManipError: If a package is missing, or a port is taken.
-        """
         require_extra("groot", "--groot", "zmq", "msgpack")
         import zmq
 

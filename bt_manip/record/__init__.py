@@ -8,6 +8,10 @@ from typing import TYPE_CHECKING
 from bt_manip import lazy_exports
 
 if TYPE_CHECKING:
+    from bt_manip.record.figures import CycleFigures as CycleFigures
+    from bt_manip.record.figures import ExecutionLog as ExecutionLog
+    from bt_manip.record.figures import Interval as Interval
+    from bt_manip.record.figures import LoggedNode as LoggedNode
     from bt_manip.record.files import FileInUseError as FileInUseError
     from bt_manip.record.files import RecordingError as RecordingError
     from bt_manip.record.files import check_exists as check_exists
@@ -23,14 +27,11 @@ if TYPE_CHECKING:
     from bt_manip.record.mcap.continuation import RecordedInterventions as RecordedInterventions
     from bt_manip.record.mcap.export_mcap import write_mcap as write_mcap
     from bt_manip.record.mcap.mcap_recorder import McapRecorder as McapRecorder
-    from bt_manip.record.mcap.recorded_run import Interval as Interval
-    from bt_manip.record.mcap.recorded_run import RecordedCycle as RecordedCycle
     from bt_manip.record.mcap.recorded_run import RecordedRun as RecordedRun
     from bt_manip.record.mcap.recorded_run import running_leaves as running_leaves
     from bt_manip.record.mcap.recorded_scene import RecordedScene as RecordedScene
     from bt_manip.record.mcap.recording import Recording as Recording
     from bt_manip.record.mcap.timeline import Timeline as Timeline
-    from bt_manip.record.report.recorder import PhaseLog as PhaseLog
     from bt_manip.record.report.recorder import Recorder as Recorder
     from bt_manip.record.report.report_file import ReportFile as ReportFile
     from bt_manip.record.report.report_file import open_report_file as open_report_file
@@ -57,6 +58,7 @@ if TYPE_CHECKING:
 __getattr__ = lazy_exports(
     __name__,
     {
+        "bt_manip.record.figures": "CycleFigures ExecutionLog Interval LoggedNode",
         "bt_manip.record.files": (
             "FileInUseError RecordingError check_exists check_writable open_output reading "
             "whole_file writing"
@@ -66,11 +68,11 @@ __getattr__ = lazy_exports(
         "bt_manip.record.mcap.continuation": "Continuation RecordedInterventions",
         "bt_manip.record.mcap.export_mcap": "write_mcap",
         "bt_manip.record.mcap.mcap_recorder": "McapRecorder",
-        "bt_manip.record.mcap.recorded_run": "Interval RecordedCycle RecordedRun running_leaves",
+        "bt_manip.record.mcap.recorded_run": "RecordedRun running_leaves",
         "bt_manip.record.mcap.recorded_scene": "RecordedScene",
         "bt_manip.record.mcap.recording": "Recording",
         "bt_manip.record.mcap.timeline": "Timeline",
-        "bt_manip.record.report.recorder": "PhaseLog Recorder",
+        "bt_manip.record.report.recorder": "Recorder",
         "bt_manip.record.report.report_file": "ReportFile open_report_file read_report",
         "bt_manip.record.report.run_report": (
             "CycleReport GrippedObject LeafTime LeafUse RunReport TrackingPeak cpu_name versions"

@@ -28,7 +28,9 @@ class RunEvent(NamedTuple):
     ``edit``                ``problems`` of the edited file of the tree, a line for each; none when
                             the tree has been replaced
     ``cycle``               ``cycle``; ``status`` (``RUNNING`` when it starts), ``reason``
-    ``status``              ``uid``, ``path``, ``old``, ``status``, ``reason`` of a failure
+    ``status``              ``uid``, ``path``, ``old``, ``status``, ``reason`` of a failure; of
+                            nodes that are halted their last ``message``, of nodes that use a robot
+                            the ``robot``
     ``message``             ``uid``, ``path``, ``text``: the feedback message of a node that runs or
                             has succeeded, when it changes
     ``blackboard``          ``key`` with its sub-tree's path, ``value`` (None if unset), ``type``
@@ -160,7 +162,12 @@ class EventStream:
         if self._wanted("status"):
             reason = str(node.feedback_message) if new is NodeStatus.FAILURE else ""
             data = {"uid": node.uid, "path": node.path, "old": old.name, "status": new.name}
-            self.emit("status", {**data, "reason": reason})
+            data["reason"] = reason
+            if old is NodeStatus.RUNNING and new in (NodeStatus.IDLE, NodeStatus.SKIPPED):
+                data["message"] = str(node.feedback_message)
+            if robot := getattr(node, "robot_name", ""):
+                data["robot"] = robot
+            self.emit("status", data)
         if new is NodeStatus.SUCCESS and self._wanted("message"):
             self._emit_message(node)
 

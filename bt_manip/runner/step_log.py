@@ -33,6 +33,11 @@ class StepBlock(NamedTuple):
     tool: np.ndarray  # (n, 3)
     touches: list[Any]  # (n,) bt_manip.cell.ContactSummary
 
+    def part(self, start: int, end: int) -> "StepBlock":
+        """Return the steps from ``start`` to before ``end``."""
+        rows: Any = (column[start:end] for column in self)
+        return StepBlock(*rows)
+
 
 class PendingSteps(NamedTuple):
     """Growing lists of copied control steps."""

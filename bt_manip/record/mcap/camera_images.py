@@ -24,20 +24,18 @@ JPEG = {"qmin": "3", "qmax": "3"}
 class CameraImages:
     """Adds JPEG images of some cameras to a recording, as ``foxglove.CompressedImage``.
 
-    They have no shadows, reflections and smooth edges, which would take ten times as long.
+    They are rendered without shadows, reflections and anti-aliasing, ten times as fast.
+
+    Args:
+        cameras: Their full names.
+        size: Width and height of the images [pixels].
+        fps: Images per simulated second; an image is of the first tick at which it is due.
+
+    Raises:
+        BtManipError: If the rate is not above 0.
     """
 
     def __init__(self, cameras: Sequence[str], size: tuple[int, int], fps: float) -> None:
-        """Set the cameras.
-
-        Args:
-            cameras: Their full names.
-            size: Width and height of the images [pixels].
-            fps: Images per simulated second; an image is of the first tick at which it is due.
-
-        Raises:
-            BtManipError: If the rate is not above 0.
-        """
         if not fps > 0.0:
             raise BtManipError(f"image_fps is above 0, got {fps:g}")
         self._cameras, self._size, self._fps = cameras, size, fps

@@ -1,4 +1,4 @@
-"""Simulating on from any moment of a recorded run."""
+"""Continuing a recorded run from any of its moments."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -17,12 +17,11 @@ class RecordedInterventions(RunModifier):
     """Repeats the interventions of a recording at their ticks."""
 
     def __init__(self, recording: Recording) -> None:
-        """Read them."""
         self._decoding = recording.decoding
         self._recorded = [(event.time, event.data) for event in recording.events("intervention")]
 
     def run_started(self, run: Run) -> None:
-        """Leave out those before the present state of the run."""
+        """Skip the interventions before the present state of the run."""
         self._run, self._cell = run, run.station.cell
         start = self._cell.time - 0.5 * self._cell.dt
         self._left = [one for one in reversed(self._recorded) if one[0] > start]
@@ -35,7 +34,7 @@ class RecordedInterventions(RunModifier):
 
 
 class Continuation:
-    """A recorded run that is to go on from one of its moments.
+    """A recorded run to be continued from one of its moments.
 
     Attributes:
         recording: The recording.
@@ -88,13 +87,13 @@ class Continuation:
         return RunRequest(find_tree(fields.pop("tree"), trees), **fields, **others)
 
     def differences(self, run: Run) -> list[str]:
-        """Return differences from the time when a run was recorded, for warnings.
+        """Return the differences from the installation that recorded the run, as warnings.
 
         Args:
             run: The run, prepared by the same request.
 
         Raises:
-            BtManipError: If the files of tree, scene or robot are others than those recorded.
+            BtManipError: If a file of tree, scene or robot has changed since.
         """
         then, now = self.recording.identity, identify(run)
         files = {**then["sha256"], **now["sha256"]}

@@ -2,7 +2,8 @@
 
 from pathlib import Path
 
-from mcap.records import Channel, Message, Metadata, Schema
+from mcap.records import Channel, Chunk, Message, Metadata, Schema
+from mcap.stream_reader import breakup_chunk
 from mcap.writer import CompressionType, Writer
 
 from bt_manip.record.files import whole_file, writing
@@ -28,9 +29,12 @@ def write_mcap(recording: Recording, path: Path) -> None:
             elif isinstance(record, Channel) and record.id not in channels:
                 about = record.topic, record.message_encoding, schemas[record.schema_id]
                 channels[record.id] = writer.register_channel(*about, record.metadata)
-            elif isinstance(record, Message):
-                rest = record.log_time, record.data, record.publish_time, record.sequence
-                writer.add_message(channels[record.channel_id], *rest)
             elif isinstance(record, Metadata):
                 writer.add_metadata(record.name, record.metadata)
+            elif isinstance(record, Chunk):
+                for message in breakup_chunk(record):
+                    if isinstance(message, Message):
+                        rest = message.log_time, message.data, message.publish_time
+                        channel = channels[message.channel_id]
+                        writer.add_message(channel, *rest, message.sequence)
         writer.finish()

@@ -1,14 +1,13 @@
 """The scene of a cell as messages of Foxglove's schemas: geometry, frames and log lines."""
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from itertools import groupby
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from typing import Any
 
 import mujoco
 import numpy as np
 from foxglove_schemas_protobuf.Color_pb2 import Color
-from foxglove_schemas_protobuf.FrameTransform_pb2 import FrameTransform
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.Log_pb2 import Log
 from foxglove_schemas_protobuf.Point3_pb2 import Point3
@@ -46,8 +45,8 @@ def log_message(nanoseconds: int, level: str, name: str, message: str) -> bytes:
     Args:
         nanoseconds: Simulated time [ns].
         level: ``"INFO"``, ``"WARNING"`` or ``"ERROR"``.
-        name: Where it comes from.
-        message: The line.
+        name: Source of the line.
+        message: Text of the line.
     """
     log = Log(timestamp=timestamp_of(nanoseconds), name=name, message=message)
     log.level = Log.Level.Value(level)
@@ -57,8 +56,13 @@ def log_message(nanoseconds: int, level: str, name: str, message: str) -> bytes:
 class SceneMessages:
     """Frames and geometry of one compiled model.
 
+    Args:
+        model: The compiled model.
+        data: Its data.
+        entities: The entities by name.
+
     Attributes:
-        scene: What they show.
+        scene: The scene that they describe.
     """
 
     def __init__(
@@ -66,18 +70,8 @@ class SceneMessages:
         model: mujoco.MjModel,
         data: mujoco.MjData,
         entities: Mapping[str, Any] | None = None,
-        templates: "FrameTemplates | None" = None,
     ) -> None:
-        """Read the names and the movable bodies of a model.
-
-        Args:
-            model: The compiled model.
-            data: Its data.
-            entities: The entities by name.
-            templates: Serialized frames, to share with other models.
-        """
         self.scene = CellScene(model, data, entities)
-        self._templates = FrameTemplates() if templates is None else templates
         self._data, self._frames = data, self.scene.frames
         bodies = np.arange(1, model.nbody)
         movable = bodies[model.body_weldid[bodies] != 0]
@@ -98,30 +92,23 @@ class SceneMessages:
         """Return the present poses of the other bodies, for `movable_frames`."""
         return self._xpos.tobytes() + self._xquat.tobytes()
 
-    def movable_frames(
-        self, times: Sequence[int], poses: Sequence[bytes]
-    ) -> Iterator[tuple[slice, np.ndarray]]:
-        """Yield serialized FrameTransforms of the other bodies, many at once.
+    def movable_frames(self, times: Sequence[int], poses: Sequence[bytes]) -> np.ndarray:
+        """Return serialized FrameTransforms of the other bodies, one per row.
 
         Args:
-            times: Simulated times [ns].
-            poses: Results of `copy_poses` then.
-
-        Returns:
-            Blocks of messages of the same length, one per row: their range, and their bytes.
-        """
-        start = 0
-        stamps = [timestamp_of(time).SerializeToString() for time in times]
-        for length, group in groupby(stamps, len):
-            equal = list(group)
-            end = start + len(equal)
-            template, places = self._templates.get(self._movable_frames, times[start])
-            numbers = np.frombuffer(b"".join(poses[start:end])).reshape(end - start, -1)
-            data = template.serialize(numbers)
-            stamp = np.frombuffer(b"".join(equal), dtype=np.uint8).reshape(end - start, 1, length)
-            data[:, places] = stamp
-            yield slice(start, end), data
-            start = end
+            times: Simulated times [ns].  # (n,)
+            poses: Results of `copy_poses` then.  # (n,)
+        """  # (n, bytes)
+        template, starts = frame_template(self._movable_frames)
+        data = template.serialize(np.frombuffer(b"".join(poses)).reshape(len(times), -1))
+        for offset, part in zip(
+            STAMP_PARTS, np.divmod(times, 1_000_000_000, dtype=np.int64), strict=True
+        ):
+            digits = part[:, None] >> 7 * np.arange(STAMP_DIGITS) & 0x7F
+            digits[:, :-1] |= 0x80  # more digits follow
+            for start in starts:
+                data[:, start + offset : start + offset + STAMP_DIGITS] = digits
+        return data
 
     def geometry(self, entity: str, nanoseconds: int) -> bytes:
         """Return a serialized SceneUpdate with the visible shapes of an entity."""
@@ -165,43 +152,37 @@ def _transforms(
     return message
 
 
-class FrameTemplates:
-    """Serialized FrameTransforms, of which only numbers and time stamps are replaced.
+STAMP_DIGITS = 5
+"""Bytes of each number of a time stamp: protobuf reads leading zeros, so all stamps are as long."""
 
-    The same frames return when objects come and go.
+STAMP_PARTS = 1, 2 + STAMP_DIGITS
+"""Positions of seconds and nanoseconds in a serialized time stamp: each follows its tag."""
+
+
+@lru_cache(64)
+def frame_template(frames: tuple[str, ...]) -> tuple[NumberTemplate, list[int]]:
+    """Return the template of FrameTransforms, and the positions of the time stamps in it.
+
+    Its numbers are all positions [m] and then all quaternions (wxyz). The same frames return when
+    objects come and go.
+
+    Args:
+        frames: Names of the frames.
     """
+    n = len(frames)
+    # The largest numbers of as many bytes; Timestamp is of the same wire format.
+    longest = (1 << 34) * 1_000_000_000 + 999_999_999
 
-    def __init__(self) -> None:
-        """Begin without any."""
-        self._known: dict[Any, tuple[NumberTemplate, np.ndarray]] = {}
+    def build(numbers: Sequence[float]) -> FrameTransforms:
+        positions = np.reshape(numbers[: 3 * n], (n, 3))
+        rotations = np.reshape(numbers[3 * n :], (n, 4))
+        return _transforms(frames, positions, rotations, longest)
 
-    def get(self, frames: tuple[str, ...], nanoseconds: int) -> tuple[NumberTemplate, np.ndarray]:
-        """Return the template of all positions [m] and then all quaternions (wxyz) of frames.
-
-        Args:
-            frames: Their names.
-            nanoseconds: Any time whose serialized time stamp has the length of those to come [ns].
-
-        Returns:
-            The template, and the positions of the bytes of the time stamps.  # (frames, length)
-        """
-        n, stamp = len(frames), timestamp_of(nanoseconds)
-        length = stamp.ByteSize()
-        key = frames, length
-        if key not in self._known:
-
-            def build(numbers: Sequence[float]) -> FrameTransforms:
-                positions = np.reshape(numbers[: 3 * n], (n, 3))
-                rotations = np.reshape(numbers[3 * n :], (n, 4))
-                return _transforms(frames, positions, rotations, nanoseconds)
-
-            template = NumberTemplate(build, 7 * n)
-            field = FrameTransform(timestamp=stamp).SerializeToString()
-            found = re.finditer(re.escape(field), template.data) if length else ()
-            ends = [one.end() for one in found]
-            assert len(ends) == n or not length
-            self._known[key] = template, np.array(ends, int)[:, None] + np.arange(-length, 0)
-        return self._known[key]
+    template = NumberTemplate(build, 7 * n)
+    stamp = re.escape(timestamp_of(longest).SerializeToString())
+    starts = [found.start() for found in re.finditer(stamp, template.data)]
+    assert len(starts) == n
+    return template, starts
 
 
 def _add_shape(body: SceneEntity, shape: VisualShape) -> None:
@@ -267,7 +248,7 @@ def path_line(name: str, nanoseconds: int, points: np.ndarray) -> bytes:
     """Return a serialized SceneUpdate that draws a line in the world until its removal.
 
     Args:
-        name: What the line belongs to.
+        name: Name of the robot that plans the path.
         nanoseconds: Simulated time [ns].
         points: Its points [m].  # (n, 3)
     """
@@ -283,7 +264,7 @@ def path_line(name: str, nanoseconds: int, points: np.ndarray) -> bytes:
 
 
 def removal() -> bytes:
-    """Return a serialized SceneUpdate that deletes all that its topic has shown."""
+    """Return a serialized SceneUpdate that deletes all entities of its topic."""
     update = SceneUpdate()
     update.deletions.add(type=SceneEntityDeletion.ALL)
     return update.SerializeToString()

@@ -6,13 +6,13 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
-import mujoco
 import numpy as np
 
 from bt_manip.arm import tool_path
 from bt_manip.bt import NodeStatus, instance_to_xml
 from bt_manip.exceptions import BtManipError, require_extra
 from bt_manip.parameters import Parameter
+from bt_manip.record.figures import live_state
 from bt_manip.record.files import is_special, whole_file
 from bt_manip.record.identification import identify
 from bt_manip.record.report.run_report import versions
@@ -43,17 +43,17 @@ CAMERAS = "/cameras"
 """Topic of the cameras."""
 
 SNAPSHOTS = "/snapshots"
-"""Topic of the snapshots from which `Continuation` goes on."""
+"""Topic of the snapshots from which `Continuation` starts."""
 
 PATH_POINTS = 16
-"""Number of points of a drawn path: few, so that recording costs no more of a run."""
+"""Number of points of a drawn path: few, to keep recording cheap."""
 
 SNAPSHOT_INTERVAL = 5.0
 """Longest simulated time between two snapshots in a recording [s]."""
 
 STATE = (
     '{"force":[%.6g,%.6g,%.6g],"torque":[%.6g,%.6g,%.6g],"grip_forces":[%s],"held":%s,'
-    '"saturated_steps":%d,"speed_scale":%.6g}'
+    '"gripped":%s,"saturated_steps":%d,"speed_scale":%.6g}'
 )
 """State of a robot after a tick [N, N m]; formatted in a fifth of a JSON encoder's time."""
 
@@ -63,6 +63,15 @@ class McapRecorder(RunObserver):
 
     Joints, references and torques are recorded at every control step, the rest at every tick.
     All times are simulated times; only the metadata say on which date the run started.
+
+    Args:
+        path: The file to write.
+        cameras: Full names of the cameras whose images are recorded, separated by commas.
+        image_size: Their width and height [pixels].
+        image_fps: Images per simulated second.
+
+    Raises:
+        BtManipError: If the path or a package is missing.
     """
 
     suffix: ClassVar[str] = ".mcap"
@@ -83,14 +92,6 @@ class McapRecorder(RunObserver):
             float, Parameter("Images per simulated second", "Hz", above=0.0)
         ] = 5.0,
     ) -> None:
-        """Check that there is a path, and the packages that are needed.
-
-        Args:
-            path: The file to write.
-
-        Raises:
-            BtManipError: If one of them is missing.
-        """
         if path is None:
             raise BtManipError("a recording needs a file to be written to: --record FILE.mcap")
         require_extra("record", "--record mcap", "mcap", "foxglove_schemas_protobuf")
@@ -114,11 +115,9 @@ class McapRecorder(RunObserver):
         from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
         from foxglove_schemas_protobuf.Log_pb2 import Log
 
-        from bt_manip.record.mcap.foxglove import FrameTemplates
         from bt_manip.record.mcap.mcap_file import McapFile
 
         self._run, self._cell, self._tree = run, run.station.cell, run.tree
-        self._templates = FrameTemplates()
         self._station = run.station
         self._shown: dict[str, Any] = {}  # the appearance of the entities, by name
         self._layout: dict[str, Any] | None = None
@@ -155,9 +154,7 @@ class McapRecorder(RunObserver):
             if self._images is not None:
                 self._images.bind(self._cell)
             cell = self._cell
-            self._scene = SceneMessages(cell.model, cell.data, cell.entities, self._templates)
-            for robot in self._robots:
-                robot.bind()
+            self._scene = SceneMessages(cell.model, cell.data, cell.entities)
         self._write_scene()
         self._add("/tf_static", self._scene.fixed_frames(self._now))
         self._file.add_json(CAMERAS, self._now, self._scene.cameras())
@@ -227,11 +224,9 @@ class McapRecorder(RunObserver):
         poses = self._poses[:]  # the thread of the run may add one meanwhile
         del self._poses[: len(poses)]
         if poses:
-            times, numbers, copies = (list(column) for column in zip(*poses, strict=True))
+            times, numbers, copies = zip(*poses, strict=True)
             frames = self._scene.movable_frames([nanoseconds(time) for time in times], copies)
-            for block, messages in frames:
-                sequences = np.array(numbers[block])
-                self._file.add_all("/tf", np.array(times[block]), messages, sequences)
+            self._file.add_all("/tf", np.array(times), frames, numbers)
         for robot in self._robots:
             robot.encode()
 
@@ -301,20 +296,20 @@ class McapRecorder(RunObserver):
 
 
 class RobotChannel:
-    """Records one robot: joints at every control step, wrist and gripper at every tick."""
+    """Records one robot: joints at every control step, wrist and gripper at every tick.
+
+    Args:
+        file: The file.
+        cell: The `bt_manip.cell.Cell`.
+        commanded: The `bt_manip.runner.CommandedRobot`.
+        log: Copies its control steps.
+    """
 
     def __init__(self, file: "McapFile", cell: Any, commanded: Any, log: StepLog) -> None:
-        """Register its topics.
-
-        Args:
-            file: The file.
-            cell: The `bt_manip.cell.Cell`.
-            commanded: The `bt_manip.runner.CommandedRobot`.
-            log: Copies its control steps.
-        """
-        from bt_manip.record.mcap.protobuf import ControlStepTemplate, control_step_class
+        from bt_manip.record.mcap.protobuf import FREE, control_step_class, control_step_template
 
         self._file, self._cell, self._commanded = file, cell, commanded
+        self._saturated_before = commanded.controller.saturated_steps
         joints, limits = commanded.robot.description.arm_joints, commanded.robot.limits
         given = {k: values for k, values in vars(limits).items() if values is not None}
         about = {"joints": list(joints), **{k: np.array(v).tolist() for k, v in given.items()}}
@@ -326,32 +321,21 @@ class RobotChannel:
         file.add_topic(self._state)
         self._log = log
         log.readers.append(self._copy_steps)
-        self._template = ControlStepTemplate(len(joints))
+        self._template, self._free = control_step_template(len(joints)), FREE
         self._copied: tuple[PendingSteps, int] = log.pending, 0  # how many of which
-        self._steps: list[bytes] = []
-        self._free: list[bool] = []
-        self._times: list[float] = []  # [s] of the control steps
-        self._ticks: list[tuple[float, bytes, tuple[Any, ...]]] = []
-
-    def bind(self) -> None:
-        """Bind to the current model of the cell."""
-        robot, data = self._commanded.robot, self._cell.data
-        self._data = data
-        body, site = robot.wrist_body_id, robot.tool_site_id
-        root = self._cell.model.body_rootid[body]
-        self._wrist: Any = (
-            data.cfrc_int[body], data.subtree_com[root], data.site_xpos[site], data.site_xmat[site]
-        )  # fmt: skip
+        self._steps = PendingSteps([], [], [])
+        self._ticks: list[tuple[float, bytes]] = []  # states after ticks
 
     def end_tick(self, time: float) -> None:
-        """Copy the state of wrist and gripper at a simulated time [s]."""
+        """Keep the state of wrist and gripper at a simulated time [s]."""
         commanded, gripper = self._commanded, self._commanded.gripper
-        # A step leaves out cfrc_int where the model has no force sensor.
-        mujoco.mj_rnePostConstraint(self._cell.model, self._data)
-        forces, held = ((), ()) if gripper is None else (gripper.forces, gripper.held)
-        saturated = commanded.controllers.controller.saturated_steps
-        state = forces, held, saturated, commanded.arm.speed_scale
-        self._ticks.append((time, b"".join(self._wrist), state))
+        wrench = commanded.robot.wrist_wrench()
+        forces, gripped, saturated = live_state(self._cell, commanded)
+        grip = ",".join(["%.17g"] * len(forces)) % tuple(forces)
+        names = json.dumps(() if gripper is None else gripper.held), json.dumps(gripped)
+        rest = saturated - self._saturated_before, commanded.arm.speed_scale
+        state = STATE % (*wrench.force, *wrench.torque, grip, *names, *rest)
+        self._ticks.append((time, state.encode()))
 
     def _copy_steps(self, pending: PendingSteps) -> None:
         """Copy new pending steps of the log."""
@@ -359,48 +343,25 @@ class RobotChannel:
             known, start = self._copied
             new = slice(start if known is pending else 0, len(pending.touches))
             self._copied = pending, new.stop
-            self._steps += pending.rows[new]
-            self._times += pending.times[new]
-            self._free += [touch.free for touch in pending.touches[new]]
+            self._steps.times.extend(pending.times[new])
+            self._steps.rows.extend(pending.rows[new])
+            self._steps.touches.extend(pending.touches[new])
 
     def encode(self) -> None:
         """Add the messages of the copied states."""
         self._copy_steps(self._log.pending)
-        if self._times:
-            rows = np.frombuffer(b"".join(self._steps)).reshape(len(self._times), -1)
-            # The last three columns are the position of the tool.
-            messages = self._template.serialize(rows[:, :-3], self._free)
-            self._file.add_all(self._joints, np.array(self._times), messages)
-            self._steps, self._times, self._free = [], [], []
+        times, rows, touches = self._steps
+        if times:
+            numbers = np.frombuffer(b"".join(rows)).reshape(len(times), -1)
+            messages = self._template.serialize(numbers)
+            messages[:, self._free] = [touch.free for touch in touches]
+            self._file.add_all(self._joints, np.array(times), messages)
+            self._steps = PendingSteps([], [], [])
         ticks = self._ticks[:]
         del self._ticks[: len(ticks)]
-        if not ticks:
-            return
-        wrenches = tool_wrenches(np.frombuffer(b"".join(wrist for _, wrist, _ in ticks)))
-        texts = []
-        for (_, _, (forces, held, *rest)), wrench in zip(ticks, wrenches, strict=True):
-            grip = ",".join(["%.6g"] * len(forces)) % tuple(forces)
-            state = STATE % (*wrench, grip, json.dumps(held), *rest)
-            texts.append(state.encode())
-        self._file.add_all(self._state, np.array([time for time, _, _ in ticks]), texts)
-
-
-def tool_wrenches(wrists: np.ndarray) -> list[list[float]]:
-    """Return the wrench of the last link on the gripper at each tick, as `Robot.wrist_wrench`.
-
-    Args:
-        wrists: MuJoCo's ``cfrc_int``, ``subtree_com``, ``site_xpos`` and ``site_xmat``, flat.
-
-    Returns:
-        Force and torque in the tool frame of each tick [N, N m].
-    """
-    torque, force, com, tool, rotation = np.split(wrists.reshape(-1, 21), (3, 6, 9, 12), axis=1)
-    x, y, z = (com - tool).T[:, :, None]
-    i, j, k = force.T[:, :, None]
-    torque = torque + np.hstack((y * k - z * j, z * i - x * k, x * j - y * i))  # lever x force
-    R_wt = rotation.reshape(-1, 3, 3)
-    in_tool = [np.einsum("nji,nj->ni", R_wt, vectors) for vectors in (force, torque)]
-    return np.concatenate(in_tool, axis=1).tolist()
+        if ticks:
+            end_times, states = zip(*ticks, strict=True)
+            self._file.add_all(self._state, np.array(end_times), states)
 
 
 def nanoseconds(time: float) -> int:

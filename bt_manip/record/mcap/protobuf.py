@@ -33,47 +33,33 @@ def control_step_class() -> Any:
         name="bt_manip/ControlStep.proto", package="bt_manip", syntax="proto3"
     )
     message = file.message_type.add(name="ControlStep")
-    for number, name in enumerate(STEP_FIELDS, 1):
-        message.field.add(
-            name=name,
-            number=number,
-            type=descriptor_pb2.FieldDescriptorProto.TYPE_DOUBLE,
-            label=descriptor_pb2.FieldDescriptorProto.LABEL_REPEATED,
-        )
-    kind = descriptor_pb2.FieldDescriptorProto.TYPE_BOOL
-    message.field.add(name="free", number=len(STEP_FIELDS) + 1, type=kind)
+    field = descriptor_pb2.FieldDescriptorProto
+    for number, name in enumerate((*STEP_FIELDS, "free", "tool"), 1):
+        kind = field.TYPE_BOOL if name == "free" else field.TYPE_DOUBLE
+        label = field.LABEL_OPTIONAL if name == "free" else field.LABEL_REPEATED
+        message.field.add(name=name, number=number, type=kind, label=label)
     pool = descriptor_pool.DescriptorPool()
     pool.Add(file)
     return message_factory.GetMessageClass(pool.FindMessageTypeByName("bt_manip.ControlStep"))
 
 
-class ControlStepTemplate:
-    """Serializes many control steps at once: their arrays stand on the wire as in memory."""
+FREE = -27
+"""Position of the value of ``free`` in a message: before ``tool``, tag, length and 24 bytes."""
 
-    def __init__(self, joints: int) -> None:
-        """Serialize one step.
 
-        Args:
-            joints: Length of each array.
-        """
-        step = control_step_class()(**dict.fromkeys(STEP_FIELDS, [0.0] * joints), free=True)
-        self._data = np.frombuffer(step.SerializeToString(), dtype=np.uint8)
-        self._width = 8 * joints
+def control_step_template(joints: int) -> "NumberTemplate":
+    """Return the template of the `control_step_class` of a robot with some joints.
 
-    def serialize(self, steps: np.ndarray, free: Sequence[bool]) -> np.ndarray:
-        """Return the messages, one per row.
+    Its numbers are the arrays of `STEP_FIELDS`, one after the other, and the tool's position.
+    """
+    make, count = control_step_class(), len(STEP_FIELDS) * joints
 
-        Args:
-            steps: The arrays of `STEP_FIELDS` one after the other.  # (n, fields * joints)
-            free: The field ``free``, which is the last one.  # (n,)
-        """  # (n, bytes)
-        data = np.tile(self._data, (len(steps), 1))
-        numbers = np.ascontiguousarray(steps, dtype="<f8").view(np.uint8)
-        shape = len(steps), len(STEP_FIELDS), -1
-        # Each array follows its tag and its length; the last field, a bool, takes two bytes.
-        data[:, :-2].reshape(shape)[:, :, -self._width :] = numbers.reshape(shape)
-        data[:, -1] = free
-        return data
+    def build(numbers: Sequence[float]) -> Any:
+        arrays = [numbers[i : i + joints] for i in range(0, count, joints)]
+        steps = dict(zip(STEP_FIELDS, arrays, strict=True))
+        return make(**steps, free=True, tool=numbers[count:])
+
+    return NumberTemplate(build, count + 3)
 
 
 class NumberTemplate:
@@ -83,23 +69,19 @@ class NumberTemplate:
     their numbers at the same positions. Setting the fields of a message one by one would take
     longer than a control step of the physics.
 
+    Args:
+        build: Makes the message of some numbers.
+        count: Number of doubles in the message.
+
     Attributes:
         data: A message with other numbers.
     """
 
     def __init__(self, build: Callable[[Sequence[float]], Any], count: int) -> None:
-        """Find the positions of the numbers.
-
-        Args:
-            build: Makes the message of some numbers.
-            count: Number of doubles in the message.
-        """
         marks = 1e300 * (1.0 + np.arange(count) / (2.0 * count))  # distinct and never zero
-        data = build(marks.tolist()).SerializeToString()
-        starts = [data.find(struct.pack("<d", mark)) for mark in marks]
-        assert -1 not in starts
-        self.data = data
-        self._where = (np.array(starts)[:, None] + np.arange(8)).ravel()
+        self.data = build(marks.tolist()).SerializeToString()
+        self._starts = [self.data.find(struct.pack("<d", mark)) for mark in marks]
+        assert -1 not in self._starts
 
     def serialize(self, numbers: np.ndarray) -> np.ndarray:
         """Return the serialized messages of some doubles, in the order of ``build``.
@@ -108,5 +90,7 @@ class NumberTemplate:
             numbers: The doubles of each message.  # (n, count)
         """  # (n, bytes)
         data = np.tile(np.frombuffer(self.data, dtype=np.uint8), (len(numbers), 1))
-        data[:, self._where] = np.ascontiguousarray(numbers, dtype="<f8").view(np.uint8)
+        wire = np.ascontiguousarray(numbers, dtype="<f8").view(np.uint8)
+        for i, start in enumerate(self._starts):
+            data[:, start : start + 8] = wire[:, 8 * i : 8 * i + 8]
         return data

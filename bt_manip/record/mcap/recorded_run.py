@@ -1,40 +1,23 @@
-"""A run as its recording tells it: cycles, nodes, contacts and motion over time."""
+"""Cycles, nodes, contacts and motion of a recorded run over time."""
 
-from collections.abc import Sequence
-from typing import Any, NamedTuple
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
 from bt_manip.exceptions import BtManipError
+from bt_manip.record.figures import (
+    CycleFigures,
+    ExecutionLog,
+    Interval,
+    LoggedNode,
+    RobotFigures,
+    RobotState,
+    RunFigures,
+    StepFigures,
+)
 from bt_manip.record.mcap.recording import Recording
-from bt_manip.record.report.robot_log import limit_use
-from bt_manip.record.report.run_report import CycleLimitUse
-
-Leaves = tuple[dict[str, Any], ...]
-"""Nodes, as the event ``tree`` describes them."""
-
-
-class Interval(NamedTuple):
-    """Time in which a node ran or two bodies touched; both ends are equal where it took no time."""
-
-    start: float
-    """Simulated time [s]."""
-    end: float
-    """Simulated time [s]."""
-    status: str
-    """What the node ended with, ``"HALTED"``, or ``"RUNNING"`` if the recording ends before."""
-    reason: str = ""
-    """Reason of a failure."""
-
-
-class RecordedNode(NamedTuple):
-    """A node of the tree; `intervals` are in the order of their ends."""
-
-    name: str
-    path: str
-    depth: int
-    is_leaf: bool
-    intervals: list[Interval]
 
 
 class RobotSeries(NamedTuple):
@@ -57,19 +40,52 @@ class RobotSeries(NamedTuple):
     """Speed scaling of the arm.  # (m,)"""
 
 
-class RecordedCycle(NamedTuple):
-    """A cycle of a recorded run; the figures are those of `CycleReport`."""
+class RecordedRobot:
+    """Feeds the figures of a robot from its recording.
 
-    number: int
-    status: str
-    """``"RUNNING"`` if the recording ends before the cycle."""
-    reason: str
-    start: float
-    """Simulated time [s]."""
-    end: float
-    """Simulated time [s]."""
-    max_tracking_error_rad: float | None = None
-    limits: CycleLimitUse = CycleLimitUse()
+    Args:
+        recording: The recording.
+        robot: Name of the robot.
+    """
+
+    def __init__(self, recording: Recording, robot: str) -> None:
+        self._joints, self._block = recording.joints[robot], recording.step_block(robot)
+        self._states = [(t, state) for t, _, state in recording.messages(f"/robots/{robot}/state")]
+        dt = recording.identity["time_step_s"]
+        self._state = RobotState()
+        limits = recording.limits[robot]
+        self.figures = RobotFigures(self._joints, limits, dt, lambda: self._state)
+        self._parts: list[StepFigures] = []
+        self._ticks = self._steps = 0  # that have been fed
+
+    def feed_ticks(self, time: float) -> None:
+        """Feed the states after the ticks up to a simulated time [s]."""
+        while self._ticks < len(self._states) and self._states[self._ticks][0] <= time:
+            state = self._states[self._ticks][1]
+            gripped = state.get("gripped", ())  # older recordings have none
+            self._state = RobotState(state["grip_forces"], gripped, state["saturated_steps"])
+            self.figures.gripped()
+            self._ticks += 1
+
+    def feed_steps(self, time: float) -> None:
+        """Feed the control steps up to a simulated time [s]."""
+        start = self._steps
+        self._steps = end = int(np.searchsorted(self._block.t, time, side="right"))
+        if end > start:
+            self._parts.append(self.figures.update(self._block.part(start, end)))
+
+    def series(self) -> RobotSeries:
+        """Return motion and gripper over time; all has been fed."""
+        nq, states = len(self._joints), [state for _, state in self._states]
+        none = StepFigures(np.zeros((0, nq)), np.zeros(0, dtype=bool), np.zeros((0, 5)))
+        error, free, use = map(np.concatenate, zip(none, *self._parts, strict=True))
+        forces = np.array([state["grip_forces"] for state in states])
+        return RobotSeries(
+            joints=self._joints, t=self._block.t, error=error, free=free, use=use,
+            tick_t=np.array([time for time, _ in self._states]),
+            grip_forces=forces if states else np.zeros((0, 0)),
+            speed_scale=np.array([state["speed_scale"] for state in states]),
+        )  # fmt: skip
 
 
 class RecordedRun:
@@ -96,134 +112,77 @@ class RecordedRun:
                 f"{recording.path} is not the recording of a run: it has no tree{how}"
             )
         self.recording = recording
-        self.nodes: dict[str, RecordedNode] = {}  # by path, which may have a number
+        self.nodes: dict[str, LoggedNode] = {}
         self.contacts: dict[tuple[str, str], list[Interval]] = {}
         self.faults: list[tuple[float, str, str]] = []
-        self.cycles: list[RecordedCycle] = []
-        running: dict[str, float] = {}  # starts of nodes, by key of `nodes`
-        touching: dict[tuple[str, str], float] = {}
+        self.cycles: list[CycleFigures] = []
         with recording.decoding():
-            for time, kind, data in recording.events():
-                if kind == "tree":
-                    self._end(running, time, "HALTED")
-                    self._add_nodes(data["nodes"])
-                elif kind == "status":
-                    self._change(running, time, data)
-                elif kind == "contact":
-                    pair = (data["first"], data["second"])
-                    if data["touching"]:
-                        touching[pair] = time
-                    elif pair in touching:
-                        interval = Interval(touching.pop(pair), time, "")
-                        self.contacts.setdefault(pair, []).append(interval)
-                elif kind == "motion" and data["fault"]:
-                    self.faults.append((time, data["robot"], data["fault"]))
-                elif kind == "cycle" and data["status"] == "RUNNING":
-                    number, end = data["cycle"] + 1, recording.end
-                    self.cycles.append(RecordedCycle(number, "RUNNING", "", time, end))
-                elif kind == "cycle" and self.cycles:
-                    status, reason = data["status"], data["reason"]
-                    self.cycles[-1] = self.cycles[-1]._replace(
-                        status=status, reason=reason, end=time
-                    )
-        self._end(running, recording.end, "RUNNING")
-        for pair, start in touching.items():
-            self.contacts.setdefault(pair, []).append(Interval(start, recording.end, ""))
-        with recording.decoding():
-            self.robots = {name: self._series(name) for name in recording.limits}
-            self.cycles = [self._with_figures(cycle) for cycle in self.cycles]
+            robots = {name: RecordedRobot(recording, name) for name in recording.limits}
+            self._read(robots)
+            self.robots = {name: robot.series() for name, robot in robots.items()}
 
     # Internal
 
-    def _add_nodes(self, nodes: list[dict[str, Any]]) -> None:
-        depths, parents = {0: -1}, {node["parent"] for node in nodes}
-        self._keys: dict[int, str] = {}  # of `nodes`, by uid
-        for node in nodes:
-            uid, key = node["uid"], node["path"]
-            if key in self._keys.values():  # two nodes of one name
-                key = f"{key}::{uid}"
-            depth = depths[uid] = depths.get(node["parent"], -1) + 1
-            intervals = self.nodes[key].intervals if key in self.nodes else []
-            leaf = uid not in parents
-            self.nodes[key] = RecordedNode(node["name"], node["path"], depth, leaf, intervals)
-            self._keys[uid] = key
+    def _read(self, robots: Mapping[str, RecordedRobot]) -> None:
+        """Feed the figures with the events, and with the robots' steps and states between them."""
 
-    def _change(self, running: dict[str, float], time: float, data: dict[str, Any]) -> None:
-        key, status = self._keys[data["uid"]], data["status"]
-        start = running.pop(key, None)
-        if status == "RUNNING":
-            running[key] = time if start is None else start
-        elif start is not None or status in ("SUCCESS", "FAILURE"):
-            ended = "HALTED" if status == "IDLE" else status
-            interval = Interval(time if start is None else start, time, ended, data["reason"])
-            self.nodes[key].intervals.append(interval)
+        def ended(node: LoggedNode, interval: Interval) -> None:
+            self.nodes[node.key].intervals.append(interval)
 
-    def _end(self, running: dict[str, float], time: float, status: str) -> None:
-        """End the intervals of the nodes that run."""
-        for key, start in running.items():
-            self.nodes[key].intervals.append(Interval(start, time, status))
-        running.clear()
+        figures = RunFigures({n: one.figures for n, one in robots.items()}, ended=ended)
+        touching: dict[tuple[str, str], float] = {}
+        end, is_open = self.recording.end, False
+        for event in self.recording.events():
+            time, kind, data = event
+            for robot in robots.values():
+                robot.feed_ticks(time)
+                if kind == "cycle":
+                    robot.feed_steps(time)
+            if kind in figures.kinds:
+                figures.handle(event)
+            if kind == "tree":
+                for node in figures.executions.nodes.values():
+                    known = self.nodes.get(node.key, node)
+                    self.nodes[node.key] = replace(node, intervals=known.intervals)
+            elif kind == "contact":
+                pair = (data["first"], data["second"])
+                if data["touching"]:
+                    touching[pair] = time
+                elif pair in touching:
+                    self._touched(pair, touching.pop(pair), time)
+            elif kind == "motion" and data["fault"]:
+                self.faults.append((time, data["robot"], data["fault"]))
+            elif kind == "cycle":
+                is_open = data["status"] == "RUNNING"
+                if not is_open:
+                    self.cycles.append(figures.cycle(time))
+        for robot in robots.values():
+            robot.feed_ticks(end)
+            robot.feed_steps(end)
+        if is_open:
+            self.cycles.append(figures.cycle(end))
+        figures.executions.end(end, "RUNNING")
+        for pair, start in touching.items():
+            self._touched(pair, start, end)
 
-    def _series(self, robot: str) -> RobotSeries:
-        recording = self.recording
-        steps = recording.control_steps(robot)
-        a_ref = steps["a_ref"]
-        jerk = np.diff(a_ref, axis=0, prepend=a_ref[:1]) / recording.identity["time_step_s"]
-        limits = recording.limits[robot]
-        use = limit_use(limits, steps["q_ref"], steps["v_ref"], a_ref, jerk, steps["tau"])
-        ticks, forces, scales = [], [], []
-        for time, _, state in recording.messages(f"/robots/{robot}/state"):
-            ticks.append(time)
-            forces.append(state["grip_forces"])
-            scales.append(state["speed_scale"])
-        return RobotSeries(
-            recording.joints[robot],
-            steps["t"],
-            steps["q"] - steps["q_ref"],
-            steps["free"] & steps["v_ref"].any(axis=1),
-            use,
-            np.array(ticks),
-            np.array(forces) if forces else np.zeros((0, 0)),
-            np.array(scales),
-        )
-
-    def _with_figures(self, cycle: RecordedCycle) -> RecordedCycle:
-        """Return a cycle with its largest tracking error and use of limits."""
-        errors, uses = [np.zeros(0)], [np.zeros((1, 5))]
-        for robot in self.robots.values():
-            steps = slice(*np.searchsorted(robot.t, (cycle.start, cycle.end), side="right"))
-            errors.append(np.abs(robot.error[steps][robot.free[steps]]).ravel())
-            uses.append(robot.use[steps])
-        error = np.concatenate(errors)
-        return cycle._replace(
-            max_tracking_error_rad=float(error.max()) if len(error) else None,
-            limits=CycleLimitUse(*np.concatenate(uses).max(axis=0).tolist()),
-        )
+    def _touched(self, pair: tuple[str, str], start: float, end: float) -> None:
+        self.contacts.setdefault(pair, []).append(Interval(start, end, ""))
 
 
-def running_leaves(recording: Recording, t: Sequence[float] | np.ndarray) -> list[Leaves]:
+def running_leaves(
+    recording: Recording, t: Sequence[float] | np.ndarray
+) -> list[tuple[LoggedNode, ...]]:
     """Return the running leaves of the tree in the ticks of the control steps at some times.
 
     Args:
         recording: The recording.
         t: Ends of the control steps [s].  # (n,)
     """
-    nodes: dict[int, dict[str, Any]] = {}
-    running: dict[int, dict[str, Any]] = {}
+    executions = ExecutionLog(lambda node, interval, robot: None)
     changes: list[float] = []  # [s]
-    leaves: list[Leaves] = [()]  # before and after each change
-    for event in recording.events("tree", "status"):
-        if event.kind == "tree":
-            parents = {node["parent"] for node in event.data["nodes"]}
-            nodes = {n["uid"]: n for n in event.data["nodes"] if n["uid"] not in parents}
-            running = {}
-        elif event.data["uid"] in nodes:
-            uid = event.data["uid"]
-            running.pop(uid, None)
-            if event.data["status"] == "RUNNING":
-                running[uid] = nodes[uid]
-        else:
-            continue
+    leaves: list[tuple[LoggedNode, ...]] = [()]  # before and after each change
+    for event in recording.events(*executions.kinds):
+        executions.handle(event)
         changes.append(event.time)
-        leaves.append(tuple(running.values()))
+        leaves.append(executions.running_leaves)
     return [leaves[i] for i in np.searchsorted(changes, t, side="left").tolist()]

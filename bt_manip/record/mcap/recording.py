@@ -4,7 +4,7 @@ import json
 import os
 import struct
 import zlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from io import BytesIO
 from pathlib import Path
@@ -17,26 +17,24 @@ from google.protobuf.message import DecodeError
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import EndOfFile, McapError
 from mcap.opcode import Opcode
-from mcap.records import Channel, Chunk, McapRecord, Message, Metadata, Schema
+from mcap.records import Channel, Chunk, McapRecord, Metadata, Schema
 from mcap.stream_reader import MAGIC_SIZE
 from mcap.writer import MCAP0_MAGIC
 
+from bt_manip.cell import NO_CONTACTS
 from bt_manip.exceptions import BtManipError, did_you_mean
 from bt_manip.record.mcap.mcap_recorder import TOPICS
 from bt_manip.record.mcap.protobuf import control_step_class
 from bt_manip.robots import JointLimits
-from bt_manip.runner import STEP_FIELDS, RunEvent, html_table
+from bt_manip.runner import STEP_FIELDS, RunEvent, StepBlock, html_table
 
 _RECORD_HEAD = struct.Struct("<BQ")  # opcode and length
 _MESSAGE_FIELDS = struct.Struct("<HIQQ")  # channel, sequence number, two times
 _READ: dict[int, Any] = {
     Opcode.SCHEMA: Schema, Opcode.CHANNEL: Channel, Opcode.METADATA: Metadata, Opcode.CHUNK: Chunk,
 }  # fmt: skip
-_IN_CHUNK: dict[int, Callable[[ReadDataStream, int], Any]] = {
-    Opcode.SCHEMA: lambda stream, length: Schema.read(stream),
-    Opcode.CHANNEL: lambda stream, length: Channel.read(stream),
-    Opcode.MESSAGE: Message.read,
-}
+_TOUCHING = NO_CONTACTS._replace(free=False)
+_UNKNOWN = [np.nan] * 3
 
 MAX_CHUNK = 1 << 29
 """Largest size of a chunk, or of another record, that is read [bytes]; usual ones have 1 MB."""
@@ -51,7 +49,7 @@ class Recording:
     Attributes:
         path: The file.
         identity: What identifies the run: tree, seed, robot, scene, versions, ...
-        date: When the run started, UTC as in ISO 8601; empty in recordings of before.
+        date: When the run started, UTC as in ISO 8601; empty in older recordings.
         tree_xml: The tree at the start, as `bt_manip.bt.instance_to_xml` writes it.
         complete: Whether the recording was closed at the end of its run.
         topics: The topics, with their encoding (``"json"`` or ``"protobuf"``).
@@ -75,7 +73,7 @@ class Recording:
         self.limits: dict[str, JointLimits] = {}
         self.end = 0.0
         with self.decoding():
-            for record in self._read(emit_chunks=True):
+            for record in self.records():
                 if isinstance(record, Metadata) and record.name == "tree":
                     self.tree_xml = record.metadata["xml"]
                 elif isinstance(record, Metadata) and record.name == "date":
@@ -102,7 +100,7 @@ class Recording:
 
     @contextmanager
     def decoding(self) -> Iterator[None]:
-        """Raise `BtManipError` where the block finds messages that no recorder writes."""
+        """Raise `BtManipError` if the block fails to decode messages."""
         try:
             yield
         except (
@@ -133,7 +131,7 @@ class Recording:
                 hint = did_you_mean(topic, self.topics)
                 raise BtManipError(f"{self.path} has no topic '{topic}'{hint}")
         channels: dict[int, tuple[str, bool]] = {}  # wanted ones: topic, and whether it is JSON
-        for record in self._read(emit_chunks=True):
+        for record in self.records():
             if isinstance(record, Channel) and (not topics or record.topic in topics):
                 channels[record.id] = record.topic, record.message_encoding == "json"
             elif isinstance(record, Chunk):
@@ -164,47 +162,58 @@ class Recording:
             (robot,) = self.joints
         if robot not in self.joints:
             raise BtManipError(f"{self.path} has the robots {', '.join(self.joints)}, not {robot}")
+        block = self.step_block(robot)
+        steps = {name: getattr(block, name) for name in ("t", *STEP_FIELDS)}
+        return steps | {"free": np.array([touch.free for touch in block.touches], dtype=bool)}
+
+    def step_block(self, robot: str) -> StepBlock:
+        """Return all control steps of a robot.
+
+        Their contacts only tell whether grippers and the entities they hold touched only each
+        other. The tool's positions are NaN in older recordings.
+        """
         parse = control_step_class().FromString
-        times, rows, free = [], [], []
+        times, rows, tool, touches = [], [], [], []
         with self.decoding():
             for time, _, data in self.messages(f"/robots/{robot}/joints"):
                 step = parse(data)
                 times.append(time)
                 rows.append([list(getattr(step, name)) for name in STEP_FIELDS])
-                free.append(step.free)
-            shape = len(rows), len(STEP_FIELDS), len(self.joints[robot])
-            columns = np.array(rows, dtype=float).reshape(shape)
-        steps = {"t": np.array(times)} | {n: columns[:, i] for i, n in enumerate(STEP_FIELDS)}
-        return steps | {"free": np.array(free, dtype=bool)}
+                tool.append(list(step.tool) or _UNKNOWN)
+                touches.append(NO_CONTACTS if step.free else _TOUCHING)
+            n = len(rows)
+            shape = n, len(STEP_FIELDS), len(self.joints[robot])
+            columns: Any = np.array(rows, dtype=float).reshape(shape).transpose(1, 0, 2)
+            fields = dict(zip(STEP_FIELDS, columns, strict=True))
+            place = np.array(tool).reshape(n, 3)
+            return StepBlock(t=np.array(times), tool=place, touches=touches, **fields)
 
-    def steps_of_all(self) -> tuple[np.ndarray, dict[str, dict[str, np.ndarray]]]:
-        """Return the times [s] of the control steps that all robots have, and `control_steps`.
+    def step_blocks(self) -> dict[str, StepBlock]:
+        """Return the control steps that all robots have, by robot.
 
         Raises:
             BtManipError: If there are none.
         """
-        steps = {robot: self.control_steps(robot) for robot in self.joints}
-        n = min((len(one["t"]) for one in steps.values()), default=0)  # a cut file may differ
+        blocks = {robot: self.step_block(robot) for robot in self.joints}
+        n = min((len(block.t) for block in blocks.values()), default=0)  # a cut file may differ
         if not n:
             raise BtManipError(f"{self.path} has no control steps")
-        cut = {name: {k: v[:n] for k, v in one.items()} for name, one in steps.items()}
-        return next(iter(cut.values()))["t"], cut
+        return {name: block.part(0, n) for name, block in blocks.items()}
 
     def records(self) -> Iterator[McapRecord]:
-        """Iterate over the library's records of the complete chunks."""
-        return self._read(emit_chunks=False)
+        """Iterate over schemas, channels, metadata and complete chunks, as the library's records.
 
-    def _read(self, *, emit_chunks: bool) -> Iterator[McapRecord]:
-        """Iterate over the records of complete chunks, or only channels and unpacked chunks."""
+        Schemas and channels in a chunk come before it, and its data are decompressed.
+        """
         try:
             with self.path.open("rb") as file:
                 if file.read(MAGIC_SIZE) != MCAP0_MAGIC:
                     raise BtManipError(f"{self.path} is no MCAP file")
-                yield from self._scan(file, emit_chunks)
+                yield from self._scan(file)
         except OSError as error:
             raise BtManipError(f"cannot read '{self.path}': {error.strerror}") from error
 
-    def _scan(self, file: BinaryIO, emit_chunks: bool) -> Iterator[McapRecord]:
+    def _scan(self, file: BinaryIO) -> Iterator[McapRecord]:
         size = os.fstat(file.fileno()).st_size
         while len(head := file.read(_RECORD_HEAD.size)) == _RECORD_HEAD.size:
             opcode, length = _RECORD_HEAD.unpack(head)
@@ -222,16 +231,13 @@ class Recording:
                 if length > MAX_CHUNK:
                     raise ValueError(f"a record has {length} bytes, at most {MAX_CHUNK} are read")
                 record: Any = kind.read(ReadDataStream(BytesIO(file.read(length))))
-                if kind is not Chunk:
-                    yield record
-                    continue
-                _unpack(record)
-                for inner, start, end in _records_in(record.data):
-                    if inner in _IN_CHUNK and (inner == Opcode.CHANNEL or not emit_chunks):
-                        stream = ReadDataStream(BytesIO(record.data[start:end]))
-                        yield _IN_CHUNK[inner](stream, end - start)
-                if emit_chunks:
-                    yield record
+                if kind is Chunk:
+                    _unpack(record)
+                    for inner, start, end in _records_in(record.data):
+                        if inner in (Opcode.SCHEMA, Opcode.CHANNEL):
+                            stream = ReadDataStream(BytesIO(record.data[start:end]))
+                            yield _READ[inner].read(stream)
+                yield record
 
 
 def _unpack(chunk: Chunk) -> None:
@@ -265,7 +271,7 @@ def _unpack(chunk: Chunk) -> None:
 def _messages_in(
     chunk: Chunk, channels: Mapping[int, tuple[str, bool]]
 ) -> Iterator[tuple[int, float, str, Any]]:
-    """Iterate over the messages of some channels; a library's object for each takes ten times."""
+    """Iterate over the messages of some channels, ten times as fast as the library."""
     for opcode, start, end in _records_in(chunk.data):
         if opcode == Opcode.MESSAGE:
             number, sequence, log_time, _ = _MESSAGE_FIELDS.unpack_from(chunk.data, start)

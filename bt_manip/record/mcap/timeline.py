@@ -12,8 +12,8 @@ from bt_manip.runner import RunEvent
 class Timeline:
     """The states of a recorded run between its ticks, for a viewer that shows any of them.
 
-    State 0 is that before the first tick, state i that after the i-th tick. Each state is the one
-    before it and some events, as an `EventStream` emits them during the run.
+    State 0 is that before the first tick, state i that after the i-th tick. Each state follows from
+    the previous one by events, as an `EventStream` emits them during the run.
 
     Attributes:
         scene: The scene; its `index` is that of a state.

@@ -18,7 +18,7 @@ class NodeLog:
 
     A retry is a child of `RetryUntilSuccessful` that starts again after its failure. A fallback
     rescues where a child succeeds after an earlier one failed because of an action: because it
-    failed, or was halted, last of all leaves. A condition that does not hold only chooses.
+    failed, or was halted, last of all leaves. A failed condition is a choice, not a failure.
 
     Attributes:
         drawn: Values of the outputs that nodes declare as `drawn`, of the last time each succeeded,
@@ -28,7 +28,6 @@ class NodeLog:
     """
 
     def __init__(self) -> None:
-        """Initialise without records."""
         self.begin()
 
     def begin(self) -> None:
@@ -71,7 +70,7 @@ class NodeLog:
 
 
 def _plain(value: Any) -> Any:
-    """Return a value as JSON has it; a pose as position [m] and rotation vector [rad], by axis."""
+    """Convert a value to types of JSON, a pose to position [m] and rotation vector [rad]."""
     if isinstance(value, pin.SE3):
         numbers = (*value.translation, *pin.log3(value.rotation))
         return {axis: float(n) + 0.0 for axis, n in zip(_AXES, numbers, strict=True)}  # no -0.0

@@ -27,7 +27,7 @@ from bt_manip.record.files import (
 from bt_manip.record.report.run_report import CycleReport, RunReport, plain, plain_cycle
 
 PERIOD = 1.0
-"""Minimum wall time between two versions of a JSON report [s]: a long one takes milliseconds."""
+"""Minimum wall time between two versions of a JSON report [s]: writing a long one takes ms."""
 
 SHARE = 0.05
 """Maximum share of time that JSON reports take of a processor: long ones are written less often."""
@@ -41,15 +41,14 @@ NO_END = "the run ended without an end: its process was killed or has left"
 
 
 class ReportFile(ABC):
-    """A report in a file, kept up to date while its run goes on."""
+    """A report in a file, kept up to date while its run goes on.
+
+    Args:
+        path: The file.
+        warn: Called with one line when the file cannot be written for the first time.
+    """
 
     def __init__(self, path: Path, warn: Callable[[str], None]) -> None:
-        """Set the path; nothing is written yet.
-
-        Args:
-            path: The file.
-            warn: Called with one line when the file cannot be written for the first time.
-        """
         self._path, self._warn = path, warn
         self._warned = False
         self._written = 0  # cycles in the file
@@ -107,7 +106,6 @@ class JsonReportFile(ReportFile):
     """
 
     def __init__(self, path: Path, warn: Callable[[str], None]) -> None:
-        """Set the path; nothing is written yet."""
         super().__init__(path, warn)
         self._lock = threading.Lock()
         self._timer: threading.Timer | None = None
@@ -252,7 +250,7 @@ def _from_lines(text: str) -> dict[str, Any]:
 
 
 def _value(kind: Any, value: Any) -> Any:
-    """Return a value of JSON as a field of a report holds it; keys without a field are left out."""
+    """Convert a value of JSON to the type of a field of a report; unknown keys are ignored."""
     if isinstance(kind, UnionType):
         kind = next(one for one in get_args(kind) if one is not type(None))
         return None if value is None else _value(kind, value)

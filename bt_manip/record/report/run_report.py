@@ -85,10 +85,12 @@ class RobotCycle:
 
     Attributes:
         picked: Names of the objects that it gripped.
-        grip_force_n: As in `CycleReport`, of its last Grasp.
-        max_tracking_error_rad: As there, while no robot touched anything but its held object.
-        tracking_peak: As there.
-        max_deflection_rad: As there.
+        grip_force_n: Least of the gripper's forces at the end of the last Grasp that held an
+            object, whether it succeeded or not [N], or None.
+        max_tracking_error_rad: Largest difference between a joint and its reference while the
+            reference moved and no robot touched anything but its held object, or None [rad].
+        tracking_peak: Time, joint and possible causes of that error.
+        max_deflection_rad: Largest difference at all other times, as while gripping [rad].
         limits: Largest fractions of limits used.
         saturated_steps: Control steps in which an effort was clipped to its limit.
         max_torque_rate_nm_s: Largest change of a joint's torque [N m/s].
@@ -158,7 +160,7 @@ class CycleReport:
             object, whether it succeeded or not [N], or None.
         max_tracking_error_rad: Largest difference between a joint and its reference while the
             reference moved and gripper and payload touched only each other, or None [rad].
-        tracking_peak: Where that was, and what preceded it.
+        tracking_peak: Time, joint and possible causes of that error.
         max_deflection_rad: Largest difference at all other times, as while gripping [rad].
         limits: Largest fractions of limits used.
         saturated_steps: Control steps in which an effort was clipped to its limit.
@@ -275,7 +277,7 @@ class RunReport:
 
 
 def plain_cycle(cycle: CycleReport) -> dict[str, Any]:
-    """Return a cycle as in a file: without `robots` where there is only one robot."""
+    """Convert a cycle to types of JSON; `robots` is left out where there is only one."""
     content = plain(cycle)
     if not cycle.robots:
         del content["robots"]
@@ -286,7 +288,6 @@ class LeafUse:
     """In how many cycles or episodes leaves ran, for which share of the time, and why not."""
 
     def __init__(self) -> None:
-        """Count nothing yet."""
         self._names: dict[str, list[float]] = {}  # cycles, those in which it ran, time ran, time
         self._reasons: dict[str, dict[str, tuple[str, int]]] = {}  # by name and text
 
@@ -347,7 +348,7 @@ def cpu_name() -> str:
 
 
 def plain(value: Any) -> Any:
-    """Return a value as JSON has it: dataclasses as objects, non-finite numbers as None."""
+    """Convert a value to types of JSON: dataclasses to objects, non-finite numbers to None."""
     if is_dataclass(value):
         return {key: plain(item) for key, item in vars(value).items()}
     if isinstance(value, dict):

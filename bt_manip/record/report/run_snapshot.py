@@ -31,7 +31,7 @@ def request_fields(request: RunRequest) -> dict[str, Any]:
 def take_snapshot(run: Run) -> dict[str, Any]:
     """Return request, state and digest of a run between two ticks, as plain data.
 
-    The digest is that of the run's log, and empty where nobody has asked for it.
+    The digest is empty unless an observer has asked the run's log for it.
     """
     return {
         "request": request_fields(run.request),
@@ -49,12 +49,11 @@ class SnapshotAt(RunObserver):
     """
 
     def __init__(self, time: float, use: Callable[[dict[str, Any]], None]) -> None:
-        """Set the time, and the function that is called with the snapshot."""
         self.time, self._use = time, use
         self.taken = False
 
     def run_started(self, run: Run) -> None:
-        """Keep the run and its digest."""
+        """Ask for the digest of the run."""
         run.log.keep_digest()
         self._run, self._cell = run, run.station.cell
         self.taken = False
@@ -67,16 +66,15 @@ class SnapshotAt(RunObserver):
 
 
 class SnapshotWriter(SnapshotAt):
-    """Writes a snapshot to a file after the first tick that ends at a time or later."""
+    """Writes a snapshot to a file after the first tick that ends at a time or later.
+
+    Args:
+        time: Simulated time of the cell [s].
+        path: The file.
+        warn: Takes one line if the run ended before.
+    """
 
     def __init__(self, time: float, path: Path, warn: Callable[[str], None]) -> None:
-        """Set the time.
-
-        Args:
-            time: Simulated time of the cell [s].
-            path: The file.
-            warn: Takes one line if the run ended before.
-        """
         super().__init__(time, partial(save_snapshot, path))
         self._path, self._warn = path, warn
 

@@ -36,19 +36,19 @@ def control_step_table(recording: Recording) -> dict[str, Any]:
         BtManipError: If the recording has no control steps.
     """
     columns: dict[str, Any] = {}
-    t, steps = recording.steps_of_all()
-    columns["t"] = t
+    blocks = recording.step_blocks()
+    columns["t"] = t = next(iter(blocks.values())).t
     for robot, joints in recording.joints.items():
         for i, joint in enumerate(joints):
             for name in STEP_FIELDS:
-                columns[f"{robot}/{joint}/{name}"] = steps[robot][name][:, i]
+                columns[f"{robot}/{joint}/{name}"] = getattr(blocks[robot], name)[:, i]
         columns |= _robot_columns(recording, robot, t)
     columns |= _object_columns(RecordedScene(recording), set(recording.joints), t)
     running = running_leaves(recording, t)
-    action = str(NodeKind.ACTION)
-    columns["node"] = [SEPARATOR.join(one["path"] for one in leaves) for leaves in running]
+    columns["node"] = [SEPARATOR.join(leaf.path for leaf in leaves) for leaves in running]
     columns["phase"] = [
-        SEPARATOR.join(one["name"] for one in leaves if one["kind"] == action) for leaves in running
+        SEPARATOR.join(leaf.name for leaf in leaves if leaf.kind == NodeKind.ACTION)
+        for leaves in running
     ]
     return columns
 

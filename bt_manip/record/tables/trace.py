@@ -41,6 +41,11 @@ def columns_of(
     return next(iter(blocks.values())).t, columns, names
 
 
+def joints_of(robots: Mapping[str, Sequence[str]]) -> dict[str, Sequence[str]]:
+    """Return the joints of robots by their names in a trace; with several, ``robot/joints``."""
+    return {f"{n}/joints" if len(robots) > 1 else "joints": joints for n, joints in robots.items()}
+
+
 class Trace(RunObserver):
     """Write t, q, v, q_ref, v_ref, a_ref and tau of every control step to an .npz file.
 
@@ -50,19 +55,17 @@ class Trace(RunObserver):
     While the run goes on, the file is a structured array in NumPy's NPY format with the same names,
     which grows; `read_trace` and ``np.load`` read both. At the end it is replaced by the archive,
     which has the names of the joints, too: ``joints``.
+
+    Args:
+        path: The file to write.
+
+    Raises:
+        BtManipError: When there is no path, or the file cannot be written.
     """
 
     suffix = ".npz"
 
     def __init__(self, path: Path | None) -> None:
-        """Check the path; the file is created when the run starts.
-
-        Args:
-            path: The file to write.
-
-        Raises:
-            BtManipError: When there is no path, or the file cannot be written.
-        """
         if path is None:
             raise BtManipError("a trace needs a file to be written to: --record trace=FILE.npz")
         check_writable(path, "trace")
@@ -75,7 +78,7 @@ class Trace(RunObserver):
         self._rows = 0
         self._problem = ""
         self._is_closed = False
-        self._joints: dict[str, list[str]] = {}  # by name in the archive
+        self._joints: dict[str, Sequence[str]] = {}  # by name in the archive
 
     def run_started(self, run: Run) -> None:
         """Open the file, name the joints and ask for the control steps.
@@ -86,9 +89,7 @@ class Trace(RunObserver):
         with suppress(OSError):  # raised again with the first steps
             self._file = self._file or AppendedFile(self._growing)
         robots = run.station.robots
-        for name, one in robots.items():
-            prefix = f"{name}/" if len(robots) > 1 else ""
-            self._joints[f"{prefix}joints"] = list(one.robot.description.arm_joints)
+        self._joints = joints_of({n: r.robot.description.arm_joints for n, r in robots.items()})
         run.log.steps(lambda blocks: self.append(*columns_of(blocks)))
 
     def append(
@@ -187,14 +188,10 @@ def write_trace(recording: "Recording", path: Path) -> None:
     Raises:
         BtManipError: If the recording has none.
     """
-    t, steps = recording.steps_of_all()
-    columns, joints = {"t": t}, {}
-    for robot, one in steps.items():
-        prefix = f"{robot}/" if len(steps) > 1 else ""
-        columns |= {prefix + name: one[name] for name in STEP_FIELDS}
-        joints[f"{prefix}joints"] = recording.joints[robot]
+    t, columns, names = columns_of(recording.step_blocks())
+    joints = joints_of(recording.joints)
     with writing(path, "trace"):
-        _write_archive(path, columns, joints)
+        _write_archive(path, dict(zip(("t", *names), (t, *columns), strict=True)), joints)
 
 
 def _write_archive(

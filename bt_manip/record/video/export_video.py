@@ -35,7 +35,6 @@ class SceneModel:
     """
 
     def __init__(self, scene: RecordedScene) -> None:
-        """Compile all shapes and cameras that ever occur."""
         self._scene = scene
         spec = mujoco.MjSpec.from_string(Arena().mjcf_model.to_xml_string())
         for camera in spec.cameras:
@@ -139,7 +138,7 @@ def write_video(
         for time, leaves in zip(times.tolist(), running, strict=True):
             scene.seek(time)
             shown.update()
-            text = overlay_text(time, [one["name"] for one in leaves]) if overlay else ""
+            text = overlay_text(time, [leaf.name for leaf in leaves]) if overlay else ""
             video.add(time - scene.times[0], renderer.frame(shown.data, number, text))
 
 

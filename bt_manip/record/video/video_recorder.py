@@ -41,22 +41,20 @@ class VideoFile:
     """Writes images as the frames of a video, each with its time.
 
     When the disk is full, nothing more is written, and `close` raises.
+
+    Args:
+        path: The file; its suffix chooses the format.
+        width: Width of the images [pixels].
+        height: Height of the images [pixels].
+        fps: Usual number of frames per second.
+
+    Raises:
+        RecordingError: If it cannot be written.
     """
 
     suffixes: ClassVar = (".mp4", ".gif")
 
     def __init__(self, path: Path, width: int, height: int, fps: float) -> None:
-        """Open the file.
-
-        Args:
-            path: The file; its suffix chooses the format.
-            width: Of the images [pixels].
-            height: Of the images [pixels].
-            fps: Usual number of frames per second.
-
-        Raises:
-            RecordingError: If it cannot be written.
-        """
         from fractions import Fraction
 
         import av
@@ -151,8 +149,18 @@ class VideoFile:
 class VideoRecorder(RunObserver):
     """Write a video of a camera: H.264 in a .mp4 file, or an animated .gif.
 
-    Each frame has the simulated time of its state, to which the run is not slowed down. Unless
-    ``overlay=no``, it shows this time and the running leaves of the tree.
+    Frames are stamped with simulated time; the run is not slowed down to it. Unless ``overlay=no``,
+    they show this time and the running leaves of the tree.
+
+    Args:
+        path: The file to write.
+        camera: Full name of a camera of the cell.
+        size: Width and height [pixels], both even: ``1280x720``.
+        fps: Frames per simulated second.
+        overlay: Whether to show the time and the running leaves.
+
+    Raises:
+        BtManipError: If a parameter is impossible, or path or package are missing.
     """
 
     suffix: ClassVar = VideoFile.suffixes
@@ -166,14 +174,6 @@ class VideoRecorder(RunObserver):
         fps: Annotated[float, Parameter("Frames per simulated second", "Hz", above=0.0)] = 25.0,
         overlay: Annotated[bool, Parameter("Whether to show time and running leaves")] = True,
     ) -> None:
-        """Check the parameters, and the package that is needed.
-
-        Args:
-            path: The file to write.
-
-        Raises:
-            BtManipError: If one of them is impossible or missing.
-        """
         self._path, self._size = check_video(path, size, fps)
         self._camera, self._fps, self._overlay = camera, fps, overlay
         self._renderer: FrameRenderer | None = None

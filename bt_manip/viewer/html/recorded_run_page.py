@@ -8,7 +8,7 @@ import numpy as np
 from bokeh.embed import components
 from bokeh.models import Range1d
 
-from bt_manip.record import RecordedCycle, RecordedRun, Recording
+from bt_manip.record import CycleFigures, RecordedRun, Recording
 
 from .markup import html_list, html_page, html_rows, html_section, html_tiles
 from .plots import LABEL_WIDTH, LONGEST_REASON, ROW_HEIGHT, BarRow, Plots
@@ -115,7 +115,7 @@ def _warnings(run: RecordedRun) -> str:
 def _tiles(run: RecordedRun) -> str:
     ended = [cycle for cycle in run.cycles if cycle.status != "RUNNING"]
     succeeded = sum(cycle.status == "SUCCESS" for cycle in ended)
-    durations = [cycle.end - cycle.start for cycle in ended]
+    durations = [cycle.duration_s for cycle in ended]
     errors = [c.max_tracking_error_rad for c in run.cycles if c.max_tracking_error_rad is not None]
     tiles = [("cycles succeeded", f"{succeeded} of {len(ended)}")]
     if durations:
@@ -141,13 +141,13 @@ def _cycles(run: RecordedRun) -> str:
     return html_section("Cycles", f'<div class="rows">{table}</div>{note}')
 
 
-def _cycle(cycle: RecordedCycle) -> list[str]:
+def _cycle(cycle: CycleFigures) -> list[str]:
     error, use = cycle.max_tracking_error_rad, cycle.limits
     return [
         str(cycle.number),
         _badge(cycle.status),
         f"{cycle.start:.2f} s",
-        f"{cycle.end - cycle.start:.2f} s",
+        f"{cycle.duration_s:.2f} s",
         "" if error is None else f"{error * 1e3:.2f} mrad",
         *(f"{share:.0%}" for share in (use.velocity, use.acceleration, use.effort)),
         escape(cycle.reason),

@@ -43,7 +43,7 @@ def replay_html(recording: Recording) -> tuple[str, float, float]:
                 view.bind(scene)
             else:
                 view.update()
-            label.text = f"{time:.2f} s  {', '.join(node['name'] for node in leaves)}"
+            label.text = f"{time:.2f} s  {', '.join(leaf.name for leaf in leaves)}"
         return serializer.as_html(), rate, first
     finally:
         close_server(server)

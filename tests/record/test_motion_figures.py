@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from bt_manip.record.report.robot_log import MotionStatistics
+from bt_manip.record.figures import MotionStatistics
 from bt_manip.robots import JointLimits
 from bt_manip.runner import StepBlock
 
