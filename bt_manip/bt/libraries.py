@@ -12,17 +12,16 @@ from .xml.static_checks import check_elements
 
 
 class Libraries:
-    """Files and folders of trees; each file is read once and checked once."""
+    """Files and folders of trees; each file is read once and checked once.
+
+    Args:
+        paths: Files, and folders whose ``.xml`` files count where they hold trees.
+
+    Raises:
+        TreeError: If a file cannot be opened.
+    """
 
     def __init__(self, paths: Iterable[str | Path] = ()) -> None:
-        """Read the files.
-
-        Args:
-            paths: Files, and folders whose ``.xml`` files count where they hold trees.
-
-        Raises:
-            TreeError: If a file cannot be opened.
-        """
         self.paths = tuple(map(Path, paths))
         self.sources = Sources()
         self.documents: list[Document] = []
@@ -37,6 +36,11 @@ class Libraries:
                     if document is not None:
                         self.documents.append(document)
         self._checked: dict[str, list[Problem]] = {}
+
+    @classmethod
+    def of(cls, given: "Iterable[str | Path] | Libraries") -> "Libraries":
+        """Return libraries as they are, and those of paths."""
+        return given if isinstance(given, Libraries) else cls(given)
 
     def add_to(self, document: Document) -> None:
         """Let a document name the trees as sub-trees; its own trees of the same ID count.
@@ -62,7 +66,7 @@ class Libraries:
             for document in self.documents:
                 own = replace(context, document=document, problems=found)
                 check_engine_rules(own)
-                if own.strict:
+                if own.options.strict:
                     check_elements(own)
             self._checked[dialect] = list(found)
         unread = set(self._problems)

@@ -14,7 +14,7 @@ from .blackboard import Blackboard
 from .ports import is_pointer
 from .script.evaluation import Environment, is_true
 from .script.parser import parse_script
-from .xml.document import EXPLICIT, Document, is_port_name
+from .xml.document import Document, node_name, port_attributes
 from .xml.problem import Problems
 from .xml.source import Attribute, Element
 
@@ -39,10 +39,14 @@ class MappingRule:
 
 
 class LeafMapping:
-    """Rules by the name of the leaf or sub-tree that they replace."""
+    """Rules by the name of the leaf or sub-tree that they replace.
+
+    Args:
+        rules: The rules; the first rule of a name that holds is applied.
+        file: The file name in messages.
+    """
 
     def __init__(self, rules: Mapping[str, list[MappingRule]], file: str = "<mapping>") -> None:
-        """Take the rules; the first rule of a name that holds is applied."""
         self.rules = rules
         self._file = file
         self._done: dict[int, Element] = {}
@@ -92,11 +96,10 @@ class LeafMapping:
                     self._replace(element, problems)
 
     def _replace(self, element: Element, problems: Problems) -> None:
-        explicit = element.name in (*EXPLICIT, "SubTree")
-        name = (element.get("ID") or "") if explicit else element.name
+        name = (element.get("ID") or "") if element.name == "SubTree" else node_name(element)
         if name not in self.rules or element.children:
             return
-        given = {key: a for key, a in element.attributes.items() if is_port_name(key)}
+        given = port_attributes(element)
         try:
             found = self._choose(name, {key: a.value for key, a in given.items()})
         except (ScriptError, TreeError) as error:

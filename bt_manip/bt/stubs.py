@@ -3,14 +3,20 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from ..exceptions import TreeError
 from .nodes.declared import LEAVES, RESULTS, declare, model_port
 from .nodes.node import Node, NodeKind
 from .ports import Port
 from .registry import BehaviourRegistry
-from .xml.document import EXPLICIT, Document, is_port_name, read_document
+from .xml.document import (
+    EXPLICIT,
+    Document,
+    is_port_name,
+    node_name,
+    port_attributes,
+    read_document,
+)
 from .xml.problem import Problems, hint
 from .xml.source import Element, Text
 
@@ -182,15 +188,14 @@ def _uses(document: Document) -> dict[str, list[Element]]:
     found: dict[str, list[Element]] = {}
     for tree in document.top_level("BehaviorTree"):
         for element in tree.iterate():
-            name = element.get("ID") if element.name in EXPLICIT else element.name
+            name = node_name(element)
             if name and name not in ("SubTree", "BehaviorTree"):
                 found.setdefault(name, []).append(element)
     return found
 
 
 def _port_names(elements: Iterable[Element]) -> list[str]:
-    names = {name: None for element in elements for name in element.attributes}
-    return [name for name in names if is_port_name(name)]
+    return list({name: None for element in elements for name in port_attributes(element)})
 
 
 def _node_models(documents: Iterable[Document]) -> dict[str, _NodeModel]:
@@ -213,9 +218,3 @@ def _model_ports(element: Element) -> dict[str, Port]:
             doc = " ".join(item.text.strip() for item in port.content if isinstance(item, Text))
             ports[name] = model_port(direction, name, port.get("default"), doc)
     return ports
-
-
-def stub_child(tree_id: str, result: str, keys: Iterable[str]) -> Any:
-    """Make the leaf inside the stub of a sub-tree; it writes the keys handed to the sub-tree."""
-    names = list(keys)
-    return declare(tree_id, "Action", names, result=result)(**{key: f"{{{key}}}" for key in names})

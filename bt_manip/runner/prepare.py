@@ -2,9 +2,8 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
 
-from bt_manip.bt import Tree
+from bt_manip.bt import ReadingOptions, Tree
 from bt_manip.cell.objects import Catalogue
 from bt_manip.exceptions import BtManipError, NodeError
 from bt_manip.registry import Parts
@@ -15,7 +14,7 @@ from .request import RunRequest
 from .run import Run
 from .station import Station, make_station
 from .tree_source import Clock, TreeSource
-from .xml_tree import Warn, check_can_run, known_behaviours, load_document
+from .xml_tree import READING, Warn, check_can_run, known_behaviours, load_document
 
 
 def prepare(
@@ -58,7 +57,7 @@ def load_source(
     clock: Clock,
     warn: Warn = lambda message: None,
     *,
-    reading: Mapping[str, Any] | None = None,
+    reading: ReadingOptions = READING,
 ) -> Tree:
     """Return the tree of a document or of a Python function.
 
@@ -68,7 +67,7 @@ def load_source(
         settings: Values for some of its keys, as text.
         clock: Clock of the tree's timers [s].
         warn: Takes warnings about the tree.
-        reading: Further options of `bt_manip.bt.read_tree`, of documents.
+        reading: How a document is read; with the clock above.
 
     Raises:
         BtManipError: When the tree is wrong, or a setting does not fit it.

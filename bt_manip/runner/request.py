@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
 
+from bt_manip.bt import ReadingOptions
 from bt_manip.exceptions import BtManipError
 from bt_manip.registry import Parts, TreeDefaults
 from bt_manip.robots import Configuration, RobotDescription
@@ -13,6 +14,7 @@ from bt_manip.trajectories import CONTROL_STEP
 
 from .real_robot import find_backend
 from .tree_source import TreeSource, find_tree
+from .xml_tree import READING
 
 CONTROLLER = "computed_torque"
 """Default controller."""
@@ -57,7 +59,7 @@ class RunRequest:
             `bt_manip.scenes.PHYSICS`.
         backend: ``NAME=ADDRESS`` of a registered backend and a real robot; empty simulates it.
         speed: Factor of all speed scales of the arms, above 0 and up to 1.
-        reading: Further options of `bt_manip.bt.read_tree`: ``stubs``, ``libraries``.
+        reading: How the document of the tree is read.
     """
 
     tree: TreeSource = field(default_factory=lambda: TreeSource("", "python"))
@@ -77,7 +79,7 @@ class RunRequest:
     poses: str = PHYSICS
     backend: str = ""
     speed: float = 1.0
-    reading: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
+    reading: ReadingOptions = READING
 
     def __post_init__(self) -> None:
         """Check the numbers.

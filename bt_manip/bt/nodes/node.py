@@ -13,6 +13,7 @@ from bt_manip.bt.nodes.tree_node import NodeKind as NodeKind
 from bt_manip.bt.nodes.tree_node import TreeNode
 from bt_manip.bt.ports import Port
 from bt_manip.bt.runtime import Observer, Runtime
+from bt_manip.bt.script.parser import parse_script
 from bt_manip.bt.status import (
     FAILURE,
     IDLE,
@@ -113,7 +114,7 @@ class Node(PortAccess):
                 given[self._port_name(key)] = value
         self._start_ports(given)
         if self.conditions:
-            self._node_guard = Guard(self.conditions)
+            self._node_guard = Guard({k: parse_script(s) for k, s in self.conditions.items()})
 
     def _port_name(self, key: str) -> str:
         if key in self.ports:

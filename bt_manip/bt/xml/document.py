@@ -8,7 +8,7 @@ from typing import Final
 from bt_manip.bt.nodes.node import RESERVED
 from bt_manip.bt.registry import FORBIDDEN
 from bt_manip.bt.xml.problem import Problems
-from bt_manip.bt.xml.source import Element, Source, XmlError, decode, parse_source
+from bt_manip.bt.xml.source import Attribute, Element, Source, XmlError, decode, parse_source
 from bt_manip.exceptions import TreeError
 from bt_manip.files import read_bytes
 
@@ -192,7 +192,7 @@ class _Reader:
         try:
             resolved = path.resolve()
             if resolved in chain:
-                names = " -> ".join(link.name for link in [*chain, resolved])
+                names = " -> ".join(file.name for file in [*chain, resolved])
                 self._problems.error(place, f"files include each other in a circle: {names}")
                 return
             if len(chain) >= MAX_INCLUDE_DEPTH:
@@ -262,6 +262,25 @@ class _Reader:
                 f"tree '{tree_id}' was defined before, at {known.place}; this definition counts",
             )
         document.trees[tree_id] = element
+
+
+def node_name(element: Element) -> str:
+    """Return the registered name of an element's node; empty if its ID is missing."""
+    return (element.get("ID") or "") if element.name in EXPLICIT else element.name
+
+
+def port_attributes(element: Element) -> dict[str, Attribute]:
+    """Return the attributes of an element that are ports of its node, or remaps, by name."""
+    return {key: a for key, a in element.attributes.items() if is_port_name(key)}
+
+
+def editor_attributes(element: Element) -> dict[str, str]:
+    """Return the attributes of an element that only editors read, by name."""
+    return {
+        key: attribute.value
+        for key, attribute in element.attributes.items()
+        if key not in RESERVED and not is_port_name(key)
+    }
 
 
 def port_name_problem(name: str) -> str | None:

@@ -23,7 +23,7 @@ def check_engine_rules(context: ReadingContext) -> None:
 
 class _EngineRules:
     def __init__(self, context: ReadingContext) -> None:
-        self._strict = context.strict
+        self._strict = context.options.strict
         self._document = context.document
         self._registry = context.registry
         self._problems = context.problems

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
-from bt_manip.exceptions import did_you_mean
+from bt_manip.exceptions import did_you_mean, shortened
 
 MAX_SUGGESTED_NAMES: Final = 12
 """Longer lists of names are left out of messages."""
@@ -69,6 +69,17 @@ class Problems:
     def warning(self, place: Place, message: str) -> None:
         """Add a warning."""
         self._found.setdefault(Problem(place, message, WARNING))
+
+    def unknown(self, place: Place, text: str, name: str, valid: Iterable[str]) -> None:
+        """Add the error of an unknown name, with the valid ones nearest to it.
+
+        Args:
+            place: Where.
+            text: What is missing: ``no tree is named``.
+            name: The name.
+            valid: The names that there are.
+        """
+        self.error(place, f"{text} '{shortened(name)}'{hint(name, valid)}")
 
     def extend(self, problems: Iterable[Problem]) -> None:
         """Add findings that were collected elsewhere."""

@@ -14,7 +14,13 @@ from bt_manip.bt.ports import Port
 from bt_manip.bt.registry import BehaviourRegistry
 from bt_manip.bt.stubs import Stubs
 from bt_manip.bt.xml.dialect import MOVEIT_PRO
-from bt_manip.bt.xml.document import EXPLICIT, Document, is_port_name
+from bt_manip.bt.xml.document import (
+    EXPLICIT,
+    Document,
+    editor_attributes,
+    node_name,
+    port_attributes,
+)
 from bt_manip.bt.xml.source import Element, SourceComment, Text
 from bt_manip.bt.xml.writer import write_element
 from bt_manip.exceptions import TreeError
@@ -192,8 +198,7 @@ class _Writer:
         if element.name == "SubTree":
             call = self._subtree(element, arguments)
         else:
-            explicit = element.name in EXPLICIT
-            registered = (element.get("ID") or "") if explicit else element.name
+            registered = node_name(element)
             cls = self._registry.get(registered)
             children: list[Any] = []
             inside = bool(element.children)
@@ -213,13 +218,7 @@ class _Writer:
         extra: list[Any] = []
         if element.name in EXPLICIT:
             extra.append(("tag", _text(element.name)))
-        others = {
-            a.name: a.value
-            for a in element.attributes.values()
-            if a.name not in ("ID", "name", "_autoremap")
-            and a.name not in _PYTHON_OF
-            and not is_port_name(a.name)
-        }
+        others = editor_attributes(element)
         if others:
             extra.append(("attributes", _text(others)))
         if not element.children and element.content:
@@ -239,7 +238,7 @@ class _Writer:
             cls = declare(tree_id, result=result)
             arguments.append(f"{self._declaration(tree_id, cls)}()")
         arguments.append(("tree_id", _text(tree_id)))
-        remaps = {a.name: a.value for a in element.attributes.values() if is_port_name(a.name)}
+        remaps = {name: a.value for name, a in port_attributes(element).items()}
         if remaps:
             arguments.append(("remap", _text(remaps)))
         autoremap = element.get("_autoremap")
@@ -250,9 +249,9 @@ class _Writer:
 
     def _ports(self, element: Element, cls: type[Node]) -> list[Any]:
         found: list[Any] = []
-        for attribute in element.attributes.values():
-            port = cls.ports.get(attribute.name)
-            if port is not None and is_port_name(attribute.name):
+        for name, attribute in port_attributes(element).items():
+            port = cls.ports.get(name)
+            if port is not None:
                 found.append((port.attribute, _value(port, attribute.value)))
         return found + self._scripts(element)
 

@@ -17,7 +17,7 @@ from bt_manip.bt.ports import is_pointer, pointed_key
 from bt_manip.bt.script.parser import ParsedScript, parse_script
 from bt_manip.bt.xml.context import ReadingContext
 from bt_manip.bt.xml.dialect import Dialect
-from bt_manip.bt.xml.document import EXPLICIT, Document
+from bt_manip.bt.xml.document import Document, node_name
 from bt_manip.bt.xml.problem import Place, Problems
 from bt_manip.bt.xml.source import Element
 from bt_manip.exceptions import ScriptError, did_you_mean, shortened
@@ -38,7 +38,7 @@ def check_elements(context: ReadingContext) -> None:
     ]
     for element in elements:
         _check_attributes(element, problems, context.dialect)
-        name = (element.get("ID") or "") if element.name in EXPLICIT else element.name
+        name = node_name(element)
         if name in registry and name != "SubTree":
             _check_node(element, name, registry.get(name), problems)
 
