@@ -6,9 +6,8 @@ from pathlib import Path
 
 from .xml.context import ReadingContext
 from .xml.document import Document, Sources, read_document
-from .xml.engine_rules import check_engine_rules
 from .xml.problem import Problem, Problems
-from .xml.static_checks import check_elements
+from .xml.reader import read_trees
 
 
 class Libraries:
@@ -64,10 +63,7 @@ class Libraries:
             found = Problems()
             found.extend(self._problems)
             for document in self.documents:
-                own = replace(context, document=document, problems=found)
-                check_engine_rules(own)
-                if own.options.strict:
-                    check_elements(own)
+                read_trees(replace(context, document=document, problems=found))
             self._checked[dialect] = list(found)
         unread = set(self._problems)
         return [p for p in self._checked[dialect] if p.place.file in files or p in unread]

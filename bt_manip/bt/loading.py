@@ -18,11 +18,9 @@ from bt_manip.bt.xml.builder import Builder
 from bt_manip.bt.xml.context import ReadingContext
 from bt_manip.bt.xml.dialect import dialect_named
 from bt_manip.bt.xml.document import Document, parse_document, read_document
-from bt_manip.bt.xml.engine_rules import check_engine_rules
 from bt_manip.bt.xml.problem import Problem, Problems
-from bt_manip.bt.xml.specs import read_trees
+from bt_manip.bt.xml.reader import read_trees
 from bt_manip.bt.xml.static_checks import (
-    check_elements,
     check_goals_below,
     check_keys,
     check_unused,
@@ -175,9 +173,6 @@ def _read(
         options.mapping.apply(document, problems)
     dialect = dialect_named(options.dialect, document.root)
     context = ReadingContext(document, registry, problems, dialect, options)
-    check_engine_rules(context)
-    if options.strict:
-        check_elements(context)
     tree, built, stubbed = _build(context, main, own_trees)
     reached = {document.trees[name].place.file for name in built if name in document.trees}
     problems.extend(libraries.problems_of(reached, context))
@@ -196,8 +191,7 @@ def _build(
         of each stub with the number of its nodes.
     """
     document, problems, options = context.document, context.problems, context.options
-    wanted = [*own_trees, *filter(None, [main])] if options.strict else [*filter(None, [main])]
-    specs = read_trees(context, wanted)
+    specs = read_trees(context, own_trees if main is None else [*own_trees, main])
     builder = Builder(context, specs, options.substitutions)
     tree = None
     if main is not None:

@@ -117,6 +117,7 @@ class Builder:
             return None
         self.built[tree_id] = None
         self._problems.extend(tree.problems)
+        self.is_too_deep |= tree.is_too_deep
         if tree.root is None:
             return None
         return self._node(tree.root, at._replace(trees=(*at.trees, tree_id)))

@@ -15,9 +15,8 @@ from bt_manip.bt.nodes.node import CONDITIONS, Node
 from bt_manip.bt.nodes.subtree import SubTree
 from bt_manip.bt.ports import is_pointer, pointed_key
 from bt_manip.bt.script.parser import ParsedScript, parse_script
-from bt_manip.bt.xml.context import ReadingContext
 from bt_manip.bt.xml.dialect import Dialect
-from bt_manip.bt.xml.document import Document, node_name
+from bt_manip.bt.xml.document import Document
 from bt_manip.bt.xml.problem import Place, Problems
 from bt_manip.bt.xml.source import Element
 from bt_manip.exceptions import ScriptError, did_you_mean, shortened
@@ -26,24 +25,8 @@ _BRANCHING: Final = (IfThenElse, WhileDoElse)
 _SWITCHES: Final = (Switch2, Switch3, Switch4, Switch5, Switch6)
 
 
-def check_elements(context: ReadingContext) -> None:
-    """Check every node of every tree of a document by itself."""
-    registry, problems = context.registry, context.problems
-    elements = [
-        element
-        for file in context.document.order
-        for tree in context.document.sources[file].root.children
-        if tree.name == "BehaviorTree"
-        for element in tree.iterate()
-    ]
-    for element in elements:
-        _check_attributes(element, problems, context.dialect)
-        name = node_name(element)
-        if name in registry and name != "SubTree":
-            _check_node(element, name, registry.get(name), problems)
-
-
-def _check_attributes(element: Element, problems: Problems, dialect: Dialect) -> None:
+def check_attributes(element: Element, problems: Problems, dialect: Dialect) -> None:
+    """Warn of attributes of an element that have no meaning, or that are not well-formed XML."""
     scripts = tuple(CONDITIONS.values())
     for name, attribute in element.attributes.items():
         if not attribute.well_formed:
@@ -62,7 +45,8 @@ def _check_attributes(element: Element, problems: Problems, dialect: Dialect) ->
             problems.warning(attribute.place, "only a <SubTree> has '_autoremap'")
 
 
-def _check_node(element: Element, name: str, cls: type[Node], problems: Problems) -> None:
+def check_node(element: Element, name: str, cls: type[Node], problems: Problems) -> None:
+    """Check that a node has its mandatory ports and the children that it needs."""
     for port in cls.ports.values():
         if port.mandatory and port.name not in element.attributes:
             what = f" ({port.doc})" if port.doc else ""
