@@ -46,7 +46,6 @@ class Entry:
     __slots__ = ("declared", "sequence", "type", "value")
 
     def __init__(self, declared: PortType) -> None:
-        """Declare an entry without a value."""
         self.declared = declared
         self.value: Any = EMPTY
         self.type = declared
@@ -96,7 +95,6 @@ class Blackboard:
     """
 
     def __init__(self, parent: "Blackboard | None" = None) -> None:
-        """Make an empty scope."""
         self.parent = parent
         self.entries: dict[str, Entry] = {}
         self.remapped: dict[str, str] = {}

@@ -36,7 +36,6 @@ class _ReadOnlyScope(Blackboard):
     """A scope with the entries of another one, in which conditions declare nothing."""
 
     def __init__(self, scope: Blackboard) -> None:
-        """Show the entries of a scope."""
         super().__init__(scope)
         self.autoremap = True
 

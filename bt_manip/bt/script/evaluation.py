@@ -96,7 +96,6 @@ class Name:
     __slots__ = ("key",)
 
     def __init__(self, key: str) -> None:
-        """Name a blackboard key."""
         self.key = key
 
     def __call__(self, env: Environment) -> Value:

@@ -52,8 +52,9 @@ _PREFIX: Final = 20
 class ParsedScript:
     """A compiled script.
 
-    Attributes:
+    Args:
         text: Its source.
+        statements: Its compiled statements.
         reads: The names of the variables that it reads.
         writes: The names of the variables that it assigns.
     """
@@ -61,7 +62,6 @@ class ParsedScript:
     def __init__(
         self, text: str, statements: list[Expression], reads: set[str], writes: set[str]
     ) -> None:
-        """Keep the results of the parser."""
         self.text = text
         self.reads = frozenset(reads)
         self.writes = frozenset(writes)

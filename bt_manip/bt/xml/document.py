@@ -73,7 +73,6 @@ class Sources:
     """Parsed files by path, so that each is read once."""
 
     def __init__(self) -> None:
-        """Start with none."""
         self._read: dict[Path, Source | XmlError] = {}
 
     def read(self, path: Path) -> Source:

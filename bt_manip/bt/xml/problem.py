@@ -59,7 +59,6 @@ class Problems:
     """Collects findings, each of them once."""
 
     def __init__(self) -> None:
-        """Start with none."""
         self._found: dict[Problem, None] = {}
 
     def error(self, place: Place, message: str) -> None:
@@ -71,14 +70,7 @@ class Problems:
         self._found.setdefault(Problem(place, message, WARNING))
 
     def unknown(self, place: Place, text: str, name: str, valid: Iterable[str]) -> None:
-        """Add the error of an unknown name, with the valid ones nearest to it.
-
-        Args:
-            place: Where.
-            text: What is missing: ``no tree is named``.
-            name: The name.
-            valid: The names that there are.
-        """
+        """Add the error of an unknown name, such as ``no tree is named 'Mian'``, with hints."""
         self.error(place, f"{text} '{shortened(name)}'{hint(name, valid)}")
 
     def extend(self, problems: Iterable[Problem]) -> None:

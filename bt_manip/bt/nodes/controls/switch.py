@@ -35,16 +35,16 @@ class Switch(Control):
     _running_child = -1
 
     def _tick(self) -> NodeStatus:
-        links = self.links
-        if len(links) != len(self.cases) + 1:
+        children = self.child_nodes
+        if len(children) != len(self.cases) + 1:
             raise ValueError(
                 f"must have {len(self.cases) + 1} children, one for each case and one for the "
-                f"others, not {len(links)}"
+                f"others, not {len(children)}"
             )
         chosen = self._choose()
         if self._running_child not in (-1, chosen):
             self._halt_child(self._running_child)
-        state = links[chosen].execute()
+        state = children[chosen].execute()
         if state is SKIPPED:
             self._running_child = -1
         elif state is RUNNING:
