@@ -181,12 +181,12 @@ def why_not_met(condition: Node) -> str:
 
 def texts_of(condition: Node) -> list[str]:
     """Return the present values of a condition's ports that are texts, such as names, in order."""
-    found = []
+    texts = []
     for port in condition.ports:
         try:
             value = condition.read_port(port)
         except BtManipError:
             continue
         if isinstance(value, str):
-            found.append(value)
-    return found
+            texts.append(value)
+    return texts

@@ -60,10 +60,10 @@ class Libraries:
         """
         dialect = context.dialect.name
         if dialect not in self._checked:  # by themselves, once for each dialect
-            found = Problems()
-            found.extend(self._problems)
+            problems = Problems()
+            problems.extend(self._problems)
             for document in self.documents:
-                read_trees(replace(context, document=document, problems=found))
-            self._checked[dialect] = list(found)
+                read_trees(replace(context, document=document, problems=problems))
+            self._checked[dialect] = list(problems)
         unread = set(self._problems)
         return [p for p in self._checked[dialect] if p.place.file in files or p in unread]

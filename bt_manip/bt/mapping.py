@@ -101,7 +101,7 @@ class LeafMapping:
             return
         given = port_attributes(element)
         try:
-            found = self._choose(name, {key: a.value for key, a in given.items()})
+            rules = self._choose(name, {key: a.value for key, a in given.items()})
         except (ScriptError, TreeError) as error:
             problems.error(element.place, f"{self._file}: {name}: {error}")
             return
@@ -110,13 +110,13 @@ class LeafMapping:
             for key, a in element.attributes.items()
             if key not in given and key not in ("ID", "_autoremap")
         }
-        made = [_made(rule, given, element) for _, rule in found]
+        made = [_made(rule, given, element) for _, rule in rules]
         if len(made) == 1:
             element.name, element.attributes = made[0].name, {**made[0].attributes, **kept}
             return
         # The rule depends on the blackboard: it is chosen when the node is ticked.
         branch = made[-1]
-        for (condition, _), leaf in zip(reversed(found[:-1]), reversed(made[:-1]), strict=True):
+        for (condition, _), leaf in zip(reversed(rules[:-1]), reversed(made[:-1]), strict=True):
             test = Element("ScriptCondition", element.place)
             test.attributes["code"] = Attribute("code", condition, element.place, element.place)
             branch = Element("IfThenElse", element.place, content=[test, leaf, branch])
@@ -130,10 +130,10 @@ class LeafMapping:
         for key, text in given.items():
             if not is_pointer(text):
                 scope.set_text(key, text)
-        found: list[tuple[str, MappingRule]] = []
+        rules: list[tuple[str, MappingRule]] = []
         for rule in self.rules[name]:
             if not rule.when:
-                return [*found, ("", rule)]
+                return [*rules, ("", rule)]
             reads = parse_script(rule.when).reads
             for key in reads - given.keys():
                 raise TreeError(f"the rule '{rule.when}' needs the port '{key}'")
@@ -144,9 +144,9 @@ class LeafMapping:
                     condition = re.sub(
                         rf"(?<![\w@.]){key}\b", entry if entry != "=" else key, condition
                     )
-                found.append((condition, rule))
+                rules.append((condition, rule))
             elif is_true(parse_script(rule.when).evaluate(Environment(scope, {}))):
-                return [*found, ("", rule)]
+                return [*rules, ("", rule)]
         values = ", ".join(f"{key}={text}" for key, text in given.items())
         raise TreeError(f"no rule holds for {values or 'a leaf without ports'}")
 

@@ -70,23 +70,17 @@ class Stubs:
         documents: tuple[Document, ...] = self._read  # type: ignore[attr-defined]
         models = _node_models([document, *documents])
         for other in documents:
-            for tree_id, model in other.models.items():
-                document.models.setdefault(tree_id, model)
+            document.models = {**other.models, **document.models}
         extended = registry.copy()
         for name, elements in _uses(document).items():
             known = registry.get(name) if name in registry else None
-            asked = self.results.get(name)
-            if (
-                asked is None
-                and known is not None
-                and not self._is_other(known, elements, registry)
-            ):
-                continue
-            model_of_node = models.get(name)
-            if asked is None and model_of_node is None:
-                if not self.unknown or name in document.trees:
+            asked, model = self.results.get(name), models.get(name)
+            if asked is None:
+                if known is not None and not self._is_other(known, elements, registry):
                     continue
-            cls = self._declared(name, elements, known, asked, model_of_node, registry)
+                if model is None and (not self.unknown or name in document.trees):
+                    continue
+            cls = self._declared(name, elements, known, asked, model, registry)
             if cls is not None:
                 extended.replace(cls, name)
         return extended
@@ -185,13 +179,13 @@ def _kind(
 
 def _uses(document: Document) -> dict[str, list[Element]]:
     """Return the elements of all nodes of a document but sub-trees, by the name of the node."""
-    found: dict[str, list[Element]] = {}
+    uses: dict[str, list[Element]] = {}
     for tree in document.top_level("BehaviorTree"):
         for element in tree.iterate():
             name = node_name(element)
             if name and name not in ("SubTree", "BehaviorTree"):
-                found.setdefault(name, []).append(element)
-    return found
+                uses.setdefault(name, []).append(element)
+    return uses
 
 
 def _port_names(elements: Iterable[Element]) -> list[str]:
@@ -199,14 +193,14 @@ def _port_names(elements: Iterable[Element]) -> list[str]:
 
 
 def _node_models(documents: Iterable[Document]) -> dict[str, _NodeModel]:
-    found: dict[str, _NodeModel] = {}
+    models_by_name: dict[str, _NodeModel] = {}
     for document in documents:
         for models in document.top_level("TreeNodesModel"):
             for element in models.children:
                 name = element.get("ID")
                 if element.name in EXPLICIT and name:
-                    found.setdefault(name, _NodeModel(element.name, _model_ports(element)))
-    return found
+                    models_by_name.setdefault(name, _NodeModel(element.name, _model_ports(element)))
+    return models_by_name
 
 
 def _model_ports(element: Element) -> dict[str, Port]:

@@ -89,8 +89,8 @@ class Tree:
     def task(self) -> str:
         """What the tree does: the given sentence, that of an entry, or its ID in words."""
         if is_pointer(self.given_task):
-            found = self.blackboard.get(self.given_task.strip()[1:-1])
-            given = found if isinstance(found, str) else ""
+            text = self.blackboard.get(self.given_task.strip()[1:-1])
+            given = text if isinstance(text, str) else ""
         else:
             given = self.given_task
         words = re.sub(r"(?<=[a-z0-9])(?=[A-Z])|[\W_]+", " ", self.tree_id)

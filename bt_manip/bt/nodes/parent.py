@@ -32,21 +32,21 @@ class Parent(Node):
         name: str | None = None
         if args and (args[0] is None or isinstance(args[0], str)):
             name, *args = args  # type: ignore[assignment]
-        found: list[Behaviour] = []
+        children: list[Behaviour] = []
         comments: list[tuple[int, Comment]] = []
         for item in (*args, *more):
             for child in item if isinstance(item, list | tuple) else (item,):
                 if isinstance(child, Comment):
-                    comments.append((len(found), child))
+                    comments.append((len(children), child))
                 elif isinstance(child, Behaviour):
-                    found.append(child)
+                    children.append(child)
                 else:
                     raise TypeError(f"expected a name and children; found {child!r}")
-        if self.kind is not NodeKind.CONTROL and len(found) > 1:
-            raise TypeError(f"{type(self).__name__} takes one child; found {len(found)}")
+        if self.kind is not NodeKind.CONTROL and len(children) > 1:
+            raise TypeError(f"{type(self).__name__} takes one child; found {len(children)}")
         Node.__init__(self, name, **ports)
         self._node_comments = comments
-        for child in found:
+        for child in children:
             self._adopt(child)
 
     def _adopt(self, child: Behaviour) -> None:

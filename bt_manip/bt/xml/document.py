@@ -88,10 +88,10 @@ class Sources:
                 self._read[resolved] = parse_source(decode(read_bytes(path), str(path)), str(path))
             except XmlError as error:
                 self._read[resolved] = error
-        found = self._read[resolved]
-        if isinstance(found, XmlError):
-            raise found
-        return found
+        source = self._read[resolved]
+        if isinstance(source, XmlError):
+            raise source
+        return source
 
 
 def read_document(

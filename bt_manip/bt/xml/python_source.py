@@ -67,15 +67,15 @@ class _Writer:
         """Return the document's own trees, and those of libraries that they name."""
         trees = self._document.trees
         own = self._document.source.root.children
-        found = {tree_id: tree for tree_id, tree in trees.items() if tree in own}
-        waiting = list(found.values())
+        reached = {tree_id: tree for tree_id, tree in trees.items() if tree in own}
+        waiting = list(reached.values())
         while waiting:
             for element in waiting.pop().iterate():
                 tree_id = element.get("ID") or ""
-                if element.name == "SubTree" and tree_id in trees and tree_id not in found:
-                    found[tree_id] = trees[tree_id]
+                if element.name == "SubTree" and tree_id in trees and tree_id not in reached:
+                    reached[tree_id] = trees[tree_id]
                     waiting.append(trees[tree_id])
-        return found
+        return reached
 
     def _function_names(self) -> dict[str, str]:
         names: dict[str, str] = {}
@@ -174,7 +174,7 @@ class _Writer:
         goal = element.get(GOAL)
         if goal is not None:
             conditions = parse_goal(goal, self._registry)
-            arguments.append(("goal", _List([self._condition(one) for one in conditions])))
+            arguments.append(("goal", _List([self._condition(item) for item in conditions])))
         return _Call(self._use("TreeDefinition"), arguments)
 
     def _condition(self, condition: Node) -> Any:
@@ -248,12 +248,12 @@ class _Writer:
         return _Call(self._use("SubTree"), arguments)
 
     def _ports(self, element: Element, cls: type[Node]) -> list[Any]:
-        found: list[Any] = []
+        arguments: list[Any] = []
         for name, attribute in port_attributes(element).items():
             port = cls.ports.get(name)
             if port is not None:
-                found.append((port.attribute, _value(port, attribute.value)))
-        return found + self._scripts(element)
+                arguments.append((port.attribute, _value(port, attribute.value)))
+        return arguments + self._scripts(element)
 
     def _scripts(self, element: Element) -> list[Any]:
         return [

@@ -73,14 +73,14 @@ class Switch(Control):
         super()._halt()
 
 
-def equal(one: str, other: str, enums: Mapping[str, int]) -> bool:
+def equal(value: str, other: str, enums: Mapping[str, int]) -> bool:
     """Return whether a variable and a case are equal: as texts, integers or real numbers."""
-    if one == other:
+    if value == other:
         return True
-    numbers = [enums[text] if text in enums else _integer(text) for text in (one, other)]
+    numbers = [enums[text] if text in enums else _integer(text) for text in (value, other)]
     if None not in numbers and numbers[0] == numbers[1]:
         return True
-    reals = [float(enums[text]) if text in enums else _real(text) for text in (one, other)]
+    reals = [float(enums[text]) if text in enums else _real(text) for text in (value, other)]
     if reals[0] is None or reals[1] is None:
         return False
     return abs(reals[0] - reals[1]) <= _EPSILON
