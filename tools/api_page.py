@@ -55,7 +55,7 @@ EXPERIMENTAL = {
         "KeepRunningUntilFailure RunOnce Delay Timeout Precondition SkipUnlessUpdated "
         "WaitValueUpdate LoopBool LoopDouble LoopInt AlwaysSuccess AlwaysFailure "
         "ScriptCondition SetBlackboard UnsetBlackboard WasEntryUpdated Blackboard InOut Comment "
-        "as_written TreeWatch read_tree Reading declare Stubs Libraries LeafMapping"
+        "as_written TreeWatch read_tree Reading ReadingOptions declare Stubs Libraries LeafMapping"
     ),
     "bt_manip.behaviours": (
         "IsAt FollowTarget Stop PlannedMove Recover pose_to_text pose_from_text pose_input "

@@ -88,6 +88,7 @@ from .port_types import STRING as STRING
 from .port_types import PortType as PortType
 from .ports import is_pointer as is_pointer
 from .ports import pointed_key as pointed_key
+from .reading_options import ReadingOptions as ReadingOptions
 from .stubs import Stubs as Stubs
 from .substitution import Rule as Rule
 from .substitution import Substitutions as Substitutions

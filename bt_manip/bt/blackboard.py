@@ -46,7 +46,6 @@ class Entry:
     __slots__ = ("declared", "sequence", "type", "value")
 
     def __init__(self, declared: PortType) -> None:
-        """Declare an entry without a value."""
         self.declared = declared
         self.value: Any = EMPTY
         self.type = declared
@@ -96,7 +95,6 @@ class Blackboard:
     """
 
     def __init__(self, parent: "Blackboard | None" = None) -> None:
-        """Make an empty scope."""
         self.parent = parent
         self.entries: dict[str, Entry] = {}
         self.remapped: dict[str, str] = {}
@@ -111,9 +109,9 @@ class Blackboard:
         """Find the entry behind a key, here or where the key leads; None if there is none."""
         if key[:1] == "@":  # before all else: a remap may have made an entry of that very name
             return self.root.entry(key[1:])
-        found = self.entries.get(key)
-        if found is not None:
-            return found
+        entry = self.entries.get(key)
+        if entry is not None:
+            return entry
         parent = self.parent
         if parent is not None:
             parent_key = self.remapped.get(key)
@@ -147,13 +145,13 @@ class Blackboard:
         return self._declare(key, type)
 
     def _declare(self, key: str, type: PortType) -> Entry:
-        found = self.entries.get(key)
-        if found is not None:
-            if found.declared.strong and type.strong and found.declared != type:
+        entry = self.entries.get(key)
+        if entry is not None:
+            if entry.declared.strong and type.strong and entry.declared != type:
                 raise BlackboardError(
-                    f"entry '{key}' holds {found.declared.name}; it cannot become {type.name}"
+                    f"entry '{key}' holds {entry.declared.name}; it cannot become {type.name}"
                 )
-            return found
+            return entry
         if self.parent is not None:
             parent_key = self.remapped.get(key)
             if parent_key is not None:
@@ -178,15 +176,15 @@ class Blackboard:
         if key[:1] == "@":
             self.root.write(key[1:], value, type)
             return
-        found = self.entries.get(key)
-        if found is None:
+        entry = self.entries.get(key)
+        if entry is None:
             self._declare(key, UNTYPED if type is STRING else type).put(value, type)
             return
-        if not found.declared.strong:
-            found.declared = type
-            found.put(value, type)
+        if not entry.declared.strong:
+            entry.declared = type
+            entry.put(value, type)
             return
-        declared = found.declared
+        declared = entry.declared
         try:
             if declared != type:
                 if type is STRING and declared.converter is not None:
@@ -195,7 +193,7 @@ class Blackboard:
                     type = declared
                 elif not casts_safely(value, type, declared):
                     raise ValueError(f"it was declared as {declared.name}")
-            found.copy_in(value, type)
+            entry.copy_in(value, type)
         except ValueError as error:
             raise BlackboardError(
                 f"entry '{key}' does not take {shown(value)} of type {type.name}: {error}"
@@ -207,8 +205,8 @@ class Blackboard:
 
     def get(self, key: str, default: Any = None) -> Any:
         """Return the value behind a key, or a default if nothing was written."""
-        found = self.entry(key)
-        return default if found is None or found.value is EMPTY else found.value
+        entry = self.entry(key)
+        return default if entry is None or entry.value is EMPTY else entry.value
 
     def __getitem__(self, key: str) -> Any:
         """Return the value behind a key.
@@ -216,12 +214,12 @@ class Blackboard:
         Raises:
             BlackboardError: If nothing was written under this key.
         """
-        found = self.entry(key)
-        if found is None:
+        entry = self.entry(key)
+        if entry is None:
             raise BlackboardError(f"no entry '{key}'" + did_you_mean(key, self.entries))
-        if found.value is EMPTY:
+        if entry.value is EMPTY:
             raise BlackboardError(f"entry '{key}' was never written")
-        return found.value
+        return entry.value
 
     def __setitem__(self, key: str, value: Any) -> None:
         """Write a Python value; its type is found from the value."""
@@ -250,8 +248,8 @@ class Blackboard:
 
     def __contains__(self, key: object) -> bool:
         """Return whether a value was written under this key."""
-        found = self.entry(key) if isinstance(key, str) else None
-        return found is not None and found.value is not EMPTY
+        entry = self.entry(key) if isinstance(key, str) else None
+        return entry is not None and entry.value is not EMPTY
 
 
 def _is_instance(value: Any, type: PortType) -> bool:

@@ -53,7 +53,7 @@ class _Box:
     """The text and the layout of a node.
 
     Attributes:
-        link: The node.
+        node: The node.
         title: Its class and its own name.
         details: Its ports and scripts, ``name=value`` each.
         summary: The first line of its documentation.
@@ -63,7 +63,7 @@ class _Box:
         span: Width of the box and all below [px].
     """
 
-    link: TreeNode
+    node: TreeNode
     title: str
     details: list[str]
     summary: str = ""
@@ -133,14 +133,14 @@ def draw_dot(tree: "Tree", *, ports: bool = True, docs: bool = False) -> str:
 
 
 def _draw_edges(box: _Box, lines: list[str], docs: bool) -> None:
-    shape, colour = _STYLES[box.link.kind]
+    shape, colour = _STYLES[box.node.kind]
     attributes = {"label": "\n".join(box.lines), "shape": shape, "fillcolor": colour}
     if docs and box.summary:
         attributes["tooltip"] = box.summary
     text = " ".join(f"{name}={_quoted(value)}" for name, value in attributes.items())
-    lines.append(f"  n{box.link.uid} [{text}];")
+    lines.append(f"  n{box.node.uid} [{text}];")
     for child in box.children:
-        lines.append(f"  n{box.link.uid} -> n{child.link.uid};")
+        lines.append(f"  n{box.node.uid} -> n{child.node.uid};")
         _draw_edges(child, lines, docs)
 
 
@@ -177,13 +177,13 @@ def draw_outline(tree: "Tree") -> str:
 def _draw_rows(box: _Box, x: float, row: int, body: list[str]) -> int:
     """Draw a node and all below, a row each; return the number of the next row."""
     y = _PADDING + (row + 0.5) * _ROW
-    status = box.link.engine_status
+    status = box.node.engine_status
     colour, state, reason = STATUS_COLOURS.get(status.name, "#333"), "", ""
     if status.name in STATUS_COLOURS:
-        state, reason = status.name, getattr(behaviour_of(box.link), "feedback_message", "")
+        state, reason = status.name, getattr(behaviour_of(box.node), "feedback_message", "")
     body.append(
         f'<rect x="{x:.0f}" y="{y - 5:.1f}" width="10" height="10" rx="2" '
-        f'fill="{_STYLES[box.link.kind][1]}" stroke="{colour}"/>'
+        f'fill="{_STYLES[box.node.kind][1]}" stroke="{colour}"/>'
         f'<text x="{x + 16:.0f}" y="{y + 4:.1f}" fill="{colour}">{escape(box.title)} '
         f'<tspan font-weight="bold">{state}</tspan> {escape(reason)}</text>'
     )
@@ -222,7 +222,7 @@ def _draw_box(box: _Box, body: list[str], docs: bool) -> None:
     title = f"<title>{escape(box.summary)}</title>" if docs and box.summary else ""
     body.append(
         f'<g>{title}<rect x="{box.x:.1f}" y="{box.y:.1f}" width="{box.width:.1f}" '
-        f'height="{box.height:.1f}" rx="6" fill="{_STYLES[box.link.kind][1]}" stroke="#666"/>'
+        f'height="{box.height:.1f}" rx="6" fill="{_STYLES[box.node.kind][1]}" stroke="#666"/>'
     )
     for index, line in enumerate(box.lines):
         weight = ' font-weight="bold"' if index == 0 else ' fill="#444"'
@@ -235,30 +235,30 @@ def _draw_box(box: _Box, body: list[str], docs: bool) -> None:
 
 
 def _layout(tree: "Tree", ports: bool) -> _Box:
-    links = {id(behaviour_of(link)): link for link in tree.nodes}
-    return _box(tree.nodes[0], links, ports)
+    nodes = {id(behaviour_of(node)): node for node in tree.nodes}
+    return _box(tree.nodes[0], nodes, ports)
 
 
-def _box(link: TreeNode, links: dict[int, TreeNode], ports: bool) -> _Box:
-    registration, name = link.registration, link.name
+def _box(node: TreeNode, nodes: dict[int, TreeNode], ports: bool) -> _Box:
+    registration, name = node.registration, node.name
     details: list[str] = []
     summary = ""
-    if isinstance(link, SubTree):
-        registration = f"SubTree {link.tree_id}"
-        name = "" if link.is_unnamed else link.name
-        details += [f"{key}={text}" for key, text in link.remaps.items()]
-        if link.autoremap:
+    if isinstance(node, SubTree):
+        registration = f"SubTree {node.tree_id}"
+        name = "" if node.is_unnamed else node.name
+        details += [f"{key}={text}" for key, text in node.remaps.items()]
+        if node.autoremap:
             details.append("_autoremap=true")
-    elif isinstance(link, Node):
-        details += [f"{key}={link.port_text(key)}" for key in link.given]
-        summary = type(link).summary()
-    details += [f"{key}={text}" for key, text in link.conditions.items()]
+    elif isinstance(node, Node):
+        details += [f"{key}={node.port_text(key)}" for key in node.given]
+        summary = type(node).summary()
+    details += [f"{key}={text}" for key, text in node.conditions.items()]
     mark = NODE_MARKS.get(registration)
     title = f"{mark} {registration}" if mark else registration
     if name and name != registration:
         title += f' "{name}"'
-    box = _Box(link, title, details if ports else [], summary)
-    children = link.links if isinstance(link, Parent) else [links[id(c)] for c in link.children]
-    box.children = [_box(child, links, ports) for child in children]
+    box = _Box(node, title, details if ports else [], summary)
+    inner = node.child_nodes if isinstance(node, Parent) else [nodes[id(c)] for c in node.children]
+    box.children = [_box(child, nodes, ports) for child in inner]
     box.span = max(box.width, box.children_span)
     return box

@@ -36,7 +36,6 @@ class _ReadOnlyScope(Blackboard):
     """A scope with the entries of another one, in which conditions declare nothing."""
 
     def __init__(self, scope: Blackboard) -> None:
-        """Show the entries of a scope."""
         super().__init__(scope)
         self.autoremap = True
 
@@ -182,12 +181,12 @@ def why_not_met(condition: Node) -> str:
 
 def texts_of(condition: Node) -> list[str]:
     """Return the present values of a condition's ports that are texts, such as names, in order."""
-    found = []
+    texts = []
     for port in condition.ports:
         try:
             value = condition.read_port(port)
         except BtManipError:
             continue
         if isinstance(value, str):
-            found.append(value)
-    return found
+            texts.append(value)
+    return texts

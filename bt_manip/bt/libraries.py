@@ -6,23 +6,21 @@ from pathlib import Path
 
 from .xml.context import ReadingContext
 from .xml.document import Document, Sources, read_document
-from .xml.engine_rules import check_engine_rules
 from .xml.problem import Problem, Problems
-from .xml.static_checks import check_elements
+from .xml.reader import read_trees
 
 
 class Libraries:
-    """Files and folders of trees; each file is read once and checked once."""
+    """Files and folders of trees; each file is read once and checked once.
+
+    Args:
+        paths: Files, and folders whose ``.xml`` files count where they hold trees.
+
+    Raises:
+        TreeError: If a file cannot be opened.
+    """
 
     def __init__(self, paths: Iterable[str | Path] = ()) -> None:
-        """Read the files.
-
-        Args:
-            paths: Files, and folders whose ``.xml`` files count where they hold trees.
-
-        Raises:
-            TreeError: If a file cannot be opened.
-        """
         self.paths = tuple(map(Path, paths))
         self.sources = Sources()
         self.documents: list[Document] = []
@@ -37,6 +35,11 @@ class Libraries:
                     if document is not None:
                         self.documents.append(document)
         self._checked: dict[str, list[Problem]] = {}
+
+    @classmethod
+    def of(cls, given: "Iterable[str | Path] | Libraries") -> "Libraries":
+        """Return libraries as they are, and those of paths."""
+        return given if isinstance(given, Libraries) else cls(given)
 
     def add_to(self, document: Document) -> None:
         """Let a document name the trees as sub-trees; its own trees of the same ID count.
@@ -57,13 +60,10 @@ class Libraries:
         """
         dialect = context.dialect.name
         if dialect not in self._checked:  # by themselves, once for each dialect
-            found = Problems()
-            found.extend(self._problems)
+            problems = Problems()
+            problems.extend(self._problems)
             for document in self.documents:
-                own = replace(context, document=document, problems=found)
-                check_engine_rules(own)
-                if own.strict:
-                    check_elements(own)
-            self._checked[dialect] = list(found)
+                read_trees(replace(context, document=document, problems=problems))
+            self._checked[dialect] = list(problems)
         unread = set(self._problems)
         return [p for p in self._checked[dialect] if p.place.file in files or p in unread]

@@ -35,10 +35,10 @@ def parse_integer(text: str, bits: int = 32, *, signed: bool = True) -> int:
     Raises:
         ValueError: If there is none, or if it does not fit.
     """
-    found = _INTEGER.match(text)
-    if found is None:
+    match = _INTEGER.match(text)
+    if match is None:
         raise ValueError(f"{shown(text)} is not an integer")
-    value = int(found[0])
+    value = int(match[0])
     lower, upper = integer_range(bits, signed=signed)
     if not lower <= value <= upper:
         raise ValueError(f"{shown(value)} is outside {lower} .. {upper}")
@@ -60,22 +60,22 @@ def parse_real(text: str, *, whole: bool = False) -> float:
     Raises:
         ValueError: If there is none, or if it is too large or too small for a double.
     """
-    found = _REAL.match(text)
-    if found is None or (whole and found.end() != len(text)):
+    match = _REAL.match(text)
+    if match is None or (whole and match.end() != len(text)):
         raise ValueError(f"{shown(text)} is not a number")
-    digits = found[0].lower()
+    digits = match[0].lower()
     if "n" in digits:  # inf and nan
         return float(digits.partition("(")[0])
     value = float(digits)
     if math.isinf(value) or (value == 0 and re.search("[1-9]", digits.partition("e")[0])):
-        raise ValueError(f"{shortened(found[0])} does not fit a double")
+        raise ValueError(f"{shortened(match[0])} does not fit a double")
     return value
 
 
 def continues_after_number(text: str, *, integer: bool) -> bool:
     """Return whether a text begins with a number, and goes on with a rest that is ignored."""
-    found = (_INTEGER if integer else _REAL).match(text)
-    return found is not None and found.end() != len(text)
+    match = (_INTEGER if integer else _REAL).match(text)
+    return match is not None and match.end() != len(text)
 
 
 def parse_boolean(text: str) -> bool:

@@ -14,7 +14,7 @@ from .blackboard import Blackboard
 from .ports import is_pointer
 from .script.evaluation import Environment, is_true
 from .script.parser import parse_script
-from .xml.document import EXPLICIT, Document, is_port_name
+from .xml.document import Document, node_name, port_attributes
 from .xml.problem import Problems
 from .xml.source import Attribute, Element
 
@@ -39,10 +39,14 @@ class MappingRule:
 
 
 class LeafMapping:
-    """Rules by the name of the leaf or sub-tree that they replace."""
+    """Rules by the name of the leaf or sub-tree that they replace.
+
+    Args:
+        rules: The rules; the first rule of a name that holds is applied.
+        file: The file name in messages.
+    """
 
     def __init__(self, rules: Mapping[str, list[MappingRule]], file: str = "<mapping>") -> None:
-        """Take the rules; the first rule of a name that holds is applied."""
         self.rules = rules
         self._file = file
         self._done: dict[int, Element] = {}
@@ -92,13 +96,12 @@ class LeafMapping:
                     self._replace(element, problems)
 
     def _replace(self, element: Element, problems: Problems) -> None:
-        explicit = element.name in (*EXPLICIT, "SubTree")
-        name = (element.get("ID") or "") if explicit else element.name
+        name = (element.get("ID") or "") if element.name == "SubTree" else node_name(element)
         if name not in self.rules or element.children:
             return
-        given = {key: a for key, a in element.attributes.items() if is_port_name(key)}
+        given = port_attributes(element)
         try:
-            found = self._choose(name, {key: a.value for key, a in given.items()})
+            rules = self._choose(name, {key: a.value for key, a in given.items()})
         except (ScriptError, TreeError) as error:
             problems.error(element.place, f"{self._file}: {name}: {error}")
             return
@@ -107,13 +110,13 @@ class LeafMapping:
             for key, a in element.attributes.items()
             if key not in given and key not in ("ID", "_autoremap")
         }
-        made = [_made(rule, given, element) for _, rule in found]
+        made = [_made(rule, given, element) for _, rule in rules]
         if len(made) == 1:
             element.name, element.attributes = made[0].name, {**made[0].attributes, **kept}
             return
         # The rule depends on the blackboard: it is chosen when the node is ticked.
         branch = made[-1]
-        for (condition, _), leaf in zip(reversed(found[:-1]), reversed(made[:-1]), strict=True):
+        for (condition, _), leaf in zip(reversed(rules[:-1]), reversed(made[:-1]), strict=True):
             test = Element("ScriptCondition", element.place)
             test.attributes["code"] = Attribute("code", condition, element.place, element.place)
             branch = Element("IfThenElse", element.place, content=[test, leaf, branch])
@@ -127,10 +130,10 @@ class LeafMapping:
         for key, text in given.items():
             if not is_pointer(text):
                 scope.set_text(key, text)
-        found: list[tuple[str, MappingRule]] = []
+        rules: list[tuple[str, MappingRule]] = []
         for rule in self.rules[name]:
             if not rule.when:
-                return [*found, ("", rule)]
+                return [*rules, ("", rule)]
             reads = parse_script(rule.when).reads
             for key in reads - given.keys():
                 raise TreeError(f"the rule '{rule.when}' needs the port '{key}'")
@@ -141,9 +144,9 @@ class LeafMapping:
                     condition = re.sub(
                         rf"(?<![\w@.]){key}\b", entry if entry != "=" else key, condition
                     )
-                found.append((condition, rule))
+                rules.append((condition, rule))
             elif is_true(parse_script(rule.when).evaluate(Environment(scope, {}))):
-                return [*found, ("", rule)]
+                return [*rules, ("", rule)]
         values = ", ".join(f"{key}={text}" for key, text in given.items())
         raise TreeError(f"no rule holds for {values or 'a leaf without ports'}")
 

@@ -57,14 +57,12 @@ class BehaviourRegistry:
     """Classes of behaviours by the name that trees use, and numbers that scripts know by name.
 
     The nodes of the language are in every registry.
+
+    Args:
+        behaviours: Classes to register under their own names.
     """
 
     def __init__(self, behaviours: Iterable[type[Node]] = ()) -> None:
-        """Start with the nodes of the language, and register more.
-
-        Args:
-            behaviours: Classes to register under their own names.
-        """
         self._classes = {cls.registration: cls for cls in BUILT_IN}
         self._built_in = frozenset(self._classes)
         self._enums: dict[str, int] = {}

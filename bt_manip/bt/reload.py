@@ -1,35 +1,42 @@
 """Watch the files of a running tree, and replace the tree when they change."""
 
-from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from bt_manip.bt.libraries import Libraries
 from bt_manip.bt.loading import Reading, read_tree
+from bt_manip.bt.reading_options import DEFAULTS, ReadingOptions
 from bt_manip.bt.registry import BehaviourRegistry
 from bt_manip.bt.tree import Tree
 from bt_manip.exceptions import TreeError
 
 
 class TreeWatch:
-    """Replaces a running tree when one of its files was edited."""
+    """Replaces a running tree when one of its files, included ones too, was edited.
 
-    def __init__(self, tree: Tree, registry: BehaviourRegistry, **options: Any) -> None:
-        """Watch the files that a tree was read from, included ones too.
+    Args:
+        tree: The tree that runs; it was read from a file.
+        registry: The behaviours that its files may name.
+        options: How the files are read; the clock stays that of the tree.
+        **changes: Other values for some of the options.
 
-        Args:
-            tree: The tree that runs; it was read from a file.
-            registry: The behaviours that its files may name.
-            **options: As of `load_tree`: ``main``, ``dialect``, ``libraries``, ``strict``.
+    Raises:
+        TreeError: If the tree was not read from a file.
+    """
 
-        Raises:
-            TreeError: If the tree was not read from a file.
-        """
+    def __init__(
+        self,
+        tree: Tree,
+        registry: BehaviourRegistry,
+        options: ReadingOptions = DEFAULTS,
+        **changes: Any,
+    ) -> None:
         if tree.source is None:
             raise TreeError(f"the tree {tree.tree_id} was not read from a file")
         self._tree = tree
         self._registry = registry
-        self._options: Mapping[str, Any] = options
+        self._options = replace(options, **changes)
         self._path = tree.source
         self._seen = self._stamps()
 
@@ -47,11 +54,11 @@ class TreeWatch:
         if stamps == self._seen:
             return None
         self._seen = stamps
-        options = dict(self._options)
-        if isinstance(options.get("libraries"), Libraries):
-            options["libraries"] = Libraries(options["libraries"].paths)  # read anew
+        options = replace(self._options, clock=self._tree.clock)
+        if isinstance(options.libraries, Libraries):
+            options = replace(options, libraries=options.libraries.paths)  # read anew
         try:
-            reading = read_tree(self._path, self._registry, clock=self._tree.clock, **options)
+            reading = read_tree(self._path, self._registry, options)
         except TreeError:
             return None  # an editor is just writing it anew: the next call finds it
         if reading.tree is not None and not reading.errors:

@@ -33,7 +33,6 @@ class Runtime:
     """
 
     def __init__(self, clock: Clock = time.monotonic) -> None:
-        """Start without timers."""
         self.clock = clock
         self.enums: dict[str, int] = {}
         self.observers: list[Observer] = []

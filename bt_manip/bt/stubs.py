@@ -3,14 +3,20 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from ..exceptions import TreeError
 from .nodes.declared import LEAVES, RESULTS, declare, model_port
 from .nodes.node import Node, NodeKind
 from .ports import Port
 from .registry import BehaviourRegistry
-from .xml.document import EXPLICIT, Document, is_port_name, read_document
+from .xml.document import (
+    EXPLICIT,
+    Document,
+    is_port_name,
+    node_name,
+    port_attributes,
+    read_document,
+)
 from .xml.problem import Problems, hint
 from .xml.source import Element, Text
 
@@ -64,23 +70,17 @@ class Stubs:
         documents: tuple[Document, ...] = self._read  # type: ignore[attr-defined]
         models = _node_models([document, *documents])
         for other in documents:
-            for tree_id, model in other.models.items():
-                document.models.setdefault(tree_id, model)
+            document.models = {**other.models, **document.models}
         extended = registry.copy()
         for name, elements in _uses(document).items():
             known = registry.get(name) if name in registry else None
-            asked = self.results.get(name)
-            if (
-                asked is None
-                and known is not None
-                and not self._is_other(known, elements, registry)
-            ):
-                continue
-            model_of_node = models.get(name)
-            if asked is None and model_of_node is None:
-                if not self.unknown or name in document.trees:
+            asked, model = self.results.get(name), models.get(name)
+            if asked is None:
+                if known is not None and not self._is_other(known, elements, registry):
                     continue
-            cls = self._declared(name, elements, known, asked, model_of_node, registry)
+                if model is None and (not self.unknown or name in document.trees):
+                    continue
+            cls = self._declared(name, elements, known, asked, model, registry)
             if cls is not None:
                 extended.replace(cls, name)
         return extended
@@ -179,29 +179,28 @@ def _kind(
 
 def _uses(document: Document) -> dict[str, list[Element]]:
     """Return the elements of all nodes of a document but sub-trees, by the name of the node."""
-    found: dict[str, list[Element]] = {}
+    uses: dict[str, list[Element]] = {}
     for tree in document.top_level("BehaviorTree"):
         for element in tree.iterate():
-            name = element.get("ID") if element.name in EXPLICIT else element.name
+            name = node_name(element)
             if name and name not in ("SubTree", "BehaviorTree"):
-                found.setdefault(name, []).append(element)
-    return found
+                uses.setdefault(name, []).append(element)
+    return uses
 
 
 def _port_names(elements: Iterable[Element]) -> list[str]:
-    names = {name: None for element in elements for name in element.attributes}
-    return [name for name in names if is_port_name(name)]
+    return list({name: None for element in elements for name in port_attributes(element)})
 
 
 def _node_models(documents: Iterable[Document]) -> dict[str, _NodeModel]:
-    found: dict[str, _NodeModel] = {}
+    models_by_name: dict[str, _NodeModel] = {}
     for document in documents:
         for models in document.top_level("TreeNodesModel"):
             for element in models.children:
                 name = element.get("ID")
                 if element.name in EXPLICIT and name:
-                    found.setdefault(name, _NodeModel(element.name, _model_ports(element)))
-    return found
+                    models_by_name.setdefault(name, _NodeModel(element.name, _model_ports(element)))
+    return models_by_name
 
 
 def _model_ports(element: Element) -> dict[str, Port]:
@@ -213,9 +212,3 @@ def _model_ports(element: Element) -> dict[str, Port]:
             doc = " ".join(item.text.strip() for item in port.content if isinstance(item, Text))
             ports[name] = model_port(direction, name, port.get("default"), doc)
     return ports
-
-
-def stub_child(tree_id: str, result: str, keys: Iterable[str]) -> Any:
-    """Make the leaf inside the stub of a sub-tree; it writes the keys handed to the sub-tree."""
-    names = list(keys)
-    return declare(tree_id, "Action", names, result=result)(**{key: f"{{{key}}}" for key in names})

@@ -32,14 +32,28 @@ _NODE_STATUS = attrgetter("_node_status")
 class Tree:
     """A tree of behaviours with a blackboard and a clock.
 
+    Args:
+        root: The root: a node, or any stock py_trees behaviour.
+        clock: Returns the time [s] that Delay, Timeout and Sleep count.
+        blackboard: The scope of the root; a new one if none is given.
+        enums: Numbers that scripts know by name.
+        tree_id: The ID of the tree.
+        document: The document it was read from.
+        on_problem: Collects the problems of the nodes; without it the first error is raised.
+        goal: Conditions that hold when the tree has done its task: one or several. A run fails
+            where they do not.
+        task: A sentence that says what it does, for data sets, or ``{key}``, the entry of the
+            blackboard that has it; default: its ID in words.
+
     Attributes:
-        root: Its root behaviour.
         nodes: All nodes, depth first; stock py_trees behaviours are wrapped in a `ForeignNode`.
         observers: Called as ``observer(node, old, new)`` on each change of a node's status.
-        goal: Conditions that hold when the tree has done its task; a run fails where they do not.
-        given_task: A sentence that says what it does, or ``{key}``; empty if none was given.
+        given_task: The `task` as given.
         scopes: The blackboard scopes by the path of their sub-tree, ``""`` for the root's.
-        document: The document it was read from, if any.
+
+    Raises:
+        TreeError: If a behaviour occurs in it twice, two sub-trees have the same path, it is
+            deeper than 256 levels, or the goal is no condition.
     """
 
     def __init__(
@@ -55,24 +69,6 @@ class Tree:
         goal: Node | Iterable[Node] = (),
         task: str = "",
     ) -> None:
-        """Bind connected behaviours to a blackboard and a clock.
-
-        Args:
-            root: The root: a node, or any stock py_trees behaviour.
-            clock: Returns the time [s] that Delay, Timeout and Sleep count.
-            blackboard: The scope of the root; a new one if none is given.
-            enums: Numbers that scripts know by name.
-            tree_id: The ID of the tree.
-            document: The document it was read from.
-            on_problem: Collects the problems of the nodes; without it the first error is raised.
-            goal: Conditions that hold when the tree has done its task: one or several.
-            task: A sentence that says what it does, for data sets, or ``{key}``, the entry of the
-                blackboard that has it; default: its ID in words.
-
-        Raises:
-            TreeError: If a behaviour occurs in it twice, two sub-trees have the same path, it is
-                deeper than 256 levels, or the goal is no condition.
-        """
         self.root = root
         self.tree_id = root.name if tree_id is None else tree_id
         self.document = document
@@ -85,7 +81,7 @@ class Tree:
         self.scopes = binding.scopes
         self.goal = bind_goal(goal, self.blackboard, self._runtime, on_problem)
         self._root: TreeNode = self.nodes[0]
-        self._has_foreign = not all(isinstance(link, Node) for link in self.nodes)
+        self._has_foreign = not all(isinstance(node, Node) for node in self.nodes)
         self._infrastructure: dict[str, Any] | None = None
         _make_room(binding.depth)
 
@@ -93,8 +89,8 @@ class Tree:
     def task(self) -> str:
         """What the tree does: the given sentence, that of an entry, or its ID in words."""
         if is_pointer(self.given_task):
-            found = self.blackboard.get(self.given_task.strip()[1:-1])
-            given = found if isinstance(found, str) else ""
+            text = self.blackboard.get(self.given_task.strip()[1:-1])
+            given = text if isinstance(text, str) else ""
         else:
             given = self.given_task
         words = re.sub(r"(?<=[a-z0-9])(?=[A-Z])|[\W_]+", " ", self.tree_id)
@@ -112,13 +108,13 @@ class Tree:
             NodeError: If the ``setup`` of a behaviour raised an exception.
         """
         self._infrastructure = infrastructure
-        for link in (*self.nodes, *self.goal):
-            behaviour = behaviour_of(link)
+        for node in (*self.nodes, *self.goal):
+            behaviour = behaviour_of(node)
             try:
                 behaviour.setup(**infrastructure)
             except Exception as error:
                 message, culprit = f"setup: {error}", type(behaviour).__module__
-                raise NodeError(link.path, link.registration, message, culprit) from error
+                raise NodeError(node.path, node.registration, message, culprit) from error
 
     def tick(self, node: TreeNode | None = None) -> NodeStatus:
         """Tick the tree, and again at once as long as it is woken up.
@@ -171,14 +167,14 @@ class Tree:
         """
         self._runtime.fire_timers()
         self._root.halt()
-        for link in self.nodes:
-            link.halt()
+        for node in self.nodes:
+            node.halt()
         self._root._reset()
 
     def shutdown(self) -> None:
         """Shut all behaviours down."""
-        for link in (*self.nodes, *self.goal):
-            behaviour_of(link).shutdown()
+        for node in (*self.nodes, *self.goal):
+            behaviour_of(node).shutdown()
 
     # ------------------------------------------------------------------ access
 
@@ -199,7 +195,7 @@ class Tree:
     def statuses(self) -> bytes:
         """Return the engine's status of every node, one byte a node, in the order of `nodes`."""
         if self._has_foreign:
-            return bytes([link.engine_status for link in self.nodes])
+            return bytes([node.engine_status for node in self.nodes])
         return bytes(map(_NODE_STATUS, self.nodes))
 
     @property
@@ -213,9 +209,9 @@ class Tree:
         Raises:
             TreeError: If there is no such node.
         """
-        for link in self.nodes:
-            if link.path == path:
-                return link
+        for node in self.nodes:
+            if node.path == path:
+                return node
         raise TreeError(f"no node '{path}'" + did_you_mean(path, [n.path for n in self.nodes]))
 
     def failure_reason(self) -> str:
@@ -275,9 +271,9 @@ class Tree:
         self.goal = other.goal
         self._root = other._root
         self._has_foreign = other._has_foreign
-        for link in self.nodes:
-            link._node_runtime = runtime
-            link._node_observers = runtime.observers
+        for node in self.nodes:
+            node._node_runtime = runtime
+            node._node_observers = runtime.observers
 
     @property
     def source(self) -> Path | None:

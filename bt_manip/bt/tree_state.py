@@ -24,12 +24,12 @@ def get_tree_state(
     return {
         "nodes": [
             {
-                "path": link.path,
-                "status": int(link._node_status),
-                "feedback": link.feedback_message,
-                "state": link.get_state(),
+                "path": node.path,
+                "status": int(node._node_status),
+                "feedback": node.feedback_message,
+                "state": node.get_state(),
             }
-            for link in nodes
+            for node in nodes
         ],
         "scopes": {
             path: {key: _entry_state(key, entry) for key, entry in scope.entries.items()}
@@ -51,7 +51,7 @@ def set_tree_state(
     Raises:
         TreeError: If the state is of another tree.
     """
-    if [entry["path"] for entry in state["nodes"]] != [link.path for link in nodes]:
+    if [entry["path"] for entry in state["nodes"]] != [node.path for node in nodes]:
         raise TreeError("the state is of another tree: its nodes have other paths")
     types = _known_types(nodes)
     for path, entries in state["scopes"].items():
@@ -59,12 +59,12 @@ def set_tree_state(
         scope.entries = {key: _entry(key, entry, types) for key, entry in entries.items()}
     runtime.timers.clear()
     runtime.reason = state["reason"]
-    for link, entry in zip(nodes, state["nodes"], strict=True):
-        link._node_status = NodeStatus(entry["status"])
-        link.set_state(entry["state"])
-        if isinstance(link, Node):
-            link.status = PY_STATUS[entry["status"]]
-            link.feedback_message = entry["feedback"]
+    for node, entry in zip(nodes, state["nodes"], strict=True):
+        node._node_status = NodeStatus(entry["status"])
+        node.set_state(entry["state"])
+        if isinstance(node, Node):
+            node.status = PY_STATUS[entry["status"]]
+            node.feedback_message = entry["feedback"]
     runtime.wake_up = state["wake_up"]
 
 
@@ -110,7 +110,7 @@ def _known_types(nodes: list[TreeNode]) -> dict[str, PortType]:
     types = {
         value.name: value for value in vars(port_types).values() if isinstance(value, PortType)
     }
-    for link in nodes:
-        for port in link.ports.values():
+    for node in nodes:
+        for port in node.ports.values():
             types.setdefault(port.type.name, port.type)
     return types

@@ -3,12 +3,15 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from bt_manip.cli.options import option
 from bt_manip.exceptions import BtManipError, did_you_mean
+
+if TYPE_CHECKING:
+    from bt_manip.bt import ReadingOptions
 
 _PATH = click.Path(exists=True, path_type=Path)
 
@@ -49,13 +52,13 @@ class ForeignTrees:
     )  # fmt: skip
     _stubbed: dict[str, int] = field(default_factory=dict)
 
-    def reading(self) -> dict[str, Any]:
-        """Give the options for `bt_manip.bt.read_tree`; libraries are read now.
+    def reading(self) -> "ReadingOptions":
+        """Return the options of reading a document of any dialect; libraries are read now.
 
         Raises:
             BtManipError: If a file cannot be read, or a stub is not of the form ``NAME=RESULT``.
         """
-        from bt_manip.bt import LeafMapping, Libraries, Stubs
+        from bt_manip.bt import LeafMapping, Libraries, ReadingOptions, Stubs
 
         results: dict[str, str] = {}
         for text in self.stubs:
@@ -65,10 +68,12 @@ class ForeignTrees:
                     f"--stub wants NAME=RESULT, as in \"MoveToPose=FAILURE\", got '{text}'"
                 )
             results[name] = result
-        stubs: Stubs = Stubs(self.stub_unknown, results, self.models)
-        libraries: Libraries = Libraries(self.libraries)
-        mapping = None if self.mapping is None else LeafMapping.read(self.mapping)
-        return {"stubs": stubs, "libraries": libraries, "mapping": mapping}
+        return ReadingOptions(
+            dialect="auto",
+            stubs=Stubs(self.stub_unknown, results, self.models),
+            libraries=Libraries(self.libraries),
+            mapping=None if self.mapping is None else LeafMapping.read(self.mapping),
+        )
 
     def fields(self) -> dict[str, Any]:
         """Return the options that were given, as plain data."""

@@ -2,6 +2,7 @@
 
 import os
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +18,7 @@ from bt_manip.files import read_bytes
 from bt_manip.registry import Parts
 
 if TYPE_CHECKING:
-    from bt_manip.bt import BehaviourRegistry, Place, Problem, Reading, Tree
+    from bt_manip.bt import BehaviourRegistry, Place, Problem, Reading, ReadingOptions, Tree
     from bt_manip.runner import TreeSource
 
 _dialect = click.option(
@@ -55,7 +56,7 @@ def check(files: tuple[str, ...], dialect: str, foreign: ForeignTrees, engine: b
     """
     parts, registry = _registered()
     errors = warnings = 0
-    options = {**foreign.reading(), "dialect": dialect, "strict": not engine, "library": True}
+    options = replace(foreign.reading(), dialect=dialect, strict=not engine, library=True)
     seen: set[Problem] = set()  # the problems of a library recur for many trees
     for text in files:
         for problem in _findings(text, parts, registry, foreign, options):
@@ -176,8 +177,8 @@ def convert(
         text = tree_to_xml(written, registry, tree_id="MainTree", model=model)
         _write(text, output)
         return
-    options = foreign.reading()
-    reading = _read(source, registry, foreign, {**options, "dialect": dialect, "library": True})
+    options = replace(foreign.reading(), dialect=dialect, library=True)
+    reading = _read(source, registry, foreign, options)
     reading.raise_errors()
     foreign.print_stubs()
     assert reading.document is not None
@@ -187,7 +188,7 @@ def convert(
             raise BtManipError(f"'{name}' does not say which of its trees runs")
         _write(tree_to_xml(made, registry, model=model), output)
     else:
-        _write(to_python(reading.document, reading.registry, options["stubs"]), output)
+        _write(to_python(reading.document, reading.registry, options.stubs), output)
 
 
 @tree.command()
@@ -232,7 +233,7 @@ def _findings(
     parts: Parts,
     registry: "BehaviourRegistry",
     foreign: ForeignTrees,
-    options: dict[str, Any],
+    options: "ReadingOptions",
 ) -> "list[Problem]":
     from bt_manip.bt import NO_CELL, Problem
     from bt_manip.runner import make_tree
@@ -261,12 +262,12 @@ def _read(
     source: "TreeSource",
     registry: "BehaviourRegistry",
     foreign: ForeignTrees,
-    options: dict[str, Any],
+    options: "ReadingOptions",
 ) -> "Reading":
     from bt_manip.bt import read_tree
 
     assert source.path is not None
-    reading = read_tree(source.path, registry, **options)
+    reading = read_tree(source.path, registry, options)
     foreign.note(reading.stubbed)
     return reading
 
@@ -283,7 +284,7 @@ def _load(
         from bt_manip.runner import make_tree
 
         return make_tree(source, {}, lambda: 0.0)
-    options = {**foreign.reading(), "dialect": dialect, "strict": False}
+    options = replace(foreign.reading(), dialect=dialect, strict=False)
     return _read(source, registry, foreign, options).usable_tree()
 
 

@@ -79,7 +79,7 @@ class DemonstrationRecorder:
         self._run = self.episodes.run
         self._actions = [action_kind(name, self.episodes) for name in ACTION_KINDS]
         nodes = self._run.tree.nodes
-        self._leaves = {i: node.path for i, node in enumerate(nodes) if not node.links}
+        self._leaves = {i: node.path for i, node in enumerate(nodes) if not node.child_nodes}
 
     def identity(self) -> dict[str, Any]:
         """Return the specification of the demonstrations, as plain data.

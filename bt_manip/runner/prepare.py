@@ -1,9 +1,8 @@
 """Preparing a run from a request; all errors of the request are found here."""
 
 from collections.abc import Mapping
-from typing import Any
 
-from bt_manip.bt import Declared, Tree, cannot_run
+from bt_manip.bt import Declared, ReadingOptions, Tree, cannot_run
 from bt_manip.exceptions import BtManipError, NodeError
 from bt_manip.registry import Parts
 from bt_manip.scenes import find_scene, fixture_models
@@ -14,7 +13,7 @@ from .run import Run
 from .station import Station, make_station
 from .tree_source import Clock, TreeSource
 from .variation import with_varied
-from .xml_tree import Warn, known_behaviours, load_document
+from .xml_tree import READING, Warn, known_behaviours, load_document
 
 
 def prepare(
@@ -68,7 +67,7 @@ def load_source(
     clock: Clock,
     warn: Warn = lambda message: None,
     *,
-    reading: Mapping[str, Any] | None = None,
+    reading: ReadingOptions = READING,
 ) -> Tree:
     """Return the tree of a document or of a Python function.
 
@@ -78,7 +77,7 @@ def load_source(
         settings: Values for some of its keys, as text.
         clock: Clock of the tree's timers [s].
         warn: Takes warnings about the tree.
-        reading: Further options of `bt_manip.bt.read_tree`, of documents.
+        reading: How a document is read; with the clock above.
 
     Raises:
         BtManipError: When the tree is wrong, or a setting does not fit it.

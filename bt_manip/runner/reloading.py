@@ -44,9 +44,7 @@ class Reloader(RunModifier):
     def run_started(self, run: "Run") -> None:
         """Begin to watch."""
         self._run = run
-        self._watch = TreeWatch(
-            run.tree, self._behaviours, **{"dialect": "auto", **run.request.reading}
-        )
+        self._watch = TreeWatch(run.tree, self._behaviours, run.request.reading)
 
     def before_tick(self) -> None:
         """Take up the file if it has changed."""

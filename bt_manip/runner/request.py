@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
 
+from bt_manip.bt import ReadingOptions
 from bt_manip.exceptions import BtManipError
 from bt_manip.registry import Parts, TreeDefaults
 from bt_manip.robots import Configuration, RobotDescription
@@ -13,6 +14,7 @@ from bt_manip.trajectories import CONTROL_STEP
 
 from .real_robot import find_backend
 from .tree_source import TreeSource, find_tree
+from .xml_tree import READING
 
 CONTROLLER = "computed_torque"
 """Default controller."""
@@ -63,7 +65,7 @@ class RunRequest:
         speed: Factor of all speed scales of the arms, above 0 and up to 1.
         varied: Values of parameters of tree, controller, scene and robot, by name, as in ``bt-manip
             run --vary``.
-        reading: Further options of `bt_manip.bt.read_tree`: ``stubs``, ``libraries``.
+        reading: How the document of the tree is read.
     """
 
     tree: TreeSource = field(default_factory=lambda: TreeSource("", "python"))
@@ -84,7 +86,7 @@ class RunRequest:
     backend: str = ""
     speed: float = 1.0
     varied: ParameterSet = field(default_factory=lambda: MappingProxyType({}))
-    reading: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
+    reading: ReadingOptions = READING
 
     def __post_init__(self) -> None:
         """Check the numbers.

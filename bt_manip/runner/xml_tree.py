@@ -1,12 +1,11 @@
 """Trees that a document describes, and the keys that it lets one set."""
 
 from collections.abc import Callable, Mapping
-from typing import Any
 
 from bt_manip.bt import (
     STRING,
     BehaviourRegistry,
-    Substitutions,
+    ReadingOptions,
     Tree,
     read_tree,
 )
@@ -15,7 +14,9 @@ from bt_manip.registry import Parts
 
 from .tree_source import Clock, TreeSource
 
-DIALECT: Mapping[str, Any] = {"dialect": "auto"}
+READING = ReadingOptions(dialect="auto")
+"""How the documents of runs are read by default."""
+
 Warn = Callable[[str], None]
 
 
@@ -26,8 +27,7 @@ def load_document(
     clock: Clock,
     warn: Warn,
     *,
-    substitutions: Substitutions | None = None,
-    reading: Mapping[str, Any] | None = None,
+    reading: ReadingOptions = READING,
 ) -> Tree:
     """Read a tree and give its keys their values.
 
@@ -40,20 +40,13 @@ def load_document(
         settings: Values for some of its keys, as text.
         clock: The clock that the tree's waits count [s].
         warn: Takes what is strange in the document without being wrong.
-        substitutions: Rules that put other nodes in the place of some, for tests.
-        reading: Further options of `bt_manip.bt.read_tree`.
+        reading: How the document is read; with the clock above.
 
     Raises:
         BtManipError: When the document is wrong, or a setting does not fit it.
     """
     assert source.path is not None
-    found = read_tree(
-        source.path,
-        behaviours,
-        **{**DIALECT, **(reading or {})},
-        clock=clock,
-        substitutions=substitutions,
-    )
+    found = read_tree(source.path, behaviours, reading, clock=clock)
     for warning in found.warnings:
         warn(str(warning))
     tree = found.usable_tree()

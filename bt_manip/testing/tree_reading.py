@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from bt_manip.bt import Rule, Tree, find_rule
+from bt_manip.bt import ReadingOptions, Rule, Tree, find_rule
 from bt_manip.exceptions import BtManipError, did_you_mean
 from bt_manip.registry import Parts
 from bt_manip.runner import find_tree, known_behaviours, load_document, make_tree
@@ -48,7 +48,8 @@ def read_test_tree(
 
     def read(rules: Mapping[str, Rule]) -> Tree:
         known = known_behaviours(parts)
-        return load_document(source, known, texts, clock, warn=lambda _: None, substitutions=rules)
+        options = ReadingOptions(dialect="auto", substitutions=rules)
+        return load_document(source, known, texts, clock, warn=lambda _: None, reading=options)
 
     tree = read(rules)
     idle = _idle(rules, tree)

@@ -180,7 +180,7 @@ class _PassThrough(Logging, Decorator):
     def _tick(self) -> NodeStatus:
         if self._node_status is IDLE:
             self._enter()
-        state = self.link.execute()
+        state = self.child_node.execute()
         self._event("decorated", child=state.name)
         return state
 

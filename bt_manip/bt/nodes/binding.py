@@ -77,45 +77,45 @@ class _Binder:
         return self._binding
 
     def _bind(
-        self, link: TreeNode, scope: Blackboard, prefix: str, depth: int, attached: bool
+        self, node: TreeNode, scope: Blackboard, prefix: str, depth: int, attached: bool
     ) -> None:
         if depth > MAX_DEPTH:
-            raise TreeError(f"'{link.name}' is nested deeper than {MAX_DEPTH} levels")
-        if id(link) in self._seen:
-            raise TreeError(f"'{link.name}' stands in the tree more than once")
-        self._seen.add(id(link))
+            raise TreeError(f"'{node.name}' is nested deeper than {MAX_DEPTH} levels")
+        if id(node) in self._seen:
+            raise TreeError(f"'{node.name}' stands in the tree more than once")
+        self._seen.add(id(node))
         binding = self._binding
         binding.count += 1
         binding.depth = max(binding.depth, depth)
-        link.uid = binding.count
-        link.path = prefix + link.name
-        if link.name == link.registration or getattr(link, "tree_id", None) == link.name:
-            link.path += f"::{link.uid}"
-        link._node_runtime = self._runtime
+        node.uid = binding.count
+        node.path = prefix + node.name
+        if node.name == node.registration or getattr(node, "tree_id", None) == node.name:
+            node.path += f"::{node.uid}"
+        node._node_runtime = self._runtime
         if attached:
-            binding.nodes.append(link)
-            link._node_observers = self._runtime.observers
-        if isinstance(link, Behaviour):
-            link._node_scope = scope  # type: ignore[attr-defined]
-            self._declare(link, scope)
-        if link.kind is NodeKind.SUBTREE:
-            scope, prefix = self._enter(link, scope, prefix)
-        for child in link.links:
+            binding.nodes.append(node)
+            node._node_observers = self._runtime.observers
+        if isinstance(node, Behaviour):
+            node._node_scope = scope  # type: ignore[attr-defined]
+            self._declare(node, scope)
+        if node.kind is NodeKind.SUBTREE:
+            scope, prefix = self._enter(node, scope, prefix)
+        for child in node.child_nodes:
             self._bind(child, scope, prefix, depth + 1, attached)
-        for orphan in link.orphans:
+        for orphan in node.orphans:
             if isinstance(orphan, TreeNode):
                 self._bind(orphan, scope, prefix, depth + 1, False)
 
-    def _enter(self, link: Any, scope: Blackboard, prefix: str) -> tuple[Blackboard, str]:
-        path = link.path if link.is_unnamed else prefix + link.name
+    def _enter(self, node: Any, scope: Blackboard, prefix: str) -> tuple[Blackboard, str]:
+        path = node.path if node.is_unnamed else prefix + node.name
         try:
-            inner = link.make_scope(scope)
+            inner = node.make_scope(scope)
         except BlackboardError as error:
-            self._on_problem(link, "", error)
+            self._on_problem(node, "", error)
             inner = Blackboard(scope)
         if path in self._binding.scopes:
             self._on_problem(
-                link,
+                node,
                 "name",
                 TreeError(f"two sub-trees have the path '{path}'; give one of them another name"),
             )

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Final
 
 from bt_manip.bt.script.evaluation import Environment, is_true
-from bt_manip.bt.script.parser import ParsedScript, parse_script
+from bt_manip.bt.script.parser import ParsedScript
 from bt_manip.bt.status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, NodeStatus
 
 if TYPE_CHECKING:
@@ -31,32 +31,23 @@ _AT_START = (("_failureIf", FAILURE), ("_successIf", SUCCESS), ("_skipIf", SKIPP
 class Guard:
     """Decides before a tick whether the node is ticked, and runs scripts after it.
 
+    Args:
+        scripts: The scripts by attribute.
+
     Attributes:
         pre_tick: Called before the tick of a node that has not completed; a SUCCESS or FAILURE
             that it returns replaces the tick; a running node is halted, so that a motion stops.
         post_tick: Called after the tick with its result; a SUCCESS or FAILURE replaces it.
     """
 
-    def __init__(self, conditions: Mapping[str, str], *, double_quotes: bool = False) -> None:
-        """Parse the scripts.
-
-        Args:
-            conditions: The scripts by attribute.
-            double_quotes: Whether strings in them may stand between double quotes.
-
-        Raises:
-            ScriptError: If one of them is not a valid script.
-        """
-        self._scripts = {
-            name: parse_script(text, double_quotes=double_quotes)
-            for name, text in conditions.items()
-        }
+    def __init__(self, scripts: Mapping[str, ParsedScript]) -> None:
+        self._scripts = scripts
         self._at_start = [
-            (self._scripts[name], result, f"{name}: {conditions[name]}")
+            (scripts[name], result, f"{name}: {scripts[name].text}")
             for name, result in _AT_START
-            if name in self._scripts
+            if name in scripts
         ]
-        self._while = self._scripts.get("_while")
+        self._while = scripts.get("_while")
         self.pre_tick: PreTick | None = None
         self.post_tick: PostTick | None = None
 

@@ -13,6 +13,7 @@ from bt_manip.bt.nodes.tree_node import NodeKind as NodeKind
 from bt_manip.bt.nodes.tree_node import TreeNode
 from bt_manip.bt.ports import Port
 from bt_manip.bt.runtime import Observer, Runtime
+from bt_manip.bt.script.parser import parse_script
 from bt_manip.bt.status import (
     FAILURE,
     IDLE,
@@ -54,11 +55,20 @@ class Comment:
 class Node(PortAccess):
     """A node of a tree; see `Action`, `Condition`, `Control` and `Decorator`.
 
+    Args:
+        name: Its name; the name of its class if none is given.
+        **ports: A value for each port: ``"{key}"`` for an entry of the blackboard, else a literal.
+            Also the scripts around its tick: ``skip_if="x > 3"``, ...
+
     Attributes:
         conditions: The scripts around its tick, by attribute (``_skipIf``).
         attributes: Other attributes that came with it from a document, for editors.
         is_named: Whether its name was given, and is not only that of its class.
         checked_port: The port that `check_ports` checks, for the place of its errors.
+
+    Raises:
+        PortError: If there is no such port, or if a literal has the wrong type.
+        ScriptError: If a script is invalid.
     """
 
     checked_port: ClassVar[str] = ""
@@ -89,16 +99,6 @@ class Node(PortAccess):
         cls.ports = ports
 
     def __init__(self, name: str | None = None, **ports: Any) -> None:
-        """Configure the node; nothing is started and nothing is read.
-
-        Args:
-            name: Its name; the name of its class if none is given.
-            **ports: A value for each port: ``"{key}"`` for an entry of the blackboard, else a
-                literal. Also the scripts around its tick: ``skip_if="x > 3"``, ...
-
-        Raises:
-            PortError: If there is no such port, or if a literal has the wrong type.
-        """
         Behaviour.__init__(self, self.registration if name is None else name)
         self.is_named = name is not None
         self._node_comments: list[tuple[int, Comment]] = []  # with the index of the next child
@@ -113,7 +113,7 @@ class Node(PortAccess):
                 given[self._port_name(key)] = value
         self._start_ports(given)
         if self.conditions:
-            self._node_guard = Guard(self.conditions)
+            self._node_guard = Guard({k: parse_script(s) for k, s in self.conditions.items()})
 
     def _port_name(self, key: str) -> str:
         if key in self.ports:

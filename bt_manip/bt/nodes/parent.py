@@ -19,7 +19,7 @@ _RUNNING: Final = Status.RUNNING
 class Parent(Node):
     """A node with children, ours or stock py_trees behaviours."""
 
-    _links_cache: list[TreeNode] | None = None
+    _child_nodes: list[TreeNode] | None = None
 
     def _configure(self, args: tuple[Any, ...], more: Sequence[Any], ports: dict[str, Any]) -> None:
         """Configure the node.
@@ -32,21 +32,21 @@ class Parent(Node):
         name: str | None = None
         if args and (args[0] is None or isinstance(args[0], str)):
             name, *args = args  # type: ignore[assignment]
-        found: list[Behaviour] = []
+        children: list[Behaviour] = []
         comments: list[tuple[int, Comment]] = []
         for item in (*args, *more):
             for child in item if isinstance(item, list | tuple) else (item,):
                 if isinstance(child, Comment):
-                    comments.append((len(found), child))
+                    comments.append((len(children), child))
                 elif isinstance(child, Behaviour):
-                    found.append(child)
+                    children.append(child)
                 else:
                     raise TypeError(f"expected a name and children; found {child!r}")
-        if self.kind is not NodeKind.CONTROL and len(found) > 1:
-            raise TypeError(f"{type(self).__name__} takes one child; found {len(found)}")
+        if self.kind is not NodeKind.CONTROL and len(children) > 1:
+            raise TypeError(f"{type(self).__name__} takes one child; found {len(children)}")
         Node.__init__(self, name, **ports)
         self._node_comments = comments
-        for child in found:
+        for child in children:
             self._adopt(child)
 
     def _adopt(self, child: Behaviour) -> None:
@@ -56,24 +56,24 @@ class Parent(Node):
             raise RuntimeError(f"'{child.name}' already has the parent '{child.parent.name}'")
         child.parent = self
         self.children.append(child)
-        self._links_cache = None
+        self._child_nodes = None
 
     @property
-    def links(self) -> list[TreeNode]:
+    def child_nodes(self) -> list[TreeNode]:
         """The children as this node ticks them."""
-        links = self._links_cache
-        if links is None or len(links) != len(self.children):
-            links = self._links_cache = [
+        nodes = self._child_nodes
+        if nodes is None or len(nodes) != len(self.children):
+            nodes = self._child_nodes = [
                 child if isinstance(child, Node) else self._foreign(child)
                 for child in self.children
             ]
-        return links
+        return nodes
 
     def _foreign(self, child: Behaviour) -> ForeignNode:
-        link = ForeignNode(child)
-        link._node_runtime = self._node_runtime
-        link._node_observers = self._node_observers
-        return link
+        node = ForeignNode(child)
+        node._node_runtime = self._node_runtime
+        node._node_observers = self._node_observers
+        return node
 
     def _enter(self) -> None:
         """Become running; py_trees' statuses of an earlier round are reset."""
@@ -91,22 +91,22 @@ class Parent(Node):
     def _reset_children(self) -> None:
         """Halt the running children, and set all to idle."""
         watched = bool(self._node_observers)
-        for link in self._links_cache or self.links:
-            status = link._node_status
+        for child in self._child_nodes or self.child_nodes:
+            status = child._node_status
             if status is RUNNING:
-                link.halt()
-                link._reset()
+                child.halt()
+                child._reset()
             elif status is not IDLE:
                 if watched:
-                    link._reset()
+                    child._reset()
                 else:
-                    link._node_status = IDLE
+                    child._node_status = IDLE
 
     def _halt_child(self, index: int) -> None:
-        link = self.links[index]
-        if link._node_status is RUNNING:
-            link.halt()
-        link._reset()
+        child = self.child_nodes[index]
+        if child._node_status is RUNNING:
+            child.halt()
+        child._reset()
 
     def _halt(self) -> None:
         self._reset_children()
@@ -125,8 +125,16 @@ class Parent(Node):
 class Control(Parent, Composite):  # type: ignore[misc]  # stop() needs a status in both
     """A node that directs several children.
 
-    A new control node implements ``_tick``: it ticks ``self.links[i].execute()`` and returns a
-    `NodeStatus`. It calls ``self._enter()`` first, and ``self._reset_children()`` when it is done.
+    A new control node implements ``_tick``: it ticks ``self.child_nodes[i].execute()`` and returns
+    a `NodeStatus`. It calls ``self._enter()`` first, and ``self._reset_children()`` at the end.
+
+    Args:
+        *args: Optionally its name, then its children, singly or as a list.
+        children: Its children.
+        **ports: As of every `Node`.
+
+    Raises:
+        TypeError: If something else is among the children.
     """
 
     kind: ClassVar = NodeKind.CONTROL
@@ -136,16 +144,6 @@ class Control(Parent, Composite):  # type: ignore[misc]  # stop() needs a status
     def __init__(
         self, *args: Any, children: Sequence[Behaviour] | None = None, **ports: Any
     ) -> None:
-        """Configure the node.
-
-        Args:
-            *args: Optionally its name, then its children, singly or as a list.
-            children: Its children.
-            **ports: As of every `Node`.
-
-        Raises:
-            TypeError: If something else is among the children.
-        """
         self._configure(args, children or (), ports)
         self.current_child = None
 
@@ -156,7 +154,7 @@ class Control(Parent, Composite):  # type: ignore[misc]  # stop() needs a status
 
     def insert_child(self, child: Behaviour, index: int) -> uuid.UUID:
         """Insert a child at an index."""
-        self._links_cache = None
+        self._child_nodes = None
         return Composite.insert_child(self, child, index)
 
     def prepend_child(self, child: Behaviour) -> uuid.UUID:
@@ -165,35 +163,33 @@ class Control(Parent, Composite):  # type: ignore[misc]  # stop() needs a status
 
     def remove_child(self, child: Behaviour) -> int:
         """Remove a child; it is stopped if it runs."""
-        self._links_cache = None
+        self._child_nodes = None
         return Composite.remove_child(self, child)
 
     def remove_all_children(self) -> None:
         """Remove all children; those that run are stopped."""
-        self._links_cache = None
+        self._child_nodes = None
         Composite.remove_all_children(self)
 
 
 class Decorator(Parent, PyTreesDecorator):
     """A node that changes the ticks or the result of one child.
 
-    A new decorator implements ``_tick``: it ticks ``self.link.execute()`` and returns a
+    A new decorator implements ``_tick``: it ticks ``self.child_node.execute()`` and returns a
     `NodeStatus`. A child that has completed is reset after the tick.
+
+    Args:
+        *args: Optionally its name, then its child.
+        child: Its child.
+        **ports: As of every `Node`.
+
+    Raises:
+        TypeError: If there is more than one child.
     """
 
     kind: ClassVar = NodeKind.DECORATOR
 
     def __init__(self, *args: Any, child: Behaviour | None = None, **ports: Any) -> None:
-        """Configure the node.
-
-        Args:
-            *args: Optionally its name, then its child.
-            child: Its child.
-            **ports: As of every `Node`.
-
-        Raises:
-            TypeError: If there is more than one child.
-        """
         self._configure(args, () if child is None else (child,), ports)
 
     @property
@@ -202,22 +198,27 @@ class Decorator(Parent, PyTreesDecorator):
         return self.children[0]
 
     @property
-    def link(self) -> TreeNode:
+    def child_node(self) -> TreeNode:
         """The child as this node ticks it."""
-        return (self._links_cache or self.links)[0]
+        return (self._child_nodes or self.child_nodes)[0]
+
+    @property
+    def link(self) -> TreeNode:
+        """The former name of `child_node`."""
+        return self.child_node
 
     def execute(self) -> NodeStatus:
         """Tick the node and its child, and return the result."""
         state = Node.execute(self)
-        link = self.link
-        status = link._node_status
+        child = self.child_node
+        status = child._node_status
         if status is SUCCESS or status is FAILURE:
-            link._reset()
+            child._reset()
         return state
 
     def _reset_child(self) -> None:
         """Halt the child if it runs, and set it to idle."""
-        link = self.link
-        if link._node_status is RUNNING:
-            link.halt()
-        link._reset()
+        child = self.child_node
+        if child._node_status is RUNNING:
+            child.halt()
+        child._reset()

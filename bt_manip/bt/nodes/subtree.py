@@ -25,9 +25,17 @@ class SubTree(Decorator):
     | SKIPPED | SKIPPED             |
     | halt    | the child is halted |
 
-    The keys of the outer scope that the inner tree may see are
-    given as remaps: ``target="{cube}"`` lets ``{target}`` inside mean ``{cube}`` outside; any
-    other value is a constant of the inner scope.
+    The keys of the outer scope that the inner tree may see are given as remaps:
+    ``target="{cube}"`` lets ``{target}`` inside mean ``{cube}`` outside; any other value is a
+    constant of the inner scope.
+
+    Args:
+        *args: Optionally its name, then the root of the inner tree.
+        child: The root of the inner tree.
+        tree_id: The ID of the inner tree in a document; the name if none is given.
+        remap: The meaning of the inner keys: ``"{outer key}"``, or a constant.
+        autoremap: Whether all other keys mean the same outside; also as text, ``"true"``.
+        **remaps: More of `remap`, and the scripts around the tick.
     """
 
     kind: ClassVar = NodeKind.SUBTREE
@@ -41,16 +49,6 @@ class SubTree(Decorator):
         autoremap: bool | str = False,
         **remaps: Any,
     ) -> None:
-        """Configure the node.
-
-        Args:
-            *args: Optionally its name, then the root of the inner tree.
-            child: The root of the inner tree.
-            tree_id: The ID of the inner tree in a document; the name if none is given.
-            remap: The meaning of the inner keys: ``"{outer key}"``, or a constant.
-            autoremap: Whether all other keys mean the same outside; also as text, ``"true"``.
-            **remaps: More of `remap`, and the scripts around the tick.
-        """
         scripts = {key: remaps.pop(key) for key in list(remaps) if key in CONDITIONS}
         super().__init__(*args, child=child, **scripts)
         self.is_unnamed = not self.is_named
@@ -81,7 +79,7 @@ class SubTree(Decorator):
     def _tick(self) -> NodeStatus:
         if self._node_status is IDLE:
             self._enter()
-        state = self.link.execute()
+        state = self.child_node.execute()
         if state is SUCCESS or state is FAILURE:
             self._reset_child()
         return state

@@ -47,6 +47,17 @@ class TestNode(Action):
     | tick | RUNNING until async_delay has passed; then the asked status, after its scripts |
     |------|--------------------------------------------------------------------------------|
     | halt | the delay starts anew                                                          |
+
+    Args:
+        name: Its name.
+        config: Its behaviour.
+        replaced: The class that it replaces, whose ports it takes.
+        orphans: The children of the replaced node; they are never ticked.
+        **ports: As of every `Node`.
+
+    Raises:
+        ScriptError: If one of its scripts is invalid.
+        TreeError: If it is asked to return IDLE.
     """
 
     __test__: ClassVar = False
@@ -61,19 +72,6 @@ class TestNode(Action):
         orphans: tuple[Behaviour, ...] = (),
         **ports: Any,
     ) -> None:
-        """Configure the node.
-
-        Args:
-            name: Its name.
-            config: Its behaviour.
-            replaced: The class that it replaces, whose ports it takes.
-            orphans: The children of the replaced node; they are never ticked.
-            **ports: As of every `Node`.
-
-        Raises:
-            ScriptError: If one of its scripts is invalid.
-            TreeError: If it is asked to return IDLE.
-        """
         if replaced is not None:
             self.ports = replaced.ports  # type: ignore[misc]
             self.registration = replaced.registration

@@ -60,9 +60,14 @@ class TreeNode:
     _node_observers: "list[Observer] | tuple[()]"
 
     @property
-    def links(self) -> list[Any]:
+    def child_nodes(self) -> list[Any]:
         """The children as this node ticks them; leaves have none."""
         return []
+
+    @property
+    def links(self) -> list[Any]:
+        """The former name of `child_nodes`."""
+        return self.child_nodes
 
     @property
     def engine_status(self) -> NodeStatus:
@@ -105,7 +110,6 @@ class ForeignNode(TreeNode):
     """
 
     def __init__(self, behaviour: Behaviour) -> None:
-        """Wrap a behaviour."""
         self.behaviour = behaviour
         self.name = self.path = behaviour.name
         self.registration = type(behaviour).__name__
@@ -117,7 +121,7 @@ class ForeignNode(TreeNode):
         self._node_runtime = None
 
     @property
-    def links(self) -> list[TreeNode]:
+    def child_nodes(self) -> list[TreeNode]:
         """The children as the tree sees them."""
         return [as_tree_node(child) for child in self.children]
 
@@ -177,6 +181,6 @@ def as_tree_node(behaviour: Behaviour) -> Any:
     return behaviour if isinstance(behaviour, TreeNode) else ForeignNode(behaviour)
 
 
-def behaviour_of(link: Any) -> Any:
+def behaviour_of(node: Any) -> Any:
     """Return the py_trees behaviour of a node: the node itself, or the wrapped one."""
-    return link.behaviour if isinstance(link, ForeignNode) else link
+    return node.behaviour if isinstance(node, ForeignNode) else node

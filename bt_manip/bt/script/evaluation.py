@@ -96,7 +96,6 @@ class Name:
     __slots__ = ("key",)
 
     def __init__(self, key: str) -> None:
-        """Name a blackboard key."""
         self.key = key
 
     def __call__(self, env: Environment) -> Value:
@@ -181,8 +180,8 @@ def calculate(symbol: str, left: Value, right: Value) -> Value:
     if symbol == "..":
         return EMPTY, NOTHING
     if symbol in ("&&", "||"):
-        one, other = is_true(left), is_true(right)
-        return float(one and other if symbol == "&&" else one or other), DOUBLE
+        a_true, b_true = is_true(left), is_true(right)
+        return float(a_true and b_true if symbol == "&&" else a_true or b_true), DOUBLE
     try:
         i, j = cast(left[0], left[1], INT64), cast(right[0], right[1], INT64)
     except ValueError:

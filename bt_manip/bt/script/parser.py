@@ -52,8 +52,9 @@ _PREFIX: Final = 20
 class ParsedScript:
     """A compiled script.
 
-    Attributes:
+    Args:
         text: Its source.
+        statements: Its compiled statements.
         reads: The names of the variables that it reads.
         writes: The names of the variables that it assigns.
     """
@@ -61,7 +62,6 @@ class ParsedScript:
     def __init__(
         self, text: str, statements: list[Expression], reads: set[str], writes: set[str]
     ) -> None:
-        """Keep the results of the parser."""
         self.text = text
         self.reads = frozenset(reads)
         self.writes = frozenset(writes)
@@ -104,12 +104,12 @@ class _Parser:
         self.writes: set[str] = set()
 
     def statements(self) -> list[Expression]:
-        found = []
+        statements = []
         while self._token.kind != "end":
-            found.append(self._expression(0))
+            statements.append(self._expression(0))
             while self._is(";"):
                 self._advance()
-        return found
+        return statements
 
     @property
     def _token(self) -> Token:
@@ -159,11 +159,11 @@ class _Parser:
         return self._read(left)
 
     def _operands(self, power: int) -> list[tuple[str, Expression]]:
-        found = []
+        operands = []
         while self._token.kind == "operator" and _POWER.get(self._token.text) == power:
             symbol = self._advance().text
-            found.append((symbol, self._expression(power + 1)))
-        return found
+            operands.append((symbol, self._expression(power + 1)))
+        return operands
 
     def _assignment(self, left: Expression, symbol: str) -> Expression:
         if isinstance(left, Name):

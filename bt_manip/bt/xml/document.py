@@ -8,7 +8,7 @@ from typing import Final
 from bt_manip.bt.nodes.node import RESERVED
 from bt_manip.bt.registry import FORBIDDEN
 from bt_manip.bt.xml.problem import Problems
-from bt_manip.bt.xml.source import Element, Source, XmlError, decode, parse_source
+from bt_manip.bt.xml.source import Attribute, Element, Source, XmlError, decode, parse_source
 from bt_manip.exceptions import TreeError
 from bt_manip.files import read_bytes
 
@@ -73,7 +73,6 @@ class Sources:
     """Parsed files by path, so that each is read once."""
 
     def __init__(self) -> None:
-        """Start with none."""
         self._read: dict[Path, Source | XmlError] = {}
 
     def read(self, path: Path) -> Source:
@@ -89,10 +88,10 @@ class Sources:
                 self._read[resolved] = parse_source(decode(read_bytes(path), str(path)), str(path))
             except XmlError as error:
                 self._read[resolved] = error
-        found = self._read[resolved]
-        if isinstance(found, XmlError):
-            raise found
-        return found
+        source = self._read[resolved]
+        if isinstance(source, XmlError):
+            raise source
+        return source
 
 
 def read_document(
@@ -192,7 +191,7 @@ class _Reader:
         try:
             resolved = path.resolve()
             if resolved in chain:
-                names = " -> ".join(link.name for link in [*chain, resolved])
+                names = " -> ".join(file.name for file in [*chain, resolved])
                 self._problems.error(place, f"files include each other in a circle: {names}")
                 return
             if len(chain) >= MAX_INCLUDE_DEPTH:
@@ -262,6 +261,25 @@ class _Reader:
                 f"tree '{tree_id}' was defined before, at {known.place}; this definition counts",
             )
         document.trees[tree_id] = element
+
+
+def node_name(element: Element) -> str:
+    """Return the registered name of an element's node; empty if its ID is missing."""
+    return (element.get("ID") or "") if element.name in EXPLICIT else element.name
+
+
+def port_attributes(element: Element) -> dict[str, Attribute]:
+    """Return the attributes of an element that are ports of its node, or remaps, by name."""
+    return {key: a for key, a in element.attributes.items() if is_port_name(key)}
+
+
+def editor_attributes(element: Element) -> dict[str, str]:
+    """Return the attributes of an element that only editors read, by name."""
+    return {
+        key: attribute.value
+        for key, attribute in element.attributes.items()
+        if key not in RESERVED and not is_port_name(key)
+    }
 
 
 def port_name_problem(name: str) -> str | None:

@@ -39,18 +39,18 @@ def tree_instances(tree: "Tree") -> list[TreeInstance]:
     paths = {id(scope): path for path, scope in tree.scopes.items()}
     instances = [TreeInstance(tree.tree_id, "")]
     places = [(instances[0].element, instances[0])]  # of the next nodes, the next one last
-    for link in tree.nodes:
+    for node in tree.nodes:
         parent, instance = places.pop()
-        instance.nodes.append(link)
-        path = paths.get(id(getattr(link, "inner_scope", None)), "")
-        element = _element(link, path)
+        instance.nodes.append(node)
+        path = paths.get(id(getattr(node, "inner_scope", None)), "")
+        element = _element(node, path)
         parent.content.append(element)
-        if link.kind is NodeKind.SUBTREE and link.children:
+        if node.kind is NodeKind.SUBTREE and node.children:
             inner = TreeInstance(element.get("ID") or "", path)
             instances.append(inner)
             places.append((inner.element, inner))
         else:
-            places += [(element, instance)] * len(link.children)
+            places += [(element, instance)] * len(node.children)
     return instances
 
 
@@ -64,30 +64,30 @@ def instance_to_xml(tree: "Tree") -> str:
     root.content += [instance.element for instance in tree_instances(tree)]
     registry = BehaviourRegistry()
     foreign = {}
-    for link in tree.nodes:
-        if isinstance(link, Node):
-            registry.replace(type(link), link.registration)
+    for node in tree.nodes:
+        if isinstance(node, Node):
+            registry.replace(type(node), node.registration)
         else:
-            foreign[link.registration] = make_element(str(link.kind), {"ID": link.registration})
+            foreign[node.registration] = make_element(str(node.kind), {"ID": node.registration})
     model = tree_nodes_model(registry, built_in=True)
     model.content += [element for name, element in foreign.items() if name not in registry]
     root.content.append(model)
     return write_element(root) + "\n"
 
 
-def _element(link: Any, path: str) -> Element:
+def _element(node: Any, path: str) -> Element:
     """Return the element of a node; the path is that of the scope inside a SubTree."""
-    if link.kind is NodeKind.SUBTREE:
-        given = {"ID": link.tree_id, "_fullpath": path, "_uid": str(link.uid), **link.remaps}
-        if link.autoremap_text:
-            given["_autoremap"] = link.autoremap_text
-        return make_element("SubTree", {**given, **link.conditions})
-    given = {"name": link.name, "_uid": str(link.uid)}
-    for name in link.ports:
+    if node.kind is NodeKind.SUBTREE:
+        given = {"ID": node.tree_id, "_fullpath": path, "_uid": str(node.uid), **node.remaps}
+        if node.autoremap_text:
+            given["_autoremap"] = node.autoremap_text
+        return make_element("SubTree", {**given, **node.conditions})
+    given = {"name": node.name, "_uid": str(node.uid)}
+    for name in node.ports:
         try:
-            text = link.port_text(name)
+            text = node.port_text(name)
         except Exception:  # of a behaviour's own function that formats a value
-            text = str(link.given[name])
+            text = str(node.given[name])
         if text is not None:
             given[name] = text
-    return make_element(link.registration, {**given, **link.conditions})
+    return make_element(node.registration, {**given, **node.conditions})

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
-from bt_manip.exceptions import did_you_mean
+from bt_manip.exceptions import did_you_mean, shortened
 
 MAX_SUGGESTED_NAMES: Final = 12
 """Longer lists of names are left out of messages."""
@@ -59,7 +59,6 @@ class Problems:
     """Collects findings, each of them once."""
 
     def __init__(self) -> None:
-        """Start with none."""
         self._found: dict[Problem, None] = {}
 
     def error(self, place: Place, message: str) -> None:
@@ -69,6 +68,10 @@ class Problems:
     def warning(self, place: Place, message: str) -> None:
         """Add a warning."""
         self._found.setdefault(Problem(place, message, WARNING))
+
+    def unknown(self, place: Place, text: str, name: str, valid: Iterable[str]) -> None:
+        """Add the error of an unknown name, such as ``no tree is named 'Mian'``, with hints."""
+        self.error(place, f"{text} '{shortened(name)}'{hint(name, valid)}")
 
     def extend(self, problems: Iterable[Problem]) -> None:
         """Add findings that were collected elsewhere."""

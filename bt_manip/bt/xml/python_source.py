@@ -14,7 +14,13 @@ from bt_manip.bt.ports import Port
 from bt_manip.bt.registry import BehaviourRegistry
 from bt_manip.bt.stubs import Stubs
 from bt_manip.bt.xml.dialect import MOVEIT_PRO
-from bt_manip.bt.xml.document import EXPLICIT, Document, is_port_name
+from bt_manip.bt.xml.document import (
+    EXPLICIT,
+    Document,
+    editor_attributes,
+    node_name,
+    port_attributes,
+)
 from bt_manip.bt.xml.source import Element, SourceComment, Text
 from bt_manip.bt.xml.writer import write_element
 from bt_manip.exceptions import TreeError
@@ -61,15 +67,15 @@ class _Writer:
         """Return the document's own trees, and those of libraries that they name."""
         trees = self._document.trees
         own = self._document.source.root.children
-        found = {tree_id: tree for tree_id, tree in trees.items() if tree in own}
-        waiting = list(found.values())
+        reached = {tree_id: tree for tree_id, tree in trees.items() if tree in own}
+        waiting = list(reached.values())
         while waiting:
             for element in waiting.pop().iterate():
                 tree_id = element.get("ID") or ""
-                if element.name == "SubTree" and tree_id in trees and tree_id not in found:
-                    found[tree_id] = trees[tree_id]
+                if element.name == "SubTree" and tree_id in trees and tree_id not in reached:
+                    reached[tree_id] = trees[tree_id]
                     waiting.append(trees[tree_id])
-        return found
+        return reached
 
     def _function_names(self) -> dict[str, str]:
         names: dict[str, str] = {}
@@ -168,7 +174,7 @@ class _Writer:
         goal = element.get(GOAL)
         if goal is not None:
             conditions = parse_goal(goal, self._registry)
-            arguments.append(("goal", _List([self._condition(one) for one in conditions])))
+            arguments.append(("goal", _List([self._condition(item) for item in conditions])))
         return _Call(self._use("TreeDefinition"), arguments)
 
     def _condition(self, condition: Node) -> Any:
@@ -192,8 +198,7 @@ class _Writer:
         if element.name == "SubTree":
             call = self._subtree(element, arguments)
         else:
-            explicit = element.name in EXPLICIT
-            registered = (element.get("ID") or "") if explicit else element.name
+            registered = node_name(element)
             cls = self._registry.get(registered)
             children: list[Any] = []
             inside = bool(element.children)
@@ -213,13 +218,7 @@ class _Writer:
         extra: list[Any] = []
         if element.name in EXPLICIT:
             extra.append(("tag", _text(element.name)))
-        others = {
-            a.name: a.value
-            for a in element.attributes.values()
-            if a.name not in ("ID", "name", "_autoremap")
-            and a.name not in _PYTHON_OF
-            and not is_port_name(a.name)
-        }
+        others = editor_attributes(element)
         if others:
             extra.append(("attributes", _text(others)))
         if not element.children and element.content:
@@ -239,7 +238,7 @@ class _Writer:
             cls = declare(tree_id, result=result)
             arguments.append(f"{self._declaration(tree_id, cls)}()")
         arguments.append(("tree_id", _text(tree_id)))
-        remaps = {a.name: a.value for a in element.attributes.values() if is_port_name(a.name)}
+        remaps = {name: a.value for name, a in port_attributes(element).items()}
         if remaps:
             arguments.append(("remap", _text(remaps)))
         autoremap = element.get("_autoremap")
@@ -249,12 +248,12 @@ class _Writer:
         return _Call(self._use("SubTree"), arguments)
 
     def _ports(self, element: Element, cls: type[Node]) -> list[Any]:
-        found: list[Any] = []
-        for attribute in element.attributes.values():
-            port = cls.ports.get(attribute.name)
-            if port is not None and is_port_name(attribute.name):
-                found.append((port.attribute, _value(port, attribute.value)))
-        return found + self._scripts(element)
+        arguments: list[Any] = []
+        for name, attribute in port_attributes(element).items():
+            port = cls.ports.get(name)
+            if port is not None:
+                arguments.append((port.attribute, _value(port, attribute.value)))
+        return arguments + self._scripts(element)
 
     def _scripts(self, element: Element) -> list[Any]:
         return [

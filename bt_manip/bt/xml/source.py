@@ -131,7 +131,6 @@ class XmlError(TreeError):
     """
 
     def __init__(self, place: Place, reason: str) -> None:
-        """Say where and why."""
         super().__init__(f"{place}: error: {reason}")
         self.place = place
         self.reason = reason

@@ -15,9 +15,8 @@ from bt_manip.bt.nodes.node import CONDITIONS, Node
 from bt_manip.bt.nodes.subtree import SubTree
 from bt_manip.bt.ports import is_pointer, pointed_key
 from bt_manip.bt.script.parser import ParsedScript, parse_script
-from bt_manip.bt.xml.context import ReadingContext
 from bt_manip.bt.xml.dialect import Dialect
-from bt_manip.bt.xml.document import EXPLICIT, Document
+from bt_manip.bt.xml.document import Document
 from bt_manip.bt.xml.problem import Place, Problems
 from bt_manip.bt.xml.source import Element
 from bt_manip.exceptions import ScriptError, did_you_mean, shortened
@@ -26,24 +25,8 @@ _BRANCHING: Final = (IfThenElse, WhileDoElse)
 _SWITCHES: Final = (Switch2, Switch3, Switch4, Switch5, Switch6)
 
 
-def check_elements(context: ReadingContext) -> None:
-    """Check every node of every tree of a document by itself."""
-    registry, problems = context.registry, context.problems
-    elements = [
-        element
-        for file in context.document.order
-        for tree in context.document.sources[file].root.children
-        if tree.name == "BehaviorTree"
-        for element in tree.iterate()
-    ]
-    for element in elements:
-        _check_attributes(element, problems, context.dialect)
-        name = (element.get("ID") or "") if element.name in EXPLICIT else element.name
-        if name in registry and name != "SubTree":
-            _check_node(element, name, registry.get(name), problems)
-
-
-def _check_attributes(element: Element, problems: Problems, dialect: Dialect) -> None:
+def check_attributes(element: Element, problems: Problems, dialect: Dialect) -> None:
+    """Warn of attributes of an element that have no meaning, or that are not well-formed XML."""
     scripts = tuple(CONDITIONS.values())
     for name, attribute in element.attributes.items():
         if not attribute.well_formed:
@@ -62,12 +45,13 @@ def _check_attributes(element: Element, problems: Problems, dialect: Dialect) ->
             problems.warning(attribute.place, "only a <SubTree> has '_autoremap'")
 
 
-def _check_node(element: Element, name: str, cls: type[Node], problems: Problems) -> None:
+def check_node(element: Element, name: str, cls: type[Node], problems: Problems) -> None:
+    """Check that a node has its mandatory ports and the children that it needs."""
     for port in cls.ports.values():
         if port.mandatory and port.name not in element.attributes:
-            what = f" ({port.doc})" if port.doc else ""
+            doc = f" ({port.doc})" if port.doc else ""
             problems.error(
-                element.place, f"{name} needs the port '{port.name}' of type {port.type.name}{what}"
+                element.place, f"{name} needs the port '{port.name}' of type {port.type.name}{doc}"
             )
     count = len(element.children)
     if issubclass(cls, _BRANCHING) and count not in (0, 2, 3):
@@ -102,36 +86,40 @@ def _check_thresholds(
             )
 
 
-def check_unused(document: Document, main: str, built: Mapping[str, None], found: Problems) -> None:
+def check_unused(
+    document: Document, main: str, built: Mapping[str, None], problems: Problems
+) -> None:
     """Warn of the trees that the main tree does not reach."""
     for tree_id, element in document.trees.items():
         if tree_id not in built and element.place.file == document.file:
-            found.warning(
+            problems.warning(
                 element.place_of("ID"), f"nothing uses the tree '{tree_id}' ({main} runs)"
             )
 
 
-def check_goals_below(document: Document, main: str, built: Iterable[str], found: Problems) -> None:
+def check_goals_below(
+    document: Document, main: str, built: Iterable[str], problems: Problems
+) -> None:
     """Warn of goals of sub-trees, which are ignored, where the main tree has none."""
     if GOAL in document.trees[main].attributes:
         return
     for subtree in (document.trees[name] for name in built):
         if GOAL in subtree.attributes:
-            found.warning(
+            problems.warning(
                 subtree.place_of(GOAL),
                 f"the '{GOAL}' of a sub-tree is ignored; main tree '{main}' has none",
             )
 
 
 def check_keys(
-    nodes: list[Any], places: Mapping[int, Element], found: Problems, given: Iterable[str] = ()
+    nodes: list[Any], places: Mapping[int, Element], problems: Problems, given: Iterable[str] = ()
 ) -> None:
     """Warn of blackboard keys that are read and that nothing writes.
 
     Args:
         nodes: The nodes of a bound tree.
         places: The elements of the nodes.
-        found: Takes the warnings.
+        problems: Takes the warnings.
         given: Keys of the root that are written before the tree runs.
     """
     written: set[tuple[int, str]] = set()
@@ -163,7 +151,9 @@ def check_keys(
         entry = scopes[owner[0]].entries.get(owner[1]) if owner[0] in scopes else None
         if owner not in written and (entry is None or entry.value is EMPTY):
             name = shortened(key)
-            found.warning(place, f"nothing writes the blackboard entry '{name}' that is read here")
+            problems.warning(
+                place, f"nothing writes the blackboard entry '{name}' that is read here"
+            )
 
 
 def _ports_read(node: Node, element: Element) -> list[tuple[str, Place]]:
@@ -190,7 +180,7 @@ def _ports_written(node: Node) -> list[str]:
 
 
 def _scripts(node: Node, element: Element) -> list[tuple[ParsedScript, Place]]:
-    found = []
+    scripts = []
     names = list(node.conditions)
     if isinstance(node, ScriptPort):
         names.append(node.checked_port)
@@ -199,10 +189,10 @@ def _scripts(node: Node, element: Element) -> list[tuple[ParsedScript, Place]]:
         attribute = element.attributes.get(name)
         if attribute is not None and text and not is_pointer(text):
             try:
-                found.append((parse_script(text, double_quotes=True), attribute.value_place))
+                scripts.append((parse_script(text, double_quotes=True), attribute.value_place))
             except ScriptError:
                 continue  # reported where the node was made
-    return found
+    return scripts
 
 
 def _owner(scope: Blackboard, key: str) -> tuple[int, str]:

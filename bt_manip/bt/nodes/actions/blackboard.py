@@ -102,12 +102,12 @@ class Watching(Node):
     def _was_updated(self) -> bool:
         """Check whether the entry was written since the last call; a missing one was not."""
         text = str(self.given["entry"]).strip(" ")
-        found = self.scope.entry(text[1:-1] if is_pointer(text) else text)
-        if found is None:
+        entry = self.scope.entry(text[1:-1] if is_pointer(text) else text)
+        if entry is None:
             return False
         seen = self._seen
-        self._seen = found.sequence
-        return seen != found.sequence
+        self._seen = entry.sequence
+        return seen != entry.sequence
 
 
 class WasEntryUpdated(Watching, SyncAction):

@@ -33,21 +33,21 @@ class IfThenElse(_Branching):
 
     def _tick(self) -> NodeStatus:
         self._check_children()
-        links = self.links
+        children = self.child_nodes
         self._enter()
         if self._branch == 0:
-            state = links[0].execute()
+            state = children[0].execute()
             if state is RUNNING:
                 return RUNNING
             if state is SUCCESS:
                 self._branch = 1
             elif state is FAILURE:
-                if len(links) == 2:
+                if len(children) == 2:
                     return FAILURE
                 self._branch = 2
             else:
                 raise ValueError("the condition was skipped: neither branch can be chosen")
-        state = links[self._branch].execute()
+        state = children[self._branch].execute()
         if state is RUNNING:
             return RUNNING
         self._reset_children()
@@ -75,21 +75,21 @@ class WhileDoElse(_Branching):
 
     def _tick(self) -> NodeStatus:
         self._check_children()
-        links = self.links
+        children = self.child_nodes
         self._enter()
-        state = links[0].execute()
+        state = children[0].execute()
         if state is RUNNING:
             return RUNNING
         result = IDLE
         if state is SUCCESS:
-            if len(links) == 3:
+            if len(children) == 3:
                 self._halt_child(2)
-            result = links[1].execute()
+            result = children[1].execute()
         elif state is FAILURE:
             result = FAILURE
-            if len(links) == 3:
+            if len(children) == 3:
                 self._halt_child(1)
-                result = links[2].execute()
+                result = children[2].execute()
         if result is RUNNING:
             return RUNNING
         self._reset_children()

@@ -68,8 +68,8 @@ class Parallel(_Counting):
         self._successes = 0
 
     def _tick(self) -> NodeStatus:
-        links = self._links_cache or self.links
-        count = len(links)
+        children = self._child_nodes or self.child_nodes
+        count = len(children)
         wanted: int = self.success_count
         needed = threshold(wanted, count)
         tolerated = threshold(self.failure_count, count)
@@ -77,9 +77,9 @@ class Parallel(_Counting):
         self._check(tolerated, "fail")
         self._enter()
         skipped = 0
-        for index, link in enumerate(links):
+        for index, child in enumerate(children):
             if index not in self._completed:
-                state = link.execute()
+                state = child.execute()
                 if state is SUCCESS:
                     self._completed.append(index)
                     self._successes += 1
@@ -116,16 +116,16 @@ class ParallelAll(_Counting):
     max_failures = Input(int, default=1, doc="how many failures make it fail; -1 means all")
 
     def _tick(self) -> NodeStatus:
-        links = self._links_cache or self.links
-        count = len(links)
+        children = self._child_nodes or self.child_nodes
+        count = len(children)
         tolerated = threshold(self.max_failures, count)
         self._check(tolerated, "fail")
         self._enter()
         skipped = 0
-        for index, link in enumerate(links):
+        for index, child in enumerate(children):
             if index in self._completed:
                 continue
-            state = link.execute()
+            state = child.execute()
             if state is SUCCESS:
                 self._completed.append(index)
             elif state is FAILURE:

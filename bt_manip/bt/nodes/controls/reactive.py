@@ -10,16 +10,16 @@ class _Reactive(Control):
     _goes_on: ClassVar = SUCCESS
 
     def _tick(self) -> NodeStatus:
-        links = self._links_cache or self.links
+        children = self._child_nodes or self.child_nodes
         self._enter()
         goes_on = self._goes_on
         all_skipped = True
-        for index, link in enumerate(links):
-            state = link.execute()
+        for index, child in enumerate(children):
+            state = child.execute()
             if state is goes_on:
                 all_skipped = False
             elif state is RUNNING:
-                for other in range(len(links)):
+                for other in range(len(children)):
                     if other != index:
                         self._halt_child(other)
                 return RUNNING

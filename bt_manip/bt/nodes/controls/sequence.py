@@ -17,22 +17,22 @@ class InOrder(Control):
     _skipped = 0
 
     def _tick(self) -> NodeStatus:
-        links = self._links_cache or self.links
+        children = self._child_nodes or self.child_nodes
         if self._node_status is not RUNNING:
             if self._node_status is IDLE:
                 self._skipped = 0
             self._enter()
         index = self._index
-        count = len(links)
+        count = len(children)
         goes_on = self._goes_on
         yields = self._yields
         before = IDLE
         try:
             while index < count:
-                link = links[index]
+                child = children[index]
                 if yields:
-                    before = link._node_status
-                state = link.execute()
+                    before = child._node_status
+                state = child.execute()
                 if state is goes_on:
                     index += 1
                     if yields and before is IDLE and index < count:
@@ -110,7 +110,7 @@ class SequenceWithMemory(Sequence):
     _yields = True
 
     def _after_end(self, index: int) -> int:
-        for later in range(index, len(self.links)):
+        for later in range(index, len(self.child_nodes)):
             self._halt_child(later)
         return index
 

@@ -35,16 +35,16 @@ class Switch(Control):
     _running_child = -1
 
     def _tick(self) -> NodeStatus:
-        links = self.links
-        if len(links) != len(self.cases) + 1:
+        children = self.child_nodes
+        if len(children) != len(self.cases) + 1:
             raise ValueError(
                 f"must have {len(self.cases) + 1} children, one for each case and one for the "
-                f"others, not {len(links)}"
+                f"others, not {len(children)}"
             )
         chosen = self._choose()
         if self._running_child not in (-1, chosen):
             self._halt_child(self._running_child)
-        state = links[chosen].execute()
+        state = children[chosen].execute()
         if state is SKIPPED:
             self._running_child = -1
         elif state is RUNNING:
@@ -73,14 +73,14 @@ class Switch(Control):
         super()._halt()
 
 
-def equal(one: str, other: str, enums: Mapping[str, int]) -> bool:
+def equal(value: str, other: str, enums: Mapping[str, int]) -> bool:
     """Return whether a variable and a case are equal: as texts, integers or real numbers."""
-    if one == other:
+    if value == other:
         return True
-    numbers = [enums[text] if text in enums else _integer(text) for text in (one, other)]
+    numbers = [enums[text] if text in enums else _integer(text) for text in (value, other)]
     if None not in numbers and numbers[0] == numbers[1]:
         return True
-    reals = [float(enums[text]) if text in enums else _real(text) for text in (one, other)]
+    reals = [float(enums[text]) if text in enums else _real(text) for text in (value, other)]
     if reals[0] is None or reals[1] is None:
         return False
     return abs(reals[0] - reals[1]) <= _EPSILON

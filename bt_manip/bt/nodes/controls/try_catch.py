@@ -33,8 +33,8 @@ class TryCatch(Control):
     _reason = ""
 
     def _tick(self) -> NodeStatus:
-        links = self.links
-        if len(links) < 2:
+        children = self.child_nodes
+        if len(children) < 2:
             raise ValueError("TryCatch must have at least 2 children")
         if self._node_status is not RUNNING:
             if self._node_status is IDLE:
@@ -43,9 +43,9 @@ class TryCatch(Control):
             self._enter()
         if self._catching:
             return self._tick_catch()
-        tried = len(links) - 1
+        tried = len(children) - 1
         while self._index < tried:
-            state = links[self._index].execute()
+            state = children[self._index].execute()
             if state is RUNNING:
                 return RUNNING
             if state is FAILURE:
@@ -65,7 +65,7 @@ class TryCatch(Control):
         return SKIPPED if all_skipped else SUCCESS
 
     def _tick_catch(self) -> NodeStatus:
-        if self.links[-1].execute() is RUNNING:
+        if self.child_nodes[-1].execute() is RUNNING:
             return RUNNING
         self._reset_children()
         self._index = 0
@@ -77,10 +77,10 @@ class TryCatch(Control):
     def _halt(self) -> None:
         if self._node_status is not IDLE and not self._catching and len(self.children) >= 2:
             if self._wants_catch():
-                last = len(self.links) - 1
+                last = len(self.child_nodes) - 1
                 for index in range(last):
                     self._halt_child(index)
-                if self.links[last].execute() is RUNNING:
+                if self.child_nodes[last].execute() is RUNNING:
                     self._halt_child(last)
         self._index = 0
         self._skipped = 0

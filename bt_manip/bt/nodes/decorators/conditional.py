@@ -39,7 +39,7 @@ class Precondition(ScriptPort, Decorator):
             if otherwise is FAILURE:
                 self._because(f"not: {self._source}")
             return otherwise
-        state = self.link.execute()
+        state = self.child_node.execute()
         if state is SUCCESS or state is FAILURE:
             self._reset_child()
             self._passed = False
@@ -72,10 +72,10 @@ class RunOnce(Decorator):
             then_skip = True
         if self._result:
             if not then_skip and self._result == FAILURE:
-                self._because(f"{self.link.name} failed when it ran")
+                self._because(f"{self.child_node.name} failed when it ran")
             return SKIPPED if then_skip else NodeStatus(self._result)
         self._enter()
-        state = self.link.execute()
+        state = self.child_node.execute()
         if state is SUCCESS or state is FAILURE:
             self._result = int(state)
             self._reset_child()
@@ -92,7 +92,7 @@ class _Updated(Watching, Decorator):
         if not self._child_running and not self._was_updated():
             return self._otherwise
         self._child_running = False
-        state: Any = self.link.execute()
+        state: Any = self.child_node.execute()
         self._child_running = state is RUNNING
         return state
 

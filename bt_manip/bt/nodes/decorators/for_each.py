@@ -40,13 +40,13 @@ class ForEach(Decorator):
             self._position = 0
         if self._position >= len(items):
             return self._end()
-        link = self.link
-        if link._node_status is not RUNNING:
+        child = self.child_node
+        if child._node_status is not RUNNING:
             for name, value in (("out", items[self._position]), ("index", self._position)):
                 if self.is_connected(name):
                     self.write_port(name, value)
         self._enter()
-        state = link.execute()
+        state = child.execute()
         if state is RUNNING:
             return RUNNING
         self._reset_child()

@@ -13,12 +13,12 @@ class _Forcing(Decorator):
 
     def _tick(self) -> NodeStatus:
         self._enter()
-        state = self.link.execute()
+        state = self.child_node.execute()
         if state is not SUCCESS and state is not FAILURE:
             return state
         result = self._on_success if state is SUCCESS else self._on_failure
         if state is SUCCESS and result is FAILURE:
-            self._because(f"{self.link.name} {self._reason}")
+            self._because(f"{self.child_node.name} {self._reason}")
         self._reset_child()
         return result
 
@@ -84,7 +84,7 @@ class KeepRunningUntilFailure(Decorator):
 
     def _tick(self) -> NodeStatus:
         self._enter()
-        state = self.link.execute()
+        state = self.child_node.execute()
         if state is FAILURE:
             self._reset_child()
             return FAILURE

@@ -45,7 +45,6 @@ class Loop(Decorator):
     items: ClassVar[PortType]
 
     def __init__(self, *args: Any, **ports: Any) -> None:
-        """Configure the node; see `Decorator`."""
         super().__init__(*args, **ports)
         self._queue: deque[Any] | None = None
         self._child_running = False
@@ -86,7 +85,7 @@ class Loop(Decorator):
                 self.write_port("value", item)
         if self._node_status is IDLE:
             self._enter()
-        state = self.link.execute()
+        state = self.child_node.execute()
         self._child_running = state is RUNNING
         if state is SUCCESS or state is FAILURE:
             self._reset_child()

@@ -27,10 +27,10 @@ class _Counting(Decorator):
         most = self._most()
         more = most == -1 or self._count < most
         self._enter()
-        link = self.link
+        child = self.child_node
         while more:
-            before = link._node_status
-            state = link.execute()
+            before = child._node_status
+            state = child.execute()
             if state is RUNNING:
                 return RUNNING
             if state is not self._counted:

@@ -35,7 +35,7 @@ class RepeatUnlessFailureEachTick(Decorator):
         if most != -1 and self._count >= most:
             return SUCCESS
         self._enter()
-        state = self.link.execute()
+        state = self.child_node.execute()
         if state is RUNNING:
             return RUNNING
         self._reset_child()

@@ -36,7 +36,7 @@ class Delay(Timed, Decorator):
             self.runtime.start_timer(self, milliseconds / 1000)
         if not self._elapsed:
             return RUNNING
-        state = self.link.execute()
+        state = self.child_node.execute()
         if state is SUCCESS or state is FAILURE:
             self._started = False
             self._reset_child()
@@ -83,9 +83,9 @@ class Timeout(Timed, Decorator):
                 self.runtime.start_timer(self, milliseconds / 1000)
         if self._child_halted:
             self._started = False
-            self._because(f"{self.link.name} was still running after {milliseconds} ms")
+            self._because(f"{self.child_node.name} was still running after {milliseconds} ms")
             return FAILURE
-        state = self.link.execute()
+        state = self.child_node.execute()
         if state is SUCCESS or state is FAILURE:
             self._started = False
             self.runtime.cancel_timer(self)
@@ -94,7 +94,7 @@ class Timeout(Timed, Decorator):
 
     def on_timer(self) -> None:
         """Halt the child, if it still runs."""
-        if self.link._node_status is RUNNING:
+        if self.child_node._node_status is RUNNING:
             self._child_halted = True
             self._reset_child()
             self.runtime.wake_up = True
