@@ -68,7 +68,6 @@ class ActionKind(abc.ABC):
     space: ActionSpace
 
     def __init__(self, episodes: Episodes) -> None:
-        """Act in these episodes."""
         self._episodes = episodes
         self._robots = list(episodes.station.robots.values())
 

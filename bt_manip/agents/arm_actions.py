@@ -71,7 +71,6 @@ class ArmAction(ActionKind):
     """
 
     def __init__(self, episodes: Episodes) -> None:
-        """Act in these episodes."""
         super().__init__(episodes)
         low: list[float] = []
         high: list[float] = []
@@ -274,7 +273,6 @@ class JointTorques(ArmAction):
         return -effort, effort, list(one.robot.description.arm_joints), units
 
     def __init__(self, episodes: Episodes) -> None:
-        """Add the controller of the torques to the robots."""
         super().__init__(episodes)
         for one in self._robots:
             one.controllers.add(TorqueCommand.kind, TorqueCommand)

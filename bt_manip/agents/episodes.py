@@ -31,6 +31,9 @@ class Episodes:
     Observers see an episode as one cycle of a run, from `reset` to `finish`, the next `reset`,
     `set_state` or `close`.
 
+    Args:
+        request: The tree, the scene and the parts to use.
+
     Attributes:
         run: The tree in its station; its request has the seed of the episode.
         parts: The registered parts.
@@ -45,19 +48,12 @@ class Episodes:
         status: Status of the tree; RUNNING until it ends.
         ended: Whether the episode has ended for its observers, by `finish`.
         make_observers: Makes the observers of an episode, given the run and the episode's number.
+
+    Raises:
+        BtManipError: If the request is invalid.
     """
 
     def __init__(self, request: RunRequest, parts: Parts, *, step_time: float = STEP) -> None:
-        """Prepare the station; `reset` starts an episode.
-
-        Args:
-            request: The tree, the scene and the parts to use.
-            parts: The registered parts to choose from.
-            step_time: Time of one step [s], a whole number of ticks of the tree.
-
-        Raises:
-            BtManipError: If the request is invalid.
-        """
         self.ticks = round(step_time / request.tick)
         if self.ticks < 1 or abs(step_time / request.tick - self.ticks) > 1e-6:
             raise BtManipError(

@@ -67,24 +67,22 @@ class Observations:
     frame; on an object, in world axes about its origin. Names, shapes and objects are those of the
     cell at construction. The numbers of an object that has left the cell are zero.
 
+    Args:
+        cell: The cell.
+        robots: The observed robots, by name.
+        images: The images to include; default: none.
+
     Attributes:
         specs: The observations by name, in a fixed order.
         entities: Names of entities by their numbers in segmentation images; 0 is everything else.
+
+    Raises:
+        BtManipError: If a kind of images or a camera is not known.
     """
 
     def __init__(
         self, cell: Cell, robots: Mapping[str, CommandedRobot], images: Images | None = None
     ) -> None:
-        """List the observations of the present robots and objects.
-
-        Args:
-            cell: The cell.
-            robots: The observed robots, by name.
-            images: The images to include; default: none.
-
-        Raises:
-            BtManipError: If a kind of images or a camera is not known.
-        """
         self._cell = cell
         self._wanted = images or NO_IMAGES
         self.specs: dict[str, ObservationSpec] = {}

@@ -74,7 +74,6 @@ class LossCheck:
     """
 
     def __init__(self, episodes: Episodes) -> None:
-        """Remember which objects the goal names, and how low they may lie."""
         self._cell = cell = episodes.station.cell
         self._run = episodes.run
         robots = episodes.station.robots

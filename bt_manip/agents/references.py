@@ -32,6 +32,11 @@ class StepReference(Reference):
     jerk and effort limits, so it lags behind recorded targets and doubles the time of a step; it
     serves policies in trees, which share the arm with planned motions.
 
+    Args:
+        model: The arm.
+        steps: Control steps in a step of the agent.
+        dt: Duration of a control step [s].
+
     Attributes:
         q: Position [rad].  # (nq,)
         v: Velocity [rad/s].  # (nq,)
@@ -41,14 +46,6 @@ class StepReference(Reference):
     """
 
     def __init__(self, q: np.ndarray, model: RobotModel, steps: int, dt: float = 1e-3) -> None:
-        """Rest at a configuration.
-
-        Args:
-            q: The configuration [rad].  # (nq,)
-            model: The arm.
-            steps: Control steps in a step of the agent.
-            dt: Duration of a control step [s].
-        """
         self.payload = None
         self.T_wt: pin.SE3 | None = None
         self._limits, self._duration = model.limits, steps * dt

@@ -25,7 +25,6 @@ class SubtreeChoice(ActionKind):
     kind = "subtree_choice"
 
     def __init__(self, episodes: Episodes) -> None:
-        """List the parts of the tree."""
         super().__init__(episodes)
         self._nodes = [
             link

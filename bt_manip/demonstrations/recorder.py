@@ -39,10 +39,21 @@ class DemonstrationRecorder:
     The tree is ticked once in each environment step, at its beginning: its commands begin when
     actions do, so that the recorded actions reproduce them.
 
+    Args:
+        tree: The tree as the user names it.
+        choice: The `bt_manip.plugins.PluginSelection`; None: that of the environment.
+        cameras: Cameras whose images are observed.
+        size: Width and height of the images [pixels].
+        vary: Parameters as of ``bt-manip run --vary``, by name.
+        **options: Fields of `bt_manip.runner.RunRequest`; None: the default.
+
     Attributes:
         folder: The folder of the `DemonstrationStore`.
         failures: Whether the steps of failed episodes are kept.
         episodes: The episodes.
+
+    Raises:
+        BtManipError: If the request is invalid.
     """
 
     def __init__(
@@ -57,21 +68,6 @@ class DemonstrationRecorder:
         vary: Mapping[str, Any] | None = None,
         **options: Any,
     ) -> None:
-        """Load the plugins and build the station.
-
-        Args:
-            folder: The folder of the `DemonstrationStore`.
-            tree: The tree as the user names it.
-            choice: The `bt_manip.plugins.PluginSelection`; None: that of the environment.
-            cameras: Cameras whose images are observed.
-            size: Width and height of the images [pixels].
-            failures: Whether the steps of failed episodes are kept.
-            vary: Parameters as of ``bt-manip run --vary``, by name.
-            **options: Fields of `bt_manip.runner.RunRequest`; None: the default.
-
-        Raises:
-            BtManipError: If the request is invalid.
-        """
         parts = load_plugins(choice=choice, warn=lambda message: None).parts
         request = request_of(tree, parts, tick=STEP, **options)
         request, parts = varied(request, parts, vary or {})

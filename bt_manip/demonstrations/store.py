@@ -88,14 +88,12 @@ class DemonstrationStore:
     Attributes:
         folder: The folder.
         manifest: What the demonstrations consist of, as plain data.
+
+    Raises:
+        BtManipError: If it has no manifest of this version, or h5py is not installed.
     """
 
     def __init__(self, folder: Path | str) -> None:
-        """Open a folder.
-
-        Raises:
-            BtManipError: If it has no manifest of this version, or h5py is not installed.
-        """
         require_extra("learn", "demonstrations", "h5py")
         self.folder = Path(folder)
         path = self.folder / MANIFEST

@@ -52,21 +52,19 @@ class Batch:
     episode, the station takes its state, so that the functions are those of the single environment.
     Meanwhile MuJoCo simulates other groups of episodes, each in one call.
 
+    Args:
+        env: The environment.
+        count: Number of episodes.
+        threads: Threads of the simulation; 0: one for each CPU.
+
     Attributes:
         groups: MuJoCo's simulations of each group of episodes; their numbers follow one another.
+
+    Raises:
+        BtManipError: If the task cannot be batched, with the reason.
     """
 
     def __init__(self, env: GymnasiumEnvironment, count: int, threads: int) -> None:
-        """Prepare the episodes; `reset` starts each.
-
-        Args:
-            env: The environment.
-            count: Number of episodes.
-            threads: Threads of the simulation; 0: one for each CPU.
-
-        Raises:
-            BtManipError: If the task cannot be batched, with the reason.
-        """
         for reason in _reasons(env.task):
             raise BtManipError(
                 f"these environments cannot be batched: {reason}; make one environment per process"

@@ -15,25 +15,23 @@ class DmEnvironment(dm_env.Environment):
     An episode ends with discount 0 when the goal of the tree holds, when it cannot be met any more,
     or when the physics diverges; with discount 1 at the time limit.
 
+    Args:
+        tree: The tree, as in ``bt-manip run``.
+        seed: Seed of all episodes, which are numbered from 0.
+        time_limit: Longest simulated time of an episode [s].
+        **options: Those of `LearningTask`: ``robot``, ``action``, ``reward``, ``images``, ...
+
     Attributes:
         task: The task.
         outcome: What the last step led to; None at the start of an episode.
+
+    Raises:
+        BtManipError: If an option is invalid, or the tree declares no goal.
     """
 
     def __init__(
         self, tree: str, *, seed: int = 0, time_limit: float = 60.0, **options: Any
     ) -> None:
-        """Prepare the environment.
-
-        Args:
-            tree: The tree, as in ``bt-manip run``.
-            seed: Seed of all episodes, which are numbered from 0.
-            time_limit: Longest simulated time of an episode [s].
-            **options: Those of `LearningTask`: ``robot``, ``action``, ``reward``, ``images``, ...
-
-        Raises:
-            BtManipError: If an option is invalid, or the tree declares no goal.
-        """
         self.task = LearningTask(tree, **options)
         self._seed, self._episode = seed, -1
         self._steps = round(time_limit / self.task.episodes.step_time)

@@ -27,8 +27,22 @@ class GymnasiumEnvironment(gymnasium.Env[dict[str, np.ndarray], Any]):
     It can be pickled and copied by ``copy.deepcopy``, which continues the episode in a station of
     its own, unless it records or is observed.
 
+    Args:
+        tree: The tree, as in ``bt-manip run``.
+        render_mode: ``"rgb_array"``, or None for no images from `render`.
+        physical_units: Whether actions have the units of ``task.action.space``; by default
+            each number of a continuous action is scaled to [-1, 1].
+        goal_conditioned: Whether observations are ``observation``, all numbers in one array,
+            ``achieved_goal`` and ``desired_goal``, positions [m], and the reward is
+            ``compute_reward``, that of `PositionGoal`.
+        **options: Those of `LearningTask`: ``robot``, ``action``, ``reward``, ``images``, ...
+
     Attributes:
         task: The task; its actions have units.
+
+    Raises:
+        BtManipError: If an option is invalid, the tree declares no goal, or the goal of a
+            goal-conditioned environment is not a position.
     """
 
     metadata = {"render_modes": ["rgb_array"], "render_fps": 20}
@@ -42,22 +56,6 @@ class GymnasiumEnvironment(gymnasium.Env[dict[str, np.ndarray], Any]):
         goal_conditioned: bool = False,
         **options: Any,
     ) -> None:
-        """Prepare the environment.
-
-        Args:
-            tree: The tree, as in ``bt-manip run``.
-            render_mode: ``"rgb_array"``, or None for no images from `render`.
-            physical_units: Whether actions have the units of ``task.action.space``; by default
-                each number of a continuous action is scaled to [-1, 1].
-            goal_conditioned: Whether observations are ``observation``, all numbers in one array,
-                ``achieved_goal`` and ``desired_goal``, positions [m], and the reward is
-                ``compute_reward``, that of `PositionGoal`.
-            **options: Those of `LearningTask`: ``robot``, ``action``, ``reward``, ``images``, ...
-
-        Raises:
-            BtManipError: If an option is invalid, the tree declares no goal, or the goal of a
-                goal-conditioned environment is not a position.
-        """
         own = {"render_mode", "physical_units", "goal_conditioned"}
         refuse_unknown("an environment has no option", options, {*OPTIONS, *own})
         if goal_conditioned and ("images" in options or options.get("reward", "sparse") == "dense"):

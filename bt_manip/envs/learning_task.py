@@ -50,11 +50,31 @@ class Outcome(NamedTuple):
 class LearningTask:
     """The task of a tree: an agent acts in place of the tree until the goal holds.
 
+    Args:
+        tree: The tree, as in ``bt-manip run``.
+        reward: ``"sparse"``: 1 where the goal holds, else 0. ``"dense"``: that, and
+            ``discount * after - before`` of the progress towards the goal before and after the
+            step, potential-based shaping (Ng, Harada and Russell 1999).
+        discount: The agent's discount of rewards, with which the shaping leaves the best policy
+            as it is.
+        images: Images among the observations; default: none.
+        step_time: Time of a step [s].
+        record: File to which episodes are recorded, as in ``run-{episode}.mcap``; its suffix
+            chooses the recorder. Without ``{episode}`` only the first one is recorded.
+        faults: Faults that are injected in each episode, as in ``bt-manip run --fault``.
+        observers: Further observers of all episodes, such as a `bt_manip.viewer.Page`.
+        vary: Parameters as of ``bt-manip run --vary``, by name: ``{"scene.mass": 2}``.
+        parts: The registered parts; default: those of all installed plugins.
+        **request: Fields of `RunRequest`: ``robot``, ``scene``, ``controller``, ``settings``.
+
     Attributes:
         episodes: The episodes of the tree in its station.
         observations: The observations.
         action: The kind of actions.
         reward_bounds: The least and the largest reward of a step.
+
+    Raises:
+        BtManipError: If an argument is invalid, or the tree declares no goal.
     """
 
     def __init__(
@@ -73,30 +93,6 @@ class LearningTask:
         parts: Parts | None = None,
         **request: Any,
     ) -> None:
-        """Prepare the station and the spaces.
-
-        Args:
-            tree: The tree, as in ``bt-manip run``.
-            action: ``"joint_torques"``, ``"joint_targets"``, ``"cartesian_deltas"`` or
-                ``"subtree_choice"``.
-            reward: ``"sparse"``: 1 where the goal holds, else 0. ``"dense"``: that, and
-                ``discount * after - before`` of the progress towards the goal before and after the
-                step, potential-based shaping (Ng, Harada and Russell 1999).
-            discount: The agent's discount of rewards, with which the shaping leaves the best policy
-                as it is.
-            images: Images among the observations; default: none.
-            step_time: Time of a step [s].
-            record: File to which episodes are recorded, as in ``run-{episode}.mcap``; its suffix
-                chooses the recorder. Without ``{episode}`` only the first one is recorded.
-            faults: Faults that are injected in each episode, as in ``bt-manip run --fault``.
-            observers: Further observers of all episodes, such as a `bt_manip.viewer.Page`.
-            vary: Parameters as of ``bt-manip run --vary``, by name: ``{"scene.mass": 2}``.
-            parts: The registered parts; default: those of all installed plugins.
-            **request: Fields of `RunRequest`: ``robot``, ``scene``, ``controller``, ``settings``.
-
-        Raises:
-            BtManipError: If an argument is invalid, or the tree declares no goal.
-        """
         if reward not in REWARDS:
             raise BtManipError(f"a reward is {' or '.join(REWARDS)}, got '{reward}'")
         refuse_unknown("an environment has no option", request, OPTIONS)

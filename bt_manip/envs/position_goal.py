@@ -15,17 +15,15 @@ class PositionGoal:
     Each condition of the goal names an object and, by its ``destination``, what it belongs in or
     on. A position is reached if, along each axis of the world, it differs from the middle of the
     destination by at most half the destination's size; in height, half the object's is added.
+
+    Args:
+        episodes: The episodes; one has started.
+
+    Raises:
+        BtManipError: If a condition of the goal is not about the position of an object.
     """
 
     def __init__(self, episodes: Episodes) -> None:
-        """Find the objects, and how near they have to come.
-
-        Args:
-            episodes: The episodes; one has started.
-
-        Raises:
-            BtManipError: If a condition of the goal is not about the position of an object.
-        """
         cell = episodes.station.cell
         self._pairs: list[tuple[str, str]] = []
         tolerances = []

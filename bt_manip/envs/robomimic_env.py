@@ -24,20 +24,18 @@ class RobomimicEnvironment(EnvBase):
     It takes the place of robomimic's own class for ``env_args["type"]``, which imports ``gym``, the
     predecessor of Gymnasium.
 
+    Args:
+        env_name: Its name in results.
+        **options: Those of `GymnasiumEnvironment`, as in ``env_args["env_kwargs"]``.
+
     Attributes:
         env: The environment.
+
+    Raises:
+        BtManipError: If an option is invalid.
     """
 
     def __init__(self, env_name: str, **options: Any) -> None:
-        """Prepare the environment; its episodes have a random seed until `seed` is called.
-
-        Args:
-            env_name: Its name in results.
-            **options: Those of `GymnasiumEnvironment`, as in ``env_args["env_kwargs"]``.
-
-        Raises:
-            BtManipError: If an option is invalid.
-        """
         self._name = env_name
         self._options = {key: value for key, value in options.items() if key not in IGNORED}
         self.env = GymnasiumEnvironment(**self._options)

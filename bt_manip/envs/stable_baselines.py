@@ -12,21 +12,19 @@ from .vector_env import BatchEnvironment
 class BatchVecEnv(VecEnv):
     """A `BatchEnvironment` as a vector environment of Stable-Baselines3.
 
+    Args:
+        tree: The tree, as in ``bt-manip run``.
+        num_envs: Number of environments.
+        **options: Those of `BatchEnvironment` but ``autoreset_mode``.
+
     Attributes:
         batch: The batch.
+
+    Raises:
+        BtManipError: If an option is invalid, or the task cannot be batched, with the reason.
     """
 
     def __init__(self, tree: str, num_envs: int, **options: Any) -> None:
-        """Prepare the environments.
-
-        Args:
-            tree: The tree, as in ``bt-manip run``.
-            num_envs: Number of environments.
-            **options: Those of `BatchEnvironment` but ``autoreset_mode``.
-
-        Raises:
-            BtManipError: If an option is invalid, or the task cannot be batched, with the reason.
-        """
         self.batch = BatchEnvironment(
             tree, num_envs, autoreset_mode=AutoresetMode.SAME_STEP, **options
         )

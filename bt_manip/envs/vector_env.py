@@ -23,8 +23,19 @@ class BatchEnvironment(gymnasium.vector.VectorEnv[Any, Any, Any]):
     ``native_pd``, for any number of threads. Its methods, spaces and ``info`` are those of
     Gymnasium's ``SyncVectorEnv`` of single environments.
 
+    Args:
+        tree: The tree, as in ``bt-manip run``.
+        num_envs: Number of environments.
+        max_episode_steps: Steps after which an episode is truncated; None: never.
+        autoreset_mode: When an environment that has ended is reset; see Gymnasium.
+        threads: Threads of the simulation; 0: one for each CPU.
+        **options: Those of `GymnasiumEnvironment`; ``controller`` is ``"native_pd"``.
+
     Attributes:
         env: The single environment whose functions serve all of them.
+
+    Raises:
+        BtManipError: If an option is invalid, or the task cannot be batched, with the reason.
     """
 
     def __init__(
@@ -37,19 +48,6 @@ class BatchEnvironment(gymnasium.vector.VectorEnv[Any, Any, Any]):
         threads: int = 0,
         **options: Any,
     ) -> None:
-        """Prepare the environments.
-
-        Args:
-            tree: The tree, as in ``bt-manip run``.
-            num_envs: Number of environments.
-            max_episode_steps: Steps after which an episode is truncated; None: never.
-            autoreset_mode: When an environment that has ended is reset; see Gymnasium.
-            threads: Threads of the simulation; 0: one for each CPU.
-            **options: Those of `GymnasiumEnvironment`; ``controller`` is ``"native_pd"``.
-
-        Raises:
-            BtManipError: If an option is invalid, or the task cannot be batched, with the reason.
-        """
         if num_envs < 1:
             raise BtManipError(f"a batch has at least one environment, got {num_envs}")
         self.env = GymnasiumEnvironment(tree, **{"controller": "native_pd", **options})

@@ -14,14 +14,12 @@ class LowestPoint:
     """Measures how low a robot reaches, the open gripper included.
 
     Its foot, which keeps its height, does not count.
+
+    Args:
+        robot: The robot.
     """
 
     def __init__(self, robot: Robot) -> None:
-        """Measure for a robot that is compiled alone.
-
-        Args:
-            robot: The robot.
-        """
         self._robot, self._model = robot, robot.mj_model
         model = self._model
         self._data = mujoco.MjData(model)

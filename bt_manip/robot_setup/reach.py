@@ -77,17 +77,15 @@ class RadialReach(NamedTuple):
 class DownwardReach:
     """Finds configurations free of self-collision in which the tool points down.
 
+    Args:
+        robot: The robot.
+        model: Its model.
+
     Attributes:
         lowest: Measures the lowest points of the robot.
     """
 
     def __init__(self, robot: Robot, model: RobotModel) -> None:
-        """Prepare for a robot that is compiled alone.
-
-        Args:
-            robot: The robot.
-            model: Its model.
-        """
         self._robot, self._model = robot, model
         self._ik = InverseKinematics(model)
         self._world = CollisionWorld(robot, model)

@@ -103,7 +103,6 @@ class _Watch(RunObserver):
     """
 
     def __init__(self) -> None:
-        """Wait for the first failure."""
         self.failed: tuple[TreeNode, str] | None = None
         self.moves: list[TreeNode] = []
         self.reason, self.succeeded = "", False

@@ -174,7 +174,6 @@ class _Watch(RunObserver):
     """
 
     def __init__(self) -> None:
-        """Begin without cycles."""
         self.cycles = self.failed = self.retried = 0
         self.error, self.joint = 0.0, ""
         self._reasons: Counter[str] = Counter()

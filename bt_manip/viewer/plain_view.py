@@ -14,15 +14,13 @@ class PlainView(RunObserver):
     """Prints a line for each cycle, and for each leaf that ends if there is only one cycle.
 
     A leaf that a reactive node checks at every tick gets a line when its status changes.
+
+    Args:
+        console: Where to.
+        cycles: Number of cycles; 0 is unlimited.
     """
 
     def __init__(self, console: Console, *, cycles: int) -> None:
-        """Set where to print.
-
-        Args:
-            console: Where to.
-            cycles: Number of cycles; 0 is unlimited.
-        """
         self._console = console
         self._cycles = cycles
         self._cycle = 0

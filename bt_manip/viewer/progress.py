@@ -4,14 +4,13 @@ import time
 
 
 class Progress:
-    """Counts how cycles ended, and estimates the wall time that is left."""
+    """Counts how cycles ended, and estimates the wall time that is left.
+
+    Args:
+        cycles: Number of cycles; 0 is unlimited.
+    """
 
     def __init__(self, cycles: int) -> None:
-        """Start counting.
-
-        Args:
-            cycles: Number of cycles; 0 is unlimited.
-        """
         self._cycles = cycles
         self._done = self._succeeded = self._left = 0
         self._start = time.perf_counter()

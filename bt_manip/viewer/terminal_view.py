@@ -37,15 +37,13 @@ class TerminalView(RunObserver):
 
     It is drawn between ticks, at most every `REDRAW` seconds of wall time, and never from a
     thread of its own: so it sees a tree at rest and costs the run a few percent.
+
+    Args:
+        console: A terminal.
+        cycles: Number of cycles; 0 is unlimited.
     """
 
     def __init__(self, console: Console, *, cycles: int) -> None:
-        """Set where to draw.
-
-        Args:
-            console: A terminal.
-            cycles: Number of cycles; 0 is unlimited.
-        """
         self._console = console
         self._cycles = cycles
         self._statuses: dict[Any, str] = {}  # last status of each node in this cycle

@@ -28,14 +28,12 @@ class Window(RunObserver):
     The viewer gets a copy of the state, because it writes to what it is given: a run with a
     window is the same run as without. Closing the window does not end the run, and the window
     stays open after the run until `close`.
+
+    Raises:
+        NoDisplayError: If there is none.
     """
 
     def __init__(self) -> None:
-        """Check that there is a display.
-
-        Raises:
-            NoDisplayError: If there is none.
-        """
         require_display()
         self._handle: Any = None
         self._threads: set[threading.Thread] = set()

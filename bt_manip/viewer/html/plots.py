@@ -73,17 +73,15 @@ class BarRow(NamedTuple):
 class Plots:
     """Makes the plots of a run.
 
+    Args:
+        run: The run.
+        start: Simulated time at the start of its replay [s].
+
     Attributes:
         gap: Largest gap between bars of a time line that are drawn as one [s].
     """
 
     def __init__(self, run: RecordedRun, start: float) -> None:
-        """Share a time axis.
-
-        Args:
-            run: The run.
-            start: Simulated time at the start of its replay [s].
-        """
         self._run, self._start, self.gap = run, start, 0.0
         end = max(run.recording.end, 1e-3)
         self._range = Range1d(start=0.0, end=end, bounds=(0.0, end), min_interval=1e-3)

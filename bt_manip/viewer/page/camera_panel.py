@@ -37,7 +37,6 @@ class CameraPanel(Panel):
     needs_run = True
 
     def __init__(self, page: Any) -> None:
-        """Add its inputs to the current container."""
         self._page = page
         hint = "Shows the picture of a camera, a few times a second"
         self._choice = page.gui.add_dropdown("Camera", (NO_CAMERA,), hint=hint)

@@ -26,26 +26,24 @@ class Controls(Panel):
 
     The callbacks of the inputs only set what the thread of the run reads between two ticks.
 
+    Args:
+        gui: The inputs of the page.
+        speed: Simulated seconds per second of wall time at first; None is without limit.
+
     Attributes:
         paused: Whether the run waits before its next tick.
         stopped: Whether the run has to end.
         breakpoints: Paths of the nodes at whose start the run pauses.
         task: Name of the tree.
+
+    Raises:
+        BtManipError: If the speed is not a positive number.
     """
 
     texts = ("running", "Continue")
     """The state that is shown while time goes on, and the label of the button when it is paused."""
 
     def __init__(self, gui: Gui, speed: float | None) -> None:
-        """Add the inputs to the current container.
-
-        Args:
-            gui: The inputs of the page.
-            speed: Simulated seconds per second of wall time at first; None is without limit.
-
-        Raises:
-            BtManipError: If the speed is not a positive number.
-        """
         if speed is not None and not 0.0 < speed < math.inf:
             raise BtManipError(f"the speed must be a positive number, got {speed:g}")
         self.paused = self.stopped = False

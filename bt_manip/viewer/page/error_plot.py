@@ -19,7 +19,6 @@ class ErrorPlot(Panel):
     """Plots the largest joint tracking error of each robot after each tick."""
 
     def __init__(self, page: Any) -> None:
-        """Keep the container; the plot is added when the robots are known."""
         self._gui = page.gui
         self._container = page.gui.add_folder("")
         self._plot: Any = None

@@ -35,14 +35,13 @@ UP = np.array([0.0, 0.0, 1.0])
 
 
 class Framing:
-    """Places the cameras, until somebody moves one: from then on it is left as it is."""
+    """Places the cameras, until somebody moves one: from then on it is left as it is.
+
+    Args:
+        server: The ``viser.ViserServer``.
+    """
 
     def __init__(self, server: Any) -> None:
-        """Frame nothing yet.
-
-        Args:
-            server: The ``viser.ViserServer``.
-        """
         self._server = server
         self._points = np.empty((0, 3))
         self._axes, self._fov = np.eye(3), float(FOV)

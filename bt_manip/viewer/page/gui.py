@@ -25,7 +25,6 @@ class GuiElement:
     """
 
     def __init__(self, gui: "Gui", uid: int, kind: str, parent: int, props: dict[str, Any]) -> None:
-        """Keep the properties; `Gui` makes elements."""
         vars(self).update(_gui=gui, uid=uid, kind=kind, parent=parent, props=props, _calls={})
 
     def __getattr__(self, name: str) -> Any:
@@ -113,7 +112,6 @@ class Gui:
     """
 
     def __init__(self) -> None:
-        """Start without elements."""
         self._lock = threading.RLock()
         self._elements: dict[int, GuiElement] = {}
         self._stack = [0]

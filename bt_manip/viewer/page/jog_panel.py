@@ -35,17 +35,15 @@ class JogPanel(Panel):
     The callbacks of its inputs only leave requests, of which the thread of the cell takes the last
     one of each input between two ticks.
 
+    Args:
+        page: The page.
+        save: Saves a configuration by its name; returns a line about it.
+
     Attributes:
         moved: Whether an arm or a gripper has been moved here since the last run or reset.
     """
 
     def __init__(self, page: Any, save: Save) -> None:
-        """Keep the container.
-
-        Args:
-            page: The page.
-            save: Saves a configuration by its name; returns a line about it.
-        """
         self.moved = False
         self._page, self._save = page, save
         self._message = page.gui.add_html("")

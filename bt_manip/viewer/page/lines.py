@@ -29,19 +29,18 @@ SAME_POSE = 1e-4
 
 
 class Lines:
-    """Line segments of one colour, which are in the scene while there are any."""
+    """Line segments of one colour, which are in the scene while there are any.
+
+    Args:
+        scene: Viser's scene.
+        name: Name of their node.
+        colour: Red, green and blue, from 0 to 255.
+        thickness: Their thickness [pixels].
+    """
 
     def __init__(
         self, scene: Any, name: str, colour: tuple[int, ...], thickness: float = THICKNESS
     ) -> None:
-        """Draw none yet.
-
-        Args:
-            scene: Viser's scene.
-            name: Name of their node.
-            colour: Red, green and blue, from 0 to 255.
-            thickness: Their thickness [pixels].
-        """
         self._scene, self._name = scene, name
         self._colour, self._thickness = colour, thickness
         self.handle: Any = None
@@ -69,15 +68,13 @@ class GraspLines:
     """Draws grasps as a gripper's outline: fingers at the gripped width, and where they come from.
 
     They are drawn at the present pose of the object.
+
+    Args:
+        scene: Viser's scene.
+        robot: Name of the robot.
     """
 
     def __init__(self, scene: Any, robot: str) -> None:
-        """Draw none yet.
-
-        Args:
-            scene: Viser's scene.
-            robot: Name of the robot.
-        """
         self._lines = {
             kind: Lines(scene, f"/grasps of {robot}/{kind}", colour, GRASP_THICKNESS[kind])
             for kind, colour in GRASP_COLOURS.items()

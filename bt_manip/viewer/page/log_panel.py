@@ -26,7 +26,6 @@ class LogPanel(Panel):
     """
 
     def __init__(self, page: Any) -> None:
-        """Add it to the current container."""
         self._log = page.gui.add("log", lines=[])
         self._new: list[list[Any]] = []
         self._nodes: dict[int, Any] = {}
@@ -92,7 +91,6 @@ class BlackboardPanel(Panel):
     """Shows the entries of the blackboard, sorted by key."""
 
     def __init__(self, page: Any) -> None:
-        """Add it to the current container."""
         self._board = page.gui.add("blackboard", values={})
         self._changed: dict[str, str | None] = {}
 

@@ -28,7 +28,6 @@ class OverlayPanel(Panel):
     needs_run = True
 
     def __init__(self, page: Any) -> None:
-        """Add its inputs to the current container."""
         self._page, self._server = page, page.server
         self._checkbox = page.gui.add_checkbox(
             "Planned paths", True, hint="Draw the path of the tool during each motion"

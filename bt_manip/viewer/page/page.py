@@ -33,6 +33,11 @@ class Page(ScenePage, RunObserver):
 
     The run only leaves messages for that thread and never waits for a page, except when it is
     paused there. A run that is watched without intervention is the same run as without a page.
+
+    Args:
+        panels: Makers of the panels by name, as hooks ``register_panels`` register them.
+        port: The first port that is tried; 0 lets the system choose.
+        speed: Simulated seconds per second of wall time at first; None is without limit.
     """
 
     kinds = tuple(kind for kind in KINDS if kind != "contact")  # not shown
@@ -44,13 +49,6 @@ class Page(ScenePage, RunObserver):
         port: int = PORT,
         speed: float | None = 1.0,
     ) -> None:
-        """Start the server.
-
-        Args:
-            panels: Makers of the panels by name, as hooks ``register_panels`` register them.
-            port: The first port that is tried; 0 lets the system choose.
-            speed: Simulated seconds per second of wall time at first; None is without limit.
-        """
         self._cell: Any = None
         self._source: CellScene | None = None  # None: the scene has changed
         self._samples: list[tuple[float, dict[str, tuple[np.ndarray, np.ndarray]]]] = []

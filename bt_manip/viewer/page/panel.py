@@ -21,6 +21,10 @@ class Panel:
     Callbacks of its inputs are called by the thread of the server: they should only set what the
     thread of the run reads. A panel that raises is not called again; the page and the run go on.
 
+    Args:
+        page: The `Page`: ``page.gui`` is the `Gui` that adds inputs, and ``page.server.scene``
+            adds things to the scene, which viser draws.
+
     Attributes:
         place: ``tab`` for a tab of its own, ``left`` beside the scene, ``below``
             or ``over`` it, or ``bar``.
@@ -32,12 +36,7 @@ class Panel:
     needs_run = False
 
     def __init__(self, page: Any) -> None:
-        """Add the inputs to the current container of the page.
-
-        Args:
-            page: The `Page`: ``page.gui`` is the `Gui` that adds inputs, and ``page.server.scene``
-                adds things to the scene, which viser draws.
-        """
+        pass
 
     def start(self, run: Run) -> None:
         """Prepare for a run, with `.request`, `.station` and `.tree`."""

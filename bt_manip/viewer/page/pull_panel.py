@@ -30,7 +30,6 @@ class PullPanel(Panel):
     needs_run = True
 
     def __init__(self, page: Any) -> None:
-        """Add its inputs to the current container."""
         gui, self._page, self._scene = page.gui, page, page.server.scene
         self._choice = gui.add_dropdown(
             "Object", (NO_OBJECT,), hint="Or click it in the scene, then drag its handle to pull it"

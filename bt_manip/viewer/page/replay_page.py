@@ -16,19 +16,18 @@ LONGEST_ADVANCE = 0.5
 
 
 class ReplayControls(Controls):
-    """Plays a recording: play and pause, single ticks, speed."""
+    """Plays a recording: play and pause, single ticks, speed.
+
+    Args:
+        gui: The inputs of the page.
+        speed: Simulated seconds per second of wall time at first.
+        scene: The recorded scene, which has the times.
+        note: A line beside the state.
+    """
 
     texts = ("playing", "Play")
 
     def __init__(self, gui: Gui, speed: float, scene: RecordedScene, note: str) -> None:
-        """Add the inputs to the current container; nothing is played at first.
-
-        Args:
-            gui: The inputs of the page.
-            speed: Simulated seconds per second of wall time at first.
-            scene: The recorded scene, which has the times.
-            note: A line beside the state.
-        """
         super().__init__(gui, speed)
         self.paused, self._cell, self._note = True, scene, note
         self._wanted: float | None = None
@@ -62,6 +61,16 @@ class ReplayPage(ScenePage):
     """Shows a recording in the browser, at any of its times, as the page of the run did.
 
     The panels get the events of the recording; those that need a run are left out.
+
+    Args:
+        recording: The recording.
+        panels: Makers of the panels by name, as hooks ``register_panels`` register them.
+        port: The first port that is tried; 0 lets the system choose.
+        start: The simulated time that is shown at first [s]; None is the start of the run.
+        speed: Simulated seconds per second of wall time at first.
+
+    Raises:
+        BtManipError: If the recording has no complete chunk.
     """
 
     controls: ReplayControls
@@ -75,18 +84,6 @@ class ReplayPage(ScenePage):
         start: float | None = None,
         speed: float = 1.0,
     ) -> None:
-        """Read the recording and start the server.
-
-        Args:
-            recording: The recording.
-            panels: Makers of the panels by name, as hooks ``register_panels`` register them.
-            port: The first port that is tried; 0 lets the system choose.
-            start: The simulated time that is shown at first [s]; None is the start of the run.
-            speed: Simulated seconds per second of wall time at first.
-
-        Raises:
-            BtManipError: If the recording has no complete chunk.
-        """
         self._timeline, self._index = Timeline(recording), -1
         self._entities: dict[str, int] = {}
         scene = self._timeline.scene

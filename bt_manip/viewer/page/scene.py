@@ -40,7 +40,6 @@ class SceneView:
     """
 
     def __init__(self, server: Any) -> None:
-        """Start with an empty scene on a ``viser.ViserServer``."""
         self._server = server
         server.scene.configure_environment_map(environment_intensity=BRIGHTNESS)
         sky = np.linspace(*SKY, 64).astype(np.uint8)

@@ -33,6 +33,11 @@ MakePanel = Callable[[Any], Panel]
 class ScenePage:
     """Scene, controls and panels in the browser, served by a thread of its own.
 
+    Args:
+        make_controls: Makes the controls, of the `Gui`.
+        panels: Makers of the panels by name.
+        port: The first port that is tried; 0 lets the system choose.
+
     Attributes:
         url: Address of the page.
         gui: The inputs and texts around the scene.
@@ -46,13 +51,6 @@ class ScenePage:
     def __init__(
         self, make_controls: Callable[[Any], Controls], panels: Mapping[str, MakePanel], port: int
     ) -> None:
-        """Start the server.
-
-        Args:
-            make_controls: Makes the controls, of the `Gui`.
-            panels: Makers of the panels by name.
-            port: The first port that is tried; 0 lets the system choose.
-        """
         self.gui = Gui()
         self.shown_time: float | None = None
         self.site = Site(self.gui)

@@ -24,6 +24,13 @@ class SessionPanel(Panel):
     """Chooses tree, scene, robot, seed and cycles; asks to run the tree, or to reset the scene.
 
     It is hidden while a tree runs.
+
+    Args:
+        page: The page.
+        names: The trees, scenes and robots to choose from, by ``tree``, ``scene``, ``robot``.
+        first: The first choice.
+        scene_of: Returns the scene in which a tree runs by default.
+        seed_of: Returns the default seed of a scene.
     """
 
     place = "left"
@@ -36,15 +43,6 @@ class SessionPanel(Panel):
         scene_of: Callable[[str], str],
         seed_of: Callable[[str], int],
     ) -> None:
-        """Add the inputs to the current container.
-
-        Args:
-            page: The page.
-            names: The trees, scenes and robots to choose from, by ``tree``, ``scene``, ``robot``.
-            first: The first choice.
-            scene_of: Returns the scene in which a tree runs by default.
-            seed_of: Returns the default seed of a scene.
-        """
         self._scene_of, self._seed_of = scene_of, seed_of
         self._requests: deque[tuple[str, RunChoice]] = deque(maxlen=1)
         gui = page.gui

@@ -56,7 +56,6 @@ class Site:
     """
 
     def __init__(self, gui: Gui) -> None:
-        """Keep the elements."""
         self.gui = gui
         self._browsers: dict[Any, _Browser] = {}  # by connection
 

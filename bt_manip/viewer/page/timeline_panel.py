@@ -21,7 +21,6 @@ class TimelinePanel(Panel):
     place = "below"
 
     def __init__(self, page: Any) -> None:
-        """Add it to the current container."""
         self._page, self._controls = page, page.controls
         self._line = page.gui.add(
             "timeline", leaves=[], marks=[], time=0.0, start=0.0, end=None, shown=None

@@ -17,7 +17,6 @@ class TreePanel(Panel):
     place = "left"
 
     def __init__(self, page: Any) -> None:
-        """Add the tree to the current container."""
         self._controls = page.controls
         self._tree = page.gui.add(
             "tree", nodes=[], states={}, breakpoints=[], problems=[], failed=False
@@ -96,5 +95,4 @@ class NodePanel(Panel):
     """Shows the node that is selected in the browser: kind, status, ports with their values."""
 
     def __init__(self, page: Any) -> None:
-        """Add it to the current container."""
         page.gui.add("node")
