@@ -192,7 +192,7 @@ def register_panels(register: Callable[[str, Callable[[Any], Any]], None]) -> No
         LogPanel,
         NodePanel,
         OverlayPanel,
-        PullPanel,
+        PerturbationPanel,
         TimelinePanel,
         TreePanel,
     )
@@ -204,5 +204,5 @@ def register_panels(register: Callable[[str, Callable[[Any], Any]], None]) -> No
     register("tracking_error", ErrorPlot)
     register("blackboard", BlackboardPanel)
     register("overlays", OverlayPanel)
-    register("pull", PullPanel)
+    register("pull", PerturbationPanel)
     register("camera", CameraPanel)

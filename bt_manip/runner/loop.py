@@ -237,14 +237,14 @@ class RunLoop:
 
     def _control(self, steps: int) -> None:
         """Make control steps; all steps of all loops are made here."""
-        pulls, real = self.run.interventions.pulls, self._station.real
+        perturbations, real = self.run.interventions.perturbations, self._station.real
         if real is not None and steps:
             steps = real.wait(steps)
             self._cell.step(steps, then=self._then)
             real.update()
-        elif pulls.active:
+        elif perturbations.active:
             for _ in range(steps):
-                pulls.apply()
+                perturbations.apply()
                 self._cell.step(then=self._then)
         elif steps:
             self._cell.step(steps, then=self._then)

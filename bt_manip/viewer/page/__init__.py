@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from bt_manip.viewer.page.overlay_panel import OverlayPanel as OverlayPanel
     from bt_manip.viewer.page.page import Page as Page
     from bt_manip.viewer.page.panel import Panel as Panel
-    from bt_manip.viewer.page.pull_panel import PullPanel as PullPanel
+    from bt_manip.viewer.page.perturbation_panel import PerturbationPanel as PerturbationPanel
     from bt_manip.viewer.page.replay_page import ReplayPage as ReplayPage
     from bt_manip.viewer.page.scene import SceneView as SceneView
     from bt_manip.viewer.page.server import PORT as PORT
@@ -41,7 +41,7 @@ __getattr__ = lazy_exports(
         "bt_manip.viewer.page.overlay_panel": "OverlayPanel",
         "bt_manip.viewer.page.page": "Page",
         "bt_manip.viewer.page.panel": "Panel",
-        "bt_manip.viewer.page.pull_panel": "PullPanel",
+        "bt_manip.viewer.page.perturbation_panel": "PerturbationPanel",
         "bt_manip.viewer.page.replay_page": "ReplayPage",
         "bt_manip.viewer.page.scene": "SceneView",
         "bt_manip.viewer.page.server": "PORT close_server open_server",

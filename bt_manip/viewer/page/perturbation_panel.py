@@ -21,7 +21,7 @@ PULL_COLOUR = (230, 119, 0)
 """Colour of the line from the object to the handle."""
 
 
-class PullPanel(Panel):
+class PerturbationPanel(Panel):
     """Pulls the chosen object towards its handle by a limited spring force, while it is dragged.
 
     Callbacks only set the target, which the thread of the run requests as an intervention.
@@ -49,7 +49,7 @@ class PullPanel(Panel):
         self._run, self._pulled = run, None
 
     def begin_idle(self, station: Station) -> None:
-        """Remove the handle: pulls are interventions in a run."""
+        """Remove the handle: only a run can be perturbed."""
         self._run = None
         self._remove()
 
