@@ -51,7 +51,7 @@ class Interventions:
 
         Args:
             body: Name of an entity other than a robot, or ``entity/body``.
-            target: Point in the world towards which the spring pulls [m]; None: let the body go.  # (3,)
+            target: Point in the world to pull it towards [m]; None: let the body go.  # (3,)
             point: Point at which the spring acts, in the frame of the body [m].  # (3,)
             max_force: Limit of the force [N].
 

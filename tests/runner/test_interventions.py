@@ -38,7 +38,8 @@ class Requests(RunObserver):
 
 def pull(target, body="cube", point=(0.0, 0.0, 0.0), max_force=50.0):
     return {
-        "kind": "perturbation", "body": body, "point": [*point], "target": target, "max_force": max_force
+        "kind": "perturbation", "body": body, "point": [*point], "target": target,
+        "max_force": max_force,
     }  # fmt: skip
 
 
