@@ -1,4 +1,4 @@
-"""Checks of a robot's description, each finding with the key and the change to make."""
+"""Checks of a robot description; each finding names a key and the change to make."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -26,19 +26,19 @@ from .joint_data import light_joints
 from .reach import GRASP_HEIGHT
 from .trial import CYCLES, Checked, try_robot
 
-_CUBE = 0.1  # [kg] that an arm should carry: twice the cube of the pick and place task
+_CUBE = 0.1  # [kg] least payload: twice the cube of the pick and place task
 _PARTS = {"joints": ("joint",), "fingers": ("body",), "motor": ("joint", "tendon")}
 
 
 def check_description(path: Path, parts: Parts, cycles: int = CYCLES) -> Checked:
-    """Check a description in a file: its keys, the names in it, and the robot that they make.
+    """Check a description file: its keys, its names, and the resulting robot.
 
-    A robot with a gripper that has no findings is tried: see `try_robot`.
+    A robot with a gripper and without findings is then tried, by `try_robot`.
 
     Args:
         path: The TOML file.
         parts: The registered parts.
-        cycles: Number of cycles of the pick and place task in the trial; 0 for no trial.
+        cycles: Number of cycles of the pick and place task in the trial; 0: no trial.
     """
     findings = _wrong_keys(path, parts)
     if not findings:

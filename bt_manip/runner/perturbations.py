@@ -112,7 +112,7 @@ class Perturbations:
         self._notify({"kind": "perturbation", "body": body, "target": None, "begins": False})
 
     def _mass(self, data: Mapping[str, Any]) -> float:
-        """Return the effective mass at a point [kg], as MuJoCo's ``mjv_initPerturb`` computes it."""
+        """Return the effective mass at a point [kg], as ``mjv_initPerturb`` computes it."""
         model, physics, body = self._cell.model, self._cell.data, self._body(data["body"])
         point = physics.xpos[body] + physics.xmat[body].reshape(3, 3) @ data["point"]
         jacobian, solved = np.zeros((2, 3, model.nv))
