@@ -78,7 +78,7 @@ def check_description(path: Path, parts: Parts, cycles: int = CYCLES) -> Checked
 
 
 def _light_joints(description: RobotDescription, model: RobotModel) -> Iterator[str]:
-    """Name the joints whose inertia is too small for feedback to hold them precisely."""
+    """Yield a line about joints with too little inertia for precise feedback."""
     light = light_joints(model)
     names = [name for name, one in zip(description.arm_joints, light, strict=True) if one]
     if names:
@@ -104,7 +104,7 @@ _REMEDIES = {
 
 
 def _wrong_keys(path: Path, parts: Parts) -> list[str]:
-    """Return all errors of reading the file, the gripper's parameters included."""
+    """Return all errors in the file, including those of gripper parameters."""
     found: list[str] = []
     for read in (lambda: read_description(path), lambda: _read_parameters(path, parts)):
         try:
@@ -123,7 +123,7 @@ def _read_parameters(path: Path, parts: Parts) -> None:
 
 
 def _unknown_names(description: RobotDescription) -> Iterator[str]:
-    """Yield an error for each name that the models do not have, and for missing models."""
+    """Yield an error for each missing model, and for each name that the models lack."""
     where, gripper = description.where, description.gripper
     roots = []
     for model in (description.model, gripper.model if gripper else None):

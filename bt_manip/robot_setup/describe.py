@@ -99,7 +99,7 @@ def describe_robot(
             default: measured.
 
     Raises:
-        RobotError: If something cannot be found; the message names the option that gives it.
+        RobotError: If a part cannot be found; the message names the option to give it.
     """
     _, alone = read_model(model, model)
     arm = find_arm(alone, joints)
