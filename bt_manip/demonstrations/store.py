@@ -225,9 +225,7 @@ class DemonstrationStore:
 
         path = self.path(episode)
         with reading(path, "demonstration"), h5py.File(path) as file:
-            facts = {key: file.attrs[key] for key in _FACTS}
-            facts |= {"episode": int(facts["episode"]), "success": bool(facts["success"])}
-            facts[_TASK] = file.attrs.get(_TASK, "")
+            facts = {**_facts(file), _TASK: file.attrs.get(_TASK, "")}
             if "rewards" not in file:
                 return Demonstration(**facts)
             groups: dict[str, Any] = {
@@ -251,15 +249,10 @@ class DemonstrationStore:
 
         outcomes = []
         for episode in self.episodes():
-            with (
-                reading(self.path(episode), "demonstration"),
-                h5py.File(self.path(episode)) as file,
-            ):
-                facts = {key: file.attrs[key] for key in _FACTS}
+            path = self.path(episode)
+            with reading(path, "demonstration"), h5py.File(path) as file:
                 steps = len(file["rewards"]) if "rewards" in file else 0
-            outcomes.append(
-                {**facts, "episode": episode, "success": bool(facts["success"]), "steps": steps}
-            )
+                outcomes.append({**_facts(file), "steps": steps})
         self.manifest["episodes"] = outcomes
         _write_manifest(self.folder, self.manifest)
         return outcomes
@@ -282,6 +275,12 @@ def put_array(group: Any, name: str, array: np.ndarray) -> None:
     image = array.dtype == np.uint8 and array.ndim == 4
     options = {"chunks": (1, *array.shape[1:]), "compression": "gzip"} if image else {}
     group.create_dataset(name, data=array, **options)
+
+
+def _facts(file: Any) -> dict[str, Any]:
+    """Return the attributes of an episode's HDF5 file, as plain data."""
+    facts = {key: file.attrs[key] for key in _FACTS}
+    return facts | {"episode": int(facts["episode"]), "success": bool(facts["success"])}
 
 
 def _write_manifest(folder: Path, manifest: Mapping[str, Any]) -> None:

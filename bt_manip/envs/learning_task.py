@@ -1,7 +1,7 @@
 """The task of a tree for an agent: observations, actions, reward and termination."""
 
 import inspect
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import fields
 from functools import partial
 from pathlib import Path
@@ -144,19 +144,11 @@ class LearningTask:
         Raises:
             BtManipError: If the action is not in the action space.
         """
-        try:
-            self.action.step(action)
-        except PhysicsDiverged as error:
-            self._diverged = str(error)
-        return self._judge()
+        return self._outcome(partial(self.action.step, action))
 
     def expert_step(self) -> Outcome:
         """Make one step in which the tree acts."""
-        try:
-            self.episodes.expert_step()
-        except PhysicsDiverged as error:
-            self._diverged = str(error)
-        return self._judge()
+        return self._outcome(self.episodes.expert_step)
 
     def close(self) -> None:
         """End the observers, and free the renderers."""
@@ -213,8 +205,12 @@ class LearningTask:
         """Whether episodes are recorded, observed or modified by faults."""
         return self._recorded or bool(self._observers or self._faults)
 
-    def _judge(self) -> Outcome:
-        """Judge the state after a step; finish the episode if it has ended."""
+    def _outcome(self, step: Callable[[], None]) -> Outcome:
+        """Make a step and judge its outcome; finish the episode if it has ended."""
+        try:
+            step()
+        except PhysicsDiverged as error:
+            self._diverged = str(error)
         outcome = self.judge(self._diverged)
         if (outcome.success or outcome.failure) and not self.episodes.ended:
             self.episodes.finish(outcome.failure)

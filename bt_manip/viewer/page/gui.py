@@ -1,9 +1,8 @@
 """Inputs and texts of the page: their state, and messages about its changes for browsers."""
 
-import contextlib
 import math
 import threading
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple
 
 LONGEST_TEXT = 10_000
@@ -118,9 +117,8 @@ class Gui:
         self._last = 0
         self._new: set[int] = set()
         self._gone: list[int] = []
-        self._sets: dict[int, dict[str, Any]] = {}
-        self._merges: dict[tuple[int, str], dict[str, Any]] = {}
-        self._appends: dict[tuple[int, str], tuple[list[Any], int]] = {}
+        # By uid and property: None to set it, else the kind of the change and its arguments.
+        self._changes: dict[tuple[int, str], tuple[Any, ...] | None] = {}
 
     def add(self, kind: str, **props: Any) -> GuiElement:
         """Add an element to the current container.
@@ -205,14 +203,16 @@ class Gui:
 
         with self._lock:
             new = [e for uid in sorted(self._new) if (e := self._elements.get(uid)) is not None]
-            changes: list[Any] = [["remove", uid] for uid in self._gone]
-            changes += map(_description, new)
-            changes += [["set", *one] for one in self._sets.items()]
-            changes += [["merge", *key, values] for key, values in self._merges.items()]
-            changes += [["append", *key, *one] for key, one in self._appends.items()]
-            for pending in (self._new, self._gone, self._sets, self._merges, self._appends):
+            message: list[Any] = [["remove", uid] for uid in self._gone]
+            message += map(_description, new)
+            for (uid, name), change in self._changes.items():
+                if change is None:
+                    message.append(["set", uid, {name: self._elements[uid].props[name]}])
+                else:
+                    message.append([change[0], uid, name, *change[1:]])
+            for pending in (self._new, self._gone, self._changes):
                 pending.clear()
-            return msgspec.json.encode(changes) if changes else None
+            return msgspec.json.encode(message) if message else None
 
     def snapshot(self) -> tuple[bytes | None, bytes]:
         """Return the changes for connected browsers, and all elements for a new one."""
@@ -248,34 +248,30 @@ class Gui:
 
     # For elements
 
-    @contextlib.contextmanager
-    def _changing(self, element: GuiElement) -> Iterator[bool]:
-        """Hold the lock; yield whether browsers already have the element."""
-        with self._lock:
-            yield element.uid not in self._new and element.uid in self._elements
+    def _change(self, element: GuiElement, name: str, value: Any, *change: Any) -> None:
+        """Set a property, for browsers by a smaller change unless they wait for all of it."""
+        key = element.uid, name
+        element.props[name] = value
+        if element.uid not in self._new and element.uid in self._elements:
+            if not change or self._changes.get(key, change) is not None:
+                self._changes[key] = change or None
 
     def _set(self, element: GuiElement, name: str, value: Any) -> None:
-        with self._changing(element) as known:
-            if element.props[name] == value:
-                return
-            element.props[name] = value
-            if known:
-                self._merges.pop((element.uid, name), None)
-                self._appends.pop((element.uid, name), None)
-                self._sets.setdefault(element.uid, {})[name] = value
+        with self._lock:
+            if element.props[name] != value:
+                self._change(element, name, value)
 
     def _merge(self, element: GuiElement, name: str, values: dict[str, Any]) -> None:
-        with self._changing(element) as known:
-            element.props[name].update(values)
-            if known:
-                self._merges.setdefault((element.uid, name), {}).update(values)
+        with self._lock:
+            _, waiting = self._changes.get((element.uid, name)) or ("merge", {})
+            merged = {**element.props[name], **values}
+            self._change(element, name, merged, "merge", {**waiting, **values})
 
     def _append(self, element: GuiElement, name: str, values: Sequence[Any], keep: int) -> None:
-        with self._changing(element) as known:
-            element.props[name] = [*element.props[name], *values][-keep:]
-            if known:
-                waiting, _ = self._appends.get((element.uid, name), ([], keep))
-                self._appends[element.uid, name] = [*waiting, *values][-keep:], keep
+        with self._lock:
+            _, waiting, _ = self._changes.get((element.uid, name)) or ("append", [], keep)
+            appended = [*element.props[name], *values][-keep:]
+            self._change(element, name, appended, "append", [*waiting, *values][-keep:], keep)
 
     def _remove(self, element: GuiElement) -> None:
         with self._lock:
@@ -287,10 +283,8 @@ class Gui:
                 self._new.discard(element.uid)
             else:
                 self._gone.append(element.uid)
-            self._sets.pop(element.uid, None)
-            for pending in (self._merges, self._appends):
-                for key in [key for key in pending if key[0] == element.uid]:
-                    del pending[key]
+            for key in [key for key in self._changes if key[0] == element.uid]:
+                del self._changes[key]
 
 
 def _description(element: GuiElement) -> list[Any]:
