@@ -184,7 +184,7 @@ def register_recorders(register: Callable[[str, Callable[[Path | None], Any]], N
 
 @hookimpl
 def register_panels(register: Callable[[str, Callable[[Any], Any]], None]) -> None:
-    """Bring the tree, the time line and the tabs."""
+    """Register the tree, the timeline and the tabs."""
     from bt_manip.viewer.page import (
         BlackboardPanel,
         CameraPanel,
