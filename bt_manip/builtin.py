@@ -184,7 +184,7 @@ def register_recorders(register: Callable[[str, Callable[[Path | None], Any]], N
 
 @hookimpl
 def register_panels(register: Callable[[str, Callable[[Any], Any]], None]) -> None:
-    """Bring the tree, the time line and the tabs."""
+    """Register the tree, the timeline and the tabs."""
     from bt_manip.viewer.page import (
         BlackboardPanel,
         CameraPanel,
@@ -192,7 +192,7 @@ def register_panels(register: Callable[[str, Callable[[Any], Any]], None]) -> No
         LogPanel,
         NodePanel,
         OverlayPanel,
-        PullPanel,
+        PerturbationPanel,
         TimelinePanel,
         TreePanel,
     )
@@ -204,5 +204,5 @@ def register_panels(register: Callable[[str, Callable[[Any], Any]], None]) -> No
     register("tracking_error", ErrorPlot)
     register("blackboard", BlackboardPanel)
     register("overlays", OverlayPanel)
-    register("pull", PullPanel)
+    register("pull", PerturbationPanel)
     register("camera", CameraPanel)

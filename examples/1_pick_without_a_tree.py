@@ -1,4 +1,4 @@
-"""Pick a cube up and put it into the basket without any tree: ask, move, step, read."""
+"""Put a cube into the basket without a tree: read its pose, move, step, read the result."""
 
 import numpy as np
 

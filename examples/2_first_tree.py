@@ -1,4 +1,4 @@
-"""The same pick as a behaviour tree: behaviours in a sequence, tied by a blackboard key.
+"""The same pick as a behaviour tree: behaviours in a sequence, linked by a blackboard key.
 
 Run it as a script, or let the command line show it: bt-manip run examples/2_first_tree.py:pick
 """
@@ -9,15 +9,15 @@ from bt_manip.bt import RetryUntilSuccessful, Sequence, Tree
 
 
 def pick(force: float = 50.0) -> Tree:
-    """Put a cube on the table and pick it; bt-manip run ... --set force=30 sets the argument."""
+    """Add a cube to the table and pick it; bt-manip run ... --set force=30 sets the argument."""
     root = Sequence(
         "pick and drop",
-        SpawnObject(object="{cube}"),  # writes the name that the object got under the key "cube"
+        SpawnObject(object="{cube}"),  # writes the name of the object to the key "cube"
         RetryUntilSuccessful(
             "try twice",
             Sequence(
                 "pick",
-                Hover(object="{cube}", height=0.15),  # reads it
+                Hover(object="{cube}", height=0.15),  # reads the key
                 Reach(object="{cube}"),
                 Grasp(object="{cube}", force=force),
                 Lift(height=0.3),
@@ -31,7 +31,7 @@ def pick(force: float = 50.0) -> Tree:
 
 
 def main() -> None:
-    """Run the tree twice: once as it is, once with a force that the gripper does not have."""
+    """Run the tree twice: as it is, and with a force beyond the gripper's."""
     station = build_station(seed=0)
     for force in (50.0, 500.0):
         result = station.run(pick(force))

@@ -1,6 +1,6 @@
-"""The same tree in the XML of BehaviorTree.CPP; change the file, and the task has changed.
+"""The same tree as a BehaviorTree.CPP file; editing the file changes the task.
 
-Or without Python: bt-manip run examples/3_first_tree.xml
+Without Python: bt-manip run examples/3_first_tree.xml
 """
 
 from pathlib import Path
@@ -14,9 +14,9 @@ FILE = Path(__file__).with_name("3_first_tree.xml")
 
 
 def main() -> None:
-    """Run the file as it is, then with a gentler grasp, then with a slip of the pen."""
+    """Run the file as it is, then with a gentler grasp, then with a typing error."""
     station = build_station(seed=0)
-    # The behaviours that a file may name; those of the language come with every registry.
+    # The behaviours available to the file; every registry includes the nodes of the language.
     behaviours = BehaviourRegistry([SpawnObject, Hover, Reach, Grasp, Lift, Drop, IsIn])
 
     tree = load_tree(FILE, behaviours, clock=station.clock)
@@ -30,7 +30,7 @@ def main() -> None:
     try:
         parse_tree(text.replace("<Reach", "<Raech"), behaviours, file=FILE.name)
     except TreeError as error:
-        print(f"with a slip: {error}")
+        print(f"with a typing error: {error}")
 
 
 if __name__ == "__main__":

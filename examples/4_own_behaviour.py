@@ -1,4 +1,4 @@
-"""A behaviour of one's own: weigh what the gripper holds; and its unit tests.
+"""A new behaviour, which weighs the held object, and its unit tests.
 
 Run the tests: pytest examples/4_own_behaviour.py
 """
@@ -20,25 +20,25 @@ GRAVITY = 9.81  # [m/s2]
 
 
 class Weigh(Action):
-    """Weigh an object by the force with which the fingers hold it up."""
+    """Weigh a held object by the contact force of the fingers."""
 
     object = Input(str, doc="Name of the object.")
     duration = Input(float, default=0.2, doc="Simulated time to average over [s].")
-    mass = Output(float, doc="What it weighs [kg].")
+    mass = Output(float, doc="Mass of the object [kg].")
 
     def setup(self, *, cell: Cell, gripper: Gripper, **_: Any) -> None:
-        """Keep what is needed; a tree can be made, drawn and checked without it."""
+        """Store cell and gripper; trees can be built, drawn and checked without them."""
         self.cell, self.gripper = cell, gripper
 
     def initialise(self) -> None:
-        """Begin, or fail with a reason."""
-        self.readings: list[float] = []  # [N], one a tick
+        """Start, or fail with a reason."""
+        self.readings: list[float] = []  # [N], one per tick
         self.end = self.cell.time + self.duration
         if self.object not in self.gripper.held:
             self.fail(f"the gripper does not hold '{self.object}'")
 
     def update(self) -> Status:
-        """Look once per tick; never wait here."""
+        """Read the force once per tick, without waiting."""
         self.readings.append(self.cell.contacts.wrench(self.object).force[2])
         if self.cell.time < self.end:
             return Status.RUNNING
@@ -47,30 +47,30 @@ class Weigh(Action):
         return Status.SUCCESS
 
     def get_state(self) -> dict[str, Any]:
-        """Return the state from which a snapshot continues."""
+        """Return the state for snapshots."""
         return {**super().get_state(), "readings": list(self.readings), "end": self.end}
 
     def set_state(self, state: dict[str, Any]) -> None:
-        """Take it back."""
+        """Restore the state."""
         super().set_state(state)
         self.readings, self.end = list(state["readings"]), state["end"]
 
 
 def station_with_a_cube(mass: float = 0.0565) -> Station:
-    """Put a cube on the table."""
+    """Build a station with a cube on the table."""
     station = build_station()
     station.cell.add(Cube(mass=mass), pose((0.35, 0.1, 1.04)), name="cube")
     return station
 
 
 def hold(name: str) -> list[Action]:
-    """Give the behaviours after which the gripper holds an object in the air."""
+    """Return the behaviours to pick and lift an object."""
     return [Hover(object=name), Reach(object=name), Grasp(object=name), Lift()]
 
 
 @pytest.mark.parametrize("mass", [0.05, 0.2])  # [kg]
 def test_it_weighs_what_the_fingers_hold(mass):
-    """Success: hold a cube of a known mass and compare."""
+    """Success: weigh a cube of known mass."""
     station = station_with_a_cube(mass)
     assert station.run(Sequence(*hold("cube"))).status is NodeStatus.SUCCESS
     tree = Tree(Weigh(object="cube", mass="{mass}"), clock=station.clock)

@@ -1,4 +1,4 @@
-"""An object of one's own: a tin, which then every behaviour and tree can use by its name."""
+"""A new object: a tin, which every behaviour and tree can use by name."""
 
 from typing import Any
 
@@ -13,14 +13,14 @@ from bt_manip.plugins import load_plugins
 class Tin(composer.Entity):
     """A tin, as a composer entity: it works in any dm_control environment too."""
 
-    kind = "tin"  # the name that it is registered by
+    kind = "tin"  # its registered name
     category = "graspable"
-    free = True  # it moves freely, unless it is placed as a fixture
+    free = True  # it moves freely
 
     def _build(self, name: str = "tin", radius: float = 0.03, mass: float = 0.2) -> None:
         self._mjcf_root = mjcf.RootElement(model=name)
-        self._height = 0.06  # [m]: higher, and it would touch the palm
-        # The fingers press on lines here, not on faces: stiff contacts keep them from sinking in.
+        self._height = 0.06  # [m]; a higher one would touch the palm
+        # The fingers touch along lines, not faces: stiff contacts limit penetration.
         self._mjcf_root.worldbody.add(
             "geom", name="tin", type="cylinder", size=(radius, self._height / 2), mass=mass,
             solref=(0.004, 1), friction=(0.8,), rgba=(0.75, 0.15, 0.12, 1),
@@ -34,18 +34,18 @@ class Tin(composer.Entity):
 
     @property
     def parameters(self) -> dict[str, Any]:
-        """What it was made with, so that a snapshot can make it again."""
+        """Its keyword arguments, to recreate it from a snapshot."""
         return self._parameters
 
     @property
     def rest_height(self) -> float:
-        """Height of its centre over what it stands on [m]."""
+        """Height of its centre above its support [m]."""
         return self._height / 2
 
 
 def main() -> None:
     """Let the Panda pick the tin."""
-    parts = load_plugins().parts  # all that is built in or installed
+    parts = load_plugins().parts  # built-in and installed parts
     parts.objects.add("tin", Tin, owner="this example")
     station = build_station(parts, seed=1)
     pick = Sequence(
@@ -59,7 +59,7 @@ def main() -> None:
     )
     tree = Tree(pick, goal=IsIn(object="{tin}", container="basket"))
     print(f"{station.run(tree)}, after {station.cell.time:.2f} s")
-    # To let others have it, register it in a plugin instead: ../plugins/bt-manip-impedance does.
+    # To share it, register it in a plugin, as ../plugins/bt-manip-impedance does.
 
 
 if __name__ == "__main__":

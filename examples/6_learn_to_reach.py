@@ -1,6 +1,6 @@
-"""A task of one's own for learning: move the tool to a cube; and PPO, which learns it in a batch.
+"""A new learning task, to move the tool to a cube, and its training with PPO in a batch.
 
-Learn for ten minutes: pip install stable-baselines3; python examples/6_learn_to_reach.py 10
+Train for ten minutes: pip install stable-baselines3; python examples/6_learn_to_reach.py 10
 """
 
 import importlib.util
@@ -26,7 +26,7 @@ class IsNear(ObjectCondition):
     distance = Input(float, default=0.05, doc="Largest distance of the tool from its origin [m].")
 
     def setup(self, **infrastructure: Any) -> None:
-        """Keep cell and arm."""
+        """Store cell and arm."""
         super().setup(**infrastructure)
         self.arm = infrastructure["arm"]
 
@@ -36,17 +36,17 @@ class IsNear(ObjectCondition):
         return float(np.linalg.norm(tool - self.cell.pose(self.object).translation))
 
     def why_not(self) -> str:
-        """Measure the distance."""
+        """Return the distance as a reason if it is too large."""
         away = self.away()
         return f"the tool is {1e3 * away:.0f} mm away" if away > self.distance else ""
 
     def progress(self) -> float:
-        """Return the progress for the dense reward, from 0 to 1: 1 at the object."""
+        """Return the progress for the dense reward, from 0 to 1 at the object."""
         return 1.0 - math.tanh(self.away() / 0.3)
 
 
 def reach() -> Tree:
-    """Put a cube on the table, and move the tool to it."""
+    """Add a cube to the table, and move the tool to it."""
     root = Sequence(
         "reach a cube",
         SpawnObject(object="{cube}"),
@@ -57,7 +57,7 @@ def reach() -> Tree:
 
 
 def learn(minutes: float) -> None:
-    """Train; print the share of 64 other episodes in which the goal is met, again and again."""
+    """Train; print the share of successes in 64 test episodes at intervals."""
     import torch
     from stable_baselines3 import PPO
     from stable_baselines3.common.vec_env import VecNormalize
@@ -90,7 +90,7 @@ def learn(minutes: float) -> None:
 
 
 def success(model: Any, env: Any) -> float:
-    """Return the share of the environments whose first episode meets the goal."""
+    """Return the share of environments whose first episode reaches the goal."""
     env.seed(1000)
     observations = env.reset()
     going, met = np.ones(env.num_envs, bool), np.zeros(env.num_envs, bool)

@@ -1,6 +1,6 @@
 """The pick and place task in Python: the same tree as ``pick_place.xml``.
 
-Run it: ``bt-manip run path/to/pick_place.py:pick_place``. Its arguments are what ``--set`` sets.
+Run it: ``bt-manip run path/to/pick_place.py:pick_place``. ``--set`` sets its arguments.
 """
 
 from py_trees.behaviour import Behaviour
@@ -43,22 +43,22 @@ def pick_place(
     blend_radius: float = 0.0,
     attempts: int = 3,
 ) -> Tree:
-    """Pick a cube from a random place on the table and drop it into the basket.
+    """Pick a cube from a random pose on the table and drop it into the basket.
 
     Args:
         cube: Object to pick: a name of bt-manip list objects, or the address of a model; auto: the
-            cube, smaller where the gripper does not open 5 cm.
+            cube, smaller if the gripper opens less than 5 cm.
         basket: Name of the container in the cell.
-        region: Where the object is put: x_min;x_max;y_min;y_max [m]; auto: 0.2;0.4;-0.3;0.3, or
-            the part of the table that the robot reaches from above.
-        height: Height of hovering and lifting over the object [m]; auto: 0.4, or what the robot
-            reaches.
-        drop_height: Height of the tool over the basket's bottom [m]; auto: 0.25, or what the robot
-            reaches.
+        region: Region in which the object is added: x_min;x_max;y_min;y_max [m]; auto:
+            0.2;0.4;-0.3;0.3, or the part of the table that the robot reaches from above.
+        height: Height of hovering and lifting above the object [m]; auto: 0.4, or as high as the
+            robot reaches.
+        drop_height: Height of the tool above the basket's bottom [m]; auto: 0.25, or as high as
+            the robot reaches.
         force: Normal force of each finger [N]; auto: 50, or 0.8 of the gripper's maximum if lower.
         blend_radius: Distance of the tool from the end of Hover and Lift at which the next motion
-            may begin [m]; at 0 the arm comes to rest.
-        attempts: How often pick and drop are tried.
+            may start [m]; 0: the arm stops.
+        attempts: Number of attempts to pick and drop.
     """
     root = Sequence(
         "pick and place",
@@ -81,10 +81,10 @@ def pick_place(
 def attempt(
     basket: str, force: str, height: str, drop_height: str, blend_radius: float
 ) -> Behaviour:
-    """Bring the object into the basket, from wherever it is.
+    """Bring the object into the basket from its present place.
 
-    An attempt waits until nothing moves and nothing pushes the arm, and goes on from what is true
-    then: an object in the basket stays there, one still in the gripper is not picked again.
+    An attempt waits until the object rests and no force acts on the arm, then continues from the
+    present state: an object in the basket stays there, one in the gripper is not picked again.
     After a failure the arm pauses and backs off along the path just travelled.
     """
     pick_and_drop = TryCatch(
@@ -122,7 +122,7 @@ def pick(force: str, height: str, blend_radius: float) -> Behaviour:
 
 
 def clean_up() -> Behaviour:
-    """Leave no object behind, whatever else fails, so that the next cycle starts clean."""
+    """Remove the object in any case, so that the next cycle starts clean."""
     return Sequence(
         "leave nothing",
         ForceSuccess("open", OpenGripper()),

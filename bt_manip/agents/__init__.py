@@ -1,4 +1,4 @@
-"""Episodes of trees: reset, observations, actions of agents and of the expert, success."""
+"""Episodes of trees for agents: reset, observations, actions, success."""
 
 from .actions import ActionKind as ActionKind
 from .actions import ActionSpace as ActionSpace

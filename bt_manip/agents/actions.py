@@ -1,4 +1,4 @@
-"""Actions of an agent: the commands of one step, and the expert's motion in the same terms."""
+"""Actions of an agent: commands for one step, also derived from the expert's motion."""
 
 import abc
 from typing import Any, ClassVar, NamedTuple
@@ -11,14 +11,14 @@ from .episodes import Episodes
 
 
 class ActionSpace(NamedTuple):
-    """The actions of one kind.
+    """Space of the actions of one kind.
 
     Attributes:
-        low: Least numbers.  # (n,)
-        high: Largest numbers.  # (n,)
-        names: Name of each number.
-        units: Unit of each number.
-        choices: What the numbers 0, 1, ... of a single discrete action mean; empty if continuous.
+        low: Lower bounds.  # (n,)
+        high: Upper bounds.  # (n,)
+        names: Name of each component.
+        units: Unit of each component.
+        choices: Meanings of the values 0, 1, ... of a discrete action; empty if continuous.
     """
 
     low: np.ndarray
@@ -34,11 +34,11 @@ class ActionSpace(NamedTuple):
 
     @property
     def dtype(self) -> str:
-        """NumPy's name of the number type."""
+        """NumPy name of the data type."""
         return "int64" if self.choices else "float32"
 
     def physical(self, action: Any) -> np.ndarray:
-        """Return the action in units whose numbers were scaled to [-1, 1]; others as they are."""
+        """Convert an action scaled to [-1, 1] to physical units; keep discrete actions."""
         scaled = np.asarray(action, dtype=float)
         if self.choices or scaled.shape != self.shape:
             return np.asarray(action)
@@ -46,7 +46,7 @@ class ActionSpace(NamedTuple):
         return low + 0.5 * (scaled + 1.0) * (high - low)
 
     def normalized(self, actions: Any) -> np.ndarray:
-        """Return actions in units scaled to [-1, 1], clipped; choices as they are."""  # (..., n)
+        """Scale and clip actions in physical units to [-1, 1]; keep discrete ones."""  # (..., n)
         if self.choices:
             return np.asarray(actions)
         low, high = self.low.astype(float), self.high.astype(float)
@@ -55,20 +55,22 @@ class ActionSpace(NamedTuple):
 
 
 class ActionKind(abc.ABC):
-    """One kind of actions, for the robots of a station: the actor of the loop in a step.
+    """One kind of actions for the robots of a station; the actor of the loop during a step.
 
-    Either `step` acts in place of the tree, or ``watch``, `Episodes.expert_step` and ``recorded``
-    return the action that reproduces what the tree did in that step.
+    `step` acts in place of the tree. To convert a step of the tree to an action, call `watch`,
+    `Episodes.expert_step` and `recorded`.
+
+    Args:
+        episodes: The episodes in which to act.
 
     Attributes:
-        space: Its actions.
+        space: The action space.
     """
 
     kind: ClassVar[str]
     space: ActionSpace
 
     def __init__(self, episodes: Episodes) -> None:
-        """Act in these episodes."""
         self._episodes = episodes
         self._robots = list(episodes.station.robots.values())
 
@@ -76,20 +78,20 @@ class ActionKind(abc.ABC):
         """Make one step with an action.
 
         Args:
-            action: The action; numbers beyond the bounds are clipped.
+            action: The action; it is clipped to the bounds.
 
         Raises:
-            BtManipError: If it has another shape or is not finite.
+            BtManipError: If its shape is wrong or it is not finite.
         """
         self.command(action)
         self._episodes.agent_step(self)
 
     @abc.abstractmethod
     def command(self, action: Any) -> None:
-        """Command an action for the step that begins; see `step`."""
+        """Command an action for the coming step; see `step`."""
 
     def tick(self) -> NodeStatus:
-        """Act at a tick of the step; an agent is always running."""
+        """Act at a tick of the step; return RUNNING."""
         return NodeStatus.RUNNING
 
     def watch(self) -> None:  # noqa: B027 (optional)
@@ -100,21 +102,21 @@ class ActionKind(abc.ABC):
         """Return the action that reproduces the step since `watch`."""
 
     def get_state(self) -> Any:
-        """Return the state that it keeps between steps, as plain data.
+        """Return the state kept between steps, as plain data.
 
-        An environment restores the first one at the start of each episode.
+        An environment restores the initial state at the start of each episode.
         """
         return None
 
     def set_state(self, state: Any) -> None:  # noqa: B027 (optional)
-        """Restore a state of `get_state`, after that of the episode."""
+        """Restore a state of `get_state`, after the state of the episode."""
 
 
 def action_kind(name: str, episodes: Episodes) -> ActionKind:
     """Return a registered kind of actions.
 
     Raises:
-        UnknownPartError: If none has this name.
+        UnknownPartError: If no kind has this name.
     """
     make = episodes.parts.actions.maker(name, "space", "step", expected="an ActionKind")
     return make(episodes)

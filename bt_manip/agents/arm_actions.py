@@ -1,4 +1,4 @@
-"""Actions of arms and grippers: joint torques, joint targets, displacements of the tool."""
+"""Actions of arms and grippers: joint torques, joint targets, tool displacements."""
 
 import abc
 from typing import Any
@@ -19,16 +19,16 @@ from .episodes import Episodes
 from .references import StepReference, TorqueCommand
 
 MAX_ANGLE = 2.0 * np.pi
-"""Bound of the targets of joints without position limits [rad]."""
+"""Bound of targets of joints without position limits [rad]."""
 
 MAX_TOOL_SPEED = 2.0
-"""Bound of the commanded displacements of the tool, over the step [m/s]."""
+"""Bound of commanded tool displacements, per step time [m/s]."""
 
 MAX_TOOL_TURNING = 4.0 * np.pi
-"""Bound of the commanded rotations of the tool, over the step [rad/s]."""
+"""Bound of commanded tool rotations, per step time [rad/s]."""
 
 MAX_TOOL_LAG = 0.05
-"""Largest distance from the tool's commanded pose at which that counts [m] and [rad]."""
+"""Largest tool pose error at which displacements start at the commanded pose [m], [rad]."""
 
 
 def displaced(T_wt: pin.SE3, delta: np.ndarray) -> pin.SE3:
@@ -37,7 +37,7 @@ def displaced(T_wt: pin.SE3, delta: np.ndarray) -> pin.SE3:
 
 
 def command_gripper(gripper: Gripper, close: bool) -> None:
-    """Begin to close or to open a gripper, unless it does or has done so already."""
+    """Close or open a gripper, unless it is doing so or has done so."""
     if close and not gripper.gripping:
         gripper.close(gripper.default_force())
     elif not close and (gripper.gripping or not (gripper.moving or gripper.is_open)):
@@ -47,13 +47,13 @@ def command_gripper(gripper: Gripper, close: bool) -> None:
 def held_payload(
     cell: Cell, gripper: Gripper, T_wt: pin.SE3, before: Payload | None
 ) -> Payload | None:
-    """Return the payload of an agent's arm: known once the grasp is steady, then kept.
+    """Return the payload of an agent's arm, computed once the grasp is steady.
 
     Args:
         cell: The cell.
         gripper: The gripper.
         T_wt: Pose of the tool in the world.
-        before: The payload so far; None for nothing.
+        before: The previous payload; None for nothing.
     """
     held = [name for name in gripper.held if cell.is_free(name)] if gripper.gripping else []
     if not held:
@@ -64,20 +64,19 @@ def held_payload(
 
 
 class ArmAction(ActionKind):
-    """An action with numbers for each arm, and one for its gripper.
+    """An action with values for each arm, and one in [-1, 1] for its gripper.
 
-    The gripper closes where its number is positive, and opens otherwise: at the start of the step
-    at 1 and -1, later in proportion for numbers nearer to zero.
+    A positive gripper value closes, others open. Its magnitude sets the time in the step, from 1,
+    at the start, to 0, at the end.
     """
 
     def __init__(self, episodes: Episodes) -> None:
-        """Act in these episodes."""
         super().__init__(episodes)
         low: list[float] = []
         high: list[float] = []
         names: list[str] = []
         units: list[str] = []
-        self._counts: dict[str, int] = {}  # numbers of each arm
+        self._counts: dict[str, int] = {}  # values of each arm
         alone = len(self._robots) == 1
         for one in self._robots:
             label = "robot" if alone else one.name
@@ -93,19 +92,19 @@ class ArmAction(ActionKind):
         as_array = np.array(low, np.float32), np.array(high, np.float32)
         self.space = ActionSpace(*as_array, tuple(names), tuple(units))
         self._references: list[StepReference] = []
-        self._late: list[tuple[int, CommandedRobot, bool]] = []  # ticks until a gripper's command
+        self._late: list[tuple[int, CommandedRobot, bool]] = []  # with ticks until the command
 
     @abc.abstractmethod
     def _bounds(self, one: CommandedRobot) -> tuple[Any, Any, list[str], list[str]]:
-        """Return least and largest numbers, names and units for one arm."""
+        """Return lower bounds, upper bounds, names and units for one arm."""
 
     @abc.abstractmethod
     def _move(self, one: CommandedRobot, reference: StepReference, numbers: np.ndarray) -> None:
-        """Command one arm for the step that begins."""
+        """Command one arm for the coming step."""
 
     @abc.abstractmethod
     def _recorded(self, index: int, one: CommandedRobot) -> np.ndarray:
-        """Return the numbers of one arm for the observed step."""
+        """Return the values of one arm for the observed step."""
 
     def command(self, action: Any) -> None:
         """Command the arms and grippers; see `ActionKind.step`."""
@@ -133,7 +132,7 @@ class ArmAction(ActionKind):
                 at += 1
 
     def tick(self) -> NodeStatus:
-        """Give the late commands of grippers that are due."""
+        """Execute the delayed gripper commands that are due."""
         for delay, one, close in self._late:
             if delay == 0:
                 self._grip(one, None, close)
@@ -142,13 +141,13 @@ class ArmAction(ActionKind):
 
     @property
     def waiting(self) -> bool:
-        """Whether a gripper is commanded later in the step."""
+        """Whether a gripper command is pending in the step."""
         return bool(self._late)
 
     def take_over(self) -> list[StepReference]:
-        """Take the robots over from the tree, once in an episode; return their references.
+        """Take the robots over from the tree, once per episode; return their references.
 
-        The first command of an episode does so too.
+        The first command of an episode calls it.
         """
         if self._acts:
             return self._references
@@ -161,7 +160,7 @@ class ArmAction(ActionKind):
         return self._references
 
     def follow(self, references: list[StepReference]) -> None:
-        """Let the robots follow references that were taken over in another episode."""
+        """Let the robots follow references taken over in another episode."""
         self._references = references
         for one, reference in zip(self._robots, references, strict=True):
             one.controllers.reference = reference
@@ -188,14 +187,14 @@ class ArmAction(ActionKind):
 
     @property
     def _acts(self) -> bool:
-        """Whether the robots follow these references, and not the arms."""
+        """Whether the robots follow these references instead of the arms."""
         return bool(self._references) and all(
             one.controllers.reference is reference
             for one, reference in zip(self._robots, self._references, strict=True)
         )
 
     def _grip(self, one: CommandedRobot, reference: StepReference | None, close: bool) -> None:
-        """Open or close the gripper, and let the reference know what it holds."""
+        """Open or close the gripper; set the payload of the reference."""
         gripper, cell = one.robot.needed_gripper, self._episodes.station.cell
         command_gripper(gripper, close)
         if reference is not None:
@@ -206,9 +205,8 @@ class ArmAction(ActionKind):
 class JointTargets(ArmAction):
     """Joint positions at the end of the step [rad], and the gripper.
 
-    The reference reaches them along a cubic, with a velocity that follows from the present and the
-    last two targets; the controller tracks it as it tracks planned motions. Targets beyond what the
-    velocity limits allow within the step are clipped.
+    The reference reaches them along a cubic, whose final velocity follows from the present and the
+    last two targets. Targets that the velocity limits do not allow within the step are clipped.
     """
 
     kind = "joint_targets"
@@ -228,8 +226,8 @@ class JointTargets(ArmAction):
 class CartesianDeltas(ArmAction):
     """Displacement [m] and rotation vector [rad] of the tool, in world axes, and the gripper.
 
-    They are relative to the commanded pose, or to that of the reference at first and where this
-    could not follow. The joint targets are the nearest ones, by differential inverse kinematics.
+    They are relative to the last commanded pose; in the first step, and where the arm could not
+    follow, to the pose of the reference. Differential inverse kinematics gives the joint targets.
     """
 
     kind = "cartesian_deltas"
@@ -260,10 +258,9 @@ class CartesianDeltas(ArmAction):
 
 
 class JointTorques(ArmAction):
-    """Joint torques beyond those that compensate gravity and friction-free motion, and the gripper.
+    """Joint torques added to gravity and Coriolis compensation, and the gripper.
 
-    The sum is clipped to the effort limits, and is constant during the step but for the
-    compensation.
+    The sum is clipped to the effort limits; the added torques are constant during the step.
     """
 
     kind = "joint_torques"
@@ -274,13 +271,12 @@ class JointTorques(ArmAction):
         return -effort, effort, list(one.robot.description.arm_joints), units
 
     def __init__(self, episodes: Episodes) -> None:
-        """Add the controller of the torques to the robots."""
         super().__init__(episodes)
         for one in self._robots:
             one.controllers.add(TorqueCommand.kind, TorqueCommand)
 
     def take_over(self) -> list[StepReference]:
-        """Take the robots over, and let the controller of the torques command them."""
+        """Take the robots over, and activate the torque controller."""
         references = super().take_over()
         for one in self._robots:
             if one.controllers.active != TorqueCommand.kind:

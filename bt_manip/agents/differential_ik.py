@@ -1,4 +1,4 @@
-"""Differential inverse kinematics, for small displacements of the tool."""
+"""Differential inverse kinematics for small displacements of the tool."""
 
 from typing import Any
 
@@ -6,26 +6,26 @@ import numpy as np
 import pinocchio as pin
 
 IK_ERROR = 1e-5
-"""Error of the tool pose at which differential inverse kinematics ends [m] and [rad]."""
+"""Error of the tool pose at which the iteration ends [m] and [rad]."""
 
 
 IK_STEPS = 4
-"""Number of steps towards a pose."""
+"""Largest number of iterations."""
 
 HOMING = 0.01
-"""Share of the distance from home by which redundant joints approach it in an iteration, so that
-they do not drift into limits."""
+"""Share of the distance to home that redundant joints move per iteration, so that they do not
+drift into limits."""
 
 
 def differential_ik(model: Any, q: np.ndarray, T_wt: pin.SE3) -> np.ndarray:
-    """Return the configuration near another one that puts the tool at a pose, as far as it can.
+    """Return a configuration near `q` that brings the tool as close as possible to a pose.
 
     Damped least squares (Nakamura & Hanafusa, 1986), inside the position limits; redundant joints
     move towards home.
 
     Args:
         model: The arm's `RobotModel`.
-        q: Where to start [rad].  # (nq,)
+        q: Initial configuration [rad].  # (nq,)
         T_wt: Pose of the tool in the world.
     """  # (nq,)
     q = q.copy()

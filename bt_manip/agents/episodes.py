@@ -1,4 +1,4 @@
-"""Episodes of a tree in a station: reset, steps of the expert or of an agent, success."""
+"""Episodes of a tree in a station: reset, steps of the expert or an agent, success."""
 
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
@@ -12,10 +12,10 @@ if TYPE_CHECKING:
     from .actions import ActionKind
 
 STEP = 0.05
-"""Time between two actions [s]."""
+"""Default time between two actions [s]."""
 
 START_TIMEOUT = 10.0
-"""Longest simulated time in which the tree commands a robot for the first time [s]."""
+"""Longest simulated time until the first command of the tree to a robot [s]."""
 
 MakeObservers = Callable[[Run, int], Sequence[RunObserver]]
 
@@ -23,41 +23,37 @@ MakeObservers = Callable[[Run, int], Sequence[RunObserver]]
 class Episodes:
     """Runs episodes of a tree, one after the other, in one station.
 
-    An episode is identified by a seed and a number, as in ``bt-manip run --seed S --episode N``,
-    and depends on nothing else. After `reset` the tree has just commanded a robot for the first
-    time: what it does before that, such as adding objects, is done. Then either the tree goes on as
-    the expert (`expert_step`), or an agent acts in its place (`agent_step`).
+    An episode depends only on its seed and number, as in ``bt-manip run --seed S --episode N``.
+    After `reset` the tree has just commanded a robot for the first time; earlier actions, such as
+    adding objects, are complete. Then the tree continues as the expert (`expert_step`), or an agent
+    acts in its place (`agent_step`).
 
     Observers see an episode as one cycle of a run, from `reset` to `finish`, the next `reset`,
     `set_state` or `close`.
 
+    Args:
+        request: Tree, scene, robot and the other fields of a run.
+
     Attributes:
-        run: The tree in its station; its request has the seed of the episode.
+        run: The run, whose request has the seed of the episode.
         parts: The registered parts.
         station: The station.
-        step_time: Time of one step, of the expert or of an agent [s].
+        step_time: Duration of a step of the expert or of an agent [s].
         seed: Seed of the episode.
         episode: Number of the episode.
-        steps: Steps made in the episode.
-        ticks: Ticks of the tree in a step.
-        gripped: The tick of the last step of the expert in which each gripper that was commanded to
-            open or to close was, by the robot's name.
+        steps: Number of steps made in the episode.
+        ticks: Number of ticks in a step.
+        gripped: For each gripper commanded in the last step of the expert, the tick of the command,
+            by the name of its robot.
         status: Status of the tree; RUNNING until it ends.
-        ended: Whether the episode has ended for its observers, by `finish`.
-        make_observers: Makes the observers of an episode, given the run and the episode's number.
+        ended: Whether `finish` has ended the episode for its observers.
+        make_observers: Makes the observers of an episode from the run and the episode's number.
+
+    Raises:
+        BtManipError: If the request is invalid.
     """
 
     def __init__(self, request: RunRequest, parts: Parts, *, step_time: float = STEP) -> None:
-        """Prepare the station; `reset` starts an episode.
-
-        Args:
-            request: The tree, the scene and the parts to use.
-            parts: The registered parts to choose from.
-            step_time: Time of one step [s], a whole number of ticks of the tree.
-
-        Raises:
-            BtManipError: If the request is invalid.
-        """
         self.ticks = round(step_time / request.tick)
         if self.ticks < 1 or abs(step_time / request.tick - self.ticks) > 1e-6:
             raise BtManipError(
@@ -75,11 +71,11 @@ class Episodes:
         self._gripping = self._read_gripping()
 
     def reset(self, seed: int, episode: int = 0) -> None:
-        """Start an episode: the tree is ticked until it commands a robot.
+        """Start an episode: tick the tree until it commands a robot.
 
         Args:
             seed: Seed of the episode.
-            episode: Its number.
+            episode: Number of the episode.
 
         Raises:
             BtManipError: If the scene cannot be randomized with this seed, or the tree ends without
@@ -101,7 +97,7 @@ class Episodes:
             self._loop.step()
 
     def expert_step(self) -> None:
-        """Let the tree go on for one step; once its goal holds or it has ended, it rests."""
+        """Make one step in which the tree acts, until its goal holds or it has ended."""
         self.gripped = {}
         for i in range(self.ticks):
             if not self._ticked:
@@ -121,7 +117,7 @@ class Episodes:
         return self.status
 
     def agent_step(self, agent: "ActionKind") -> None:
-        """Simulate one step in which an agent acts in place of the tree, which is halted first.
+        """Make one step in which an agent acts in place of the tree, which is halted first.
 
         Args:
             agent: Acts at each tick.
@@ -132,31 +128,28 @@ class Episodes:
         self.steps += 1
 
     def release(self) -> None:
-        """Halt the tree, so that an agent acts in its place."""
+        """Halt the tree, so that an agent can act in its place."""
         if self.status is NodeStatus.RUNNING:
             self.run.tree.halt()
             self.status = NodeStatus.IDLE
 
     def finish(self, reason: str = "") -> None:
-        """End the episode for its observers; the simulation can go on without them.
+        """End the episode for its observers; the simulation can continue without them.
 
         Args:
-            reason: Why it has failed; empty if it has succeeded.
+            reason: Reason of a failure; empty on success.
         """
         self._loop.end(NodeStatus.FAILURE if reason else NodeStatus.SUCCESS, reason)
         self.ended = True
         self._open()
 
     def close(self) -> None:
-        """End the observers; an episode that has not ended stays without an end."""
+        """Close the observers; an unfinished episode remains without an end."""
         self._loop.close()
 
     @property
     def success(self) -> bool:
-        """Whether the goal of the tree holds now.
-
-        Of a tree that declares none, whether the tree itself has succeeded.
-        """
+        """Whether the goal of the tree holds; without a goal, whether the tree has succeeded."""
         if not self.run.tree.goal:
             return self.status is NodeStatus.SUCCESS
         return not self.run.goal.why_not()
@@ -173,7 +166,7 @@ class Episodes:
         }
 
     def set_state(self, state: dict[str, Any]) -> None:
-        """Restore a state of `get_state`, also in another process; the observers end."""
+        """Restore a state of `get_state`, also in another process; close the observers."""
         self._begin(*state["episode"])
         self.run.set_state(state["run"])
         self._open()
@@ -186,7 +179,7 @@ class Episodes:
     # Internal
 
     def _begin(self, seed: int, episode: int) -> None:
-        """Return to the start of an episode, before the first tick."""
+        """Return to the state before the first tick of an episode."""
         self._loop.close()
         self.run.begin_episode(episode, seed)
         self.seed, self.episode, self.steps = seed, episode, 0
@@ -194,7 +187,7 @@ class Episodes:
         self._gripping = self._read_gripping()
 
     def _open(self, observers: Sequence[RunObserver] = ()) -> None:
-        """Open a loop, after closing the one before."""
+        """Close the previous loop and open a new one."""
         self._loop.close()
         self._loop = RunLoop(self.run, observers)
         self._loop.open()

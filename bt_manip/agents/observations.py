@@ -13,10 +13,10 @@ from bt_manip.robots import Gripper, Robot
 from bt_manip.runner import CommandedRobot
 
 ROBOT = "robot"
-"""Group of the observations that a robot can measure: its own, and images of cameras."""
+"""Group of observations that a robot can measure: its own state, and camera images."""
 
 SIMULATOR = "simulator"
-"""Group of those that only a simulator knows: of objects, and segmentation images."""
+"""Group of observations that only a simulator knows: objects, and segmentation images."""
 
 IMAGES = ("rgb", "depth", "segmentation")
 """Kinds of images."""
@@ -29,8 +29,8 @@ class ObservationSpec(NamedTuple):
 
     Attributes:
         shape: Shape of its array.
-        dtype: NumPy's name of its number type.
-        unit: Unit of its numbers; separated by commas where groups of them differ.
+        dtype: NumPy name of its data type.
+        unit: Unit of its values; several units are separated by commas.
         group: `ROBOT` or `SIMULATOR`.
     """
 
@@ -41,13 +41,13 @@ class ObservationSpec(NamedTuple):
 
 
 class Images(NamedTuple):
-    """The images that observations include.
+    """Images to observe.
 
     Attributes:
-        kinds: ``"rgb"``, ``"depth"`` and ``"segmentation"``; empty for none.
+        kinds: Any of ``"rgb"``, ``"depth"`` and ``"segmentation"``; empty for none.
         cameras: Full names of cameras in the cell.
-        width: Of each image [pixels].
-        height: Of each image [pixels].
+        width: Width of each image [pixels].
+        height: Height of each image [pixels].
     """
 
     kinds: Sequence[str] = ("rgb",)
@@ -62,29 +62,27 @@ NO_IMAGES = Images((), ())
 class Observations:
     """Reads the observations of robots and their cell.
 
-    Positions and rotations are in the world, a rotation as the x and y axes of the frame. Wrenches
-    are those of the last control step: of the last link on what is mounted on it, in the tool
-    frame; on an object, in world axes about its origin. Names, shapes and objects are those of the
-    cell at construction. The numbers of an object that has left the cell are zero.
+    Positions and rotations are in the world frame, a rotation as the x and y axes of the frame.
+    Wrenches are from the last control step: of the last link on the mounted gripper, in the tool
+    frame; of all contacts on an object, in world axes about its origin. Names, shapes and objects
+    are those of the cell at construction. The values of a removed object are zero.
+
+    Args:
+        cell: The cell.
+        robots: The observed robots, by name.
+        images: Images to observe; default: none.
 
     Attributes:
         specs: The observations by name, in a fixed order.
-        entities: Names of entities by their numbers in segmentation images; 0 is everything else.
+        entities: Names of entities by their ids in segmentation images; 0: everything else.
+
+    Raises:
+        BtManipError: If a kind of images or a camera is unknown.
     """
 
     def __init__(
         self, cell: Cell, robots: Mapping[str, CommandedRobot], images: Images | None = None
     ) -> None:
-        """List the observations of the present robots and objects.
-
-        Args:
-            cell: The cell.
-            robots: The observed robots, by name.
-            images: The images to include; default: none.
-
-        Raises:
-            BtManipError: If a kind of images or a camera is not known.
-        """
         self._cell = cell
         self._wanted = images or NO_IMAGES
         self.specs: dict[str, ObservationSpec] = {}
@@ -99,7 +97,7 @@ class Observations:
         self._add_images()
 
     def read(self) -> dict[str, np.ndarray]:
-        """Return the present observations by name; every array is new."""
+        """Return the present observations by name, in new arrays."""
         numbers = [np.array(one, np.float32) for read in self._readers for one in read()]
         found = dict(zip(self.specs, numbers, strict=False))  # images follow
         return found | self.images() if self._wanted.kinds else found
@@ -113,7 +111,7 @@ class Observations:
     # Numbers
 
     def _add(self, read: Read, group: str, **specs: tuple[int, str]) -> None:
-        """Add observations of a group: size and unit of each, and what reads all of them."""
+        """Add observations of a group: size and unit of each, and a function to read all."""
         for name, (size, unit) in specs.items():
             self.specs[name] = ObservationSpec((size,), "float32", unit, group)
         self._readers.append(read)
@@ -195,7 +193,7 @@ class Observations:
             self._renderer = FrameRenderer(model, width, height, shadow_size=0, samples=0)
             numbers = {name: i for i, name in enumerate(self.entities)}
             owners = [entity_of(model.geom(i).name) for i in range(model.ngeom)]
-            # One more for pixels that show no geom: -1, the last.
+            # The last entry, index -1, is for pixels that show no geom.
             self._geom_numbers = np.array([*(numbers.get(one, 0) for one in owners), 0], np.int32)
         renderer, found = self._renderer, {}
         for camera in cameras:
@@ -215,14 +213,14 @@ class Observations:
 
 
 class _Opening:
-    """Reads the share by which a gripper is open, from 0 to 1, along its joints' motion."""
+    """Reads the opening of a gripper, from 0 (closed) to 1, along the motion of its joints."""
 
     def __init__(self, robot: Robot, gripper: Gripper) -> None:
         self._robot, self._gripper = robot, gripper
         self._model: mujoco.MjModel | None = None
 
     def read(self) -> list[float]:
-        """Return it."""
+        """Return the opening as a list of one number."""
         robot, gripper = self._robot, self._gripper
         if self._model is not robot.mj_model:
             self._model = robot.mj_model
@@ -232,7 +230,7 @@ class _Opening:
             self._moving = np.flatnonzero(opened != closed)
             way = (opened - closed)[self._moving]
             self._closed, self._scale = closed[self._moving], way / max(way @ way, 1e-12)
-        if not self._moving.size:  # as of a suction cup
+        if not self._moving.size:  # e.g. a suction cup
             return [0.0 if gripper.gripping else 1.0]
         here = robot.mj_data.qpos[self._moving] - self._closed
         return [float(here @ self._scale)]
@@ -243,12 +241,12 @@ def _image_name(camera: str, kind: str) -> str:
 
 
 def _rotation(T: pin.SE3) -> np.ndarray:
-    """Return the x and y axes of a pose: numbers that are continuous (Zhou et al., 2019)."""
+    """Return the x and y axes of a pose, a continuous representation (Zhou et al., 2019)."""
     return T.rotation[:, :2].T.ravel()  # (6,)
 
 
 def _joint_addresses(model: mujoco.MjModel, name: str) -> list[int]:
-    """Return the addresses in qpos of the hinges and slides of an entity."""
+    """Return the ``qpos`` addresses of the hinges and slides of an entity."""
     single = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
     return [
         int(model.jnt_qposadr[i])

@@ -1,4 +1,4 @@
-"""How far an episode is from the goal of its tree, and whether that can still be met."""
+"""Progress of an episode towards its goal, and loss of objects of the goal."""
 
 import math
 from collections.abc import Mapping
@@ -12,28 +12,26 @@ from bt_manip.cell import CellError
 from .episodes import Episodes
 
 NEAR = 0.2
-"""Distance at which the share for being near has fallen to a quarter [m]: tanh(1) is 0.76."""
+"""Distance at which the closeness has fallen to a quarter [m]: 1 - tanh(1) = 0.24."""
 
 FALL = 0.1
-"""Distance below the robots and all that the goal names at which an object is lost [m]."""
+"""Distance below the robots and the objects of the goal at which an object is lost [m]."""
 
 WEIGHTS = (0.2, 0.2, 0.4)
-"""Shares of progress for reaching, holding and bringing an object; the rest is for the goal."""
+"""Weights of reaching, holding and bringing an object; the remainder is for the goal."""
 
 
 def goal_progress(episodes: Episodes) -> float:
     """Return the progress towards the goal of the tree, from 0 to 1, from the physics.
 
-    It is the mean over the conditions of the goal: 1 for one that holds. Of the others,
+    It is the mean over the conditions of the goal. A condition that holds counts 1; otherwise,
 
-    - one with a method ``progress`` counts with its value, from 0 to 1, times 0.9;
-    - one that names an object, and maybe something that it belongs in, on or at, counts
-      ``0.2 max(near, there) + 0.2 max(held, there) + 0.4 there``, with ``near`` and ``there``
-      ``1 - tanh(d / 0.2 m)`` of the distance of a tool from the object, and of the object from its
-      destination, and ``held`` 1 where a gripper holds it;
-    - all others count 0.
-
-    A condition whose object has left the cell counts 0.
+    - a condition with a method ``progress`` counts 0.9 times its value in [0, 1];
+    - a condition that names an object, and perhaps a destination, counts
+      ``0.2 max(near, there) + 0.2 max(held, there) + 0.4 there``. ``near`` is
+      ``1 - tanh(d / 0.2 m)`` of the distance from the nearest tool to the object, ``there`` that of
+      the distance from the object to its destination, and ``held`` is 1 if a gripper holds it;
+    - other conditions, and conditions on removed objects, count 0.
     """
     reasons = episodes.run.goal.reasons()
     conditions = zip(episodes.run.tree.goal, reasons, strict=True)
@@ -67,14 +65,15 @@ def _closeness(a: np.ndarray, b: np.ndarray) -> float:
 
 
 class LossCheck:
-    """Tells whether an object of the goal is lost: gone, fallen or out of reach.
+    """Detects the loss of an object of the goal: removed, fallen or out of reach.
 
-    Those are the objects that move freely and that the goal names, or all if it names none. Made at
-    the start of an episode.
+    It watches the free objects that the goal names, or all free objects if it names none.
+
+    Args:
+        episodes: The episodes, at the start of one.
     """
 
     def __init__(self, episodes: Episodes) -> None:
-        """Remember which objects the goal names, and how low they may lie."""
         self._cell = cell = episodes.station.cell
         self._run = episodes.run
         robots = episodes.station.robots
@@ -89,7 +88,7 @@ class LossCheck:
         self._reach = [float(model.levers.max()) for model in models]
 
     def get_state(self) -> dict[str, Any]:
-        """Return the state remembered from the start of the episode, as plain data."""
+        """Return the state stored at the start of the episode, as plain data."""
         return {"objects": self._objects, "lowest": float(self._lowest)}
 
     def set_state(self, state: Mapping[str, Any]) -> None:
@@ -97,11 +96,11 @@ class LossCheck:
         self._objects, self._lowest = state["objects"], state["lowest"]
 
     def reason(self) -> str:
-        """Return the lost object with the reason; empty if none is lost."""
+        """Return the first lost object with the reason; empty if none is lost."""
         for name in self._objects:
             if name not in self._cell.entities:
                 if self._is_met(name):
-                    continue  # the tree has put it away
+                    continue  # removed on purpose
                 return f"'{name}' has left the cell"
             position = self._cell.pose(name).translation
             if position[2] < self._lowest:
@@ -112,7 +111,7 @@ class LossCheck:
         return ""
 
     def _is_met(self, name: str) -> bool:
-        """Return whether a condition of the goal names an object, and all of these hold."""
+        """Return whether the goal names an object and all its conditions on it hold."""
         pairs = zip(self._run.tree.goal, self._run.goal.reasons(), strict=True)
         reasons = [reason for condition, reason in pairs if name in texts_of(condition)]
         return bool(reasons) and not any(reasons)

@@ -1,4 +1,4 @@
-"""References that controllers follow while an agent acts."""
+"""References for controllers while an agent acts."""
 
 from typing import Any
 
@@ -9,7 +9,7 @@ from bt_manip.control import Controller, Reference
 from bt_manip.robots import Payload, Robot, RobotModel
 
 MAX_LAG = 0.1
-"""Largest distance of a reference from the measured joints at the start of a step [rad]."""
+"""Largest distance of the reference from the measured joints at the start of a step [rad]."""
 
 
 def end_velocity(change: np.ndarray, before: np.ndarray, duration: float) -> np.ndarray:
@@ -24,37 +24,34 @@ def end_velocity(change: np.ndarray, before: np.ndarray, duration: float) -> np.
 
 
 class StepReference(Reference):
-    """A joint motion that is commanded one step of an agent at a time.
+    """A joint motion commanded one step of an agent at a time.
 
-    Each step is a cubic from the present reference position and velocity to the target. Its
-    velocity at the end is the derivative of the parabola through the last three targets, so that
-    targets on a smooth trajectory give back that trajectory. `Arm.servo` also keeps acceleration,
-    jerk and effort limits, so it lags behind recorded targets and doubles the time of a step; it
-    serves policies in trees, which share the arm with planned motions.
+    Each step is a cubic from the present reference position and velocity to the target. Its final
+    velocity is the derivative of the parabola through the last three targets, so that targets on a
+    smooth trajectory reproduce that trajectory. `Arm.servo`, for policies in trees, also respects
+    acceleration, jerk and effort limits; it therefore lags behind recorded targets and doubles the
+    computing time of a step.
+
+    Args:
+        model: The arm.
+        steps: Number of control steps in a step of the agent.
+        dt: Duration of a control step [s].
 
     Attributes:
         q: Position [rad].  # (nq,)
         v: Velocity [rad/s].  # (nq,)
         a: Acceleration [rad/s2].  # (nq,)
-        payload: What the gripper holds; None for nothing.
+        payload: The held object; None for nothing.
         T_wt: Commanded pose of the tool; None where joints are commanded.
     """
 
     def __init__(self, q: np.ndarray, model: RobotModel, steps: int, dt: float = 1e-3) -> None:
-        """Rest at a configuration.
-
-        Args:
-            q: The configuration [rad].  # (nq,)
-            model: The arm.
-            steps: Control steps in a step of the agent.
-            dt: Duration of a control step [s].
-        """
         self.payload = None
         self.T_wt: pin.SE3 | None = None
         self._limits, self._duration = model.limits, steps * dt
         s = np.linspace(0.0, 1.0, steps + 1)[:, np.newaxis]
         zero = np.zeros_like(s)
-        # Hermite polynomials for start, end, and velocities there, and two derivatives.
+        # Hermite polynomials of start, end and their velocities, and two derivatives.
         hermite = (
             (2 * s**3 - 3 * s**2 + 1, -2 * s**3 + 3 * s**2, s**3 - 2 * s**2 + s, s**3 - s**2),
             (6 * s**2 - 6 * s, -6 * s**2 + 6 * s, 3 * s**2 - 4 * s + 1, 3 * s**2 - 2 * s),
@@ -64,7 +61,7 @@ class StepReference(Reference):
         self._basis = np.stack(
             [np.hstack(rows) * [1.0, 1.0, T, T] / T**i for i, rows in enumerate(hermite)], axis=1
         )  # (steps + 1, 3, 4)
-        self._now = np.zeros(3 * len(q))  # flat, because that is copied faster
+        self._now = np.zeros(3 * len(q))  # flat, for faster copies
         self.q, self.v, self.a = self._now.reshape(3, -1)
         self.hold_at(q)
 
@@ -73,7 +70,7 @@ class StepReference(Reference):
         self._now[:] = 0.0
         self.q[:] = q
         self._before = self.q.copy()
-        self._rows = np.empty((0, 3 * len(q)))
+        self._setpoints = np.empty((0, 3 * len(q)))
         self._step = 0
 
     def move_to(self, q: np.ndarray, measured: np.ndarray, *, uniformly: bool = False) -> None:
@@ -81,13 +78,13 @@ class StepReference(Reference):
 
         Args:
             q: The target [rad].  # (nq,)
-            measured: Measured positions, from which the reference may be `MAX_LAG` away [rad].
-            uniformly: Whether to shorten the motion of all joints if one would be too fast;
-                otherwise only that of this joint.
+            measured: Measured positions, which limit the reference to within `MAX_LAG` [rad].
+            uniformly: Whether to scale the motion of all joints down if one is too fast, instead of
+                clipping that joint.
         """
         T, limits = self._duration, self._limits
         start = self.q.clip(measured - MAX_LAG, measured + MAX_LAG)
-        if (start != self.q).any():  # blocked: it goes on from near the measured joints
+        if (start != self.q).any():  # blocked: continue near the measured joints
             self._before = start.copy()
             self.v[start != self.q] = 0.0
         move, most = q.clip(limits.lower, limits.upper) - start, limits.velocity * T
@@ -96,22 +93,23 @@ class StepReference(Reference):
         end = start + move.clip(-most, most)
         v_end = end_velocity(end - start, start - self._before, T)
         v_end = v_end.clip(-limits.velocity, limits.velocity)
-        rows = self._basis @ np.array([start, end, self.v, v_end])
-        self._rows = rows.reshape(len(rows), -1)
+        setpoints = self._basis @ np.array([start, end, self.v, v_end])
+        self._setpoints = setpoints.reshape(len(setpoints), -1)
         self._before, self._step = start, 0
-        self._now[:] = self._rows[0]
+        self._now[:] = self._setpoints[0]
 
     def advance(self, dt: float) -> None:
-        """Advance by one control step; at the end of the motion it rests."""
+        """Advance by one control step; rest at the end of the motion."""
         self._step = step = self._step + 1
-        if step < len(self._rows):
-            self._now[:] = self._rows[step]
+        if step < len(self._setpoints):
+            self._now[:] = self._setpoints[step]
 
     def finish(self) -> np.ndarray:
-        """End the motion at once; return its positions, velocities and accelerations."""
-        rows, self._step = self._rows, len(self._rows)
-        self._now[:] = rows[-1]
-        return rows[:-1].reshape(len(rows) - 1, 3, -1).swapaxes(0, 1)  # (3, steps, nq)
+        """Complete the motion at once; return its positions, velocities and accelerations."""
+        setpoints, self._step = self._setpoints, len(self._setpoints)
+        self._now[:] = setpoints[-1]
+        n = len(setpoints) - 1
+        return setpoints[:-1].reshape(n, 3, -1).swapaxes(0, 1)  # (3, steps, nq)
 
     def get_state(self) -> Any:
         """Return the state between two steps, as plain data."""
@@ -126,14 +124,14 @@ class StepReference(Reference):
         """Restore a state of `get_state`."""
         self._now[:] = state["now"]
         self._before = np.array(state["before"])
-        self._rows = self._rows[:0]
+        self._setpoints = self._setpoints[:0]
         held, T_wt = state["payload"], state["T_wt"]
         self.payload = None if held is None else Payload.from_state(held)
         self.T_wt = None if T_wt is None else pin.SE3(np.array(T_wt))
 
 
 class TorqueCommand(Controller):
-    """Commanded torques, beyond the compensation of gravity and Coriolis forces.
+    """Commanded torques, added to gravity and Coriolis compensation.
 
     Attributes:
         command: The torques [N m].  # (nv,)
@@ -143,7 +141,7 @@ class TorqueCommand(Controller):
     saturates = True
 
     def _build(self, robot: Robot) -> None:
-        """Command no torque."""
+        """Build the controller, with zero torques commanded."""
         super()._build(robot)
         self.command = np.zeros(len(robot.description.arm_joints))
 

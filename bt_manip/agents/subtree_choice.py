@@ -1,4 +1,4 @@
-"""Choosing parts of the tree as actions."""
+"""Actions that select parts of the tree."""
 
 from typing import Any
 
@@ -13,33 +13,32 @@ from .episodes import Episodes
 
 
 class SubtreeChoice(ActionKind):
-    """The part of the tree to run during the step: a sub-tree, or a leaf that uses a robot.
+    """The part of the tree to tick during the step: a sub-tree, or a leaf that uses a robot.
 
-    0 runs none: what was running is halted. A part that is chosen again goes on, or starts anew
-    where it has completed.
+    0 selects none and halts the running part. A part that is selected again continues, or restarts
+    if it has completed.
 
     Attributes:
-        status: Status of the chosen part after the last step.
+        status: Status of the selected part after the last step.
     """
 
     kind = "subtree_choice"
 
     def __init__(self, episodes: Episodes) -> None:
-        """List the parts of the tree."""
         super().__init__(episodes)
         self._nodes = [
-            link
-            for link in episodes.run.tree.nodes[1:]
-            if isinstance(link, ArmBehaviour) or link.kind is NodeKind.SUBTREE
+            node
+            for node in episodes.run.tree.nodes[1:]
+            if isinstance(node, ArmBehaviour) or node.kind is NodeKind.SUBTREE
         ]
         self._running: Any = None
         self.status = NodeStatus.IDLE
-        choices = ("", *(link.path for link in self._nodes))
+        choices = ("", *(node.path for node in self._nodes))
         low, high = np.array([0.0]), np.array([len(choices) - 1.0])
         self.space = ActionSpace(low, high, ("choice",), ("-",), choices)
 
     def command(self, action: Any) -> None:
-        """Choose a part; see `ActionKind.step`."""
+        """Select a part; see `ActionKind.step`."""
         number = int(action)
         if not 0 <= number < len(self.space.choices):
             raise BtManipError(
@@ -52,7 +51,7 @@ class SubtreeChoice(ActionKind):
         self._running, self.status = node, NodeStatus.IDLE
 
     def tick(self) -> NodeStatus:
-        """Tick the chosen part."""
+        """Tick the selected part."""
         if self._running is not None:
             try:
                 self.status = self._episodes.run.tree.tick(self._running)
@@ -60,7 +59,7 @@ class SubtreeChoice(ActionKind):
                 if not isinstance(error.__cause__, BtManipError):
                     raise
                 self._running.halt()
-                self.status = NodeStatus.FAILURE  # as of a part whose inputs are not there yet
+                self.status = NodeStatus.FAILURE  # e.g. an input is not written yet
             if self.status is not NodeStatus.RUNNING:
                 self._running = None
         return NodeStatus.RUNNING
@@ -76,6 +75,6 @@ class SubtreeChoice(ActionKind):
         self.status = NodeStatus[state["status"]]
 
     def recorded(self) -> np.ndarray:
-        """Return the innermost part that runs."""
+        """Return the innermost running part."""
         running = [i for i, n in enumerate(self._nodes, 1) if n.engine_status is NodeStatus.RUNNING]
         return np.array(running[-1] if running else 0, dtype=np.int64)

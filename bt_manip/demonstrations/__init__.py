@@ -1,4 +1,4 @@
-"""Demonstrations by the expert of a tree, for learning from them.
+"""Demonstrations by a tree as the expert, for imitation learning.
 
 Each name is imported on first use: reading demonstrations needs no physics.
 """

@@ -1,4 +1,4 @@
-"""Export of demonstrations as a LeRobotDataset, by lerobot in an environment of its own."""
+"""Export of demonstrations as a LeRobotDataset, by lerobot in a separate environment."""
 
 import subprocess
 from pathlib import Path
@@ -17,21 +17,21 @@ def write_lerobot(
     python: str,
     observations: str = "robot",
 ) -> int:
-    """Write demonstrations by LeRobot's own `LeRobotDataset`.
+    """Write demonstrations as a `LeRobotDataset`, by lerobot itself.
 
     Args:
         store: The demonstrations.
-        folder: The folder to make.
-        actions: The kind of ``action``.
-        python: The Python of an environment with lerobot.
-        observations: As the group of `DemonstrationStore.observed`. Numbers that only a simulator
-            knows are ``observation.environment_state``.
+        folder: The folder to create.
+        actions: Kind of the actions to write as ``action``.
+        python: Python interpreter of an environment with lerobot.
+        observations: Group of observations, see `DemonstrationStore.observed`. Values that only a
+            simulator knows become ``observation.environment_state``.
 
     Returns:
-        The number of demonstrations.
+        Number of demonstrations.
 
     Raises:
-        BtManipError: If there are none, the folder exists, or the conversion failed.
+        BtManipError: If there are no demonstrations, the folder exists, or the conversion fails.
     """
     store.check_actions(actions)
     if folder.exists():

@@ -1,4 +1,4 @@
-"""Export of demonstrations as an Apache Parquet table with a row for each step."""
+"""Export of demonstrations as an Apache Parquet table with a row per step."""
 
 import json
 from collections.abc import Iterator
@@ -16,22 +16,22 @@ from bt_manip.record import whole_file, writing
 def write_demonstration_table(
     store: DemonstrationStore, path: Path, observations: str = ALL
 ) -> int:
-    """Write demonstrations as Parquet, one row for each environment step.
+    """Write demonstrations as Parquet, one row per environment step.
 
     Columns are ``episode``, ``step``, ``t`` [s], ``obs.NAME``, ``action.KIND``, ``reward``,
-    ``done``, ``task``, ``leaf`` and ``statuses``; images are PNG files. The metadata ``bt_manip``
-    hold the manifest. Each demonstration is a row group.
+    ``done``, ``task``, ``leaf`` and ``statuses``; images are encoded as PNG. The metadata entry
+    ``bt_manip`` is the manifest. Each demonstration is a row group.
 
     Args:
         store: The demonstrations.
         path: The file; an existing one is replaced.
-        observations: As the group of `DemonstrationStore.observed`.
+        observations: Group of observations, see `DemonstrationStore.observed`.
 
     Returns:
-        The number of demonstrations.
+        Number of demonstrations.
 
     Raises:
-        BtManipError: If there are none, or pyarrow is not installed.
+        BtManipError: If there are no demonstrations, or pyarrow is not installed.
     """
     require_extra("learn", "Parquet", "pyarrow")
     import pyarrow
@@ -74,7 +74,7 @@ def _columns(
 
 
 def _column(pyarrow: Any, array: Any) -> Any:
-    """Return a column: numbers, lists of a fixed size, or images as PNG."""
+    """Return a column of numbers, of lists of a fixed size, or of PNG images."""
     if isinstance(array, list) or array.ndim == 1:
         return pyarrow.array(array)
     if array.dtype == np.uint8 and array.ndim == 4:

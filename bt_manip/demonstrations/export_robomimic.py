@@ -15,10 +15,10 @@ if TYPE_CHECKING:
     from bt_manip.agents import ActionSpace
 
 GYM_TYPE = 2
-"""robomimic's number of environments of Gym."""
+"""robomimic's type number of Gym environments."""
 
 VALID = 0.1
-"""Share of the demonstrations that ``mask/valid`` names."""
+"""Share of demonstrations in ``mask/valid``."""
 
 
 def write_robomimic(
@@ -26,22 +26,22 @@ def write_robomimic(
 ) -> int:
     """Write demonstrations in robomimic's layout.
 
-    The actions are scaled to [-1, 1], as the environment takes them and robomimic's networks give
-    them. Beside what robomimic reads, each demonstration has all kinds of actions with their units
-    as ``action_dict/KIND``, the ``statuses`` of the nodes, and the running leaf as ``leaf``, an
-    index of the file's ``leaves``; the file has the ``manifest``.
+    The actions are scaled to [-1, 1], as the environment takes them and robomimic's networks output
+    them. In addition to robomimic's data, each demonstration has all kinds of actions in physical
+    units as ``action_dict/KIND``, the ``statuses`` of the nodes, and the running leaf as ``leaf``,
+    an index into ``leaves``; the file has the ``manifest``.
 
     Args:
         store: The demonstrations.
         path: The file; an existing one is replaced.
-        actions: The kind of ``actions``.
-        observations: As the group of `DemonstrationStore.observed`.
+        actions: Kind of the actions to write as ``actions``.
+        observations: Group of observations, see `DemonstrationStore.observed`.
 
     Returns:
-        The number of demonstrations.
+        Number of demonstrations.
 
     Raises:
-        BtManipError: If there are none, or there is no such kind.
+        BtManipError: If there are no demonstrations, or the kind of actions is unknown.
     """
     import h5py
 
@@ -92,10 +92,7 @@ def _action_space(described: Mapping[str, Any]) -> "ActionSpace":
 
 
 def _env_args(manifest: Mapping[str, Any], actions: str) -> dict[str, Any]:
-    """Return the environment of the demonstrations, as robomimic describes it.
-
-    ``GymnasiumEnvironment(**env_kwargs)`` makes it.
-    """
+    """Return robomimic's description of the environment: `GymnasiumEnvironment(**env_kwargs)`."""
     given = {key: manifest[key] for key in ("tree", "scene", "settings", "images")}
     kwargs = {**given, **_parts(manifest), "tick": manifest["tick_s"], "action": actions}
     kwargs |= {"vary": manifest["varied"]} if "varied" in manifest else {}
@@ -103,9 +100,9 @@ def _env_args(manifest: Mapping[str, Any], actions: str) -> dict[str, Any]:
 
 
 def _parts(manifest: Mapping[str, Any]) -> Mapping[str, str]:
-    """Return the robot, controller and planner that were asked for.
+    """Return the requested robot, controller and planner.
 
-    Of older manifests, those that the robots have; where they differ, the scene names them.
+    Older manifests have those of the robots; where these differ, the scene names them.
     """
     found = {key: str(manifest[key]) for key in ("robot", "controller", "planner")}
     asked = {key: text for key, text in found.items() if ", " not in text}
@@ -113,7 +110,7 @@ def _parts(manifest: Mapping[str, Any]) -> Mapping[str, str]:
 
 
 def split(demos: list[str]) -> dict[str, list[str]]:
-    """Return names of demonstrations to train and to validate with; the same ones every time."""
+    """Split demonstrations into a training and a validation set, deterministically."""
     n = max(round(VALID * len(demos)), len(demos) > 1)
     chosen = np.random.default_rng(0).permutation(len(demos))[:n]
     valid = {demos[i] for i in chosen}

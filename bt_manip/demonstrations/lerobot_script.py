@@ -1,7 +1,7 @@
 """Convert the Parquet table of demonstrations to a LeRobotDataset.
 
-This script runs in an environment that has lerobot, and imports nothing of bt-manip: lerobot and
-bt-manip want different versions of the same packages.
+This script runs in an environment with lerobot and does not import bt-manip: the two require
+different versions of the same packages.
 """
 
 import io
@@ -11,19 +11,19 @@ from pathlib import Path
 from typing import Any
 
 STATES = {"robot": "observation.state", "simulator": "observation.environment_state"}
-"""Names of the observations of a group."""
+"""Names of the concatenated observations of each group."""
 
 
 def convert(table: Path, folder: Path, kind: str) -> None:
     """Write a LeRobotDataset.
 
-    Observations but images are concatenated: those that a robot can measure to
+    Observations other than images are concatenated: those that a robot can measure to
     ``observation.state``, the others to ``observation.environment_state``.
 
     Args:
-        table: The table that `write_demonstration_table` wrote.
-        folder: The folder to make.
-        kind: Which actions are ``action``.
+        table: Table written by `write_demonstration_table`.
+        folder: The folder to create.
+        kind: Kind of the actions to write as ``action``.
     """
     import numpy as np
     from lerobot.datasets.lerobot_dataset import LeRobotDataset

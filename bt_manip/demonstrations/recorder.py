@@ -1,4 +1,4 @@
-"""Recording of a tree's expert, at the rate of an environment."""
+"""Recording of a tree as the expert, at the rate of an environment."""
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
@@ -22,26 +22,37 @@ from bt_manip.record import cpu_name, identify, versions
 from bt_manip.runner import next_digest, request_of
 
 MAX_EPISODE_STEPS = 1200
-"""Steps after which an episode has failed: 60 s; a pick and place takes 80."""
+"""Steps after which an episode fails: 60 s; a pick and place takes 80 steps."""
 
 
 ACTION_KINDS = ("joint_targets", "cartesian_deltas")
-"""Kinds of actions that are recorded."""
+"""Recorded kinds of actions."""
 
 PARTS = ("robot", "controller", "planner")
-"""Parts of the request; those of the robots may differ, where the scene names them."""
+"""Parts of the request; a scene may name others for its robots."""
 
 
 class DemonstrationRecorder:
     """Records episodes of a tree in this process.
 
-    The tree is ticked once in each environment step, at its beginning: its commands begin when
-    actions do, so that the recorded actions reproduce them.
+    The tree is ticked once per environment step, at its start: commands then begin when actions do,
+    so that the recorded actions reproduce them.
+
+    Args:
+        tree: The tree, as in ``bt-manip run``.
+        choice: The `bt_manip.plugins.PluginSelection`; None: that of the environment.
+        cameras: Cameras whose images are recorded.
+        size: Width and height of the images [pixels].
+        vary: Parameters of ``bt-manip run --vary``, by name.
+        **options: Fields of `bt_manip.runner.RunRequest`; None: the default.
 
     Attributes:
         folder: The folder of the `DemonstrationStore`.
-        failures: Whether the steps of failed episodes are kept.
+        failures: Whether to keep the steps of failed episodes.
         episodes: The episodes.
+
+    Raises:
+        BtManipError: If the request is invalid.
     """
 
     def __init__(
@@ -56,21 +67,6 @@ class DemonstrationRecorder:
         vary: Mapping[str, Any] | None = None,
         **options: Any,
     ) -> None:
-        """Load the plugins and build the station.
-
-        Args:
-            folder: The folder of the `DemonstrationStore`.
-            tree: The tree as the user names it.
-            choice: The `bt_manip.plugins.PluginSelection`; None: that of the environment.
-            cameras: Cameras whose images are observed.
-            size: Width and height of the images [pixels].
-            failures: Whether the steps of failed episodes are kept.
-            vary: Parameters as of ``bt-manip run --vary``, by name.
-            **options: Fields of `bt_manip.runner.RunRequest`; None: the default.
-
-        Raises:
-            BtManipError: If the request is invalid.
-        """
         parts = load_plugins(choice=choice, warn=lambda message: None).parts
         request = request_of(tree, parts, tick=STEP, varied=vary, **options)
         self.folder, self.failures = folder, failures
@@ -115,7 +111,7 @@ class DemonstrationRecorder:
         }
 
     def run(self, episode: int) -> None:
-        """Run an episode and write its file; an exception in it is its reason."""
+        """Run an episode and write its file; an exception becomes the reason of a failure."""
         try:
             demonstration = self.record(episode)
         except ANY_BUT_INTERRUPT as error:
@@ -187,7 +183,7 @@ class DemonstrationRecorder:
 
 
 def _same_length(states: list[bytes]) -> np.ndarray:
-    """Return states as rows; where objects came or went, shorter ones are filled with NaN."""
+    """Return states as rows; shorter ones, with fewer objects, are padded with NaN."""
     rows = [np.frombuffer(state) for state in states]
     size = max(map(len, rows))
     filled = np.full((len(rows), size), np.nan)

@@ -1,4 +1,4 @@
-"""Folders of demonstrations: a manifest, and one HDF5 file for each episode."""
+"""Folders of demonstrations: a manifest, and one HDF5 file per episode."""
 
 import json
 import re
@@ -36,24 +36,24 @@ _EPISODE = re.compile(r"episode_(\d{6,})\.h5")
 
 @dataclass(frozen=True)
 class Demonstration:
-    """One episode of an expert, as a policy that acts at the environment's rate would see it.
+    """One episode of an expert, sampled at the rate of the environment.
 
-    Row ``i`` of all arrays belongs to environment step ``i`` of ``n``; observations and states
-    have a further row, which is that after the last step.
+    Row ``i`` of each array belongs to environment step ``i`` of ``n``; observations and states have
+    one more row, after the last step.
 
     Attributes:
-        episode: Its number; with the seed of the manifest, it decides how the episode starts.
+        episode: Number of the episode; with the seed of the manifest, it determines the start.
         success: Whether the tree succeeded and its goal held.
-        reason: Why it did not succeed; empty on success.
+        reason: Reason of a failure; empty on success.
         digest: SHA-256 over the states and node statuses after each step.
         observations: By name.  # (n + 1, ...)
-        actions: By kind: what reproduces the expert's step.  # (n, size)
+        actions: By kind: the action that reproduces the expert's step.  # (n, size)
         rewards: The rewards.  # (n,)
         dones: Whether the episode ended with the step.  # (n,)
         states: State of the physics, MuJoCo's ``mjSTATE_INTEGRATION``.  # (n + 1, size)
         leaves: Paths of the running leaves at the end of the step, joined by ``"; "``.  # (n,)
         statuses: `bt_manip.bt.NodeStatus` of each node at the end of the step.  # (n, nodes)
-        task: The sentence that says what the tree did; empty: that of the manifest.
+        task: Sentence that describes the task; empty: that of the manifest.
     """
 
     episode: int
@@ -82,20 +82,18 @@ _TASK = "task"  # files of older versions have none
 class DemonstrationStore:
     """The demonstrations in a folder.
 
-    A file that is there is complete: it is written under another name and renamed. An episode that
-    failed and is not wanted has a file without steps, so that it does not run again.
+    Files are complete: each is written under another name and then renamed. A discarded failed
+    episode has a file without steps, so that it is not run again.
 
     Attributes:
         folder: The folder.
-        manifest: What the demonstrations consist of, as plain data.
+        manifest: Identity and contents of the demonstrations, as plain data.
+
+    Raises:
+        BtManipError: If the folder has no manifest of this version, or h5py is not installed.
     """
 
     def __init__(self, folder: Path | str) -> None:
-        """Open a folder.
-
-        Raises:
-            BtManipError: If it has no manifest of this version, or h5py is not installed.
-        """
         require_extra("learn", "demonstrations", "h5py")
         self.folder = Path(folder)
         path = self.folder / MANIFEST
@@ -109,14 +107,14 @@ class DemonstrationStore:
 
     @classmethod
     def create(cls, folder: Path | str, identity: Mapping[str, Any]) -> "DemonstrationStore":
-        """Make a folder, or open a folder with demonstrations of the same identity.
+        """Create a folder, or open a folder with demonstrations of the same identity.
 
         Args:
             folder: The folder.
-            identity: What the demonstrations consist of, as plain data.
+            identity: Identity of the demonstrations, as plain data.
 
         Raises:
-            BtManipError: If it cannot be written, or its demonstrations have another identity.
+            BtManipError: If it cannot be written, or holds demonstrations of another identity.
         """
         folder = Path(folder)
         if not (folder / MANIFEST).exists():
@@ -139,10 +137,10 @@ class DemonstrationStore:
 
     @contextmanager
     def recording(self) -> Iterator[None]:
-        """Keep other processes from recording into the folder; they may read it.
+        """Lock the folder for recording; other processes may still read it.
 
         Raises:
-            FileInUseError: If another process records into it.
+            FileInUseError: If another process is recording into it.
         """
         path = self.folder / LOCK
         try:
@@ -174,8 +172,8 @@ class DemonstrationStore:
 
         Args:
             one: The demonstration.
-            group: ``"robot"``: those that a robot can measure; ``"all"``. Manifests of older
-                versions have no groups: then all.
+            group: ``"robot"``: observations that a robot can measure; ``"all"``. Manifests of
+                older versions have no groups, which means all.
         """
         specs = self.manifest.get("observations", {})
         groups = {name: spec.get("group", group) for name, spec in specs.items()}
@@ -192,7 +190,7 @@ class DemonstrationStore:
         return sorted(int(match[1]) for match in found if match)
 
     def write(self, demonstration: Demonstration) -> None:
-        """Write the file of an episode; an existing one is replaced.
+        """Write the file of an episode; replace an existing one.
 
         Raises:
             RecordingError: If it cannot be written.
@@ -214,22 +212,20 @@ class DemonstrationStore:
             out.write(buffer.getbuffer())
 
     def write_lost(self, episode: int, error: Exception) -> None:
-        """Write the file of an episode whose processes died."""
+        """Write the file of an episode whose worker processes died."""
         self.write(Demonstration(episode, False, str(error)))
 
     def read(self, episode: int) -> Demonstration:
         """Read the file of an episode.
 
         Raises:
-            BtManipError: If there is none, or it is something else.
+            BtManipError: If there is no such file, or it is not a demonstration.
         """
         import h5py
 
         path = self.path(episode)
         with reading(path, "demonstration"), h5py.File(path) as file:
-            facts = {key: file.attrs[key] for key in _FACTS}
-            facts |= {"episode": int(facts["episode"]), "success": bool(facts["success"])}
-            facts[_TASK] = file.attrs.get(_TASK, "")
+            facts = {**_facts(file), _TASK: file.attrs.get(_TASK, "")}
             if "rewards" not in file:
                 return Demonstration(**facts)
             groups: dict[str, Any] = {
@@ -241,7 +237,7 @@ class DemonstrationStore:
             return Demonstration(**facts, **groups, **arrays, leaves=leaves)
 
     def __iter__(self) -> Iterator[Demonstration]:
-        """Iterate over the demonstrations, by number; those without steps are left out."""
+        """Iterate over the demonstrations with steps, by number."""
         for episode in self.episodes():
             demonstration = self.read(episode)
             if len(demonstration):
@@ -253,15 +249,10 @@ class DemonstrationStore:
 
         outcomes = []
         for episode in self.episodes():
-            with (
-                reading(self.path(episode), "demonstration"),
-                h5py.File(self.path(episode)) as file,
-            ):
-                facts = {key: file.attrs[key] for key in _FACTS}
+            path = self.path(episode)
+            with reading(path, "demonstration"), h5py.File(path) as file:
                 steps = len(file["rewards"]) if "rewards" in file else 0
-            outcomes.append(
-                {**facts, "episode": episode, "success": bool(facts["success"]), "steps": steps}
-            )
+                outcomes.append({**_facts(file), "steps": steps})
         self.manifest["episodes"] = outcomes
         _write_manifest(self.folder, self.manifest)
         return outcomes
@@ -271,19 +262,25 @@ def read_demonstrations(folder: Path | str) -> DemonstrationStore:
     """Open a folder of demonstrations, to iterate over.
 
     Args:
-        folder: What ``bt-manip demos --to`` wrote.
+        folder: Folder written by ``bt-manip demos --to``.
 
     Raises:
-        BtManipError: If it holds no demonstrations, or h5py is not installed.
+        BtManipError: If the folder holds no demonstrations, or h5py is not installed.
     """
     return DemonstrationStore(folder)
 
 
 def put_array(group: Any, name: str, array: np.ndarray) -> None:
-    """Add an array to an HDF5 group; images are compressed, one by one."""
+    """Add an array to an HDF5 group; images are compressed individually."""
     image = array.dtype == np.uint8 and array.ndim == 4
     options = {"chunks": (1, *array.shape[1:]), "compression": "gzip"} if image else {}
     group.create_dataset(name, data=array, **options)
+
+
+def _facts(file: Any) -> dict[str, Any]:
+    """Return the attributes of an episode's HDF5 file, as plain data."""
+    facts = {key: file.attrs[key] for key in _FACTS}
+    return facts | {"episode": int(facts["episode"]), "success": bool(facts["success"])}
 
 
 def _write_manifest(folder: Path, manifest: Mapping[str, Any]) -> None:

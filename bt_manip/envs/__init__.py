@@ -1,7 +1,7 @@
-"""Environments for learning: Gymnasium's and dm_env's, of any tree that declares its goal.
+"""Learning environments of Gymnasium and dm_env for any tree that declares its goal.
 
-Importing this registers the environments with Gymnasium, where that is installed: a registered
-tree that needs no settings is ``bt_manip/NAME-v0``, its name in CamelCase.
+Importing this package registers environments with Gymnasium, if installed: each registered tree
+without required settings is ``bt_manip/NAME-v0``, its name in CamelCase.
 """
 
 from .dm_environment import DmEnvironment as DmEnvironment

@@ -1,4 +1,4 @@
-"""Many episodes of one environment side by side, their physics in one batch of MuJoCo."""
+"""Batch of episodes of one environment, simulated in parallel by MuJoCo."""
 
 import copy
 from collections.abc import Mapping, Sequence
@@ -23,19 +23,19 @@ from .learning_task import LearningTask
 _STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION.value)
 _OF_ENVIRONMENT = ("_seed", "_episode", "_np_random", "_np_random_seed")
 _OF_TASK = ("_losses", "_progress", "_diverged", "_last")
-_GROUPS = 4  # of episodes; the physics of one runs while others are commanded and judged
+_GROUPS = 4  # one group is simulated while others are commanded and judged
 
 
 @dataclass
 class _Slot:
-    """What an episode keeps beside the state of its physics.
+    """State of an episode beside that of its physics.
 
     Attributes:
-        kept: Attributes of the environment, and of the task.
+        kept: Attributes of the environment and of the task.
         references: References of the arms.
         grippers: References of the grippers.
-        models: Each arm's payload, and its model with that.
-        fresh: Data of an episode that has not moved yet; None later.
+        models: Payload of each arm, and its model with this payload.
+        fresh: Data of an episode before its first step; None later.
     """
 
     kept: tuple[Mapping[str, Any], Mapping[str, Any]]
@@ -46,27 +46,25 @@ class _Slot:
 
 
 class Batch:
-    """Episodes of one environment that share its station and its model.
+    """Batch of episodes that share the station and the model of one environment.
 
-    A step commands each episode, simulates it, and judges it. To command, observe and judge an
-    episode, the station takes its state, so that the functions are those of the single environment.
-    Meanwhile MuJoCo simulates other groups of episodes, each in one call.
+    A step commands, simulates and judges each episode. To command, observe or judge an episode, its
+    state is loaded into the station, so that the code is that of the single environment. Meanwhile
+    MuJoCo simulates other groups of episodes, each in one call.
+
+    Args:
+        env: The environment.
+        count: Number of episodes.
+        threads: Number of simulation threads; 0: one per CPU.
 
     Attributes:
-        groups: MuJoCo's simulations of each group of episodes; their numbers follow one another.
+        groups: Simulations of each group of episodes, in the order of their numbers.
+
+    Raises:
+        BtManipError: If the task cannot be batched, with the reason.
     """
 
     def __init__(self, env: GymnasiumEnvironment, count: int, threads: int) -> None:
-        """Prepare the episodes; `reset` starts each.
-
-        Args:
-            env: The environment.
-            count: Number of episodes.
-            threads: Threads of the simulation; 0: one for each CPU.
-
-        Raises:
-            BtManipError: If the task cannot be batched, with the reason.
-        """
         for reason in _reasons(env.task):
             raise BtManipError(
                 f"these environments cannot be batched: {reason}; make one environment per process"
@@ -88,10 +86,10 @@ class Batch:
         self._signals = np.zeros((count, self._ticks * self._per_tick, self._cell.model.nu))
 
     def reset(self, i: int, seed: int | None, options: Mapping[str, Any]) -> tuple[Any, Any]:
-        """Start an episode; return its observations and its ``info``.
+        """Start an episode; return its observations and ``info``.
 
         Raises:
-            BtManipError: If it cannot be started, or its model is another one.
+            BtManipError: If it cannot be started, or its model differs from that of the batch.
         """
         if "state" in options:
             raise BtManipError("an episode of a batch cannot continue from a state")
@@ -120,14 +118,14 @@ class Batch:
         return observation, info
 
     def step(self, ids: Sequence[int], actions: Sequence[Any]) -> list[Any]:
-        """Make one step of some episodes.
+        """Make one step of the given episodes.
 
         Args:
-            ids: Their numbers, ascending.
-            actions: An action in units for each of them.
+            ids: Numbers of the episodes, ascending.
+            actions: Action of each episode, in physical units.
 
         Returns:
-            What `GymnasiumEnvironment.step` returns, for each of them.
+            Result of `GymnasiumEnvironment.step` for each episode.
         """
         given = dict(zip(ids, actions, strict=True))
         groups = [[i for i in ids if self._place[i][0] == k] for k in range(len(self.groups))]
@@ -145,15 +143,15 @@ class Batch:
         return results
 
     def _simulate(self, ids: Sequence[int]) -> np.ndarray:
-        """Simulate a step of episodes of one group; return which warnings of MuJoCo each raised."""
+        """Simulate a step of episodes of one group; return the MuJoCo warnings of each."""
         group, places = self.groups[self._place[ids[0]][0]], [self._place[i][1] for i in ids]
-        numbers = group.warning[..., 1]  # beside what each was about
+        numbers = group.warning[..., 1]  # counts
         before = numbers[places]
         group.rollout(self._signals.shape[1], self._signals[ids], record=(), ids=places)
         return numbers[places] > before  # (n, kinds)
 
     def _judge(self, i: int, raised: np.ndarray) -> Any:
-        """Judge an episode at the end of a step, with the warnings raised in it."""
+        """Judge an episode at the end of a step, given its warnings."""
         slot, diverged = self._slots[i], ""
         self._load(i)
         self._keep(slot.kept)
@@ -166,12 +164,12 @@ class Batch:
         return result
 
     def _command(self, signals: np.ndarray, slot: _Slot, action: Any) -> None:
-        """Write the control signals of a step, and advance all references to its end.
+        """Compute the control signals of a step, and advance all references to its end.
 
         Args:
-            signals: Control signals of all actuators in each control step.  # (steps, nu)
+            signals: Output: control signals of all actuators in each control step.  # (steps, nu)
             slot: The episode.
-            action: Its action, in units.
+            action: Its action, in physical units.
         """
         self._action.command(action)
         for k, (one, reference) in enumerate(zip(self._robots, slot.references, strict=True)):
@@ -181,7 +179,7 @@ class Batch:
                 model = controller.bare_model.with_payload(reference.payload)
                 slot.models[k] = reference.payload, model
             signals[:, one.robot.ctrl_adr] = controller.signals(model, *reference.finish())
-        ticks = self._ticks if self._action.waiting else 1  # otherwise one tick is like the next
+        ticks = self._ticks if self._action.waiting else 1  # otherwise all ticks are alike
         n = self._per_tick * self._ticks // ticks
         for tick in range(ticks):
             self._action.tick()
@@ -192,7 +190,7 @@ class Batch:
         slot.fresh = None
 
     def _load(self, i: int) -> None:
-        """Let the station take the state of an episode."""
+        """Load the state of an episode into the station."""
         slot, data = self._slots[i], self._cell.data
         warned = self._warnings.copy()
         if slot.fresh is not None:
@@ -200,25 +198,25 @@ class Batch:
         else:
             group, place = self._place[i]
             self.groups[group].get_data(place, data)
-        self._warnings[:] = warned  # the cell's own
+        self._warnings[:] = warned  # those of the cell
         for gripper, driven in zip(self._grippers, slot.grippers, strict=True):
             gripper.drive(driven)
 
     def _kept(self) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Return the attributes of environment and task that belong to an episode."""
+        """Return the attributes of environment and task that are part of an episode."""
         return (
             {name: getattr(self._env, name) for name in _OF_ENVIRONMENT},
             {name: getattr(self._task, name) for name in _OF_TASK},
         )
 
     def _keep(self, kept: tuple[Mapping[str, Any], Mapping[str, Any]]) -> None:
-        """Set these attributes."""
+        """Set the attributes returned by `_kept`."""
         vars(self._env).update(kept[0])
         vars(self._task).update(kept[1])
 
 
 def _reasons(task: LearningTask) -> Any:
-    """Generate the reasons why a task cannot be batched."""
+    """Yield the reasons why a task cannot be batched."""
     episodes = task.episodes
     if not isinstance(task.action, ArmAction) or isinstance(task.action, JointTorques):
         yield (

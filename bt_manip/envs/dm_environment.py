@@ -1,4 +1,4 @@
-"""A tree as an environment of dm_env."""
+"""dm_env environment of a tree."""
 
 from typing import Any
 
@@ -10,30 +10,28 @@ from .learning_task import LearningTask, Outcome
 
 
 class DmEnvironment(dm_env.Environment):
-    """The task of a tree as an environment of dm_env, on the same entities as a run.
+    """dm_env environment of a tree's task, on the same entities as a run.
 
-    An episode ends with discount 0 when the goal of the tree holds, when it cannot be met any more,
-    or when the physics diverges; with discount 1 at the time limit.
+    An episode ends with discount 0 when the goal of the tree holds, when it can no longer be
+    reached, or when the physics diverges; with discount 1 at the time limit.
+
+    Args:
+        tree: The tree, as in ``bt-manip run``.
+        seed: Seed of all episodes, which are numbered from 0.
+        time_limit: Longest simulated time of an episode [s].
+        **options: Options of `LearningTask`: ``robot``, ``action``, ``reward``, ``images``, ...
 
     Attributes:
         task: The task.
-        outcome: What the last step led to; None at the start of an episode.
+        outcome: Outcome of the last step; None at the start of an episode.
+
+    Raises:
+        BtManipError: If an option is invalid, or the tree declares no goal.
     """
 
     def __init__(
         self, tree: str, *, seed: int = 0, time_limit: float = 60.0, **options: Any
     ) -> None:
-        """Prepare the environment.
-
-        Args:
-            tree: The tree, as in ``bt-manip run``.
-            seed: Seed of all episodes, which are numbered from 0.
-            time_limit: Longest simulated time of an episode [s].
-            **options: Those of `LearningTask`: ``robot``, ``action``, ``reward``, ``images``, ...
-
-        Raises:
-            BtManipError: If an option is invalid, or the tree declares no goal.
-        """
         self.task = LearningTask(tree, **options)
         self._seed, self._episode = seed, -1
         self._steps = round(time_limit / self.task.episodes.step_time)
@@ -48,7 +46,7 @@ class DmEnvironment(dm_env.Environment):
         return dm_env.restart(self.task.observe())
 
     def step(self, action: Any) -> dm_env.TimeStep:
-        """Make one step, or start the next episode where the last one has ended."""
+        """Make one step, or start the next episode if the last one has ended."""
         if self._ended:
             return self.reset()
         self.outcome = self.task.step(action)
@@ -62,14 +60,14 @@ class DmEnvironment(dm_env.Environment):
         return dm_env.transition(self.outcome.reward, observation)
 
     def observation_spec(self) -> dict[str, specs.Array]:
-        """Return shape and number type of each observation, by name."""
+        """Return shape and data type of each observation, by name."""
         return {
             name: specs.Array(spec.shape, spec.dtype, name)
             for name, spec in self.task.observations.specs.items()
         }
 
     def action_spec(self) -> specs.BoundedArray:
-        """Return the bounds of actions; of a choice, its number of values."""
+        """Return the bounds of continuous actions, or the number of discrete ones."""
         space = self.task.action.space
         if space.choices:
             return specs.DiscreteArray(len(space.choices), np.int64, "action")

@@ -1,4 +1,4 @@
-"""A tree as an environment of Gymnasium."""
+"""Gymnasium environment of a tree."""
 
 from typing import Any
 
@@ -13,22 +13,36 @@ from .learning_task import OPTIONS, LearningTask, Outcome, refuse_unknown
 from .position_goal import PositionGoal
 
 RENDERED = Images(("rgb",), ("overview",), 640, 480)
-"""The rendered image."""
+"""Image returned by `render`."""
 
 
 class GymnasiumEnvironment(gymnasium.Env[dict[str, np.ndarray], Any]):
-    """The task of a tree as an environment of Gymnasium.
+    """Gymnasium environment of a tree's task.
 
-    An episode is terminated when the goal of the tree holds, when it cannot be met any more, or
-    when the physics diverges; Gymnasium's wrapper for the time limit truncates it. ``info`` has
-    ``is_success``, ``failure`` (why the goal cannot be met any more), ``task`` (what to do, in a
-    sentence), and ``seed`` and ``episode_number``, which identify the episode.
+    An episode is terminated when the goal of the tree holds, when it can no longer be reached, or
+    when the physics diverges; Gymnasium's time-limit wrapper truncates it. ``info`` has
+    ``is_success``, ``failure`` (why the goal can no longer be reached), ``task`` (a sentence that
+    describes it), and ``seed`` and ``episode_number``, which identify the episode.
 
-    It can be pickled and copied by ``copy.deepcopy``, which continues the episode in a station of
-    its own, unless it records or is observed.
+    Unless it is recorded or observed, an environment can be pickled, and copied by
+    ``copy.deepcopy``; the copy continues the episode in its own station.
+
+    Args:
+        tree: The tree, as in ``bt-manip run``.
+        render_mode: ``"rgb_array"``; None: `render` returns no images.
+        physical_units: Whether actions have the units of ``task.action.space``; by default,
+            continuous actions are scaled to [-1, 1].
+        goal_conditioned: Whether observations are ``observation`` (all values in one array),
+            ``achieved_goal`` and ``desired_goal`` (positions [m]), and the reward is that of
+            `PositionGoal.compute_reward`.
+        **options: Options of `LearningTask`: ``robot``, ``action``, ``reward``, ``images``, ...
 
     Attributes:
-        task: The task; its actions have units.
+        task: The task; its actions have physical units.
+
+    Raises:
+        BtManipError: If an option is invalid, the tree declares no goal, or the goal of a
+            goal-conditioned environment is not a position.
     """
 
     metadata = {"render_modes": ["rgb_array"], "render_fps": 20}
@@ -42,22 +56,6 @@ class GymnasiumEnvironment(gymnasium.Env[dict[str, np.ndarray], Any]):
         goal_conditioned: bool = False,
         **options: Any,
     ) -> None:
-        """Prepare the environment.
-
-        Args:
-            tree: The tree, as in ``bt-manip run``.
-            render_mode: ``"rgb_array"``, or None for no images from `render`.
-            physical_units: Whether actions have the units of ``task.action.space``; by default
-                each number of a continuous action is scaled to [-1, 1].
-            goal_conditioned: Whether observations are ``observation``, all numbers in one array,
-                ``achieved_goal`` and ``desired_goal``, positions [m], and the reward is
-                ``compute_reward``, that of `PositionGoal`.
-            **options: Those of `LearningTask`: ``robot``, ``action``, ``reward``, ``images``, ...
-
-        Raises:
-            BtManipError: If an option is invalid, the tree declares no goal, or the goal of a
-                goal-conditioned environment is not a position.
-        """
         own = {"render_mode", "physical_units", "goal_conditioned"}
         refuse_unknown("an environment has no option", options, {*OPTIONS, *own})
         if goal_conditioned and ("images" in options or options.get("reward", "sparse") == "dense"):
@@ -74,7 +72,7 @@ class GymnasiumEnvironment(gymnasium.Env[dict[str, np.ndarray], Any]):
             name: _box(spec, last) for name, spec in observations.specs.items()
         }
         self._goal = PositionGoal(self.task.episodes) if goal_conditioned else None
-        if self._goal is not None:  # others lack the method: by that, checkers tell them apart
+        if self._goal is not None:  # checkers recognise goal environments by this method
             self.compute_reward = self._goal.compute_reward
             sizes = {
                 "observation": sum(int(np.prod(one.shape)) for one in observations.specs.values()),
@@ -95,8 +93,8 @@ class GymnasiumEnvironment(gymnasium.Env[dict[str, np.ndarray], Any]):
         """Start an episode.
 
         Args:
-            seed: Seed of this episode and of those after it; None: the next episode.
-            options: ``episode``, the number of the episode, or ``state``, one of `get_state` to
+            seed: Seed of this and the following episodes; None: the next episode.
+            options: ``episode``, the number of the episode, or ``state`` of `get_state` to
                 continue from.
 
         Raises:
@@ -123,7 +121,7 @@ class GymnasiumEnvironment(gymnasium.Env[dict[str, np.ndarray], Any]):
         return self.result(self.task.step(self.in_units(action)))
 
     def in_units(self, action: Any) -> Any:
-        """Return an action in the units of the task."""
+        """Convert an action to the physical units of the task."""
         return self.task.action.space.physical(action) if self._scaled else action
 
     def result(
@@ -183,7 +181,7 @@ class GymnasiumEnvironment(gymnasium.Env[dict[str, np.ndarray], Any]):
 
 
 def _box(spec: ObservationSpec, last: int) -> spaces.Box:
-    """Return the space of an observation; ``last`` is the largest number in a segmentation."""
+    """Return the space of an observation; ``last`` is the largest id in a segmentation."""
     low, high = 0.0, {"uint8": 255, "int32": last}.get(spec.dtype, np.inf)
     if len(spec.shape) == 1:
         low = -np.inf

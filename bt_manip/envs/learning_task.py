@@ -1,7 +1,7 @@
-"""The task of a tree for an agent: observations, actions, reward and end."""
+"""The task of a tree for an agent: observations, actions, reward and termination."""
 
 import inspect
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import fields
 from functools import partial
 from pathlib import Path
@@ -26,10 +26,10 @@ from bt_manip.registry import Parts
 from bt_manip.runner import Run, RunObserver, RunRequest, recorder_for, request_of
 
 REWARDS = ("sparse", "dense")
-"""Rewards of a step: 1 where the goal holds and 0 elsewhere; or that, with the progress made."""
+"""Kinds of rewards: 1 if the goal holds, otherwise 0; or this plus the progress made."""
 
 DISCOUNT = 0.99
-"""Discount of the progress in the dense reward, by default."""
+"""Default discount of the dense reward."""
 
 
 class Outcome(NamedTuple):
@@ -38,7 +38,7 @@ class Outcome(NamedTuple):
     Attributes:
         reward: The reward, from 0 to 1; the dense one from -1 to 2.
         success: Whether the goal of the tree holds.
-        failure: Why the goal cannot be met any more; empty if it can.
+        failure: Why the goal can no longer be reached; empty if it can.
     """
 
     reward: float
@@ -47,13 +47,33 @@ class Outcome(NamedTuple):
 
 
 class LearningTask:
-    """The task of a tree: an agent acts in place of the tree until the goal holds.
+    """The task of a tree: an agent acts in place of the tree until its goal holds.
+
+    Args:
+        tree: The tree, as in ``bt-manip run``.
+        action: Name of the kind of actions.
+        reward: ``"sparse"``: 1 if the goal holds, otherwise 0. ``"dense"``: this plus
+            ``discount * after - before`` of the progress towards the goal before and after the
+            step, potential-based shaping (Ng, Harada and Russell 1999).
+        discount: The agent's discount of rewards, with which shaping preserves the optimal policy.
+        images: Images to observe; default: none.
+        step_time: Duration of a step [s].
+        record: File for recordings, e.g. ``run-{episode}.mcap``, whose suffix selects the recorder.
+            Without ``{episode}`` only the first episode is recorded.
+        faults: Faults to inject into each episode, as in ``bt-manip run --fault``.
+        observers: Further observers of all episodes, such as a `bt_manip.viewer.Page`.
+        vary: Parameters of ``bt-manip run --vary``, by name: ``{"scene.mass": 2}``.
+        parts: The registered parts; default: those of all installed plugins.
+        **request: Fields of `RunRequest`: ``robot``, ``scene``, ``controller``, ``settings``.
 
     Attributes:
         episodes: The episodes of the tree in its station.
         observations: The observations.
         action: The kind of actions.
-        reward_bounds: The least and the largest reward of a step.
+        reward_bounds: Smallest and largest reward of a step.
+
+    Raises:
+        BtManipError: If an argument is invalid, or the tree declares no goal.
     """
 
     def __init__(
@@ -72,30 +92,6 @@ class LearningTask:
         parts: Parts | None = None,
         **request: Any,
     ) -> None:
-        """Prepare the station and the spaces.
-
-        Args:
-            tree: The tree, as in ``bt-manip run``.
-            action: ``"joint_torques"``, ``"joint_targets"``, ``"cartesian_deltas"`` or
-                ``"subtree_choice"``.
-            reward: ``"sparse"``: 1 where the goal holds, else 0. ``"dense"``: that, and
-                ``discount * after - before`` of the progress towards the goal before and after the
-                step, potential-based shaping (Ng, Harada and Russell 1999).
-            discount: The agent's discount of rewards, with which the shaping leaves the best policy
-                as it is.
-            images: Images among the observations; default: none.
-            step_time: Time of a step [s].
-            record: File to which episodes are recorded, as in ``run-{episode}.mcap``; its suffix
-                chooses the recorder. Without ``{episode}`` only the first one is recorded.
-            faults: Faults that are injected in each episode, as in ``bt-manip run --fault``.
-            observers: Further observers of all episodes, such as a `bt_manip.viewer.Page`.
-            vary: Parameters as of ``bt-manip run --vary``, by name: ``{"scene.mass": 2}``.
-            parts: The registered parts; default: those of all installed plugins.
-            **request: Fields of `RunRequest`: ``robot``, ``scene``, ``controller``, ``settings``.
-
-        Raises:
-            BtManipError: If an argument is invalid, or the tree declares no goal.
-        """
         if reward not in REWARDS:
             raise BtManipError(f"a reward is {' or '.join(REWARDS)}, got '{reward}'")
         refuse_unknown("an environment has no option", request, OPTIONS)
@@ -119,7 +115,7 @@ class LearningTask:
             raise BtManipError(f"the discount is from 0 to 1, got {discount:g}")
         self._dense, self._discount = reward == "dense", discount
         self.reward_bounds = (-1.0, 1.0 + discount) if self._dense else (0.0, 1.0)
-        self.episodes.reset(self.episodes.seed)  # objects that the tree adds are there then
+        self.episodes.reset(self.episodes.seed)  # the tree adds its objects
         if isinstance(images, Mapping):
             refuse_unknown("images have no option", images, Images._fields)
             images = Images(**images)
@@ -144,21 +140,13 @@ class LearningTask:
         """Make one step with an action.
 
         Raises:
-            BtManipError: If the action is not one of the space.
+            BtManipError: If the action is not in the action space.
         """
-        try:
-            self.action.step(action)
-        except PhysicsDiverged as error:
-            self._diverged = str(error)
-        return self._judge()
+        return self._outcome(partial(self.action.step, action))
 
     def expert_step(self) -> Outcome:
-        """Let the tree go on for one step, in place of an agent."""
-        try:
-            self.episodes.expert_step()
-        except PhysicsDiverged as error:
-            self._diverged = str(error)
-        return self._judge()
+        """Make one step in which the tree acts."""
+        return self._outcome(self.episodes.expert_step)
 
     def close(self) -> None:
         """End the observers, and free the renderers."""
@@ -166,7 +154,7 @@ class LearningTask:
         self.observations.close()
 
     def observe(self) -> dict[str, np.ndarray]:
-        """Return the present observations; if the physics has diverged, the last ones before."""
+        """Return the present observations; after divergence, the last ones before it."""
         if not self._diverged:
             self._last = self.observations.read()
         return dict(self._last)
@@ -196,10 +184,10 @@ class LearningTask:
         return goal_progress(self.episodes) if self._dense else 0.0
 
     def judge(self, diverged: str = "") -> Outcome:
-        """Judge the present state as the end of a step.
+        """Judge the present state as that after a step.
 
         Args:
-            diverged: How the physics has diverged in it; empty if it has not.
+            diverged: How the physics diverged in the step; empty if it did not.
         """
         self._diverged = diverged
         if diverged:
@@ -215,18 +203,22 @@ class LearningTask:
         """Whether episodes are recorded, observed or modified by faults."""
         return self._recorded or bool(self._observers or self._faults)
 
-    def _judge(self) -> Outcome:
-        """Judge the state after a step, and end the episode where it has ended."""
+    def _outcome(self, step: Callable[[], None]) -> Outcome:
+        """Make a step and judge its outcome; finish the episode if it has ended."""
+        try:
+            step()
+        except PhysicsDiverged as error:
+            self._diverged = str(error)
         outcome = self.judge(self._diverged)
         if (outcome.success or outcome.failure) and not self.episodes.ended:
             self.episodes.finish(outcome.failure)
         return outcome
 
     def __reduce__(self) -> Any:
-        """Pickle or copy the arguments of the environment, and its state.
+        """Pickle or copy the arguments and the state of the environment.
 
         Raises:
-            BtManipError: If it records or is observed.
+            BtManipError: If it is recorded or observed.
         """
         if self._recorded or self._observers:
             raise BtManipError(
@@ -243,7 +235,7 @@ class LearningTask:
         if self._record:
             path = Path(self._record.replace("{episode}", str(episode)))
             if "{episode}" not in self._record:
-                self._record = ""  # it has the first episode
+                self._record = ""  # only the first episode is recorded
             found.append(recorder_for(path, self._parts.recorders))
         if self._faults:
             found.append(FaultInjector(self._faults, self._parts.faults, run.request.seed))
@@ -254,14 +246,14 @@ OPTIONS = sorted(
     {*inspect.signature(LearningTask).parameters, *(one.name for one in fields(RunRequest))}
     - {"request", "cycles", "real_time"}
 )
-"""Names of the arguments."""
+"""Names of the options of an environment."""
 
 
 def refuse_unknown(what: str, given: Mapping[str, Any], known: Collection[str]) -> None:
     """Check the names of options.
 
     Raises:
-        BtManipError: If one is not known; the message names it and the nearest ones.
+        BtManipError: If one is unknown; the message suggests similar names.
     """
     for name in given:
         if name not in known:

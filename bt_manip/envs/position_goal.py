@@ -1,4 +1,4 @@
-"""Goals that are positions of objects, as learning with relabelled goals needs them."""
+"""Goals as positions of objects, for learning with relabelled goals."""
 
 from typing import Any
 
@@ -10,22 +10,20 @@ from bt_manip.exceptions import BtManipError
 
 
 class PositionGoal:
-    """Where the objects of a goal are, and where they shall be.
+    """Present and desired positions of the objects of a goal.
 
-    Each condition of the goal names an object and, by its ``destination``, what it belongs in or
-    on. A position is reached if, along each axis of the world, it differs from the middle of the
-    destination by at most half the destination's size; in height, half the object's is added.
+    Each condition of the goal names an object and, by its ``destination``, the object in or on
+    which it belongs. A position is reached if, along each world axis, it differs from the middle of
+    the destination by at most half the destination's size, plus half the object's size in height.
+
+    Args:
+        episodes: The episodes, of which one has started.
+
+    Raises:
+        BtManipError: If a condition of the goal does not define a position.
     """
 
     def __init__(self, episodes: Episodes) -> None:
-        """Find the objects, and how near they have to come.
-
-        Args:
-            episodes: The episodes; one has started.
-
-        Raises:
-            BtManipError: If a condition of the goal is not about the position of an object.
-        """
         cell = episodes.station.cell
         self._pairs: list[tuple[str, str]] = []
         tolerances = []
@@ -45,23 +43,23 @@ class PositionGoal:
         self.size = self._tolerance.size
 
     def achieved(self, cell: Cell) -> np.ndarray:
-        """Return the positions of the objects [m]; zeros for a removed object."""  # (3n,)
+        """Return the positions of the objects, zeros for removed ones [m]."""  # (3n,)
         names = [name for name, _ in self._pairs]
         found = [cell.pose(n).translation if n in cell.entities else np.zeros(3) for n in names]
         return np.concatenate(found).astype(np.float32)
 
     def desired(self, cell: Cell) -> np.ndarray:
-        """Return the middles of their destinations [m]."""  # (3n,)
+        """Return the middles of the destinations [m]."""  # (3n,)
         middles = [np.mean(extent(cell, name), axis=0) for _, name in self._pairs]
         return np.concatenate(middles).astype(np.float32)
 
     def compute_reward(self, achieved_goal: Any, desired_goal: Any, info: Any) -> Any:
-        """Return 0 where all objects are at their destinations, and -1 elsewhere.
+        """Return 0 where all objects are at their destinations, otherwise -1.
 
         Args:
             achieved_goal: Positions of the objects [m].  # (..., 3n)
             desired_goal: Positions of their destinations [m].  # (..., 3n)
-            info: Not used.
+            info: Unused.
         """  # (...)
         differences = np.abs(np.subtract(achieved_goal, desired_goal, dtype=float))
         reached = (differences <= self._tolerance.ravel()).all(axis=-1)

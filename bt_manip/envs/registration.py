@@ -1,4 +1,4 @@
-"""The ids of trees in Gymnasium's registry, where that is installed."""
+"""Registration of trees with Gymnasium, if installed."""
 
 import importlib.util
 import time
@@ -11,7 +11,7 @@ from bt_manip.runner import find_tree, load_source
 NAMESPACE = "bt_manip"
 
 MAX_EPISODE_STEPS = 1200
-"""Steps after which an episode is truncated: a minute at 20 Hz; ``make`` can change it."""
+"""Default number of steps until truncation: one minute at 20 Hz."""
 
 
 def environment_id(tree: str) -> str:
@@ -21,7 +21,7 @@ def environment_id(tree: str) -> str:
 
 
 def register_environments() -> None:
-    """Register the trees of all installed plugins that need no arguments with Gymnasium."""
+    """Register all trees without required arguments with Gymnasium."""
     import gymnasium
 
     parts = load_plugins(warn=lambda message: None).parts
@@ -37,7 +37,7 @@ def register_environments() -> None:
 
 
 def _needs_nothing(tree: str, parts: Parts) -> bool:
-    """Return whether a tree declares a goal, and has defaults for all its settings."""
+    """Return whether a tree declares a goal and has defaults for all settings."""
     try:
         source = find_tree(tree, {tree: parts.trees.get(tree)})
         return bool(load_source(source, parts, {}, time.monotonic).goal)

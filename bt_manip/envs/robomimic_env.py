@@ -1,4 +1,4 @@
-"""A tree as an environment of robomimic, for its rollouts; needs robomimic."""
+"""robomimic environment of a tree, for rollouts; requires robomimic."""
 
 import json
 from pathlib import Path
@@ -15,29 +15,27 @@ from bt_manip.record import reading
 from .gymnasium_env import GymnasiumEnvironment
 
 IGNORED = ("render", "render_offscreen", "use_image_obs", "postprocess_visual_obs")
-"""Options of robomimic's environments without an effect: ``images`` says what is observed."""
+"""Options of robomimic's environments without effect; ``images`` replaces them."""
 
 
 class RobomimicEnvironment(EnvBase):
-    """The environment of exported demonstrations, with the methods that robomimic's rollouts call.
+    """The environment of exported demonstrations, with the methods for robomimic's rollouts.
 
-    It takes the place of robomimic's own class for ``env_args["type"]``, which imports ``gym``, the
-    predecessor of Gymnasium.
+    It replaces robomimic's own class for ``env_args["type"]``, which imports ``gym``, the
+    predecessor of Gymnasium. Episodes have a random seed until `seed` is called.
+
+    Args:
+        env_name: Name in results.
+        **options: Options of `GymnasiumEnvironment`, as in ``env_args["env_kwargs"]``.
 
     Attributes:
         env: The environment.
+
+    Raises:
+        BtManipError: If an option is invalid.
     """
 
     def __init__(self, env_name: str, **options: Any) -> None:
-        """Prepare the environment; its episodes have a random seed until `seed` is called.
-
-        Args:
-            env_name: Its name in results.
-            **options: Those of `GymnasiumEnvironment`, as in ``env_args["env_kwargs"]``.
-
-        Raises:
-            BtManipError: If an option is invalid.
-        """
         self._name = env_name
         self._options = {key: value for key, value in options.items() if key not in IGNORED}
         self.env = GymnasiumEnvironment(**self._options)
@@ -50,7 +48,7 @@ class RobomimicEnvironment(EnvBase):
         """Return the environment of an exported file of demonstrations.
 
         Raises:
-            BtManipError: If it is no such file.
+            BtManipError: If the file is not such an export.
         """
         with reading(Path(path), "export for robomimic"), h5py.File(path) as file:
             args = json.loads(file["data"].attrs["env_args"])
@@ -61,12 +59,12 @@ class RobomimicEnvironment(EnvBase):
     def create_for_data_processing(
         cls, env_name: str, *cameras: Any, **options: Any
     ) -> "RobomimicEnvironment":
-        """Return an environment; cameras and reward are those of its options."""
+        """Return an environment whose options determine cameras and reward."""
         ignored = ("camera_names", "camera_height", "camera_width", "reward_shaping")
         return cls(env_name, **{k: v for k, v in options.items() if k not in ignored})
 
     def seed(self, seed: int) -> None:
-        """Let the next episode be the first one of a seed."""
+        """Set the seed of the next episode."""
         self._next_seed = seed
 
     def reset(self) -> dict[str, np.ndarray]:
@@ -82,7 +80,7 @@ class RobomimicEnvironment(EnvBase):
         return self.get_observation(), self._reward, self._done, info
 
     def get_observation(self, obs: Any = None) -> dict[str, np.ndarray]:
-        """Return the present observations; images as robomimic's networks take them."""
+        """Return the present observations, with images in the form of robomimic's networks."""
         found = dict(self._observation if obs is None else obs)
         for name in found:
             if obs_utils.OBS_KEYS_TO_MODALITIES and obs_utils.key_is_obs_modality(name, "rgb"):
@@ -97,7 +95,7 @@ class RobomimicEnvironment(EnvBase):
         """Continue from a state of `get_state`.
 
         Raises:
-            BtManipError: If it is an array, as in a file: those have the physics only.
+            BtManipError: If it is an array, as in files, which have only the physics.
         """
         if not isinstance(state["states"], dict):
             raise BtManipError("an episode continues from a state of get_state(), not from arrays")
@@ -106,7 +104,7 @@ class RobomimicEnvironment(EnvBase):
         return self.get_observation()
 
     def render(self, mode: str = "human", **options: Any) -> Any:
-        """Return an image, with the option ``render_mode="rgb_array"``."""
+        """Return an image, if ``render_mode`` is ``"rgb_array"``."""
         return self.env.render()
 
     def get_reward(self) -> float:
@@ -114,7 +112,7 @@ class RobomimicEnvironment(EnvBase):
         return self._reward
 
     def get_goal(self) -> Any:
-        """Refuse: robomimic's goals are observations, of which a tree has none."""
+        """Refuse: robomimic's goals are observations, which a tree does not have."""
         raise NotImplementedError
 
     def set_goal(self, **goal: Any) -> None:
@@ -131,7 +129,7 @@ class RobomimicEnvironment(EnvBase):
 
     @property
     def action_dimension(self) -> int:
-        """Number of numbers of an action."""
+        """Dimension of an action."""
         return int(self.env.action_space.shape[0])  # type: ignore[index]
 
     @property
@@ -141,14 +139,14 @@ class RobomimicEnvironment(EnvBase):
 
     @property
     def type(self) -> int:
-        """Number in robomimic of environments of Gym."""
+        """Type number of Gym environments in robomimic."""
         return int(EnvType.GYM_TYPE)
 
     @property
     def rollout_exceptions(self) -> tuple[Any, ...]:
-        """Exceptions that end a rollout: none; a physics that diverges ends the episode."""
+        """Exceptions that end a rollout: none; diverging physics end the episode."""
         return ()
 
     def serialize(self) -> dict[str, Any]:
-        """Return its arguments, as ``env_args`` of a file."""
+        """Return the arguments of the environment, as in ``env_args`` of a file."""
         return {"env_name": self._name, "type": self.type, "env_kwargs": self._options}

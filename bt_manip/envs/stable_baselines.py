@@ -1,4 +1,4 @@
-"""A batch of environments for Stable-Baselines3; needs Stable-Baselines3."""
+"""Batch of environments for Stable-Baselines3, which it requires."""
 
 from typing import Any
 
@@ -12,21 +12,19 @@ from .vector_env import BatchEnvironment
 class BatchVecEnv(VecEnv):
     """A `BatchEnvironment` as a vector environment of Stable-Baselines3.
 
+    Args:
+        tree: The tree, as in ``bt-manip run``.
+        num_envs: Number of environments.
+        **options: Options of `BatchEnvironment` except ``autoreset_mode``.
+
     Attributes:
         batch: The batch.
+
+    Raises:
+        BtManipError: If an option is invalid, or the task cannot be batched.
     """
 
     def __init__(self, tree: str, num_envs: int, **options: Any) -> None:
-        """Prepare the environments.
-
-        Args:
-            tree: The tree, as in ``bt-manip run``.
-            num_envs: Number of environments.
-            **options: Those of `BatchEnvironment` but ``autoreset_mode``.
-
-        Raises:
-            BtManipError: If an option is invalid, or the task cannot be batched, with the reason.
-        """
         self.batch = BatchEnvironment(
             tree, num_envs, autoreset_mode=AutoresetMode.SAME_STEP, **options
         )
@@ -43,7 +41,7 @@ class BatchVecEnv(VecEnv):
         return observations
 
     def step_async(self, actions: np.ndarray) -> None:
-        """Take the actions for `step_wait`."""
+        """Store the actions for `step_wait`."""
         self._actions = actions
 
     def step_wait(self) -> tuple[Any, np.ndarray, np.ndarray, list[dict[str, Any]]]:
@@ -63,17 +61,17 @@ class BatchVecEnv(VecEnv):
         self.batch.close()
 
     def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
-        """Return an attribute of the single environment, which serves all of them."""
+        """Return an attribute of the single environment for each environment."""
         return [getattr(self.batch.env, attr_name) for _ in self._get_indices(indices)]
 
     def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
-        """Refuse: environments of a batch are not set one by one."""
+        """Refuse: environments of a batch share their attributes."""
         raise NotImplementedError("environments of a batch have no attributes of their own")
 
     def env_method(
         self, method_name: str, *method_args: Any, indices: Any = None, **method_kwargs: Any
     ) -> list[Any]:
-        """Refuse: environments of a batch are not called one by one."""
+        """Refuse: environments of a batch share their methods."""
         raise NotImplementedError("environments of a batch have no methods of their own")
 
     def env_is_wrapped(self, wrapper_class: type, indices: Any = None) -> list[bool]:
@@ -82,7 +80,7 @@ class BatchVecEnv(VecEnv):
 
 
 def _separated(infos: dict[str, Any], count: int) -> list[dict[str, Any]]:
-    """Return the ``info`` of each environment from that of the batch."""
+    """Split the ``info`` of a batch into that of each environment."""
     found: list[dict[str, Any]] = [{} for _ in range(count)]
     for key, values in infos.items():
         if key.startswith("_"):

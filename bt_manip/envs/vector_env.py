@@ -1,4 +1,4 @@
-"""Many environments of a tree as one vector environment of Gymnasium, in one process."""
+"""Gymnasium vector environment of a tree, in one process."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -17,14 +17,25 @@ from .registration import MAX_EPISODE_STEPS
 
 
 class BatchEnvironment(gymnasium.vector.VectorEnv[Any, Any, Any]):
-    """Environments of a tree that share one model, stepped by MuJoCo's threads.
+    """Vector environment of a tree: environments with one model, stepped by MuJoCo's threads.
 
-    Observations, rewards and ends are bit for bit those of single environments with the controller
-    ``native_pd``, for any number of threads. Its methods, spaces and ``info`` are those of
-    Gymnasium's ``SyncVectorEnv`` of single environments.
+    Observations, rewards and ends equal those of single environments with the controller
+    ``native_pd``, bit for bit, for any number of threads. Methods, spaces and ``info`` are those of
+    Gymnasium's ``SyncVectorEnv``.
+
+    Args:
+        tree: The tree, as in ``bt-manip run``.
+        num_envs: Number of environments.
+        max_episode_steps: Steps after which an episode is truncated; None: never.
+        autoreset_mode: When to reset an environment that has ended; see Gymnasium.
+        threads: Number of simulation threads; 0: one per CPU.
+        **options: Options of `GymnasiumEnvironment`; ``controller`` is ``"native_pd"``.
 
     Attributes:
-        env: The single environment whose functions serve all of them.
+        env: The single environment whose code serves all environments.
+
+    Raises:
+        BtManipError: If an option is invalid, or the task cannot be batched.
     """
 
     def __init__(
@@ -37,19 +48,6 @@ class BatchEnvironment(gymnasium.vector.VectorEnv[Any, Any, Any]):
         threads: int = 0,
         **options: Any,
     ) -> None:
-        """Prepare the environments.
-
-        Args:
-            tree: The tree, as in ``bt-manip run``.
-            num_envs: Number of environments.
-            max_episode_steps: Steps after which an episode is truncated; None: never.
-            autoreset_mode: When an environment that has ended is reset; see Gymnasium.
-            threads: Threads of the simulation; 0: one for each CPU.
-            **options: Those of `GymnasiumEnvironment`; ``controller`` is ``"native_pd"``.
-
-        Raises:
-            BtManipError: If an option is invalid, or the task cannot be batched, with the reason.
-        """
         if num_envs < 1:
             raise BtManipError(f"a batch has at least one environment, got {num_envs}")
         self.env = GymnasiumEnvironment(tree, **{"controller": "native_pd", **options})
@@ -76,12 +74,12 @@ class BatchEnvironment(gymnasium.vector.VectorEnv[Any, Any, Any]):
         seed: int | Sequence[int | None] | None = None,
         options: dict[str, Any] | None = None,
     ) -> tuple[Any, dict[str, Any]]:
-        """Start an episode in each environment, or in those of a mask.
+        """Start an episode in each environment, or in those selected by a mask.
 
         Args:
-            seed: Seed of the first environment, and one more for each further one; or one each.
-            options: Those of `GymnasiumEnvironment.reset` but ``state``; and ``reset_mask``, which
-                environments to reset.
+            seed: Seed of the first environment, incremented for each further one; or one each.
+            options: Options of `GymnasiumEnvironment.reset` except ``state``, and ``reset_mask``:
+                which environments to reset.
 
         Raises:
             BtManipError: If an episode cannot be started.
@@ -134,7 +132,7 @@ class BatchEnvironment(gymnasium.vector.VectorEnv[Any, Any, Any]):
 
     @property
     def simulations(self) -> list[Simulations]:
-        """MuJoCo's simulations, in groups of environments whose numbers follow one another."""
+        """MuJoCo's simulations of groups of environments, in the order of their numbers."""
         return self._batch.groups
 
     def close_extras(self, **kwargs: Any) -> None:

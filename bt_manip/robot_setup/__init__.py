@@ -1,4 +1,4 @@
-"""Setting up robots: describing one from its model, checking a description, showing it."""
+"""Robot setup: describe a robot from its model, check a description, show it."""
 
 from .check import check_description as check_description
 from .describe import describe_robot as describe_robot

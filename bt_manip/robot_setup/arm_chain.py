@@ -1,4 +1,4 @@
-"""The arm in a model: its joints from the base to the tool, and the bodies of the last one."""
+"""Kinematic chain of an arm in a model, from the base to the flange."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -14,12 +14,12 @@ from bt_manip.robots import RobotError
 _MOVING = (int(mujoco.mjtJoint.mjJNT_SLIDE), int(mujoco.mjtJoint.mjJNT_HINGE))
 _FINGER_WORDS = ("finger", "jaw", "grip", "claw", "knuckle")
 _MOUNT_WORDS = ("attach", "flange", "mount", "tool", "tcp", "ee")
-_FINGER_DEPTH = 4  # joints in series, at most, of what counts as a finger where a tree branches
-_LEAST_CHOSEN = 2  # joints of an arm
-_LEAST_ARM = 3  # joints before a single one that may be a jaw
-_JAW_OPENING = 0.02  # [m] by which a jaw opens at least
-_JAW_CLOSED = 2e-3  # [m] between the parts of a closed jaw
-_JAW_STEPS = 9  # positions of its joint at which a possible jaw is measured
+_FINGER_DEPTH = 4  # largest number of joints in series that count as a finger after a branch
+_LEAST_CHOSEN = 2  # fewest joints of an arm
+_LEAST_ARM = 3  # fewest joints before a single joint that may be a jaw
+_JAW_OPENING = 0.02  # [m] smallest opening of a jaw
+_JAW_CLOSED = 2e-3  # [m] largest gap of a closed jaw
+_JAW_STEPS = 9  # joint positions at which a possible jaw is measured
 
 
 class ArmChain(NamedTuple):
@@ -27,7 +27,7 @@ class ArmChain(NamedTuple):
 
     Attributes:
         joints: Ids of the joints.
-        flange: Ids of the bodies that are fixed to the last link, this one first.
+        flange: Ids of the last link and of the bodies fixed to it, the link first.
         fingers: Ids of the joints beyond the last link.
     """
 
@@ -37,16 +37,16 @@ class ArmChain(NamedTuple):
 
 
 def find_arm(model: mujoco.MjModel, joints: Sequence[str] | None = None) -> ArmChain:
-    """Return the longest chain of hinges and slides from the base, without those of fingers.
+    """Return the longest chain of hinges and slides from the base, without fingers.
 
-    The chain ends where only short branches follow, or a jaw that closes against the last link.
+    The chain ends before short branches, or before a jaw that closes against the last link.
 
     Args:
         model: The model, compiled alone.
-        joints: Names of the arm's joints, if they are known.
+        joints: Names of the arm's joints; None: found.
 
     Raises:
-        RobotError: If there is no such chain, or several are the longest.
+        RobotError: If there is no such chain, or the longest one is ambiguous.
     """
     names = [literal_name(model.joint(j).name) for j in range(model.njnt)]
     if joints is not None:
@@ -70,12 +70,12 @@ def find_arm(model: mujoco.MjModel, joints: Sequence[str] | None = None) -> ArmC
 
 
 def find_mount(model: mujoco.MjModel, arm: ArmChain, mount: str | None = None) -> str:
-    """Return the name of the site or body beyond the last joint at which a gripper is mounted.
+    """Return the name of the site or body at the flange on which a gripper is mounted.
 
-    A site whose name says so is preferred, then any site, then the last body.
+    Sites named like a mount are preferred, then other sites, then the last body.
 
     Raises:
-        RobotError: If the given name is not one of them, or none of them has a name.
+        RobotError: If the given name is not at the flange, or nothing there has a name.
     """
     sites = [s for s in range(model.nsite) if int(model.site_bodyid[s]) in arm.flange]
     named = [model.site(s).name for s in sites]
@@ -137,7 +137,7 @@ def _longest(model: mujoco.MjModel) -> list[int]:
 
 
 def _children(model: mujoco.MjModel) -> dict[int, list[int]]:
-    """Return the bodies with joints below each body with joints, 0 for the world."""
+    """Return the next bodies with joints below each body with joints (0: the world)."""
     found: dict[int, list[int]] = {}
     for body in range(1, model.nbody):
         if model.body_jntnum[body]:
@@ -147,7 +147,7 @@ def _children(model: mujoco.MjModel) -> dict[int, list[int]]:
 
 
 def _is_jaw(model: mujoco.MjModel, joint: int) -> bool:
-    """Tell whether the last joint closes its link against the one before."""
+    """Return whether a joint closes its link against the previous link."""
     name = model.joint(joint).name.lower() + model.body(int(model.jnt_bodyid[joint])).name.lower()
     if any(word in name for word in _FINGER_WORDS):
         return True

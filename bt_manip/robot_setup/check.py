@@ -1,4 +1,4 @@
-"""Checks of a robot's description, each finding with the key and the change to make."""
+"""Checks of a robot description; each finding names a key and the change to make."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -26,19 +26,19 @@ from .joint_data import light_joints
 from .reach import GRASP_HEIGHT
 from .trial import CYCLES, Checked, try_robot
 
-_CUBE = 0.1  # [kg] that an arm should carry: twice the cube of the pick and place task
+_CUBE = 0.1  # [kg] least payload: twice the cube of the pick and place task
 _PARTS = {"joints": ("joint",), "fingers": ("body",), "motor": ("joint", "tendon")}
 
 
 def check_description(path: Path, parts: Parts, cycles: int = CYCLES) -> Checked:
-    """Check a description in a file: its keys, the names in it, and the robot that they make.
+    """Check a description file: its keys, its names, and the resulting robot.
 
-    A robot with a gripper that has no findings is tried: see `try_robot`.
+    A robot with a gripper and without findings is then tried, by `try_robot`.
 
     Args:
         path: The TOML file.
         parts: The registered parts.
-        cycles: Number of cycles of the pick and place task in the trial; 0 for no trial.
+        cycles: Number of cycles of the pick and place task in the trial; 0: no trial.
     """
     findings = _wrong_keys(path, parts)
     if not findings:
@@ -78,7 +78,7 @@ def check_description(path: Path, parts: Parts, cycles: int = CYCLES) -> Checked
 
 
 def _light_joints(description: RobotDescription, model: RobotModel) -> Iterator[str]:
-    """Name the joints whose inertia is too small for feedback to hold them precisely."""
+    """Yield a line about joints with too little inertia for precise feedback."""
     light = light_joints(model)
     names = [name for name, one in zip(description.arm_joints, light, strict=True) if one]
     if names:
@@ -104,7 +104,7 @@ _REMEDIES = {
 
 
 def _wrong_keys(path: Path, parts: Parts) -> list[str]:
-    """Return all errors of reading the file, the gripper's parameters included."""
+    """Return all errors in the file, including those of gripper parameters."""
     found: list[str] = []
     for read in (lambda: read_description(path), lambda: _read_parameters(path, parts)):
         try:
@@ -123,7 +123,7 @@ def _read_parameters(path: Path, parts: Parts) -> None:
 
 
 def _unknown_names(description: RobotDescription) -> Iterator[str]:
-    """Yield an error for each name that the models do not have, and for missing models."""
+    """Yield an error for each missing model, and for each name that the models lack."""
     where, gripper = description.where, description.gripper
     roots = []
     for model in (description.model, gripper.model if gripper else None):

@@ -1,4 +1,4 @@
-"""Describing a robot from its model."""
+"""Description of a robot from its model."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -42,21 +42,21 @@ from .known_grippers import CUP, find_gripper
 from .placement import find_home, place_base
 from .reach import DownwardReach
 
-_FORCE, _FINGER_SPEED = 50.0, 0.1  # [N], [m/s] where the model has none
+_FORCE, _FINGER_SPEED = 50.0, 0.1  # [N], [m/s] if the model has none
 _PADS = {"solref": [0.004, 1.0], "solimp": [0.95, 0.99, 0.001]}
-_ANY_EFFORT = 1e4  # [N m] until efforts are estimated
+_ANY_EFFORT = 1e4  # [N m] placeholder until efforts are estimated
 _FEW_JOINTS = Tolerance(position=1e-4, rotation=5e-3)
-"""Of arms that do not reach all rotations of the tool, for objects that tilt while gripped."""
+"""For arms with fewer than six joints, which cannot follow a gripped object that tilts."""
 
 _TOOL_LIMITS = ToolLimits(velocity=1.0, acceleration=5.0, jerk=500.0)
-_MAX_FRICTION = 5.0  # [N] of the fingers, by dry friction of the gripper's joints
-_MAX_MASS = 3.0  # [kg] of a finger, with the armature of its joints
-_FINGER_ARMATURE = 0.005  # [kg m2] in place of such an armature
-_CUP_DIAMETER, _CUP_PRESSURE = 0.03, 6e4  # [m], [Pa] of a cup that is built
-_SAME = 1e-6  # difference of rotations that count as equal
-_ALONG = 0.9  # cosine of two directions that count as one
+_MAX_FRICTION = 5.0  # [N] at the fingers, from dry friction of the gripper's joints
+_MAX_MASS = 3.0  # [kg] effective mass of a finger, with the armature of its joints
+_FINGER_ARMATURE = 0.005  # [kg m2] in place of a larger armature
+_CUP_DIAMETER, _CUP_PRESSURE = 0.03, 6e4  # [m], [Pa] of a built cup
+_SAME = 1e-6  # largest difference of equal rotations
+_ALONG = 0.9  # least cosine of directions that count as parallel
 
-_CHOSEN = "CHOSEN, not known from the model: put the data sheet's"
+_CHOSEN = "CHOSEN, not in the model: replace by the data sheet's"
 
 
 class Draft(NamedTuple):
@@ -66,7 +66,7 @@ class Draft(NamedTuple):
         description: The description.
         notes: Comments by key.
         robot: The robot, compiled alone.
-        share: Share of the positions of the pick and place task that it reaches.
+        share: Share of the positions of the pick and place task within reach.
     """
 
     description: RobotDescription
@@ -91,7 +91,7 @@ def describe_robot(
         model: Path of the arm's MJCF or URDF file, or ``menagerie:NAME/ENTRY``.
         parts: The registered parts, among them the kinds of grippers.
         name: Name of the robot.
-        gripper: The same of a gripper's model, if the arm's has none; or a name of
+        gripper: Model of a gripper, if the arm's model has none; or a name of
             `gripper_names`.
         joints: Names of the arm's joints; default: found in the model.
         mount: Site or body at which the gripper is mounted; default: found in the model.
@@ -99,7 +99,7 @@ def describe_robot(
             default: measured.
 
     Raises:
-        RobotError: If something cannot be found; the message names the option that gives it.
+        RobotError: If a part cannot be found; the message names the option to give it.
     """
     _, alone = read_model(model, model)
     arm = find_arm(alone, joints)
@@ -129,7 +129,7 @@ def describe_robot(
         "jerk": "CHOSEN: the acceleration is reached in 20 ms [rad/s3].",
         "tool_limits": "CHOSEN: limits of the tool along a line [m/s], [m/s2], [m/s3].",
         "tolerance": "CHOSEN: five joints cannot follow a gripped object that tilts [m], [rad].",
-        "velocity": ("From the model [rad/s]." if data.velocity_known else f"{_CHOSEN} [rad/s]."),
+        "velocity": "From the model [rad/s]." if data.velocity_known else f"{_CHOSEN} [rad/s].",
     }
     known = None
     if gripper is not None:
@@ -139,7 +139,7 @@ def describe_robot(
         notes["gripper"] = "CHOSEN: a cup of 3 cm, built at the mount."
     elif gripper is not None and known is not None:
         description = replace(description, **_registered(alone, description, known, gripper))
-        notes["gripper"] = f"That of the registered robot {known.name}."
+        notes["gripper"] = f"Gripper of the registered robot {known.name}."
     elif gripper is not None or arm.fingers or _cup(alone) is not None:
         try:
             description, more = _with_gripper(description, gripper, at, tool_frame, parts)
@@ -192,7 +192,7 @@ def describe_robot(
 
 
 def _built_cup(mount: str) -> dict[str, Any]:
-    """Return the tool and a suction cup that is built at the mount."""
+    """Return the tool and a suction cup built at the mount."""
     return {
         "tool_frame": mount,
         "T_ft": spatial.pose((0.0, 0.0, DEFAULT_LENGTH)),
@@ -209,7 +209,7 @@ def _registered(
         model: The arm, compiled alone.
         description: Its description, with the mount as the tool frame.
         known: The registered robot.
-        given: The gripper as the user named it: its name, or a model of it.
+        given: The gripper as given by the user: a name or a model.
     """
     gripper, mount = known.gripper, description.tool_frame
     assert gripper is not None and gripper.model is not None
@@ -290,7 +290,7 @@ def _with_gripper(
         )
         return described, dict(hand.notes)
     notes = {"gripper": "Measured on the model.", "gripper.max_speed": f"{_CHOSEN} [m/s]."}
-    notes["gripper.max_force"] = "What the model's actuator exerts on each finger [N]."
+    notes["gripper.max_force"] = "Force of the model's actuator at each finger [N]."
     force = found.max_force
     if force is None:
         force, notes["gripper.max_force"] = _FORCE, f"{_CHOSEN} [N]."
@@ -303,7 +303,7 @@ def _with_gripper(
     if travel.mass > _MAX_MASS:
         changes["armature"] = _FINGER_ARMATURE
         notes["gripper.armature"] = (
-            f"Instead of the model's, with which a finger moves like {travel.mass:.0f} kg."
+            f"With the model's armature, the effective mass of a finger is {travel.mass:.0f} kg."
         )
     R_wt = _rotation(assembled.alone, found.body, found.T_bt)
     gripper = two_finger_gripper(
@@ -331,7 +331,7 @@ def _with_gripper(
 
 
 def _rotation(model: mujoco.MjModel, body: str, T: pin.SE3) -> np.ndarray:
-    """Return the rotation in the world of a frame with a pose in a body."""  # (3, 3)
+    """Return the rotation in the world of a frame given by its pose in a body."""  # (3, 3)
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     return np.array(data.body(body).xmat.reshape(3, 3) @ T.rotation)
@@ -340,7 +340,7 @@ def _rotation(model: mujoco.MjModel, body: str, T: pin.SE3) -> np.ndarray:
 def _of_another_kind(
     model: mujoco.MjModel, arm_joints: Sequence[str], parts: Parts
 ) -> tuple[str, FoundGripper] | None:
-    """Return the first registered kind of gripper that finds itself in a model."""
+    """Return the first registered gripper kind that recognises its gripper in a model."""
     for name in parts.grippers:
         kind = parts.grippers.get(name)
         if isinstance(kind, type) and issubclass(kind, Gripper):
@@ -351,14 +351,14 @@ def _of_another_kind(
 
 
 def _renamed(value: Any, local: Callable[[str], str]) -> Any:
-    """Return a parameter with the names that its model file has."""
+    """Return a parameter with names as in the model file."""
     if isinstance(value, str):
         return local(value)
     return [_renamed(item, local) for item in value] if isinstance(value, list) else value
 
 
 def _standing(model: mujoco.MjModel, description: RobotDescription, found: FoundGripper) -> pin.SE3:
-    """Return the pose of a gripper in its mount in which its body stands on it, z outwards."""
+    """Return the pose in its mount of a gripper that stands on it, z outwards."""
     body = model.body(found.body).id
     own = (model.geom_bodyid == body) & (model.geom_contype | model.geom_conaffinity != 0)
     low = 0.0
@@ -378,16 +378,16 @@ def _outwards(
     mount: str,
     approach: np.ndarray | None = None,
 ) -> pin.SE3:
-    """Return the rotation in a mount after which a direction points away from the arm.
+    """Return the rotation in a mount that turns a direction away from the arm.
 
-    Away is along the axis of the last joint, from the arm's last links to the mount. If the mount's
-    z axis is across that axis, the mount decides.
+    Away is along the axis of the last joint, from the last links to the mount. If the z axis of the
+    mount is not parallel to it, away is that z axis.
 
     Args:
         model: The arm, compiled alone.
         description: Its description.
         mount: Name of the mount.
-        approach: The direction in the world, which may be slightly off; default: the mount's z
+        approach: The direction in the world, approximately; default: the mount's z
             axis.  # (3,)
     """
     data = mujoco.MjData(model)

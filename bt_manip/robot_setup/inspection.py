@@ -1,4 +1,4 @@
-"""Facts about a described robot: its reach over a table, its payload, a picture."""
+"""Facts about a described robot: reach over a table, payload, an image."""
 
 import contextlib
 from collections.abc import Iterator, Sequence
@@ -24,24 +24,23 @@ from bt_manip.spatial import quat_wxyz
 
 from .reach import GRASP_HEIGHT, DownwardReach
 
-# Of the table, seen from where the scene places the robot [m].
+# Grid on the table, in the frame where the scene places the robot [m].
 _X, _Y = np.arange(-0.6, 0.81, 0.1), np.arange(0.35, -0.36, -0.1)
-_TILT = 0.35  # [rad] of the tool's z axis from the direction of approach
-_DEPTH = 0.02  # [m] of the tool's position from the measured one
+_TILT = 0.35  # [rad] largest angle of the tool's z axis to the approach direction
+_DEPTH = 0.02  # [m] largest distance of the tool from the measured position
 _GRAVITY = 9.81  # [m/s2]
-_SIZE = (960, 720)  # [pixels] of a picture
+_SIZE = (960, 720)  # [pixels] of an image
 
 
 class ReachMap(NamedTuple):
-    """Where the tool reaches a table from above.
+    """Reach of the tool over a table, from above.
 
     Attributes:
-        reached: Whether each position is, with y falling along the rows.  # (8, 15)
-        payload: Largest mass at the tool that the arm's torques hold at rest wherever it reaches
-            the table [kg].
-        gripped: Largest mass that the gripper holds with its default force, at a friction of 1
-            where friction carries it [kg]; inf without a gripper.
-        below_tool: Height of the tool over the lowest point of the open gripper [m].
+        reached: Whether each position is reached; y decreases with the row.  # (8, 15)
+        payload: Largest mass at the tool that the arm holds at rest at all reached positions [kg].
+        gripped: Largest mass that the gripper holds with its default force and a friction
+            coefficient of 1 [kg]; inf without a gripper.
+        below_tool: Height of the tool above the lowest point of the open gripper [m].
     """
 
     reached: np.ndarray
@@ -50,7 +49,7 @@ class ReachMap(NamedTuple):
     below_tool: float
 
     def lines(self) -> list[str]:
-        """Return the map, the front of the robot to the right, and the payload as text."""
+        """Return the map, with the front of the robot to the right, and the payload as text."""
         share = 100 * float(self.reached.mean())
         rows = ["".join("#" if cell else "." for cell in row) for row in self.reached]
         lines = [
@@ -71,7 +70,7 @@ def make_robot(description: RobotDescription, parts: Parts) -> Robot:
         parts: The registered parts, among them the kind of its gripper.
 
     Raises:
-        BtManipError: If its kind of gripper is not registered, or it does not match its model.
+        BtManipError: If its gripper kind is not registered, or it does not match its model.
     """
     gripper = description.gripper
     make = parts.grippers.maker(gripper.kind, "close", "held_root") if gripper else None
@@ -81,7 +80,7 @@ def make_robot(description: RobotDescription, parts: Parts) -> Robot:
 
 
 def reach_map(robot: Robot, model: RobotModel) -> ReachMap:
-    """Return where the tool of a robot, compiled alone, reaches the plane on which it stands."""
+    """Return the reach of a robot, compiled alone, over the plane on which it stands."""
     downward, q, below = DownwardReach(robot, model), model.home, 0.0
     reached, found = np.zeros((len(_Y), len(_X)), dtype=bool), []
     for i, y in enumerate(_Y):
@@ -120,7 +119,7 @@ def picture(robot: Robot) -> np.ndarray:
     """Return an image of a robot at home.
 
     Args:
-        robot: The robot, which is not part of a cell yet.
+        robot: The robot, not yet in a cell.
 
     Raises:
         NoOpenGLError: If no OpenGL backend works.
@@ -142,7 +141,7 @@ def picture(robot: Robot) -> np.ndarray:
 
 
 def stands_on(description: RobotDescription) -> str:
-    """Return the support of the base of a robot, as text."""
+    """Describe the support of the base of a robot."""
     x, y, z = description.T_rb.translation
     at = f"with its origin at {x:.3g} {y:.3g} {z:.3g} m there"
     if description.pedestal is None:
@@ -152,7 +151,7 @@ def stands_on(description: RobotDescription) -> str:
 
 
 def summary(robot: Robot) -> list[str]:
-    """Return joints with limits, tool, gripper, payload and reach of a robot, as lines of text.
+    """Return lines of text about joints, limits, tool, gripper, payload and reach of a robot.
 
     Args:
         robot: The robot, compiled alone.
@@ -174,7 +173,7 @@ def summary(robot: Robot) -> list[str]:
 
 
 def tool_findings(description: RobotDescription) -> Iterator[str]:
-    """Yield what differs from the fingers measured on the model."""
+    """Yield differences of the tool frame from the fingers measured on the model."""
     if description.gripper is not None:
         with contextlib.suppress(BtManipError):  # other kinds of grippers
             yield from _finger_findings(description)

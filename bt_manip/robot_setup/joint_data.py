@@ -1,4 +1,4 @@
-"""Limits of joints that a model does not have."""
+"""Conservative joint limits in place of those that a model does not have."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -11,26 +11,26 @@ from lxml import etree
 
 from bt_manip.robots import Payload, RobotModel, effort_limit
 
-# Below those of the arms sold today; full acceleration is reached in 20 ms.
+# Below those of commercial arms; full acceleration is reached in 20 ms.
 _HINGE = (1.5, 5.0, 250.0)  # [rad/s], [rad/s2], [rad/s3]
 _SLIDE = (0.5, 2.0, 100.0)  # [m/s], [m/s2], [m/s3]
-_EFFORT_MARGIN = 1.5  # of an estimated effort limit over the largest required effort
-_EFFORT_SHARE = 0.05  # of the strongest joint's estimated limit, which every joint has
+_EFFORT_MARGIN = 1.5  # ratio of an estimated effort limit to the largest required effort
+_EFFORT_SHARE = 0.05  # least estimated limit, as a share of that of the strongest joint
 _PAYLOAD_SHARE = 0.1  # of the arm's mass, carried at the tool
-_LIGHT = 1e-4  # [kg m2 / N m] inertia of a joint over its effort limit; usual arms have 1e-3
-_ARMATURE_PER_EFFORT = 1e-3  # [kg m2 / N m] armature of a light joint over its effort limit
+_LIGHT = 1e-4  # [kg m2 / N m] least ratio of joint inertia to effort limit; usual: 1e-3
+_ARMATURE_PER_EFFORT = 1e-3  # [kg m2 / N m] ratio of armature to effort limit of light joints
 _EFFORT_SAMPLES = 200  # configurations in which the required efforts are computed
 
 
 class JointData(NamedTuple):
-    """Limits of the joints of an arm, with where they come from.
+    """Limits of the joints of an arm, and their origin.
 
     Attributes:
-        velocity: [rad/s] or [m/s].
-        acceleration: [rad/s2] or [m/s2].
-        jerk: [rad/s3] or [m/s3].
-        effort: [N m] or [N]; None where the model has none.
-        velocity_known: Whether the velocities are those of the model's file.
+        velocity: Velocity limits [rad/s] or [m/s].
+        acceleration: Acceleration limits [rad/s2] or [m/s2].
+        jerk: Jerk limits [rad/s3] or [m/s3].
+        effort: Effort limits [N m] or [N]; None where the model has none.
+        velocity_known: Whether the velocity limits are those of the model file.
     """
 
     velocity: tuple[float, ...]
@@ -41,12 +41,12 @@ class JointData(NamedTuple):
 
 
 def joint_data(model: mujoco.MjModel, joints: tuple[int, ...], file: Path) -> JointData:
-    """Return the limits of joints: those of the model, and conservative ones in place of others.
+    """Return the joint limits of a model, with conservative ones where it has none.
 
     Args:
         model: The model, compiled alone.
         joints: Ids of the joints.
-        file: Its file; URDF has velocities, which MJCF has not.
+        file: The model file; URDF has velocity limits, MJCF does not.
     """
     slide = int(mujoco.mjtJoint.mjJNT_SLIDE)
     chosen = [_SLIDE if int(model.jnt_type[j]) == slide else _HINGE for j in joints]
@@ -63,7 +63,7 @@ def joint_data(model: mujoco.MjModel, joints: tuple[int, ...], file: Path) -> Jo
 
 
 def estimate_efforts(model: RobotModel) -> tuple[float, ...]:
-    """Return efforts with which an arm holds and accelerates itself and a payload everywhere.
+    """Return effort limits that let an arm hold and accelerate itself and a payload [N m].
 
     Args:
         model: The arm.
@@ -82,21 +82,21 @@ def estimate_efforts(model: RobotModel) -> tuple[float, ...]:
 
 
 def light_joints(model: RobotModel) -> np.ndarray:
-    """Return which joints have too little inertia at home for feedback to hold them precisely."""
+    """Return a mask of the joints with too little inertia at home for precise feedback."""
     # (nv,)
     inverse = np.linalg.inv(pin.crba(model.model, model.data, model.home))
     return np.array(1.0 / np.diagonal(inverse) < _LIGHT * model.limits.effort)
 
 
 def chosen_armature(model: RobotModel, known: np.ndarray) -> tuple[float, ...] | None:
-    """Return armatures with which feedback holds all joints; None if the model's do.
+    """Return armatures with which feedback holds all joints; None if those of the model do.
 
-    A joint that is too light gets 1e-3 kg m2 for each N m of its effort limit, or of ten times the
-    effort that the arm takes where the limit is larger: what geared motors of arms have.
+    A joint that is too light gets 1e-3 kg m2 per N m of its effort limit, as geared motors of arms
+    have; the limit counts up to ten times the effort that the arm requires.
 
     Args:
         model: The arm.
-        known: Armatures of the model, which the other joints keep [kg m2].  # (nv,)
+        known: Armatures of the model, kept for the other joints [kg m2].  # (nv,)
     """
     light = light_joints(model)
     if not light.any():
@@ -110,7 +110,7 @@ def chosen_armature(model: RobotModel, known: np.ndarray) -> tuple[float, ...] |
 
 
 def _rounded_up(value: float) -> float:
-    """Return a positive number, rounded up to two digits."""
+    """Round a positive number up to two digits."""
     digit = 10.0 ** (np.floor(np.log10(max(value, 1e-6))) - 1)
     return float(f"{np.ceil(value / digit - 1e-9) * digit:.2g}")
 

@@ -1,4 +1,4 @@
-"""Grippers that a robot can be given by name: those of registered robots, and a built cup."""
+"""Named grippers: those of registered robots, and a built suction cup."""
 
 from pathlib import Path, PurePosixPath
 
@@ -8,11 +8,11 @@ from bt_manip.registry import Parts
 from bt_manip.robots import MENAGERIE, RobotDescription, RobotError
 
 CUP = "suction"
-"""Name of a suction cup that is built at the flange."""
+"""Name of a suction cup built at the flange."""
 
 
 def known_grippers(parts: Parts) -> dict[str, RobotDescription]:
-    """Return the registered robots whose gripper has a model of its own, by its name."""
+    """Return the registered robots whose gripper has its own model, by the model's name."""
     found: dict[str, RobotDescription] = {}
     for name in parts.robots:
         description = parts.robots.get(name)
@@ -22,22 +22,22 @@ def known_grippers(parts: Parts) -> dict[str, RobotDescription]:
 
 
 def gripper_names(parts: Parts) -> list[str]:
-    """Return the names that ``--gripper`` takes, besides models."""
+    """Return the names that ``--gripper`` accepts besides models."""
     return sorted([*known_grippers(parts), CUP])
 
 
 def find_gripper(name: str, parts: Parts) -> tuple[str, RobotDescription | None]:
-    """Return a gripper's name or model, and the registered robot whose description it shares.
+    """Return the name or model of a gripper, and the registered robot whose parameters apply.
 
-    That is the robot with a gripper of the name, or with the same model of a hand. Two fingers of
-    a model are not looked up: they are measured. A name that no robot has may be one of Menagerie.
+    The robot has a gripper of this name, or the same model of a hand. Two-finger models are not
+    looked up: their fingers are measured. Other names are looked up in Menagerie.
 
     Args:
-        name: The name, or the path or address of a model.
+        name: Name of the gripper, or path or address of its model.
         parts: The registered parts.
 
     Raises:
-        RobotError: If it is neither a name nor a model.
+        RobotError: If no such gripper or model exists.
     """
     known = known_grippers(parts)
     if name == CUP or name in known:
@@ -59,6 +59,6 @@ def find_gripper(name: str, parts: Parts) -> tuple[str, RobotDescription | None]
 
 
 def _parts(model: str) -> tuple[str, str]:
-    """Return the folder and the stem of a model."""
+    """Return the folder name and the stem of a model file."""
     path = PurePosixPath(model.removeprefix(MENAGERIE).replace("\\", "/"))
     return path.parent.name or path.stem, path.stem

@@ -1,4 +1,4 @@
-"""Lowest points of a robot's links and of its gripper."""
+"""Lowest points of a robot's links and gripper."""
 
 import mujoco
 import numpy as np
@@ -7,21 +7,17 @@ from bt_manip.cell.objects import geom_box
 from bt_manip.collision import moved_bodies
 from bt_manip.robots import Robot
 
-_VERTICAL = 0.999  # cosine of a hinge's axis with the vertical
+_VERTICAL = 0.999  # least cosine between a vertical hinge axis and the vertical
 
 
 class LowestPoint:
-    """Measures how low a robot reaches, the open gripper included.
+    """Measures the lowest points of a robot with its gripper open; its foot does not count.
 
-    Its foot, which keeps its height, does not count.
+    Args:
+        robot: The robot, compiled alone.
     """
 
     def __init__(self, robot: Robot) -> None:
-        """Measure for a robot that is compiled alone.
-
-        Args:
-            robot: The robot.
-        """
         self._robot, self._model = robot, robot.mj_model
         model = self._model
         self._data = mujoco.MjData(model)
@@ -35,7 +31,7 @@ class LowestPoint:
         )
 
     def of_links(self, q: np.ndarray) -> float:
-        """Return the height of the lowest point of the links before the last one [m].
+        """Return the height of the lowest point of all links but the last [m].
 
         Args:
             q: Configuration of the arm [rad].  # (nq,)
@@ -45,7 +41,7 @@ class LowestPoint:
         return min(float(joints.min()), self._lowest(self._links))
 
     def below_tool(self, q: np.ndarray) -> float:
-        """Return the height of the tool over the lowest point of the last link and the gripper [m].
+        """Return the height of the tool above the lowest point of last link and gripper [m].
 
         Args:
             q: Configuration of the arm [rad].  # (nq,)
@@ -64,9 +60,7 @@ class LowestPoint:
 
 
 def foot_bodies(robot: Robot) -> np.ndarray:
-    """Return the mask of the bodies that keep their height.
-
-    These are fixed bodies, and links that turn about the vertical only.
+    """Return a mask of the bodies of constant height: fixed, or turning about the vertical only.
 
     Args:
         robot: The robot, compiled alone.

@@ -1,4 +1,4 @@
-"""Where a robot stands at a table, and its home configuration."""
+"""Placement of a robot at a table, and its home configuration."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -13,29 +13,29 @@ from bt_manip.robots import Robot, RobotError
 from .lowest_point import foot_bodies
 from .reach import GRASP_HEIGHT, DownwardReach, RadialReach
 
-# Of the scene with a table and a basket, seen from where it places the robot [m].
+# Scene with a table and a basket, in the frame where it places the robot [m].
 _PICK_X, _PICK_Y = (0.3, 0.4, 0.5), (-0.3, -0.15, 0.0, 0.15, 0.3)
-_PICK_HEIGHTS = (GRASP_HEIGHT, 0.15, 0.4)  # where a cube is gripped, lifted clear, and carried
-_BASKET_X, _BASKET_HEIGHTS = 0.78, (0.25, 0.22, 0.19)  # of the tool over the table
+_PICK_HEIGHTS = (GRASP_HEIGHT, 0.15, 0.4)  # to grip a cube, to lift it clear, to carry it
+_BASKET_X, _BASKET_HEIGHTS = 0.78, (0.25, 0.22, 0.19)  # heights of the tool over the table
 _TABLE_X = (-0.1, 0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
 _TABLE_Y = (-0.35, -0.25, -0.15, -0.05, 0.05, 0.15, 0.25, 0.35)
-_BASKET_SIZE = 0.15  # [m] that the base keeps from the middle of the basket
+_BASKET_SIZE = 0.15  # [m] distance of the base from the middle of the basket
 
-_BASE_X, _BASE_Z = np.arange(0.0, 0.41, 0.05), np.arange(0.0, 0.21, 0.05)  # [m] moved
-_LEAST_TABLE = 0.1  # share of the table that the arm needs to pick from
-_MOVED = 1.0  # cost of a metre by which the base is moved, in shares of the positions reached
-_HOME_HEIGHT = 0.3  # [m] of the tool over the table at home, or less for a small arm
-_FOOT = (0.05, 0.15)  # [m] least and largest half width of a pedestal
-_DIGITS = 3  # of the base's position [m]
+_BASE_X, _BASE_Z = np.arange(0.0, 0.41, 0.05), np.arange(0.0, 0.21, 0.05)  # [m] offsets
+_LEAST_TABLE = 0.1  # least share of the table within reach
+_MOVED = 1.0  # [1/m] cost of an offset of the base, in shares of reached positions
+_HOME_HEIGHT = 0.3  # [m] height of the tool over the table at home; less for small arms
+_FOOT = (0.05, 0.15)  # [m] bounds of the half width of a pedestal
+_DIGITS = 3  # decimals of the base position [m]
 
 
 class Placement(NamedTuple):
-    """Where a robot stands, and how.
+    """Pose and support of a robot's base.
 
     Attributes:
-        T_rb: Pose of the base relative to where the scene places the robot.
-        pedestal: Size of the block under the base [m]; None for no block.
-        share: Share of the positions of the pick and place task that are reached.
+        T_rb: Pose of the base in the frame where the scene places the robot.
+        pedestal: Size of the block under the base [m]; None: no block.
+        share: Share of the positions of the pick and place task within reach.
     """
 
     T_rb: pin.SE3
@@ -44,7 +44,7 @@ class Placement(NamedTuple):
 
 
 def place_base(robot: Robot, reach: RadialReach) -> Placement:
-    """Return the nearest pose of the base from which the arm reaches most of a table.
+    """Return the base pose that reaches the most of a table with the smallest offset.
 
     Args:
         robot: The robot, compiled alone.
@@ -75,9 +75,9 @@ def find_home(downward: DownwardReach, reach: RadialReach, base: pin.SE3) -> np.
     """Return a configuration with the tool pointing down over the middle of the reach.
 
     Args:
-        downward: Finds configurations of the robot, which is not moved to `base`.
+        downward: Solver for the robot at its original base.
         reach: Its reach.
-        base: Pose of the base relative to the table on which it stands.
+        base: Pose of the base relative to the table.
 
     Raises:
         RobotError: If no configuration free of self-collision has the tool pointing down.
@@ -110,7 +110,7 @@ def find_home(downward: DownwardReach, reach: RadialReach, base: pin.SE3) -> np.
 
 
 def _covered(reach: RadialReach, axis: np.ndarray, z: float) -> tuple[float, float]:
-    """Return the share of the task's positions that are reached, and a score of the place."""
+    """Return the share of reached task positions, and a score of the base pose."""
 
     def share(x: Sequence[float], y: Sequence[float], height: float) -> float:
         points = np.array(np.meshgrid(x, y)).reshape(2, -1)
@@ -126,7 +126,7 @@ def _covered(reach: RadialReach, axis: np.ndarray, z: float) -> tuple[float, flo
 
 
 def _foot(robot: Robot) -> tuple[float, float]:
-    """Return the lowest point of the foot, and half its width [m]."""
+    """Return the height of the lowest point of the foot, and its half width [m]."""
     model, data = robot.mj_model, robot.mj_data
     points = []
     fixed = np.zeros((1, 2))

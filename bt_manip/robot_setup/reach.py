@@ -1,4 +1,4 @@
-"""Positions that the tool of a robot reaches from above."""
+"""Reach of a robot whose tool points down."""
 
 from collections import Counter
 from typing import NamedTuple
@@ -14,31 +14,31 @@ from bt_manip.robots import Robot, RobotModel
 from .lowest_point import LowestPoint
 
 GRASP_HEIGHT = 0.04
-"""Height of the tool over the table at a grasp of the pick and place task's cube [m]."""
+"""Height of the tool over the table at a grasp in the pick and place task [m]."""
 
-_SAMPLES = 500  # random configurations from which the size of the arm is estimated
-_AZIMUTHS = np.arange(8) * np.pi / 4  # [rad] in which the front of the arm is searched
-_AHEAD = 0.5  # [rad] by which the first hinge has to be nearer to the middle of its range
-_RADII = np.linspace(0.05, 1.0, 20)  # of the farthest position
-_HEIGHTS = np.linspace(-0.5, 0.8, 14)  # of the farthest position
+_SAMPLES = 500  # random configurations to estimate the size of the arm
+_AZIMUTHS = np.arange(8) * np.pi / 4  # [rad] candidate directions of the arm's front
+_AHEAD = 0.5  # [rad] margin by which the first hinge must be nearer to its mid-range
+_RADII = np.linspace(0.05, 1.0, 20)  # relative to the size of the arm
+_HEIGHTS = np.linspace(-0.5, 0.8, 14)  # relative to the size of the arm
 _FEW, _MANY = 20, 60  # initial guesses of a search, besides the last solution or the middle
-_ROUNDING = 1e-3  # [m] of heights
-_SELF_CLEARANCE = 5e-3  # [m] of the arm from itself at home
+_ROUNDING = 1e-3  # [m] tolerance of heights
+_SELF_CLEARANCE = 5e-3  # [m] self-clearance at home
 
 
 class RadialReach(NamedTuple):
-    """Positions of a tool that points down, in front of the arm.
+    """Reach of a tool that points down, measured in a vertical plane in front of the arm.
 
-    The same is assumed for all directions about the vertical through `axis`.
+    It is assumed to be equal in all directions about the vertical through `axis`.
 
     Attributes:
         axis: Position of the first vertical hinge in the base [m].  # (2,)
-        front: Direction in which the arm points in the middle of that hinge's range [rad].
+        front: Azimuth of the arm at the mid-range of that hinge [rad].
         radii: Distances from the axis [m].  # (n,)
         heights: Heights above the origin of the base [m].  # (m,)
-        lowest: Height of the lowest point of the links before the last one, when each position is
-            reached without self-collision, -inf where it is not [m].  # (m, n)
-        below_tool: Height of the tool over the lowest point of the last link and gripper [m].
+        lowest: Height of the lowest point of all links but the last at each position [m]; -inf if
+            it is not reached without self-collision.  # (m, n)
+        below_tool: Height of the tool above the lowest point of last link and gripper [m].
     """
 
     axis: np.ndarray
@@ -49,18 +49,17 @@ class RadialReach(NamedTuple):
     below_tool: float = 0.0
 
     def reached(self, floor: float) -> np.ndarray:
-        """Return whether each position is reached with all of the arm above a height [m]."""
+        """Return whether each position is reached with the whole arm above a height [m]."""
         low = np.minimum(self.lowest, (self.heights - self.below_tool)[:, np.newaxis])
         return np.array(low > floor - _ROUNDING)  # (m, n)
 
     def covers(self, radius: np.ndarray, height: np.ndarray, floor: float) -> np.ndarray:
-        """Return whether the gripper stays above a height and the links do so nearby.
+        """Return whether positions are reached with gripper and links above a height.
 
         Args:
             radius: Distances from the axis [m].  # (k,)
             height: Heights above the origin of the base [m].  # (k,)
-            floor: Height above which the gripper stays at each position, and the links at the
-                measured positions next to it [m].
+            floor: The height [m]; for the links it is checked at adjacent measured positions.
         """  # (k,)
         reached = self.lowest > floor - _ROUNDING
         inside = np.array(height - self.below_tool > floor - _ROUNDING)
@@ -75,19 +74,17 @@ class RadialReach(NamedTuple):
 
 
 class DownwardReach:
-    """Finds configurations free of self-collision in which the tool points down.
+    """Finds configurations without self-collision in which the tool points down.
+
+    Args:
+        robot: The robot, compiled alone.
+        model: Its model.
 
     Attributes:
         lowest: Measures the lowest points of the robot.
     """
 
     def __init__(self, robot: Robot, model: RobotModel) -> None:
-        """Prepare for a robot that is compiled alone.
-
-        Args:
-            robot: The robot.
-            model: Its model.
-        """
         self._robot, self._model = robot, model
         self._ik = InverseKinematics(model)
         self._world = CollisionWorld(robot, model)
@@ -98,11 +95,11 @@ class DownwardReach:
         self._middle, self._half = 0.5 * (lower + upper), 0.5 * (upper - lower)
 
     def configuration(self, position: np.ndarray, floor: float) -> np.ndarray | None:
-        """Return a configuration far from limits and singularities, or None.
+        """Return a configuration far from limits and singularities; None if there is none.
 
         Args:
-            position: Of the tool [m].  # (3,)
-            floor: Height above which all of the arm has to be [m].
+            position: Position of the tool [m].  # (3,)
+            floor: Height above which the whole arm must be [m].
         """  # (nq,)
         best, least = None, np.inf
         for result in self._ik.solutions(_down(self._ik, position), self._middle, restarts=_MANY):
@@ -139,13 +136,13 @@ class DownwardReach:
         return np.array(data.xanchor[joints[int(np.argmax(hinges))], :2])
 
     def _size(self, axis: np.ndarray) -> float:
-        """Return the distance of the farthest position of the tool from the axis [m]."""
+        """Return the largest distance of the tool from the axis [m]."""
         rng = np.random.default_rng(0)
         draws = self._middle + self._half * rng.uniform(-1.0, 1.0, (_SAMPLES, len(self._middle)))
         return max(float(np.linalg.norm(self._model.pose(q).translation[:2] - axis)) for q in draws)
 
     def _front(self, axis: np.ndarray, size: float) -> tuple[float, np.ndarray]:
-        """Return the front of the arm, and a configuration there."""
+        """Return the front of the arm [rad], and a configuration there [rad]."""
         best, front, nearest = self._middle, 0.0, np.inf
         for azimuth in _AZIMUTHS:
             radial = 0.5 * size * np.array([np.cos(azimuth), np.sin(azimuth)])
@@ -155,13 +152,13 @@ class DownwardReach:
         return front, best
 
     def solve(self, position: np.ndarray, q0: np.ndarray, floor: float = 0.0) -> np.ndarray | None:
-        """Return a configuration with the tool at a position, or None.
+        """Return a configuration with the tool at a position; None if there is none.
 
         Args:
-            position: Of the tool [m].  # (3,)
-            q0: The first initial guess.  # (nq,)
-            floor: Height above which all links before the last one have to be [m]; those above 0
-                are preferred.
+            position: Position of the tool [m].  # (3,)
+            q0: The first initial guess [rad].  # (nq,)
+            floor: Height above which all links but the last must be [m]; heights above 0 are
+                preferred.
         """  # (nq,)
         problem, height = _down(self._ik, position), self.lowest.of_links
         result = self._ik.solve(problem, q0, restarts=0)
@@ -178,7 +175,7 @@ class DownwardReach:
         return min(height, self.lowest.of_links(q)) > floor - _ROUNDING
 
     def blocking(self) -> list[tuple[str, str]]:
-        """Return the three pairs of bodies that collided in most configurations."""
+        """Return the three pairs of bodies that collided most often."""
         return [pair for pair, _ in self._colliding.most_common(3)]
 
     def _is_free(self, q: np.ndarray, within: float = 0.0) -> bool:
@@ -188,6 +185,6 @@ class DownwardReach:
 
 
 def _down(ik: InverseKinematics, position: np.ndarray) -> IKProblem:
-    """Return the problem of a tool at a position [m] that points down, with any yaw."""
+    """Return the IK problem of a tool that points down at a position [m], with any yaw."""
     target = PoseTarget(ik.tool, spatial.pointing_down(position), free_axis="z")
     return IKProblem(targets=[target])

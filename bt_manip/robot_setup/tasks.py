@@ -1,4 +1,4 @@
-"""Which robot can do which task, found before a run."""
+"""Check before a run whether a robot can do a task."""
 
 import contextlib
 from typing import TYPE_CHECKING
@@ -14,27 +14,27 @@ if TYPE_CHECKING:
     from bt_manip.bt.nodes import TreeNode
 
 STARTS = 3
-"""Starts of a task that are sampled."""
+"""Number of sampled starts of a task."""
 
-_PATIENCE = 5.0  # [s] of simulated time until the first motion: objects settle, the gripper closes
+_PATIENCE = 5.0  # [s] longest simulated time until the first motion: objects settle first
 
 
 def why_not(
     task: str, robot: str | RobotDescription, parts: Parts, starts: int = STARTS, episodes: int = 0
 ) -> str:
-    """Return why a robot cannot do a task; empty if nothing speaks against it.
+    """Return why a robot cannot do a task; empty if no obstacle is found.
 
-    The scene is built, and its starts are sampled within reach of the robot. From each start the
-    tree is ticked until an arm begins to move, so that the first grasp is planned; no motion is
-    executed. Then all behaviours are asked (`CellBehaviour.why_infeasible`). What only the physics
-    shows, such as a grip that does not come to rest, takes whole episodes.
+    Starts of the scene are sampled within reach of the robot. From each, the tree is ticked until
+    an arm begins to move, which includes planning the first grasp; then each behaviour is asked by
+    `CellBehaviour.why_infeasible`. No motion is executed: physical failures, such as a grip that
+    does not come to rest, are found by `episodes`.
 
     Args:
-        task: Name of a registered tree, or path of one.
-        robot: Name of a registered robot, path of a description, or a description.
+        task: Name of a registered tree, or its path.
+        robot: Name of a registered robot, or a description or its path.
         parts: The registered parts.
         starts: Number of starts.
-        episodes: Number of episodes that are run to their end afterwards.
+        episodes: Number of whole episodes to run afterwards.
     """
     try:
         run = prepare(request_of(task, parts, robot=robot), parts)
@@ -54,7 +54,7 @@ def why_not(
 
 
 def _why_not_from_here(run: Run) -> str:
-    """Return why a run fails, as far as it is known when its first motion begins."""
+    """Return why a run fails, as far as known when its first motion begins."""
     cell, watch = run.station.cell, _Watch()
     end = cell.time + _PATIENCE
 
@@ -65,7 +65,7 @@ def _why_not_from_here(run: Run) -> str:
         return moving or cell.time > end
 
     run.execute([watch], stop=begins)
-    # A motion of another kind than the failed one clears up after it.
+    # A motion of another kind is the recovery from the failure.
     recovers = watch.failed and not any(type(n) is type(watch.failed[0]) for n in watch.moves)
     if watch.failed and recovers:
         return watch.failed[1]
@@ -73,7 +73,7 @@ def _why_not_from_here(run: Run) -> str:
         return watch.reason or "no motion begins"
     for node in run.tree:
         if isinstance(node, CellBehaviour):
-            with contextlib.suppress(PortError):  # of an entry that is written later
+            with contextlib.suppress(PortError):  # its entry is written later
                 reason = node.why_infeasible()
                 if reason:
                     return f"{node.name}: {reason}"
@@ -81,7 +81,7 @@ def _why_not_from_here(run: Run) -> str:
 
 
 def _why_it_fails(run: Run) -> str:
-    """Run an episode; return why it fails, or an empty text."""
+    """Run an episode; return why it fails, empty on success."""
     watch, cell = _Watch(), run.station.cell
     end = cell.time + EPISODE_TIMEOUT
     run.execute([watch], stop=lambda: cell.time > end)
@@ -93,27 +93,26 @@ def _why_it_fails(run: Run) -> str:
 
 
 class _Watch(RunObserver):
-    """Keeps the first failure of a behaviour of an arm.
+    """Stores the first failure of an arm behaviour.
 
     Attributes:
-        failed: The behaviour, and its name with the reason; None: none has failed.
+        failed: The behaviour, and its name with the reason; None without a failure.
         moves: The running nodes when the first motion began.
-        reason: Why the cycle failed.
-        succeeded: Whether the cycle has ended with success.
+        reason: The reason of a failed cycle.
+        succeeded: Whether the cycle has succeeded.
     """
 
     def __init__(self) -> None:
-        """Wait for the first failure."""
         self.failed: tuple[TreeNode, str] | None = None
         self.moves: list[TreeNode] = []
         self.reason, self.succeeded = "", False
 
     def run_started(self, run: Run) -> None:
-        """Observe the nodes."""
+        """Observe the nodes of the tree."""
         run.tree.observers.append(self._node_changed)
 
     def cycle_ended(self, status: str, reason: str) -> None:
-        """Keep the result."""
+        """Store the result of the cycle."""
         self.reason, self.succeeded = reason, status == NodeStatus.SUCCESS.name
 
     def _node_changed(self, node: "TreeNode", old: NodeStatus, new: NodeStatus) -> None:

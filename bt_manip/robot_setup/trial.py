@@ -1,4 +1,4 @@
-"""Pick, lift and place cycles of a described robot, which is tried in the task's station."""
+"""Trial of a described robot in pick, lift and place cycles."""
 
 from collections import Counter
 from collections.abc import Iterator
@@ -39,14 +39,14 @@ CYCLES = 20
 """Cycles of the task in a trial."""
 
 _TASK = "pick_place"
-_SEED = 1  # another one than that of a run by default
+_SEED = 1  # differs from the default of a run
 _MAX_FAILED = 3  # failed cycles after which the trial ends
-_RETRIED_SHARE = 0.25  # of the cycles, above which failures that a retry repairs are findings
-_TRACKING = 1e-2  # [rad] or [m] of a joint from its reference in free motion
+_RETRIED_SHARE = 0.25  # share of cycles with a retry above which it is a finding
+_TRACKING = 1e-2  # [rad] or [m] largest tracking error in free motion
 _CUBE, _POST_NAME = "cube", "post"
 _POST = (0.02, 0.02, 0.06)  # [m] size of the post on which a cube stands in the air
-_APART = 0.1  # [m] of the place on the table from the post
-_GRASP_TIMEOUT = 60.0  # [s] of simulated time of the grasp in the air
+_APART = 0.1  # [m] least distance of the place pose from the post
+_GRASP_TIMEOUT = 60.0  # [s] longest simulated time of the grasp on the post
 
 _REMEDIES = (
     ("no steady grip", "gripper", "check its joints, fingers, motor, pads and max_force"),
@@ -65,16 +65,16 @@ _REMEDIES = (
     ("would touch", "base", "change position or pedestal, and check exclude and the tool frame"),
     ("reach", "base", "change position or pedestal, and check the tool frame"),
 )
-"""Words in the reason of a failure, the key that causes it, and what to change."""
+"""Words in the reason of a failure, the key that causes it, and the remedy."""
 
 
 class Checked(NamedTuple):
     """Result of the checks of a description, or of a trial.
 
     Attributes:
-        findings: Problems, each in a line with the key and the remedy.
-        facts: What was measured, each in a line.
-        robot: The robot, compiled alone; None if it cannot be built, and of a trial.
+        findings: Problems, one line each, with key and remedy.
+        facts: Measured figures, one line each.
+        robot: The robot, compiled alone; None after a trial, or if it cannot be built.
     """
 
     findings: list[str]
@@ -83,10 +83,9 @@ class Checked(NamedTuple):
 
 
 def try_robot(description: RobotDescription, parts: Parts, cycles: int = CYCLES) -> Checked:
-    """Let a robot grasp a cube in the air and place it, then run the pick and place task.
+    """Let a robot grasp a cube from a post and place it, then run the pick and place task.
 
-    Behaviours, station and task are those of a run. Where it fails, the first findings are about
-    the tool frame.
+    Behaviours, station and task are those of a run. Findings about the tool frame come first.
 
     Args:
         description: The robot, with a gripper.
@@ -117,7 +116,7 @@ def try_robot(description: RobotDescription, parts: Parts, cycles: int = CYCLES)
 
 
 def _grasp_in_the_air(station: Station) -> str:
-    """Grasp a cube on a slender post, lift it, set it down on the table; return why that failed."""
+    """Grasp a cube on a slender post, lift it, set it on the table; return the failure."""
     cell = station.cell
     area = station.first.reach.area(cell, "table", _POST[2])
     (x, y), (u, v) = _two_places(area, station.robot.tool_pose.translation[:2])
@@ -140,7 +139,7 @@ def _grasp_in_the_air(station: Station) -> str:
 
 
 def _two_places(area: Region, near: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the point of an area that is nearest to a point, and another one beside it [m]."""
+    """Return the point of an area nearest to a given point, and a second one beside it [m]."""
     grid = np.stack(np.meshgrid(np.linspace(*area.x, 5), np.linspace(*area.y, 5)), -1)
     points = np.array(area.squares) if area.squares else grid.reshape(-1, 2)
     first = points[np.linalg.norm(points - near, axis=1).argmin()]
@@ -159,22 +158,21 @@ class _Post(Box):
 
     @property
     def surface_height(self) -> float:
-        """Height of its top above its origin [m]."""
+        """Height of the top above the origin [m]."""
         return 0.5 * _POST[2]
 
 
 class _Watch(RunObserver):
-    """Collects failures of actions, unexpected contacts and tracking errors.
+    """Collects failures of arm behaviours, and tracking errors.
 
     Attributes:
-        cycles: Number of cycles that ended.
-        failed: Number of those that failed.
-        retried: Number of those that succeeded although an action failed first.
-        error: Largest distance of a joint from its reference in free motion [rad or m].
+        cycles: Number of ended cycles.
+        failed: Number of failed cycles.
+        retried: Number of cycles that succeeded after a failed action.
+        error: Largest tracking error in free motion [rad or m].
     """
 
     def __init__(self) -> None:
-        """Begin without cycles."""
         self.cycles = self.failed = self.retried = 0
         self.error, self.joint = 0.0, ""
         self._reasons: Counter[str] = Counter()
@@ -182,12 +180,12 @@ class _Watch(RunObserver):
         self._in_cycle: list[str] = []
 
     def run_started(self, run: "Run") -> None:
-        """Keep the robot, and observe the nodes."""
+        """Store the robot, and observe the nodes of the tree."""
         self._cell, self._robot = run.station.cell, run.station.first
         run.tree.observers.append(self._node_changed)
 
     def cycle_started(self, cycle: int) -> None:
-        """Forget the failures of the last cycle."""
+        """Clear the failures of the last cycle."""
         self._in_cycle = []
 
     def _node_changed(self, node: "TreeNode", old: NodeStatus, new: NodeStatus) -> None:
@@ -215,7 +213,7 @@ class _Watch(RunObserver):
             self._examples.setdefault(kind, first)
 
     def findings(self, where: str) -> Iterator[str]:
-        """Yield the failures, and tracking errors that are too large."""
+        """Yield failures and excessive tracking errors."""
         if self.failed or self.retried > _RETRIED_SHARE * self.cycles:
             for kind, count in self._reasons.most_common():
                 done = f"{count} of {self.cycles} cycles"
@@ -228,7 +226,7 @@ class _Watch(RunObserver):
 
 
 def _finding(where: str, what: str, reason: str) -> str:
-    """Return a finding about a failure, with the key that may cause it and the remedy."""
+    """Return a finding about a failure, with the key that may cause it and its remedy."""
     for words, key, remedy in _REMEDIES:
         if words in reason:
             return f"{where}: key '{key}': {what}: {reason}; {remedy}"

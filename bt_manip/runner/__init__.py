@@ -19,10 +19,10 @@ from .observer import RunModifier as RunModifier
 from .observer import RunObserver as RunObserver
 from .observer import recorder_for as recorder_for
 from .observer import recorder_name as recorder_name
+from .perturbations import MAX_FORCE as MAX_FORCE
 from .prepare import load_source as load_source
 from .prepare import prepare as prepare
 from .prepare import prepare_station as prepare_station
-from .pulls import MAX_FORCE as MAX_FORCE
 from .python_tree import as_tree as as_tree
 from .python_tree import make_any as make_any
 from .python_tree import make_tree as make_tree

@@ -38,11 +38,12 @@ class RunEvent(NamedTuple):
     ``contact``             ``first``, ``second``, ``touching``
     ``motion``              ``robot``, ``moving``, ``duration`` [s], ``fault``
     ``controller``          ``robot``, ``controller``
-    ``intervention``        ``kind``: ``pull`` or ``override``; a pull has ``body``, ``point`` in
-                            its frame [m], ``target`` in the world [m] (None when it ends),
-                            ``max_force`` [N] and ``begins``; an override ``path``, ``status``,
-                            ``before`` (instead of the node's tick, or after it) and
-                            ``execution``, the number of the node's execution in the tick
+    ``intervention``        ``kind``: ``perturbation`` (a body is pulled) or ``override``. The
+                            former has ``body``, ``point`` in its frame [m], ``target`` in the
+                            world [m] (None when it ends), ``max_force`` [N] and ``begins``; an
+                            override has ``path``, ``status``, ``before`` (instead of the node's
+                            tick, or after it) and ``execution``, the number of the node's
+                            execution in the tick
     ``tick``                ``tick``: number of the tick, from 0
     ======================  ====================================================================
     """

@@ -1,4 +1,4 @@
-"""Changes from outside that act on a running simulation: pulls, and statuses set by hooks."""
+"""Interventions in a running simulation: pulled bodies, and node statuses set by hooks."""
 
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
@@ -8,7 +8,7 @@ from bt_manip.bt import Node, NodeStatus, Tree
 from bt_manip.cell import Cell
 from bt_manip.exceptions import BtManipError
 
-from .pulls import MAX_FORCE, Pulls
+from .perturbations import MAX_FORCE, Perturbations
 
 if TYPE_CHECKING:
     from .station import Station
@@ -20,22 +20,21 @@ Hook = Callable[..., NodeStatus | None]
 
 
 class Interventions:
-    """Takes requests to intervene from any thread, and obeys them in the thread of the run.
+    """Takes requests to intervene from any thread, and applies them in the thread of the run.
 
-    Each one is emitted as plain data when it takes effect; `request` with the same data before
-    the same tick repeats it, bit for bit. Without interventions a run is as it is without this.
+    Each intervention is emitted as plain data when it takes effect. A `request` with the same data
+    before the same tick repeats it, bit for bit.
 
     Attributes:
         observers: Called by the thread of the run with the data of each intervention.
-        pulls: The active pulls, which the thread of the run applies.
+        perturbations: The active perturbations, which the thread of the run applies.
     """
 
     def __init__(self, tree: Tree, station: "Station") -> None:
-        """Begin without interventions."""
         self._tree, self._cell = tree, station.cell
         self.observers: list[Callable[[dict[str, Any]], None]] = []
         self._requests: deque[dict[str, Any]] = deque()
-        self.pulls = Pulls(station.cell, station.robots, self._notify)
+        self.perturbations = Perturbations(station.cell, station.robots, self._notify)
         self._hooks: dict[Node, _NodeHooks] = {}
 
     # Any thread
@@ -51,9 +50,9 @@ class Interventions:
         """Pull a body by a damped spring, as in MuJoCo's window, from the next tick on.
 
         Args:
-            body: An entity that is no robot, or a body of one, called ``entity/body``.
-            target: Point of the world to which it is pulled [m]; None lets it go.  # (3,)
-            point: Point of the body, in its frame, at which the spring acts [m].  # (3,)
+            body: Name of an entity other than a robot, or ``entity/body``.
+            target: Point in the world to pull it towards [m]; None: let the body go.  # (3,)
+            point: Point at which the spring acts, in the frame of the body [m].  # (3,)
             max_force: Limit of the force [N].
 
         Raises:
@@ -61,7 +60,7 @@ class Interventions:
         """
         goal = None if target is None else [float(x) for x in target]
         spring = {"point": [float(x) for x in point], "target": goal, "max_force": float(max_force)}
-        self.request({"kind": "pull", "body": body, **spring})
+        self.request({"kind": "perturbation", "body": body, **spring})
 
     def override(self, path: str, status: NodeStatus, *, before: bool = True) -> None:
         """Replace the status of a node's next tick.
@@ -69,7 +68,7 @@ class Interventions:
         Args:
             path: Path of the node.
             status: SUCCESS or FAILURE.
-            before: Whether the node is not ticked at all; else its result is replaced.
+            before: Whether to skip the tick of the node; otherwise its result is replaced.
 
         Raises:
             BtManipError: If there is no such node, or its status cannot be set.
@@ -78,7 +77,7 @@ class Interventions:
         self.request({"kind": "override", **data})
 
     def request(self, data: Mapping[str, Any]) -> None:
-        """Request an intervention by its data, as they are emitted.
+        """Request an intervention by its data, in the emitted form.
 
         Raises:
             BtManipError: If it is impossible.
@@ -86,24 +85,24 @@ class Interventions:
         if data["kind"] == "override":
             self._node(data)
         else:
-            self.pulls.check(data)
+            self.perturbations.check(data)
         self._requests.append(dict(data))
 
     # The thread of the run
 
     def take_over(self) -> None:
-        """Obey the requests since the last tick; of several pulls of a body, the last one."""
+        """Apply the requests since the last tick; of several perturbations of a body, the last."""
         if not self._requests:
             return
-        pulls = {}
+        perturbations = {}
         while self._requests:
             data = self._requests.popleft()
-            if data["kind"] == "pull":
-                pulls[data["body"]] = data
-            else:
+            if data["kind"] == "override":
                 self._arm(data)
-        for data in pulls.values():
-            self.pulls.set(data)
+            else:
+                perturbations[data["body"]] = data
+        for data in perturbations.values():
+            self.perturbations.set(data)
 
     def set_tick_hooks(
         self, owner: Any, node: Node, pre_tick: Hook | None, post_tick: Hook | None
@@ -111,7 +110,8 @@ class Interventions:
         """Set one owner's functions around a node's tick; statuses that they set are emitted.
 
         Args:
-            owner: Whoever sets them; a later call replaces or, with None, removes its functions.
+            owner: Identifies the caller; a later call replaces its functions or, with None, removes
+                them.
             node: The node.
             pre_tick: As `bt_manip.bt.Node.set_tick_hooks`.
             post_tick: As `bt_manip.bt.Node.set_tick_hooks`.
@@ -129,18 +129,19 @@ class Interventions:
     def clear(self) -> None:
         """End all interventions."""
         self._requests.clear()
-        self.pulls.clear()
+        self.perturbations.clear()
         for node in self._hooks:
             node.set_tick_hooks()
         self._hooks.clear()
 
     def get_state(self) -> dict[str, Any]:
-        """Return the active pulls as plain data."""
-        return {"pulls": self.pulls.get_state()}
+        """Return the active perturbations as plain data."""
+        return {"perturbations": self.perturbations.get_state()}
 
     def set_state(self, state: Mapping[str, Any]) -> None:
         """Restore a state of `get_state`."""
-        self.pulls.set_state(state["pulls"])
+        # "pulls": snapshots of older versions
+        self.perturbations.set_state(state.get("perturbations", state.get("pulls", [])))
 
     # Internal
 

@@ -283,10 +283,10 @@ class RunLoop:
 
     def _control(self, steps: int) -> None:
         """Make control steps; all steps of all loops are made here."""
-        pulls = self.run.interventions.pulls
-        if pulls.active:
+        perturbations = self.run.interventions.perturbations
+        if perturbations.active:
             for _ in range(steps):
-                pulls.apply()
+                perturbations.apply()
                 self._hardware.step(1, self._then)
         elif steps:
             self._hardware.step(steps, self._then)

@@ -130,5 +130,5 @@ class Run:
         self.station.set_state(state["station"])
         self.tree.set_state(state["tree"])
         self.goal.set_state(state["goal"])
-        self.interventions.set_state(state.get("interventions", {"pulls": ()}))
+        self.interventions.set_state(state.get("interventions", {}))
         self.cycle = state["cycle"]

@@ -9,7 +9,7 @@ from bt_manip.exceptions import BtManipError
 
 
 def use_offscreen_opengl() -> None:
-    """Let MuJoCo draw without a display, where MUJOCO_GL does not say what to draw with."""
+    """Select an offscreen OpenGL backend, unless MUJOCO_GL names one."""
     if sys.platform.startswith("linux"):
         for backend, library in (("egl", "EGL"), ("osmesa", "OSMesa")):
             if ctypes.util.find_library(library):
@@ -17,14 +17,14 @@ def use_offscreen_opengl() -> None:
 
 
 class NoDisplayError(BtManipError):
-    """There is no display to open a window on."""
+    """No display is available for a window."""
 
 
 def require_display() -> None:
-    """Connect to the display: without one, MuJoCo's viewer would wait forever.
+    """Check that a display can be opened; without one, MuJoCo's viewer would wait forever.
 
     Raises:
-        NoDisplayError: If there is none.
+        NoDisplayError: If no display is available.
     """
     display = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
     if sys.platform.startswith("linux") and not display:

@@ -1,4 +1,4 @@
-"""The view of a run without a terminal: a line per event."""
+"""Plain view of a run for output that is not a terminal: a line per event."""
 
 from typing import Any
 
@@ -11,18 +11,16 @@ from bt_manip.viewer.wrapping import print_wrapped
 
 
 class PlainView(RunObserver):
-    """Prints a line for each cycle, and for each leaf that ends if there is only one cycle.
+    """Prints a line for each cycle and, in a run of one cycle, for each leaf that ends.
 
     A leaf that a reactive node checks at every tick gets a line when its status changes.
+
+    Args:
+        console: Console to print to.
+        cycles: Number of cycles; 0: unlimited.
     """
 
     def __init__(self, console: Console, *, cycles: int) -> None:
-        """Set where to print.
-
-        Args:
-            console: Where to.
-            cycles: Number of cycles; 0 is unlimited.
-        """
         self._console = console
         self._cycles = cycles
         self._cycle = 0
@@ -31,7 +29,7 @@ class PlainView(RunObserver):
         self._ended: dict[Any, tuple[int, str]] = {}  # tick and status of each leaf's last end
 
     def run_started(self, run: Run) -> None:
-        """Observe the tree's leaves if each of them gets a line."""
+        """Observe the leaves of the tree in a run of one cycle."""
         self._cell = run.station.cell
         self._start = self._cell.time
         self._progress = Progress(self._cycles)
@@ -39,7 +37,7 @@ class PlainView(RunObserver):
             run.tree.observers.append(self._node_changed)
 
     def cycle_started(self, cycle: int) -> None:
-        """Keep its number and start time."""
+        """Store the number and the start time of the cycle."""
         self._cycle = cycle
         self._start = self._cell.time
 
@@ -51,7 +49,7 @@ class PlainView(RunObserver):
             print_wrapped(self._console, line, indent=20)
 
     def cycle_ended(self, status: str, reason: str) -> None:
-        """Print its status and duration, and the progress of the run."""
+        """Print status and duration of the cycle, and the progress of the run."""
         self._progress.count(self._cycle, status)
         total = f"/{self._cycles}" if self._cycles else ""
         line = f"cycle {self._cycle + 1}{total}: {status} after {self._elapsed:.2f} s"
@@ -70,5 +68,5 @@ class PlainView(RunObserver):
         if before == (self._tick - 1, new.name):
             return
         message = f": {node.feedback_message}" if node.feedback_message else ""
-        # Printing may raise, which would be an exception of the tree here.
+        # Printed later: an exception raised here would count as one of the tree.
         self._lines.append(f"{self._elapsed:7.2f} s  {new.name:7}  {node.name}{message}")

@@ -4,26 +4,25 @@ import time
 
 
 class Progress:
-    """Counts how cycles ended, and estimates the wall time that is left."""
+    """Counts successful cycles and estimates the remaining wall time.
+
+    Args:
+        cycles: Number of cycles; 0: unlimited.
+    """
 
     def __init__(self, cycles: int) -> None:
-        """Start counting.
-
-        Args:
-            cycles: Number of cycles; 0 is unlimited.
-        """
         self._cycles = cycles
         self._done = self._succeeded = self._left = 0
         self._start = time.perf_counter()
 
     def count(self, cycle: int, status: str) -> None:
-        """Count a cycle that has ended; the first number is 0."""
+        """Count a cycle that has ended, numbered from 0."""
         self._done += 1
         self._succeeded += status == "SUCCESS"
         self._left = self._cycles - cycle - 1
 
     def __str__(self) -> str:
-        """Return success rate and time left; empty for a single cycle, and before one has ended."""
+        """Return success rate and remaining time; empty for one cycle or before the first end."""
         if self._cycles == 1 or not self._done:
             return ""
         rate = f"{self._succeeded} of {self._done} cycles succeeded"

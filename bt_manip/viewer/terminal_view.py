@@ -15,7 +15,7 @@ from bt_manip.viewer.progress import Progress
 from bt_manip.viewer.wrapping import print_wrapped
 
 REDRAW = 0.125
-"""Wall time between two pictures [s]; drawing one takes some milliseconds."""
+"""Wall time between two redraws [s]; each takes some milliseconds."""
 
 MARKS = {
     "IDLE": ("·", "dim"),
@@ -31,21 +31,18 @@ PLAIN_MARKS = {"▶": ">", "✓": "+", "✗": "x", "·": "."}
 
 
 class TerminalView(RunObserver):
-    """Shows the tree with statuses and reasons, the cycle, the phase and the real-time factor.
+    """Shows the tree with statuses and reasons, the cycle, the leaf and the real-time factor.
 
-    In a run of several cycles also the success rate and the wall time that is left.
+    A run of several cycles also shows the success rate and the remaining wall time. Redraws happen
+    between ticks, in the thread of the run, at most every `REDRAW` seconds; they cost a few percent
+    of the wall time.
 
-    It is drawn between ticks, at most every `REDRAW` seconds of wall time, and never from a
-    thread of its own: so it sees a tree at rest and costs the run a few percent.
+    Args:
+        console: Console of a terminal.
+        cycles: Number of cycles; 0: unlimited.
     """
 
     def __init__(self, console: Console, *, cycles: int) -> None:
-        """Set where to draw.
-
-        Args:
-            console: A terminal.
-            cycles: Number of cycles; 0 is unlimited.
-        """
         self._console = console
         self._cycles = cycles
         self._statuses: dict[Any, str] = {}  # last status of each node in this cycle
@@ -53,7 +50,7 @@ class TerminalView(RunObserver):
         self._ascii = not str(console.encoding).lower().startswith("utf")
 
     def run_started(self, run: Run) -> None:
-        """Start drawing, and observe the tree's nodes."""
+        """Start drawing, and observe the nodes of the tree."""
         self._run = run
         run.tree.observers.append(self._node_changed)
         self._cycle = 0
@@ -72,14 +69,14 @@ class TerminalView(RunObserver):
         self._statuses.clear()
 
     def after_tick(self) -> None:
-        """Draw if the last picture is old enough."""
+        """Redraw if `REDRAW` has passed."""
         now = time.perf_counter()
         if self._live is not None and now >= self._next:
             self._live.update(self._picture(now), refresh=True)
             self._next = time.perf_counter() + REDRAW
 
     def cycle_ended(self, status: str, reason: str) -> None:
-        """Count, and print the reason of a failure above the live view."""
+        """Count the cycle; print the reason of a failure above the live view."""
         self._progress.count(self._cycle, status)
         if status != "SUCCESS" and self._live is not None:
             line = f"cycle {self._cycle + 1} failed: {reason}"
@@ -156,7 +153,7 @@ def tree_lines(root: Any, status_of: Any, *, ascii_only: bool = False) -> Iterat
 
 
 def _around_running(lines: list[Text], room: int) -> list[Text]:
-    """Return the root's line and those around the last running one."""
+    """Return the line of the root and the lines around the last running node."""
     running = [i for i, line in enumerate(lines) if line.plain.lstrip()[:1] in ("▶", ">")]
     middle = running[-1] if running else 0
     first = min(max(1, middle - room // 2), len(lines) - room + 1)

@@ -1,4 +1,4 @@
-"""MuJoCo's desktop viewer on a run."""
+"""MuJoCo's desktop viewer of a run."""
 
 import threading
 import time
@@ -19,23 +19,20 @@ CLOSING_TIME = 5.0
 """Longest wall time to wait for the viewer's thread [s]; drawing in software takes seconds."""
 
 FREE_CAMERA = (-125.0, -20.0)
-"""Azimuth and elevation of the first viewpoint where there is no such camera [deg]."""
+"""Initial azimuth and elevation of the view without a camera `OVERVIEW` [deg]."""
 
 
 class Window(RunObserver):
-    """Shows the cell in MuJoCo's passive viewer, which draws in a thread of its own.
+    """Shows the cell in MuJoCo's passive viewer, which draws in its own thread.
 
-    The viewer gets a copy of the state, because it writes to what it is given: a run with a
-    window is the same run as without. Closing the window does not end the run, and the window
-    stays open after the run until `close`.
+    The viewer writes to its data, so it gets a copy of the state: a window does not change the run.
+    Closing the window does not end the run. After the run it stays open until `close`.
+
+    Raises:
+        NoDisplayError: If no display is available.
     """
 
     def __init__(self) -> None:
-        """Check that there is a display.
-
-        Raises:
-            NoDisplayError: If there is none.
-        """
         require_display()
         self._handle: Any = None
         self._threads: set[threading.Thread] = set()
@@ -43,7 +40,7 @@ class Window(RunObserver):
 
     @property
     def is_open(self) -> bool:
-        """Whether the window has been opened and not been closed since."""
+        """Whether the window is open."""
         return self._handle is not None and bool(self._handle.is_running())
 
     def run_started(self, run: Run) -> None:
@@ -62,13 +59,13 @@ class Window(RunObserver):
         self._handle.sync()
 
     def after_compile(self) -> None:
-        """Show the new model; the viewpoint stays as the user has left it."""
+        """Show the new model from the same viewpoint."""
         if not self.is_open:
             return
         self._data = _copy(self._cell)
         camera = self._handle.cam
         viewpoint = camera.lookat.copy(), camera.distance, camera.azimuth, camera.elevation
-        # The handle has no call for another model; the simulation behind it has.
+        # Only the simulation behind the handle can load another model.
         simulation = self._handle._sim()
         if simulation is not None:
             simulation.load(self._cell.model, self._data, "")
@@ -78,7 +75,7 @@ class Window(RunObserver):
     def after_tick(self) -> None:
         """Show the present state if the last frame is `FRAME_PERIOD` old.
 
-        Where drawing is slow, frames are dropped: the run waits for them a fifth of the time.
+        Where drawing is slow, frames are dropped: drawing takes at most a fifth of the wall time.
         """
         before = time.perf_counter()
         if before >= self._next and self.is_open:
@@ -113,9 +110,9 @@ class Window(RunObserver):
 
 
 def aim(camera: mujoco.MjvCamera, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-    """Aim a free camera at the centre of a model, from a distance at which its extent is seen.
+    """Aim a free camera at the centre of a model, from a distance that shows all of it.
 
-    The direction and the distance are those of the camera `OVERVIEW`, where the model has one.
+    Direction and distance are those of the camera `OVERVIEW`, if the model has one.
 
     Args:
         camera: The camera to set.
@@ -131,7 +128,7 @@ def aim(camera: mujoco.MjvCamera, model: mujoco.MjModel, data: mujoco.MjData) ->
     depth = float(forward @ (model.stat.center - data.cam_xpos[number]))
     if depth > 0.0:
         camera.lookat[:] = data.cam_xpos[number] + depth * forward
-        # The free camera has another field of view: the same height is seen from nearer.
+        # The field of view of the free camera differs: show the same height of the scene.
         halves = np.deg2rad([model.cam_fovy[number], model.vis.global_.fovy]) / 2.0
         camera.distance = depth * np.tan(halves[0]) / np.tan(halves[1])
         camera.azimuth = np.rad2deg(np.arctan2(forward[1], forward[0]))

@@ -7,12 +7,12 @@ from rich.text import Text
 
 
 def print_wrapped(console: Console, line: str, *, indent: int = 2, style: str = "") -> None:
-    """Print a line, wrapped between words where it is longer than the console is wide.
+    """Print a line, wrapped between words to the width of the console.
 
     Args:
-        console: Where to print.
-        line: The text; nothing in it is markup.
-        indent: Spaces before its second and further lines.
+        console: Console to print to.
+        line: Plain text, in which markup has no effect.
+        indent: Spaces before continuation lines.
         style: Style of the text.
     """
     fitting = textwrap.wrap(

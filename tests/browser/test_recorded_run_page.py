@@ -76,7 +76,7 @@ def test_the_replay_shows_the_robot_at_each_time_that_is_chosen(report, picked):
 
 
 def test_a_click_on_a_plot_shows_its_time_in_the_replay(report, picked):
-    section = report.page.locator("section", has_text="Time line of the tree")
+    section = report.page.locator("section", has_text="Timeline of the tree")
     section.scroll_into_view_if_needed()
     box = section.locator("canvas").first.bounding_box()
     start, end = x_range(report)
@@ -91,7 +91,7 @@ def test_a_click_on_a_plot_shows_its_time_in_the_replay(report, picked):
 def test_plots_are_drawn_and_zoom_together(report):
     page = report.page
     assert page.evaluate("() => Bokeh.documents[0].roots().length") == 6
-    section = page.locator("section", has_text="Time line of the tree")
+    section = page.locator("section", has_text="Timeline of the tree")
     section.scroll_into_view_if_needed()
     pixels = report.pixels(section)
     assert (abs(pixels - np.array(GREEN)).max(axis=2) < 8).mean() > 0.01
@@ -119,7 +119,7 @@ def test_hostile_names_are_only_text(open_report, make_run, tmp_path):
     make_run(root).execute([McapRecorder(tmp_path / "run.mcap")])
     report = open_report(tmp_path / "run.mcap")
     report.wait_for_text("alert")
-    section = report.page.locator("section", has_text="Time line of the tree")
+    section = report.page.locator("section", has_text="Timeline of the tree")
     section.locator(".bk-Figure").hover(position={"x": 100, "y": 15})
     report.page.wait_for_timeout(500)
     assert not [url for url in report.requests if not url.startswith(("file:", "blob:", "data:"))]

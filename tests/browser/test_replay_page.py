@@ -15,7 +15,7 @@ def window(start, open_window, picked) -> Window:
 
 def go_to(window: Window, time: float, start: float, end: float) -> None:
     """Click at a time on the time line."""
-    line = window.page.get_by_role("slider", name="Time line")
+    line = window.page.get_by_role("slider", name="Timeline")
     box = line.bounding_box()
     share = (time - start) / (end - start)
     line.click(position={"x": 8 + share * (box["width"] - 16), "y": box["height"] / 2}, force=True)

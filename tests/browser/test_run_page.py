@@ -162,7 +162,7 @@ def test_the_keys_are_those_of_a_file_tree(window):
 
 
 def test_the_time_line_shows_the_last_minute_while_the_run_is_paused(paused):
-    line = paused.page.get_by_role("slider", name="Time line")
+    line = paused.page.get_by_role("slider", name="Timeline")
     box = line.bounding_box()
     now = paused.time()
     line.click(position={"x": box["width"] / 2, "y": box["height"] / 2})

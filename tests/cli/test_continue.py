@@ -41,7 +41,7 @@ def recorded(tmp_path_factory):
     recorder = Recorder("pick_place", 3)
     run.execute([recorder, McapRecorder(path), Intervene()])
     kinds = {event.data["kind"] for event in Recording(path).events("intervention")}
-    assert kinds == {"pull", "override"}
+    assert kinds == {"perturbation", "override"}
     return path, recorder.report()
 
 

@@ -29,7 +29,7 @@ SAYS = {
     "3_the_same_in_xml.py": (
         r"as it is: SUCCESS",
         r"with 20 N: SUCCESS",
-        r"with a slip: 3_first_tree\.xml:17:7: .*'Raech'; did you mean 'Reach'",
+        r"with a typing error: 3_first_tree\.xml:17:7: .*'Raech'; did you mean 'Reach'",
     ),
     "4_own_behaviour.py": (r"SUCCESS, 5[67]\.\d g",),
     "5_own_object.py": (r"SUCCESS, after [2-4]\.\d+ s",),

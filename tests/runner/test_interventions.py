@@ -38,7 +38,8 @@ class Requests(RunObserver):
 
 def pull(target, body="cube", point=(0.0, 0.0, 0.0), max_force=50.0):
     return {
-        "kind": "pull", "body": body, "point": [*point], "target": target, "max_force": max_force
+        "kind": "perturbation", "body": body, "point": [*point], "target": target,
+        "max_force": max_force,
     }  # fmt: skip
 
 
@@ -102,7 +103,7 @@ def test_the_force_is_that_of_mujocos_window_up_to_its_limit(station):
     for limit in (1e3, 0.5):
         run.interventions.pull("cube", [0.0, 0.0, 1.3], point=(0.01, 0, 0), max_force=limit)
         run.interventions.take_over()
-        run.interventions.pulls.apply()
+        run.interventions.perturbations.apply()
         spring, scene = mujoco.MjvPerturb(), mujoco.MjvScene(cell.model, maxgeom=1)
         spring.select, spring.active = body, int(mujoco.mjtPertBit.mjPERT_TRANSLATE)
         spring.localpos = [0.01, 0, 0]
@@ -140,7 +141,7 @@ def test_a_snapshot_taken_during_a_pull_continues_bit_for_bit(start):
     state = json.loads(json.dumps(whole.states[4]))
     again = start(rest(100), state=state)
     assert json.dumps(again.states[-1]["station"]) == json.dumps(whole.states[-1]["station"])
-    assert state["interventions"]["pulls"][0]["body"] == "cube"
+    assert state["interventions"]["perturbations"][0]["body"] == "cube"
 
 
 def test_a_run_with_observers_of_interventions_but_none_keeps_its_states(start):
@@ -160,8 +161,8 @@ def test_a_pull_ends_when_its_object_is_removed(station):
     run.interventions.pull("cube", [0.0, 0.0, 1.3])
     run.interventions.take_over()
     station.cell.remove("cube")
-    run.interventions.pulls.apply()
-    assert not run.interventions.pulls.active
+    run.interventions.perturbations.apply()
+    assert not run.interventions.perturbations.active
     assert [one["target"] for one in found] == [[0.0, 0.0, 1.3], None]
     run.interventions.request(pull(None))
     run.interventions.take_over()
@@ -193,7 +194,7 @@ def test_a_point_without_mobility_is_pulled_with_at_most_the_limit(station, monk
     monkeypatch.setattr(mujoco, "mj_jac", lambda *_: None)  # as on the axis of a hinge
     run.interventions.pull("cube", [0.0, 0.0, 1.3], max_force=2.0)
     run.interventions.take_over()
-    run.interventions.pulls.apply()
+    run.interventions.perturbations.apply()
     force = station.cell.data.xfrc_applied[station.cell.body_id("cube")][:3]
     assert np.linalg.norm(force) == pytest.approx(2.0)
     run.interventions.clear()

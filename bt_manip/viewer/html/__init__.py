@@ -1,4 +1,4 @@
-"""Pages of recorded runs: one HTML file that needs nothing else."""
+"""Self-contained HTML pages of recorded runs."""
 
 from .markup import html_list as html_list
 from .markup import html_page as html_page

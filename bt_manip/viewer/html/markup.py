@@ -1,4 +1,4 @@
-"""HTML of pages that load nothing."""
+"""HTML of self-contained pages."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
@@ -9,7 +9,7 @@ POLICY = (
     "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval' blob:; worker-src blob:; "
     "style-src 'unsafe-inline'; img-src data: blob:; font-src data:; connect-src data: blob:"
 )
-"""What the page may load, for browsers: nothing but what is in the file."""
+"""Content security policy: the page loads nothing from outside its file."""
 
 REPORT_STYLE = """
 :root{color-scheme:light}
@@ -69,19 +69,19 @@ def html_section(title: str, content: str) -> str:
 
 
 def html_rows(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Return a table of cells that are HTML."""
+    """Return a table with HTML cells."""
     titles = "".join(f"<th>{escape(name)}</th>" for name in head)
     lines = ("".join(f"<td>{cell}</td>" for cell in row) for row in rows)
     return f"<table><tr>{titles}</tr>{''.join(f'<tr>{line}</tr>' for line in lines)}</table>"
 
 
 def html_tiles(tiles: Iterable[tuple[str, str]]) -> str:
-    """Return a row of figures, each with its name first."""
+    """Return a row of tiles from pairs of name and figure."""
     boxes = (f"<div><b>{escape(value)}</b>{escape(name)}</div>" for name, value in tiles)
     return f'<div class="tiles">{"".join(boxes)}</div>'
 
 
 def html_list(lines: Mapping[str, str]) -> str:
-    """Return names and texts."""
+    """Return a description list of names and texts."""
     items = (f"<dt>{escape(key)}</dt><dd>{escape(text)}</dd>" for key, text in lines.items())
     return f"<dl>{''.join(items)}</dl>"

@@ -1,4 +1,4 @@
-"""The plots of a page, with Bokeh; all share their time axis."""
+"""Bokeh plots of a page, with a common time axis."""
 
 from collections.abc import Sequence
 from html import escape
@@ -21,7 +21,7 @@ from bt_manip.record import Interval, RecordedRun
 from .thinning import merge, thin
 
 PALETTE = ("#1971c2", "#e67700", "#2b8a3e", "#9c36b5", "#c92a2a", "#0c8599", "#5f3dc4", "#495057")
-"""Colours of lines, one after the other."""
+"""Colours of lines, in this order."""
 
 BAR_COLOURS = {
     "SUCCESS": "#40c057",
@@ -31,19 +31,19 @@ BAR_COLOURS = {
     "RUNNING": "#fab005",
     "": "#74c0fc",
 }
-"""Colours of bars by the status at their end; contacts have none."""
+"""Colours of bars by final status; the empty status is that of contacts."""
 
 ROW_HEIGHT = 20
-"""Height of a row of a time line [pixels]."""
+"""Height of a row of a timeline [pixels]."""
 
 TOP = 5
 """Space above the axes of a plot [pixels]."""
 
 LONGEST_REASON = 200
-"""Number of characters of a reason beside a bar."""
+"""Largest number of characters of a reason."""
 
 LABEL_WIDTH = 230
-"""Space for the names on the left of all plots, so that their times are one below the other."""
+"""Width of the names left of each plot, which aligns the time axes [pixels]."""
 
 
 SEEK = """
@@ -57,11 +57,11 @@ box.dispatchEvent(new view.Event("input", { bubbles: true }));
 box.dispatchEvent(new view.KeyboardEvent("keydown", { key: "Enter", bubbles: true }));
 box.blur();
 """
-"""Lets the replay show the time of a click: viser's player has a field for it."""
+"""Moves the replay to the clicked time, by the time field of viser's player."""
 
 
 class BarRow(NamedTuple):
-    """A row of a time line."""
+    """A row of a timeline."""
 
     name: str
     hint: str
@@ -73,17 +73,15 @@ class BarRow(NamedTuple):
 class Plots:
     """Makes the plots of a run.
 
+    Args:
+        run: The run.
+        start: Simulated time at the start of the replay [s].
+
     Attributes:
-        gap: Largest gap between bars of a time line that are drawn as one [s].
+        gap: Largest gap between bars that are merged into one [s].
     """
 
     def __init__(self, run: RecordedRun, start: float) -> None:
-        """Share a time axis.
-
-        Args:
-            run: The run.
-            start: Simulated time at the start of its replay [s].
-        """
         self._run, self._start, self.gap = run, start, 0.0
         end = max(run.recording.end, 1e-3)
         self._range = Range1d(start=0.0, end=end, bounds=(0.0, end), min_interval=1e-3)
@@ -119,7 +117,7 @@ class Plots:
         return plot
 
     def bars(self, rows: Sequence[BarRow]) -> tuple[Any, str]:
-        """Return a time line, and the names of its rows as HTML."""
+        """Return a timeline, and the names of its rows as HTML."""
         merged, gap = merge(row.intervals for row in rows)
         self.gap = max(self.gap, gap)
         plot = self._figure(
@@ -178,5 +176,5 @@ class Plots:
 
 
 def plain_text(text: str) -> str:
-    """Return a text that Bokeh draws as it is: ``$$`` would start a formula."""
+    """Escape a text for Bokeh, where ``$$`` would start a formula."""
     return text.replace("$", "$\u200b").replace("\\", "\\\u200b")

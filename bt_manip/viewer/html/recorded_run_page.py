@@ -16,29 +16,29 @@ from .replay import replay_html
 from .thinning import LINE_SAMPLES
 
 SHOWN_REASONS = 50
-"""Number of different reasons of failed nodes that are listed, the most frequent ones."""
+"""Largest number of listed failure reasons, most frequent first."""
 
 CYCLE_ROWS = 200
-"""Number of cycles that are listed: the failed ones first."""
+"""Largest number of listed cycles; failed ones are listed first."""
 
 USED_LIMITS = ("position", "velocity", "acceleration", "torque")
-"""Limits whose use is plotted; that of jerk is at its limit in most motions."""
+"""Limits whose use is plotted; most motions reach the jerk limit."""
 
 
 def run_page(recording: Recording) -> str:
-    """Return the page of a recorded run, HTML that loads nothing.
+    """Return the self-contained HTML page of a recorded run.
 
-    All text of the recording is escaped: names and reasons may hold anything.
+    Text from the recording is escaped.
 
     Raises:
-        BtManipError: If it is not the recording of a run.
+        BtManipError: If the recording is not one of a run.
     """
     run = RecordedRun(recording)
     replay, rate, start = replay_html(recording)
     plots = Plots(run, start)
     nodes = [node for node in run.nodes.values() if node.intervals]
     tree = [BarRow(n.name, n.path, n.intervals, n.depth, not n.is_leaf) for n in nodes]
-    drawn: list[tuple[str, Any, str]] = [("Time line of the tree", *plots.bars(tree))]
+    drawn: list[tuple[str, Any, str]] = [("Timeline of the tree", *plots.bars(tree))]
     for name, robot in run.robots.items():
         of = f" of {name}" if len(run.robots) > 1 else ""
         fingers = [f"finger {i + 1}" for i in range(robot.grip_forces.shape[1])]
@@ -66,9 +66,9 @@ def run_page(recording: Recording) -> str:
     title = f"{recording.identity['tree']}, seed {recording.identity['seed']}"
     player = f'<iframe title="3D replay" srcdoc="{escape(replay)}"></iframe>'
     hint = (
-        "All plots have the same time axis. A click shows its time in the replay. Drag to zoom in, "
-        "Ctrl and the wheel to zoom, double-click to reset. A click on a name hides its line. "
-        "Dotted lines are starts of cycles."
+        "All plots share the time axis. Click to show a time in the replay. Drag to zoom in, "
+        "Ctrl and the wheel to zoom, double-click to reset. Click a name to hide its line. "
+        "Dotted lines mark the starts of cycles."
     )
     parts = (
         _head(run),
@@ -105,8 +105,8 @@ def _warnings(run: RecordedRun) -> str:
     if run.recording.complete:
         return ""
     return (
-        '<section class="warning"><b>This recording ended without an end:</b> the run goes '
-        "on, or its process was killed or has left. It is shown up to "
+        '<section class="warning"><b>This recording is incomplete:</b> the run still goes '
+        "on, or its process was killed. It is shown up to "
         f"{run.recording.end:.2f} s, its last complete chunk."
         "</section>"
     )
@@ -155,7 +155,7 @@ def _cycle(cycle: CycleFigures) -> list[str]:
 
 
 def _reasons(run: RecordedRun) -> str:
-    """Return the reasons of failed nodes and of stopped motions."""
+    """Return a table of the reasons of failed nodes and stopped motions."""
     found = [
         (one.end, node.path, one.reason)
         for node in run.nodes.values()
@@ -175,7 +175,7 @@ def _reasons(run: RecordedRun) -> str:
     if not rows:
         return ""
     more = len(counts) - len(rows)
-    note = f'<p class="narrow">{more} rarer ones are not listed.</p>' if more else ""
+    note = f'<p class="narrow">{more} rarer reasons are not listed.</p>' if more else ""
     table = html_rows(("first", "times", "node or robot", "reason"), rows)
     about = '<p class="narrow">Conditions that fail are part of many trees that succeed.</p>'
     return html_section("Reasons of failed nodes", f'{about}<div class="rows">{table}</div>{note}')
@@ -195,14 +195,14 @@ def _identity(recording: Recording) -> str:
 
 
 def _resolution(run: RecordedRun, rate: float, gap: float) -> str:
-    """Return the parts left out to keep the file small."""
+    """Return how the data were downsampled to keep the file small."""
     steps = max((len(robot.t) for robot in run.robots.values()), default=0)
     parts = [f"The replay has {rate:.3g} poses per second."]
     if steps > LINE_SAMPLES:
         each = 2 * steps / LINE_SAMPLES * run.recording.identity["time_step_s"]
         parts.append(
-            f"Thinned: of each {each * 1e3:.3g} ms, lines show the smallest and the largest value."
+            f"Downsampled: lines show the smallest and largest value of each {each * 1e3:.3g} ms."
         )
     if gap:
-        parts.append(f"Thinned: bars of one status less than {gap:.2g} s apart are drawn as one.")
+        parts.append(f"Downsampled: bars of one status less than {gap:.2g} s apart are merged.")
     return " ".join(parts)

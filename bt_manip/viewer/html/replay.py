@@ -1,4 +1,4 @@
-"""The 3D replay of a recorded run: viser's own player as one HTML page."""
+"""3D replay of a recorded run, in viser's player as one HTML page."""
 
 from typing import Any
 
@@ -11,14 +11,14 @@ RATE = 20.0
 """Poses per second of simulated time in a replay."""
 
 MAX_REPLAY_POSES = 1200
-"""Number of poses in a replay: those of 60 s; longer runs have fewer per second."""
+"""Largest number of poses in a replay, enough for 60 s; longer runs have fewer per second."""
 
 LABEL_HEIGHT = 0.9
-"""Height of the label above the centre of the picture; 1 is the upper edge."""
+"""Height of the label over the centre of the image; 1 is the upper edge."""
 
 
 def replay_html(recording: Recording) -> tuple[str, float, float]:
-    """Return the replay of a recording as HTML, its poses per second, and its start [s]."""
+    """Return the replay of a recording as HTML, its rate [1/s] and its start time [s]."""
     scene = RecordedScene(recording)
     first, last = float(scene.times[0]), float(scene.times[-1])
     duration = last - first
@@ -50,7 +50,7 @@ def replay_html(recording: Recording) -> tuple[str, float, float]:
 
 
 def _top(camera: Any) -> np.ndarray:
-    """Return the point at the top of the picture of a camera, at the depth of its centre."""
+    """Return the point at the top of a camera's image, at the depth of its centre [m]."""
     forward = np.subtract(camera.look_at, camera.position)
     right = np.cross(forward, (1e-6, 0.0, 1.0))  # not zero where the camera looks straight down
     up = np.cross(right, forward) / np.linalg.norm(right)

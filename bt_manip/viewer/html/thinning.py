@@ -1,4 +1,4 @@
-"""Fewer samples and intervals for a page, so that nothing which shows is lost."""
+"""Downsample curves and bars without losing visible peaks."""
 
 from collections.abc import Iterable
 
@@ -7,21 +7,21 @@ import numpy as np
 from bt_manip.record import Interval
 
 LINE_SAMPLES = 4000
-"""Number of samples of a line that are kept: several for each pixel of a wide screen."""
+"""Samples of a line that are kept: several per pixel of a wide screen."""
 
 BARS = 4000
-"""Number of bars of a time line that are kept."""
+"""Bars of a timeline that are kept."""
 
 
 def thin(t: np.ndarray, values: np.ndarray, samples: int = LINE_SAMPLES) -> tuple[np.ndarray, ...]:
-    """Return at most this many samples of a line: the smallest and the largest of each section.
+    """Downsample a line to the smallest and the largest sample of equal sections.
 
-    Peaks therefore keep their values and their times.
+    Peaks keep their values and times.
 
     Args:
         t: Times [s].  # (n,)
         values: Values at these times.  # (n,)
-        samples: Number of samples that are kept.
+        samples: Largest number of samples to return.
     """
     if len(t) <= samples:
         return t, values
@@ -32,14 +32,14 @@ def thin(t: np.ndarray, values: np.ndarray, samples: int = LINE_SAMPLES) -> tupl
 
 
 def merge(rows: Iterable[list[Interval]], bars: int = BARS) -> tuple[list[list[Interval]], float]:
-    """Join intervals of the same status that are close together until there are few enough.
+    """Merge neighbouring intervals of the same status until at most `bars` are left.
 
     Args:
-        rows: Intervals of each row, by their starts.
-        bars: Number of intervals that are kept in all rows together.
+        rows: Intervals of each row.
+        bars: Number of intervals to keep in all rows together.
 
     Returns:
-        The intervals of each row, and the largest gap that was closed [s].
+        The intervals of each row, and the largest gap between merged intervals [s].
     """
     kept, gap = [sorted(row) for row in rows], 0.0
     while sum(map(len, kept)) > max(bars, len(kept) * 10):

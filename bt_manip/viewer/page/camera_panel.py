@@ -1,4 +1,4 @@
-"""The picture of a camera of the cell, over the scene."""
+"""Camera image over the scene."""
 
 import base64
 import io
@@ -12,52 +12,51 @@ from bt_manip.runner import Run, Station
 from .panel import Panel, message_html
 
 NO_CAMERA = "none"
-"""Choice of no camera."""
+"""Option for no camera."""
 
 PICTURE_SIZE = (320, 200)
-"""Width and height [pixels]."""
+"""Width and height of the image [pixels]."""
 
 PICTURE_PERIOD = 0.25
-"""Wall time between two pictures [s]."""
+"""Wall time between two images [s]."""
 
 PICTURE_SHARE = 0.05
-"""Largest share of wall time that pictures take: where they are slow, there are fewer of them."""
+"""Largest share of wall time spent on rendering; slow rendering lowers the rate."""
 
 LONGEST_WAIT = 2.0
-"""Longest wall time between two pictures [s]."""
+"""Longest wall time between two images [s]."""
 
 
 class CameraPanel(Panel):
-    """Renders the chosen camera between two ticks, while any browser shows the page.
+    """Renders the selected camera between two ticks, while any browser shows the page.
 
-    OpenGL's context belongs to the thread of the run, which also changes the state.
+    The OpenGL context belongs to the thread of the run.
     """
 
     place = "over"
     needs_run = True
 
     def __init__(self, page: Any) -> None:
-        """Add its inputs to the current container."""
         self._page = page
-        hint = "Shows the picture of a camera, a few times a second"
+        hint = "Shows the image of a camera, a few times a second"
         self._choice = page.gui.add_dropdown("Camera", (NO_CAMERA,), hint=hint)
         self._picture = page.gui.add("picture", source="")
         self._message = page.gui.add_html("")
         self._renderer: FrameRenderer | None = None
         self._cell: Any = None
-        self._model: Any = None  # whose cameras can be chosen
+        self._model: Any = None  # whose cameras are offered
         self._next = 0.0
 
     def start(self, run: Run) -> None:
-        """Show cameras of the run's cell."""
+        """Offer the cameras of the run's cell."""
         self._cell = run.station.cell
 
     def begin_idle(self, station: Station) -> None:
-        """Show cameras of the cell between runs, too."""
+        """Offer the cameras of the cell between runs."""
         self._cell = station.cell
 
     def end_tick(self) -> None:
-        """Render if it is time."""
+        """Render the next image if it is due."""
         if self._choice.value == NO_CAMERA or not self._page.is_open:
             self.close()
         elif (before := time.perf_counter()) >= self._next:
@@ -67,11 +66,11 @@ class CameraPanel(Panel):
             self._next = before + wait
 
     def idle_tick(self) -> None:
-        """Do the same between runs."""
+        """Render the next image between runs if it is due."""
         self.end_tick()
 
     def draw(self) -> None:
-        """List the cameras, and show the first picture also where the run is paused."""
+        """Update the list of cameras; render the first image even if the run is paused."""
         if self._cell is None:
             return
         model = self._cell.model
@@ -101,7 +100,7 @@ class CameraPanel(Panel):
                 self.close()
                 self._renderer = FrameRenderer(model, *PICTURE_SIZE, shadow_size=0, samples=0)
             image = Image.fromarray(self._renderer.frame(self._cell.data, number))
-        except BtManipError as error:  # the camera has gone, or there is no OpenGL
+        except BtManipError as error:  # the camera was removed, or there is no OpenGL
             self._choice.value = NO_CAMERA
             self._message.content = message_html(str(error), error=True)
             return

@@ -1,4 +1,4 @@
-"""The controls of a run: pause, step, speed, stop."""
+"""Controls of a run: pause, step, speed, stop."""
 
 import math
 import threading
@@ -12,10 +12,10 @@ from .gui import Gui
 from .panel import Panel
 
 SPEEDS = {"1/10": 0.1, "1/4": 0.25, "1/2": 0.5, "1": 1.0, "2": 2.0, "5": 5.0}
-"""Choices of the speed: simulated seconds per second of wall time."""
+"""Options of the speed: simulated seconds per second of wall time."""
 
 UNLIMITED = "as fast as possible"
-"""Choice of no limit of the speed."""
+"""Option for no speed limit."""
 
 PAUSE_POLL = 0.05
 """Wall time between two checks of a paused run [s]."""
@@ -24,34 +24,32 @@ PAUSE_POLL = 0.05
 class Controls(Panel):
     """Pauses, steps, slows down and stops a run.
 
-    The callbacks of the inputs only set what the thread of the run reads between two ticks.
+    Callbacks of the inputs only set attributes that the thread of the run reads between ticks.
+
+    Args:
+        gui: The inputs of the page.
+        speed: Initial speed, simulated seconds per second of wall time; None: no limit.
 
     Attributes:
         paused: Whether the run waits before its next tick.
-        stopped: Whether the run has to end.
+        stopped: Whether the run shall end.
         breakpoints: Paths of the nodes at whose start the run pauses.
         task: Name of the tree.
+
+    Raises:
+        BtManipError: If the speed is not a positive number.
     """
 
     texts = ("running", "Continue")
-    """The state that is shown while time goes on, and the label of the button when it is paused."""
+    """State shown while time advances, and label of the button when paused."""
 
     def __init__(self, gui: Gui, speed: float | None) -> None:
-        """Add the inputs to the current container.
-
-        Args:
-            gui: The inputs of the page.
-            speed: Simulated seconds per second of wall time at first; None is without limit.
-
-        Raises:
-            BtManipError: If the speed is not a positive number.
-        """
         if speed is not None and not 0.0 < speed < math.inf:
             raise BtManipError(f"the speed must be a positive number, got {speed:g}")
         self.paused = self.stopped = False
         self.breakpoints: frozenset[str] = frozenset()
         self.task = ""
-        self._broken = ""  # path of the node at which the run has paused
+        self._broken = ""  # path of the node whose breakpoint paused the run
         self._steps = 0
         self._changed = threading.Event()
         self._state = self._cycle = self._note = ""
@@ -81,13 +79,13 @@ class Controls(Panel):
 
     @property
     def time(self) -> float:
-        """The simulated time that is shown; that of a run stands still after its end [s]."""
+        """The displayed simulated time; it stops at the end of a run [s]."""
         if self._end_time is not None:
             return self._end_time
         return 0.0 if self._cell is None else float(self._cell.time)
 
     def start(self, run: Run) -> None:
-        """Let the run end when it is stopped here."""
+        """Enable the controls, and end the run when Stop is pressed."""
         self._run, self._cell, self._end_time = run, run.station.cell, None
         request = run.request
         self._note = f"{request.robot} in {request.scene}, seed {request.seed}"
@@ -98,7 +96,7 @@ class Controls(Panel):
         self._pacing.start(run.station.cell.time)
 
     def wait(self, refresh: Callable[[], None]) -> None:
-        """Return when the next tick is due: simulated time stands still meanwhile.
+        """Block until the next tick is due.
 
         Args:
             refresh: Called regularly while the run is paused.
@@ -115,16 +113,16 @@ class Controls(Panel):
             self._pacing.start(self._run.station.cell.time)
 
     def take_step(self) -> bool:
-        """Return whether a single tick was asked for, once for each."""
+        """Return whether a single tick was requested; consume one request."""
         self._steps, wanted = max(self._steps - 1, 0), self._steps > 0
         return wanted
 
     def reset(self) -> None:
-        """Forget the cycle."""
+        """Clear the cycle."""
         self._state = self._cycle = ""
 
     def handle(self, event: RunEvent) -> None:
-        """Pause at a breakpoint; keep the cycle."""
+        """Pause at a breakpoint; store the cycle."""
         data = event.data
         if event.kind == "cycle":
             self._cycle = f"cycle {data['cycle'] + 1}"
@@ -134,7 +132,7 @@ class Controls(Panel):
                 self.paused, self._broken = True, data["path"]
 
     def end_tick(self) -> None:
-        """Keep the chosen speed."""
+        """Wait as the selected speed requires."""
         speed = self._speed
         if speed is not self._pacing.factor:
             self._pacing = Pacing(speed)
@@ -150,7 +148,7 @@ class Controls(Panel):
             control.disabled = True
 
     def begin_idle(self, station: Station) -> None:
-        """Show the time of the cell, and no controls that are for a run."""
+        """Show the time of the cell; hide the controls of a run."""
         if station.cell is not self._cell:
             self._cell, self._cycle, self._state = station.cell, "", "ready"
             self._end_time, self._note = None, ""
@@ -158,7 +156,7 @@ class Controls(Panel):
             control.visible = False
 
     def show_ready(self) -> None:
-        """Show that the tree can be run."""
+        """Show that the tree is ready to run."""
         self._state = "ready"
 
     def draw(self) -> None:

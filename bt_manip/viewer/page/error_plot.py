@@ -1,4 +1,4 @@
-"""A plot of the tracking errors of the arms."""
+"""Plot of the tracking errors of the arms."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -9,7 +9,7 @@ from .gui import rows_of
 from .panel import Panel
 
 PLOT_SAMPLES = 1000
-"""Number of ticks that are shown."""
+"""Number of plotted ticks."""
 
 LINE_COLOURS = ("#1971c2", "#e67700", "#2b8a3e", "#9c36b5")
 """Colours of the robots."""
@@ -19,7 +19,6 @@ class ErrorPlot(Panel):
     """Plots the largest joint tracking error of each robot after each tick."""
 
     def __init__(self, page: Any) -> None:
-        """Keep the container; the plot is added when the robots are known."""
         self._gui = page.gui
         self._container = page.gui.add_folder("")
         self._plot: Any = None
@@ -35,7 +34,7 @@ class ErrorPlot(Panel):
     def sample(
         self, times: np.ndarray, joints: Mapping[str, tuple[np.ndarray, np.ndarray]]
     ) -> None:
-        """Sample the errors; the first sample of other robots makes another plot."""
+        """Add the errors; a change of robots starts a new plot."""
         if list(joints) != self._names:
             self._names = list(joints)
             self._new.clear()

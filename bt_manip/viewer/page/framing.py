@@ -1,4 +1,4 @@
-"""The cameras of the browsers: each shows robots, objects and containers, whatever its size."""
+"""Viewpoints of the browsers, which frame robots, objects and containers."""
 
 import time
 from collections import deque
@@ -11,50 +11,49 @@ from bt_manip.cell import OVERVIEW, WORLD, SceneSource, VisualShape
 from bt_manip.viewer.window import FREE_CAMERA
 
 NOT_FRAMED = (WORLD, "table")
-"""Entities that need not be seen whole."""
+"""Entities that may extend beyond the image."""
 
 FRAMED_SHARE = 0.86
-"""Part of width and height that is filled: the arms move."""
+"""Share of width and height to fill; the rest is margin for moving arms."""
 
 FIRST_ASPECT = 1.4
-"""Width by height of the picture of a browser that has not said its size yet."""
+"""Aspect ratio (width by height) until a browser reports its size."""
 
 FOV = np.deg2rad(45.0)
-"""Vertical field of view where there is no camera `OVERVIEW` [rad]."""
+"""Vertical field of view without a camera `OVERVIEW` [rad]."""
 
 PERIOD = 1.0
-"""Wall time between two looks whether all is seen [s]."""
+"""Wall time between two checks of the visibility [s]."""
 
 SAME = 1e-3
-"""Largest difference of coordinates of one position [m]."""
+"""Largest difference of coordinates that count as equal [m]."""
 
 MAX_FRAMED_POINTS = 20_000
-"""Number of points that are framed: those of now, and of where arms have been."""
+"""Largest number of framed points, present and past."""
 
 UP = np.array([0.0, 0.0, 1.0])
 
 
 class Framing:
-    """Places the cameras, until somebody moves one: from then on it is left as it is."""
+    """Places the camera of each browser, until its user moves it.
+
+    Args:
+        server: The ``viser.ViserServer``.
+    """
 
     def __init__(self, server: Any) -> None:
-        """Frame nothing yet.
-
-        Args:
-            server: The ``viser.ViserServer``.
-        """
         self._server = server
         self._points = np.empty((0, 3))
         self._axes, self._fov = np.eye(3), float(FOV)
         self._corners: dict[str, np.ndarray] = {}  # of the boxes around shapes, by body
         self._cameras: dict[int, _Camera] = {}  # by client
-        self._own: deque[np.ndarray] = deque(maxlen=100)  # latest positions chosen here
+        self._own: deque[np.ndarray] = deque(maxlen=100)  # latest positions set by this class
         self._next = 0.0
         server.on_client_connect(self._connected)
         server.on_client_disconnect(lambda client: self._cameras.pop(client.client_id, None))
 
     def show(self, source: SceneSource, entities: dict[str, dict[str, list[VisualShape]]]) -> None:
-        """Frame a scene.
+        """Frame all entities of a scene.
 
         Args:
             source: The scene, in its present state.
@@ -76,7 +75,7 @@ class Framing:
         self._bring_back(self._points)
 
     def update(self, source: SceneSource) -> None:
-        """Move the cameras back where arms or objects have left a picture, at most once a second.
+        """Move back cameras whose image some arm or object has left, at most once a second.
 
         Args:
             source: The scene, in its present state.
@@ -90,7 +89,7 @@ class Framing:
     # Internal
 
     def _now(self, source: SceneSource) -> np.ndarray:
-        """Return the corners of all boxes as they are now."""  # (n, 3)
+        """Return the present corners of all boxes in the world [m]."""  # (n, 3)
         poses = dict(zip(source.frames, source.poses(), strict=True))
         found = [
             rotated(poses[body][3:], corners) + poses[body][:3]
@@ -100,9 +99,9 @@ class Framing:
         return np.concatenate(found) if found else np.empty((0, 3))
 
     def _placed(self, aspect: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return the nearest position from which all points are seen, and a point to look at.
+        """Return the nearest position that shows all points, and the point to look at [m].
 
-        The distances of the points to the four planes of the pyramid of view are linear in the
+        The distances of the points to the four planes of the view frustum are linear in the
         position: opposite planes give it sideways, the narrower pair gives its depth.
         """
         if not len(self._points):
@@ -119,7 +118,7 @@ class Framing:
         return position, position + (forward.mean() - depth) * self._axes[:, 2]
 
     def _bring_back(self, points: np.ndarray) -> None:
-        """Move the cameras that do not see some points, so that they see the earlier ones, too."""
+        """Move cameras that miss some of the points, so that they also show the earlier ones."""
         lost = [
             (client, camera)
             for client in self._server.get_clients().values()
@@ -132,7 +131,7 @@ class Framing:
             self._place(client, camera)
 
     def _place(self, client: Any, camera: "_Camera") -> None:
-        """Move the camera of a client, unless somebody has moved it."""
+        """Place the camera of a client, unless its user has moved it."""
         if camera.moved or not len(self._points):
             return
         position, look_at = self._placed(client.camera.aspect)
@@ -169,8 +168,8 @@ class _Camera:
 
     Attributes:
         first: Its position when the client connected.
-        position: The last position that was chosen here.
-        moved: Whether somebody has moved it.
+        position: The last position set by `Framing`.
+        moved: Whether the user has moved it.
     """
 
     def __init__(self, first: np.ndarray) -> None:
@@ -179,7 +178,7 @@ class _Camera:
 
 
 def _line_of_sight(source: SceneSource) -> tuple[np.ndarray, float]:
-    """Return the axes of the camera as columns (right, up, forward), and its field of view."""
+    """Return the axes of the view as columns (right, up, forward), and its field of view [rad]."""
     for camera in source.cameras:
         if camera.name == OVERVIEW:
             pose = source.poses()[list(source.frames).index(camera.frame)]
@@ -194,13 +193,13 @@ def _line_of_sight(source: SceneSource) -> tuple[np.ndarray, float]:
 
 def _axes(forward: np.ndarray) -> np.ndarray:
     """Return the axes of a camera without roll, as columns."""  # (3, 3)
-    right = np.cross(forward, UP + (1e-6, 0.0, 0.0))  # not zero where it looks straight down
+    right = np.cross(forward, UP + (1e-6, 0.0, 0.0))  # not zero when looking straight down
     right /= np.linalg.norm(right)
     return np.column_stack([right, np.cross(right, forward), forward])
 
 
 def rotated(quat_wxyz: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Return points rotated by a quaternion."""  # (n, 3)
+    """Rotate points by a quaternion."""  # (n, 3)
     w, axis = quat_wxyz[0], np.broadcast_to(quat_wxyz[1:], points.shape)
     twice = 2.0 * np.cross(axis, points)
     rotated: np.ndarray = points + w * twice + np.cross(axis, twice)

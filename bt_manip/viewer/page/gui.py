@@ -1,17 +1,16 @@
-"""The inputs and texts of the page: their state, and its changes as messages for browsers."""
+"""Inputs and texts of the page: their state, and messages about its changes for browsers."""
 
-import contextlib
 import math
 import threading
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple
 
 LONGEST_TEXT = 10_000
-"""Characters of a text that is typed on a page."""
+"""Largest number of characters of an entered text."""
 
 
 class GuiEvent(NamedTuple):
-    """Somebody has used an element in a browser."""
+    """Use of an element in a browser."""
 
     target: "GuiElement"
     value: Any
@@ -20,12 +19,11 @@ class GuiEvent(NamedTuple):
 class GuiElement:
     """An element of the page.
 
-    Its properties are attributes. Setting one shows the new value in all browsers at the next
-    update of the page. As a context, a container takes the elements that are added meanwhile.
+    Its properties are attributes; setting one changes it in all browsers at the next update of the
+    page. In the ``with`` block of a container, new elements are added to it. `Gui` makes elements.
     """
 
     def __init__(self, gui: "Gui", uid: int, kind: str, parent: int, props: dict[str, Any]) -> None:
-        """Keep the properties; `Gui` makes elements."""
         vars(self).update(_gui=gui, uid=uid, kind=kind, parent=parent, props=props, _calls={})
 
     def __getattr__(self, name: str) -> Any:
@@ -42,7 +40,7 @@ class GuiElement:
         self._gui._set(self, name, value)
 
     def __enter__(self) -> "GuiElement":
-        """Take the elements that are added from now on."""
+        """Enter the container: further elements are added to it."""
         self._gui._stack.append(self.uid)
         return self
 
@@ -51,11 +49,11 @@ class GuiElement:
         self._gui._stack.pop()
 
     def merge(self, name: str, values: dict[str, Any]) -> None:
-        """Set some entries of a property that is a dict; only these are sent."""
+        """Update entries of a property that is a dict; only these are sent."""
         self._gui._merge(self, name, values)
 
     def append(self, name: str, values: Sequence[Any], keep: int) -> None:
-        """Append to a property that is a list, of which the latest values are kept."""
+        """Append to a property that is a list, and keep its latest `keep` values."""
         self._gui._append(self, name, values, keep)
 
     def on(self, event: str, call: Callable[[GuiEvent], None], accepts: Any = None) -> None:
@@ -63,25 +61,25 @@ class GuiElement:
 
         Args:
             event: The kind.
-            call: Called by the server's thread: it should only set what other threads read.
-            accepts: Says of the value of an event whether it is valid; None: it needs no value.
+            call: Called by the thread of the server; it should only set values for other threads.
+            accepts: Returns whether the value of an event is valid; None: the event has no value.
         """
         self._calls.setdefault(event, []).append((call, accepts or (lambda value: value is None)))
 
     def on_click(self, call: Callable[[GuiEvent], None]) -> None:
-        """Call a function at each click; of a group, the value is the label of the button."""
+        """Call a function at each click; in a group, the value is the label of the button."""
         self.on("click", call, self._is_option if "options" in self.props else None)
 
     def on_update(self, call: Callable[[GuiEvent], None]) -> None:
-        """Call a function when somebody has changed the value in a browser."""
+        """Call a function when the value is changed in a browser."""
         self._calls.setdefault("value", []).append((call, self.accepts))
 
     def remove(self) -> None:
-        """Remove it with all that it contains."""
+        """Remove the element and its content."""
         self._gui._remove(self)
 
     def accepts(self, value: Any) -> bool:
-        """Return whether a value is one that a browser may set."""
+        """Return whether a browser may set a value."""
         props = self.props
         if "value" not in props:
             return False
@@ -106,29 +104,27 @@ def is_number(value: Any) -> bool:
 
 
 class Gui:
-    """The elements of a page, which all its browsers show.
+    """The elements of a page, common to all its browsers.
 
     Any thread may add, change and remove elements. `flush` returns the changes since its last call
-    as one message, `snapshot` also one with all elements.
+    as one message; `snapshot` returns them with a message about all elements.
     """
 
     def __init__(self) -> None:
-        """Start without elements."""
         self._lock = threading.RLock()
         self._elements: dict[int, GuiElement] = {}
         self._stack = [0]
         self._last = 0
         self._new: set[int] = set()
         self._gone: list[int] = []
-        self._sets: dict[int, dict[str, Any]] = {}
-        self._merges: dict[tuple[int, str], dict[str, Any]] = {}
-        self._appends: dict[tuple[int, str], tuple[list[Any], int]] = {}
+        # By uid and property: None to set it, else the kind of the change and its arguments.
+        self._changes: dict[tuple[int, str], tuple[Any, ...] | None] = {}
 
     def add(self, kind: str, **props: Any) -> GuiElement:
         """Add an element to the current container.
 
         Args:
-            kind: Its kind, which the script of the page draws.
+            kind: Its kind, known to the script of the page.
             props: Its properties.
         """
         with self._lock:
@@ -140,21 +136,21 @@ class Gui:
             return element
 
     def add_html(self, content: str) -> GuiElement:
-        """Add HTML, in which text has to be escaped, as ``content``."""
+        """Add HTML, the property ``content``; the caller escapes texts in it."""
         return self.add("html", content=content)
 
     def add_button(self, label: str, *, hint: str = "", style: str = "") -> GuiElement:
         """Add a button.
 
         Args:
-            label: What it does.
-            hint: Shown where the mouse rests on it.
-            style: ``primary`` for the main action, ``danger`` for one that ends something.
+            label: Its text.
+            hint: Tooltip.
+            style: ``primary`` for the main action, ``danger`` for a destructive one.
         """
         return self.add("button", label=label, hint=hint, style=style)
 
     def add_button_group(self, label: str, options: Sequence[str], *, hint: str = "") -> GuiElement:
-        """Add buttons in a row; an event has the label of the button as value."""
+        """Add a row of buttons; the value of an event is the label of its button."""
         return self.add("button_group", label=label, options=tuple(options), hint=hint)
 
     def add_checkbox(self, label: str, value: bool, *, hint: str = "") -> GuiElement:
@@ -169,7 +165,7 @@ class Gui:
         initial_value: str | None = None,
         hint: str = "",
     ) -> GuiElement:
-        """Add a choice of one of several texts, at first the first one."""
+        """Add a dropdown list; default: its first option."""
         first = options[0] if initial_value is None else initial_value
         return self.add("dropdown", label=label, options=tuple(options), value=first, hint=hint)
 
@@ -183,41 +179,43 @@ class Gui:
         self, label: str, value: float, *, low: float | None = None, high: float | None = None,
         step: float | None = None, disabled: bool = False, hint: str = "",
     ) -> GuiElement:  # fmt: skip
-        """Add a field for a number, within limits if there are any."""
+        """Add an input for a number, with optional limits."""
         return self.add(
             "number", label=label, value=value, min=low, max=high, step=step, disabled=disabled,
             hint=hint,
         )  # fmt: skip
 
     def add_text(self, label: str, value: str, *, hint: str = "") -> GuiElement:
-        """Add a field for a line of text."""
+        """Add an input for a line of text."""
         return self.add("text", label=label, value=value, hint=hint)
 
     def add_plot(self, label: str, unit: str, names: Sequence[str]) -> GuiElement:
-        """Add a plot of lines over time; rows of ``samples`` have the time and a value of each."""
+        """Add a line plot; each row of ``samples`` has the time and a value for each line."""
         return self.add("plot", label=label, unit=unit, names=tuple(names), samples=[])
 
     def add_folder(self, label: str) -> GuiElement:
-        """Add a container that can be folded; without a label, one that cannot."""
+        """Add a container, collapsible if it has a label."""
         return self.add("folder", label=label)
 
     def flush(self) -> bytes | None:
-        """Return the changes since the last call as JSON; None if there are none."""
-        import msgspec  # of the extra 'view': plugins load this module without it
+        """Return the changes since the last call as JSON, or None without changes."""
+        import msgspec  # in the extra 'view', which loading this module does not need
 
         with self._lock:
             new = [e for uid in sorted(self._new) if (e := self._elements.get(uid)) is not None]
-            changes: list[Any] = [["remove", uid] for uid in self._gone]
-            changes += map(_description, new)
-            changes += [["set", *one] for one in self._sets.items()]
-            changes += [["merge", *key, values] for key, values in self._merges.items()]
-            changes += [["append", *key, *one] for key, one in self._appends.items()]
-            for pending in (self._new, self._gone, self._sets, self._merges, self._appends):
+            message: list[Any] = [["remove", uid] for uid in self._gone]
+            message += map(_description, new)
+            for (uid, name), change in self._changes.items():
+                if change is None:
+                    message.append(["set", uid, {name: self._elements[uid].props[name]}])
+                else:
+                    message.append([change[0], uid, name, *change[1:]])
+            for pending in (self._new, self._gone, self._changes):
                 pending.clear()
-            return msgspec.json.encode(changes) if changes else None
+            return msgspec.json.encode(message) if message else None
 
     def snapshot(self) -> tuple[bytes | None, bytes]:
-        """Return the changes for browsers that have been here, and all elements for a new one."""
+        """Return the changes for connected browsers, and all elements for a new one."""
         import msgspec
 
         with self._lock:
@@ -225,7 +223,7 @@ class Gui:
             return self.flush(), msgspec.json.encode(elements)
 
     def receive(self, data: Any) -> bool:
-        """Take a message of a browser; return whether it was valid. Others have no effect."""
+        """Process a browser's message; return whether it was valid. Invalid ones have no effect."""
         import msgspec
 
         try:
@@ -250,34 +248,30 @@ class Gui:
 
     # For elements
 
-    @contextlib.contextmanager
-    def _changing(self, element: GuiElement) -> Iterator[bool]:
-        """Hold the lock; give whether browsers have the element already."""
-        with self._lock:
-            yield element.uid not in self._new and element.uid in self._elements
+    def _change(self, element: GuiElement, name: str, value: Any, *change: Any) -> None:
+        """Set a property, for browsers by a smaller change unless they wait for all of it."""
+        key = element.uid, name
+        element.props[name] = value
+        if element.uid not in self._new and element.uid in self._elements:
+            if not change or self._changes.get(key, change) is not None:
+                self._changes[key] = change or None
 
     def _set(self, element: GuiElement, name: str, value: Any) -> None:
-        with self._changing(element) as known:
-            if element.props[name] == value:
-                return
-            element.props[name] = value
-            if known:
-                self._merges.pop((element.uid, name), None)
-                self._appends.pop((element.uid, name), None)
-                self._sets.setdefault(element.uid, {})[name] = value
+        with self._lock:
+            if element.props[name] != value:
+                self._change(element, name, value)
 
     def _merge(self, element: GuiElement, name: str, values: dict[str, Any]) -> None:
-        with self._changing(element) as known:
-            element.props[name].update(values)
-            if known:
-                self._merges.setdefault((element.uid, name), {}).update(values)
+        with self._lock:
+            _, waiting = self._changes.get((element.uid, name)) or ("merge", {})
+            merged = {**element.props[name], **values}
+            self._change(element, name, merged, "merge", {**waiting, **values})
 
     def _append(self, element: GuiElement, name: str, values: Sequence[Any], keep: int) -> None:
-        with self._changing(element) as known:
-            element.props[name] = [*element.props[name], *values][-keep:]
-            if known:
-                waiting, _ = self._appends.get((element.uid, name), ([], keep))
-                self._appends[element.uid, name] = [*waiting, *values][-keep:], keep
+        with self._lock:
+            _, waiting, _ = self._changes.get((element.uid, name)) or ("append", [], keep)
+            appended = [*element.props[name], *values][-keep:]
+            self._change(element, name, appended, "append", [*waiting, *values][-keep:], keep)
 
     def _remove(self, element: GuiElement) -> None:
         with self._lock:
@@ -289,10 +283,8 @@ class Gui:
                 self._new.discard(element.uid)
             else:
                 self._gone.append(element.uid)
-            self._sets.pop(element.uid, None)
-            for pending in (self._merges, self._appends):
-                for key in [key for key in pending if key[0] == element.uid]:
-                    del pending[key]
+            for key in [key for key in self._changes if key[0] == element.uid]:
+                del self._changes[key]
 
 
 def _description(element: GuiElement) -> list[Any]:
@@ -300,5 +292,5 @@ def _description(element: GuiElement) -> list[Any]:
 
 
 def rows_of(values: Iterable[Iterable[float]]) -> list[list[float]]:
-    """Return rows of numbers for a plot, rounded to what can be seen."""
+    """Return rows of numbers for a plot, rounded to six digits."""
     return [[float(f"{value:.6g}") for value in row] for row in values]

@@ -1,4 +1,4 @@
-"""Jogging: joint sliders, a handle at the tool, the gripper, and saved configurations."""
+"""Jogging: joint sliders, tool handle, gripper, and saved configurations."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -15,37 +15,35 @@ from bt_manip.runner import CommandedRobot, Run, Station
 from .panel import HANDLE_SIZE, Panel, message_html
 
 JOG_SPEED = 0.25
-"""Speed of jogging, as a fraction of what the limits allow."""
+"""Speed of jogging, as a fraction of the limits."""
 
 GRIP_FORCE = 50.0
-"""Largest force with which Close grips [N]: the default of CloseGripper."""
+"""Largest force of the button Close [N], the default of CloseGripper."""
 
 SLIDER_STEP = 1e-3
 """Step of the joint sliders [rad] or [m]."""
 
 EDITING = 1.0
-"""Wall time after its last change in which a slider does not follow the joint [s]."""
+"""Wall time after a change during which a slider does not follow its joint [s]."""
 
 Save = Callable[[str, Sequence[float]], str]
 
 
 class JogPanel(Panel):
-    """Moves the arms when no tree runs, and shows their joints at all times.
+    """Moves the arms while no tree runs, and always shows their joint positions.
 
-    The callbacks of its inputs only leave requests, of which the thread of the cell takes the last
-    one of each input between two ticks.
+    Callbacks of the inputs only store requests. Between two ticks, the thread of the cell executes
+    the last request of each input.
+
+    Args:
+        page: The page.
+        save: Saves a configuration under a name; returns a message.
 
     Attributes:
-        moved: Whether an arm or a gripper has been moved here since the last run or reset.
+        moved: Whether an arm or gripper has been jogged since the last run or reset.
     """
 
     def __init__(self, page: Any, save: Save) -> None:
-        """Keep the container.
-
-        Args:
-            page: The page.
-            save: Saves a configuration by its name; returns a line about it.
-        """
         self.moved = False
         self._page, self._save = page, save
         self._message = page.gui.add_html("")
@@ -54,26 +52,26 @@ class JogPanel(Panel):
         self._station: Any = None
 
     def start(self, run: Run) -> None:
-        """Only follow the joints."""
+        """Disable the inputs, which still follow the joints."""
         self._bind(run.station, active=False)
 
     def begin_idle(self, station: Station) -> None:
-        """Let the arms be moved."""
+        """Enable jogging."""
         self._bind(station, active=True)
         self.moved = False
 
     def idle_tick(self) -> None:
-        """Start the motions that were asked for."""
+        """Start the requested motions."""
         for robot in self._robots:
             for key in list(robot.requests):
                 try:
                     self._tell(robot.requests.pop(key)())
                     self.moved |= key != "save"
-                except (BtManipError, TypeError, ValueError) as error:  # also of no numbers
+                except (BtManipError, TypeError, ValueError) as error:  # also if not numbers
                     self._tell(str(error), error=True)
 
     def draw(self) -> None:
-        """Let sliders and handles follow the arms."""
+        """Update sliders and handles to the arms."""
         with self._page.server.atomic():
             for robot in self._robots:
                 robot.follow()
@@ -81,7 +79,7 @@ class JogPanel(Panel):
     # Internal
 
     def _bind(self, station: Station, *, active: bool) -> None:
-        """Show the inputs of the station's robots; allow, or forbid, to move the arms."""
+        """Show the inputs of the station's robots; enable or disable jogging."""
         if station is not self._station:
             self._station = station
             for old in self._robots:
@@ -102,7 +100,7 @@ class _RobotJog:
     """The inputs of one robot.
 
     Attributes:
-        requests: What was asked for since the last tick, by input; each returns a line about it.
+        requests: Requests since the last tick, by input; each call returns a message.
     """
 
     def __init__(self, page: Any, robot: CommandedRobot, save: Save) -> None:
@@ -147,7 +145,7 @@ class _RobotJog:
         self._handle.remove()
 
     def set_active(self, active: bool) -> None:
-        """Allow, or forbid, to move the arm."""
+        """Enable or disable jogging."""
         self.requests.clear()
         self._dragging = False
         self._edited[:] = -np.inf
@@ -157,7 +155,7 @@ class _RobotJog:
             one.visible = active
 
     def follow(self) -> None:
-        """Show the present configuration, except in edited fields."""
+        """Show the present configuration, except in inputs that are being edited."""
         idle = time.monotonic() - self._edited > EDITING
         if self._arm.busy:
             idle &= np.isneginf(self._edited)
@@ -232,7 +230,7 @@ class _RobotJog:
 
 
 class _NoDetour:
-    """A planner without paths: jogging follows the straight joint-space segment or is refused."""
+    """A planner that finds no paths: jogging takes the straight joint-space segment or fails."""
 
     def plan(self, problem: PlanningProblem) -> PlanningResult:
         """Return no path."""

@@ -1,4 +1,4 @@
-"""Lines in the scene: segments that come and go, and the grasps that a planner has checked."""
+"""Lines in the scene: line segments, and outlines of checked grasps."""
 
 from typing import Any
 
@@ -12,45 +12,44 @@ THICKNESS = 4.0
 """Thickness of lines [pixels]."""
 
 GRASP_THICKNESS = {"chosen": 8.0, "clear": 3.0, "blocked": 3.0}
-"""Thickness of the lines of grasps [pixels]: several may be at the same pose."""
+"""Thickness of the lines of grasps [pixels], different because grasps may coincide."""
 
 NO_LINES = np.empty((0, 2, 3))
 
 NO_POSE = pin.SE3.Identity()
 
 GRASP_COLOURS = {"chosen": (47, 158, 68), "clear": (240, 140, 0), "blocked": (224, 49, 49)}
-"""Colours of the chosen grasp, of others with clearance, and of those without."""
+"""Colours of the chosen grasp, and of other grasps with and without clearance."""
 
 FINGER, STEM = 0.03, 0.06
 """Lengths of the lines of a grasp along the approach direction [m]."""
 
 SAME_POSE = 1e-4
-"""Motion of an object up to which its grasps are not drawn again [m] and [rad]."""
+"""Motion of an object below which its grasps are not redrawn [m] and [rad]."""
 
 
 class Lines:
-    """Line segments of one colour, which are in the scene while there are any."""
+    """Line segments of one colour in the scene.
+
+    Args:
+        scene: Viser's scene.
+        name: Name of the scene node.
+        colour: Red, green and blue, from 0 to 255.
+        thickness: Line width [pixels].
+    """
 
     def __init__(
         self, scene: Any, name: str, colour: tuple[int, ...], thickness: float = THICKNESS
     ) -> None:
-        """Draw none yet.
-
-        Args:
-            scene: Viser's scene.
-            name: Name of their node.
-            colour: Red, green and blue, from 0 to 255.
-            thickness: Their thickness [pixels].
-        """
         self._scene, self._name = scene, name
         self._colour, self._thickness = colour, thickness
         self.handle: Any = None
 
     def show(self, segments: np.ndarray) -> None:
-        """Draw these segments in place of those before.
+        """Replace the drawn segments; none removes the node.
 
         Args:
-            segments: Both ends of each [m].  # (n, 2, 3)
+            segments: Ends of the segments [m].  # (n, 2, 3)
         """
         if not len(segments):
             if self.handle is not None:
@@ -66,18 +65,16 @@ class Lines:
 
 
 class GraspLines:
-    """Draws grasps as a gripper's outline: fingers at the gripped width, and where they come from.
+    """Draws grasps as gripper outlines: fingers at the gripped width and the approach direction.
 
-    They are drawn at the present pose of the object.
+    Grasps move with their object.
+
+    Args:
+        scene: Viser's scene.
+        robot: Name of the robot.
     """
 
     def __init__(self, scene: Any, robot: str) -> None:
-        """Draw none yet.
-
-        Args:
-            scene: Viser's scene.
-            robot: Name of the robot.
-        """
         self._lines = {
             kind: Lines(scene, f"/grasps of {robot}/{kind}", colour, GRASP_THICKNESS[kind])
             for kind, colour in GRASP_COLOURS.items()
@@ -86,11 +83,11 @@ class GraspLines:
         self._T_wo = NO_POSE
 
     def show(self, checked: CheckedGrasps | None, T_wo: pin.SE3 = NO_POSE) -> None:
-        """Draw the grasps of a search; None draws nothing.
+        """Draw checked grasps, or none.
 
         Args:
             checked: The grasps.
-            T_wo: Pose of their object.
+            T_wo: Pose of the object in the world.
         """
         if checked is self._drawn and (
             checked is None or self._T_wo.actInv(T_wo).isIdentity(SAME_POSE)
@@ -110,7 +107,7 @@ class GraspLines:
 
 
 def _outline(grasp: GraspCandidate, closing: np.ndarray | None, T_wo: pin.SE3) -> np.ndarray:
-    """Return the lines of a grasp in the world."""  # (n, 2, 3)
+    """Return the lines of a grasp in the world [m]."""  # (n, 2, 3)
     z, side = np.array([0.0, 0.0, 1.0]), np.zeros(3)
     if closing is not None:
         side = 0.5 * grasp.width * closing

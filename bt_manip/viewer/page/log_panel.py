@@ -1,4 +1,4 @@
-"""The log of a run in words, and its blackboard."""
+"""The log of a run, and its blackboard."""
 
 from typing import Any
 
@@ -7,43 +7,42 @@ from bt_manip.runner import RunEvent, log_line
 from .panel import Panel
 
 LINES = 2000
-"""Number of lines of the log that are kept."""
+"""Largest number of lines of the log."""
 
 SHOWN_CHARACTERS = 200
-"""Number of characters of a value that are shown."""
+"""Largest number of characters of a value."""
 
 REPEATED = 0.05
-"""Time after which a leaf may say the same once more [s]."""
+"""Simulated time after which a leaf may repeat a line [s]."""
 
 LEVELS = {"INFO": "info", "WARNING": "warning", "ERROR": "error"}
 
 
 class LogPanel(Panel):
-    """Writes what leaves did and said, failures, cycles, and objects that come and go.
+    """Logs results and messages of leaves, failures, cycles, and added and removed objects.
 
-    A line has its time, its kind, its text and the uid of its node, 0 for none. Each browser
-    filters by kind: ``condition`` is hidden at first.
+    A line consists of time, kind, text and uid of the node, 0 without a node. Each browser filters
+    by kind; ``condition`` is hidden by default.
     """
 
     def __init__(self, page: Any) -> None:
-        """Add it to the current container."""
         self._log = page.gui.add("log", lines=[])
         self._new: list[list[Any]] = []
         self._nodes: dict[int, Any] = {}
         self._parents: set[int] = set()
         self._texts: dict[int, str] = {}  # messages by uid
-        self._succeeded: tuple[int, float] | None = None  # the last leaf; its message may follow
+        self._succeeded: tuple[int, float] | None = None  # last leaf, until its message arrives
         self._said: dict[int, tuple[float, str]] = {}  # time and text of the last line of a leaf
 
     def reset(self) -> None:
-        """Forget the lines."""
+        """Clear the lines."""
         for kept in (self._new, self._texts, self._said):
             kept.clear()
         self._succeeded = None
         self._log.lines = []
 
     def handle(self, event: RunEvent) -> None:
-        """Keep a line."""
+        """Add a line."""
         data = event.data
         if event.kind == "message":
             self._texts[data["uid"]] = data["text"]
@@ -79,7 +78,7 @@ class LogPanel(Panel):
             self._say(time, uid, "success", self._texts.get(uid, "") or "succeeded")
 
     def _say(self, time: float, uid: int, kind: str, text: str) -> None:
-        """Write a line of a node, but not at each tick at which a reactive node repeats it."""
+        """Add a line of a node, unless a reactive node has just caused the same line."""
         before, self._said[uid] = self._said.get(uid), (time, text)
         if before is not None and before[0] > time - REPEATED and before[1] == text:
             return
@@ -92,23 +91,22 @@ class BlackboardPanel(Panel):
     """Shows the entries of the blackboard, sorted by key."""
 
     def __init__(self, page: Any) -> None:
-        """Add it to the current container."""
         self._board = page.gui.add("blackboard", values={})
         self._changed: dict[str, str | None] = {}
 
     def reset(self) -> None:
-        """Forget the entries."""
+        """Clear the entries."""
         self._changed.clear()
         self._board.values = {}
 
     def handle(self, event: RunEvent) -> None:
-        """Keep the value."""
+        """Store the value."""
         if event.kind == "blackboard":
             value = event.data["value"]
             self._changed[event.data["key"]] = None if value is None else short(value)
 
     def draw(self) -> None:
-        """Send the entries that have changed."""
+        """Send the changed entries."""
         if self._changed:
             self._board.merge("values", self._changed)
             self._changed = {}

@@ -14,21 +14,20 @@ from .lines import NO_LINES, GraspLines, Lines
 from .panel import Panel
 
 FORCE_SCALE = 0.005
-"""Length of the line of a force [m/N]."""
+"""Scale of force lines [m/N]."""
 
 FORCE_COLOUR = (224, 49, 49)
 
 
 class OverlayPanel(Panel):
-    """Draws the path of each arm's tool during its motions, checked grasps, forces, and frames.
+    """Draws planned paths of the tools, checked grasps, contact forces, and frames.
 
-    They are computed where the page is open anywhere: a path when its motion begins.
+    They are computed only while some browser shows the page.
     """
 
     needs_run = True
 
     def __init__(self, page: Any) -> None:
-        """Add its inputs to the current container."""
         self._page, self._server = page, page.server
         self._checkbox = page.gui.add_checkbox(
             "Planned paths", True, hint="Draw the path of the tool during each motion"
@@ -54,11 +53,11 @@ class OverlayPanel(Panel):
         self._robots: dict[str, Any] = {}
 
     def start(self, run: Run) -> None:
-        """Copy the models of the arms."""
+        """Draw the paths of a run."""
         self.begin_idle(run.station)
 
     def begin_idle(self, station: Station) -> None:
-        """Draw the paths of jogging, too."""
+        """Draw the paths of jogging."""
         self.reset()
         self._cell, self._robots = station.cell, dict(station.robots)
         scene = self._server.scene
@@ -76,7 +75,7 @@ class OverlayPanel(Panel):
         self._forces.show(NO_LINES)
 
     def draw(self) -> None:
-        """Draw the paths of motions that have begun, remove those of motions that have ended."""
+        """Draw the paths of new motions, remove those of motions that have ended."""
         shown = self._checkbox.value and self._page.is_open
         for name, robot in self._robots.items():
             trajectory = robot.arm.trajectory
@@ -94,7 +93,7 @@ class OverlayPanel(Panel):
     # Internal
 
     def _force_lines(self) -> np.ndarray:
-        """Return lines from the contact points of the objects along the normal forces on them."""
+        """Return lines from the contact points along the normal forces on objects [m]."""
         # (n, 2, 3)
         cell = self._cell
         points = [

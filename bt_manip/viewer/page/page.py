@@ -17,11 +17,11 @@ from .scene_page import MakePanel, ScenePage
 from .server import PORT
 
 PAST = 60.0
-"""Simulated time that can be looked back at [s]."""
+"""Simulated time for which past states are kept [s]."""
 
 
 class _State(NamedTuple):
-    """The poses of the bodies at a time."""
+    """Poses of the bodies at a time."""
 
     time: float
     frames: Sequence[str]
@@ -29,10 +29,15 @@ class _State(NamedTuple):
 
 
 class Page(ScenePage, RunObserver):
-    """Shows a run in the browser; viser serves it on loopback in a thread of its own.
+    """Shows a run in the browser; a thread of its own serves it on loopback.
 
-    The run only leaves messages for that thread and never waits for a page, except when it is
-    paused there. A run that is watched without intervention is the same run as without a page.
+    The run only leaves messages for that thread and never waits for a browser, except while it is
+    paused. Watching without intervention does not change the run.
+
+    Args:
+        panels: Factories of the panels by name; see the hook ``register_panels``.
+        port: The first port to try; 0: chosen by the system.
+        speed: Initial speed, simulated seconds per second of wall time; None: no limit.
     """
 
     kinds = tuple(kind for kind in KINDS if kind != "contact")  # not shown
@@ -44,26 +49,19 @@ class Page(ScenePage, RunObserver):
         port: int = PORT,
         speed: float | None = 1.0,
     ) -> None:
-        """Start the server.
-
-        Args:
-            panels: Makers of the panels by name, as hooks ``register_panels`` register them.
-            port: The first port that is tried; 0 lets the system choose.
-            speed: Simulated seconds per second of wall time at first; None is without limit.
-        """
         self._cell: Any = None
         self._source: CellScene | None = None  # None: the scene has changed
         self._samples: list[tuple[float, dict[str, tuple[np.ndarray, np.ndarray]]]] = []
         self._past: deque[_State] = deque()
-        self._wanted: float | None = None  # time to look back at [s]
+        self._wanted: float | None = None  # past time to show [s]
         ScenePage.__init__(self, lambda gui: Controls(gui, speed), panels or {}, port)
 
     def wait_until_open(self, patience: float, stop: Callable[[], bool]) -> bool:
-        """Wait until a browser shows the scene; return whether one does.
+        """Wait until a browser shows the scene; return whether it does.
 
         Args:
             patience: Longest wait [s].
-            stop: Ends the wait where it returns True.
+            stop: Ends the wait when it returns True.
         """
         end = time.monotonic() + patience
         while not self.server.get_clients() and time.monotonic() < end and not stop():
@@ -71,7 +69,7 @@ class Page(ScenePage, RunObserver):
         return bool(self.server.get_clients())
 
     def show_time(self, time: float | None) -> None:
-        """Let all browsers look back at another time of the last minute; None is the present."""
+        """Show a time of the last minute in all browsers [s]; None: the present."""
         self._wanted = time
 
     @property
@@ -80,7 +78,7 @@ class Page(ScenePage, RunObserver):
         return self.controls.stopped
 
     def run_started(self, run: Run) -> None:
-        """Show the name of the tree."""
+        """Show the name of the tree, and start the panels."""
         self._run, self._cell = run, run.station.cell
         self._samples.clear()
         self._forget_past()
@@ -89,7 +87,7 @@ class Page(ScenePage, RunObserver):
             panel.start(run)
 
     def after_compile(self) -> None:
-        """Let the next update add and remove the nodes of entities that came and went."""
+        """Let the next update show added and removed entities."""
         self._source = None
 
     def cycle_started(self, cycle: int) -> None:
@@ -103,7 +101,7 @@ class Page(ScenePage, RunObserver):
             self.controls.wait(self._refresh)
 
     def after_tick(self) -> None:
-        """Update the page if it is open and the last update is old enough."""
+        """Update the page if it is open and an update is due."""
         robots = self._run.station.robots.values()
         joints = {one.name: (one.robot.q, one.arm.q_ref) for one in robots}
         self._samples.append((self._cell.time, joints))
@@ -120,7 +118,7 @@ class Page(ScenePage, RunObserver):
         self._refresh(now=True)
 
     def show_prepared(self, run: Run) -> None:
-        """Show the tree of a run that has not begun, ready for breakpoints."""
+        """Show the tree of a run that has not begun, so that breakpoints can be set."""
         self._show_tree(run.request.tree.name)
         self.controls.show_ready()
         events = EventStream(run)
@@ -129,7 +127,7 @@ class Page(ScenePage, RunObserver):
         self._refresh(now=True)
 
     def begin_idle(self, station: Station) -> None:
-        """Show a cell in which no tree runs; in a new cell nothing has happened yet."""
+        """Show a cell in which no tree runs; a new cell clears the panels."""
         if station.cell is not self._cell:
             self._forget_past()
             for panel in self._panels:
@@ -140,7 +138,7 @@ class Page(ScenePage, RunObserver):
         self._refresh(now=True)
 
     def tick(self) -> NodeStatus:
-        """Let panels act at a tick between runs, such as for jogging, and update the page."""
+        """Let panels act at a tick between runs, e.g. for jogging, and update the page."""
         for panel in self._panels:
             panel.idle_tick()
         self._refresh()
@@ -157,7 +155,7 @@ class Page(ScenePage, RunObserver):
             self._hand_over_samples()
 
     def _show_scene(self) -> None:
-        """Show the poses of the present, or of the time to look back at, and keep the former."""
+        """Store the present poses; show them, or those of the selected past time."""
         source, past, wanted = self._scene.source, self._past, self._wanted
         if not past or self._cell.time > past[-1].time:
             past.append(_State(self._cell.time, source.frames, source.poses()))
@@ -169,7 +167,7 @@ class Page(ScenePage, RunObserver):
             state = next((one for one in reversed(past) if one.time <= wanted), past[0])
             self.shown_time = state.time
             index = {name: i for i, name in enumerate(state.frames)}
-            for i, name in enumerate(source.frames):  # what was not there then stays where it is
+            for i, name in enumerate(source.frames):  # later entities keep their present pose
                 if name in index:
                     poses[i] = state.poses[index[name]]
         self._scene.show(poses)

@@ -12,23 +12,22 @@ from .scene_page import POSE_PERIOD, MakePanel, ScenePage
 from .server import PORT
 
 LONGEST_ADVANCE = 0.5
-"""Longest wall time that playing catches up with at once [s]."""
+"""Longest wall time that one step of playing covers [s]."""
 
 
 class ReplayControls(Controls):
-    """Plays a recording: play and pause, single ticks, speed."""
+    """Plays a recording: play and pause, single ticks, speed.
+
+    Args:
+        gui: The inputs of the page.
+        speed: Initial speed, simulated seconds per second of wall time.
+        scene: The recorded scene, whose time is shown.
+        note: A note beside the state.
+    """
 
     texts = ("playing", "Play")
 
     def __init__(self, gui: Gui, speed: float, scene: RecordedScene, note: str) -> None:
-        """Add the inputs to the current container; nothing is played at first.
-
-        Args:
-            gui: The inputs of the page.
-            speed: Simulated seconds per second of wall time at first.
-            scene: The recorded scene, which has the times.
-            note: A line beside the state.
-        """
         super().__init__(gui, speed)
         self.paused, self._cell, self._note = True, scene, note
         self._wanted: float | None = None
@@ -41,16 +40,16 @@ class ReplayControls(Controls):
         return self._speed
 
     def want(self, time: float) -> None:
-        """Ask for another time [s]."""
+        """Request another time [s]."""
         self._wanted = time
         self._changed.set()
 
     def leave_breakpoint(self, paused: bool) -> None:
-        """Play or pause as before events of another time, whose breakpoints have no effect."""
+        """Undo the effect of breakpoints passed by a seek: pause or play as before."""
         self.paused, self._broken = paused, ""
 
     def take_time(self) -> float | None:
-        """Return the time that was chosen on the time line, once."""
+        """Return the requested time and clear the request; None without one [s]."""
         wanted, self._wanted = self._wanted, None
         return wanted
 
@@ -59,9 +58,19 @@ class ReplayControls(Controls):
 
 
 class ReplayPage(ScenePage):
-    """Shows a recording in the browser, at any of its times, as the page of the run did.
+    """Shows a recording in the browser at any of its times, like the page of the run.
 
-    The panels get the events of the recording; those that need a run are left out.
+    Panels get the events of the recording; panels that need a run are left out.
+
+    Args:
+        recording: The recording.
+        panels: Factories of the panels by name; see the hook ``register_panels``.
+        port: The first port to try; 0: chosen by the system.
+        start: Initial simulated time [s]; None: the start of the run.
+        speed: Initial speed, simulated seconds per second of wall time.
+
+    Raises:
+        BtManipError: If the recording has no complete chunk.
     """
 
     controls: ReplayControls
@@ -75,18 +84,6 @@ class ReplayPage(ScenePage):
         start: float | None = None,
         speed: float = 1.0,
     ) -> None:
-        """Read the recording and start the server.
-
-        Args:
-            recording: The recording.
-            panels: Makers of the panels by name, as hooks ``register_panels`` register them.
-            port: The first port that is tried; 0 lets the system choose.
-            start: The simulated time that is shown at first [s]; None is the start of the run.
-            speed: Simulated seconds per second of wall time at first.
-
-        Raises:
-            BtManipError: If the recording has no complete chunk.
-        """
         self._timeline, self._index = Timeline(recording), -1
         self._entities: dict[str, int] = {}
         scene = self._timeline.scene
@@ -102,7 +99,7 @@ class ReplayPage(ScenePage):
         self.seek(first if start is None else start)
 
     def show_time(self, time: float | None) -> None:
-        """Ask for the state at another time [s]."""
+        """Request the state at another time [s]."""
         if time is not None:
             self.controls.want(time)
 
@@ -115,7 +112,7 @@ class ReplayPage(ScenePage):
         self._refresh(now=True)
 
     def serve(self, stop: Callable[[], bool]) -> None:
-        """Play as the controls say, until ``stop`` returns True."""
+        """Play under the controls until ``stop`` returns True."""
         before = time.perf_counter()
         position = self._timeline.scene.time
         while not stop():
@@ -128,10 +125,10 @@ class ReplayPage(ScenePage):
     # Internal
 
     def _act(self, position: float, elapsed: float) -> float:
-        """Execute commands of the controls, or play on; return the simulated time to play on from.
+        """Execute commands of the controls, or play; return the simulated time reached.
 
         Args:
-            position: The simulated time up to which has been played [s].
+            position: The simulated time reached so far [s].
             elapsed: Wall time since then [s].
         """
         controls, times = self.controls, self._timeline.scene.times
@@ -141,7 +138,7 @@ class ReplayPage(ScenePage):
         elif controls.take_step():
             self._go_to(min(self._index + 1, last))
         elif not controls.paused:
-            if self._index == last:  # once more
+            if self._index == last:  # play again
                 self.seek(times[0])
                 position = times[0]
             position += elapsed * controls.speed
@@ -153,7 +150,7 @@ class ReplayPage(ScenePage):
         return float(times[self._index])
 
     def _go_to(self, index: int) -> None:
-        """Let scene and panels have another state."""
+        """Bring scene and panels to another state."""
         timeline, before = self._timeline, self._index
         if index < before:
             before = -1
@@ -161,7 +158,7 @@ class ReplayPage(ScenePage):
                 panel.reset()
         for event in timeline.events(before, index):
             self.handle(event)
-        first = max(before + 1, index + 1 - PLOT_SAMPLES, 1)  # there are no joints in state 0
+        first = max(before + 1, index + 1 - PLOT_SAMPLES, 1)  # state 0 has no joint samples
         if first <= index:
             times, joints = timeline.joints(first, index + 1)
             for panel in self._panels:

@@ -1,4 +1,4 @@
-"""The scene of the page: the visible geometry of a cell, and the poses of its bodies."""
+"""The scene of the page: visible geometry of a cell and poses of its bodies."""
 
 import hashlib
 from collections import Counter
@@ -14,52 +14,54 @@ from bt_manip.cell import SceneSource, TexturedMesh, Triangles, VisualShape
 from .framing import Framing, rotated
 
 BRIGHTNESS = 0.4
-"""Intensity of the environment's light: with viser's 1, light colours of cells look white."""
+"""Intensity of the environment light; at viser's default, 1, light colours look white."""
 
 SKY = ((214, 226, 240), (246, 248, 250))
-"""Colours of the background at the top and at the bottom."""
+"""Background colours at the top and at the bottom."""
 
 AXES_LENGTH = 0.08
-"""Length of the axes of a body [m]."""
+"""Length of body axes [m]."""
 
 AXES_RADIUS = 0.003
-"""Their radius [m]."""
+"""Radius of body axes [m]."""
 
 LARGEST_TEXTURE = (1024, 1024)
-"""Size above which textures are sent smaller [pixels]."""
+"""Size to which larger textures are reduced [pixels]."""
 
 SMALLEST_MOTION = 1e-5
 """Smallest change of a pose that is sent, in position [m] and quaternion."""
 
 
 class SceneView:
-    """Shows a cell in viser: a node for each entity, in it one for each body with its geoms.
+    """Shows a cell in viser: a node per entity, with a node per body and its geoms.
 
-    Geometry is sent once for each entity. Entities that come and go add and remove only their own
-    nodes, in `bind`; `update` sends the poses that have changed.
+    Geometry is sent once per entity: `bind` adds and removes only nodes of changed entities, and
+    `update` sends only changed poses.
+
+    Args:
+        server: The ``viser.ViserServer``.
     """
 
     def __init__(self, server: Any) -> None:
-        """Start with an empty scene on a ``viser.ViserServer``."""
         self._server = server
         server.scene.configure_environment_map(environment_intensity=BRIGHTNESS)
         sky = np.linspace(*SKY, 64).astype(np.uint8)
         server.scene.set_background_image(np.repeat(sky[:, None], 2, axis=1))
-        self._shown: dict[str, Any] = {}  # the appearance of the entities, by name
-        self._digests: dict[str, str] = {}  # of their shapes: those of another cell may be equal
+        self._shown: dict[str, Any] = {}  # appearance of the entities, by name
+        self._digests: dict[str, str] = {}  # of shapes, which may be equal in another cell
         self._nodes: dict[str, Any] = {}  # by entity
         self._meshes: dict[str, list[Any]] = {}  # by entity
         self._clickable: set[str] = set()  # entities
-        self._added = Counter[str]()  # how often each entity was added
+        self._added = Counter[str]()  # additions of each entity
         self._frames: dict[str, dict[str, Any]] = {}  # by entity and body
         self._bound: list[Any] = []  # nodes of the bodies
-        self._sent = np.empty((0, 7))  # their poses as they were sent last
+        self._sent = np.empty((0, 7))  # the poses sent last
         self._shapes: dict[str, Any] = {}  # by entity
         self._framing = Framing(server)
         self._with_axes = False
 
     def bind(self, source: SceneSource) -> None:
-        """Show the entities that the source has now, as they look now."""
+        """Show the present entities of a source."""
         present = source.entities()
         changed = False
         with self._server.atomic():
@@ -90,15 +92,15 @@ class SceneView:
         self.update()
 
     def update(self) -> None:
-        """Send the poses that have changed."""
+        """Send the changed poses."""
         self.show(self._source.poses())
 
     def on_click(self, entity: str, call: Callable[[], None]) -> None:
-        """Call a function when a present entity is clicked; once for each that is added.
+        """Call a function when an entity is clicked; call this again when it was added anew.
 
         Args:
             entity: Its name.
-            call: Called by another thread.
+            call: The function, called by another thread.
         """
         if entity not in self._clickable:
             self._clickable.add(entity)
@@ -114,14 +116,14 @@ class SceneView:
 
     @property
     def source(self) -> SceneSource:
-        """What is shown."""
+        """The scene that is shown."""
         return self._source
 
     def show(self, poses: np.ndarray) -> None:
-        """Send the poses that differ from those that were sent last.
+        """Send the poses that differ from those sent last.
 
         Args:
-            poses: Of the frames of the source.  # (n, 7)
+            poses: Poses of the frames of the source.  # (n, 7)
         """
         self._framing.update(self._source)
         poses = poses[self._ids]
@@ -147,12 +149,12 @@ class SceneView:
         scene, root = self._server.scene, f"/{name}"
         self._added[name] += 1
         if (count := self._added[name]) > 1:
-            # viser's page and player mix up the poses of two nodes that have the same name in turn.
+            # viser's page and player confuse poses of successive nodes with the same name.
             root += f" ({count})"
         self._nodes[name] = scene.add_frame(root, show_axes=False)
         frames, meshes = self._frames[name], self._meshes[name] = {}, []
         for body, shapes in bodies.items():
-            # Poses are those in the world: bodies are no children of each other.
+            # Poses are in the world: bodies are not children of each other.
             path = f"{root}/{body.replace('/', ':')}"
             frames[body] = scene.add_frame(
                 path, show_axes=self._with_axes, axes_length=AXES_LENGTH, axes_radius=AXES_RADIUS
@@ -196,7 +198,7 @@ def triangles_of(shape: VisualShape) -> Triangles:
 
 
 def _glb(textured: TexturedMesh, alpha: float) -> bytes:
-    """Return a mesh with its texture as a file of glTF."""
+    """Return a textured mesh as binary glTF."""
     vertices, normals, coordinates, faces, pixels = textured
     image = Image.fromarray(pixels)
     image.thumbnail(LARGEST_TEXTURE)
@@ -216,7 +218,7 @@ def _glb(textured: TexturedMesh, alpha: float) -> bytes:
 
 
 def _digest(bodies: Mapping[str, Sequence[VisualShape]]) -> str:
-    """Return a digest of shapes; equal shapes have equal ones."""
+    """Return a digest of shapes; equal shapes have equal digests."""
     digest = hashlib.sha256()
     for body, shapes in bodies.items():
         for kind, *numbers, triangles, textured in shapes:

@@ -15,44 +15,42 @@ from .server import HOST, close_server, open_server, processor_time
 from .site import Site
 
 POSE_PERIOD = 1.0 / 20.0
-"""Wall time between two updates of the poses [s]."""
+"""Wall time between two updates of poses [s]."""
 
 PANEL_PERIOD = 1.0 / 10.0
-"""Wall time between two updates of the panels [s]."""
+"""Wall time between two updates of panels [s]."""
 
 UPDATE_SHARE = 0.04
-"""Largest share of wall time that updates take: more pages get fewer of them."""
+"""Largest share of wall time for updates; with more browsers, updates are rarer."""
 
 LONGEST_PERIOD = 2.0
 """Longest wall time between two updates [s]."""
 
 MakePanel = Callable[[Any], Panel]
-"""Makes a panel of a page; see the hook ``register_panels``."""
+"""Factory of a panel of a page; see the hook ``register_panels``."""
 
 
 class ScenePage:
-    """Scene, controls and panels in the browser, served by a thread of its own.
+    """Scene, controls and panels in the browser, served by a separate thread.
+
+    Args:
+        make_controls: Makes the controls in the `Gui`.
+        panels: Factories of the panels by name.
+        port: The first port to try; 0: chosen by the system.
 
     Attributes:
         url: Address of the page.
         gui: The inputs and texts around the scene.
         bar: The container at the top.
-        tabs: The container of tabs.
+        tabs: The container of the tabs.
         server: The ``viser.ViserServer`` of the scene.
         controls: The controls.
-        shown_time: The simulated time that is shown, where it is not the present one [s].
+        shown_time: The displayed simulated time [s]; None: the present.
     """
 
     def __init__(
         self, make_controls: Callable[[Any], Controls], panels: Mapping[str, MakePanel], port: int
     ) -> None:
-        """Start the server.
-
-        Args:
-            make_controls: Makes the controls, of the `Gui`.
-            panels: Makers of the panels by name.
-            port: The first port that is tried; 0 lets the system choose.
-        """
         self.gui = Gui()
         self.shown_time: float | None = None
         self.site = Site(self.gui)
@@ -88,12 +86,12 @@ class ScenePage:
         self._scene.show_frames(shown)
 
     def show_time(self, time: float | None) -> None:
-        """Show another time than the present one; None is the present [s]."""
+        """Show another simulated time [s]; None: the present."""
 
     # For subclasses
 
     def _make(self, panels: Mapping[str, MakePanel]) -> Iterator[Panel]:
-        """Yield new panels, each in its place."""
+        """Make the panels, each in its container."""
         for name, make in panels.items():
             container = self._places.get(getattr(make, "place", Panel.place))
             if container is None:
@@ -103,25 +101,25 @@ class ScenePage:
                 yield make(self)
 
     def _show_tree(self, name: str) -> None:
-        """Show the name of the tree that runs, and forget the events of another run."""
+        """Show the name of the running tree, and clear the panels."""
         self.controls.task = name.rpartition("/")[2]
         for panel in self._panels:
             panel.reset()
 
     def handle(self, event: RunEvent) -> None:
-        """Hand an event to the panels."""
+        """Pass an event to the panels."""
         for panel in self._panels:
             panel.handle(event)
 
     def _catch_up(self) -> None:
-        """Bring scene and panels to the present state, before they are drawn."""
+        """Bring scene and panels to the present state before drawing."""
 
     def _show_scene(self) -> None:
-        """Send the poses that have changed."""
+        """Send the changed poses."""
         self._scene.update()
 
     def _refresh(self, *, now: bool = False) -> None:
-        """Update scene and panels where the last update is old enough."""
+        """Update scene and panels if their updates are due."""
         time_now = time.perf_counter()
         if not now and time_now < self._next:
             return

@@ -1,4 +1,4 @@
-"""The web server of page and scene: on loopback, closed to other sites and invalid messages."""
+"""Web server of page and scene: loopback only, refuses other sites and invalid messages."""
 
 import asyncio
 import contextlib
@@ -21,65 +21,64 @@ import websockets.asyncio.server
 from .site import PROTOCOL, Site
 
 HOST = "127.0.0.1"
-"""The only address that the page is served on."""
+"""The only address on which the page is served."""
 
 PORT = 8080
-"""The first port that is tried."""
+"""The first port to try."""
 
 LOCAL_NAMES = ("127.0.0.1", "localhost", "::1")
-"""Names of this computer in the header Host; the port differs behind ``ssh -L``."""
+"""Accepted names in the header Host; with ``ssh -L`` the port differs."""
 
 LARGEST_MESSAGE = 1 << 18
-"""Size of a message of a page above which it is disconnected [bytes]; viser has 50 MB."""
+"""Size above which a browser's message closes its connection [bytes]; viser: 50 MB."""
 
 REST = 5e-4
-"""Pause after each message, so that a flood of them leaves the interpreter to the run [s]."""
+"""Pause after each message, so that a flood of messages does not starve the run [s]."""
 
 STALLED = 20.0
-"""Time after which a page that does not read what it is sent is disconnected [s]."""
+"""Time after which a browser that does not read is disconnected [s]."""
 
 UNUSED = (
-    viser_messages.ShareUrlRequest,  # connects to a server of viser in the internet
+    viser_messages.ShareUrlRequest,  # would connect to a server of viser
     viser_messages.ShareUrlDisconnect,
     viser_messages.FileTransferStartUpload,
     viser_messages.FileTransferPart,
     viser_messages.GuiUpdateMessage,  # the page has the inputs
-    viser_messages.GuiFormDirtyMessage,  # sent on to all pages, whatever they name
+    viser_messages.GuiFormDirtyMessage,  # would be forwarded to all browsers unchecked
     viser_messages.GuiFormSubmitMessage,
 )
-"""Messages of the scene that have no effect here."""
+"""Messages of viser without effect here."""
 
 _serving = threading.Lock()
 
 
 def open_server(port: int = PORT, site: Site | None = None) -> viser.ViserServer:
-    """Start viser on loopback, in a thread of its own.
+    """Start viser on loopback in its own thread.
 
-    Connections whose Host is not this computer, or whose Origin is another site, are closed
-    before anything is sent. No page shows this one in a frame. Invalid messages, which viser
-    would fail on, have no effect.
+    Connections whose Host is not this computer, or whose Origin is another site, are closed before
+    anything is sent. Other pages cannot frame this one. Invalid messages are ignored.
 
     Args:
-        port: The first port that is tried; 0 lets the system choose.
+        port: The first port to try; 0: chosen by the system.
         site: The page around the scene; without one, nothing is sent to browsers.
     """
-    # viser prints a line, and websockets a traceback, for each connection that it cannot use.
+    # viser prints a line, and websockets a traceback, for each unusable connection.
     logging.getLogger("websockets.server").setLevel(logging.CRITICAL)
-    # viser warns where a browser leaves while its camera is moved.
+    # viser warns if a browser disconnects while its camera is being moved.
     warnings.filterwarnings("ignore", "Queued a .* on a closed connection", UserWarning)
-    # viser draws its addresses on standard output.
+    # viser prints its addresses.
     with _serving, _checked_connections(site), contextlib.redirect_stdout(io.StringIO()):
         server = viser.ViserServer(host=HOST, port=port, verbose=False)
     sockets = server._websock_server
     for kind in UNUSED:
         sockets.unregister_handler(kind)
-    # What is valid, but fails all the same, would be printed with its traceback.
+    # Valid messages that fail would print a traceback.
     server.get_event_loop().set_exception_handler(lambda loop, context: None)
     return server
 
 
 def processor_time(server: viser.ViserServer) -> float:
-    """Return the processor time of the server's thread; 0 where it cannot be measured [s]."""
+    """Return the processor time of the server's thread [s]; 0 if it cannot be measured."""
     thread: Any = server._websock_server._server_thread
     if not thread.is_alive() or not hasattr(time, "pthread_getcpuclockid"):
         return 0.0
@@ -88,7 +87,7 @@ def processor_time(server: viser.ViserServer) -> float:
 
 def close_server(server: viser.ViserServer) -> None:
     """Stop a server without the line that viser prints."""
-    connections = server._websock_server._live_connections  # closing politely takes seconds
+    connections = server._websock_server._live_connections  # a closing handshake takes seconds
     for connection in list(connections.values()):
         server.get_event_loop().call_soon_threadsafe(connection.transport.abort)
     with contextlib.redirect_stdout(io.StringIO()):
@@ -96,10 +95,10 @@ def close_server(server: viser.ViserServer) -> None:
 
 
 def is_local(headers: Any) -> bool:
-    """Return whether a request comes from a page of this server, or from no page at all.
+    """Return whether a request comes from a page of this server, or not from a page.
 
-    A page of another site can reach the server by its address, with its own Origin, or by a name
-    that it lets point to loopback, with that name as Host (DNS rebinding).
+    A page of another site can reach the server by address, with its own Origin, or by a name that
+    resolves to loopback, with that name as Host (DNS rebinding).
 
     Args:
         headers: The ``websockets.Headers`` of the request.
@@ -116,7 +115,7 @@ def is_local(headers: Any) -> bool:
 
 
 def is_valid(data: Any) -> bool:
-    """Return whether data of a page are a message of viser with fields of the right types."""
+    """Return whether data are a message of viser with fields of the right types."""
     try:
         message = msgspec.msgpack.decode(data)
         kind = getattr(viser_messages, message["type"])
@@ -125,7 +124,7 @@ def is_valid(data: Any) -> bool:
         fields = {key: value for key, value in message.items() if key != "type"}
         msgspec.convert(fields, kind)
         return fields.keys() <= kind.__dataclass_fields__.keys()
-    except Exception:  # whatever was sent must not end the connection
+    except Exception:  # no data may end the connection
         return False
 
 
@@ -140,7 +139,7 @@ def _is_finite(value: Any) -> bool:
 
 @contextlib.contextmanager
 def _checked_connections(site: Site | None) -> Iterator[None]:
-    """Let servers that are started meanwhile check connections: viser has no option for it."""
+    """Make servers started meanwhile check connections; viser has no option for this."""
     module: Any = websockets.asyncio.server
     serve = module.serve
     protocols = [f"viser-v{viser.__version__}"] + ([PROTOCOL] if site else [])

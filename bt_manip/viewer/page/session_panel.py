@@ -1,4 +1,4 @@
-"""The choice of the next run, and the events between runs."""
+"""Selection of the next run."""
 
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
@@ -10,20 +10,27 @@ from .panel import Panel, message_html
 
 
 class RunChoice(NamedTuple):
-    """A run as it is chosen on the page."""
+    """A run selected on the page."""
 
     tree: str
     scene: str
     robot: str
     seed: int
     cycles: int
-    """Runs of the tree; 0 is without end."""
+    """Number of cycles; 0: unlimited."""
 
 
 class SessionPanel(Panel):
-    """Chooses tree, scene, robot, seed and cycles; asks to run the tree, or to reset the scene.
+    """Selects tree, scene, robot, seed and cycles; requests a run or a reset of the scene.
 
-    It is hidden while a tree runs.
+    Hidden while a tree runs.
+
+    Args:
+        page: The page.
+        names: The offered trees, scenes and robots, by ``tree``, ``scene``, ``robot``.
+        first: The initial selection.
+        scene_of: Returns the default scene of a tree.
+        seed_of: Returns the default seed of a scene.
     """
 
     place = "left"
@@ -36,21 +43,12 @@ class SessionPanel(Panel):
         scene_of: Callable[[str], str],
         seed_of: Callable[[str], int],
     ) -> None:
-        """Add the inputs to the current container.
-
-        Args:
-            page: The page.
-            names: The trees, scenes and robots to choose from, by ``tree``, ``scene``, ``robot``.
-            first: The first choice.
-            scene_of: Returns the scene in which a tree runs by default.
-            seed_of: Returns the default seed of a scene.
-        """
         self._scene_of, self._seed_of = scene_of, seed_of
         self._requests: deque[tuple[str, RunChoice]] = deque(maxlen=1)
         gui = page.gui
         with page.bar:
-            self._run = gui.add_button("▶ Run", style="run", hint="Run the chosen tree")
-            self._reset = gui.add_button("Reset", hint="Build the scene anew, as at the start")
+            self._run = gui.add_button("▶ Run", style="run", hint="Run the selected tree")
+            self._reset = gui.add_button("Reset", hint="Rebuild the scene as at the start")
         self._folder = gui.add_folder("")
         with self._folder:
             self._inputs = [
@@ -59,7 +57,7 @@ class SessionPanel(Panel):
             ]
             self._seed = gui.add_number("Seed", first.seed, low=0, step=1)
             self._cycles = gui.add_number(
-                "Cycles", first.cycles, low=0, step=1, hint="Runs of the tree; 0 is without end"
+                "Cycles", first.cycles, low=0, step=1, hint="Number of cycles; 0 is unlimited"
             )
         self._message = gui.add_html("")
         with page.tabs, gui.add("tab", label="Result", visible=False, front=0) as self._tab:
@@ -71,35 +69,35 @@ class SessionPanel(Panel):
         self._show(idle=False)
 
     def take(self) -> tuple[str, RunChoice] | None:
-        """Return the last request, and forget it: ``show``, ``reset`` or ``run``.
+        """Return the last request and clear it: ``show``, ``reset`` or ``run``.
 
-        ``show`` asks for the cell of another tree, scene or robot.
+        ``show`` requests the cell of another tree, scene or robot.
         """
         return self._requests.pop() if self._requests else None
 
     def tell(self, message: str, *, error: bool = False) -> None:
-        """Show one message below the choice; an empty one removes it."""
+        """Show a message below the selection; an empty one removes it."""
         self._message.content = message_html(message, error=error)
 
     def show_result(self, status: str, text: str) -> None:
-        """Show how a run has ended, in front of the other tabs.
+        """Show the result of a run in front of the other tabs.
 
         Args:
             status: Its status.
-            text: Its lines: the reason, the table of cycles, what to do next.
+            text: Its lines: reason, table of cycles, next step.
         """
         self._tab.visible = True
         self._result.status, self._result.text = status, text
         self._tab.front += 1
 
     def start(self, run: Run) -> None:
-        """Show what runs in place of the choice."""
+        """Hide the selection and the last result."""
         self._show(idle=False)
         self._tab.visible = False
         self.tell("")
 
     def begin_idle(self, station: Station) -> None:
-        """Show the choice."""
+        """Show the selection."""
         self._show(idle=True)
         self.tell("")
 

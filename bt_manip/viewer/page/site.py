@@ -1,4 +1,4 @@
-"""The files of the page, and the sockets of its browsers, on the server of the scene."""
+"""Files of the page and sockets of its browsers, on the server of the scene."""
 
 import asyncio
 import contextlib
@@ -18,10 +18,10 @@ from websockets.http11 import Response
 from .gui import Gui
 
 PROTOCOL = "bt-manip"
-"""Subprotocol of the sockets of the page; those of its scene have that of viser."""
+"""Subprotocol of the page's sockets; the scene's sockets use that of viser."""
 
 SCENE_PATH = "/scene"
-"""Path of the scene, which only the page shows in a frame."""
+"""Path of the scene, which the page frames."""
 
 STATIC = Path(__file__).parent / "static"
 
@@ -29,7 +29,7 @@ FILES = {
     "/": "page.html", "/page.css": "page.css", "/page.js": "page.js", "/widgets.js": "widgets.js",
     "/tree.js": "tree.js", "/timeline.js": "timeline.js",
 }  # fmt: skip
-"""Files by their paths."""
+"""Files by path."""
 
 TYPES = {".html": "text/html", ".css": "text/css", ".js": "text/javascript"}
 
@@ -37,26 +37,28 @@ PAGE_POLICY = (
     "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; "
     "object-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
-"""What the page may load; no other page may show it in a frame."""
+"""Content security policy of the page, which no other page may frame."""
 
 FRAMED = "frame-ancestors 'self'"
-"""Content security policy of the scene: only the page shows it in a frame."""
+"""Content security policy of the scene: only the page may frame it."""
 
 HIDDEN = "<style>[data-floating-window],.mantine-Notifications-root{display:none!important}</style>"
-"""Hides viser's own panel: the page has the inputs."""
+"""Hides viser's own panel; the page has the inputs."""
 
 LONGEST_QUEUE = 1 << 20
-"""Bytes that wait for a browser above which it gets the whole state instead, later."""
+"""Pending bytes above which a browser gets the whole state instead."""
 
 
 class Site:
-    """Serves a `Gui` to browsers; all of it runs in the thread of the server.
+    """Serves a `Gui` to browsers, in the thread of the server.
 
-    A browser that reads slowly gets fewer messages: those that wait are replaced by the state.
+    For a browser that reads slowly, pending messages are replaced by one with the whole state.
+
+    Args:
+        gui: The elements of the page.
     """
 
     def __init__(self, gui: Gui) -> None:
-        """Keep the elements."""
         self.gui = gui
         self._browsers: dict[Any, _Browser] = {}  # by connection
 
@@ -66,7 +68,7 @@ class Site:
         return bool(self._browsers)
 
     def publish(self) -> None:
-        """Send what has changed."""
+        """Send the changes."""
         self._deliver(self.gui.flush())
 
     def close(self) -> None:
@@ -78,8 +80,8 @@ class Site:
         """Return the response to a request.
 
         Args:
-            path: The path, with a query or without.
-            compressed: Whether the browser takes gzip.
+            path: The path, with or without a query.
+            compressed: Whether the browser accepts gzip.
         """
         path = urlsplit(path).path
         path = "/" if path == "/index.html" else path
@@ -99,7 +101,7 @@ class Site:
         return Response(http.HTTPStatus.OK, "OK", headers, body)
 
     async def serve(self, connection: Any) -> None:
-        """Serve a browser until it leaves."""
+        """Serve a browser until it disconnects."""
         browser = self._browsers[connection] = _Browser()
         sender = asyncio.create_task(self._send(connection, browser))
         try:
@@ -142,7 +144,7 @@ class Site:
 
 
 class _Browser:
-    """What waits for a browser; without a queue it is the whole state."""
+    """Messages pending for a browser; None: it needs the whole state."""
 
     def __init__(self) -> None:
         self.queue: deque[bytes] | None = None

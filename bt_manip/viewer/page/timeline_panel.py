@@ -1,4 +1,4 @@
-"""The time line below the scene: the running leaf, failures, cycles and breakpoints."""
+"""Timeline below the scene: running leaf, failures, cycles and breakpoints."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -9,19 +9,18 @@ from .gui import GuiEvent, is_number
 from .panel import Panel
 
 KEPT_CHANGES = 4000
-"""Number of changes of the running leaf, and of marks, that are kept."""
+"""Largest number of changes of the running leaf, and of marks."""
 
 
 class TimelinePanel(Panel):
-    """Shows when which leaf ran; a click asks the page to show that time.
+    """Shows which leaf ran when; a click shows that time on the page.
 
-    A recording is shown whole from the start.
+    For a recording, it shows the whole time range.
     """
 
     place = "below"
 
     def __init__(self, page: Any) -> None:
-        """Add it to the current container."""
         self._page, self._controls = page, page.controls
         self._line = page.gui.add(
             "timeline", leaves=[], marks=[], time=0.0, start=0.0, end=None, shown=None
@@ -29,26 +28,26 @@ class TimelinePanel(Panel):
         self._line.on("seek", self._seek, lambda value: value is None or is_number(value))
         self._nodes: dict[int, Any] = {}
         self._parents: set[int] = set()
-        self._running: dict[int, None] = {}  # leaves, the latest one last
+        self._running: dict[int, None] = {}  # running leaves, the latest last
         self._new: dict[str, list[Any]] = {"leaves": [], "marks": []}
         self._is_whole = False
 
     def show_recording(self, events: Iterable[RunEvent], start: float, end: float) -> None:
-        """Show the whole recording from the start."""
+        """Show the whole recording."""
         for event in events:
             self.handle(event)
         self.draw()
         self._line.start, self._line.end, self._is_whole = start, end, True
 
     def reset(self) -> None:
-        """Forget the past, but for a recording."""
+        """Clear the past, except of a recording."""
         if not self._is_whole:
             self._running.clear()
             self._new = {"leaves": [], "marks": []}
             self._line.leaves, self._line.marks = [], []
 
     def handle(self, event: RunEvent) -> None:
-        """Keep the running leaf and the marks."""
+        """Store the running leaf and marks."""
         if self._is_whole:
             return
         data = event.data
@@ -66,7 +65,7 @@ class TimelinePanel(Panel):
                 self._mark(event.time, "failure" if failed else "cycle", text)
 
     def draw(self) -> None:
-        """Send what is new, and the time."""
+        """Send new leaves and marks, and the time."""
         for name, values in self._new.items():
             if values:
                 self._line.append(name, values, KEPT_CHANGES)

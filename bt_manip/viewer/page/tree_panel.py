@@ -1,4 +1,4 @@
-"""The tree as it runs: states of its nodes, breakpoints, errors of an edit."""
+"""The running tree: states of its nodes, breakpoints, errors of an edit."""
 
 from typing import Any
 
@@ -9,15 +9,14 @@ from .panel import Panel
 
 
 class TreePanel(Panel):
-    """Sends the tree when it has changed, and of its nodes the states that have changed.
+    """Shows the tree, and the states of its nodes; only changes are sent.
 
-    Selection, folds and search belong to each browser.
+    Selection, folding and search are separate in each browser.
     """
 
     place = "left"
 
     def __init__(self, page: Any) -> None:
-        """Add the tree to the current container."""
         self._controls = page.controls
         self._tree = page.gui.add(
             "tree", nodes=[], states={}, breakpoints=[], problems=[], failed=False
@@ -29,13 +28,13 @@ class TreePanel(Panel):
         self._changed: dict[str, list[Any]] = {}
 
     def reset(self) -> None:
-        """Forget states and errors; the tree follows as an event."""
+        """Clear states and errors; an event with the tree follows."""
         self._texts.clear()
         self._forget_states()
         self._tree.problems = []
 
     def handle(self, event: RunEvent) -> None:
-        """Keep nodes, states and errors."""
+        """Store nodes, states and errors."""
         data = event.data
         if event.kind == "status":
             self._keep_status(event)
@@ -57,7 +56,7 @@ class TreePanel(Panel):
             self._tree.problems = data["problems"]
 
     def draw(self) -> None:
-        """Send what has changed."""
+        """Send the changes."""
         if self._changed:
             self._tree.merge("states", self._changed)
             self._changed = {}
@@ -68,7 +67,7 @@ class TreePanel(Panel):
     def _keep_status(self, event: RunEvent) -> None:
         data = event.data
         uid, status, before = data["uid"], data["status"], self._states.get(str(data["uid"]))
-        # A parent resets its children as soon as it ends: their last status is kept.
+        # A parent resets its children as soon as it ends: keep their last status.
         if status == "IDLE" and data["old"] != "RUNNING":
             return
         start, end = event.time, None if status == "RUNNING" else event.time
@@ -93,8 +92,7 @@ class TreePanel(Panel):
 
 
 class NodePanel(Panel):
-    """Shows the node that is selected in the browser: kind, status, ports with their values."""
+    """Shows the node selected in the browser: kind, status, ports and their values."""
 
     def __init__(self, page: Any) -> None:
-        """Add it to the current container."""
         page.gui.add("node")

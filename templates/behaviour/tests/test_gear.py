@@ -1,4 +1,4 @@
-"""The behaviour ends when it should, and keeps the contract of all behaviours."""
+"""The behaviour ends as specified, and fulfils the contract of behaviours."""
 
 import pytest
 from bt_manip.cell.objects import Cube

@@ -8,7 +8,7 @@ class Gear(Controller):
     """``tau = M (a_ref + kp e + kd de/dt) + bias + friction``: computed torque in a few lines."""
 
     kind = "gear"
-    saturates = True  # torques beyond the effort limits are clipped; they are a fault otherwise
+    saturates = True  # clip torques beyond the effort limits; otherwise they are a fault
 
     def _build(self, robot, kp=900.0, kd=60.0):
         super()._build(robot)
@@ -18,6 +18,6 @@ class Gear(Controller):
         """Return the joint torques of one step of 1 ms [N m]."""  # (nv,)
         model = self.model  # includes the payload
         a = a_ref + self.kp * (q_ref - q) + self.kd * (v_ref - v)
-        # Dry friction by the reference velocity: the measured one would chatter at rest.
+        # Dry friction from the reference velocity; the measured one would cause chatter at rest.
         friction = model.damping * v + model.friction * np.tanh(v_ref / 0.01)
         return model.rnea(q, v, a) + friction

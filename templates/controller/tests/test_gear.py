@@ -1,4 +1,4 @@
-"""The controller follows its reference and keeps the contract of controllers."""
+"""The controller follows its reference and fulfils the contract of controllers."""
 
 import numpy as np
 from bt_manip.cell import Cell

@@ -12,12 +12,12 @@ class Gear(Fault):
     force: float = parameter(0.2, "Force along the world's x axis [N].")
 
     def begin(self):
-        """Choose the object; the wind ends with the fault."""
+        """Select the object; the wind ends with the fault."""
         self.name = self.context.find_object()
         self.at_end(self.blow, 0.0)
 
     def bind(self):
-        """Blow, also after each compile of the cell."""
+        """Apply the force, also after each compilation of the cell."""
         self.blow(self.force)
 
     def blow(self, force):

@@ -1,18 +1,18 @@
-"""The gripper: a magnet, in the methods that every kind has, and one."""
+"""The gripper: a magnet, with the methods of every kind and `is_free`."""
 
 import numpy as np
 from bt_manip.exceptions import MotionError
 from bt_manip.robots import GraspCandidates, Gripper
 
-SETTLING = 0.05  # [s] of contact after which a grip is steady
-GAP = 1e-3  # [m] between the face and an object at a grasp
+SETTLING = 0.05  # [s] duration of contact after which a grip is steady
+GAP = 1e-3  # [m] distance of the face from the object at a grasp
 
 
 class Gear(Gripper):
-    """Holds by adhesion what touches its face."""
+    """Holds an object at its face by adhesion."""
 
-    kind = "gear"  # the name that it is registered by
-    memory = ("_force", "_contact")  # what changes during a run
+    kind = "gear"  # its registered name
+    memory = ("_force", "_contact")  # state that changes during a run
 
     def _build(self, robot):
         super()._build(robot)
@@ -29,7 +29,7 @@ class Gear(Gripper):
         self._force, self._contact = 0.0, 0.0
 
     def close(self, force):
-        """Switch it on, with a force [N]."""
+        """Switch the magnet on, with a force [N]."""
         self._force, self._contact = self.check_force(force), 0.0
 
     @property
@@ -39,7 +39,7 @@ class Gear(Gripper):
 
     @property
     def steady(self):
-        """Whether it has held for some time."""
+        """Whether an object has been held for `SETTLING`."""
         return self._contact >= SETTLING
 
     @property
@@ -49,23 +49,23 @@ class Gear(Gripper):
 
     @property
     def is_free(self):
-        """Whether nothing presses its face, so that it may move away."""
+        """Whether nothing presses the face, so that the tool may move away."""
         return not self._roots(self.robot.mj_data.contact.efc_address >= 0).size
 
     def held_root(self):
-        """Return the root body of the free object at the face; 0 for none."""
+        """Return the root body of the free object at the face; 0: none."""
         roots = self._roots(slice(None))
         free = roots[self.robot.mj_model.body_dofnum[roots] == 6]
         return int(free.min()) if free.size and self._force else 0
 
     def _roots(self, contacts):
-        """Return the root bodies of what touches the face, of some contacts."""
+        """Return the root bodies that touch the face in the given contacts."""
         model, data = self.robot.mj_model, self.robot.mj_data
         pairs = model.geom_bodyid[data.contact.geom[contacts]]
         return model.body_rootid[pairs[:, ::-1][np.isin(pairs, self.contact_body_ids)]]
 
     def set_opening(self, qpos, share=1.0):
-        """Write the positions of its joints: there are none."""
+        """Do nothing: the gripper has no joints."""
 
     def grasp_generator(self, name, solids, geom_poses, com, rng):
         """Return the grasps of an object."""
@@ -78,7 +78,7 @@ class Gear(Gripper):
         self._ctrl = physics.model.ptr.actuator(self._actuator.full_identifier).id
 
     def initialize_episode(self, physics, random_state):
-        """Begin open."""
+        """Start open."""
         self.open()
 
     def before_substep(self, physics, random_state):
@@ -86,20 +86,20 @@ class Gear(Gripper):
         self.robot.mj_data.ctrl[self._ctrl] = self._force / self.max_force
 
     def after_substep(self, physics, random_state):
-        """Measure how long it has held."""
+        """Measure the duration of the contact."""
         step = self.robot.mj_model.opt.timestep
         self._contact = self._contact + step if self.held_root() else 0.0
 
 
 class TopFace:
-    """Generates one grasp: from above, over the centre of mass of an object of boxes."""
+    """Generates one grasp: from above, at the centre of mass of an object of boxes."""
 
     def __init__(self, name, solids, com):
-        """Keep the object."""
+        """Store the object."""
         self.name, self.solids, self.com = name, solids, np.array(com)
 
     def candidates(self, down):
-        """Return the grasp; z of the tool is the direction of approach."""
+        """Return the grasp; the z axis of the tool is the approach direction."""
         if any(solid.kind != "box" for solid in self.solids):
             raise MotionError(f"'{self.name}' has no flat top", reason="grasp")
         height = max(float(solid.support(-down[np.newaxis])[0]) for solid in self.solids)

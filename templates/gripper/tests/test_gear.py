@@ -1,4 +1,4 @@
-"""An arm with the gripper keeps the contract of robots, and picks."""
+"""An arm with the gripper fulfils the contract of robots, and picks."""
 
 import pytest
 from bt_manip import build_station as build
@@ -11,7 +11,7 @@ test_contracts = contracts_of("gear")
 
 @pytest.fixture(scope="session")
 def build_station(parts):
-    """All tests here stand this arm on the table."""
+    """Build the station with this arm."""
     return lambda: build(parts, robot="gear")
 
 

@@ -6,9 +6,9 @@ from dm_control import composer, mjcf
 class Gear(composer.Entity):
     """A round object to pick up; its origin is its centre."""
 
-    kind = "gear"  # the name that it is registered by
-    category = "graspable"  # how behaviours use it
-    free = True  # it can be moved
+    kind = "gear"  # its registered name
+    category = "graspable"  # its use by behaviours
+    free = True  # it moves freely
 
     def _build(self, name="gear", radius=0.025, height=0.05, mass=0.1):
         self._root = mjcf.RootElement(model=name)

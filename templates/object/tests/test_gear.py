@@ -1,4 +1,4 @@
-"""The object is sound, and can be picked."""
+"""The object fulfils the contract of objects, and can be picked."""
 
 import pytest
 from bt_manip.behaviours import Grasp, Hover, Lift, Reach

@@ -5,7 +5,7 @@ from bt_manip.viewer import Panel
 
 
 class Gear(Panel):
-    """Shows which node runs, and the largest distance of a joint from its reference."""
+    """Shows the running node and the largest tracking error of a joint."""
 
     def __init__(self, page):
         """Add the texts to the page."""
@@ -14,23 +14,23 @@ class Gear(Panel):
         self.reset()
 
     def start(self, run):
-        """Forget the run before."""
+        """Clear the previous run."""
         self.reset()
 
     def reset(self):
-        """Forget all events and samples."""
+        """Clear all events and samples."""
         self.node, self.error = "", 0.0
 
     def handle(self, event):
-        """Keep the node that started to run."""
+        """Store the node that starts to run."""
         if event.kind == "status" and event.data["status"] == "RUNNING":
             self.node = event.data["path"]
 
     def sample(self, times, joints):
-        """Keep the largest error of the last tick."""
+        """Store the largest error of the last tick."""
         errors = [np.abs(q - q_ref)[-1].max() for q, q_ref in joints.values()]
         self.error = 1e3 * float(max(errors, default=0.0))
 
     def draw(self):
-        """Send them to the open pages."""
+        """Send both to the open pages."""
         self.shown_node.value, self.shown_error.value = self.node, round(self.error, 3)

@@ -3,14 +3,14 @@
 import numpy as np
 from bt_manip.planning import PlanningResult
 
-STEP = 0.02  # [rad] between the configurations that are checked
+STEP = 0.02  # [rad] between checked configurations
 
 
 class Gear:
     """Plan via one random configuration with free segments to start and goal."""
 
     def __init__(self, samples=2000):
-        """Set the number of samples: never bound a search by time."""
+        """Set the number of samples; searches are not bounded by time."""
         self.samples = samples
 
     def plan(self, problem):
@@ -27,6 +27,6 @@ class Gear:
 
 
 def segment_is_free(start, end, is_free):
-    """Check the configurations on a straight segment, its start excluded."""
+    """Return whether a straight segment, without its start, is collision-free."""
     n = int(np.ceil(np.abs(end - start).max() / STEP)) + 1
     return all(is_free(start + (end - start) * i / n) for i in range(n, 0, -1))

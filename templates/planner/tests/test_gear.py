@@ -1,4 +1,4 @@
-"""The planner finds collision-free paths, the same ones for the same seed."""
+"""The planner finds collision-free paths, equal for equal seeds."""
 
 import numpy as np
 import pytest

@@ -7,7 +7,7 @@ from bt_manip.runner import RunObserver
 class Gear(RunObserver):
     """Write the time [s] and the position of the tool [m] after every tick."""
 
-    suffix = ".gear"  # chooses this recorder
+    suffix = ".gear"  # selects this recorder
 
     def __init__(self, path):
         """Open the file."""
@@ -16,7 +16,7 @@ class Gear(RunObserver):
         self.file = path.open("w")
 
     def run_started(self, run):
-        """Keep the station."""
+        """Store the station."""
         self.station = run.station
 
     def after_tick(self):

@@ -1,4 +1,4 @@
-"""The recorder writes a line a tick and changes nothing in the run."""
+"""The recorder writes a line per tick."""
 
 import pytest
 from bt_manip.exceptions import BtManipError

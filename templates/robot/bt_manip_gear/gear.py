@@ -1,4 +1,4 @@
-"""The robot: limits that its model file cannot express."""
+"""The robot: its model, and limits that MJCF cannot express."""
 
 from math import pi
 from pathlib import Path
@@ -8,7 +8,7 @@ from bt_manip.robots import RobotDescription
 
 
 def gear():
-    """Describe the robot; the limits are those of its data sheet."""
+    """Return the description, with limits from the data sheet."""
     return RobotDescription(
         name="gear",
         model=str(Path(__file__).parent / "gear.xml"),

@@ -1,4 +1,4 @@
-"""The robot is what its description says, and keeps the contract of all robots."""
+"""The robot matches its description and fulfils the contract of robots."""
 
 import pytest
 from bt_manip import build_station as build
@@ -11,7 +11,7 @@ test_contracts = contracts_of("gear")
 
 @pytest.fixture(scope="session")
 def build_station(parts):
-    """All tests here stand this robot on the table."""
+    """Build the station with this robot."""
     return lambda: build(parts, robot="gear")
 
 

@@ -125,11 +125,13 @@ def test_an_incomplete_recording_gives_a_report_that_says_so(page, picked, tmp_p
     cut = tmp_path / "cut.mcap"
     cut.write_bytes(picked.read_bytes()[: picked.stat().st_size // 2])
     text = shown(html.document_fromstring(run_page(Recording(cut))))
-    assert "This recording ended without an end" in text and "NOT ENDED" in text
+    assert "This recording is incomplete" in text and "NOT ENDED" in text
 
 
 def test_thinned_lines_say_so(page):
-    assert re.search(r"Thinned: of each 3\.\d+ ms, lines show the smallest and the", shown(page))
+    assert re.search(
+        r"Downsampled: lines show the smallest and largest value of each 3\.\d+ ms", shown(page)
+    )
 
 
 @pytest.mark.soak

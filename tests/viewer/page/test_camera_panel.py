@@ -1,4 +1,4 @@
-"""The picture of a camera over the scene is that of the cell, a few times a second."""
+"""The camera image over the scene shows the cell, a few times a second."""
 
 import base64
 import io

@@ -1,5 +1,5 @@
 "use strict";
-// The connection to the server, and the layout. What belongs to this browser alone is in `page`.
+// The connection to the server, and the layout. `page` has the state of this browser alone.
 
 const NARROW = 900;  // width below which the tree is a tab [pixels]
 
@@ -64,7 +64,7 @@ function redraw() {
   if (tabs.length) drawTabs();
   for (const element of [...dirty]) {
     const { node, draw } = element.made;
-    // What is not seen is drawn when it is: by the tab that shows it.
+    // Hidden elements are drawn when their tab is shown.
     if (draw && node.isConnected && node.offsetParent === null && element.props.visible && element.kind != "status") continue;
     dirty.delete(element);
     draw?.();

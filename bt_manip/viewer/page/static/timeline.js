@@ -1,7 +1,7 @@
 "use strict";
-// The time line: coloured by the running leaf, with marks; a click goes to that time.
+// The timeline: coloured by the running leaf, with marks; a click shows that time.
 
-const WINDOW = 60;  // simulated time that is shown of a run [s]
+const WINDOW = 60;  // simulated time shown for a run [s]
 
 function hue(name) {
   let hash = 7;
@@ -14,7 +14,7 @@ function makeTimeline(element, page) {
   const canvas = document.createElement("canvas");
   canvas.tabIndex = 0;
   canvas.setAttribute("role", "slider");
-  canvas.setAttribute("aria-label", "Time line");
+  canvas.setAttribute("aria-label", "Timeline");
   const live = Object.assign(document.createElement("button"), { textContent: "Back to now", hidden: true });
   live.onclick = () => element.send("seek", null);
   node.append(canvas, live);

@@ -1,9 +1,9 @@
 "use strict";
-// The tree: rows of one height, of which only the visible ones are in the document.
+// The tree: rows of equal height; only visible rows are in the document.
 
 const ROW = 22;  // height [pixels], as in the style sheet
-const FOLDED_ABOVE = 40;  // nodes above which sub-trees that neither run nor failed are folded
-const PAST = 60;  // simulated time that can be looked back at [s]
+const FOLDED_ABOVE = 40;  // number of nodes above which sub-trees without running or failed nodes are folded
+const PAST = 60;  // simulated time for which past states are kept [s]
 const SIGNS = { IDLE: "·", RUNNING: "▶", SUCCESS: "✓", FAILURE: "✗", SKIPPED: "-" };
 const IDLE = ["IDLE", "", null, null];
 
@@ -15,7 +15,7 @@ function makeTree(element, page) {
   const follow = Object.assign(document.createElement("input"), { type: "checkbox", checked: page.saved("follow") ?? true });
   const followLabel = document.createElement("label");
   followLabel.append(follow, " Follow");
-  followLabel.title = "Open what runs or has failed, and scroll to it";
+  followLabel.title = "Unfold running and failed nodes, and scroll to them";
   const whole = Object.assign(document.createElement("button"), { textContent: "⬑ Whole tree", hidden: true });
   tools.append(whole, search, followLabel);
   rows.tabIndex = 0;
@@ -25,10 +25,10 @@ function makeTree(element, page) {
   node.append(tools, problems, rows);
 
   let nodes = new Map(), children = new Map(), depths = new Map(), source = null;
-  let alone = 0;  // the sub-tree that is shown alone
+  let alone = 0;  // the sub-tree shown alone
   let shown = [], pool = [], running = 0;
   const folds = page.saved("folds") ?? {};
-  let past = [], base = {};  // what came in the last minute, and the states before
+  let past = [], base = {};  // changes of the last minute, and the states before
 
   const isParent = (uid) => children.has(uid);
 
@@ -194,7 +194,7 @@ function makeTree(element, page) {
     else if (top + ROW > rows.scrollTop + rows.clientHeight) rows.scrollTop = top - rows.clientHeight + 3 * ROW;
   }
 
-  // What a person does
+  // Input events
 
   function fold(uid, open) {
     if (!isParent(uid)) return;

@@ -1,6 +1,6 @@
 "use strict";
 // The elements of the page: one maker per kind. A maker returns the DOM node, and functions that
-// draw it; `send(event, value)` tells the server. All text is set as text, but for `html`.
+// draw it; `send(event, value)` notifies the server. All text is set as text, except `html`.
 
 const make = (tag, props = {}, ...children) => {
   const node = Object.assign(document.createElement(tag), props);
@@ -26,7 +26,7 @@ function row(element, input, ...more) {
 }
 
 function numeric(element, input) {
-  // A field for a number: follows the value unless it is being edited.
+  // An input for a number, which follows the value unless it is being edited.
   const p = element.props;
   input.type = "number";
   if (p.min !== null) input.min = p.min;
@@ -116,7 +116,7 @@ const WIDGETS = {
     return { node: made.node, draw() { made.draw(); follow(); if (!held) input.value = p.value; } };
   },
   picture(element) {
-    const node = make("img", { className: "picture", alt: "Picture of the camera" });
+    const node = make("img", { className: "picture", alt: "Camera image" });
     return { node, draw() { node.src = element.props.source; } };
   },
   status(element) {
@@ -170,7 +170,7 @@ const WIDGETS = {
       filters.append(make("label", {}, box, ` ${kind}`));
     }
     const node = make("div", { className: "log" }, filters, lines);
-    let drawn = null, last = null;  // the lines that are drawn, the last of them
+    let drawn = null, last = null;  // the drawn lines, and the last of them
     const line = (one) => {
       const [time, kind, text, uid] = one;
       const node = make("div", { className: `logline ${kind}` },
@@ -219,7 +219,7 @@ function makeNode(element, page) {
 const COLOURS = ["#1971c2", "#e67700", "#2b8a3e", "#9c36b5"];
 
 function sized(canvas) {
-  // A canvas with as many pixels as it has on the screen.
+  // A canvas with the resolution of the screen.
   const { width, height } = canvas.getBoundingClientRect(), ratio = window.devicePixelRatio || 1;
   if (canvas.width != Math.round(width * ratio)) canvas.width = Math.round(width * ratio);
   if (canvas.height != Math.round(height * ratio)) canvas.height = Math.round(height * ratio);

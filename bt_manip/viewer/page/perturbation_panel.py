@@ -1,4 +1,4 @@
-"""Pulling an object by a handle in the scene."""
+"""Perturbation of an object by a handle in the scene."""
 
 from functools import partial
 from typing import Any
@@ -12,25 +12,24 @@ from .lines import NO_LINES, Lines
 from .panel import HANDLE_SIZE, Panel
 
 NO_OBJECT = "none"
-"""Choice of no object."""
+"""Option for no object."""
 
 FORCES = (1.0, 100.0)
-"""Least and greatest choice of the maximum force [N]."""
+"""Range of the maximum force [N]."""
 
 PULL_COLOUR = (230, 119, 0)
 """Colour of the line from the object to the handle."""
 
 
-class PullPanel(Panel):
-    """Pulls the chosen object towards its handle by a limited spring force, while it is dragged.
+class PerturbationPanel(Panel):
+    """Pulls the selected object towards its handle by a limited spring force while it is dragged.
 
-    Callbacks only set the target, which the thread of the run requests as an intervention.
+    Callbacks only set the target; the thread of the run requests the intervention.
     """
 
     needs_run = True
 
     def __init__(self, page: Any) -> None:
-        """Add its inputs to the current container."""
         gui, self._page, self._scene = page.gui, page, page.server.scene
         self._choice = gui.add_dropdown(
             "Object", (NO_OBJECT,), hint="Or click it in the scene, then drag its handle to pull it"
@@ -41,8 +40,8 @@ class PullPanel(Panel):
         self._run: Any = None
         self._handle: Any = None
         self._line = Lines(self._scene, "/pull", PULL_COLOUR)
-        self._target: list[float] | None = None  # to which it is dragged
-        self._pulled: tuple[str, list[float], float] | None = None  # what was requested last
+        self._target: list[float] | None = None  # position of the dragged handle [m]
+        self._pulled: tuple[str, list[float], float] | None = None  # the last request
         self._has_new_objects = False
 
     def start(self, run: Run) -> None:
@@ -50,20 +49,20 @@ class PullPanel(Panel):
         self._run, self._pulled = run, None
 
     def begin_idle(self, station: Station) -> None:
-        """Remove the handle: pulls are interventions in a run."""
+        """Remove the handle: only a run can be perturbed."""
         self._run = None
         self._remove()
 
     def reset(self) -> None:
-        """Let go and remove the handle."""
+        """Release the object."""
         self._target, self._has_new_objects = None, True
 
     def handle(self, event: RunEvent) -> None:
-        """Notice objects that come and go."""
+        """Note added and removed objects."""
         self._has_new_objects |= event.kind == "entity"
 
     def end_tick(self) -> None:
-        """Request the pull if the handle was moved, or let go."""
+        """Request a perturbation if the handle was moved, or released."""
         target, name, force = self._target, self._choice.value, float(self._force.value)
         wanted = None if target is None or name == NO_OBJECT else (name, target, force)
         if wanted == self._pulled:
@@ -74,11 +73,11 @@ class PullPanel(Panel):
                 pull(before[0], None)
             if wanted is not None:
                 pull(name, target, max_force=force)
-        except BtManipError:  # it was removed, or the message of the page was malformed
+        except BtManipError:  # the object was removed, or the page sent a malformed message
             self._target = None
 
     def draw(self) -> None:
-        """Move handle and line to the chosen object."""
+        """Move handle and line to the selected object."""
         if self._run is None:
             return
         if self._has_new_objects:
@@ -123,10 +122,10 @@ class PullPanel(Panel):
             self._handle.remove()
             self._handle = None
 
-    # Callbacks; viser calls those that are async in the order of the messages
+    # Callbacks; viser calls async ones in the order of the messages
 
     def _choose(self, name: str) -> None:
         self._choice.value = name
 
-    async def _dragged(self, event: Any) -> None:  # it also ends when the page is closed
+    async def _dragged(self, event: Any) -> None:  # a closed page ends the drag
         self._target = None if event.phase == "end" else event.target.position.tolist()

@@ -1,4 +1,4 @@
-"""Pulls of bodies by damped springs with a limited force."""
+"""Perturbations: bodies are pulled by damped springs with a limited force."""
 
 import math
 from collections.abc import Callable, Container, Mapping
@@ -11,37 +11,35 @@ from bt_manip.cell import Cell, entity_of
 from bt_manip.exceptions import BtManipError
 
 MAX_FORCE = 50.0
-"""Default limit of the force of a pull [N]: ten times the weight of an object of 0.5 kg."""
+"""Default limit of the force on a pulled body [N]: ten times the weight of an object of 0.5 kg."""
 
 
-class Pulls:
-    """The active pulls of a cell, at most one for each body.
+class Perturbations:
+    """The active perturbations of a cell, at most one per body, as in MuJoCo's viewer.
 
-    A pull is plain data as documented for the event ``intervention`` of `RunEvent`.
+    A perturbation is plain data, documented at the event ``intervention`` of `RunEvent`.
+
+    Args:
+        cell: The cell.
+        robots: Names of its robots, which cannot be pulled.
+        notify: Called with the data of each perturbation that begins, changes or ends.
     """
 
     def __init__(
         self, cell: Cell, robots: Container[str], notify: Callable[[dict[str, Any]], None]
     ) -> None:
-        """Begin without pulls.
-
-        Args:
-            cell: The cell.
-            robots: Names of its robots, which cannot be pulled.
-            notify: Called with the data of each pull that begins, changes or ends.
-        """
         self._cell, self._robots, self._notify = cell, robots, notify
-        self._pulls: dict[str, dict[str, Any]] = {}  # data, and effective mass [kg] at the start
+        self._active: dict[str, dict[str, Any]] = {}  # data by body, with its effective mass [kg]
         self._bound: list[tuple[np.ndarray, mujoco.MjvPerturb, float]] = []
         self._generation: int | None = None
 
     @property
     def active(self) -> bool:
         """Whether `apply` has to be called before each control step."""
-        return bool(self._pulls)
+        return bool(self._active)
 
     def check(self, data: Mapping[str, Any]) -> None:
-        """Check that a pull is possible.
+        """Check that a perturbation is possible.
 
         Raises:
             BtManipError: If not.
@@ -56,22 +54,22 @@ class Pulls:
         self._body(data["body"])
 
     def set(self, data: Mapping[str, Any]) -> None:
-        """Begin, move or end the pull of a body; without effect if the body was removed."""
+        """Begin, move or end the perturbation of a body; no effect if the body was removed."""
         if data["target"] is None:
             self._let_go(data["body"])
             return
-        begins = data["body"] not in self._pulls
+        begins = data["body"] not in self._active
         try:
-            mass = self._mass(data) if begins else self._pulls[data["body"]]["mass"]
+            mass = self._mass(data) if begins else self._active[data["body"]]["mass"]
         except BtManipError:
             return
         numbers = {key: data[key] for key in ("body", "point", "target", "max_force")}
-        self._pulls[data["body"]] = {**numbers, "mass": mass}
+        self._active[data["body"]] = {**numbers, "mass": mass}
         self._generation = None
-        self._notify({"kind": "pull", **numbers, "begins": begins})
+        self._notify({"kind": "perturbation", **numbers, "begins": begins})
 
     def apply(self) -> None:
-        """Set the forces of all pulls for the next control step."""
+        """Set the forces of all perturbations for the next control step."""
         model, data = self._cell.model, self._cell.data
         if self._generation != self._cell.generation:
             self._bind()
@@ -82,17 +80,17 @@ class Pulls:
                 wrench *= max_force / force
 
     def clear(self) -> None:
-        """End all pulls."""
-        for body in list(self._pulls):
+        """End all perturbations."""
+        for body in list(self._active):
             self._let_go(body)
 
     def get_state(self) -> list[dict[str, Any]]:
-        """Return the active pulls as plain data."""
-        return [dict(pull) for pull in self._pulls.values()]
+        """Return the active perturbations as plain data."""
+        return [dict(one) for one in self._active.values()]
 
     def set_state(self, state: list[dict[str, Any]]) -> None:
         """Restore a state of `get_state`."""
-        self._pulls = {one["body"]: dict(one) for one in state}
+        self._active = {one["body"]: dict(one) for one in state}
         self._generation = None
 
     def _body(self, name: str) -> int:
@@ -104,17 +102,17 @@ class Pulls:
         return body
 
     def _let_go(self, body: str) -> None:
-        if self._pulls.pop(body, None) is None:
+        if self._active.pop(body, None) is None:
             return
         self._generation = None
         try:
             self._cell.data.xfrc_applied[self._body(body)] = 0.0
         except BtManipError:  # removed
             pass
-        self._notify({"kind": "pull", "body": body, "target": None, "begins": False})
+        self._notify({"kind": "perturbation", "body": body, "target": None, "begins": False})
 
     def _mass(self, data: Mapping[str, Any]) -> float:
-        """Return the effective mass at a point: MuJoCo's in ``mjv_initPerturb``."""
+        """Return the effective mass at a point [kg], as ``mjv_initPerturb`` computes it."""
         model, physics, body = self._cell.model, self._cell.data, self._body(data["body"])
         point = physics.xpos[body] + physics.xmat[body].reshape(3, 3) @ data["point"]
         jacobian, solved = np.zeros((2, 3, model.nv))
@@ -123,17 +121,17 @@ class Pulls:
         return 3.0 / max(float(np.sum(jacobian * solved)), mujoco.mjMINVAL)
 
     def _bind(self) -> None:
-        """Bind the pulls to the present model; those of removed bodies end."""
+        """Bind the perturbations to the present model; end those of removed bodies."""
         self._bound = []
-        for pull in list(self._pulls.values()):
+        for active in list(self._active.values()):
             try:
-                body = self._body(pull["body"])
+                body = self._body(active["body"])
             except BtManipError:
-                self._let_go(pull["body"])
+                self._let_go(active["body"])
                 continue
             spring = mujoco.MjvPerturb()
             spring.select, spring.active = body, int(mujoco.mjtPertBit.mjPERT_TRANSLATE)
-            spring.localpos, spring.refselpos = pull["point"], pull["target"]
-            spring.localmass = pull["mass"]
-            self._bound.append((self._cell.data.xfrc_applied[body], spring, pull["max_force"]))
+            spring.localpos, spring.refselpos = active["point"], active["target"]
+            spring.localmass = active["mass"]
+            self._bound.append((self._cell.data.xfrc_applied[body], spring, active["max_force"]))
         self._generation = self._cell.generation

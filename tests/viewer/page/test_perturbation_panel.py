@@ -17,7 +17,7 @@ from bt_manip.runner import RunObserver
 
 @pytest.fixture
 def panel(page):
-    (panel,) = [panel for panel in page._panels if type(panel).__name__ == "PullPanel"]
+    (panel,) = [panel for panel in page._panels if type(panel).__name__ == "PerturbationPanel"]
     return panel
 
 
