@@ -36,6 +36,11 @@ class Cell:
     Entities work by composer's hooks: ``after_compile`` runs for all of them after every compile,
     ``initialize_episode`` once for each new one, ``before_substep`` and ``after_substep`` around
     each step, in the order in which ``composer.Environment`` runs them.
+
+    Args:
+        arena: The arena; default: the project's own.
+        timestep: Step of the physics [s].
+        random_state: Passed to composer's hooks; default: seed 0.
     """
 
     def __init__(
@@ -44,13 +49,6 @@ class Cell:
         timestep: float = 1e-3,
         random_state: np.random.RandomState | None = None,
     ):
-        """Make an empty cell, or one with the entities of an arena.
-
-        Args:
-            arena: The arena; default: the project's own.
-            timestep: Step of the physics [s].
-            random_state: Passed to composer's hooks; default: seed 0.
-        """
         arena = arena if arena is not None else Arena(timestep=timestep)
         arena.mjcf_model.option.timestep = timestep
         self.random_state = random_state or np.random.RandomState(0)

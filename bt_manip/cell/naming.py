@@ -75,7 +75,6 @@ class BodyNames:
     """Names ``entity/body`` of the bodies and geoms of a compiled model, by id."""
 
     def __init__(self, model: mujoco.MjModel):
-        """Read the names of a compiled model."""
         name = mujoco.mj_id2name
         kind = mujoco.mjtObj.mjOBJ_BODY
         bodies = [body_name(name(model, kind, i) or "") for i in range(model.nbody)]

@@ -25,8 +25,19 @@ class NoOpenGLError(CellError):
 class FrameRenderer(mujoco.Renderer):
     """Renders the cameras of a model, if wanted with a text over the image.
 
+    Args:
+        width: Of the images, up to 1920 in the project's own arena [pixels].
+        height: Of the images, up to 1200 there [pixels].
+        shadow_size: Edge length of the shadow map, 0 for no shadows and reflections [pixels];
+            None: the model's.
+        samples: Samples per pixel, 0 for hard edges; None: the model's.
+
     Attributes:
         model: The compiled model.
+
+    Raises:
+        CellError: If the size is zero or too large.
+        NoOpenGLError: If no OpenGL backend works.
     """
 
     _gl_context: Any = None  # of one that could not be opened
@@ -41,20 +52,6 @@ class FrameRenderer(mujoco.Renderer):
         shadow_size: int | None = None,
         samples: int | None = None,
     ) -> None:
-        """Open an OpenGL context.
-
-        Args:
-            model: The compiled model.
-            width: Of the images, up to 1920 in the project's own arena [pixels].
-            height: Of the images, up to 1200 there [pixels].
-            shadow_size: Edge length of the shadow map, 0 for no shadows and reflections [pixels];
-                None: the model's.
-            samples: Samples per pixel, 0 for hard edges; None: the model's.
-
-        Raises:
-            CellError: If the size is zero or too large.
-            NoOpenGLError: If no OpenGL backend works.
-        """
         most = (int(model.vis.global_.offwidth), int(model.vis.global_.offheight))
         if not (0 < width <= most[0] and 0 < height <= most[1]):
             raise CellError(

@@ -106,7 +106,13 @@ class SceneSource(Protocol):
 
 
 class CellScene:
-    """The scene of a compiled model and its present state, as a `SceneSource`."""
+    """The scene of a compiled model and its present state, as a `SceneSource`.
+
+    Args:
+        model: The compiled model.
+        data: Its data.
+        entities: The entities by name; another one of the same name looks different.
+    """
 
     def __init__(
         self,
@@ -114,13 +120,6 @@ class CellScene:
         data: mujoco.MjData,
         entities: Mapping[str, Any] | None = None,
     ) -> None:
-        """Read the names.
-
-        Args:
-            model: The compiled model.
-            data: Its data.
-            entities: The entities by name; another one of the same name looks different.
-        """
         self._model, self._data, self._known = model, data, dict(entities or {})
         self.frames = [_frame_name(model, i) for i in range(model.nbody)]
         names = [entity_of(name) for name in self.frames]

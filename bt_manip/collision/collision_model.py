@@ -30,6 +30,9 @@ class CollisionModel:
 
     What is a contact for the physics is one here, for every kind of geom.
 
+    Args:
+        source: The model of the simulation.
+
     Attributes:
         model: The copy, with larger margins.
         data: Its data: write `qpos`, then call `collide`.
@@ -37,12 +40,6 @@ class CollisionModel:
     """
 
     def __init__(self, source: mujoco.MjModel, padding: float) -> None:
-        """Copy a compiled model.
-
-        Args:
-            source: The model of the simulation.
-            padding: Distance up to which contacts are detected, beyond the model's margins [m].
-        """
         self._source, self.padding = source, padding
         self.model = copy.copy(source)
         self.model.pair_margin[:] += padding

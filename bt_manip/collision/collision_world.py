@@ -34,6 +34,9 @@ class CollisionWorld:
     does not move stands where it stood at the last `refresh`. The held object moves with the tool
     and may touch the gripper.
 
+    Args:
+        model: Its kinematic model.
+
     Attributes:
         robot: The robot.
         joints: Full names of the arm's joints.
@@ -44,12 +47,6 @@ class CollisionWorld:
     """
 
     def __init__(self, robot: Robot, model: RobotModel) -> None:
-        """Check a robot in the cell that it is compiled into.
-
-        Args:
-            robot: The robot.
-            model: Its kinematic model.
-        """
         self.robot = robot
         self.joints = tuple(model.model.names)[1:]
         self._geometry = RobotGeometry(robot, model)

@@ -29,6 +29,12 @@ class ConservativeAdvancement:
 
     Most pairs are far enough apart by their bounding spheres, most others by their bounding boxes;
     MuJoCo measures the rest. All is unknown for arms that are not a chain of hinges.
+
+    Args:
+        source: The model of the simulation.
+        scratch: The model whose collision detection is skipped; its data are changed.
+        geometry: The robot.
+        joints: Ids of the arm's joints, from the base on.  # (nq,)
     """
 
     def __init__(
@@ -38,14 +44,6 @@ class ConservativeAdvancement:
         geometry: RobotGeometry,
         joints: np.ndarray,
     ) -> None:
-        """Prepare for a compiled model.
-
-        Args:
-            source: The model of the simulation.
-            scratch: The model whose collision detection is skipped; its data are changed.
-            geometry: The robot.
-            joints: Ids of the arm's joints, from the base on.  # (nq,)
-        """
         self._source, self._scratch = source, scratch
         self._geometry, self._joints = geometry, joints
         self._enabled = False

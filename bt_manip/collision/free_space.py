@@ -21,6 +21,15 @@ class FreeSpace:
     The arm keeps a clearance, except from bodies that are nearer at the start or at the end: there
     it keeps the distance of these configurations. From bodies that it touches at the start it may
     escape: penetration must not increase, and has to end within `ESCAPE_RANGE`.
+
+    Args:
+        world: The collision world; it is refreshed.
+        start: Configuration at the start [rad].  # (nq,)
+        ends: Possible final configurations [rad].  # (nq,) each
+        clearance: Distance to keep from everything else [m], at most `PADDING`.
+
+    Raises:
+        MotionError: When the clearance is larger.
     """
 
     def __init__(
@@ -31,17 +40,6 @@ class FreeSpace:
         *,
         clearance: float = CLEARANCE,
     ) -> None:
-        """Measure the distances at start and ends, with everything else where it is now.
-
-        Args:
-            world: The collision world; it is refreshed.
-            start: Configuration at the start [rad].  # (nq,)
-            ends: Possible final configurations [rad].  # (nq,) each
-            clearance: Distance to keep from everything else [m], at most `PADDING`.
-
-        Raises:
-            MotionError: When the clearance is larger.
-        """
         check_number(clearance, "clearance", "m", at_most=PADDING)
         world.refresh()
         self.world, self.start = world, np.array(start)

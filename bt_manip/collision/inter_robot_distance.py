@@ -20,7 +20,6 @@ class InterRobotDistance:
     """Measures the distance between two robots, with the objects that they hold."""
 
     def __init__(self, first: RobotGeometry, second: RobotGeometry) -> None:
-        """Measure between two robots of the same cell."""
         self._robots = first, second
         self._source: mujoco.MjModel | None = None
         self._bodies: tuple[np.ndarray, ...] = ()

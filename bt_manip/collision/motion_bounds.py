@@ -40,6 +40,12 @@ class MotionBounds:
     of its first-order displacement J dq, plus half of the largest second derivative along the
     segment: the sum of |axis_j x (axis_k x (x - p_k))| |dq_j| |dq_k|, with k the joint nearer to
     the tip. The distance of x from p_k is at most that along the links.
+
+    Args:
+        model: The compiled model.
+        data: Kinematics at any configuration.
+        joints: Ids of the arm's joints, from the base on.  # (nq,)
+        link_of_geom: Link of each geom to enclose; 0 for all others.  # (ngeom,)
     """
 
     def __init__(
@@ -49,14 +55,6 @@ class MotionBounds:
         joints: np.ndarray,
         link_of_geom: np.ndarray,
     ) -> None:
-        """Enclose the links in spheres.
-
-        Args:
-            model: The compiled model.
-            data: Kinematics at any configuration.
-            joints: Ids of the arm's joints, from the base on.  # (nq,)
-            link_of_geom: Link of each geom to enclose; 0 for all others.  # (ngeom,)
-        """
         self._joints, nq = joints, len(joints)
         self._bodies = model.jnt_bodyid[joints]
         anchors = data.xanchor[joints]

@@ -20,6 +20,9 @@ class RobotGeometry:
     object that it holds, and how it opens. An empty gripper may open at any time and counts as open
     for other robots.
 
+    Args:
+        model: Its kinematic model, which is copied.
+
     Attributes:
         robot: The robot.
         arm: Mask of the bodies that the arm moves.  # (nbody,)
@@ -31,12 +34,6 @@ class RobotGeometry:
     """
 
     def __init__(self, robot: Robot, model: RobotModel) -> None:
-        """Read the present state of a robot.
-
-        Args:
-            robot: The robot, compiled into a cell.
-            model: Its kinematic model, which is copied.
-        """
         self.robot = robot
         self._kinematics = model.copy()
         self._source: mujoco.MjModel | None = None

@@ -37,7 +37,6 @@ class Hold(Reference):
     """A constant configuration."""
 
     def __init__(self, q: np.ndarray):
-        """Hold ``q`` [rad]."""  # (nq,)
         self.q = np.array(q, dtype=float)
         self.v = np.zeros_like(self.q)
         self.a = np.zeros_like(self.q)

@@ -21,6 +21,12 @@ if TYPE_CHECKING:
 class FaultInjector(RunModifier):
     """Begins and ends planned faults.
 
+    Args:
+        planned: What shall happen.
+        faults: The registered faults.
+        seed: Seed of all their randomness.
+        warn: Takes each of `problems` when it occurs.
+
     Attributes:
         problems: Why a planned fault has not happened in a cycle, in the order of the cycles.
     """
@@ -32,14 +38,6 @@ class FaultInjector(RunModifier):
         seed: int = 0,
         warn: Callable[[str], None] = lambda message: None,
     ) -> None:
-        """Plan faults.
-
-        Args:
-            planned: What shall happen.
-            faults: The registered faults.
-            seed: Seed of all their randomness.
-            warn: Takes each of `problems` when it occurs.
-        """
         self._planned, self._faults, self._seed, self._warn = planned, faults, seed, warn
         self._active: list[tuple[float, Fault]] = []
         self._pending: list[_Pending] = []

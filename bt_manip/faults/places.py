@@ -31,16 +31,15 @@ SIDES = 8
 
 
 class Places:
-    """The places on surfaces at which a robot reaches an object from above."""
+    """The places on surfaces at which a robot reaches an object from above.
+
+    Args:
+        context: The run.
+        name: The object.
+        distance: Least horizontal distance from its present pose [m].
+    """
 
     def __init__(self, context: FaultContext, name: str, distance: float) -> None:
-        """Measure robot and object.
-
-        Args:
-            context: The run.
-            name: The object.
-            distance: Least horizontal distance from its present pose [m].
-        """
         cell = context.cell
         self._context, self._distance = context, distance
         self._declared = as_object(cell.find(name))

@@ -45,7 +45,6 @@ class GraspPlanner:
     """
 
     def __init__(self, cell: Cell, arm: Arm) -> None:
-        """Plan for an arm in a cell."""
         self._cell, self.arm = cell, arm
         self.checked: CheckedGrasps | None = None
         self._generators: dict[str, tuple[bytes, GraspGenerator]] = {}  # with their keys

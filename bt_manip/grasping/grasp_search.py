@@ -78,6 +78,12 @@ class CheckedGrasps:
 class GraspSearch:
     """Searches the grasps of one object in the present situation.
 
+    Args:
+        arm: The arm.
+        name: The object.
+        ranking: Its grasp candidates.
+        clearance: Measures the gripper's clearance at the object.
+
     Attributes:
         checked: The grasps that were checked so far.
         rejections: The reasons why grasps were rejected so far.
@@ -91,15 +97,6 @@ class GraspSearch:
         clearance: GripperClearance,
         rejections: Rejections,
     ) -> None:
-        """Search for an arm.
-
-        Args:
-            arm: The arm.
-            name: The object.
-            ranking: Its grasp candidates.
-            clearance: Measures the gripper's clearance at the object.
-            rejections: Counts the grasps that are not feasible.
-        """
         self._arm, self._name, self._ranking = arm, name, ranking
         self._clearance, self.rejections = clearance, rejections
         self.checked = CheckedGrasps(name, ranking.candidates.closing)

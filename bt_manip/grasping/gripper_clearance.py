@@ -39,19 +39,17 @@ class GripperClearance:
     many poses can be compared; whether the arm can reach them is checked by inverse kinematics and
     `CollisionWorld`. Other robots are left out: motions are planned around them.
 
+    Args:
+        cell: The cell.
+        robot: The robot with the gripper.
+        ignored: Names of entities that are no obstacles: the object to grip.
+
     Attributes:
         geom_poses: Pose of each gripper geom in the tool frame, at the opening; it depends on the
             compiled model only.
     """
 
     def __init__(self, cell: Cell, robot: Robot, ignored: Sequence[str]) -> None:
-        """Copy the present state of the cell.
-
-        Args:
-            cell: The cell.
-            robot: The robot with the gripper.
-            ignored: Names of entities that are no obstacles: the object to grip.
-        """
         model = cell.model
         self._cell, self._model, self._data = cell, model, mujoco.MjData(model)
         self._robot = robot

@@ -62,6 +62,11 @@ class RankedGrasp(NamedTuple):
 class GraspRanking:
     """The grasp candidates of one object in its present pose, compared without moving the arm.
 
+    Args:
+        T_wo: Pose of the object.
+        com: Its centre of mass, in its frame [m].  # (3,)
+        T_now: Present pose of the tool.
+
     Attributes:
         candidates: The grasp candidates.
     """
@@ -69,14 +74,6 @@ class GraspRanking:
     def __init__(
         self, candidates: GraspCandidates, T_wo: pin.SE3, com: np.ndarray, T_now: pin.SE3
     ) -> None:
-        """Compute the cost of each candidate.
-
-        Args:
-            candidates: Grasp candidates of the object.
-            T_wo: Pose of the object.
-            com: Its centre of mass, in its frame [m].  # (3,)
-            T_now: Present pose of the tool.
-        """
         self.candidates, self._T_wo = candidates, T_wo
         R = T_wo.rotation @ candidates.rotation
         position = candidates.position @ T_wo.rotation.T + T_wo.translation

@@ -41,14 +41,12 @@ class ReachFromAbove:
 
     What it finds depends on the arm, the fixed objects and the surface only, and is computed once
     for each arrangement of these: at most some hundred points, each by bounded searches.
+
+    Args:
+        arm: The arm, compiled into a cell.
     """
 
     def __init__(self, arm: Arm) -> None:
-        """Find it for an arm.
-
-        Args:
-            arm: The arm, compiled into a cell.
-        """
         self._arm = arm
         self._known: dict[tuple[Any, ...], Region] = {}
 

@@ -10,6 +10,10 @@ from bt_manip.exceptions import MotionError
 class Rejections:
     """Counts why grasps of one object were rejected, for the message when none is feasible.
 
+    Args:
+        name: The object.
+        robots: Names of the other robots: obstacles that may move away.
+
     Attributes:
         no_clearance: Grasps at which an entity leaves the gripper no clearance, by entity.
         collisions: Grasps at which the arm or the lifted object would collide, by the colliding
@@ -20,12 +24,6 @@ class Rejections:
     """
 
     def __init__(self, name: str, robots: Collection[str] = ()) -> None:
-        """Start without rejections.
-
-        Args:
-            name: The object.
-            robots: Names of the other robots: obstacles that may move away.
-        """
         self._name, self._robots = name, robots
         self.no_clearance: Counter[str] = Counter()  # the entity at the best grasp first
         self.collisions: Counter[tuple[str, str]] = Counter()

@@ -27,7 +27,6 @@ class InitialGuesses:
     """
 
     def __init__(self, arm: RobotModel) -> None:
-        """Draw configurations inside the limits; the arm's data are written to."""
         lower, upper = arm.limits.sampling_bounds()
         self.stored = np.random.default_rng(0).uniform(lower, upper, (STORED, arm.nq))
         poses = [arm.pose(q) for q in self.stored]

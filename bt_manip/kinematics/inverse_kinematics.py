@@ -48,17 +48,12 @@ class InverseKinematics:
     Attributes:
         model: The arm.
         tool: Name of the frame that a pose without a problem is about.
+
+    Raises:
+        MotionError: When it is not a `RobotModel`.
     """
 
     def __init__(self, model: RobotModel) -> None:
-        """Prepare for an arm.
-
-        Args:
-            model: The arm; a copy is kept.
-
-        Raises:
-            MotionError: When it is not a `RobotModel`.
-        """
         if not isinstance(model, RobotModel):
             raise invalid(
                 f"model must be a RobotModel (Robot.make_model), got {type(model).__name__}"

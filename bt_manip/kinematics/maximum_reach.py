@@ -21,17 +21,15 @@ class MaximumReach:
     For a target pose the last joint's origin is known, and the distance does not depend on the
     first and the last joint. Arms with other than revolute joints in series are not bounded.
 
+    Args:
+        model: The arm; its data are written to.
+        samples: Configurations, of which the farthest are initial guesses.  # (n, nq)
+
     Attributes:
         distance: The maximum distance [m]; infinite where not bounded.
     """
 
     def __init__(self, model: RobotModel, samples: np.ndarray) -> None:
-        """Maximize the distance.
-
-        Args:
-            model: The arm; its data are written to.
-            samples: Configurations, of which the farthest are initial guesses.  # (n, nq)
-        """
         arm, self._data = model.model, model.data
         self._arm, self._last = arm, arm.njoints - 1
         self.distance = np.inf

@@ -26,7 +26,6 @@ class FrameResidual:
     accepted_bound: float
 
     def __init__(self, arm: RobotModel, frame: int) -> None:
-        """Refer to a frame; the arm's data are written to."""
         self._model, self._data, self.frame = arm.model, arm.data, frame
 
     def evaluate(self) -> np.ndarray:
@@ -51,7 +50,16 @@ class FrameResidual:
 
 
 class VectorResidual(FrameResidual):
-    """Residual of three components with a weight, or with a dead zone inside a wide tolerance."""
+    """Residual of three components with a weight, or with a dead zone inside a wide tolerance.
+
+    Args:
+        arm: The arm; its data are written to.
+        frame: Index of the frame.
+        target: Position [m] or rotation matrix in the world.  # (3,) or (3, 3)
+        tolerance: Error to aim at [m] or [rad].
+        scale: Square root of the weight; 1 for a constraint.
+        accepted: Largest error that meets the target, at least `tolerance`.
+    """
 
     def __init__(
         self,
@@ -62,16 +70,6 @@ class VectorResidual(FrameResidual):
         scale: float = 1.0,
         accepted: float = 0.0,
     ) -> None:
-        """Set the target.
-
-        Args:
-            arm: The arm; its data are written to.
-            frame: Index of the frame.
-            target: Position [m] or rotation matrix in the world.  # (3,) or (3, 3)
-            tolerance: Error to aim at [m] or [rad].
-            scale: Square root of the weight; 1 for a constraint.
-            accepted: Largest error that meets the target, at least `tolerance`.
-        """
         super().__init__(arm, frame)
         self._target, self._tolerance, self._scale = target, tolerance, scale
         self._dead_zone = DEAD_ZONE * tolerance if WIDE <= tolerance < np.inf else 0.0
@@ -151,7 +149,17 @@ class RotationResidual(VectorResidual):
 
 
 class AxisResidual(VectorResidual):
-    """Vector from a direction to an axis of a frame, as long as the chord between them."""
+    """Vector from a direction to an axis of a frame, as long as the chord between them.
+
+    Args:
+        arm: The arm; its data are written to.
+        frame: Index of the frame.
+        direction: Direction in the world; unit.  # (3,)
+        axis: Axis in the frame that has the direction at the target; unit.  # (3,)
+        tolerance: Angle to aim at [rad].
+        scale: Square root of the weight; 1 for a constraint.
+        accepted: Largest angle that meets the target, at least `tolerance`.
+    """
 
     def __init__(
         self,
@@ -163,17 +171,6 @@ class AxisResidual(VectorResidual):
         scale: float = 1.0,
         accepted: float = 0.0,
     ) -> None:
-        """Set the target.
-
-        Args:
-            arm: The arm; its data are written to.
-            frame: Index of the frame.
-            direction: Direction in the world; unit.  # (3,)
-            axis: Axis in the frame that has the direction at the target; unit.  # (3,)
-            tolerance: Angle to aim at [rad].
-            scale: Square root of the weight; 1 for a constraint.
-            accepted: Largest angle that meets the target, at least `tolerance`.
-        """
         super().__init__(arm, frame, direction, _chord(tolerance), scale, _chord(accepted))
         self._axis = axis
 
@@ -212,7 +209,6 @@ class PoseResidual(FrameResidual):
         tolerances: tuple[float, float],
         accepted: tuple[float, float] = (0.0, 0.0),
     ) -> None:
-        """Set the target; the arguments are those of `set_target`."""
         super().__init__(arm, frame)
         self.set_target(pose, tolerances, accepted)
 
@@ -270,6 +266,10 @@ def _bound(tolerances: tuple[float, float]) -> float:
 class StackedResidual:
     """Residuals of several targets as one vector.
 
+    Args:
+        arm: The arm; its data are written to.
+        moving: Which joints may move; by default all.  # (nv,)
+
     Attributes:
         parts: The residuals of the targets.
         q: The configuration of the last evaluation.  # (nq,)
@@ -278,13 +278,6 @@ class StackedResidual:
     def __init__(
         self, arm: RobotModel, parts: Sequence[FrameResidual], moving: np.ndarray | None = None
     ) -> None:
-        """Stack residuals.
-
-        Args:
-            arm: The arm; its data are written to.
-            parts: The residuals of the targets.
-            moving: Which joints may move; by default all.  # (nv,)
-        """
         self._model, self._data = arm.model, arm.data
         self.parts = tuple(parts)
         self._only = self.parts[0] if len(self.parts) == 1 else None

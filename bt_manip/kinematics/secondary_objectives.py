@@ -20,7 +20,14 @@ class QuadraticModel(NamedTuple):
 
 
 class SecondaryObjectives:
-    """Sum of weighted residuals, a distance from a posture, and the tool's manipulability."""
+    """Sum of weighted residuals, a distance from a posture, and the tool's manipulability.
+
+    Args:
+        inverse_speed: Inverse of the maximum joint velocities [s/rad].  # (nq,)
+        residuals: Residuals of targets, scaled by the square roots of their weights.
+        posture: A configuration [rad], and the weight of half the squared distance [1/s2].
+        manipulability: An arm, which of its joints move, and the weight of the logarithm.
+    """
 
     def __init__(
         self,
@@ -30,14 +37,6 @@ class SecondaryObjectives:
         posture: tuple[np.ndarray, float] | None = None,
         manipulability: tuple[RobotModel, np.ndarray | None, float] | None = None,
     ) -> None:
-        """Choose the objectives.
-
-        Args:
-            inverse_speed: Inverse of the maximum joint velocities [s/rad].  # (nq,)
-            residuals: Residuals of targets, scaled by the square roots of their weights.
-            posture: A configuration [rad], and the weight of half the squared distance [1/s2].
-            manipulability: An arm, which of its joints move, and the weight of the logarithm.
-        """
         self._residuals, self._posture = tuple(residuals), posture
         self._manipulability = manipulability
         self._metric = inverse_speed**2 / len(inverse_speed)

@@ -18,7 +18,6 @@ class Assets:
     """The ``<asset>`` element of a model, and its files."""
 
     def __init__(self) -> None:
-        """Initialise without assets."""
         self.element: Any = etree.Element("asset")
         self.files: dict[str, bytes] = {}
         self._meshes: dict[tuple[object, ...], Mesh] = {}

@@ -59,7 +59,6 @@ class FilePlugin(EntryPoint):
     """Single-file plugin, loaded by its path and not through ``sys.path``."""
 
     def __init__(self, path: Path) -> None:
-        """Initialise for a file, whose stem is the plugin's name."""
         super().__init__(path.stem, str(path), "bt_manip")
 
     @property

@@ -15,7 +15,6 @@ class Registrar:
     """Collects the parts of one plugin until all of its hooks have returned."""
 
     def __init__(self, owner: str, parts: Parts) -> None:
-        """Initialise for a plugin; `merge` adds its parts to those of all plugins."""
         self._owner = owner
         self._parts = parts.by_kind()
         self._all_defaults = parts.tree_defaults

@@ -24,7 +24,6 @@ class HookObserver(RunObserver):
     """Calls the observing hooks of one plugin."""
 
     def __init__(self, plugin: Plugin) -> None:
-        """Initialise for a plugin."""
         self._hooks = plugin.observers
         self._offers: dict[str, Any] = {}
 

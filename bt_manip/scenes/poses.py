@@ -31,7 +31,6 @@ class PoseSource(abc.ABC):
     """
 
     def __init__(self, expected: Sequence[Fixture]) -> None:
-        """Keep the expected objects."""
         self.expected = tuple(expected)
 
     @abc.abstractmethod
@@ -99,18 +98,15 @@ class OperatorPoses(PoseSource):
 class ExpectedObjects:
     """The expected objects of a run, which are added to the cell one after the other.
 
+    Args:
+        cell: The cell that they are added to.
+        models: Makes the objects.
+
     Attributes:
         source: Tells where they are.
     """
 
     def __init__(self, source: PoseSource, cell: Cell, models: Catalogue) -> None:
-        """Connect a source of poses to a cell.
-
-        Args:
-            source: Tells where the objects are.
-            cell: The cell that they are added to.
-            models: Makes the objects.
-        """
         self.source, self._cell, self._models = source, cell, models
         self._used: list[str] = []
         self._made: dict[str, composer.Entity] = {}

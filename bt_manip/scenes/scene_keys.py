@@ -28,20 +28,18 @@ class SceneError(BtManipError):
     """
 
     def __init__(self, message: str, problems: tuple[str, ...] = ()) -> None:
-        """Keep the single problems beside the message."""
         super().__init__(message)
         self.problems = problems or (message,)
 
 
 class SceneFile(TomlFile):
-    """A scene file with the parts that its keys name; without parts, names are not checked."""
+    """A scene file with the parts that its keys name; without parts, names are not checked.
+
+    Raises:
+        SceneError: If there is no such file or it is not valid TOML.
+    """
 
     def __init__(self, path: Path, parts: Parts | None) -> None:
-        """Read the file.
-
-        Raises:
-            SceneError: If there is no such file or it is not valid TOML.
-        """
         super().__init__(path, "scene", SceneError, collects=True)
         self.parts = parts
         self.catalogue = None

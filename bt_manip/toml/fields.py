@@ -356,7 +356,6 @@ class Tables:
     """Dataclasses, each in a table of an array of tables."""
 
     def __init__(self, name: str, cls: type[Any], at_most: int) -> None:
-        """Set the name of the array, the dataclass, and the largest number of tables."""
         self.type = f"at least one [[{name}]] table"
         self.cls, self.tables, self.at_most = cls, {f"[{name}]": cls}, at_most
 

@@ -22,28 +22,23 @@ LARGEST = 1e10
 class TomlFile:
     """A file that is read table by table.
 
+    Args:
+        what: Kind of the file, for messages.
+
     Attributes:
         path: The file.
         error: Type of the errors about its content.
         collects: Whether tables collect errors about their keys until the outermost one is
             finished.
         problems: Errors that have been collected.
+
+    Raises:
+        BtManipError: Of that type, if there is no such file or it is not valid TOML.
     """
 
     def __init__(
         self, path: Path, what: str, error: type[BtManipError], *, collects: bool = False
     ) -> None:
-        """Read a file.
-
-        Args:
-            path: The file.
-            what: Kind of the file, for messages.
-            error: Type of the errors about its content.
-            collects: Whether tables collect errors. A key with an error reads as a default value.
-
-        Raises:
-            BtManipError: Of that type, if there is no such file or it is not valid TOML.
-        """
         self.path, self.error, self.collects = path, error, collects
         self.problems: list[BtManipError] = []
         try:
@@ -82,18 +77,17 @@ class PythonSource(NamedTuple):
 
 
 class TomlTable:
-    """A table of a file, read key by key; `finish` rejects keys that were not read."""
+    """A table of a file, read key by key; `finish` rejects keys that were not read.
+
+    Args:
+        file: Source of the table.
+        entries: Content of the table.
+        place: Path of the table in the file; empty for the root table.
+    """
 
     def __init__(
         self, file: TomlFile | PythonSource, entries: Mapping[str, Any], place: Place = ()
     ) -> None:
-        """Create a table.
-
-        Args:
-            file: Source of the table.
-            entries: Content of the table.
-            place: Path of the table in the file; empty for the root table.
-        """
         self.file, self._entries, self._place = file, entries, place
         self._asked: list[str] = []
         self._inner = False

@@ -42,18 +42,16 @@ class ContactMonitor:
 
     Of a robot only the contact bodies of its gripper may touch anything, except other robots.
     Contacts between entities that are not robots are always allowed.
+
+    Args:
+        data: Its data.
+        body_names: Its names.
+        entities: All entities in the arena.
     """
 
     def __init__(
         self, data: mujoco.MjData, body_names: BodyNames, entities: Iterable[composer.Entity]
     ):
-        """Classify the contacts of one compiled model.
-
-        Args:
-            data: Its data.
-            body_names: Its names.
-            entities: All entities in the arena.
-        """
         self._data = data
         # Views of the contacts' geoms by number of contacts, which MuJoCo stores at a fixed
         # address: `data.contact.geom` takes longer than all the rest.

@@ -55,7 +55,6 @@ class Contacts:
     """
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, body_names: BodyNames):
-        """Read the contacts of one compiled model; each compile makes a new object."""
         self._model = model
         self._data = data
         self._body_names = body_names
@@ -205,7 +204,6 @@ class ContactEventDetector:
     """Compares the pairs in contact with those of the step before."""
 
     def __init__(self, contacts: Contacts):
-        """Begin with the pairs that are in contact now."""
         self._contacts = contacts
         self._pairs = set(contacts.pairs())
         self._key = contacts.fingerprint()

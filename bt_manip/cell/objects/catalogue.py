@@ -25,6 +25,12 @@ class Catalogue:
     """Finds the factory of an object by its registered name or by the address of a model.
 
     Models are fetched and converted once.
+
+    Args:
+        registered: Factories by name.
+        sources: Model sources by kind of address; default: those of all
+            installed plugins.
+        formats: Model formats by name; default: likewise.
     """
 
     def __init__(
@@ -33,14 +39,6 @@ class Catalogue:
         sources: Registry[Source] | None = None,
         formats: Registry[ModelFormat] | None = None,
     ) -> None:
-        """Offer the registered objects, and the models of all sources and formats.
-
-        Args:
-            registered: Factories by name.
-            sources: Model sources by kind of address; default: those of all
-                installed plugins.
-            formats: Model formats by name; default: likewise.
-        """
         self._sources = None if sources is None else sources.copies()
         self._formats = None if formats is None else formats.copies()
         self._registered = registered

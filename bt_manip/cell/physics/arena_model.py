@@ -33,6 +33,9 @@ class ArenaModel:
 
     Both change together, inside ``change`` or ``edit``: a change that does not compile is undone.
 
+    Args:
+        random_state: Passed to composer's hooks.
+
     Attributes:
         arena: The arena.
         attachments: The attached entities by name, in order.
@@ -45,12 +48,6 @@ class ArenaModel:
     """
 
     def __init__(self, arena: composer.Arena, random_state: np.random.RandomState):
-        """Compile an arena for the first time.
-
-        Args:
-            arena: The arena; entities that it already holds are not listed by name.
-            random_state: Passed to composer's hooks.
-        """
         self.arena = arena
         self.attachments: dict[str, Attachment] = {}
         self.generation = 0

@@ -25,25 +25,22 @@ class CompiledPhysics:
 
     Each compile makes a new one.
 
+    Args:
+        arena: The arena.
+        attachments: The attached entities, by name.
+
     Attributes:
         model: The model that is simulated, overrides included.
         nominal: The model as it was compiled; the same object as ``model`` without overrides.
         free_joints: Addresses in qpos and qvel of entities that move freely, by name.
+
+    Raises:
+        ValueError: If the time step is too long for the contacts of a geom.
     """
 
     def __init__(
         self, model: mujoco.MjModel, arena: composer.Arena, attachments: Mapping[str, Attachment]
     ):
-        """Make the physics of a model.
-
-        Args:
-            model: The compiled arena.
-            arena: The arena.
-            attachments: The attached entities, by name.
-
-        Raises:
-            ValueError: If the time step is too long for the contacts of a geom.
-        """
         self.physics = mjcf.Physics.from_model(wrapper.MjModel(model))
         self.physics.legacy_step = False
         self.model = model

@@ -17,14 +17,12 @@ class EditTracker:
 
     All caches of a cell (texts of models, compiled physics, removed entities) are valid as long as
     these counts stay the same.
+
+    Args:
+        root: The model of the arena.
     """
 
     def __init__(self, root: mjcf.RootElement) -> None:
-        """Track an arena.
-
-        Args:
-            root: The model of the arena.
-        """
         self._root = root
         self._ignored: WeakKeyDictionary[mjcf.RootElement, int] = WeakKeyDictionary()
         self._first: WeakKeyDictionary[mjcf.RootElement, tuple[int, ...]] = WeakKeyDictionary()

@@ -36,15 +36,13 @@ class MjcfWriter:
     Names and ids are those of ``mjcf.Physics.from_mjcf_model``, which spends most of its time on
     serializing models that have not changed. Here each model is serialized once, and meshes with
     inline vertices are passed to MuJoCo as files in memory, for which it has a cache.
+
+    Args:
+        root: The model of the arena.
+        tracker: Tells which models were edited.
     """
 
     def __init__(self, root: mjcf.RootElement, tracker: EditTracker):
-        """Begin with an empty cache.
-
-        Args:
-            root: The model of the arena.
-            tracker: Tells which models were edited.
-        """
         self._root = root
         self._texts: dict[int, _Text] = {}
         self._tracker = tracker

@@ -37,7 +37,6 @@ class Overrides:
     """
 
     def __init__(self) -> None:
-        """Begin with no overrides."""
         self._values: dict[str, dict[str, Any]] = {}
 
     def __bool__(self) -> bool:

@@ -37,7 +37,6 @@ class PhysicsCache:
     """
 
     def __init__(self) -> None:
-        """Begin empty."""
         self.limit = MAX_KEPT
         self._origins: dict[CompiledPhysics, tuple[CacheKey, np.ndarray]] = {}
         self._retired: list[CompiledPhysics] = []

@@ -21,17 +21,16 @@ _MAX_DROP_STEPS = 2000
 
 
 class PlacementSearch:
-    """A copy of a cell's physics with one more entity, which is tried at several poses."""
+    """A copy of a cell's physics with one more entity, which is tried at several poses.
+
+    Args:
+        model: The cell's model with the new entity.
+        data: Its data, with the state of all other entities.
+        name: Name of the new entity.
+        free: Whether it moves freely.
+    """
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, name: str, free: bool):
-        """Search with a model and its data, which are changed.
-
-        Args:
-            model: The cell's model with the new entity.
-            data: Its data, with the state of all other entities.
-            name: Name of the new entity.
-            free: Whether it moves freely.
-        """
         self._model, self._data, self._name = model, data, name
         self._body_names = BodyNames(model)
         self._body = int(model.body(f"{name}/").id)

@@ -52,6 +52,18 @@ class Randomizer:
     Every value follows from the seed, the number of the cycle, and the name that it is for; no
     other randomness is used or changed. Entities that are added during a cycle are randomized when
     they are added.
+
+    Args:
+        randomization: What varies.
+        cell: The cell.
+        catalogue: Makes the objects, of the scene and later ones.
+        seed: Seed of the run.
+        scene_objects: The objects of the scene, by name.
+        robots: Names of the robots in the cell.
+        reached: Tells by object whether a sampled pose is accepted.
+
+    Raises:
+        CellError: If something varies that does not exist.
     """
 
     def __init__(
@@ -65,20 +77,6 @@ class Randomizer:
         robots: tuple[str, ...] = (),
         reached: Mapping[str, Callable[[pin.SE3], bool]] = MappingProxyType({}),
     ) -> None:
-        """Randomize a cell.
-
-        Args:
-            randomization: What varies.
-            cell: The cell.
-            catalogue: Makes the objects, of the scene and later ones.
-            seed: Seed of the run.
-            scene_objects: The objects of the scene, by name.
-            robots: Names of the robots in the cell.
-            reached: Tells by object whether a sampled pose is accepted.
-
-        Raises:
-            CellError: If something varies that does not exist.
-        """
         self._randomization = randomization
         self._cell, self._catalogue, self._seed = cell, catalogue, seed
         self._robots, self._reached = robots, reached

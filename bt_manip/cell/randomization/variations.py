@@ -37,7 +37,6 @@ class Extreme:
     """
 
     def __init__(self, *, largest: bool) -> None:
-        """Choose the end of the distributions."""
         self._largest = largest
 
     def uniform(self, low: Any, high: Any, size: Any = None) -> Any:
@@ -88,7 +87,6 @@ class Clipped(variation.Variation):
     """Another variation, clipped to bounds."""
 
     def __init__(self, varied: Any, low: Any, high: Any) -> None:
-        """Clip a variation."""
         self.varied, self._low, self._high = varied, low, high
 
     def __call__(

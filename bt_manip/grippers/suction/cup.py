@@ -46,14 +46,12 @@ class Cup:
         actuator: Its adhesion actuator.
         radius: Radius of the lip [m].
         hollow: Whether round faces reach into it.
+
+    Raises:
+        RobotError: If the description's actuator is not in the model, or several are.
     """
 
     def __init__(self, robot: Robot, parameters: SuctionParameters) -> None:
-        """Find the cup in a robot's model, or build it at the tool frame.
-
-        Raises:
-            RobotError: If the description's actuator is not in the model, or several are.
-        """
         self.actuator = _find_actuator(robot, parameters.actuator)
         if self.actuator is None:
             self.body = _build(robot, parameters)

@@ -33,6 +33,10 @@ class CupGraspGenerator:
     other round solids. A place is taken if rays along the axis of the cup find the object under the
     whole lip, not deeper than the cup seals.
 
+    Args:
+        hollow: Whether round faces reach into the cup, until they touch the inner side of the
+            lip.
+
     Attributes:
         name: Name of the object, for messages.
         solids: Its convex solids.
@@ -49,16 +53,6 @@ class CupGraspGenerator:
         *,
         hollow: bool = True,
     ) -> None:
-        """Generate grasps of an object with a cup.
-
-        Args:
-            name: Name of the object.
-            solids: Its convex solids.
-            radius: Radius of the cup's lip [m].
-            com: Its centre of mass, in its frame [m].  # (3,)
-            hollow: Whether round faces reach into the cup, until they touch the inner side of the
-                lip.
-        """
         self._hollow = hollow
         self.name, self.solids, self.radius, self.com = name, list(solids), radius, np.array(com)
 

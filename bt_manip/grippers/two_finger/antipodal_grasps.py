@@ -276,6 +276,9 @@ class AntipodalGraspGenerator:
     Boxes, cylinders, capsules and spheres are gripped by their geometry, in objects of up to
     `MAX_PRIMITIVES` solids. For other objects antipodal pairs are sampled, once.
 
+    Args:
+        rng: Random generator for points on its surface.
+
     Attributes:
         name: Name of the object, for messages.
         solids: Its convex solids.
@@ -291,15 +294,6 @@ class AntipodalGraspGenerator:
         com: np.ndarray,
         rng: np.random.Generator,
     ) -> None:
-        """Sample antipodal pairs unless the object consists of primitives only.
-
-        Args:
-            name: Name of the object.
-            solids: Its convex solids.
-            hand: The gripper.
-            com: Its centre of mass, in its frame [m].  # (3,)
-            rng: Random generator for points on its surface.
-        """
         self.name, self.solids, self.hand, self.com = name, list(solids), hand, np.array(com)
         few = len(self.solids) <= MAX_PRIMITIVES
         self._primitives = [

@@ -26,7 +26,6 @@ class FingerContacts:
     """
 
     def __init__(self, root: mjcf.RootElement, mechanism: Mechanism):
-        """Add the sensors to the robot's model, which must not be compiled yet."""
         self._mechanism = mechanism
         self.bound = False
         self._sensors = []

@@ -14,6 +14,11 @@ from .hand import BELOW, CLOSING_MARGIN, Hand
 class DeclaredGraspGenerator:
     """Generates the grasp candidates of an object that declares its grasps.
 
+    Args:
+        name: Name of the object, for messages.
+        grasps: Its grasps.
+        hand: The gripper.
+
     Attributes:
         com: The object's centre of mass, in its frame [m].  # (3,)
     """
@@ -21,14 +26,6 @@ class DeclaredGraspGenerator:
     def __init__(
         self, name: str, grasps: Sequence[DeclaredGrasp], hand: Hand, com: np.ndarray
     ) -> None:
-        """Keep the grasps.
-
-        Args:
-            name: Name of the object, for messages.
-            grasps: Its grasps.
-            hand: The gripper.
-            com: Its centre of mass, in its frame [m].  # (3,)
-        """
         self._name, self._grasps, self._hand, self.com = name, list(grasps), hand, np.array(com)
 
     def candidates(self, down: np.ndarray) -> GraspCandidates:

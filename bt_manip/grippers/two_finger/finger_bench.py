@@ -52,6 +52,9 @@ class FingerBench:
     The simulation includes closed loops and springs; gravity, contacts, dry friction and actuators
     are disabled.
 
+    Args:
+        mj_model: The robot, compiled on its own; it is not changed.
+
     Attributes:
         model: The copy.
         arm_joints: Full names of the arm's joints, from the base to the tool.
@@ -61,12 +64,6 @@ class FingerBench:
     """
 
     def __init__(self, mj_model: mujoco.MjModel, arm_joints: Sequence[str]) -> None:
-        """Copy a model.
-
-        Args:
-            mj_model: The robot, compiled on its own; it is not changed.
-            arm_joints: Full names of the arm's joints, from the base to the tool.
-        """
         self.model = model = copy.copy(mj_model)
         self.arm_joints = tuple(arm_joints)
         model.opt.timestep = 1e-3
@@ -224,7 +221,6 @@ class FingerSurface:
     """
 
     def __init__(self, model: mujoco.MjModel, body: int) -> None:
-        """Read the geoms of a body that collide."""
         self.body = body
         found = [np.zeros((0, 3, 3))]
         for geom in collision_geoms_of(model, body):

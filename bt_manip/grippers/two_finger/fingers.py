@@ -333,19 +333,17 @@ class DrivenFingers(Gripper):
 class FingerLoop:
     """A PD position loop with two equal poles and acceleration feedforward for each finger.
 
+    Args:
+        mass: Effective mass of one finger [kg].
+        loss: Viscous friction of one finger [N s/m].
+        acceleration: Maximum acceleration of a finger [m/s2].
+
     Attributes:
         stiffness: Position gain of a finger [N/m].
         damping: Velocity gain of a finger, including its viscous friction [N s/m].
     """
 
     def __init__(self, mass: float, loss: float, acceleration: float) -> None:
-        """Tune the loop to a gripper.
-
-        Args:
-            mass: Effective mass of one finger [kg].
-            loss: Viscous friction of one finger [N s/m].
-            acceleration: Maximum acceleration of a finger [m/s2].
-        """
         self._push = max(_PUSH, _PUSH_SHARE * mass * acceleration)
         self._mass = mass
         self.stiffness = mass * _POLE * _POLE

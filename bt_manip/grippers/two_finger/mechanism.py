@@ -23,6 +23,11 @@ _SOLMIX = 1e6  # weight of the fingers' contact parameters; that of other geoms 
 class Mechanism:
     """Mechanism of a robot's two fingers, with motors in place of the model's actuators.
 
+    Args:
+        robot: The robot, not compiled yet.
+        parameters: Parameters of the gripper.
+        max_force: Maximum force of each finger [N].
+
     Attributes:
         fingers: The finger bodies, as PyMJCF elements.
         travel: Travel of the fingers as a function of their joints.
@@ -31,19 +36,12 @@ class Mechanism:
         dof_adr: Addresses of the fingers' joints in ``qvel``, once compiled.  # (2,)
         ctrl_adr: Addresses of the motors in ``ctrl``, once compiled.
         geoms: Ids of each finger's collision geoms, once compiled.
+
+    Raises:
+        RobotError: If the model has no such joints and fingers.
     """
 
     def __init__(self, robot: Robot, parameters: TwoFingerParameters, max_force: float) -> None:
-        """Find the mechanism in the robot's model and apply the parameters to it.
-
-        Args:
-            robot: The robot, not compiled yet.
-            parameters: Parameters of the gripper.
-            max_force: Maximum force of each finger [N].
-
-        Raises:
-            RobotError: If the model has no such joints and fingers.
-        """
         where = f"robot '{robot.description.name}'"
         self.joints = [robot.find("joint", name) for name in parameters.joints]
         self.fingers = [robot.find("body", name) for name in parameters.fingers]

@@ -19,15 +19,13 @@ class Press:
     The synchronization preserves the position difference at the time of the grip: centring the
     object would slide it over its support. It only has to balance the object's weight and
     resistance along the closing direction.
+
+    Args:
+        friction: Dry friction of a finger, which the integral term may balance [N].
+        mass: Effective mass of a finger that pushes an object [kg].
     """
 
     def __init__(self, friction: float = 0.0, mass: float = 0.0) -> None:
-        """Initialize with zero force.
-
-        Args:
-            friction: Dry friction of a finger, which the integral term may balance [N].
-            mass: Effective mass of a finger that pushes an object [kg].
-        """
         self._friction = friction
         self._damping = max(_DAMPING, mass / _SETTLING)
         self.force = 0.0  # [N] of each finger

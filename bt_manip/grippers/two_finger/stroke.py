@@ -28,19 +28,18 @@ class StrokeLimits(NamedTuple):
 
 
 class Stroke:
-    """A time-optimal trajectory to rest: at a target, or as soon as the limits allow."""
+    """A time-optimal trajectory to rest: at a target, or as soon as the limits allow.
+
+    Args:
+        start: Motion at its start.
+        target: Position at its end [m]; None to stop as soon as possible.
+        limits: Motion limits.
+
+    Raises:
+        GripperError: If there is no such trajectory, for example for a speed of zero.
+    """
 
     def __init__(self, start: Motion, target: float | None, limits: StrokeLimits):
-        """Plan the trajectory.
-
-        Args:
-            start: Motion at its start.
-            target: Position at its end [m]; None to stop as soon as possible.
-            limits: Motion limits.
-
-        Raises:
-            GripperError: If there is no such trajectory, for example for a speed of zero.
-        """
         self.start, self.target, self.limits = start, target, limits
         self.elapsed = 0.0
         task = ruckig.InputParameter(1)

@@ -18,7 +18,6 @@ class SlidingFingers:
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
-        """Store the mechanism, which need not be compiled yet."""
         self._mechanism = mechanism
         self.mass = self.loss = 0.0
 
@@ -63,7 +62,6 @@ class LinkedFingers:
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
-        """Store the mechanism, which need not be compiled yet."""
         self._mechanism = mechanism
         travel = mechanism.travel
         self.mass, self.loss = travel.mass, travel.loss

@@ -70,6 +70,11 @@ class WrapGraspGenerator:
     The box has the axes of the object's only solid, or of the object. The tool goes to the centre
     of the box where the palm and what the object lies on allow it.
 
+    Args:
+        name: Name of the object, for messages.
+        solids: Its convex solids.
+        shape: The hand.
+
     Attributes:
         com: The object's centre of mass, in its frame [m].  # (3,)
     """
@@ -77,14 +82,6 @@ class WrapGraspGenerator:
     def __init__(
         self, name: str, solids: Sequence[Solid], shape: HandShape, com: np.ndarray
     ) -> None:
-        """Generate grasps of an object.
-
-        Args:
-            name: Name of the object, for messages.
-            solids: Its convex solids.
-            shape: The hand.
-            com: Its centre of mass, in its frame [m].  # (3,)
-        """
         self.name, self.com, self._shape = name, np.array(com), shape
         self._axes = solids[0].T_os.rotation if len(solids) == 1 else np.eye(3)
         upper, lower = (

@@ -44,6 +44,9 @@ class OnnxPolicy:
     The graph runs on the CPU in one thread, so that the same observations give the same actions.
     A `PolicyProcess` bounds its time and memory; it takes any class with these attributes.
 
+    Args:
+        path: The file.
+
     Attributes:
         action: Kind of the actions.
         rate: Number of actions per second [Hz].
@@ -53,17 +56,12 @@ class OnnxPolicy:
             first dimension of each input has this size.
         execute: Rows of an output that are executed before the next observation; 0: all.
         ensemble: Decay of temporal ensembling, for which it acts in each step; None for none.
+
+    Raises:
+        BtManipError: If it cannot be read or is not a policy.
     """
 
     def __init__(self, path: str) -> None:
-        """Read a file, which may come from anywhere: it can only compute, and reads no other file.
-
-        Args:
-            path: The file.
-
-        Raises:
-            BtManipError: If it cannot be read or is not a policy.
-        """
         try:
             data = read_bytes(path)
         except OSError as error:

@@ -27,7 +27,18 @@ OBJECT = "object_"
 
 
 class PolicyInputs:
-    """Reads the observations of a robot and its cell for a policy, images included."""
+    """Reads the observations of a robot and its cell for a policy, images included.
+
+    Args:
+        policy: The policy.
+        cell: The cell.
+        robots: The robot that it moves, by name.
+        object_name: The object that it observes as 'object'; empty for none, None where its
+            name is not known yet.
+
+    Raises:
+        PolicyError: If it expects images of several sizes, or of any size.
+    """
 
     def __init__(
         self,
@@ -36,18 +47,6 @@ class PolicyInputs:
         robots: Mapping[str, CommandedRobot],
         object_name: str | None,
     ) -> None:
-        """Choose the observations.
-
-        Args:
-            policy: The policy.
-            cell: The cell.
-            robots: The robot that it moves, by name.
-            object_name: The object that it observes as 'object'; empty for none, None where its
-                name is not known yet.
-
-        Raises:
-            PolicyError: If it expects images of several sizes, or of any size.
-        """
         self._policy, self._cell, self._object_name = policy, cell, object_name
         self._observations = Observations(cell, robots, _images(policy, cell))
 

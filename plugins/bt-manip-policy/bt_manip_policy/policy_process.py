@@ -39,14 +39,12 @@ class PolicyProcess:
 
     The process starts when it is needed, also after it was killed. It ends with this object, with
     this process, and when its pipe ends, so that no crash leaves it behind.
+
+    Args:
+        memory: Limit of the data of the process [bytes].
     """
 
     def __init__(self, memory: int = ONNX.memory) -> None:
-        """Start nothing yet.
-
-        Args:
-            memory: Limit of the data of the process [bytes].
-        """
         self._memory = memory
         self._end: Callable[[], object] = lambda: None
         self._process: subprocess.Popen[bytes] | None = None
@@ -159,6 +157,11 @@ class Acted(NamedTuple):
 class LoadedPolicy:
     """A policy in a process.
 
+    Args:
+        process: The process.
+        kind: Its kind, or what makes it, as `PolicyKind.make`.
+        arguments: Arguments for it, which are pickled.
+
     Attributes:
         name: What messages call it.
         action: Kind of the actions.
@@ -168,22 +171,14 @@ class LoadedPolicy:
         history: Observations in a row that it gets, the present one last.
         execute: Rows of an output that are executed before the next observation; 0: all.
         ensemble: Decay of temporal ensembling; None for none.
+
+    Raises:
+        PolicyError: If it cannot be made within the limits.
     """
 
     def __init__(
         self, process: PolicyProcess, name: str, kind: PolicyKind | str, *arguments: Any
     ) -> None:
-        """Make a policy in the process.
-
-        Args:
-            process: The process.
-            name: What messages call it.
-            kind: Its kind, or what makes it, as `PolicyKind.make`.
-            arguments: Arguments for it, which are pickled.
-
-        Raises:
-            PolicyError: If it cannot be made within the limits.
-        """
         self.name, self._process = name, process
         self._kind = kind if isinstance(kind, PolicyKind) else PolicyKind(kind)
         self._arguments = arguments

@@ -46,7 +46,6 @@ class ClonedPick(nn.Module):
     """
 
     def __init__(self, width: int) -> None:
-        """Make the layers."""
         super().__init__()
         self.register_buffer("mean", torch.zeros(13))
         self.register_buffer("std", torch.ones(13))
@@ -78,7 +77,6 @@ class Gripped(nn.Module):
     """A policy whose gripper opens or closes at the start of the step."""
 
     def __init__(self, policy: ClonedPick) -> None:
-        """Wrap a policy."""
         super().__init__()
         self.policy = policy
 

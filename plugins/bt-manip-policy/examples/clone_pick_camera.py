@@ -35,7 +35,6 @@ class CubePose(nn.Module):
     """
 
     def __init__(self, black: bool = False) -> None:
-        """Make the layers; with `black`, pictures are replaced by black ones."""
         super().__init__()
         self.black = black
         layers: list[nn.Module] = []
@@ -65,7 +64,6 @@ class CameraPick(nn.Module):
     """The policy of clone_pick.py, on the estimated pose of the cube."""
 
     def __init__(self, cube: CubePose, policy: ClonedPick) -> None:
-        """Join them."""
         super().__init__()
         self.cube, self.policy = cube, Gripped(policy)
 

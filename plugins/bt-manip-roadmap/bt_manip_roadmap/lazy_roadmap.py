@@ -14,16 +14,14 @@ class LazyRoadmap:
 
     R. Bohlin and L. Kavraki, "Path planning using lazy PRM", ICRA 2000. The roadmap grows batch by
     batch until a path is found or the samples are used up.
+
+    Args:
+        samples: Largest number of samples.
+        batch: Number of samples between two searches for a path.
+        neighbours: Number of nearest nodes that each node is connected to.
     """
 
     def __init__(self, samples: int = 3000, batch: int = 150, neighbours: int = 12):
-        """Set the bounds of the search.
-
-        Args:
-            samples: Largest number of samples.
-            batch: Number of samples between two searches for a path.
-            neighbours: Number of nearest nodes that each node is connected to.
-        """
         self.samples, self.batch, self.neighbours = samples, batch, neighbours
 
     def plan(self, problem: PlanningProblem) -> PlanningResult:

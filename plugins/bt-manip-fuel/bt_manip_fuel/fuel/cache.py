@@ -24,7 +24,6 @@ class FuelCache:
     """
 
     def __init__(self, root: Path | None = None) -> None:
-        """Use a folder; by default Gazebo's."""
         given = os.environ.get(FUEL_CACHE_VARIABLE, "")
         self.root = root or (Path(given) if given else Path.home() / ".gz" / "fuel")
 

@@ -30,6 +30,12 @@ class FuelClient:
 
     A model is downloaded and unpacked beside the cache, checked, and takes its place at once. So
     it is there whole or not at all, also when two processes fetch it at the same time.
+
+    Args:
+        cache: Where models lie; default: where Gazebo has them.
+        token: For private models; default: from the environment.
+        limits: What a zip may come to.
+        progress: Called with the progress of a download.
     """
 
     def __init__(
@@ -40,14 +46,6 @@ class FuelClient:
         limits: ZipLimits | None = None,
         progress: Progress = terminal_progress,
     ) -> None:
-        """Use a cache and a token.
-
-        Args:
-            cache: Where models lie; default: where Gazebo has them.
-            token: For private models; default: from the environment.
-            limits: What a zip may come to.
-            progress: Called with the progress of a download.
-        """
         self.cache = cache or FuelCache()
         self._token = os.environ.get(TOKEN_VARIABLE, "") if token is None else token
         self._limits = limits or ZipLimits()

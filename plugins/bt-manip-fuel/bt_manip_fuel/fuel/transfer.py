@@ -20,15 +20,13 @@ class Transfer:
 
     Redirects are followed here and not by requests, which would send the token along, and go from
     https to http where told to.
+
+    Args:
+        origin: Scheme, host and port of the server that was asked for.
+        token: The server's private token, which no other one gets to see.
     """
 
     def __init__(self, origin: str, token: str = "") -> None:
-        """Start at a server.
-
-        Args:
-            origin: Scheme, host and port of the server that was asked for.
-            token: The server's private token, which no other one gets to see.
-        """
         self._origin = origin
         self._token = token
         self._seen: set[str] = set()

@@ -19,7 +19,6 @@ class Collector:
     """Collector of a model."""
 
     def __init__(self, reader: SdfReader, fetch: FetchFuel) -> None:
-        """Initialise without elements."""
         self._reader = reader
         self._fetch = fetch
         self.scopes = Scopes(reader)

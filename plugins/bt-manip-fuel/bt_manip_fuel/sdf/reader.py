@@ -24,7 +24,6 @@ class SdfReader:
     """Reads documents and values, and collects warnings with file and line."""
 
     def __init__(self) -> None:
-        """Initialise without documents."""
         self.warnings: list[str] = []
         self._documents: dict[Element, SdfDocument] = {}
 

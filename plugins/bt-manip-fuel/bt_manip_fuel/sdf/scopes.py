@@ -47,7 +47,6 @@ class Scopes:
     """All frames of a model by their full names, and their poses."""
 
     def __init__(self, reader: SdfReader) -> None:
-        """Initialise without frames."""
         self._reader = reader
         self._frames: dict[str, Frame] = {}
         self._busy: list[tuple[str, str]] = []

@@ -34,7 +34,6 @@ class ShapeReader:
     """Reads ``<geometry>``."""
 
     def __init__(self, reader: SdfReader, assets: Assets, fetch: FetchFuel, convex: str) -> None:
-        """Initialise with the assets for meshes, and their kind of convex geometry."""
         self._reader = reader
         self._assets = assets
         self.fetch = fetch
