@@ -54,7 +54,7 @@ class StationPool:
         """Return what tells stations apart; None for files, which may change."""
         if not isinstance(options["robot"], str):
             return None
-        files = [options["robot"], *(fixture.model for fixture in scene.fixtures)]
+        files = [options["robot"], *(fixture.model for fixture in scene.objects)]
         if (
             options["backend"]
             or scene.source

@@ -9,12 +9,12 @@ from bt_manip.robots import RobotError
 
 from .collision_world import CollisionWorld
 
-CONFIGURATION_SAMPLES = 500  # configurations at which bodies that always touch have to touch
-_LISTED = 4  # pairs in a message
+CONFIGURATION_SAMPLES = 500  # configurations in all of which permanent contacts have to occur
+_LISTED = 4  # maximum number of pairs in a message
 
 
 class SelfCollision(NamedTuple):
-    """Two bodies of a robot that touch, named as `RobotDescription.exclude` names them."""
+    """Two bodies of a robot in contact, with their names in `RobotDescription.exclude`."""
 
     first: str
     second: str
@@ -43,7 +43,7 @@ def self_collisions(world: CollisionWorld, q: np.ndarray) -> list[SelfCollision]
 def permanent_self_collisions(world: CollisionWorld) -> list[tuple[str, str]]:
     """Return the pairs of a robot's own bodies that touch in every configuration.
 
-    They overlap by the design of the model. `RobotDescription.exclude` ignores their contacts.
+    They overlap by design. `RobotDescription.exclude` disables their contacts.
 
     Args:
         world: The collision world of the robot, which may be compiled alone.
@@ -60,18 +60,18 @@ def permanent_self_collisions(world: CollisionWorld) -> list[tuple[str, str]]:
 
 
 def check_home(world: CollisionWorld) -> None:
-    """Check that a robot is free of self-collision at home.
+    """Check that a robot has no self-collision at home.
 
     Raises:
-        RobotError: When it is not, with the bodies, and the `exclude` entry for those that touch
-            in every configuration.
+        RobotError: If it has; the message has the bodies, and the `exclude` entry for bodies that
+            touch in every configuration.
     """
     description = world.robot.description
     collisions = self_collisions(world, np.array(description.home))
     if not collisions:
         return
     touching = [
-        f"'{one.first}' is {1e3 * one.depth:.1f} mm inside '{one.second}'" for one in collisions
+        f"'{pair.first}' is {1e3 * pair.depth:.1f} mm inside '{pair.second}'" for pair in collisions
     ]
     if len(touching) > _LISTED:
         touching[_LISTED:] = [f"{len(touching) - _LISTED} more pairs"]

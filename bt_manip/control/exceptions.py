@@ -14,7 +14,7 @@ class ControllerFault(Exception):
 
     Args:
         kind: Kind of the controller.
-        problem: What is wrong, as a predicate.
+        problem: The problem, as a predicate.
         time: Simulated time [s].
 
     Attributes:

@@ -49,7 +49,7 @@ class Vanish(_ObjectFault):
     def begin(self) -> None:
         """Remove it."""
         name = self.name
-        if any(fixture.name == name for fixture in self.context.station.scene.fixtures):
+        if any(scene_object.name == name for scene_object in self.context.station.scene.objects):
             _remove_until_end(self, name)
         else:
             self.context.cell.remove(name)

@@ -1,4 +1,4 @@
-"""Search the grasps of one object for a feasible one."""
+"""Search for a feasible grasp of one object."""
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
@@ -22,51 +22,50 @@ from .ranking import COST_TOLERANCE, GraspRanking, RankedGrasp
 from .rejections import Rejections
 
 MAX_SIDE_STANDOFF = 0.12
-"""Largest distance of the pre-grasp pose from a grasp that is not approached from above [m]."""
+"""Largest distance between grasp and pre-grasp pose, unless the approach is from above [m]."""
 
 LIFT_CLEARANCE = 0.05
-"""Height through which the object must be free to be lifted [m]."""
+"""Height of the checked lift [m]."""
 
-MAX_CLEARANCE_CHECKS = 128  # grasps whose clearance is measured
-MAX_APPROACHES = 24  # infeasible straight approaches
+MAX_CLEARANCE_CHECKS = 128  # maximum number of grasps whose clearance is measured
+MAX_APPROACHES = 24  # maximum number of infeasible straight approaches
 MAX_BATCHES = 6
 BATCH_SIZE = 4  # equally good grasps that are solved together
 
 _SEARCHES = ((0, MARGIN), (1, MARGIN), (8, MARGIN), (8, 0.0))
-"""Random restarts and joint limit margin [rad] of each IK search: usually the first succeeds."""
+"""Random restarts and joint limit margin [rad] of successive IK searches."""
 
 
 _FROM_ABOVE = math.cos(math.radians(30.0))
-_AT_PREGRASP = 0.05  # [rad] of tool distance up to which the tool is already at the pre-grasp pose
-_CLOSING_STEP = 0.3  # of the opening between checks: 24 mm of the Panda's 80
+_AT_PREGRASP = 0.05  # [rad] tool distance up to which the tool is at the pre-grasp pose
+_CLOSING_STEP = 0.3  # [openings] between checks: 24 mm of the Panda's 80
 _MAX_CLOSING_PENETRATION = 0.5e-3  # [m]
-_MAX_LIFT_PENETRATION = 1e-3  # [m] of the lifted object in what it touches
+_MAX_LIFT_PENETRATION = 1e-3  # [m] of the lifted object in touched entities
 
 
 class GraspPlan(NamedTuple):
-    """A feasible grasp, with the configuration from which it is approached."""
+    """A feasible grasp with its pre-grasp configuration."""
 
     grasp: GraspCandidate
     T_wt: pin.SE3
     """Pose of the tool at the grasp."""
     q_pregrasp: np.ndarray
-    """Configuration at the pre-grasp pose, a straight line along the tool's axis away."""  # (nq,)
+    """Configuration at the pre-grasp pose, at the start of the straight approach."""  # (nq,)
     reason: str
-    """Cost of the grasp, distance to it, and how many were rejected before it."""
+    """Cost of the grasp, distance to it, and number of grasps rejected before, as text."""
     approach: SplinePath | None = None
-    """Joint path along that line, where it was followed already."""
+    """Joint path along this line, if it was computed already."""
 
 
 @dataclass
 class CheckedGrasps:
-    """The grasps that a search has checked, for viewers.
+    """The grasps checked by a search, for viewers.
 
     Attributes:
         object: Name of the object.
-        closing: As of the `GraspCandidates`.
-        grasps: The grasps in the order of their checks, each with whether the gripper has
-            clearance.
-        chosen: The grasp that was found; None where none is feasible.
+        closing: Closing direction, see `GraspCandidates`.
+        grasps: The grasps in the order of their checks, with whether the gripper has clearance.
+        chosen: The chosen grasp; None if none is feasible.
     """
 
     object: str
@@ -76,17 +75,17 @@ class CheckedGrasps:
 
 
 class GraspSearch:
-    """Searches the grasps of one object in the present situation.
+    """Searches for a feasible grasp of one object in the present state of the cell.
 
     Args:
         arm: The arm.
         name: The object.
-        ranking: Its grasp candidates.
+        ranking: Its ranked grasp candidates.
         clearance: Measures the gripper's clearance at the object.
 
     Attributes:
-        checked: The grasps that were checked so far.
-        rejections: The reasons why grasps were rejected so far.
+        checked: The grasps checked so far.
+        rejections: Counts of rejected grasps by reason.
     """
 
     def __init__(
@@ -112,12 +111,12 @@ class GraspSearch:
         """Return the plan of the feasible grasp of lowest cost.
 
         Args:
-            heights: Heights of the pre-grasp pose over the object's centre, along its axis, in the
-                order in which they are tried [m].
+            heights: Heights of the pre-grasp pose over the object's centre along its axis, in the
+                order of trials [m].
             centre: The object's centre in the world [m].  # (3,)
 
         Raises:
-            MotionError: When the arm reaches a grasp but no pre-grasp pose of it.
+            MotionError: If the arm reaches a grasp but none of its pre-grasp poses.
         """
         grasps, left = self._with_clearance(self._ranking.by_cost()), list(heights)
         for batch in islice(_batches(grasps), MAX_BATCHES):
@@ -142,9 +141,9 @@ class GraspSearch:
                 del heights[0]
 
     def _with_clearance(self, ranked: Iterable[RankedGrasp]) -> Iterator[RankedGrasp]:
-        """Iterate over the grasps with sufficient clearance in their order, then the tight ones.
+        """Yield the grasps with sufficient clearance in their order, then those with less.
 
-        A tight one is not postponed when the tool is already at its pre-grasp pose.
+        A grasp with less is not postponed if the tool is already at its pre-grasp pose.
         """
         tight = []
         for one in islice(ranked, MAX_CLEARANCE_CHECKS):
@@ -185,7 +184,7 @@ class GraspSearch:
     ) -> GraspPlan | None:
         """Return the plan with the nearest pre-grasp configuration, of equally good grasps.
 
-        Grasps that may be turned are first searched at any turn, one for all that differ by it.
+        Grasps with a free axis are first solved at any turn, once for all grasps that differ by it.
         """
         if self._arm.world is not None:
             self._arm.world.refresh()
@@ -208,7 +207,7 @@ class GraspSearch:
     def _nearest(
         self, grasps: Sequence[RankedGrasp], height: float, centre: np.ndarray
     ) -> tuple[GraspPlan | None, set[int]]:
-        """Return the plan nearest to the arm, and the indices of the grasps that it reaches."""
+        """Return the plan nearest to the arm, and the indices of the reachable grasps."""
         arm, rejections = self._arm, self.rejections
         standoffs = [_standoff(one.T_wt, height, centre) for one in grasps]
         targets = [self._target(*pair) for pair in zip(grasps, standoffs, strict=True)]
@@ -235,7 +234,7 @@ class GraspSearch:
     def _plan_from(
         self, one: RankedGrasp, q: np.ndarray, standoff: float
     ) -> tuple[float, GraspPlan] | None:
-        """Return the approach from a configuration, with its joint limit margin [rad]."""
+        """Return the plan from a configuration, with its joint limit margin [rad]."""
         arm, rejections = self._arm, self.rejections
         if one.free_axis is not None:
             one = one.turned(translate_along_tool_z(arm.ik.model.pose(q), standoff))
@@ -262,7 +261,7 @@ class GraspSearch:
         return margin, GraspPlan(one.grasp, one.T_wt, q, reason, approach.curve)
 
     def _target(self, one: RankedGrasp, standoff: float = 0.0) -> pin.SE3 | PoseTarget:
-        """Return the target of the tool at a distance before a grasp [m], turned or not."""
+        """Return the tool's target at a distance before a grasp [m], with its free axis if any."""
         T_wt = translate_along_tool_z(one.T_wt, -standoff)
         if one.free_axis is None or one.pivot is None:
             return T_wt
@@ -270,7 +269,7 @@ class GraspSearch:
         return PoseTarget(self._arm.ik.tool, T_wt, free_axis=one.free_axis, pivot=pivot)
 
     def _check_pregrasp(self, batch: Sequence[RankedGrasp], height: float) -> None:
-        """Raise a `MotionError` when only the pre-grasp poses are unreachable."""
+        """Raise a `MotionError` if only the pre-grasp poses are unreachable."""
         arm, name = self._arm, self._name
         above = height > 0.0 and all(_from_above(one.T_wt) for one in batch)
         targets = {_turns(one) or (i,): self._target(one) for i, one in enumerate(batch)}
@@ -289,7 +288,7 @@ class GraspSearch:
             rejections.collisions[self._name, lifted.entity] += 1
             return False
         if _from_above(one.T_wt):
-            return True  # nearly the approach, reversed
+            return True  # nearly the reversed approach
         T = one.T_wt
         poses = [pin.SE3(T.rotation, T.translation + step) for step in steps]
         for pose in poses:
@@ -309,9 +308,9 @@ class GraspSearch:
 
 
 def _turns(one: RankedGrasp, *height: float) -> tuple[float, ...]:
-    """Return a key that grasps have in common which differ by a turn about their free axis.
+    """Return a key that is equal for grasps that differ by a turn about their free axis.
 
-    Empty where there is none.
+    Empty without a free axis.
     """
     if one.free_axis is None or one.pivot is None:
         return ()

@@ -1,4 +1,4 @@
-"""Secondary objectives: the cost of a configuration beside its constraints."""
+"""Secondary objectives: the cost of a configuration subject to constraints."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -26,7 +26,7 @@ class SecondaryObjectives:
         inverse_speed: Inverse of the maximum joint velocities [s/rad].  # (nq,)
         residuals: Residuals of targets, scaled by the square roots of their weights.
         posture: A configuration [rad], and the weight of half the squared distance [1/s2].
-        manipulability: An arm, which of its joints move, and the weight of the logarithm.
+        manipulability: The arm, a mask of its moving joints, and the weight of the logarithm.
     """
 
     def __init__(
@@ -45,7 +45,7 @@ class SecondaryObjectives:
         """Return the cost with its gradient and its Gauss-Newton Hessian.
 
         Args:
-            constraints: Constraints that were evaluated last at the configuration.
+            constraints: Constraints, last evaluated at the configuration.
         """
         q = constraints.q
         assert q is not None
@@ -67,6 +67,6 @@ class SecondaryObjectives:
             logarithm, slope = log_manipulability(arm, moving)
             value -= weight * logarithm
             gradient -= weight * slope
-            # Stands in for the Hessian of the logarithm, which changes by about 1 over a radian.
+            # Approximates the Hessian of the logarithm, which changes by about 1 over a radian.
             hessian.ravel()[:: n + 1] += weight
         return QuadraticModel(value, gradient, hessian)

@@ -8,7 +8,7 @@ from bt_manip.bt import Tree
 from bt_manip.cell.objects import Catalogue
 from bt_manip.exceptions import BtManipError, NodeError
 from bt_manip.registry import Parts
-from bt_manip.scenes import find_scene, fixture_models, naming_file, with_models
+from bt_manip.scenes import find_scene, naming_file, object_models, with_models
 
 from .python_tree import make_tree
 from .request import RunRequest
@@ -38,7 +38,7 @@ def prepare(
     """
     clock = _StationClock()
     scene = find_scene(request.scene, parts)
-    models = fixture_models(request.settings, scene)
+    models = object_models(request.settings, scene)
     settings = {key: text for key, text in request.settings.items() if key not in models}
     tree = load_source(request.tree, parts, settings, clock, warn, reading=request.reading)
     check_can_run(tree, warn)
@@ -89,7 +89,7 @@ def prepare_station(request: RunRequest, parts: Parts) -> Station:
         BtManipError: If the request is invalid.
     """
     scene = find_scene(request.scene, parts)
-    models = fixture_models(request.settings, scene)
+    models = object_models(request.settings, scene)
     catalogue = Catalogue(parts.objects, sources=parts.model_sources, formats=parts.model_formats)
     if models:
         request = replace(request, scene=with_models(scene, models, catalogue))

@@ -17,21 +17,21 @@ from bt_manip.arm import Arm, MultiArmCoordinator
 from bt_manip.bt import AlwaysSuccess, NodeStatus, Tree
 from bt_manip.cell import Cell, OverlapError
 from bt_manip.cell.objects import Catalogue
-from bt_manip.cell.randomization import Randomizer, SceneObject
+from bt_manip.cell.randomization import InitialObject, Randomizer
 from bt_manip.control import Controller, ControllerManager
 from bt_manip.registry import Parts
 from bt_manip.robots import Gripper, Robot
 from bt_manip.scenes import (
     ExpectedObjects,
-    Fixture,
     Scene,
-    add_fixture,
+    SceneObject,
+    add_object,
     check_supports,
     find_scene,
     make_pose_source,
     naming_file,
     place_again,
-    sampled_fixtures,
+    sampled_objects,
 )
 
 from .commanded_robot import CommandedRobot, NoOnlyRobot, RobotEntities, at_reach
@@ -243,14 +243,14 @@ class Station:
     def reseed(self, seed: int) -> None:
         """Continue as if it had been built with another seed.
 
-        Sampled fixtures get new poses; the cell must be as it was built.
+        Sampled objects get new poses; the cell must be as it was built.
 
         Raises:
-            CellError: If a fixture finds no free pose.
+            CellError: If there is no free pose for an object.
         """
         self.rng.bit_generator.state = np.random.default_rng(seed).bit_generator.state
         with naming_file(self.scene):
-            moved = place_again(self.cell, self.scene.fixtures, seed)
+            moved = place_again(self.cell, self.scene.objects, seed)
         self.randomizer.reseed(seed, moved)
 
     def get_state(self) -> dict[str, Any]:
@@ -284,33 +284,33 @@ class Station:
 
 
 _ASIDE = pin.SE3(np.eye(3), np.array([0.0, 0.0, 5.0]))
-"""Above its place: where a fixture is put that will be moved within reach of a robot [m]."""
+"""Displacement of objects until they are moved within reach of a robot [m]."""
 
 
 def _fill(
     cell: Cell,
-    fixtures: Sequence[tuple[Fixture, composer.Entity]],
+    objects: Sequence[tuple[SceneObject, composer.Entity]],
     robots: Sequence[RobotEntities],
     seed: int,
     *,
     aside: bool = False,
 ) -> list[str]:
-    """Add the fixtures and robots of a scene to a cell; return the names of the robots.
+    """Add the objects and robots of a scene to a cell; return the names of the robots.
 
     Raises:
         CellError: If something overlaps; the cell is as it was then.
     """
-    later = sampled_fixtures([fixture for fixture, _ in fixtures])
+    later = sampled_objects([scene_object for scene_object, _ in objects])
     with cell.editing():
-        for fixture, entity in fixtures:
-            if fixture.name not in later:
-                away = aside and fixture.within_reach
-                placed = replace(fixture, T_wo=_ASIDE * fixture.T_wo) if away else fixture
-                add_fixture(cell, placed, entity, seed)
+        for scene_object, entity in objects:
+            if scene_object.name not in later:
+                if aside and scene_object.within_reach:
+                    scene_object = replace(scene_object, T_wo=_ASIDE * scene_object.T_wo)
+                add_object(cell, scene_object, entity, seed)
         names = [one.put_into(cell) for one in robots]
-        for fixture, entity in fixtures:
-            if fixture.name in later:
-                add_fixture(cell, fixture, entity, seed)
+        for scene_object, entity in objects:
+            if scene_object.name in later:
+                add_object(cell, scene_object, entity, seed)
     return names
 
 
@@ -340,38 +340,38 @@ def make_station(request: RunRequest, parts: Parts, catalogue: Catalogue | None 
         for one in scene.robots
     ]
     chosen = [at_reach(one, parts) for one in chosen]
-    source = make_pose_source(request.poses, parts.pose_sources, scene.fixtures)
+    source = make_pose_source(request.poses, parts.pose_sources, scene.objects)
     backend = find_backend(request.backend, parts) if request.backend else None
     if backend is not None:
         check_real(scene, backend)
     entities = [RobotEntities(one, parts, backend) for one in chosen]
-    placed = [fixture for fixture in scene.fixtures if not fixture.expected]
-    fixtures = [(f, catalogue.create(f.model, **f.parameters)) for f in placed]
+    placed = [scene_object for scene_object in scene.objects if not scene_object.expected]
+    objects = [(f, catalogue.create(f.model, **f.parameters)) for f in placed]
     cell, aside = Cell(), False
     with naming_file(scene):
         try:
-            names = _fill(cell, fixtures, entities, seed)
+            names = _fill(cell, objects, entities, seed)
         except OverlapError:
-            if not any(fixture.within_reach for fixture in scene.fixtures):
+            if not any(scene_object.within_reach for scene_object in scene.objects):
                 raise
-            names, aside = _fill(cell, fixtures, entities, seed, aside=True), True
-        check_supports(cell, scene.fixtures)
+            names, aside = _fill(cell, objects, entities, seed, aside=True), True
+        check_supports(cell, scene.objects)
     robots = {name: one.commanded(name, cell) for name, one in zip(names, entities, strict=True)}
     for one in robots.values():
         one.robot.configurations |= scene.configurations
     reached = {}
-    for fixture in placed:
-        if fixture.within_reach:
-            one = robots.get(str(fixture.within_reach), next(iter(robots.values())))
-            T_wo = _ASIDE.inverse() * cell.pose(fixture.name) if aside else None
+    for scene_object in placed:
+        if scene_object.within_reach:
+            one = robots.get(str(scene_object.within_reach), next(iter(robots.values())))
+            T_wo = _ASIDE.inverse() * cell.pose(scene_object.name) if aside else None
             with naming_file(scene):
-                one.reach.place(cell, fixture.name, T_wo)
-            reached[fixture.name] = partial(one.reach.reaches, cell, fixture.name)
+                one.reach.place(cell, scene_object.name, T_wo)
+            reached[scene_object.name] = partial(one.reach.reaches, cell, scene_object.name)
     if len(robots) > 1:
         MultiArmCoordinator({name: one.arm for name, one in robots.items()})
     rng = np.random.default_rng(seed)
     scene_objects = {
-        f.name: SceneObject(f.model, cell.pose(f.name), f.parameters, f.free) for f in placed
+        f.name: InitialObject(f.model, cell.pose(f.name), f.parameters, f.free) for f in placed
     }
     with naming_file(scene):
         randomizer = Randomizer(

@@ -12,15 +12,15 @@ from bt_manip import build_station
 from bt_manip.behaviours import payload_of
 from bt_manip.cell import Cell, CellError
 from bt_manip.cell.objects import Catalogue
-from bt_manip.cell.randomization import Randomization, Randomizer, SceneObject, parse_variation
+from bt_manip.cell.randomization import InitialObject, Randomization, Randomizer, parse_variation
 from bt_manip.cell.randomization.variations import sample, stream
 from bt_manip.scenes import table_and_basket
 from bt_manip.spatial import pose
 
 SCENE = {
-    "table": SceneObject("table", pose((0.0, 0.0, 0.0))),
-    "cube": SceneObject("cube", pose((0.2, 0.0, 1.04)), {"mass": 0.1}, free=True),
-    "can": SceneObject("can", pose((-0.2, 0.0, 1.015)), free=True),
+    "table": InitialObject("table", pose((0.0, 0.0, 0.0))),
+    "cube": InitialObject("cube", pose((0.2, 0.0, 1.04)), {"mass": 0.1}, free=True),
+    "can": InitialObject("can", pose((-0.2, 0.0, 1.015)), free=True),
 }
 
 

@@ -237,7 +237,7 @@ def test_a_file_may_say_which_seed(write, parts):
         (TABLE + 'within_reach = "lfet"\n', "within_reach' is true or the name of a robot, got"),
         (TABLE + "region = { x = [0, 1] }\n", "region.y' is missing"),
         (TABLE + "region = { x = [1, 0], y = [0, 1], z = [0, 0] }\n", "goes from low to high"),
-        (TABLE + "position = [0, 0, 0]\nregion = { }\n", "'region' both say where it is"),
+        (TABLE + "position = [0, 0, 0]\nregion = { }\n", "'region' exclude each other"),
         (ROBOT + "[[cameras]]\nfovy = 200\n", ":4: key .*fovy' is wrong: fovy is between 0 and"),
         (ROBOT + "[[cameras]]\nfov = 20\n", ":4: key .*fov' means nothing; did you mean 'fovy'"),
         (ROBOT + "[[cameras]]\nlooking_at = [0, 0, 0]\n", "cannot look at the place where it is"),

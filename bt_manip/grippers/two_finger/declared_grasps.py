@@ -1,4 +1,4 @@
-"""Grasps of two fingers that an object declares."""
+"""Grasps of two fingers declared by an object."""
 
 from collections.abc import Sequence
 
@@ -12,11 +12,11 @@ from .hand import BELOW, CLOSING_MARGIN, Hand
 
 
 class DeclaredGraspGenerator:
-    """Generates the grasp candidates of an object that declares its grasps.
+    """Generates grasp candidates from an object's declared grasps.
 
     Args:
         name: Name of the object, for messages.
-        grasps: Its grasps.
+        grasps: Its declared grasps.
         hand: The gripper.
 
     Attributes:
@@ -29,13 +29,13 @@ class DeclaredGraspGenerator:
         self._name, self._grasps, self._hand, self.com = name, list(grasps), hand, np.array(com)
 
     def candidates(self, down: np.ndarray) -> GraspCandidates:
-        """Return those that fit and do not approach from below, with either finger first.
+        """Return the grasps that fit and do not approach from below, with either finger first.
 
         Args:
             down: Straight down in the object's frame; unit.  # (3,)
 
         Raises:
-            MotionError: If none fits between the fingers.
+            MotionError: If no grasp fits between the fingers.
         """
         hand, fit = self._hand, [g for g in self._grasps if g.width < self._hand.stroke]
         if not fit:

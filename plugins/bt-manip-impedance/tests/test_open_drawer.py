@@ -21,8 +21,8 @@ def parts():
 def at_the_handle(parts, **drawer):
     """Return a station whose robot holds the handle."""
     scene = parts.scenes.create("open_drawer")
-    *others, fixture = scene.fixtures
-    scene = replace(scene, fixtures=(*others, replace(fixture, parameters=drawer)))
+    *others, fixture = scene.objects
+    scene = replace(scene, objects=(*others, replace(fixture, parameters=drawer)))
     station = build_station(parts, scene=scene)
     for behaviour in (ReachHandle("reach", object="drawer"), CloseGripper("close", force=50.0)):
         assert station.run(behaviour).status is NodeStatus.SUCCESS
