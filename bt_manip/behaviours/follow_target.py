@@ -15,7 +15,7 @@ class FollowTarget(MotionBehaviour):
 
     object = Input(str, doc="Name of the object.")
     height = Input(float, default=0.2, doc="Height of the tool over the object's centre [m].")
-    duration = Input(float, default=0.0, doc="Duration [s]; at 0 until it is halted.")
+    duration = Input(float, default=0.0, doc="Duration [s]; 0: until it is halted.")
     speed = Input(float, default=1.0, doc="Fraction of the arm's limits, above 0 and up to 1.")
 
     amounts = {**MotionBehaviour.amounts, "duration": "s"}
@@ -27,7 +27,7 @@ class FollowTarget(MotionBehaviour):
         self.arm.follow(nearest_orientation(poses, T_wt), speed=self.speed)
 
     def update(self) -> Status:
-        """Update the target and show the remaining time."""
+        """Update the target and the remaining time."""
         if self._lost:
             return self.fail(self._forget_carried())
         if self.duration > 0.0 and self.elapsed >= self.duration:

@@ -245,7 +245,7 @@ class PoseResidual(FrameResidual):
         return self._residual
 
     def errors(self) -> tuple[float, float, bool]:
-        """Return distance [m], angle [rad] and whether the target is met, at the last evaluation."""
+        """Return distance [m], angle [rad] and whether the target is met, at last evaluation."""
         x, y, z = self._T_tf.translation.tolist()
         a, b, c = self._residual[3:].tolist()
         position, rotation = (x * x + y * y + z * z) ** 0.5, (a * a + b * b + c * c) ** 0.5

@@ -1,4 +1,4 @@
-"""Parts of one plugin before they are merged into those of all plugins."""
+"""The parts of one plugin before they are merged with those of all plugins."""
 
 import dataclasses
 import inspect
@@ -12,7 +12,12 @@ from bt_manip.registry import Parts, TreeDefaults
 
 
 class Registrar:
-    """Collects the parts of one plugin until all of its hooks have returned."""
+    """Collects the parts of one plugin until all of its hooks have returned.
+
+    Args:
+        owner: Name of the plugin.
+        parts: The parts of all plugins, to merge into.
+    """
 
     def __init__(self, owner: str, parts: Parts) -> None:
         self._owner = owner
@@ -23,7 +28,7 @@ class Registrar:
         self._open = True
 
     def register(self, kind: str) -> Callable[..., None]:
-        """Return the function ``register`` of the hook of a kind.
+        """Return the function ``register`` of the hook for a kind of parts.
 
         It raises `BtManipError` for invalid arguments.
         """
@@ -42,13 +47,13 @@ class Registrar:
         return register
 
     def merge(self) -> dict[str, tuple[str, ...]]:
-        """Merge the parts into those of all plugins; nothing can be registered afterwards.
+        """Merge the parts into those of all plugins, after which nothing can be registered.
 
         Returns:
             Names of the registered parts, by kind.
 
         Raises:
-            BtManipError: When an object's ``kind`` is not a registered name.
+            BtManipError: If an object's ``kind`` is not a registered name.
         """
         self._open = False
         self._check_kinds()
@@ -73,7 +78,7 @@ class Registrar:
             raise BtManipError(f"'{name}' among its {kind} is not callable: {factory!r}")
         if inspect.isabstract(factory):
             missing = ", ".join(sorted(getattr(factory, "__abstractmethods__", ())))
-            raise BtManipError(f"'{name}' among its {kind} is not whole: it lacks {missing}")
+            raise BtManipError(f"'{name}' among its {kind} is incomplete: it lacks {missing}")
         self._add(kind, name, factory)
 
     def _register_objects(self, name: str, factory: Callable[..., Any]) -> None:
@@ -99,8 +104,8 @@ class Registrar:
             kind: Any = as_object(factory).kind
             if isinstance(kind, str) and kind not in known:
                 raise BtManipError(
-                    f"object '{name}' calls its kind '{kind}', by which a snapshot could not make "
-                    f"it again{did_you_mean(kind, [name])}"
+                    f"object '{name}' has the kind '{kind}', from which a snapshot could not "
+                    f"recreate it{did_you_mean(kind, [name])}"
                 )
 
     def _register_robots(self, description: Any) -> None:
@@ -140,7 +145,7 @@ class Registrar:
         from bt_manip.bt import BehaviourRegistry
         from bt_manip.bt.nodes import Action
 
-        # A new registry has the nodes of the language: it refuses their names, and classes
+        # A new registry has the nodes of the language: it rejects their names, and classes
         # that are not nodes.
         BehaviourRegistry().register(cls, name)
         if getattr(cls, "update", None) is Action.update:

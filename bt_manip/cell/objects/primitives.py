@@ -373,7 +373,7 @@ class HoleBoard(PrimitiveProp):
     defaults = {
         "hole": 0.0165,  # radius of the circle that fits into the hole [m]
         "size": (0.16, 0.16, 0.04),  # lengths along x, y and z [m]
-        "offset": [0.0, 0.0],  # of the hole from the centre, along x and y [m]
+        "offset": [0.0, 0.0],  # of the hole from the middle, along x and y [m]
         "mass": 0.9, "friction": 0.4, "colour": (0.50, 0.53, 0.58),
     }  # fmt: skip
 

@@ -70,7 +70,8 @@ class CupGraspGenerator:
             for place in _places(solid, self.com, self.radius, -down)
             if -place[1] @ down >= _BELOW
         ]
-        points, normals = np.reshape(places, (-1, 2, 3)).swapaxes(0, 1)
+        surface: np.ndarray = np.reshape(places, (-1, 2, 3))
+        points, normals = surface[:, 0], surface[:, 1]
         depth = self._depth(points, normals, self.radius)
         beside = self._depth(points, normals, self.radius + _EDGE)
         limit = MAX_SAG * self.radius

@@ -1,4 +1,4 @@
-"""The table with the tray on it."""
+"""The table with a tray."""
 
 from dataclasses import replace
 
@@ -7,7 +7,7 @@ from bt_manip.scenes import Level, Scene, SceneObject, table_and_basket
 
 
 def table_and_tray() -> Scene:
-    """Give the robot's table with a sorting tray beside the place for blocks."""
+    """Return the scene of the robot's table with a sorting tray beside the blocks' region."""
     scene = table_and_basket()
     table = next(known for known in scene.objects if known.name == "table")
     surface = scene.T_wb.translation[2]

@@ -17,7 +17,7 @@ def button_on_table() -> Scene:
 
 
 def peg_on_table() -> Scene:
-    """Return the robot's table with a peg, back in its place in each cycle, and a board for it."""
+    """Return the robot's table with a peg, reset in each cycle, and a board with a hole."""
     scene = table_and_basket()
     table = next(known for known in scene.objects if known.name == "table")
     surface = scene.T_wb.translation[2]

@@ -63,4 +63,4 @@ def test_a_handle_that_is_too_thin_for_the_gripper_is_found_before_a_run(parts, 
     assert why_not("open_drawer", "panda", parts, starts=1) == ""
     monkeypatch.setattr(TwoFingerGripper, "min_object_width", 0.02)
     reason = why_not("open_drawer", "panda", parts, starts=1)
-    assert reason.startswith("PullOpen: the gripper grips what is wider than 20.0 mm")
+    assert reason.startswith("PullOpen: the gripper closes to 20.0 mm only")

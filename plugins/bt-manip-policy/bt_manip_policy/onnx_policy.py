@@ -16,16 +16,16 @@ RATE = "bt_manip.rate"
 """Key of the metadata with the number of actions per second [Hz]."""
 
 HISTORY = "bt_manip.history"
-"""Key of the metadata with the number of observations in a row that the graph gets."""
+"""Key of the metadata with the number of successive observations in an input."""
 
 EXECUTE = "bt_manip.execute"
-"""Key of the metadata with the number of rows that are executed before the next observation."""
+"""Key of the metadata with the number of executed rows before the next observation."""
 
 ENSEMBLE = "bt_manip.ensemble"
 """Key of the metadata with the decay of temporal ensembling."""
 
 STATE, NEXT_STATE = "state_", "next_state_"
-"""Beginnings of the names of inputs and outputs that are recurrent state."""
+"""Prefixes of the names of recurrent states in inputs and outputs."""
 
 _DTYPES = {"tensor(float)": np.float32, "tensor(double)": np.float64, "tensor(uint8)": np.uint8}
 
@@ -36,26 +36,26 @@ class OnnxPolicy:
     """A function from observations to actions, read from an ONNX file.
 
     Each input of the graph is the observation of that name; the output is an action, or one action
-    per row to execute in turn. A leading dimension of 1 may be added to all of them. An input
-    ``state_NAME`` is zero at first, and then what the output ``next_state_NAME`` was. Normalization
-    is part of the graph. The file's metadata has the kind of the actions under `ACTION`, their rate
-    under `RATE`, and, where they are not the usual ones, `HISTORY`, `EXECUTE` and `ENSEMBLE`.
+    per row to execute in turn. All may have an additional leading dimension of 1. An input
+    ``state_NAME`` is zero at first, then the last output ``next_state_NAME``. Normalization is part
+    of the graph. The file's metadata have the kind of the actions under `ACTION`, their rate under
+    `RATE`, and optionally `HISTORY`, `EXECUTE` and `ENSEMBLE`.
 
     The graph runs on the CPU in one thread, so that the same observations give the same actions.
-    A `PolicyProcess` bounds its time and memory; it takes any class with these attributes.
+    A `PolicyProcess` limits its time and memory; it accepts any class with these attributes.
 
     Args:
-        path: The file.
+        path: The file; it is untrusted, but can only compute and read no other file.
 
     Attributes:
         action: Kind of the actions.
         rate: Number of actions per second [Hz].
-        inputs: Shape of each observation; None is a dimension of any size.
+        inputs: Shape of each observation; None for a dimension of any size.
         states: Shape of each recurrent state, by the name of its input.
-        history: Observations in a row that it gets, the present one last; with more than one, the
-            first dimension of each input has this size.
-        execute: Rows of an output that are executed before the next observation; 0: all.
-        ensemble: Decay of temporal ensembling, for which it acts in each step; None for none.
+        history: Number of successive observations in an input, the present one last; if more than
+            one, it is the size of the first dimension of each input.
+        execute: Number of executed rows of an output before the next observation; 0: all.
+        ensemble: Decay of temporal ensembling, with a new action in each step; None without it.
 
     Raises:
         BtManipError: If it cannot be read or is not a policy.
@@ -148,7 +148,7 @@ def _number(
     """Return a number of the metadata.
 
     Raises:
-        BtManipError: If it is none, or not within its bounds.
+        BtManipError: If it is not a number within its bounds.
     """
     if key not in metadata:
         return default
