@@ -72,11 +72,7 @@ def entity_of(body: str) -> str:
 
 
 class BodyNames:
-    """Names ``entity/body`` of the bodies and geoms of a compiled model, by id.
-
-    Args:
-        model: The compiled model.
-    """
+    """Names ``entity/body`` of the bodies and geoms of a compiled model, by id."""
 
     def __init__(self, model: mujoco.MjModel):
         name = mujoco.mj_id2name

@@ -78,9 +78,9 @@ def _box(half: np.ndarray) -> tuple[np.ndarray, ...]:
         corners[:, [i for i in range(3) if i != axis]] = np.column_stack([across, up])
         quad = [(0, 1, 2), (0, 2, 3)]
         if (side > 0) == (axis == 1):  # from outside, the two axes are left-handed
-            quad = [one[::-1] for one in quad]
+            quad = [part[::-1] for part in quad]
         sides.append((corners, np.tile(side * np.eye(3)[axis], (4, 1)), quad))
-    corners, normals, quads = (np.array(one) for one in zip(*sides, strict=True))
+    corners, normals, quads = (np.array(part) for part in zip(*sides, strict=True))
     faces = (quads + 4 * np.arange(6)[:, None, None]).reshape(-1, 3)
     coordinates = np.tile(np.column_stack([across + 1, 1 - up]) / 2.0, (6, 1))
     return corners.reshape(-1, 3) * half, normals.reshape(-1, 3), coordinates, faces
@@ -91,8 +91,8 @@ def _mesh(model: mujoco.MjModel, mesh: int) -> tuple[np.ndarray, ...]:
     first, count = model.mesh_faceadr[mesh], model.mesh_facenum[mesh]
     corners = np.stack(
         [
-            one[first : first + count].ravel()
-            for one in (model.mesh_face, model.mesh_facenormal, model.mesh_facetexcoord)
+            part[first : first + count].ravel()
+            for part in (model.mesh_face, model.mesh_facenormal, model.mesh_facetexcoord)
         ],
         axis=1,
     )

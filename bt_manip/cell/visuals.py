@@ -175,8 +175,8 @@ def _shapes_of(model: mujoco.MjModel, geom: int) -> list[VisualShape]:
     kind = _Geom(int(model.geom_type[geom]))
     if kind in (_Geom.mjGEOM_MESH, _Geom.mjGEOM_SDF):
         triangles = _triangles_of(model, int(model.geom_dataid[geom]))
-        one = VisualShape("mesh", position, quat_wxyz, rgba, triangles=triangles)
-        return [_with_texture(model, geom, one)]
+        mesh_shape = VisualShape("mesh", position, quat_wxyz, rgba, triangles=triangles)
+        return [_with_texture(model, geom, mesh_shape)]
     ball = 2 * x, 2 * x, 2 * x
     solids: dict[Any, tuple[Any, tuple[float, float, float]]] = {
         _Geom.mjGEOM_BOX: ("box", (2 * x, 2 * y, 2 * z)),

@@ -126,16 +126,12 @@ class CollisionWorld:
         return self._scratch.contacts
 
     def known_free(self, path: np.ndarray, clearance: np.ndarray) -> np.ndarray:
-        """Return which configurations of a path are certainly free, by conservative advancement.
+        """Return which configurations of a path are certainly free, see `ConservativeAdvancement`.
 
         Args:
             path: Configurations [rad].  # (n, nq)
-            clearance: Required distance of each pair of geoms [m], -inf for none.
-                # (ngeom, ngeom)
-
-        Returns:
-            True for free configurations, False for unknown ones.  # (n,)
-        """
+            clearance: Required distance of each pair of geoms [m].  # (ngeom, ngeom)
+        """  # (n,) bool
         return self._advancement.known_free(path, clearance)
 
     def present_contacts(self) -> list[tuple[str, str]]:

@@ -17,12 +17,7 @@ _STRIDE = 10  # samples
 
 
 class InterRobotDistance:
-    """Measures the distance between two robots of one cell, including their held objects.
-
-    Args:
-        first: The first robot.
-        second: The second robot.
-    """
+    """Measures the distance between two robots of one cell, including their held objects."""
 
     def __init__(self, first: RobotGeometry, second: RobotGeometry) -> None:
         self._robots = first, second

@@ -37,7 +37,7 @@ def self_collisions(world: CollisionWorld, q: np.ndarray) -> list[SelfCollision]
             pair = names[first], names[second]
             found[pair] = max(-distance, found.get(pair, 0.0))
     collisions = (SelfCollision(*pair, depth) for pair, depth in found.items())
-    return sorted(collisions, key=lambda one: -one.depth)
+    return sorted(collisions, key=lambda collision: -collision.depth)
 
 
 def permanent_self_collisions(world: CollisionWorld) -> list[tuple[str, str]]:
@@ -52,7 +52,9 @@ def permanent_self_collisions(world: CollisionWorld) -> list[tuple[str, str]]:
     lower, upper = limits.sampling_bounds()
     pairs: list[tuple[str, str]] | None = None
     for _ in range(CONFIGURATION_SAMPLES):
-        touching = [one[:2] for one in self_collisions(world, rng.uniform(lower, upper))]
+        touching = [
+            collision[:2] for collision in self_collisions(world, rng.uniform(lower, upper))
+        ]
         pairs = [pair for pair in (touching if pairs is None else pairs) if pair in touching]
         if not pairs:
             break
@@ -83,7 +85,7 @@ def check_home(world: CollisionWorld) -> None:
             "the description ignores contacts of bodies that overlap in every configuration by "
             f"exclude = [{listed}]"
         )
-    if any(one[:2] not in permanent for one in collisions):
+    if any(collision[:2] not in permanent for collision in collisions):
         remedies.append("other pairs need another 'home'" if permanent else "give another 'home'")
     raise RobotError(
         f"{description.where}: self-collision at home: {', '.join(touching)}; {'; '.join(remedies)}"

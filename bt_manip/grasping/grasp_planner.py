@@ -39,10 +39,6 @@ class GraspPlanner:
     friction, with a fixed seed: an object has the same candidates in every run and at every pose.
     An object that would slip even at the gripper's maximum force has none.
 
-    Args:
-        cell: The cell.
-        arm: The arm.
-
     Attributes:
         arm: The arm that grips.
         checked: The grasps checked by the last search; None before the first.

@@ -146,34 +146,34 @@ class GraspSearch:
         A grasp with less is not postponed if the tool is already at its pre-grasp pose.
         """
         tight = []
-        for one in islice(ranked, MAX_CLEARANCE_CHECKS):
-            found = self._clearance.at_pose(one.T_wt)
+        for candidate in islice(ranked, MAX_CLEARANCE_CHECKS):
+            found = self._clearance.at_pose(candidate.T_wt)
             clear = found.distance >= -MAX_PENETRATION
             if not clear:
                 self.rejections.no_clearance[found.entity] += 1
-            elif not (clear := self._can_close(one)):
+            elif not (clear := self._can_close(candidate)):
                 self.rejections.self_obstructed += 1
-            self.checked.grasps.append((one.grasp, clear))
+            self.checked.grasps.append((candidate.grasp, clear))
             if not clear:
                 continue
-            if found.distance < SUFFICIENT_CLEARANCE and one.tool_distance > _AT_PREGRASP:
-                tight.append(one)
+            if found.distance < SUFFICIENT_CLEARANCE and candidate.tool_distance > _AT_PREGRASP:
+                tight.append(candidate)
             else:
-                yield one
+                yield candidate
         yield from tight
 
-    def _can_close(self, one: RankedGrasp) -> bool:
+    def _can_close(self, candidate: RankedGrasp) -> bool:
         """Return whether the gripper reaches the contacts before it touches another part."""
         clearance, name = self._clearance, self._name
         if self._ranking.candidates.clear:
             return True
-        if clearance.to_entity(name, one.T_wt) < 0.0:
+        if clearance.to_entity(name, candidate.T_wt) < 0.0:
             return False
-        steps = max(1, math.ceil((1.0 - one.opening) / _CLOSING_STEP))
+        steps = max(1, math.ceil((1.0 - candidate.opening) / _CLOSING_STEP))
         try:
             for k in range(1, steps + 1):
-                clearance.open(1.0 + (one.opening - 1.0) * k / steps)
-                if clearance.to_entity(name, one.T_wt) < -_MAX_CLOSING_PENETRATION:
+                clearance.open(1.0 + (candidate.opening - 1.0) * k / steps)
+                if clearance.to_entity(name, candidate.T_wt) < -_MAX_CLOSING_PENETRATION:
                     return False
         finally:
             clearance.open()
@@ -189,14 +189,20 @@ class GraspSearch:
         if self._arm.world is not None:
             self._arm.world.refresh()
         reached = self._reached
-        free = {key: one for one in batch if (key := _turns(one, height)) and key not in reached}
+        free = {
+            key: candidate
+            for candidate in batch
+            if (key := _turns(candidate, height)) and key not in reached
+        }
         reached.update(dict.fromkeys(free, False))
         plan, solved = self._nearest(list(free.values()), height, centre)
         reached.update((key, True) for i, key in enumerate(free) if i in solved)
         if plan is not None:
             return plan
         fixed = [
-            one._replace(free_axis=None) for one in batch if reached.get(_turns(one, height), True)
+            candidate._replace(free_axis=None)
+            for candidate in batch
+            if reached.get(_turns(candidate, height), True)
         ]
         plan, solved = self._nearest(fixed, height, centre)
         if plan is None and not solved:
@@ -209,7 +215,7 @@ class GraspSearch:
     ) -> tuple[GraspPlan | None, set[int]]:
         """Return the plan nearest to the arm, and the indices of the reachable grasps."""
         arm, rejections = self._arm, self.rejections
-        standoffs = [_standoff(one.T_wt, height, centre) for one in grasps]
+        standoffs = [_standoff(candidate.T_wt, height, centre) for candidate in grasps]
         targets = [self._target(*pair) for pair in zip(grasps, standoffs, strict=True)]
         best: tuple[float, GraspPlan] | None = None
         tried: list[np.ndarray] = []
@@ -232,54 +238,56 @@ class GraspSearch:
         return best and best[1], reached
 
     def _plan_from(
-        self, one: RankedGrasp, q: np.ndarray, standoff: float
+        self, candidate: RankedGrasp, q: np.ndarray, standoff: float
     ) -> tuple[float, GraspPlan] | None:
         """Return the plan from a configuration, with its joint limit margin [rad]."""
         arm, rejections = self._arm, self.rejections
-        if one.free_axis is not None:
-            one = one.turned(translate_along_tool_z(arm.ik.model.pose(q), standoff))
-            tight = self._clearance.at_pose(one.T_wt).distance < SUFFICIENT_CLEARANCE
-            if tight or not self._can_close(one):
+        if candidate.free_axis is not None:
+            candidate = candidate.turned(translate_along_tool_z(arm.ik.model.pose(q), standoff))
+            tight = self._clearance.at_pose(candidate.T_wt).distance < SUFFICIENT_CLEARANCE
+            if tight or not self._can_close(candidate):
                 return None
         collisions = arm.world.collisions(q) if arm.world is not None else []
         if collisions:
             rejections.collisions[collisions[0][:2]] += 1
             return None
-        approach = plan_straight_approach(arm.ik, q, one.T_wt, arm.world)
+        approach = plan_straight_approach(arm.ik, q, candidate.T_wt, arm.world)
         margin = approach.limit_margin
         if margin <= 0.0:
             rejections.reject_approach(approach.error)
             return None
-        if not self._can_lift(one, approach.end):
+        if not self._can_lift(candidate, approach.end):
             return None
         reason = (
-            f"{one.describe()}; {margin:.2f} rad from the nearest joint limit; "
+            f"{candidate.describe()}; {margin:.2f} rad from the nearest joint limit; "
             f"{arm.ik.distance(q, arm.q):.2f} s away at full joint speed"
         )
         if rejections.total:
             reason += f"; {rejections.total} grasps rejected before"
-        return margin, GraspPlan(one.grasp, one.T_wt, q, reason, approach.curve)
+        return margin, GraspPlan(candidate.grasp, candidate.T_wt, q, reason, approach.curve)
 
-    def _target(self, one: RankedGrasp, standoff: float = 0.0) -> pin.SE3 | PoseTarget:
+    def _target(self, candidate: RankedGrasp, standoff: float = 0.0) -> pin.SE3 | PoseTarget:
         """Return the tool's target at a distance before a grasp [m], with its free axis if any."""
-        T_wt = translate_along_tool_z(one.T_wt, -standoff)
-        if one.free_axis is None or one.pivot is None:
+        T_wt = translate_along_tool_z(candidate.T_wt, -standoff)
+        if candidate.free_axis is None or candidate.pivot is None:
             return T_wt
-        pivot = one.pivot + [0.0, 0.0, standoff]
-        return PoseTarget(self._arm.ik.tool, T_wt, free_axis=one.free_axis, pivot=pivot)
+        pivot = candidate.pivot + [0.0, 0.0, standoff]
+        return PoseTarget(self._arm.ik.tool, T_wt, free_axis=candidate.free_axis, pivot=pivot)
 
     def _check_pregrasp(self, batch: Sequence[RankedGrasp], height: float) -> None:
         """Raise a `MotionError` if only the pre-grasp poses are unreachable."""
         arm, name = self._arm, self._name
-        above = height > 0.0 and all(_from_above(one.T_wt) for one in batch)
-        targets = {_turns(one) or (i,): self._target(one) for i, one in enumerate(batch)}
+        above = height > 0.0 and all(_from_above(candidate.T_wt) for candidate in batch)
+        targets = {
+            _turns(candidate) or (i,): self._target(candidate) for i, candidate in enumerate(batch)
+        }
         if above and arm.ik.nearest(list(targets.values()), arm.q).solved:
             raise MotionError(
                 f"{height:g} m over '{name}' is unreachable, though '{name}' is not",
                 reason="unreachable",
             )
 
-    def _can_lift(self, one: RankedGrasp, q: np.ndarray) -> bool:
+    def _can_lift(self, candidate: RankedGrasp, q: np.ndarray) -> bool:
         """Return whether gripper and object can move straight up from the grasp."""
         clearance, rejections = self._clearance, self.rejections
         steps = [np.array([0.0, 0.0, part * LIFT_CLEARANCE]) for part in (0.5, 1.0)]
@@ -287,9 +295,9 @@ class GraspSearch:
         if lifted.distance < -_MAX_LIFT_PENETRATION:
             rejections.collisions[self._name, lifted.entity] += 1
             return False
-        if _from_above(one.T_wt):
+        if _from_above(candidate.T_wt):
             return True  # nearly the reversed approach
-        T = one.T_wt
+        T = candidate.T_wt
         poses = [pin.SE3(T.rotation, T.translation + step) for step in steps]
         for pose in poses:
             found = clearance.at_pose(pose)
@@ -307,24 +315,24 @@ class GraspSearch:
         return True
 
 
-def _turns(one: RankedGrasp, *height: float) -> tuple[float, ...]:
+def _turns(candidate: RankedGrasp, *height: float) -> tuple[float, ...]:
     """Return a key that is equal for grasps that differ by a turn about their free axis.
 
     Empty without a free axis.
     """
-    if one.free_axis is None or one.pivot is None:
+    if candidate.free_axis is None or candidate.pivot is None:
         return ()
-    return (*height, *(np.round([*one.free_axis, *one.pivot], 6) + 0.0).tolist())
+    return (*height, *(np.round([*candidate.free_axis, *candidate.pivot], 6) + 0.0).tolist())
 
 
 def _batches(grasps: Iterable[RankedGrasp]) -> Iterator[list[RankedGrasp]]:
     """Group consecutive grasps that are equally good."""
     batch: list[RankedGrasp] = []
-    for one in grasps:
-        if batch and abs(one.cost - batch[0].cost) >= COST_TOLERANCE:
+    for candidate in grasps:
+        if batch and abs(candidate.cost - batch[0].cost) >= COST_TOLERANCE:
             yield batch
             batch = []
-        batch.append(one)
+        batch.append(candidate)
         if len(batch) == BATCH_SIZE:
             yield batch
             batch = []

@@ -121,8 +121,8 @@ class GraspRanking:
         """
         R, position = self._nearest
         for i in np.argsort(self._tool_distance + _COST_WEIGHT * self._total, kind="stable"):
-            one = self._ranked(int(i))
-            yield one.turned(pin.SE3(R[i], position[i])) if self._turnable[i] else one
+            grasp = self._ranked(int(i))
+            yield grasp.turned(pin.SE3(R[i], position[i])) if self._turnable[i] else grasp
 
     def _ranked(self, i: int) -> RankedGrasp:
         grasp, candidates = self.candidates[i], self.candidates

@@ -352,9 +352,9 @@ def _alternatives(request: Request | Sequence[pin.SE3 | Target]) -> list[Request
     requests = list(request) if isinstance(request, list | tuple) else [request]
     if not requests:
         raise invalid("no target pose was given")
-    for one in requests:
-        if not isinstance(one, IKProblem | Target):
-            check_pose(one)
+    for alternative in requests:
+        if not isinstance(alternative, IKProblem | Target):
+            check_pose(alternative)
     return requests
 
 

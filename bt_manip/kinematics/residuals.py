@@ -199,15 +199,7 @@ def _chord(angle: float) -> float:
 
 
 class PoseResidual(FrameResidual):
-    """Logarithm ``log6`` of a frame's pose in the target pose, for narrow tolerances.
-
-    Args:
-        arm: The arm; its data are written to.
-        frame: Index of the frame.
-        pose: As for `set_target`.
-        tolerances: As for `set_target`.
-        accepted: As for `set_target`.
-    """
+    """Logarithm ``log6`` of a frame's pose in the target pose, for narrow tolerances."""
 
     def __init__(
         self,

@@ -73,8 +73,8 @@ def recognise(path: Path, formats: Mapping[str, ModelFormat]) -> tuple[str, Path
         ModelError: If it is damaged.
     """
     tag = root_tag(path)
-    for name, one in formats.items():
-        if (file := one.find(path, tag)) is not None:
+    for name, model_format in formats.items():
+        if (file := model_format.find(path, tag)) is not None:
             return name, file
     return None
 

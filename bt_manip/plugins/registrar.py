@@ -12,12 +12,7 @@ from bt_manip.registry import Parts, TreeDefaults
 
 
 class Registrar:
-    """Collects the parts of one plugin until all of its hooks have returned.
-
-    Args:
-        owner: Name of the plugin.
-        parts: The parts of all plugins, to merge into.
-    """
+    """Collects the parts of one plugin until all of its hooks have returned."""
 
     def __init__(self, owner: str, parts: Parts) -> None:
         self._owner = owner
@@ -162,9 +157,9 @@ class Registrar:
         own = isinstance(cls, type) and "__dataclass_fields__" in vars(cls)
         if not own or not hasattr(cls, "begin"):
             raise BtManipError(f"fault '{name}' is no dataclass that derives from Fault: {cls!r}")
-        for one in dataclasses.fields(cls):
-            if not isinstance(one.default, str | int | float):
-                problem = f"the default of '{one.name}' is no number or text"
+        for field in dataclasses.fields(cls):
+            if not isinstance(field.default, str | int | float):
+                problem = f"the default of '{field.name}' is no number or text"
                 raise BtManipError(f"fault '{name}': {problem}")
 
     def _register_trees(

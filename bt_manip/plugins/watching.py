@@ -21,11 +21,7 @@ def plugin_observers(plugins: Plugins, warn: Warn) -> list[RunObserver]:
 
 
 class HookObserver(RunObserver):
-    """Calls the observing hooks of one plugin.
-
-    Args:
-        plugin: The plugin.
-    """
+    """Calls the observing hooks of one plugin."""
 
     def __init__(self, plugin: Plugin) -> None:
         self._hooks = plugin.observers

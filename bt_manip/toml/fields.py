@@ -201,11 +201,11 @@ def write_fields(value: Any, folder: Path | None = None) -> dict[str, Any]:
     """
     found: dict[str, Any] = {}
     for entry in entries_of(type(value)):
-        one = getattr(value, entry.field.name)
+        given = getattr(value, entry.field.name)
         default = entry.default
-        if one is None or (default is not MISSING and one == default):
+        if given is None or (default is not MISSING and given == default):
             continue
-        written = cast(WritableValues, entry.values).write(one, entry, folder)
+        written = cast(WritableValues, entry.values).write(given, entry, folder)
         (found.setdefault(entry.key.table, {}) if entry.key.table else found).update(written)
     return found
 

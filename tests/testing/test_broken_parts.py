@@ -81,7 +81,7 @@ def test_a_broken_object_is_found(check, parameters, message):
 
 
 def test_an_object_whose_kind_is_another_is_found():
-    with pytest.raises(AssertionError, match="has the kind 'thing'"):
+    with pytest.raises(AssertionError, match="calls its kind 'thing'"):
         objects.is_made_again_from_its_parameters(ObjectCase("ball", broken.Thing))
 
 

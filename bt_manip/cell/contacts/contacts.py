@@ -206,11 +206,7 @@ class ContactEvent(NamedTuple):
 
 
 class ContactEventDetector:
-    """Compares the pairs of bodies in contact with those of the previous update.
-
-    Args:
-        contacts: The contacts at the start.
-    """
+    """Compares the pairs of bodies in contact with those of the previous update."""
 
     def __init__(self, contacts: Contacts):
         self._contacts = contacts

@@ -87,13 +87,7 @@ def extremes(varied: Varied, nominal: Any) -> list[Any]:
 
 
 class Clipped(variation.Variation):
-    """A variation clipped to bounds.
-
-    Args:
-        varied: The variation.
-        low: Lower bound.
-        high: Upper bound.
-    """
+    """A variation clipped to bounds."""
 
     def __init__(self, varied: Any, low: Any, high: Any) -> None:
         self.varied, self._low, self._high = varied, low, high

@@ -80,18 +80,18 @@ class OnnxPolicy:
         self.history = int(_number(metadata, HISTORY, 0.5, 64.0, whole=True, default=1))
         self.execute = int(_number(metadata, EXECUTE, -1.0, 1e6, whole=True, default=0))
         self.ensemble = _number(metadata, ENSEMBLE, -1e-12, 1e3) if ENSEMBLE in metadata else None
-        given = {one.name: one for one in self._session.get_inputs()}
-        for name, one in given.items():
-            if one.type not in _DTYPES:
+        given = {tensor.name: tensor for tensor in self._session.get_inputs()}
+        for name, tensor in given.items():
+            if tensor.type not in _DTYPES:
                 raise BtManipError(
-                    f"has the input {shown(name)} of {one.type}, expected floats or bytes"
+                    f"has the input {shown(name)} of {tensor.type}, expected floats or bytes"
                 )
-        self._dtypes = {name: _DTYPES[one.type] for name, one in given.items()}
-        shapes = {name: _shape(one.shape) for name, one in given.items()}
-        self._outputs = [one.name for one in self._session.get_outputs()]
+        self._dtypes = {name: _DTYPES[tensor.type] for name, tensor in given.items()}
+        shapes = {name: _shape(tensor.shape) for name, tensor in given.items()}
+        self._outputs = [tensor.name for tensor in self._session.get_outputs()]
         self.states = _states(shapes, self._outputs)
         self.inputs = {name: shape for name, shape in shapes.items() if name not in self.states}
-        actions = [one for one in self._outputs if not one.startswith(NEXT_STATE)]
+        actions = [tensor for tensor in self._outputs if not tensor.startswith(NEXT_STATE)]
         if not self.inputs or len(actions) != 1:
             raise BtManipError("expected inputs, and one output: the actions")
 

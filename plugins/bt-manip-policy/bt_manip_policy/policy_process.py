@@ -246,7 +246,7 @@ class LoadedPolicy:
         for name in described["states"]:
             n = int(np.prod(self.states[name], dtype=int))
             after[name], rest = rest[:n], rest[n:]
-        if rest.size or any(one.size != np.prod(self.states[n]) for n, one in after.items()):
+        if rest.size or any(values.size != np.prod(self.states[n]) for n, values in after.items()):
             raise self.error("returned states of other sizes than it expects")
         if actions.ndim == 3 and len(actions) == 1:
             actions = actions[0]
@@ -258,7 +258,7 @@ class LoadedPolicy:
             )
         if not trial and not np.isfinite(numbers).all():
             raise self.error(f"returned an action that is not finite: {actions.tolist()[0]}")
-        return Acted(actions, {n: one.reshape(self.states[n]) for n, one in after.items()})
+        return Acted(actions, {n: values.reshape(self.states[n]) for n, values in after.items()})
 
     def error(self, message: str) -> PolicyError:
         """Return an error with the policy's name."""

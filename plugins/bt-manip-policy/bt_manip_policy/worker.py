@@ -74,11 +74,13 @@ def _act(policy: Any, observations: dict[str, np.ndarray]) -> bytes:
     """Return the actions of a policy, and its next states, as float64."""
     result = policy.act(observations)
     actions, states = result if isinstance(result, tuple) else (result, {})
-    arrays = [np.ascontiguousarray(one, dtype=np.float64) for one in (actions, *states.values())]
-    if (size := sum(one.size for one in arrays)) > MAX_REPLY // 16:
+    arrays = [
+        np.ascontiguousarray(values, dtype=np.float64) for values in (actions, *states.values())
+    ]
+    if (size := sum(values.size for values in arrays)) > MAX_REPLY // 16:
         raise BtManipError(f"returned {size} numbers")
     head = {"shape": arrays[0].shape, "states": list(states)}
-    return b"\n".join([json.dumps(head).encode(), b"".join(one.tobytes() for one in arrays)])
+    return b"\n".join([json.dumps(head).encode(), b"".join(values.tobytes() for values in arrays)])
 
 
 def _problem(error: Exception, memory: int) -> bytes:

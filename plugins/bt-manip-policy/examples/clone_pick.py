@@ -90,11 +90,13 @@ def read(folder: Path, names: Iterable[str]) -> tuple[list[torch.Tensor], torch.
     """Return observations and actions of the picks in a folder of demonstrations."""
     observations: dict[str, list[np.ndarray]] = {name: [] for name in names}
     actions = []
-    for one in read_demonstrations(folder):
-        n = next((i for i, leaf in enumerate(one.leaves) if "Drop" in leaf), len(one))
+    for demonstration in read_demonstrations(folder):
+        n = next(
+            (i for i, leaf in enumerate(demonstration.leaves) if "Drop" in leaf), len(demonstration)
+        )
         for name, rows in observations.items():
-            rows.append(one.observations[name][:n])
-        actions.append(one.actions[ACTION][:n])
+            rows.append(demonstration.observations[name][:n])
+        actions.append(demonstration.actions[ACTION][:n])
     tensors = [torch.from_numpy(np.concatenate(rows)) for rows in observations.values()]
     return tensors, torch.tensor(np.concatenate(actions), dtype=torch.float32)
 
