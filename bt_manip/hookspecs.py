@@ -206,7 +206,7 @@ def register_pose_sources(register: Callable[[str, Callable[..., Any]], None]) -
 
     Args:
         register: ``register(name, factory)``, where ``factory(expected)`` gets the
-            `bt_manip.scenes.Fixture` of each expected object and returns a
+            `bt_manip.scenes.SceneObject` of each expected object and returns a
             `bt_manip.scenes.PoseSource`.
     """
 

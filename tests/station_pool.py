@@ -56,7 +56,7 @@ class StationPool:
         if not isinstance(options["robot"], str):
             return None
         models = options.pop("models")
-        files = [options["robot"], *models, *(fixture.model for fixture in scene.fixtures)]
+        files = [options["robot"], *models, *(one.model for one in scene.objects)]
         if (
             options["backend"]
             or scene.source

@@ -34,7 +34,7 @@ STABLE = {
     "bt_manip.models": "ModelError MjcfModel ModelFormat ModelCache",
     "bt_manip.plugins": "load_plugins",
     "bt_manip.runner": "Station RunObserver prepare request_of",
-    "bt_manip.scenes": "Scene SceneRobot Fixture PoseSource",
+    "bt_manip.scenes": "Scene SceneRobot SceneObject PoseSource",
     "bt_manip.testing": "Stub Example contracts_of trees_of run_tree play assert_tower",
     "bt_manip.grippers": "TwoFingerGripper two_finger_gripper find_fingers",
     "bt_manip.faults": "Fault parameter",

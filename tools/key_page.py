@@ -27,7 +27,7 @@ SCENE_HEAD = """# Keys of a scene file
 
 A TOML file describes a [scene](scenes.md). Unknown keys and invalid values are refused with the
 file, the line and the nearest key. In Python, `bt_manip.scenes.Scene` has the same fields, with
-each pose as one of them, and cameras among the `fixtures`.
+each pose as one of them, and cameras among the `objects`.
 
 Of `quat_wxyz` and `rpy` [rad], one gives the rotation of a pose; in `[[cameras]]`, `looking_at`
 does, too. Paths are from the folder of the file. `[randomization]` has

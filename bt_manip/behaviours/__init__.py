@@ -1,4 +1,4 @@
-"""Leaves of behaviour trees, and the base classes and helpers to write more."""
+"""Leaves of behaviour trees, and base classes and helpers for more."""
 
 from bt_manip.cell import extent as extent
 

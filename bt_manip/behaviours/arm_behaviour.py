@@ -20,13 +20,13 @@ from .robot_port import RobotPort
 FAILURES = (
     BoundsError, CellError, ControlError, GripperError, ModelError, MotionError, UnknownPartError,
 )  # fmt: skip
-"""Errors at which a behaviour of the cell fails; all others end the run."""
+"""Errors that make a behaviour of the cell fail; all others end the run."""
 
 
 class CellBehaviour(Action):
     """A behaviour that uses the cell and measures its own simulated time."""
 
-    STEADY = 0.05  # [s] for which a condition that was violated has to hold again
+    STEADY = 0.05  # [s] for which a violated condition has to hold again
 
     memory: ClassVar[tuple[str, ...]] = ("_started", "_violated")
 
@@ -34,11 +34,11 @@ class CellBehaviour(Action):
     """Ports that must not be negative, with their units; or declare them with ``at_least=0.0``."""
 
     _started = 0.0  # [s] simulated
-    _violated: float | None = None  # [s] when the condition of `steady` was last violated
-    _waits = False  # whether it has not started yet although it is running
+    _violated: float | None = None  # [s] time at which the condition of `steady` was last violated
+    _waits = False  # whether it is running but has not started yet
 
     def setup(self, **infrastructure: Any) -> None:
-        """Keep the cell."""
+        """Store the cell."""
         self.cell: Cell = infrastructure["cell"]
 
     def initialise(self) -> None:
@@ -71,30 +71,30 @@ class CellBehaviour(Action):
             return self._finish(self.fail(str(error)))
 
     def start(self) -> None:
-        """Start the motion or command that the behaviour waits for.
+        """Start the motion or command of the behaviour.
 
         Raises:
-            CellError: When an object is not in the cell.
-            MotionError: When the motion is not feasible.
-            GripperError: When there is no gripper or it rejects the command.
-            ModelError: When a model cannot be found.
-            UnknownPartError: When a name is not registered.
+            CellError: If an object is not in the cell.
+            MotionError: If the motion is not feasible.
+            GripperError: If there is no gripper or it rejects the command.
+            ModelError: If a model cannot be found.
+            UnknownPartError: If a name is not registered.
         """
 
     def why_infeasible(self) -> str:
-        """Return why it would fail, as far as that is known before it starts; empty: not known."""
+        """Return a reason for failure that is known before the start; empty without one."""
         return ""
 
     @property
     def elapsed(self) -> float:
-        """Simulated time since the behaviour began [s]."""
+        """Simulated time since the start of the behaviour [s]."""
         return self.cell.time - self._started
 
     def steady(self, condition: bool) -> bool:
-        """Return whether a condition holds, and has held for `STEADY` if it did not at first.
+        """Return whether a condition holds; a condition violated before, for at least `STEADY`.
 
         Args:
-            condition: The condition now; to be given at every tick.
+            condition: The present value of the condition; to be given at each tick.
         """
         if not condition:
             self._violated = self.cell.time
@@ -102,15 +102,15 @@ class CellBehaviour(Action):
         return condition and self.cell.time - since >= self.STEADY - 1e-9
 
     def wait_for_rest(self, name: str, patience: float, since: float) -> Status:
-        """Return whether an object is at rest; fail if it is not in time.
+        """Return whether an object is at rest; fail after a timeout.
 
         Args:
             name: Name of the object.
-            patience: Longest time to wait [s].
-            since: Simulated time at which the wait began [s].
+            patience: Timeout [s].
+            since: Simulated time at the start of the wait [s].
 
         Raises:
-            CellError: When the object is no longer in the cell.
+            CellError: If the object is no longer in the cell.
         """
         reason = why_not_at_rest(self.cell, name)
         if self.steady(not reason):
@@ -124,25 +124,25 @@ class CellBehaviour(Action):
 class ArmBehaviour(RobotPort, CellBehaviour):
     """A behaviour that uses a robot's arm and its gripper.
 
-    It starts once the arm has come to rest, if the behaviour before it has completed earlier. If
-    the arm stopped by itself meanwhile, it fails with the reason.
+    If the previous behaviour completes while the arm still moves, it starts once the arm is at
+    rest. If the arm stopped by itself meanwhile, it fails with the reason.
     """
 
     ARRIVED = 5e-3  # [rad]; a controller without an integral leaves some friction uncompensated
     SETTLING = 0.5  # [s]
 
     needs_rest: ClassVar[bool] = True
-    """Whether it starts only when the arm has come to rest."""
+    """Whether it starts only when the arm is at rest."""
 
     memory: ClassVar[tuple[str, ...]] = (
         *CellBehaviour.memory, *RobotPort.memory, "_ended", "_waits",
     )  # fmt: skip
 
-    _ended: float | None = None  # [s] when the reference came to rest
+    _ended: float | None = None  # [s] time at which the reference came to rest
 
     @property
     def largest_error(self) -> float:
-        """Largest joint error at which the arm has arrived [rad]."""
+        """Largest joint error on arrival [rad]."""
         return self.ARRIVED
 
     def _start(self) -> NodeStatus:
@@ -184,37 +184,37 @@ class ArmBehaviour(RobotPort, CellBehaviour):
         return Status.RUNNING
 
     def yield_to_force(self) -> None:
-        """Let an arm at rest yield until its next motion if an external force acts on it."""
+        """Make an arm at rest compliant until its next motion if an external force acts on it."""
         arm = self.arm
         if arm.at_rest and not (arm.paused or arm.compliant or arm.undisturbed):
             arm.stop(compliant=True)
 
     def stop_gripper(self) -> None:
-        """Stop the gripper, where there is one."""
+        """Stop the gripper, if any."""
         gripper = self._robots[self._robot_name].gripper
         if gripper is not None:
             gripper.stop()
 
     def held_objects(self) -> list[str]:
-        """Return the free objects that the gripper holds; none without a gripper."""
+        """Return the free objects held by the gripper; none without a gripper."""
         gripper = self._robots[self._robot_name].gripper
         held = () if gripper is None else gripper.held
         return [name for name in held if self.cell.is_free(name)]
 
     @property
     def T_wt(self) -> pin.SE3:
-        """Measured pose of the tool; within a blend, the pose where the motion would end."""
+        """Measured pose of the tool; during a blend, the final pose of the motion."""
         arm = self.arm
         return arm.model.pose(arm.target if arm.blend_radius else arm.robot.q)
 
 
 def blend_radius_input() -> Input:
-    """Declare the port of motions after which the arm need not come to rest."""
+    """Declare the port of motions that can be blended with the next one."""
     return Input(
         float,
         default=0.0,
-        doc="Distance of the tool from its target at which the next motion may begin [m]; at 0 the "
-        "arm comes to rest.",
+        doc="Distance of the tool from its target at which the next motion may begin [m]; 0: the "
+        "arm stops.",
         at_least=0.0,
     )
 
@@ -227,7 +227,7 @@ def speed_input(default: float = 1.0) -> Input:
 
 
 class GripperBehaviour(ArmBehaviour):
-    """A behaviour that opens or closes the gripper, for a time of its port ``patience`` at most."""
+    """A behaviour that opens or closes the gripper, with its port ``patience`` as timeout."""
 
     needs_gripper = True
 
@@ -240,17 +240,16 @@ class GripperBehaviour(ArmBehaviour):
 class MotionBehaviour(ArmBehaviour):
     """Start a motion, wait until the arm has arrived, and stop it when halted.
 
-    A motion has arrived when its reference has ended and the measured joints are within
-    `ARRIVED` of it; the controller gets `SETTLING` of simulated time for the rest.
+    The arm has arrived when the reference has ended and the measured joint positions are within
+    `ARRIVED` of it, after at most `SETTLING` of simulated time.
 
-    Where a class declares the port `blend_radius`, a motion with such a radius completes as soon as
-    the rest of it keeps the tool within this radius of its target; the motion of the next behaviour
-    may begin meanwhile.
+    In a class with the port `blend_radius`, a motion with such a radius completes as soon as the
+    tool stays within this radius of its target; the next behaviour's motion may begin meanwhile.
 
     A motion that another robot blocks is retried every `RETRY`, for up to `wait` seconds.
 
-    A motion that begins with a payload in the gripper fails when the gripper has not held it for
-    `LOST`: contacts may be interrupted for a few milliseconds.
+    A motion with a payload in the gripper fails when the gripper has lost it for `LOST`, as
+    contacts may be interrupted for a few milliseconds.
     """
 
     RETRY = 0.1  # [s]
@@ -259,7 +258,7 @@ class MotionBehaviour(ArmBehaviour):
     wait = Input(
         float,
         default=10.0,
-        doc="Longest simulated time to wait for another robot that blocks the motion [s].",
+        doc="Timeout for another robot that blocks the motion, in simulated time [s].",
         at_least=0.0,
     )
 
@@ -268,10 +267,10 @@ class MotionBehaviour(ArmBehaviour):
     )  # fmt: skip
     needs_rest = False
 
-    _blocked: float | None = None  # [s] since when another robot has blocked the motion
+    _blocked: float | None = None  # [s] time since which another robot has blocked the motion
     _tried = 0.0  # [s] of the last attempt
-    _carried: Sequence[str] = ()  # objects that the gripper held at the start
-    _missing: float | None = None  # [s] since when it has held none of them
+    _carried: Sequence[str] = ()  # objects held by the gripper at the start
+    _missing: float | None = None  # [s] time since which it has held none of them
 
     def initialise(self) -> None:
         """Start the motion."""
@@ -283,11 +282,11 @@ class MotionBehaviour(ArmBehaviour):
 
     @property
     def _radius(self) -> float:
-        """The blend radius [m]; 0 where the class declares no such port."""
+        """The blend radius [m]; 0 if the class declares no such port."""
         return float(self.read_port("blend_radius")) if "blend_radius" in self.ports else 0.0
 
     def begin_motion(self, begin: Callable[[], None]) -> Status:
-        """Start a motion, wait while another robot blocks it, or fail with the reason.
+        """Start a motion, wait for another robot that blocks it, or fail with the reason.
 
         After a fault it also waits until the arm has come to rest.
 
@@ -307,7 +306,7 @@ class MotionBehaviour(ArmBehaviour):
             self.feedback_message = f"waiting: {error}"
             return Status.RUNNING
         self._blocked = self._ended = None
-        return Status.FAILURE if self._node_ended else Status.RUNNING  # it may call `fail` itself
+        return Status.FAILURE if self._node_ended else Status.RUNNING  # `begin` may call `fail`
 
     def begin_again(self) -> Status:
         """Retry the motion that another robot blocked."""
@@ -344,7 +343,7 @@ class MotionBehaviour(ArmBehaviour):
         return self._missing is not None and self.cell.time - self._missing >= self.LOST - 1e-9
 
     def _forget_carried(self) -> str:
-        """Stop without payload; return why."""
+        """Stop without payload; return the reason."""
         name, self._carried = self._carried[0], []
         self.arm.stop()
         self.arm.payload = None

@@ -1,4 +1,4 @@
-"""Ports that may be ``auto``: the behaviour chooses the value when it starts."""
+"""Ports with the value ``auto``, which is chosen at the start of the behaviour."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -11,14 +11,14 @@ from bt_manip.bt import DOUBLE, DOUBLE_LIST, Input, PortType
 from bt_manip.exceptions import MotionError
 
 AUTO = "auto"
-"""Text of a port whose value the behaviour chooses; it reads None."""
+"""Text of a port whose value is chosen automatically; it reads as None."""
 
 EXERTED_PART = 0.8
-"""Part of the force that an arm or a grip exerts which ``auto`` uses."""
+"""Fraction of the largest force of an arm or a grip used by ``auto``."""
 
 
 def _or_auto(type: PortType) -> PortType:
-    """Return a port type that also takes ``auto``."""
+    """Return a port type that also accepts ``auto``."""
     parse, format = type.parse, type.format
     assert parse is not None and format is not None
     return replace(
@@ -41,27 +41,27 @@ def numbers_or_auto(doc: str) -> Input:
 def feasible_force(
     preferred: float, arm: Arm, direction: np.ndarray, held: float = np.inf
 ) -> float:
-    """Return a force, or 0.8 of the largest that an arm and its grip exert, if that is lower [N].
+    """Return the preferred force, or 0.8 of the largest force of arm and grip if lower [N].
 
     Args:
-        preferred: The force of arms that are strong enough [N].
-        arm: The arm, where it is now.
-        direction: Of the force on the surroundings, in world axes; unit.  # (3,)
-        held: Largest force that the grip transmits [N], as `bt_manip.grasping.holding_force`.
+        preferred: Preferred force [N].
+        arm: The arm at its present configuration.
+        direction: Direction of the force on the environment, in world axes; unit.  # (3,)
+        held: Largest force transmitted by the grip [N], see `bt_manip.grasping.holding_force`.
     """
     exerted = arm.model.static_force(arm.robot.q, direction)
     return min(preferred, EXERTED_PART * min(exerted, held))
 
 
 def first_reachable(heights: Sequence[float], move: Callable[[float], None]) -> None:
-    """Move to the first of several heights that the arm reaches.
+    """Move to the first reachable one of several heights.
 
     Args:
-        heights: Heights to choose from, the preferred one first [m].
+        heights: Heights, the preferred one first [m].
         move: Requests the motion to a height.
 
     Raises:
-        MotionError: When it is not feasible: of the last height, if none is reachable.
+        MotionError: If the motion is not feasible; if no height is reachable, for the last one.
     """
     *others, last = heights
     for value in others:

@@ -17,7 +17,7 @@ class CellCondition(Condition):
     """A condition on the cell."""
 
     def setup(self, **infrastructure: Any) -> None:
-        """Keep the cell."""
+        """Store the cell."""
         self.cell: Cell = infrastructure["cell"]
 
     def why_not(self) -> str:
@@ -41,8 +41,8 @@ class ObjectCondition(CellCondition):
     """A condition on an object in the cell.
 
     Attributes:
-        destination: Port that names where the object shall be, for goal-conditioned environments;
-            empty if the condition is not about its position.
+        destination: Port with the object's desired location, for goal-conditioned environments;
+            empty if the condition does not depend on its position.
     """
 
     destination: ClassVar[str] = ""
@@ -51,7 +51,7 @@ class ObjectCondition(CellCondition):
 
 
 class ObjectExists(ObjectCondition):
-    """Check that the cell has an object of a name."""
+    """Check that the cell has an object of the given name."""
 
     def why_not(self) -> str:
         """Look up the name."""
@@ -59,11 +59,11 @@ class ObjectExists(ObjectCondition):
 
 
 class IsIn(ObjectCondition):
-    """Check that an object rests inside a container.
+    """Check that an object is at rest inside a container.
 
-    It is at rest, touches only the container and objects that move freely, has its centre within
-    the container's outline, and is supported from below inside the container, also by another
-    object in it. An object that is still gripped is not in the container.
+    It touches only the container and freely moving objects, its centre is within the container's
+    outline, and it is supported from below by the inside of the container or another object inside.
+    A gripped object is not in the container.
     """
 
     destination = "container"
@@ -76,9 +76,9 @@ class IsIn(ObjectCondition):
 
 
 class IsOn(ObjectCondition):
-    """Check that an object rests on another one.
+    """Check that an object is at rest on another one.
 
-    It is at rest, no robot touches it, and the other one carries at least a quarter of its weight.
+    No robot touches it, and the support carries at least a quarter of its weight.
     """
 
     destination = "support"
@@ -98,7 +98,7 @@ class IsHolding(RobotCondition):
     object = Input(str, doc="Name of the object.")
 
     def update(self) -> Status:
-        """Check what the gripper holds."""
+        """Compare the held objects with the given one."""
         held = self.gripper.held
         if self.object in held:
             return Status.SUCCESS
@@ -113,7 +113,7 @@ class IsAt(RobotCondition):
     rotation_tolerance = Input(float, default=1e-2, doc="Largest angle [rad].")
 
     def update(self) -> Status:
-        """Compare the measured tool pose with the asked one."""
+        """Compare the measured tool pose with the given one."""
         T_wt = self.arm.model.pose(self.arm.robot.q)
         error = T_wt.actInv(self.pose)
         distance = float(np.linalg.norm(error.translation))

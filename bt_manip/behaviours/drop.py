@@ -13,21 +13,21 @@ from .automatic import first_reachable, number_or_auto
 from .poses import bottom_pose, downward_poses
 from .releasing import ReleasingBehaviour
 
-_TILT = 0.5  # [rad] of the tool from the vertical where obstacles block all vertical poses
+_TILT = 0.5  # [rad] largest tilt of the tool if obstacles block all vertical poses
 _TILTS = [pin.SE3(pin.utils.rotate(axis, a), np.zeros(3)) for axis in "xy" for a in (-_TILT, _TILT)]
 
 
 class Drop(ReleasingBehaviour):
-    """Move over a container, open the gripper, and wait until the object rests inside.
+    """Move over a container, open the gripper, and wait until the object is at rest inside.
 
-    It fails when the gripper holds nothing, when the object is lost on the way or does not come to
-    rest inside the container.
+    It fails if the gripper holds nothing, or if the object is lost during the motion or does not
+    come to rest inside the container.
     """
 
     container = Input(str, doc="Name of the container.")
     height = number_or_auto(
-        "Height of the tool over the container's bottom [m]; auto: 0.25, or the greatest height "
-        "below it in steps of 0.03 that the arm reaches, at least 0.1.",
+        "Height of the tool over the container's bottom [m]; auto: 0.25, or the largest lower "
+        "height in steps of 0.03 that the arm reaches, at least 0.1.",
     )
     speed = speed_input()
 
@@ -45,7 +45,7 @@ class Drop(ReleasingBehaviour):
         """Move the tool over the container's bottom.
 
         Raises:
-            MotionError: When it is unreachable, or obstacles block all poses.
+            MotionError: If it is unreachable, or obstacles block all poses.
         """
         poses = downward_poses(bottom + np.array([0.0, 0.0, height]))
         try:
@@ -56,9 +56,9 @@ class Drop(ReleasingBehaviour):
             self.arm.move_to_pose([T * R for T in poses for R in _TILTS], speed=self.speed)
 
     def arrived(self) -> Status:
-        """Open the gripper and wait until the object rests inside the container."""
+        """Open the gripper and wait until the object is at rest inside the container."""
         return self.release()
 
     def why_not_released(self, name: str) -> str:
-        """Return why the object does not rest inside the container."""
+        """Return why the object is not inside the container."""
         return why_not_in(self.cell, name, self.container)

@@ -15,7 +15,7 @@ class FollowTarget(MotionBehaviour):
 
     object = Input(str, doc="Name of the object.")
     height = Input(float, default=0.2, doc="Height of the tool over the object's centre [m].")
-    duration = Input(float, default=0.0, doc="Duration [s]; at 0 until it is halted.", at_least=0.0)
+    duration = Input(float, default=0.0, doc="Duration [s]; 0: until it is halted.", at_least=0.0)
     speed = speed_input()
 
     def start(self) -> None:
@@ -25,7 +25,7 @@ class FollowTarget(MotionBehaviour):
         self.arm.follow(nearest_orientation(poses, T_wt), speed=self.speed)
 
     def update(self) -> Status:
-        """Update the target and show the remaining time."""
+        """Update the target and the remaining time."""
         if self._lost:
             return self.fail(self._forget_carried())
         if self.duration > 0.0 and self.elapsed >= self.duration:

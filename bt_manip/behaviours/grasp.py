@@ -1,4 +1,4 @@
-"""Grasp an object; the payload that it becomes."""
+"""Grasping of an object, which becomes the payload."""
 
 import numpy as np
 import pinocchio as pin
@@ -13,11 +13,11 @@ from .open_and_close import CloseGripper
 
 
 def payload_of(cell: Cell, name: str, T_wt: pin.SE3) -> Payload:
-    """Return an object's mass, centre of mass and inertia in the frame of the tool that holds it.
+    """Return an object's mass, centre of mass and inertia in the tool frame.
 
     Args:
-        cell: The cell that the object is in.
-        name: The object's name.
+        cell: The cell with the object.
+        name: Name of the object.
         T_wt: Pose of the tool in the world.
     """
     model = cell.nominal_model  # without randomization
@@ -40,24 +40,24 @@ def payload_of(cell: Cell, name: str, T_wt: pin.SE3) -> Payload:
 class Grasp(CloseGripper):
     """Close the gripper on an object until the grip is steady.
 
-    The grip is steady when its force has stayed near the commanded one for a while; the impact of
-    closing exceeds any force for milliseconds. The object then becomes the arm's payload.
+    The grip is steady when its force has been near the commanded force for a while, since the
+    impact of closing exceeds it for milliseconds. The object then becomes the arm's payload.
 
-    An arm on which an external force acts meanwhile yields to it until the next motion: a jaw that
-    turns presses the object on its support, and pushes the arm aside.
+    If an external force acts on the arm meanwhile, the arm is compliant until the next motion: a
+    pivoting jaw presses the object on its support, and pushes the arm aside.
     """
 
     object = Input(str, doc="Name of the object.")
 
     def choose_force(self) -> float:
-        """Return the force to grip with [N], with which friction holds the object."""
+        """Return the grip force at which friction holds the object [N]."""
         self.cell.find(self.object)
         force = super().choose_force()
         check_friction(self.cell, self.gripper, self.object, force)
         return force
 
     def closed(self) -> Status:
-        """Take the object as payload, if it is what the gripper holds."""
+        """Set the object as payload if the gripper holds it."""
         if not self.gripper.steady:
             return self.fail(f"the gripper closed without gripping '{self.object}'")
         held = self.gripper.held

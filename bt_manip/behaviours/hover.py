@@ -9,15 +9,15 @@ from .automatic import first_reachable, number_or_auto
 from .poses import centre_pose, top_grasp_poses
 
 HOVER_HEIGHTS = (0.4, 0.3, 0.2, 0.15, 0.1, 0.07)
-"""Heights over an object to choose from, the preferred one first [m]."""
+"""Heights over an object, the preferred one first [m]."""
 
 
 class Hover(MotionBehaviour):
-    """Move the tool to the pre-grasp pose over an object, from which it can approach straight.
+    """Move the tool to the pre-grasp pose over an object, the start of a straight approach.
 
-    The best feasible grasp is taken: the gripper has clearance, and the arm reaches it on a
-    collision-free approach. The pose is beside the object when no grasp from above is feasible.
-    Over a fixed object the tool only points down.
+    The best feasible grasp is chosen: with clearance of the gripper, and a collision-free approach
+    within reach. If no grasp from above is feasible, the pose is beside the object. Over a fixed
+    object, for which no grasp is planned, the tool points down.
     """
 
     blend_radius = blend_radius_input()
@@ -27,7 +27,7 @@ class Hover(MotionBehaviour):
         "0.2, 0.15, 0.1 and 0.07 that the arm reaches.",
     )
     least = number_or_auto(
-        "Least of these heights to take where the arm does not reach the given one [m]; auto: only "
+        "Smallest of these heights to use if the arm does not reach the given one [m]; auto: only "
         "the given one.",
     )
     speed = speed_input()
@@ -40,7 +40,7 @@ class Hover(MotionBehaviour):
     _reason = ""  # description of the chosen grasp
 
     def start(self) -> None:
-        """Choose a grasp and move to its pre-grasp configuration."""
+        """Plan a grasp and move to its pre-grasp configuration."""
         self._reason = ""
         T_wo, heights = centre_pose(self.cell, self.object), self._heights()
         if self.cell.model.body_weldid[self.cell.body_id(self.object)] == 0:  # it is fixed
@@ -54,7 +54,7 @@ class Hover(MotionBehaviour):
         self.arm.move_to_configuration(plan.q_pregrasp, speed=self.speed)
 
     def _heights(self) -> Sequence[float]:
-        """Return the heights to choose from, the preferred one first [m]."""
+        """Return the candidate heights, the preferred one first [m]."""
         height, least = self.height, self.least
         if height is None:
             return HOVER_HEIGHTS

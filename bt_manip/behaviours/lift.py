@@ -1,4 +1,4 @@
-"""Lift what the gripper holds."""
+"""Lifting of the held object."""
 
 import numpy as np
 import pinocchio as pin
@@ -8,19 +8,19 @@ from bt_manip.exceptions import MotionError
 from .arm_behaviour import MotionBehaviour, blend_radius_input, speed_input
 from .automatic import number_or_auto
 
-LIFT_HEIGHT = 0.4  # [m] where the arm reaches it
-MIN_HEIGHT = 0.03  # [m] that a lift needs
-FOLLOWED_PART = 0.9  # of the path that can be followed: joints turn fast near its end
+LIFT_HEIGHT = 0.4  # [m] if within reach
+MIN_HEIGHT = 0.03  # [m] smallest lift
+FOLLOWED_PART = 0.9  # fraction of the feasible path that is used: joints turn fast near its end
 
 
 class Lift(MotionBehaviour):
     """Raise the tool straight up by a height."""
 
     blend_radius = blend_radius_input()
-    height = number_or_auto("How far up [m]; auto: 0.4, or as far as the arm reaches.")
+    height = number_or_auto("Height [m]; auto: 0.4, or as far as the arm reaches.")
     least = number_or_auto(
-        "Height that is enough where the arm reaches no higher [m]; auto: the whole height, or "
-        "0.03 where that is auto."
+        "Smallest accepted height if the arm reaches no higher [m]; auto: the whole height, or "
+        "0.03 if `height` is auto."
     )
     speed = speed_input()
 
@@ -37,5 +37,5 @@ class Lift(MotionBehaviour):
                 return self.arm.move_linear(pin.SE3(T_wt.rotation, up), speed=self.speed)
             except MotionError as error:
                 height *= FOLLOWED_PART * (error.fraction or 0.0)
-                if not height >= least:  # also where one is not a number
+                if not height >= least:  # also for NaN
                     raise

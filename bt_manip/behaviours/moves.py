@@ -1,4 +1,4 @@
-"""Behaviours that move the tool, or the joints of the arm."""
+"""Behaviours that move the tool or the joints of the arm."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -30,24 +30,24 @@ class Move(MotionBehaviour):
 
     @property
     def largest_error(self) -> float:
-        """Largest joint error at which the arm has arrived [rad]."""
+        """Largest joint error on arrival [rad]."""
         return float(self.tolerance)
 
 
 class PoseMove(Move):
-    """A motion to a pose of the tool, some rotations of which may be free."""
+    """A motion to a pose of the tool, with rotations that may be free."""
 
     pose = pose_input("Pose of the tool in the world: x;y;z;qw;qx;qy;qz [m].")
     free_axis = Input(
         str,
         default="",
-        doc="Axis of the tool, x, y or z, about which it may turn; 'all' for any rotation.",
+        doc="Axis of the tool, x, y or z, about which the rotation is free; 'all': any rotation.",
     )
     cone = Input(float, default=0.0, doc="Largest angle by which the free axis may tilt [rad].")
 
     @property
     def target(self) -> pin.SE3 | Target:
-        """The pose, or the target with its free rotations."""
+        """The pose, or a target with free rotations."""
         tool = self.arm.ik.tool
         if self.free_axis == "all":
             return PositionTarget(tool, self.pose.translation)
@@ -64,7 +64,7 @@ class PlannedMove(Move):
     )
 
     def setup(self, **infrastructure: Any) -> None:
-        """Keep the planners and their random generator too."""
+        """Store the planners and their random generator, too."""
         super().setup(**infrastructure)
         self._rng: np.random.Generator = infrastructure["rng"]
         self._planners: Registry[Callable[..., Planner]] = infrastructure["planners"]
@@ -73,7 +73,7 @@ class PlannedMove(Move):
         """Return the planner and the random generator.
 
         Raises:
-            UnknownPartError: When the planner is not registered.
+            UnknownPartError: If the planner is not registered.
         """
         name = self.planner
         planner: Planner | None = self._planners.create(name) if name else None
@@ -93,7 +93,7 @@ class Approach(Move):
         """Move the tool along its z axis by a distance [m].
 
         Raises:
-            MotionError: When the line cannot be followed or is blocked.
+            MotionError: If the line cannot be followed or is blocked.
         """
         T_wt = self.arm.model.pose(self.arm.target)
         offset = pin.SE3(np.eye(3), np.array([0.0, 0.0, distance]))
@@ -149,7 +149,7 @@ class MoveThrough(Move):
     blend = Input(
         float,
         default=0.02,
-        doc="Blend distance from each corner [m]; at 0 the tool stops there.",
+        doc="Blend distance from each corner [m]; 0: the tool stops at corners.",
     )
 
     def start(self) -> None:
@@ -159,7 +159,7 @@ class MoveThrough(Move):
 
 
 def _parse_joints(text: str) -> list[float] | str:
-    """Read joint positions; a text without ';' that is no number names a configuration."""
+    """Parse joint positions, or the name of a configuration."""
     assert DOUBLE_LIST.parse is not None
     try:
         return DOUBLE_LIST.parse(text)
@@ -186,7 +186,7 @@ class MoveToConfiguration(PlannedMove):
     )
 
     def setup(self, **infrastructure: Any) -> None:
-        """Keep the cell and the robots, and check the name of a configuration."""
+        """Store the cell and the robots, and check the name of a configuration."""
         super().setup(**infrastructure)
         given = self.given["configuration"]
         if isinstance(given, str) and not is_pointer(given):
@@ -211,9 +211,9 @@ class MoveHome(PlannedMove):
 
 
 class BackOff(Move):
-    """Move back along the path just travelled, such as after a collision."""
+    """Move back along the path of the last motion, e.g. after a collision."""
 
-    distance = Input(float, default=0.1, doc="Travel of the tool [m]; less if no more is known.")
+    distance = Input(float, default=0.1, doc="Travel of the tool [m]; less on a shorter path.")
 
     def start(self) -> None:
         """Move back."""

@@ -1,7 +1,6 @@
 """Open and close the gripper."""
 
 from bt_manip.bt import Input, Status
-from bt_manip.robots import GRIP_FORCE
 
 from .arm_behaviour import GripperBehaviour
 from .automatic import number_or_auto
@@ -13,7 +12,7 @@ class OpenGripper(GripperBehaviour):
     patience = Input(float, default=2.0, doc="Timeout in simulated time [s].", at_least=0.0)
 
     def start(self) -> None:
-        """Start to open."""
+        """Start opening."""
         self.gripper.open()
 
     def update(self) -> Status:
@@ -34,12 +33,10 @@ class CloseGripper(GripperBehaviour):
     """Close the gripper, with or without an object in it."""
 
     force = number_or_auto(
-        "Gripping force at each contact [N]; auto: the preferred one, or 0.8 of the gripper's "
-        "maximum if that is lower."
+        "Grip force at each contact [N]; auto: the preferred force, or 0.8 of the gripper's "
+        "maximum if lower."
     )
-    preferred_force = Input(
-        float, default=GRIP_FORCE, doc="Gripping force that auto takes if the gripper has it [N]."
-    )
+    preferred_force = Input(float, default=GRIP_FORCE, doc="Preferred grip force for auto [N].")
     patience = Input(float, default=2.0, doc="Timeout in simulated time [s].", at_least=0.0)
 
     memory = (*GripperBehaviour.memory, "_force")
@@ -47,17 +44,17 @@ class CloseGripper(GripperBehaviour):
     _force = 0.0  # [N] commanded
 
     def start(self) -> None:
-        """Start to close."""
+        """Start closing."""
         self._force = self.choose_force()
         self.gripper.close(self._force)
 
     def choose_force(self) -> float:
-        """Return the force to grip with [N]."""
+        """Return the grip force [N]."""
         given = self.force
         return self.gripper.default_force(self.preferred_force) if given is None else given
 
     def update(self) -> Status:
-        """Wait until the gripper holds steadily or has closed; yield to the forces of closing."""
+        """Wait until the grip is steady or the gripper has closed; yield to forces of closing."""
         self.yield_to_force()
         self.feedback_message = self.gripper.status
         if self.gripper.steady or self.gripper.closed_on_nothing:
@@ -70,5 +67,5 @@ class CloseGripper(GripperBehaviour):
         return Status.RUNNING
 
     def closed(self) -> Status:
-        """Return the status with which the behaviour ends, now that the gripper has closed."""
+        """Return the final status of the behaviour after the gripper has closed."""
         return Status.SUCCESS

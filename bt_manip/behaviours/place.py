@@ -1,4 +1,4 @@
-"""Set down the held object."""
+"""Placing of the held object."""
 
 from collections.abc import Sequence
 from itertools import islice
@@ -17,21 +17,21 @@ from .releasing import ReleasingBehaviour
 from .support import Support, find_support
 
 OVER, DOWN = "over", "down"
-_MAX_PLACES = 64  # free places on a support whose motion is planned
-_LEVEL = 0.03  # [m] of an object's bottom from the top of its support
+_MAX_PLACES = 64  # maximum number of free positions on a support with a planned motion
+_LEVEL = 0.03  # [m] tolerance of the height of an object's bottom on its support
 
 
 class PlacingBehaviour(ReleasingBehaviour):
     """Move the held object over a target, lower it straight down, and release it.
 
-    Of the four yaws a quarter turn apart, those at which the gripper has clearance to open are
-    used; of these the one with the nearest configuration. It fails when the object is lost on the
-    way or does not come to rest at its target.
+    Of four yaws, a quarter turn apart, at which the gripper has clearance to open, the one with the
+    nearest configuration is used. It fails if the object is lost during the motion or does not come
+    to rest at its target.
     """
 
     object = Input(str, doc="Name of the held object.")
-    height = Input(float, default=0.1, doc="Height over the target from which it is lowered [m].")
-    gap = Input(float, default=1e-3, doc="Height over the target at which it is released [m].")
+    height = Input(float, default=0.1, doc="Height over the target before it is lowered [m].")
+    gap = Input(float, default=1e-3, doc="Height over the target at the release [m].")
     speed = speed_input()
 
     memory = (*ReleasingBehaviour.memory, "_phase")
@@ -49,7 +49,7 @@ class PlacingBehaviour(ReleasingBehaviour):
         self.begin_over()
 
     def begin_over(self) -> None:
-        """Begin the motion over the target."""
+        """Start the motion to a pose over the target."""
         clearance = GripperClearance(self.cell, self.arm.robot, self.ignored())
         grips, _ = with_clearance(self._grips(), clearance)
         up = np.array([0.0, 0.0, self.height])
@@ -57,10 +57,10 @@ class PlacingBehaviour(ReleasingBehaviour):
         self.arm.move_to_pose(poses, speed=self.speed, approach=self.height)
 
     def target(self) -> tuple[np.ndarray, float]:
-        """Return the target of the object's bottom centre, and of its yaw [m, rad].
+        """Return the target of the object's bottom centre and of its yaw [m, rad].
 
         Raises:
-            CellError: When there is no such target.
+            CellError: If there is no such target.
         """
         raise NotImplementedError
 
@@ -69,7 +69,7 @@ class PlacingBehaviour(ReleasingBehaviour):
         return [self.object]
 
     def arrived(self) -> Status:
-        """Lower the object when over the target; release it when there."""
+        """Lower the object when over the target; release it at the target."""
         if self._phase == DOWN:
             return self.release()
         self._phase = DOWN
@@ -84,7 +84,7 @@ class PlacingBehaviour(ReleasingBehaviour):
         self.arm.move_linear(nearest_orientation(self._grips(), self.T_wt), speed=self.speed)
 
     def _grips(self) -> list[pin.SE3]:
-        """List the tool poses at which the held object is at its target, one per quarter turn."""
+        """List the tool poses with the held object at its target, one per quarter turn."""
         cell = self.cell
         bottom, yaw = self.target()
         T_wo = cell.pose(self.object)
@@ -104,20 +104,20 @@ class PlacingBehaviour(ReleasingBehaviour):
 
 
 class PlaceOn(PlacingBehaviour):
-    """Set the held object down on another one, and release it.
+    """Place the held object on another one, and release it.
 
-    It is set down in the middle of the top, or at the nearest free place there within reach. The
-    support is an object, or a geom of one such as ``shelf/board_1``.
+    It is placed at the centre of the top, or at the nearest free position within reach. The support
+    is an object, or a geom of an object such as ``shelf/board_1``.
     """
 
-    support = Input(str, doc="Name of the object to set it down on, or of a geom: object/geom.")
+    support = Input(str, doc="Name of the supporting object, or of a geom: object/geom.")
 
     memory = (*PlacingBehaviour.memory, "_offset")
 
-    _offset: Sequence[float] = (0.0, 0.0)  # [m] from the middle of the top, along its axes
+    _offset: Sequence[float] = (0.0, 0.0)  # [m] from the centre of the top, along its axes
 
     def begin_over(self) -> None:
-        """Move over the first free place that is within reach."""
+        """Move over the first free position within reach."""
         support = self._support()
         offsets = support.free_offsets(self.cell, self.object)
         first: MotionError | None = None
@@ -134,12 +134,12 @@ class PlaceOn(PlacingBehaviour):
         raise MotionError(f"there is no free place on '{self.support}'", reason="collision")
 
     def target(self) -> tuple[np.ndarray, float]:
-        """Return the chosen place on the support's top, and its yaw."""
+        """Return the chosen position on the support's top, and its yaw."""
         support = self._support()
         return support.at(np.array(self._offset)), support.yaw
 
     def why_not_released(self, name: str) -> str:
-        """Return why the object does not rest on the support."""
+        """Return why the object is not on the support."""
         support = self._support()
         reason = why_not_on(self.cell, name, support.entity)
         if not reason and abs(extent(self.cell, name)[0][2] - support.top[2]) > _LEVEL:
@@ -148,12 +148,12 @@ class PlaceOn(PlacingBehaviour):
 
     def _support(self) -> Support:
         if self.support == self.object:
-            raise CellError(f"'{self.object}' cannot be set down on itself")
+            raise CellError(f"'{self.object}' cannot be placed on itself")
         return find_support(self.cell, self.support)
 
 
 class PlaceAt(PlacingBehaviour):
-    """Set the held object down at a pose, and release it."""
+    """Place the held object at a pose, and release it."""
 
     pose = pose_input("Target pose of its bottom centre: x;y;z;qw;qx;qy;qz [m].")
     tolerance = Input(
@@ -168,7 +168,7 @@ class PlaceAt(PlacingBehaviour):
         return self.pose.translation, yaw_of(self.pose)
 
     def why_not_released(self, name: str) -> str:
-        """Return how far the object's bottom centre is from its target, if that is too far."""
+        """Return the distance of the object's bottom centre from its target, if too large."""
         distance = float(np.linalg.norm(self._bottom_centre() - self.pose.translation))
         if distance <= self.tolerance:
             return ""

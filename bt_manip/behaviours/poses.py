@@ -17,11 +17,11 @@ def pose_from_text(text: str) -> pin.SE3:
     """Parse a pose.
 
     Args:
-        text: ``x;y;z`` [m] with the world's orientation, or ``x;y;z;qw;qx;qy;qz``, or ``x;y;z`` and
-            the rotation matrix row by row, which keeps every bit.
+        text: ``x;y;z`` [m] with the world's orientation, ``x;y;z;qw;qx;qy;qz``, or ``x;y;z`` and
+            the exact rotation matrix by rows.
 
     Raises:
-        ValueError: When it is not three, seven or twelve finite numbers, or not a rotation.
+        ValueError: If it is not three, seven or twelve finite numbers, or not a rotation.
     """
     try:
         numbers = [float(part) for part in text.split(";")]
@@ -38,10 +38,10 @@ def pose_from_text(text: str) -> pin.SE3:
 
 
 def pose_to_text(T: pin.SE3) -> str:
-    """Format a pose as text that parses to the same bits.
+    """Format a pose as text that parses to the same pose, bit for bit.
 
-    As ``x;y;z;qw;qx;qy;qz`` where that is exact; otherwise with the rotation matrix, because the
-    conversion to a quaternion and back rounds.
+    The format is ``x;y;z;qw;qx;qy;qz`` if it is exact; otherwise it has the rotation matrix,
+    because the conversion to a quaternion and back rounds.
     """
     text = _joined((*T.translation, *spatial.quat_wxyz(T)))
     if pose_from_text(text).rotation.tobytes() == T.rotation.tobytes():
@@ -54,7 +54,7 @@ def _joined(numbers: Iterable[float]) -> str:
 
 
 def _is_rotation(rotation: np.ndarray) -> bool:
-    """Return whether a matrix is a rotation, up to the precision of numbers in a text."""
+    """Return whether a matrix is a rotation, up to the precision of numbers in text."""
     orthogonal = np.abs(rotation @ rotation.T - np.eye(3)).max() < 1e-6
     return bool(orthogonal and np.linalg.det(rotation) > 0.0)
 
@@ -73,13 +73,13 @@ def poses_from_text(text: str) -> list[pin.SE3]:
     """Parse poses separated by ``|``.
 
     Raises:
-        ValueError: When one is not a pose.
+        ValueError: If one of them is not a pose.
     """
     return [pose_from_text(part) for part in text.split("|")]
 
 
 def poses_to_text(poses: Iterable[pin.SE3]) -> str:
-    """Format poses as text that parses to the same bits, separated by ``|``."""
+    """Format poses as text that parses to the same poses, bit for bit, separated by ``|``."""
     return "|".join(map(pose_to_text, poses))
 
 
@@ -97,7 +97,7 @@ def centre_pose(cell: Cell, name: str) -> pin.SE3:
     """Return the pose of an object's centre, which may differ from its origin.
 
     Raises:
-        CellError: When there is no such object.
+        CellError: If there is no such object.
     """
     offset = as_object(cell.find(name)).centre_offset
     T_wo = cell.pose(name)
@@ -110,7 +110,7 @@ def bottom_pose(cell: Cell, name: str) -> pin.SE3:
     """Return the pose of the bottom centre of an upright object.
 
     Raises:
-        CellError: When there is no such object.
+        CellError: If there is no such object.
     """
     T_ob = bottom_of(cell.find(name))
     T_wo = cell.pose(name)
@@ -120,21 +120,21 @@ def bottom_pose(cell: Cell, name: str) -> pin.SE3:
 def yaw_of(T: pin.SE3) -> float:
     """Return the yaw of a pose's most horizontal axis [rad].
 
-    An object may lie on any of its faces, so the most horizontal of its three axes is used.
+    The most horizontal of its three axes is used because an object may lie on any of its faces.
     """
     axis = T.rotation[:, int(np.argmin(np.abs(T.rotation[2])))]
     return math.atan2(axis[1], axis[0])
 
 
 def top_grasp_poses(T_wo: pin.SE3, height: float) -> list[pin.SE3]:
-    """List the four tool poses that point down over a box-like object, parallel to its sides.
+    """List the four tool poses pointing down over a box-like object, parallel to its sides.
 
     Args:
         T_wo: Pose of the object's centre in the world.
-        height: Height of the tool centre point over that centre [m].
+        height: Height of the tool centre point over the object's centre [m].
 
     Returns:
-        Poses a quarter turn apart: each pair of opposite faces, both ways round.
+        Poses a quarter turn apart: each pair of opposite faces, in both directions.
     """
     position = T_wo.translation + np.array([0.0, 0.0, height])
     yaw = yaw_of(T_wo)
@@ -142,7 +142,7 @@ def top_grasp_poses(T_wo: pin.SE3, height: float) -> list[pin.SE3]:
 
 
 def downward_poses(position: Sequence[float], yaws: int = 8) -> list[pin.SE3]:
-    """List tool poses that point down at a position, with yaws over a full turn."""
+    """List tool poses pointing down at a position, with yaws over a full turn."""
     return [spatial.pointing_down(position, 2 * math.pi * k / yaws) for k in range(yaws)]
 
 

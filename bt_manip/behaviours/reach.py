@@ -1,4 +1,4 @@
-"""Reach for an object."""
+"""Approach to an object."""
 
 import numpy as np
 import pinocchio as pin
@@ -12,7 +12,7 @@ from .poses import centre_pose
 
 
 class Reach(MotionBehaviour):
-    """Approach an object on a straight line with the open gripper, clear of its neighbours."""
+    """Approach an object on a straight line, with clearance of the open gripper."""
 
     blend_radius = blend_radius_input()
     object = Input(str, doc="Name of the object.")
@@ -25,11 +25,11 @@ class Reach(MotionBehaviour):
     grasp = Input(
         str,
         default="",
-        doc="The grasp to take; by default the one that Hover chose, or the nearest to the tool.",
+        doc="The grasp; by default the one chosen by Hover, or the nearest to the tool.",
     )
 
     def start(self) -> None:
-        """Move straight to the grasp, on the joint path that Hover found where that still holds."""
+        """Move straight to the grasp, on Hover's joint path if it is still valid."""
         planned = None if self.grasp else self.grasp_planner.planned(self.object)
         if planned is not None and self.height is None:
             self.arm.move_linear(planned.T_wt, speed=self.speed, joint_path=planned.approach)
@@ -39,7 +39,7 @@ class Reach(MotionBehaviour):
             centre, a = centre_pose(self.cell, self.object).translation, T_wt.rotation[:, 2]
             deeper = -self.height - float(a @ (T_wt.translation - centre))
             T_wt = T_wt * pin.SE3(np.eye(3), np.array([0.0, 0.0, deeper]))
-        if self.height is not None or self.grasp:  # the nearest has clearance
+        if self.height is not None or self.grasp:  # the nearest grasp has clearance
             self.grasp_planner.check_clearance(self.object, T_wt)
         self.arm.move_linear(T_wt, speed=self.speed)
 
@@ -47,8 +47,8 @@ class Reach(MotionBehaviour):
         """Return the pose of the tool at the grasp.
 
         Raises:
-            CellError: When there is no such object.
-            MotionError: When there is no feasible grasp.
+            CellError: If there is no such object.
+            MotionError: If there is no feasible grasp.
         """
         if not self.grasp:
             return self.grasp_planner.nearest(self.object, self.T_wt)[1]

@@ -8,7 +8,7 @@ from .arm_behaviour import MotionBehaviour
 
 
 class ReleasingBehaviour(MotionBehaviour):
-    """Move, open the gripper until it is free, and check where the object comes to rest."""
+    """Move, open the gripper until it is free, and check the object's pose at rest."""
 
     needs_gripper = True
 
@@ -30,15 +30,15 @@ class ReleasingBehaviour(MotionBehaviour):
         super().initialise()
 
     def why_not_released(self, name: str) -> str:
-        """Return why an object at rest is not where it should be; empty if it is.
+        """Return why an object at rest is not at its target; empty if it is.
 
         Raises:
-            CellError: When its target is no longer in the cell.
+            CellError: If the target is no longer in the cell.
         """
         raise NotImplementedError
 
     def release(self) -> Status:
-        """Open the gripper, wait until the object is at rest, and check where it is."""
+        """Open the gripper, wait until the object is at rest, and check its pose."""
         if self._opening is None:
             self._opening = self.cell.time
             self._released, self._carried = self._carried, []

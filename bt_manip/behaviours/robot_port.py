@@ -1,4 +1,4 @@
-"""The port that selects the robot of a behaviour."""
+"""The port for the robot of a behaviour."""
 
 import contextlib
 from collections.abc import Mapping
@@ -17,14 +17,14 @@ if TYPE_CHECKING:
     from bt_manip.runner import CommandedRobot
 
 ENTRY = "robot"
-"""Blackboard entry that selects the robot where the port does not."""
+"""Blackboard entry that selects the robot if the port does not."""
 
 
 class RobotPort(Node):
     """A behaviour of one robot.
 
-    The robot is selected by the port, or else by the entry ``robot`` of the blackboard scope (a
-    sub-tree with ``robot="left"`` uses that robot), or else it is the only robot of the cell.
+    The robot is selected by the port, by the entry ``robot`` of the blackboard scope (as in a
+    sub-tree with ``robot="left"``), or else it is the only robot of the cell.
     """
 
     robot = Input(
@@ -36,19 +36,19 @@ class RobotPort(Node):
     memory: ClassVar[tuple[str, ...]] = ("_robot_name",)
 
     needs_gripper: ClassVar[bool] = False
-    """Whether it fails when the robot has no gripper."""
+    """Whether it fails if the robot has no gripper."""
 
     _robot_name = ""
 
     def setup(self, **infrastructure: Any) -> None:
-        """Keep the robots, and select one if it is known already.
+        """Store the robots, and select one if it is already known.
 
         Raises:
-            CellError: When there are several and none is named, or none has the name.
+            CellError: If there are several and none is named, or none has the name.
         """
         super().setup(**infrastructure)
         self._robots: Mapping[str, CommandedRobot] = infrastructure["robots"]
-        # The entry may be written later; a missing gripper fails the behaviour, not the run.
+        # The entry may be written later. A missing gripper fails the behaviour, not the run.
         with contextlib.suppress(PortError, GripperError):
             self.choose_robot()
 
@@ -56,9 +56,9 @@ class RobotPort(Node):
         """Select the robot.
 
         Raises:
-            CellError: When there are several and none is named, or none has the name.
-            GripperError: When it needs a gripper and has none.
-            PortError: When the port refers to an entry that was never written.
+            CellError: If there are several and none is named, or none has the name.
+            GripperError: If the robot lacks a required gripper.
+            PortError: If the port refers to an entry that was never written.
         """
         name = self.robot
         if not name and ENTRY in self.scope:
@@ -102,7 +102,7 @@ class RobotPort(Node):
         """Gripper of the selected robot.
 
         Raises:
-            GripperError: When it has none.
+            GripperError: If it has none.
         """
         gripper = self._robots[self._robot_name].gripper
         if gripper is None:

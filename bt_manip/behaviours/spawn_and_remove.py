@@ -1,4 +1,4 @@
-"""Put objects into the cell, and take them away."""
+"""Adding objects to the cell and removing them."""
 
 import contextlib
 from collections.abc import Mapping
@@ -25,18 +25,17 @@ if TYPE_CHECKING:
     from bt_manip.scenes import ExpectedObjects
 
 CUBE = "cube"  # registered name of the reference task's object
-CUBE_SIZE = 0.05  # [m] of its edges
-SLACK = 0.006  # [m] between an object and an open gripper, on both sides together
-WIDTH_PART = 0.8  # of the width that fits the gripper, of a smaller cube: it lies at any angle
-TOOL_HEIGHT = 0.015  # [m] of the tool over an object's centre at a grasp
-ATTEMPTS = 100  # random positions to find one that keeps the gap
+CUBE_SIZE = 0.05  # [m] length of its edges
+SLACK = 0.006  # [m] total clearance of an open gripper on both sides of an object
+WIDTH_PART = 0.8  # size of a smaller cube relative to the largest width that fits, for any yaw
+TOOL_HEIGHT = 0.015  # [m] height of the tool over an object's centre at a grasp
+ATTEMPTS = 100  # maximum number of random positions
 
 
 class SpawnObject(CellBehaviour):
-    """Put a new object at a random free position on another one, with a random yaw.
+    """Add a new object at a random free position on another one, with a random yaw.
 
-    Where a run takes poses from elsewhere (``--poses``), it waits for the next object that the
-    scene expects instead.
+    In runs with a pose source (``--poses``), it waits for the scene's next expected object instead.
     """
 
     drawn = ("pose",)
@@ -45,15 +44,14 @@ class SpawnObject(CellBehaviour):
         str,
         default=AUTO,
         doc="Registered name of the object (bt-manip list objects), or the address of a model; "
-        "auto: the cube, smaller where the gripper does not open wide enough.",
+        "auto: the cube, in a size that fits the gripper.",
     )
-    on = Input(str, default="table", doc="Name of the object to put it on.")
+    on = Input(str, default="table", doc="Name of its support.")
     region = numbers_or_auto(
         "Region for its centre in the world: x_min;x_max;y_min;y_max [m]; auto: 0.2;0.4;-0.3;0.3, "
-        "or the part of the surface that the robot reaches from above where that is not within "
-        "reach.",
+        "or if that is out of reach, the part of the surface that the robot reaches from above.",
     )
-    gap = Input(float, default=0.0, doc="Least distance to other free objects [m].")
+    gap = Input(float, default=0.0, doc="Smallest distance to other free objects [m].")
     within = Input(
         float, default=np.inf, doc="Largest distance to the nearest other free object [m]."
     )
@@ -63,7 +61,7 @@ class SpawnObject(CellBehaviour):
     robot = Input(
         str,
         default="",
-        doc="Name of the robot that shall reach it; by default that of the scope's entry 'robot', "
+        doc="Name of the robot that can reach it; by default that of the scope's entry 'robot', "
         "or the only one.",
     )
     object = Output(str, doc="Its unique name.")
@@ -71,14 +69,14 @@ class SpawnObject(CellBehaviour):
 
     memory = (*CellBehaviour.memory, "_awaited")
 
-    _awaited = ""  # name of the expected object that is not there yet
+    _awaited = ""  # name of the awaited object
 
     def setup(self, **infrastructure: Any) -> None:
-        """Keep the cell, its random generator and the registered objects.
+        """Store the cell, its random generator and the registered objects.
 
         Raises:
-            UnknownPartError: When the model is given already and is not registered.
-            ModelError: When its address leads to no model.
+            UnknownPartError: If the model is already known and not registered.
+            ModelError: If there is no model at its address.
         """
         super().setup(**infrastructure)
         self.rng: np.random.Generator = infrastructure["rng"]
@@ -86,12 +84,12 @@ class SpawnObject(CellBehaviour):
         self._robots: Mapping[str, CommandedRobot] = infrastructure.get("robots", {})
         self._expected: ExpectedObjects | None = infrastructure.get("poses")
         self._made: dict[tuple[Any, ...], composer.Entity] = {}
-        with contextlib.suppress(PortError):  # the entry is written later
+        with contextlib.suppress(PortError):  # the entry is not written yet
             if self.model != AUTO:
                 self.models.get(self.model)
 
     def start(self) -> None:
-        """Create the object and insert it, or expect one."""
+        """Create and add the object, or begin to wait for an expected one."""
         self._awaited = ""
         if self._expected is not None:
             self._awaited = self._expected.next("" if self.model == AUTO else self.model).name
@@ -115,7 +113,7 @@ class SpawnObject(CellBehaviour):
         self.feedback_message = f"'{name}' at ({x:.3f}, {y:.3f}) m"
 
     def _make(self) -> tuple[composer.Entity, str]:
-        """Make the object; return it with a name for it, empty for that of its model."""
+        """Create the object; return it with its name, empty for that of its model."""
         model = self.model
         if model != AUTO:
             return self._object(model), "" if is_address(model) else model
@@ -129,7 +127,7 @@ class SpawnObject(CellBehaviour):
         return self._object(CUBE, **parameters), CUBE
 
     def _area(self, declared: CellObject) -> Region:
-        """Return the region where the robot reaches the object from above."""
+        """Return the region in which the robot reaches the object from above."""
         name = self.robot or str(self.scope[ENTRY] if ENTRY in self.scope else "")
         if not name and len(self._robots) == 1:
             name = next(iter(self._robots))
@@ -140,7 +138,7 @@ class SpawnObject(CellBehaviour):
         return self._robots[name].reach.area(self.cell, self.on, height)
 
     def _object(self, model: str, **parameters: Any) -> composer.Entity:
-        """Return the object that this node has inserted before, if it was removed, or a new one."""
+        """Return the removed object that this node added before, or a new one."""
         key = (model, *parameters.items())
         made = self._made.get(key)
         randomized = self.models.sample_parameters is not None
@@ -149,10 +147,10 @@ class SpawnObject(CellBehaviour):
         return made
 
     def _place(self, entity: composer.Entity, region: Region, hint: str | None) -> str:
-        """Insert it at a random position of the region that keeps the gap, near to others.
+        """Add it at a random position of the region with the required distances to others.
 
         Raises:
-            CellError: When none of `ATTEMPTS` positions does.
+            CellError: If none of `ATTEMPTS` positions has them.
         """
         gap, within = self.gap, self.within
         limit = gap if np.isinf(within) else max(gap, within)
@@ -204,7 +202,7 @@ class RemoveObject(CellBehaviour):
     )
 
     def setup(self, **infrastructure: Any) -> None:
-        """Keep the expected objects of the scene."""
+        """Store the expected objects of the scene."""
         super().setup(**infrastructure)
         self._poses: ExpectedObjects | None = infrastructure.get("poses")
 

@@ -1,4 +1,4 @@
-"""Behaviours that change the speed of an arm, stop it, and wait until it is ready again."""
+"""Behaviours that set the speed of an arm, stop it, and wait until it is ready again."""
 
 from bt_manip.bt import Input, Status
 
@@ -22,7 +22,7 @@ class SetSpeed(ArmBehaviour):
         self.arm.speed_scale = self.speed
 
     def update(self) -> Status:
-        """Succeed: the arm changes its speed in the following steps."""
+        """Succeed; the arm changes its speed in the following steps."""
         return Status.SUCCESS
 
 
@@ -32,7 +32,7 @@ class Stop(ArmBehaviour):
     needs_rest = False
 
     compliant = Input(
-        bool, default=False, doc="Whether the arm yields to contact until its next motion."
+        bool, default=False, doc="Whether the arm is compliant until its next motion."
     )
 
     def start(self) -> None:
@@ -48,12 +48,12 @@ class Stop(ArmBehaviour):
 
 
 class Recover(ArmBehaviour):
-    """Clear errors and reflexes of a real arm; succeed at once without any, as in simulation."""
+    """Clear errors and reflexes of a real arm; succeed immediately without any."""
 
     patience = Input(float, default=5.0, doc="Timeout in simulated time [s].", at_least=0.0)
 
     def start(self) -> None:
-        """Begin to recover."""
+        """Start the recovery."""
         self.arm.recover()
 
     def update(self) -> Status:
@@ -68,10 +68,10 @@ class Recover(ArmBehaviour):
 
 
 class WaitUntilUndisturbed(ArmBehaviour):
-    """Wait until the arm is at rest and no external force acts on it; succeed at once if so.
+    """Wait until the arm is at rest and no external force acts on it.
 
-    A real arm that has stopped with an error, such as a reflex, is made to recover once; where a
-    person must help, as after a user stop, it waits for that.
+    A real arm that has stopped with an error, such as a reflex, is recovered once; if a person has
+    to help, as after a user stop, it waits.
     """
 
     patience = Input(float, default=5.0, doc="Timeout in simulated time [s].", at_least=0.0)

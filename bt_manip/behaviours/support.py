@@ -1,4 +1,4 @@
-"""Surfaces to set objects down on, and free places there."""
+"""Surfaces to place objects on, and their free positions."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -15,8 +15,8 @@ from .poses import yaw_of
 GAP = 0.02
 """Distance between an object and its neighbours on a support [m]."""
 
-_HEADROOM = 5e-3  # [m] over a support from which on other objects stand on it
-_STEPS = 8  # of the grid in each direction from the middle, at most
+_HEADROOM = 5e-3  # [m] height over a support above which other objects occupy it
+_STEPS = 8  # maximum number of grid steps in each direction from the centre
 
 
 class Support(NamedTuple):
@@ -24,7 +24,7 @@ class Support(NamedTuple):
 
     Attributes:
         entity: Name of the object.
-        top: Middle of the top in the world [m].  # (3,)
+        top: Centre of the top in the world [m].  # (3,)
         yaw: Rotation about the vertical [rad].
         half: Half lengths along its own axes [m].  # (2,)
     """
@@ -35,15 +35,15 @@ class Support(NamedTuple):
     half: np.ndarray
 
     def at(self, offset: np.ndarray) -> np.ndarray:
-        """Return the position of an offset from the middle along its own axes [m]."""  # (3,)
+        """Return the position at an offset from the centre along its own axes [m]."""  # (3,)
         if not np.any(offset):
             return self.top
         return np.asarray(self.top + pin.utils.rotate("z", self.yaw) @ [*offset, 0.0])
 
     def free_offsets(self, cell: Cell, name: str) -> Iterator[np.ndarray]:
-        """Yield offsets where an object has room among others, the middle first.
+        """Yield offsets at which an object fits between others, the centre first.
 
-        Everywhere but in the middle the object stands on the support entirely, whatever its yaw.
+        Except at the centre, the object is entirely on the support at any yaw.
 
         Args:
             cell: The cell.
@@ -78,7 +78,7 @@ def find_support(cell: Cell, name: str) -> Support:
         name: The object, or the geom, such as ``shelf/board_1``.
 
     Raises:
-        CellError: If there is none of this name.
+        CellError: If there is no such object or geom.
     """
     entity, _, part = name.rpartition("/")
     if name in cell.entities or entity not in cell.entities:

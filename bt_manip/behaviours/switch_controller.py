@@ -10,10 +10,10 @@ from .arm_behaviour import ArmBehaviour
 
 
 class SwitchController(ArmBehaviour):
-    """Make another controller the active one of the arm, without a step in torque.
+    """Activate another controller of the arm, without a step in torque.
 
-    An arm at rest then holds its measured configuration; a motion continues. After a cycle the arm
-    returns to its own controller by itself, once it is at rest.
+    An arm at rest holds its measured configuration; a motion continues. After a cycle, the arm
+    returns to its own controller once it is at rest.
     """
 
     controller = Input(
@@ -21,10 +21,10 @@ class SwitchController(ArmBehaviour):
     )
 
     def setup(self, **infrastructure: Any) -> None:
-        """Make the controller, where port and robot are known already.
+        """Create the controller, if port and robot are already known.
 
         Raises:
-            ControlError: If there is no controller of that name.
+            ControlError: If there is no such controller.
         """
         super().setup(**infrastructure)
         with contextlib.suppress(PortError):
@@ -36,6 +36,6 @@ class SwitchController(ArmBehaviour):
         self.controllers.switch(self.controller or self.controllers.default)
 
     def update(self) -> Status:
-        """Succeed: the torques are faded while the tree goes on."""
+        """Succeed; the torques are faded while the tree continues."""
         self.feedback_message = self.controllers.active
         return Status.SUCCESS

@@ -6,7 +6,7 @@ from .arm_behaviour import CellBehaviour
 
 
 class WaitUntilAtRest(CellBehaviour):
-    """Wait until an object neither moves nor turns; succeed at once if it is at rest."""
+    """Wait until an object is at rest; succeed immediately if it is."""
 
     object = Input(str, doc="Name of the object.")
     patience = Input(float, default=2.0, doc="Timeout in simulated time [s].", at_least=0.0)

@@ -1,4 +1,4 @@
-"""The arena that a cell is built in."""
+"""The arena of a cell."""
 
 from dm_control import composer, mjcf
 
@@ -11,10 +11,10 @@ OVERVIEW = "overview"
 
 
 class Arena(composer.Arena):
-    """A floor, a sky, soft lights, and the physics options that let grippers hold things.
+    """A floor, a sky, soft lights, and physics options for gripping.
 
-    Elliptic friction cones and ``impratio`` 10 keep a gripped object from creeping: with MuJoCo's
-    pyramidal default, friction is soft and a held cube slides out of a gripper.
+    Elliptic friction cones and ``impratio`` 10 keep a gripped object from creeping: with the softer
+    friction of MuJoCo's pyramidal default, a held cube slides out of a gripper.
     """
 
     def _build(self, name: str = "arena", timestep: float = 1e-3) -> None:
@@ -36,8 +36,8 @@ class Arena(composer.Arena):
 
     @staticmethod
     def _build_visuals(root: mjcf.RootElement) -> None:
-        # Shadows are cast within shadowclip * extent of the light's axis: a larger map is coarser,
-        # and gives dark specks on whatever is round.
+        # Shadows are cast within shadowclip * extent of the light's axis. A larger value makes the
+        # shadow map coarser, with dark specks on round surfaces.
         root.statistic.set_attributes(center=(0.3, 0.0, 1.1), extent=1.6)
         root.visual.map.set_attributes(znear=0.01, zfar=30, shadowclip=1.15, haze=0.4)
         root.visual.quality.set_attributes(shadowsize=8192, offsamples=8)

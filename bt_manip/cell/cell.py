@@ -33,9 +33,14 @@ from .rendering import render
 class Cell:
     """An arena with entities that are added and removed while the physics runs.
 
-    Entities work by composer's hooks: ``after_compile`` runs for all of them after every compile,
-    ``initialize_episode`` once for each new one, ``before_substep`` and ``after_substep`` around
-    each step, in the order in which ``composer.Environment`` runs them.
+    Entities use composer's hooks: ``after_compile`` is called for all entities after each compile,
+    ``initialize_episode`` once for each new entity, ``before_substep`` and ``after_substep`` around
+    each step, in the order of ``composer.Environment``.
+
+    Args:
+        arena: The arena; default: the project's own.
+        timestep: Step of the physics [s].
+        random_state: Passed to composer's hooks; default: seed 0.
     """
 
     def __init__(
@@ -44,13 +49,6 @@ class Cell:
         timestep: float = 1e-3,
         random_state: np.random.RandomState | None = None,
     ):
-        """Make an empty cell, or one with the entities of an arena.
-
-        Args:
-            arena: The arena; default: the project's own.
-            timestep: Step of the physics [s].
-            random_state: Passed to composer's hooks; default: seed 0.
-        """
         arena = arena if arena is not None else Arena(timestep=timestep)
         arena.mjcf_model.option.timestep = timestep
         self.random_state = random_state or np.random.RandomState(0)
@@ -58,7 +56,7 @@ class Cell:
         self.before_remove: list[Callable[[str], None]] = []
         """Called with the name of an entity before it is removed."""
         self.contact_changed: list[Callable[[ContactEvent], None]] = []
-        """Called after each step for every contact that begins or ends; free if empty."""
+        """Called after each step for every contact that begins or ends; no cost if empty."""
         self._contact_events: ContactEventDetector | None = None
 
     def __repr__(self) -> str:
@@ -66,18 +64,18 @@ class Cell:
         return f"Cell({self.time:.3f} s; {', '.join(self.entities) or 'empty'})"
 
     def _repr_png_(self) -> bytes | None:
-        """Show the overview in a notebook; None, for text instead, where nothing can be drawn."""
+        """Show the overview in a notebook; None, so that text is shown, without OpenGL."""
         with contextlib.suppress(CellError):  # no OpenGL, or no such camera
             return png(render(self, width=640, height=400))
         return None
 
     @property
     def compiles_kept(self) -> int:
-        """Number of earlier physics that are kept for when the same entities are here again.
+        """Number of earlier physics that are cached, to be used again with the same entities.
 
-        8 at first; each takes as much memory as the one in use. Returning to a kept physics takes
-        a fraction of the time of a compile, and gives the same bits. The poses of entities that
-        move freely do not matter, those of fixed ones do.
+        Default: 8; each takes as much memory as the present one. Returning to a cached physics
+        takes a fraction of the time of a compile and has the same results bit for bit. It requires
+        the same poses of fixed entities, but not of free ones.
         """
         return self._model.cache.limit
 
@@ -89,17 +87,17 @@ class Cell:
 
     @property
     def arena(self) -> composer.Arena:
-        """Composer's arena with everything in it."""
+        """Composer's arena with all attached entities."""
         return self._model.arena
 
     @property
     def generation(self) -> int:
-        """Number of compiles; views of the physics are outdated when it has changed."""
+        """Number of compiles; views of the physics are invalid after a change."""
         return self._model.generation
 
     @property
     def entities(self) -> Mapping[str, composer.Entity]:
-        """Everything that was added, robots included, by name, in order."""
+        """All added entities, robots included, by name, in order."""
         return MappingProxyType({name: a.entity for name, a in self._model.attachments.items()})
 
     @property
@@ -111,7 +109,7 @@ class Cell:
         )
 
     def find(self, name: str) -> composer.Entity:
-        """Return the entity of a name.
+        """Return an entity by name.
 
         Raises:
             CellError: If there is none; the nearest names are offered.
@@ -130,18 +128,18 @@ class Cell:
         """Add an entity; the state of all others is kept bit for bit.
 
         Args:
-            entity: A composer entity that is attached nowhere.
+            entity: A composer entity that is not attached.
             pose: Pose of its root in the world; default: the origin.
-            name: Its name, which must not be taken; default: its model's name, with ``_1``,
-                ``_2``, ... if that is taken.
+            name: Its unique name; default: its model's name, with ``_1``, ``_2``, ... appended if
+                that is taken.
             free: Whether it moves freely; default: the entity's own ``free``, or fixed.
-            overlap: Largest accepted penetration with anything that it can collide with [m].
+            overlap: Largest accepted penetration with others [m].
 
         Returns:
             Its name.
 
         Raises:
-            OverlapError: If it would penetrate something deeper; the cell is unchanged.
+            OverlapError: If the penetration would be deeper; the cell is unchanged.
             CellError: If the name is taken or the model does not compile; the cell is unchanged.
         """
         model_name = entity.mjcf_model.model
@@ -165,23 +163,23 @@ class Cell:
         attempts: int = 100,
         drop: bool = False,
     ) -> str:
-        """Add an entity at a free pose that is sampled from a region.
+        """Add an entity at a free pose sampled from a region.
 
         Args:
-            entity: A composer entity that is attached nowhere.
-            region: Where its origin may be.
-            rng: Samples the poses.
+            entity: A composer entity that is not attached.
+            region: Region of its origin.
+            rng: Random generator for the poses.
             name: As for ``add``.
             free: As for ``add``.
-            attempts: Number of poses to try.
-            drop: Whether it falls from there in a copy of the cell, all else standing still, and
-                is added where it comes to rest.
+            attempts: Maximum number of sampled poses.
+            drop: Whether it falls from the sampled pose in a copy of the cell in which nothing else
+                moves, and is added at its pose at rest.
 
         Returns:
             Its name.
 
         Raises:
-            CellError: If no pose was free, with the reason; the cell is unchanged.
+            CellError: If no pose was free; the message has the reason, and the cell is unchanged.
         """
         T_wo = region.sample(rng)
         if not drop and not self._model.editing:
@@ -189,7 +187,7 @@ class Cell:
                 return self.add(entity, T_wo, name=name, free=free, overlap=FREE_OVERLAP)
         label, attachment = self._prepare(entity, T_wo, name, free)
         if drop and not attachment.free:
-            raise CellError(f"'{label}' is fixed: only what moves freely can be dropped")
+            raise CellError(f"'{label}' is fixed: only entities that move freely can be dropped")
         with self._model.placement_search(label, attachment) as placement:
             T_wo = placement.search(region, rng, first=T_wo, attempts=attempts, drop=drop)
         return self.add(entity, T_wo, name=name, free=free)
@@ -203,7 +201,7 @@ class Cell:
             The entity, which can be added again.
 
         Raises:
-            CellError: If there is none of that name; the cell is unchanged.
+            CellError: If there is no such entity; the cell is unchanged.
         """
         entity = self.find(name)
         for callback in tuple(self.before_remove):
@@ -214,16 +212,16 @@ class Cell:
         return entity
 
     def is_reusable(self, entity: composer.Entity) -> bool:
-        """Return whether an entity was in this cell before, is in none now and was not edited.
+        """Return whether an entity was in this cell before, and was not edited or attached since.
 
-        To add it again costs less than to add a new one.
+        Adding such an entity costs less than adding a new one.
         """
         return self._model.is_reusable(entity)
 
     def move(self, name: str, T_we: pin.SE3, *, overlap: float = 2e-3) -> None:
         """Set the pose of an entity, at rest; objects that rest on it do not move with it.
 
-        Moving a fixed entity takes a compile.
+        Moving a fixed entity requires a compile.
 
         Args:
             name: The entity.
@@ -232,7 +230,7 @@ class Cell:
 
         Raises:
             OverlapError: If it would penetrate something deeper; the cell is unchanged.
-            CellError: If there is none of that name; the cell is unchanged.
+            CellError: If there is no such entity; the cell is unchanged.
         """
         attachment = self._model.find(name)
         moved = Attachment.at(attachment.entity, T_we, attachment.free)
@@ -244,11 +242,11 @@ class Cell:
 
     @contextlib.contextmanager
     def editing(self) -> Iterator[None]:
-        """Compile once for all that is added and removed inside, or leave the cell as it was.
+        """Compile once for all entities added and removed inside; undo all changes on failure.
 
-        Inside, the physics is still the old one. Edits of the MJCF of the arena or of entities are
-        compiled too; assign whole values (``geom.size = ...``), because a number written into an
-        array of an attached model goes unnoticed.
+        Inside, the physics is unchanged. Edits of the MJCF of the arena or of entities are compiled
+        too; assign whole values (``geom.size = ...``): writing a number into an array of an
+        attached model goes unnoticed.
 
         Raises:
             CellError: If the changed cell does not compile.
@@ -260,7 +258,7 @@ class Cell:
 
     @property
     def initial_overrides(self) -> InitialOverrides | None:
-        """Called for each new entity: returns the overrides that it begins with; None at first."""
+        """Returns the initial overrides of each new entity; None by default."""
         return self._model.initial_overrides
 
     @initial_overrides.setter
@@ -270,20 +268,20 @@ class Cell:
     def override(self, element: str, **values: Any) -> None:
         """Override physical properties of an entity, light or camera until it is removed.
 
-        Nothing is compiled. Overrides outlast later compiles and are part of snapshots.
+        Nothing is compiled. Overrides survive later compiles and are part of snapshots.
 
         Args:
             element: An entity's name, ``light:NAME``, or ``camera:NAME``.
-            values: Values by property; None removes an override. An entity has ``mass`` [kg],
-                sliding ``friction`` (a robot: of its links), ``colour``, the ``gain`` of its
-                actuators, a factor each, and ``joint_friction``, the dry friction of each degree of
-                freedom [N m or N]; a light has ``position`` [m], ``direction``, ``colour`` and
-                ``brightness``, a factor; a camera has ``position`` [m], ``rotation`` [rad] about
-                its own axes, and ``fovy`` [degrees].
+            values: Values by property; None removes an override. Properties of an entity: ``mass``
+                [kg], sliding ``friction`` (of a robot: of its links), ``colour``, ``gain`` (a
+                factor for each actuator), and ``joint_friction``, the dry friction of each degree
+                of freedom [N m or N]; of a light: ``position`` [m], ``direction``, ``colour`` and
+                ``brightness``, a factor; of a camera: ``position`` [m], ``rotation`` about its own
+                axes [rad], and ``fovy`` [degrees].
 
         Raises:
-            CellError: If there is no such element or property, or a value is impossible; nothing
-                is changed then.
+            CellError: If there is no such element or property, or a value is impossible; nothing is
+                changed.
         """
         self._model.overrides.put(element, values, self._physics.nominal)
         self._physics.apply_overrides(self._model.overrides)
@@ -303,7 +301,7 @@ class Cell:
 
     @property
     def nominal_model(self) -> mujoco.MjModel:
-        """MuJoCo's model without overrides, which controllers and behaviours use.
+        """MuJoCo's model without overrides, for controllers and behaviours.
 
         The same object as ``model`` if there are none.
         """
@@ -312,14 +310,14 @@ class Cell:
     # Simulation
 
     def step(self, n: int = 1, *, then: Sequence[Callable[[], None]] = ()) -> None:
-        """Make ``n`` control steps: the entities' hooks around each step of the physics.
+        """Advance by ``n`` control steps, with the entities' hooks around each step of the physics.
 
         Args:
-            n: Number of steps; many at once cost a little less than one by one.
+            n: Number of steps; one call for many steps is a little faster.
             then: Called after each step.
 
         Raises:
-            PhysicsDiverged: If MuJoCo warns, as it does of numbers that are not finite.
+            PhysicsDiverged: If MuJoCo warns, e.g. of numbers that are not finite.
         """
         if not self.contact_changed:
             self._contact_events = None
@@ -343,7 +341,7 @@ class Cell:
 
     @property
     def model(self) -> mujoco.MjModel:
-        """MuJoCo's model that is simulated, overrides included."""
+        """MuJoCo's simulated model, overrides included."""
         return self._physics.model
 
     @property
@@ -367,7 +365,7 @@ class Cell:
         """Return the pose of an entity's root in the world, ``T_we``.
 
         Raises:
-            CellError: If there is none of that name.
+            CellError: If there is no such entity.
         """
         attachment = self._model.find(name)
         if not attachment.free or name not in self._physics.free_joints:
@@ -377,21 +375,21 @@ class Cell:
         return make_pose(q[:3], q[3:])
 
     def surface_height(self, name: str) -> float:
-        """Return the height in the world at which objects are put on an entity [m].
+        """Return the height in the world at which objects are placed on an entity [m].
 
         Raises:
-            CellError: If there is none of that name, or nothing can be put on it.
+            CellError: If there is no such entity, or it has no surface.
         """
         height = as_object(self.find(name)).surface_height
         if height is None:
-            raise CellError(f"'{name}' has no surface to put something on")
+            raise CellError(f"'{name}' has no surface to place objects on")
         return float(self.pose(name).translation[2]) + height
 
     def velocity(self, name: str) -> np.ndarray:
         """Return the velocity of an entity's root: linear, then angular, both in the world.
 
         Raises:
-            CellError: If there is none of that name.
+            CellError: If there is no such entity.
         """  # (6,) [m/s, rad/s]
         if not self._model.find(name).free or name not in self._physics.free_joints:
             return np.zeros(6)
@@ -401,10 +399,10 @@ class Cell:
         return v
 
     def body_id(self, name: str) -> int:
-        """Return the id of the root body of an entity, or of a body called ``entity/body``.
+        """Return the id of an entity's root body, or of a body called ``entity/body``.
 
         Raises:
-            CellError: If there is none of that name.
+            CellError: If there is no such entity.
         """
         names = self._physics.body_names
         try:
@@ -415,7 +413,7 @@ class Cell:
             ) from None
 
     def is_free(self, name: str) -> bool:
-        """Return whether the cell has an entity of this name that moves freely."""
+        """Return whether the cell has a freely moving entity of this name."""
         return name in self._physics.free_joints
 
     @property
@@ -425,7 +423,7 @@ class Cell:
 
     @property
     def contact_monitor(self) -> ContactMonitor:
-        """Tells which contacts of the last step robots should not have."""
+        """Detects unexpected contacts of robots in the last step."""
         return self._physics.contact_monitor
 
     # State
@@ -435,11 +433,10 @@ class Cell:
         return integration_state(self.model, self.data).tobytes()
 
     def snapshot(self) -> dict[str, Any]:
-        """Return everything that the cell's future depends on, as plain data.
+        """Return the complete state of the cell, as plain data.
 
-        That is the integration state, the entities with the states of those objects that have
-        one, overrides, and the state of ``random_state``. Robots and controllers have a
-        ``get_state`` of their own.
+        It consists of the integration state, the entities with their states if any, overrides, and
+        the state of ``random_state``. Robots and controllers have their own ``get_state``.
         """
         before = self._physics.state_before_last_step()
         algorithm, keys, *rest = self.random_state.get_state()
@@ -454,18 +451,18 @@ class Cell:
         }
 
     def restore(self, snapshot: Mapping[str, Any], factory: Factory | None = None) -> None:
-        """Return to a snapshot, adding and removing entities if needed.
+        """Restore a snapshot, adding and removing entities if needed.
 
         Entities that match the snapshot at their position in the order are kept.
 
         Args:
             snapshot: What ``snapshot`` returned.
-            factory: Makes the entity of an entry of ``snapshot["entities"]``; needed if the cell
-                lacks one.
+            factory: Creates the entity of an entry of ``snapshot["entities"]``; required if the
+                cell lacks one.
 
         Raises:
-            CellError: If an entity is missing and cannot be made, or the numbers do not fit; then
-                only entities were added and removed.
+            CellError: If a missing entity cannot be created, or the state does not fit; entities
+                may have been added and removed.
         """
         self._model.restore(snapshot["entities"], snapshot["altered"], factory)
         before = snapshot["before"]
@@ -479,17 +476,17 @@ class Cell:
         for name, state in snapshot["states"].items():
             as_object(self.objects[name]).set_state(state)
         self.random_state.set_state(tuple(snapshot["random_state"]))
-        self._contact_events = None  # the next step is compared with the restored contacts
+        self._contact_events = None  # compare the next step with the restored contacts
 
     # Internal
 
     def _prepare(
         self, entity: composer.Entity, T_we: pin.SE3, name: str | None, free: bool | None
     ) -> tuple[str, Attachment]:
-        """Choose the name of a new entity, and whether it moves freely."""
+        """Return the name of a new entity, and whether it moves freely."""
         model_name = entity.mjcf_model.model
         if entity.parent is not None:
-            raise CellError(f"'{model_name}' already stands in a cell or on an entity")
+            raise CellError(f"'{model_name}' is already attached to a cell or an entity")
         taken = self._model.attachments
         label = name or unique_name(model_name, taken)
         if label in taken:

@@ -4,11 +4,11 @@ from bt_manip.exceptions import BtManipError
 
 
 class CellError(BtManipError):
-    """An object that cannot be added, found or removed; the cell is as it was before."""
+    """An object cannot be added, found or removed; the cell is unchanged."""
 
 
 class OverlapError(CellError):
-    """An object would penetrate another one; the cell is as it was before."""
+    """An object would penetrate another one; the cell is unchanged."""
 
 
 class PhysicsDiverged(RuntimeError):

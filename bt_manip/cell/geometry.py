@@ -1,4 +1,4 @@
-"""Bounding boxes of entities, distances between them, and poses inside an entity."""
+"""Bounding boxes of entities, distances between entities, and poses inside an entity."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
@@ -20,14 +20,14 @@ def extent(cell: "Cell", name: str, T_wf: pin.SE3 | None = None) -> tuple[np.nda
 
     Args:
         cell: The cell.
-        name: The entity; geoms without collisions are left out.
+        name: The entity; only its collision geoms count.
         T_wf: The frame; default: the world.
 
     Returns:
-        Its lower and its upper corner.  # 2 x (3,)
+        Its lower and upper corner.  # 2 x (3,)
 
     Raises:
-        CellError: When there is no such entity, or it has no collision geometry.
+        CellError: If there is no such entity, or it has no collision geometry.
     """
     model, data = cell.model, cell.data
     geoms = collision_geoms(cell, name)
@@ -47,7 +47,7 @@ def collision_geoms(cell: "Cell", name: str) -> np.ndarray:
     """Return the ids of an entity's collision geoms.
 
     Raises:
-        CellError: When there is no such entity.
+        CellError: If there is no such entity.
     """  # (n,)
     model = cell.model
     cell.find(name)
@@ -56,17 +56,17 @@ def collision_geoms(cell: "Cell", name: str) -> np.ndarray:
 
 
 def body_poses(model: mujoco.MjModel, root: int, qpos: np.ndarray) -> dict[int, pin.SE3]:
-    """Return the poses of a body and all bodies that it carries, in the frame of that body.
+    """Return the poses of a body and its descendants, in the frame of this body.
 
-    They are composed from the compiled model: the same bits wherever the body is.
+    They are composed from the compiled model, so that they do not depend on the body's pose.
 
     Args:
         model: The compiled model.
         root: Id of the body.
-        qpos: Positions of all joints, of which those of the carried bodies are read.
+        qpos: Positions of all joints; only joints of descendants are read.
 
     Returns:
-        The poses by id, the root first.
+        The poses by body id, the root first.
     """
     poses = {root: pin.SE3.Identity()}
     for body, parent in enumerate(model.body_parentid.tolist()):
@@ -80,20 +80,20 @@ def body_poses(model: mujoco.MjModel, root: int, qpos: np.ndarray) -> dict[int, 
 
 
 def _joint_displacement(model: mujoco.MjModel, joint: int, qpos: np.ndarray) -> pin.SE3:
-    """Return the pose of a body that one joint moves, in its frame without that joint."""
+    """Return the displacement of a body by one joint, in the body's frame."""
     kind, adr = int(model.jnt_type[joint]), int(model.jnt_qposadr[joint])
     axis, anchor = model.jnt_axis[joint], model.jnt_pos[joint]
     if kind == int(mujoco.mjtJoint.mjJNT_SLIDE):
         return pin.SE3(np.eye(3), axis * (qpos[adr] - model.qpos0[adr]))
     if kind == int(mujoco.mjtJoint.mjJNT_HINGE):
         rotation = pin.AngleAxis(float(qpos[adr] - model.qpos0[adr]), np.array(axis)).matrix()
-    else:  # a ball joint: free ones are only at the root of an entity
+    else:  # a ball joint; free joints are only at the root of an entity
         rotation = spatial.pose(np.zeros(3), qpos[adr : adr + 4]).rotation
     return pin.SE3(rotation, anchor - rotation @ anchor)
 
 
 def geom_pose(model: mujoco.MjModel, poses: Mapping[int, pin.SE3], geom: int) -> pin.SE3:
-    """Return the pose of a geom, given those of the bodies."""
+    """Return the pose of a geom, given the poses of bodies."""
     T_bg = spatial.pose(model.geom_pos[geom], model.geom_quat[geom])
     return poses[int(model.geom_bodyid[geom])] * T_bg
 
@@ -102,7 +102,7 @@ def centre_of_mass(cell: "Cell", name: str) -> np.ndarray:
     """Return the centre of mass of an entity without overrides, in its frame [m].
 
     Raises:
-        CellError: When there is no such entity.
+        CellError: If there is no such entity.
     """  # (3,)
     model = cell.nominal_model
     poses = body_poses(model, cell.body_id(name), cell.data.qpos)
@@ -118,10 +118,10 @@ def nearest_free(cell: "Cell", name: str, within: float) -> float:
     Args:
         cell: The cell.
         name: The entity.
-        within: Upper bound: larger distances are not measured [m].
+        within: Upper bound of the result [m].
 
     Raises:
-        CellError: When there is no such entity.
+        CellError: If there is no such entity.
     """
     mine = collision_geoms(cell, name)
     nearest = within

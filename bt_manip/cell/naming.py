@@ -13,24 +13,24 @@ def escaped_name(name: str) -> str:
     """Return the name that PyMJCF gives to an element of a model file.
 
     PyMJCF reserves ``/`` for the names of attached models. Models are read with
-    ``escape_separators=True``, which replaces it by a backslash. Every other part of bt-manip shows
-    and accepts the name in the file.
+    ``escape_separators=True``, which replaces it by a backslash. Everywhere else bt-manip shows and
+    accepts the name in the file.
     """
     return name.replace("\\", "\\\\").replace("/", "\\")
 
 
 def literal_name(name: str) -> str:
-    """Return the name in the model file of an element that PyMJCF or a compiled model names."""
+    """Return the name in the model file for a name in PyMJCF or a compiled model."""
     return name.replace("\\\\", "\0").replace("\\", "/").replace("\0", "\\")
 
 
 def short_name(full_name: str) -> str:
-    """Return the name in its own model file of an element of a compiled model."""
+    """Return the name in its own model file for the full name in a compiled model."""
     return literal_name(full_name.rpartition("/")[2])
 
 
 def unique_name(wanted: str, taken: Container[str | None]) -> str:
-    """Return ``wanted``, or the first of ``wanted_1``, ``wanted_2``, ... that is not taken."""
+    """Return ``wanted``, or the first free name of ``wanted_1``, ``wanted_2``, ..."""
     if wanted not in taken:
         return wanted
     number = 1
@@ -40,10 +40,10 @@ def unique_name(wanted: str, taken: Container[str | None]) -> str:
 
 
 def name_elements(model: mjcf.RootElement) -> None:
-    """Name the bodies, geoms, joints, sites and contact pairs that have no name.
+    """Name all unnamed bodies, geoms, joints, sites and contact pairs.
 
-    PyMJCF would number them at each compile, each by a search through the whole model: a third of
-    the compile for a robot with a hundred nameless geoms.
+    PyMJCF would number them at each compile, with a search through the whole model for each. This
+    takes a third of the compile for a robot with a hundred unnamed geoms.
     """
     for namespace in ("body", "geom", "joint", "site", "contact"):
         elements = model.find_all(namespace, exclude_attachments=True)
@@ -56,9 +56,9 @@ def name_elements(model: mjcf.RootElement) -> None:
 def body_name(full_name: str) -> str:
     """Shorten the name of a compiled body.
 
-    PyMJCF calls the root body of the entity ``cube`` ``cube/``; here it is ``cube``. A body inside
-    keeps its name: ``panda/link7``. A body that only repeats its entity's name
-    (``cube/cube``) is the entity. The name inside is that in the model file.
+    PyMJCF's name of the root body of entity ``cube``, ``cube/``, becomes ``cube``, and so does the
+    repeated name ``cube/cube``. Other bodies keep their names, as in the model file:
+    ``panda/link7``.
     """
     entity, slash, body = full_name.partition("/")
     if not slash or not body or body == entity:
@@ -75,7 +75,6 @@ class BodyNames:
     """Names ``entity/body`` of the bodies and geoms of a compiled model, by id."""
 
     def __init__(self, model: mujoco.MjModel):
-        """Read the names of a compiled model."""
         name = mujoco.mj_id2name
         kind = mujoco.mjtObj.mjOBJ_BODY
         bodies = [body_name(name(model, kind, i) or "") for i in range(model.nbody)]
@@ -83,7 +82,7 @@ class BodyNames:
         for body in bodies:
             if "/" in body:
                 inner[entity_of(body)] = inner.get(entity_of(body), 0) + 1
-        # An entity of a single body has its own name, whatever that body is called inside.
+        # The body of a single-body entity has the entity's name.
         self.of_body = [entity_of(b) if inner.get(entity_of(b)) == 1 else b for b in bodies]
         self.of_geom = [self.of_body[b] for b in model.geom_bodyid.tolist()]
         self._model = model
@@ -95,7 +94,7 @@ class BodyNames:
         return sorted({*self.of_body, *map(entity_of, self.of_body)})
 
     def body_ids(self, name: str) -> list[int]:
-        """Return the bodies of a body's or entity's name, root first.
+        """Return the ids of the bodies of a body's or entity's name, root first.
 
         Raises:
             KeyError: If there is none of that name.

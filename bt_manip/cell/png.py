@@ -1,4 +1,4 @@
-"""Writing images as PNG (ISO/IEC 15948)."""
+"""PNG images (ISO/IEC 15948)."""
 
 import struct
 import zlib
@@ -10,13 +10,13 @@ _SIGNATURE = b"\x89PNG\r\n\x1a\n"
 
 
 def png(pixels: np.ndarray) -> bytes:
-    """Return an image as PNG.
+    """Encode an image as PNG.
 
     Args:
         pixels: Red, green and blue from 0 to 255, the top row first.  # (height, width, 3)
 
     Raises:
-        ValueError: If shape or type differ.
+        ValueError: If the shape or type is another.
     """
     if pixels.ndim != 3 or pixels.shape[2] != 3 or pixels.dtype != np.uint8 or not pixels.size:
         raise ValueError(f"expected (height, width, 3) of uint8, got {pixels.shape} {pixels.dtype}")
@@ -37,7 +37,7 @@ def write_png(path: str | Path, pixels: np.ndarray) -> None:
 
 
 def _filtered(pixels: np.ndarray) -> bytes:
-    """Filter each row so that its sum of absolute values is least, which compresses best."""
+    """Filter each row so that its sum of absolute values is minimal, for compression."""
     height, width, _ = pixels.shape
     padded = np.zeros((height + 1, width + 1, 3), dtype=np.int16)
     padded[1:, 1:] = pixels

@@ -1,6 +1,6 @@
 """Predicates on objects: at rest, in a container, on a support.
 
-None of them holds in a state that is not finite.
+All predicates are false in a state that is not finite.
 """
 
 import math
@@ -15,11 +15,11 @@ from .naming import entity_of
 if TYPE_CHECKING:
     from .cell import Cell
 
-MAX_REST_SPEED = 5e-3  # [m/s] of an object that counts as at rest
-MAX_REST_TURNING = 0.2  # [rad/s] of such an object: a corner of a 50 mm cube at 9 mm/s
+MAX_REST_SPEED = 5e-3  # [m/s] maximum speed of an object at rest
+MAX_REST_TURNING = 0.2  # [rad/s] maximum angular speed: 9 mm/s at a corner of a 50 mm cube
 RIM = 5e-3  # [m] contacts less than this below a container's top are on its rim, not inside
-MIN_SLOPE = 0.05  # [-] least vertical part of the normal of a contact that supports from below
-MIN_SUPPORT = 0.25  # [-] least share of an object's weight that a support carries
+MIN_SLOPE = 0.05  # [-] minimum vertical component of the normal of a supporting contact
+MIN_SUPPORT = 0.25  # [-] minimum share of an object's weight carried by a support
 
 
 def at_rest(cell: "Cell", name: str) -> bool:
@@ -32,11 +32,11 @@ def at_rest(cell: "Cell", name: str) -> bool:
 
 
 def is_in(cell: "Cell", name: str, container: str) -> bool:
-    """Return whether an object rests inside a container.
+    """Return whether an object is at rest inside a container.
 
-    It is at rest, its centre is within the container's outline, and it rests on the inside of the
-    container, or on an object that does. It touches only the container and objects that move
-    freely: a gripped object is not in the container.
+    Its centre is within the container's outline, and it is supported by the inside of the container
+    or by an object inside. It touches only the container and freely moving objects, so a gripped
+    object is not in the container.
 
     Raises:
         CellError: If there is no such object or container.
@@ -45,9 +45,9 @@ def is_in(cell: "Cell", name: str, container: str) -> bool:
 
 
 def is_on(cell: "Cell", name: str, support: str) -> bool:
-    """Return whether an object rests on another one.
+    """Return whether an object is at rest on another one.
 
-    It is at rest, no robot touches it, and the support carries part of its weight from below.
+    No robot touches it, and the support carries part of its weight from below.
 
     Raises:
         CellError: If there is no such object or support.
@@ -56,7 +56,7 @@ def is_on(cell: "Cell", name: str, support: str) -> bool:
 
 
 def is_rest_velocity(velocity: np.ndarray) -> bool:
-    """Return whether an object of this velocity, linear and angular, is at rest."""  # (6,)
+    """Return whether a linear and angular velocity is that of an object at rest."""  # (6,)
     return not _why_moving(velocity)
 
 
@@ -108,7 +108,7 @@ def why_not_on(cell: "Cell", name: str, support: str) -> str:
 
 
 def _why_moving(velocity: np.ndarray) -> str:
-    """Return how fast an object of this velocity [m/s, rad/s] moves; empty if it is at rest."""
+    """Describe a velocity [m/s, rad/s] that is too fast for rest; empty for one at rest."""
     linear, angular = velocity[:3], velocity[3:]
     speed, turning = math.sqrt(linear.dot(linear)), math.sqrt(angular.dot(angular))
     if not speed <= MAX_REST_SPEED:
@@ -155,5 +155,5 @@ def _why_unsupported(cell: "Cell", name: str, container: str, seen: set[str]) ->
 
 
 def _is_loose(cell: "Cell", name: str) -> bool:
-    """Return whether an entity is an object that moves freely, rather than a robot or fixed."""
+    """Return whether an entity is a freely moving object, neither a robot nor fixed."""
     return cell.is_free(name) and not isinstance(cell.entities[name], MonitoredEntity)

@@ -20,17 +20,17 @@ Range = tuple[float, float]
 class Region:
     """Upright poses in a box, with a range of yaw.
 
-    Bounds are a lowest and a highest value. In Python, a region may consist of `squares`, by their
-    centres [m] (n, 2) and the length of their `side` [m]; positions are sampled from these, not
-    from the whole box. `middle` is the point of the entity that the bounds are for, x and y in its
-    frame [m].
+    Bounds are a minimum and a maximum. In Python, positions can be restricted to `squares`, given
+    by their centres [m] (n, 2) and the length of their `side` [m]. The bounds apply to the point
+    `middle` of the entity, x and y in its frame [m].
     """
 
     x: Annotated[Range, Key("Bounds in the world", "m", size=2)]
     y: Annotated[Range, Key("Bounds in the world", "m", size=2)]
     z: Annotated[Range, Key("Bounds in the world; not with `on`", "m", size=2, needed=False)]
     yaw: Annotated[
-        Range, Key("Bounds of the rotation about the vertical; by default any", "rad", size=2)
+        Range,
+        Key("Bounds of the rotation about the vertical; by default a full turn", "rad", size=2),
     ] = (-math.pi, math.pi)
     middle: tuple[float, float] = (0.0, 0.0)
     squares: tuple[tuple[float, float], ...] = ()
@@ -48,7 +48,7 @@ class Region:
                 raise CellError(f"a region's {name} goes from low to high, got {bounds}")
 
     def sample(self, rng: np.random.Generator) -> pin.SE3:
-        """Sample a pose; equal bounds take no random number."""
+        """Sample a pose; equal bounds use no random number."""
         x_range, y_range = self.x, self.y
         if self.squares:
             x, y = self.squares[int(rng.integers(len(self.squares)))]
@@ -65,11 +65,11 @@ class Region:
         return pose((x, y, z), (math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)))
 
     def covers(self, T_wo: pin.SE3, slack: float = 1e-3) -> bool:
-        """Tell whether an entity's middle is in the region, whatever its height.
+        """Return whether the point `middle` of an entity is in the region, at any height.
 
         Args:
             T_wo: Pose of the entity.
-            slack: Distance outside that is accepted [m].
+            slack: Accepted distance outside the region [m].
         """
         position = T_wo.act(np.array([*self.middle, 0.0]))
         if self.squares:

@@ -23,13 +23,24 @@ class NoOpenGLError(CellError):
 
 
 class FrameRenderer(mujoco.Renderer):
-    """Renders the cameras of a model, if wanted with a text over the image.
+    """Renders the cameras of a model, optionally with text in the image.
+
+    Args:
+        width: Width of the images, up to 1920 in bt-manip's arena [pixels].
+        height: Height of the images, up to 1200 in bt-manip's arena [pixels].
+        shadow_size: Edge length of the shadow map, 0 for no shadows and reflections [pixels]; None:
+            the model's.
+        samples: Samples per pixel, 0 for hard edges; None: the model's.
 
     Attributes:
         model: The compiled model.
+
+    Raises:
+        CellError: If the size is zero or too large.
+        NoOpenGLError: If no OpenGL backend works.
     """
 
-    _gl_context: Any = None  # of one that could not be opened
+    _gl_context: Any = None  # if it could not be opened
     _mjr_context: Any = None
 
     def __init__(
@@ -41,20 +52,6 @@ class FrameRenderer(mujoco.Renderer):
         shadow_size: int | None = None,
         samples: int | None = None,
     ) -> None:
-        """Open an OpenGL context.
-
-        Args:
-            model: The compiled model.
-            width: Of the images, up to 1920 in the project's own arena [pixels].
-            height: Of the images, up to 1200 there [pixels].
-            shadow_size: Edge length of the shadow map, 0 for no shadows and reflections [pixels];
-                None: the model's.
-            samples: Samples per pixel, 0 for hard edges; None: the model's.
-
-        Raises:
-            CellError: If the size is zero or too large.
-            NoOpenGLError: If no OpenGL backend works.
-        """
         most = (int(model.vis.global_.offwidth), int(model.vis.global_.offheight))
         if not (0 < width <= most[0] and 0 < height <= most[1]):
             raise CellError(
@@ -70,14 +67,14 @@ class FrameRenderer(mujoco.Renderer):
         quality = model.vis.quality
         kept = quality.shadowsize, quality.offsamples
         if shadow_size is not None:
-            quality.shadowsize = max(shadow_size, 16)  # a context needs some
+            quality.shadowsize = max(shadow_size, 16)  # the minimum of a context
         if samples is not None:
             quality.offsamples = samples
         try:
-            with warnings.catch_warnings():  # the error replaces those of GLFW
+            with warnings.catch_warnings():  # the error replaces GLFW's warnings
                 warnings.simplefilter("ignore")
                 super().__init__(model, height, width)
-        except Exception as error:  # each backend raises an error of its own
+        except Exception as error:  # each backend has its own type of error
             text = " ".join(str(error).split()) or type(error).__name__
             raise NoOpenGLError(
                 f"nothing can be drawn with MUJOCO_GL {backend} ({text}); without a display, "
@@ -89,12 +86,12 @@ class FrameRenderer(mujoco.Renderer):
         self._data = mujoco.MjData(model)
 
     def show(self, data: mujoco.MjData, camera: int) -> None:
-        """Set the scene to a state, which does not change, and a camera.
+        """Set the scene to a state and a camera.
 
         Args:
-            data: The state; poses of bodies are computed from the joint positions, since after a
-                step they are those of its start.
-            camera: Number of the camera, as of `camera_number`.
+            data: The state, which is not changed; poses of bodies are computed from the joint
+                positions, since after a step they are those of its start.
+            camera: Number of the camera, see `camera_number`.
         """
         mujoco.mj_copyData(self._data, self.model, data)
         mujoco.mj_fwdPosition(self.model, self._data)
@@ -108,8 +105,8 @@ class FrameRenderer(mujoco.Renderer):
 
         Args:
             data: The state, as for `show`.
-            camera: Number of the camera, as of `camera_number`.
-            text: Written at the top left.
+            camera: Number of the camera, see `camera_number`.
+            text: Text at the top left.
 
         Returns:
             Red, green and blue from 0 to 255, the top row first.  # (height, width, 3)
@@ -124,7 +121,7 @@ class FrameRenderer(mujoco.Renderer):
         return pixels
 
     def depth(self) -> np.ndarray:
-        """Return the distances along the camera's axis that the scene shows [m]."""
+        """Return the depth image of the scene: distances along the camera's axis [m]."""
         self.enable_depth_rendering()
         try:
             return self.render()
@@ -132,7 +129,7 @@ class FrameRenderer(mujoco.Renderer):
             self.disable_depth_rendering()
 
     def elements(self) -> np.ndarray:
-        """Return id and type of the element that each pixel of the scene shows."""
+        """Return id and type of the element shown by each pixel of the scene."""
         self.enable_segmentation_rendering()
         try:
             return self.render()  # (height, width, 2)
@@ -140,9 +137,9 @@ class FrameRenderer(mujoco.Renderer):
             self.disable_segmentation_rendering()
 
     def close(self) -> None:
-        """Free the context; the base class frees objects of the current context."""
+        """Free the context, made current first, as the base class requires."""
         if self._gl_context is not None:
-            with suppress(Exception):  # at the end of Python, or current in another thread
+            with suppress(Exception):  # at interpreter exit, or current in another thread
                 self._gl_context.make_current()
         super().close()
 
@@ -155,7 +152,7 @@ def camera_number(model: mujoco.MjModel, name: str) -> int:
         name: Full name of the camera in it.
 
     Raises:
-        CellError: If there is none; the message suggests the nearest names.
+        CellError: If there is no such camera; the nearest names are suggested.
     """
     names = [model.camera(i).name for i in range(model.ncam)]
     if name not in names:
@@ -171,8 +168,8 @@ def render(
     Args:
         cell: The cell.
         camera: Full name of a camera in it.
-        width: Of the picture, up to 1920 in the project's own arena [pixels].
-        height: Of the picture, up to 1200 there [pixels].
+        width: Width of the image, up to 1920 in bt-manip's arena [pixels].
+        height: Height of the image, up to 1200 in bt-manip's arena [pixels].
 
     Returns:
         Red, green and blue from 0 to 255, the top row first.  # (height, width, 3)

@@ -1,4 +1,4 @@
-"""Triangles of geoms with their 2D texture, mapped as MuJoCo's renderer maps it."""
+"""Triangles of geoms with their 2D texture, mapped as in MuJoCo's renderer."""
 
 import itertools
 from typing import NamedTuple
@@ -15,22 +15,22 @@ class TexturedMesh(NamedTuple):
     vertices: np.ndarray  # (n, 3) [m]
     normals: np.ndarray  # (n, 3)
     coordinates: np.ndarray
-    """Of the texture, which is repeated outside of 0 to 1; (0, 0) is its first pixel."""  # (n, 2)
+    """Texture coordinates; (0, 0) is the first pixel, and the texture repeats."""  # (n, 2)
     faces: np.ndarray  # (m, 3)
     pixels: np.ndarray
-    """Red, green and blue in rows from the top, with the colour of the material."""  # (h, w, 3)
+    """Red, green and blue, the top row first, with the material's colour."""  # (h, w, 3)
 
 
 def textured_mesh(
     model: mujoco.MjModel, geom: int, size: tuple[float, float, float], rgb: tuple[float, ...]
 ) -> TexturedMesh | None:
-    """Return a geom with its texture; None for all but boxes, planes, and meshes with coordinates.
+    """Return a box, plane, or mesh with texture coordinates; None for other geoms.
 
     Args:
         model: The compiled model.
         geom: The geom.
         size: Full lengths of a box [m].
-        rgb: Colour by which the texture is multiplied.
+        rgb: Factor on the colour of the texture.
     """
     material = int(model.geom_matid[geom])
     texture = texture_of(model, material)
@@ -54,14 +54,14 @@ def textured_mesh(
 
 
 def texture_of(model: mujoco.MjModel, material: int) -> int:
-    """Return the texture with the colours of a material; -1 where there is none."""
+    """Return the colour texture of a material; -1 without one."""
     if material < 0:
         return -1
     return int(model.mat_texid[material, mujoco.mjtTextureRole.mjTEXROLE_RGB])
 
 
 def pixels_of(model: mujoco.MjModel, texture: int) -> np.ndarray:
-    """Return the colours of a texture; those of a cube are one below the other."""  # (h, w, 3)
+    """Return the colours of a texture; sides of a cube are below each other."""  # (h, w, 3)
     channels = int(model.tex_nchannel[texture])
     height, width = int(model.tex_height[texture]), int(model.tex_width[texture])
     first = int(model.tex_adr[texture])
@@ -70,29 +70,29 @@ def pixels_of(model: mujoco.MjModel, texture: int) -> np.ndarray:
 
 
 def _box(half: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Return a box, the whole texture on each side."""
+    """Return a box with the whole texture on each side."""
     across, up = np.array((-1, 1, 1, -1)), np.array((-1, -1, 1, 1))
     sides = []
     for axis, side in itertools.product(range(3), (1, -1)):
         corners = np.full((4, 3), side)
         corners[:, [i for i in range(3) if i != axis]] = np.column_stack([across, up])
         quad = [(0, 1, 2), (0, 2, 3)]
-        if (side > 0) == (axis == 1):  # these two axes are a left-handed pair seen from outside
-            quad = [one[::-1] for one in quad]
+        if (side > 0) == (axis == 1):  # from outside, the two axes are left-handed
+            quad = [part[::-1] for part in quad]
         sides.append((corners, np.tile(side * np.eye(3)[axis], (4, 1)), quad))
-    corners, normals, quads = (np.array(one) for one in zip(*sides, strict=True))
+    corners, normals, quads = (np.array(part) for part in zip(*sides, strict=True))
     faces = (quads + 4 * np.arange(6)[:, None, None]).reshape(-1, 3)
     coordinates = np.tile(np.column_stack([across + 1, 1 - up]) / 2.0, (6, 1))
     return corners.reshape(-1, 3) * half, normals.reshape(-1, 3), coordinates, faces
 
 
 def _mesh(model: mujoco.MjModel, mesh: int) -> tuple[np.ndarray, ...]:
-    """Return a mesh; a vertex with several normals or coordinates is there once for each."""
+    """Return a mesh; a vertex is repeated for each of its normals and coordinates."""
     first, count = model.mesh_faceadr[mesh], model.mesh_facenum[mesh]
     corners = np.stack(
         [
-            one[first : first + count].ravel()
-            for one in (model.mesh_face, model.mesh_facenormal, model.mesh_facetexcoord)
+            part[first : first + count].ravel()
+            for part in (model.mesh_face, model.mesh_facenormal, model.mesh_facetexcoord)
         ],
         axis=1,
     )

@@ -1,4 +1,4 @@
-"""The visible geometry of a cell, for whoever draws, records or exports it."""
+"""The visible geometry of a cell, for viewers, recordings and exports."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal, NamedTuple, Protocol
@@ -10,25 +10,25 @@ from .naming import WORLD, entity_of, literal_name
 from .textured_mesh import TexturedMesh, pixels_of, texture_of, textured_mesh
 
 PLANE_SIZE = 10.0
-"""Edge length of the square that stands for an infinite plane [m]."""
+"""Edge length of the square that represents an infinite plane [m]."""
 
 PLANE_THICKNESS = 1e-4
-"""Thickness of the box that stands for a plane [m]."""
+"""Thickness of the box that represents a plane [m]."""
 
 VISIBLE_GROUPS = 3
 """Geoms of the groups below this number are visible, as in MuJoCo's viewers."""
 
 DEFAULT_COLOUR = (0.5, 0.5, 0.5, 1.0)
-"""MuJoCo's colour of a geom that has none: its material's colour is used instead."""
+"""MuJoCo's default colour, in place of which a geom has the colour of its material."""
 
 TEXTURE_SAMPLES = 5_000
-"""Number of pixels whose mean is the colour of a texture; all would take milliseconds."""
+"""Number of averaged pixels of a texture; all pixels would take milliseconds."""
 
 _Geom = mujoco.mjtGeom
 
 
 class Triangles(NamedTuple):
-    """A triangle mesh; a vertex at a sharp edge is there once for each side."""
+    """A triangle mesh; a vertex at a sharp edge is repeated for each side."""
 
     vertices: np.ndarray  # (n, 3) [m]
     faces: np.ndarray  # (m, 3)
@@ -37,24 +37,24 @@ class Triangles(NamedTuple):
 class VisualShape(NamedTuple):
     """A visible shape in the frame of its body.
 
-    A capsule is a cylinder and two ellipsoids, a plane is a thin box.
+    Capsules are cylinders with two ellipsoids, planes are thin boxes.
     """
 
     kind: Literal["box", "ellipsoid", "cylinder", "mesh"]
     position: np.ndarray  # (3,) [m]
     quat_wxyz: np.ndarray  # (4,)
     rgba: tuple[float, ...]
-    """Red, green, blue and opacity, from 0 to 1; a texture is its mean colour."""
+    """Red, green, blue and opacity, from 0 to 1; the mean colour of a texture."""
     size: tuple[float, float, float] = (1.0, 1.0, 1.0)
     """Full lengths along the axes of the shape [m]; the axis of a cylinder is z."""
     triangles: Triangles | None = None
-    """Of a mesh."""
+    """The triangles of a mesh."""
     textured: TexturedMesh | None = None
-    """The same surface with its texture, where it has one."""
+    """The same surface with its texture, if any."""
 
 
 class SceneCamera(NamedTuple):
-    """A camera of a cell; it looks along its -z axis, with y up, as in MuJoCo."""
+    """A camera of a cell; as in MuJoCo it looks along its -z axis, with y up."""
 
     name: str
     frame: str
@@ -68,15 +68,15 @@ class SceneCamera(NamedTuple):
 class SceneSource(Protocol):
     """Data of a cell for viewers, live (`CellScene`) or recorded (`RecordedScene`).
 
-    Entities have bodies, bodies have frames and shapes. Geometry changes seldom: whoever shows it
-    compares `entities` with what is shown, asks for the `shapes` of those that are new or look
-    different, and then reads `poses` as often as needed. After objects have come or gone, a live
-    cell is another source, with other frames; a recording is one source at all times.
+    Entities have bodies, bodies have frames and shapes. Geometry changes seldom: a viewer compares
+    `entities` with the displayed ones, reads the `shapes` of entities that are new or look
+    different, and then reads `poses` as often as needed. When objects are added or removed, a live
+    cell gets a new source with other frames; a recording has one source.
 
     Attributes:
         frames: Names of the frames of the bodies, in the order of `poses`; no name occurs twice.
         cameras: The cameras.
-        centre: Centre of the cell [m], to which a viewer without a camera `OVERVIEW` looks.  # (3,)
+        centre: Centre of the cell [m]; viewers without a camera `OVERVIEW` look at it.  # (3,)
         extent: Size of the cell [m].
     """
 
@@ -90,23 +90,29 @@ class SceneSource(Protocol):
     def extent(self) -> float: ...  # noqa: D102
 
     def entities(self) -> Mapping[str, Any]:
-        """Return the present entities by name, with a value for their appearance.
+        """Return the present entities by name, with a value that identifies their appearance.
 
-        The entity ``world`` has what belongs to no other.
+        The entity ``world`` has the bodies that belong to no other entity.
         """
 
     def shapes(self, entity: str) -> Mapping[str, Sequence[VisualShape]]:
-        """Return the visible shapes of a present entity, by the frame of their body."""
+        """Return the visible shapes of a present entity, by frame."""
 
     def poses(self) -> np.ndarray:
-        """Return position [m] and quaternion (wxyz) of the frames in the world.
+        """Return positions [m] and quaternions (wxyz) of the frames in the world.
 
-        Those of bodies that are not present mean nothing.
+        Values of absent bodies are undefined.
         """  # (n, 7)
 
 
 class CellScene:
-    """The scene of a compiled model and its present state, as a `SceneSource`."""
+    """The scene of a compiled model and its present state, as a `SceneSource`.
+
+    Args:
+        model: The compiled model.
+        data: Its data.
+        entities: The entities by name; an entity object identifies an appearance.
+    """
 
     def __init__(
         self,
@@ -114,13 +120,6 @@ class CellScene:
         data: mujoco.MjData,
         entities: Mapping[str, Any] | None = None,
     ) -> None:
-        """Read the names.
-
-        Args:
-            model: The compiled model.
-            data: Its data.
-            entities: The entities by name; another one of the same name looks different.
-        """
         self._model, self._data, self._known = model, data, dict(entities or {})
         self.frames = [_frame_name(model, i) for i in range(model.nbody)]
         names = [entity_of(name) for name in self.frames]
@@ -141,7 +140,7 @@ class CellScene:
         self.centre, self.extent = model.stat.center.copy(), float(model.stat.extent)
 
     def entities(self) -> dict[str, Any]:
-        """Return all entities, with the object of the cell and its colours."""
+        """Return all entities, each with its object and colours."""
         rgba, material = self._model.geom_rgba, self._model.geom_matid
         return {
             name: (self._known.get(name), rgba[ids].tobytes() + material[ids].tobytes())
@@ -149,7 +148,7 @@ class CellScene:
         }
 
     def shapes(self, entity: str) -> dict[str, list[VisualShape]]:
-        """Return the visible shapes of an entity, by the frame of their body."""
+        """Return the visible shapes of an entity, by frame."""
         found: dict[str, list[VisualShape]] = {}
         for geom in self._geoms[entity].tolist():
             frame = self.frames[self._model.geom_bodyid[geom]]
@@ -169,15 +168,15 @@ def _frame_name(model: mujoco.MjModel, body: int) -> str:
 
 
 def _shapes_of(model: mujoco.MjModel, geom: int) -> list[VisualShape]:
-    """Return the shapes of a geom: none for kinds that are not drawn (height fields)."""
+    """Return the shapes of a geom; none for height fields."""
     x, y, z = model.geom_size[geom].tolist()
     position, quat_wxyz = model.geom_pos[geom].copy(), model.geom_quat[geom].copy()
     rgba = _colour_of(model, geom)
     kind = _Geom(int(model.geom_type[geom]))
     if kind in (_Geom.mjGEOM_MESH, _Geom.mjGEOM_SDF):
         triangles = _triangles_of(model, int(model.geom_dataid[geom]))
-        one = VisualShape("mesh", position, quat_wxyz, rgba, triangles=triangles)
-        return [_with_texture(model, geom, one)]
+        mesh_shape = VisualShape("mesh", position, quat_wxyz, rgba, triangles=triangles)
+        return [_with_texture(model, geom, mesh_shape)]
     ball = 2 * x, 2 * x, 2 * x
     solids: dict[Any, tuple[Any, tuple[float, float, float]]] = {
         _Geom.mjGEOM_BOX: ("box", (2 * x, 2 * y, 2 * z)),
@@ -204,7 +203,7 @@ def _shapes_of(model: mujoco.MjModel, geom: int) -> list[VisualShape]:
 def _triangles_of(model: mujoco.MjModel, mesh: int) -> Triangles:
     first, count = model.mesh_faceadr[mesh], model.mesh_facenum[mesh]
     corners = slice(first, first + count)
-    # A vertex with several normals is at a sharp edge: it becomes several vertices.
+    # Vertices with several normals, at sharp edges, are repeated.
     faces, normals = model.mesh_face[corners], model.mesh_facenormal[corners]
     base = int(normals.max(initial=0)) + 1
     pairs = faces.ravel().astype(np.int64) * base + normals.ravel()  # numbers sort faster
@@ -226,7 +225,7 @@ def _with_texture(model: mujoco.MjModel, geom: int, shape: VisualShape) -> Visua
 
 
 def _colour_of(model: mujoco.MjModel, geom: int) -> tuple[float, ...]:
-    """Return the colour of a geom, without that of its texture."""
+    """Return the colour of a geom without its texture."""
     colour = tuple(model.geom_rgba[geom].tolist())
     material = int(model.geom_matid[geom])
     if material >= 0 and colour == DEFAULT_COLOUR:

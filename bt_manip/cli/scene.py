@@ -107,14 +107,14 @@ def _lines(found: "Scene", station: "Station") -> Iterator[str]:
         extra = [part for part in (robot.controller, robot.planner) if part]
         with_parts = f", {', '.join(extra)}" if extra else ""
         yield f"  {name}: {what}{with_parts}, {_place(station.cell, name)}"
-    if found.fixtures:
+    if found.objects:
         yield "objects:"
-    for fixture in found.fixtures:
-        entity = station.cell.entities[fixture.name]
-        placed = _place(station.cell, fixture.name)
-        on = f", on '{fixture.on}'" if fixture.on else ""
-        drawn = ", place drawn from the seed" if fixture.region else ""
-        yield f"  {fixture.name}: {fixture.model}{_facts(entity)}, {placed}{on}{drawn}"
+    for scene_object in found.objects:
+        entity = station.cell.entities[scene_object.name]
+        placed = _place(station.cell, scene_object.name)
+        on = f", on '{scene_object.on}'" if scene_object.on else ""
+        drawn = ", place drawn from the seed" if scene_object.region else ""
+        yield f"  {scene_object.name}: {scene_object.model}{_facts(entity)}, {placed}{on}{drawn}"
     if found.randomization:
         yield "varies from cycle to cycle, in the first one:"
         yield from _varied(found, station)

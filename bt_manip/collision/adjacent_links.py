@@ -1,4 +1,4 @@
-"""Pairs of geoms on adjacent links that never collide, whatever the angle of the joint between."""
+"""Pairs of geoms on adjacent links that never collide at any angle of the joint between them."""
 
 from collections import deque
 from collections.abc import Mapping
@@ -11,13 +11,13 @@ from bt_manip.cell import body_poses, geom_pose
 
 from .collision_model import pair_margins
 
-QUERY_ERROR = 2e-5  # [m] of distance queries
-MAX_JOINT_INTERVALS = 8000  # of a joint's range
-_QUERY_RANGE = 1.0  # [m] up to which distances are measured
+QUERY_ERROR = 2e-5  # [m] error of distance queries
+MAX_JOINT_INTERVALS = 8000  # maximum number of intervals of a joint's range
+_QUERY_RANGE = 1.0  # [m] largest measured distance
 _MESH = int(mujoco.mjtGeom.mjGEOM_MESH)
 _BOX_CORNERS = np.array(np.meshgrid(*[[-1.0, 1.0]] * 3)).reshape(3, -1).T
 
-_results: dict[bytes, bool] = {}  # by all that a result depends on: robots are compiled many times
+_results: dict[bytes, bool] = {}  # by `_AdjacentPair.key`: robots are compiled many times
 
 
 def never_colliding_pairs(
@@ -26,8 +26,8 @@ def never_colliding_pairs(
     """Return the mask of geom pairs on adjacent links that never collide.
 
     The distance of such a pair depends on one joint angle. From an angle with a known distance, the
-    joint may turn by that distance over the largest lever of a point of the outer geom before the
-    two can touch. The range is bisected until these turns cover every interval from its ends.
+    joint can rotate by this distance over the largest lever of a point of the outer geom before the
+    geoms can touch. The range is bisected until these rotations cover all intervals.
 
     Args:
         model: The compiled model.
@@ -42,7 +42,7 @@ def never_colliding_pairs(
     adjacent = pairs & rigid & rigid[:, np.newaxis] & (link[:, np.newaxis] + 1 == link)
     data, least = mujoco.MjData(model), pair_margins(model) + QUERY_ERROR
     found = np.zeros_like(pairs)
-    # In the frame of the robot's root: the same bits wherever the robot is.
+    # In the frame of the robot's root, so that results do not depend on the robot's pose.
     poses = body_poses(model, int(model.body_rootid[body[0]]), model.qpos0)
     for inner, outer in np.argwhere(adjacent).tolist():
         pair = _AdjacentPair(
@@ -79,7 +79,7 @@ class _AdjacentPair:
         self._anchor = T_body.act(np.array(model.jnt_pos[joint]))
 
     def key(self) -> bytes:
-        """Return all that the result depends on."""
+        """Return all inputs of the result, as a key."""
         model = self._model
         poses = [T.homogeneous for T in (self._T_inner, self._T_outer)]
         numbers = np.array([self._q0, *self._range, self._least])
@@ -89,7 +89,7 @@ class _AdjacentPair:
         return b"".join(part.tobytes() for part in parts)
 
     def never_collides(self) -> bool:
-        """Tell whether the two keep apart in the whole range of the joint."""
+        """Return whether the geoms do not touch in the whole range of the joint."""
         lever = self._lever()
         _place(self._data, self._geoms[0], self._T_inner)
         ends = [(angle, self._clearance(angle)) for angle in self._range]
@@ -107,7 +107,7 @@ class _AdjacentPair:
         return False
 
     def _clearance(self, angle: float) -> float:
-        """Return the distance at a joint angle [rad] minus the least allowed one [m]."""
+        """Return the distance at a joint angle [rad] minus the required one [m]."""
         rotation = pin.AngleAxis(angle - self._q0, self._axis).matrix()
         turned = pin.SE3(rotation, self._anchor - rotation @ self._anchor) * self._T_outer
         _place(self._data, self._geoms[1], turned)

@@ -1,4 +1,4 @@
-"""Collision detection by MuJoCo in a scratch copy of the compiled model."""
+"""Collision detection with MuJoCo in a scratch copy of the compiled model."""
 
 import copy
 from typing import NamedTuple
@@ -16,8 +16,8 @@ class GeomContacts(NamedTuple):
     Attributes:
         first: Geom ids.  # (n,)
         second: Geom ids.  # (n,)
-        distance: Distances from where the physics starts to push, which is the model's margin;
-            negative in penetration [m].  # (n,)
+        distance: Distances less the model's margin, at which the physics starts to push; negative
+            in penetration [m].  # (n,)
     """
 
     first: np.ndarray
@@ -28,21 +28,18 @@ class GeomContacts(NamedTuple):
 class CollisionModel:
     """A scratch copy of the compiled model for collision detection at any configuration.
 
-    What is a contact for the physics is one here, for every kind of geom.
+    Contacts are those of the physics, for all kinds of geoms.
+
+    Args:
+        source: The model of the simulation.
 
     Attributes:
         model: The copy, with larger margins.
-        data: Its data: write `qpos`, then call `collide`.
+        data: Its data; write `qpos`, then call `collide`.
         padding: Distance up to which contacts are detected [m].
     """
 
     def __init__(self, source: mujoco.MjModel, padding: float) -> None:
-        """Copy a compiled model.
-
-        Args:
-            source: The model of the simulation.
-            padding: Distance up to which contacts are detected, beyond the model's margins [m].
-        """
         self._source, self.padding = source, padding
         self.model = copy.copy(source)
         self.model.pair_margin[:] += padding
@@ -50,11 +47,11 @@ class CollisionModel:
         self.inflate(np.zeros(source.nbody, dtype=bool), 0.0)
 
     def restrict_to(self, pairs: np.ndarray) -> None:
-        """Detect contacts of some pairs of geoms only, and of the model's explicit pairs.
+        """Detect contacts of given pairs of geoms only, and of the model's explicit pairs.
 
-        MuJoCo tests two geoms when the contype of one and the conaffinity of the other share a bit.
-        Each set of geoms with the same partners gets a bit of its own. Where there are more such
-        sets than bits, more pairs than these are tested: the caller filters the contacts.
+        MuJoCo tests two geoms if the contype of one and the conaffinity of the other share a bit.
+        Each set of geoms with the same partners gets its own bit. If there are more sets than bits,
+        additional pairs are tested, and the caller filters the contacts.
 
         Args:
             pairs: Symmetric mask.  # (ngeom, ngeom)
@@ -76,14 +73,14 @@ class CollisionModel:
         np.bitwise_or.at(model.body_conaffinity, model.geom_bodyid, model.geom_conaffinity)
 
     def inflate(self, bodies: np.ndarray, by: float) -> None:
-        """Add a margin around some bodies, and none around the others.
+        """Set a margin around given bodies, and none around others.
 
         Args:
             bodies: Mask.  # (nbody,)
             by: Margin [m].
         """
         own, source = self.model, self._source
-        half = 0.5 * self.padding  # MuJoCo adds the margins of both sides
+        half = 0.5 * self.padding  # MuJoCo adds the margins of both geoms
         own.geom_margin[:] = source.geom_margin + half + by * bodies[source.geom_bodyid]
         own.body_margin[:] = source.body_margin + half + by * bodies
 
@@ -105,7 +102,7 @@ class CollisionModel:
 
     @property
     def contacts(self) -> GeomContacts:
-        """The contacts that `collide` detected."""
+        """The contacts detected by `collide`."""
         contact = self.data.contact
         geoms = contact.geom.copy()
         distance = contact.dist - contact.includemargin + self.padding
@@ -130,7 +127,7 @@ def collidable_pairs(model: mujoco.MjModel) -> np.ndarray:
     bodies[first, second] = bodies[second, first] = False
     of_geom = model.geom_bodyid
     pairs = (bits | bits.T) & bodies[of_geom[:, np.newaxis], of_geom]
-    first, second = model.pair_geom1, model.pair_geom2  # tested in any case
+    first, second = model.pair_geom1, model.pair_geom2  # always tested
     pairs[first, second] = pairs[second, first] = True
     return pairs
 

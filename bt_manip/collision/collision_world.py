@@ -1,4 +1,4 @@
-"""Collision checking of an arm among everything in its cell."""
+"""Collision checking of an arm in its cell."""
 
 from typing import NamedTuple
 
@@ -16,7 +16,7 @@ from .motion_bounds import link_of_body
 from .robot_geometry import OtherRobot, RobotGeometry
 
 PADDING = 8e-3  # [m] distance up to which contacts are detected
-FAR = 1e3  # [m] by which objects that are left out are lifted
+FAR = 1e3  # [m] displacement of ignored objects
 
 
 class CollisionPair(NamedTuple):
@@ -30,26 +30,23 @@ class CollisionPair(NamedTuple):
 class CollisionWorld:
     """Checks configurations of an arm, its gripper and its held object for collisions.
 
-    MuJoCo detects the contacts, in a scratch copy of the compiled model. Everything that the arm
-    does not move stands where it stood at the last `refresh`. The held object moves with the tool
-    and may touch the gripper.
+    MuJoCo detects the contacts in a scratch copy of the compiled model. Bodies that the arm does
+    not move are at their poses of the last `refresh`. The held object moves with the tool and may
+    touch the gripper.
+
+    Args:
+        model: The robot's kinematic model.
 
     Attributes:
         robot: The robot.
         joints: Full names of the arm's joints.
         checked_pairs: Mask of the geom pairs that must not touch.  # (ngeom, ngeom)
         self_pairs: Mask of the geom pairs within the arm.  # (ngeom, ngeom)
-        other_robots: Obstacles at their final configurations, inflated by the clearance that robots
-            keep from each other.
+        other_robots: Obstacles at their final configurations, inflated by the clearance between
+            robots.
     """
 
     def __init__(self, robot: Robot, model: RobotModel) -> None:
-        """Check a robot in the cell that it is compiled into.
-
-        Args:
-            robot: The robot.
-            model: Its kinematic model.
-        """
         self.robot = robot
         self.joints = tuple(model.model.names)[1:]
         self._geometry = RobotGeometry(robot, model)
@@ -62,9 +59,9 @@ class CollisionWorld:
         """Update the compiled model, the state of the cell and the held object.
 
         Args:
-            fixed_only: Whether free objects are left out, all other joints are where the model was
-                compiled, other robots at home, and the grippers open and empty: nothing depends on
-                the present state.
+            fixed_only: Whether to use a state that does not depend on the present one: without free
+                objects, all other joints as compiled, other robots at home, grippers open and
+                empty.
         """
         robot, geometry = self.robot, self._geometry
         geometry.refresh(empty=fixed_only)
@@ -99,10 +96,10 @@ class CollisionWorld:
 
         Args:
             q: Configuration of the arm [rad].  # (nq,)
-            within: Distance below which bodies count [m], at most `PADDING`.
+            within: Distance up to which pairs are returned [m], at most `PADDING`.
 
         Raises:
-            MotionError: When `within` is larger: contacts are not detected beyond `PADDING`.
+            MotionError: If `within` is larger than `PADDING`.
         """
         check_number(within, "within", "m", at_most=PADDING)
         found: dict[tuple[str, str], float] = {}
@@ -125,20 +122,16 @@ class CollisionWorld:
 
     @property
     def contacts(self) -> GeomContacts:
-        """The contacts that `collide` detected last."""
+        """The contacts of the last `collide`."""
         return self._scratch.contacts
 
     def known_free(self, path: np.ndarray, clearance: np.ndarray) -> np.ndarray:
-        """Tell which configurations of a path are free, by conservative advancement.
+        """Return which configurations of a path are certainly free, see `ConservativeAdvancement`.
 
         Args:
             path: Configurations [rad].  # (n, nq)
-            clearance: Required distance of each pair of geoms [m], -inf for none.
-                # (ngeom, ngeom)
-
-        Returns:
-            True where the configuration is free, False where it is unknown.  # (n,)
-        """
+            clearance: Required distance of each pair of geoms [m].  # (ngeom, ngeom)
+        """  # (n,) bool
         return self._advancement.known_free(path, clearance)
 
     def present_contacts(self) -> list[tuple[str, str]]:
@@ -150,7 +143,7 @@ class CollisionWorld:
 
     @property
     def held(self) -> str | None:
-        """Name of the object that was held at the last `refresh`; None without one."""
+        """Name of the object held at the last `refresh`, or None."""
         return self._geometry.held or None
 
     def other_robot(self, body: str) -> str:
@@ -162,7 +155,7 @@ class CollisionWorld:
         return ""
 
     def _place_other_robots(self, *, at_home: bool) -> None:
-        """Place the other robots at their final configurations, or at home, and inflate them."""
+        """Place and inflate the other robots at their final configurations, or at home."""
         bodies = np.zeros(self._scratch.model.nbody, dtype=bool)
         for other in self.other_robots:
             other.geometry.refresh(empty=at_home)
@@ -177,7 +170,7 @@ class CollisionWorld:
         geometry, of_geom = self._geometry, model.geom_bodyid
         moving, own = geometry.bodies[of_geom], geometry.arm[of_geom]
         self._moving = moving
-        # The gripper may touch the held object, and itself when it has closed on nothing.
+        # The gripper may touch the held object, and itself after closing on nothing.
         gripping = geometry.gripping[of_geom]
         allowed = gripping[:, np.newaxis] & gripping
         self.checked_pairs = (moving[:, np.newaxis] | moving) & ~allowed & self._collidable
@@ -192,7 +185,7 @@ class CollisionWorld:
         self._advancement.select(self.checked_pairs, link)
 
     def _body_names(self, first: int, second: int) -> tuple[str, str]:
-        """Return the names of two geoms' bodies, that of the arm first."""
+        """Return the names of two geoms' bodies, the arm's body first."""
         label = self._labels.of_geom
         if not self._moving[first]:
             first, second = second, first

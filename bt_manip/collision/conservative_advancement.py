@@ -1,4 +1,4 @@
-"""Conservative advancement: configurations that are free because nothing is near enough."""
+"""Conservative advancement: skipping collision checks with large enough distances."""
 
 from typing import NamedTuple
 
@@ -9,26 +9,32 @@ from .collision_model import CollisionModel, pair_margins
 from .motion_bounds import MotionBounds, norms
 from .robot_geometry import RobotGeometry
 
-WINDOWS = (48, 12)  # configurations per distance query; the latter where the first is not enough
-CONTACT_ERROR = 4e-4  # [m] by which contacts at corners are nearer than distance queries tell
+WINDOWS = (48, 12)  # configurations per distance query; the second if the first is inconclusive
+CONTACT_ERROR = 4e-4  # [m] by which contacts at corners may be nearer than the distance query
 BOX_FACTOR = float(np.sqrt(3.0))
-"""Largest ratio of the distance of two boxes, corner to corner, to that of MuJoCo's contact, which
-is the gap along an axis of one of them."""
+"""Largest ratio of the distance of two boxes, corner to corner, to the distance of MuJoCo's
+contact, the gap along an axis of one of the boxes."""
 _GEOM = mujoco.mjtGeom
 _PLANE, _BOX = int(_GEOM.mjGEOM_PLANE), int(_GEOM.mjGEOM_BOX)
 _FIELDS = [int(_GEOM.mjGEOM_HFIELD), int(_GEOM.mjGEOM_SDF)]  # no distance queries for these
 
 
 class ConservativeAdvancement:
-    """Measures distances at some configurations of a path to skip the checks of those around.
+    """Measures distances at some configurations of a path to skip the checks of their neighbours.
 
-    At a measured configuration each pair of geoms has a distance. At another configuration it is
-    smaller by at most the displacement of one geom relative to the other (`MotionBounds`). While
-    the remainder exceeds the required clearance, there is no contact (Mirtich 1996; Schwarzer,
-    Saha and Latombe 2005).
+    At another configuration, the distance of a pair of geoms is smaller than the measured one by at
+    most the displacement of one geom relative to the other (`MotionBounds`). While the remainder
+    exceeds the required clearance, there is no contact (Mirtich 1996; Schwarzer, Saha and Latombe
+    2005).
 
-    Most pairs are far enough apart by their bounding spheres, most others by their bounding boxes;
-    MuJoCo measures the rest. All is unknown for arms that are not a chain of hinges.
+    Most pairs are excluded by their bounding spheres, most others by their bounding boxes; MuJoCo
+    measures the rest. For arms that are not a chain of hinges, all configurations are unknown.
+
+    Args:
+        source: The model of the simulation.
+        scratch: The model whose collision detection is skipped; its data are changed.
+        geometry: The robot.
+        joints: Ids of the arm's joints, from the base on.  # (nq,)
     """
 
     def __init__(
@@ -38,14 +44,6 @@ class ConservativeAdvancement:
         geometry: RobotGeometry,
         joints: np.ndarray,
     ) -> None:
-        """Prepare for a compiled model.
-
-        Args:
-            source: The model of the simulation.
-            scratch: The model whose collision detection is skipped; its data are changed.
-            geometry: The robot.
-            joints: Ids of the arm's joints, from the base on.  # (nq,)
-        """
         self._source, self._scratch = source, scratch
         self._geometry, self._joints = geometry, joints
         self._enabled = False
@@ -55,7 +53,7 @@ class ConservativeAdvancement:
 
         Args:
             pairs: Mask of the pairs that are checked for collisions.  # (ngeom, ngeom)
-            link: Link of each geom; None where the arm is not a chain of hinges.  # (ngeom,)
+            link: Link of each geom; None if the arm is not a chain of hinges.  # (ngeom,)
         """
         model = self._source
         field = np.isin(model.geom_type, _FIELDS)
@@ -72,7 +70,7 @@ class ConservativeAdvancement:
         kind = model.geom_type[self._pairs]
         self._factor = np.where((kind == _BOX).all(axis=0), BOX_FACTOR, 1.0)
         self._geoms, index = np.unique(self._pairs, return_inverse=True)
-        self._index = index.reshape(2, -1)  # of the pairs in _geoms
+        self._index = index.reshape(2, -1)  # indices of the pairs in _geoms
         self._flat_index = np.ravel_multi_index(tuple(self._index), 2 * self._geoms.shape)
         self._radii = model.geom_rbound[self._pairs].sum(axis=0)
         is_plane = kind == _PLANE
@@ -81,12 +79,12 @@ class ConservativeAdvancement:
         self._plane_side = is_plane[1, self._planes].astype(int)
 
     def refresh(self) -> None:
-        """Forget bounds and margins: gripper, held object and inflation may have changed."""
+        """Discard bounds and margins: gripper, held object and inflation may have changed."""
         self._bounds: MotionBounds | None = None
         self._margins: np.ndarray | None = None
 
     def known_free(self, path: np.ndarray, clearance: np.ndarray) -> np.ndarray:
-        """Tell which configurations of a path are free.
+        """Return which configurations of a path are certainly free.
 
         Args:
             path: Configurations [rad].  # (n, nq)
@@ -94,7 +92,7 @@ class ConservativeAdvancement:
                 # (ngeom, ngeom)
 
         Returns:
-            True where the configuration is free, False where it is unknown.  # (n,)
+            True for free configurations, False for unknown ones.  # (n,)
         """
         n, nq = path.shape
         if not self._enabled or n <= WINDOWS[-1]:
@@ -119,14 +117,14 @@ class ConservativeAdvancement:
     def _check_windows(
         self, windows: np.ndarray, least: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Measure distances at the middles of windows.
+        """Measure distances at the centres of windows.
 
         Args:
             windows: Configurations [rad].  # (m, size, nq)
             least: Required distance of each pair [m].  # (npair,)
 
         Returns:
-            Whether a window is free, and whether its middle is known not to be.  # (m,), (m,)
+            Whether a window is free, and whether its centre is in collision.  # (m,), (m,)
         """
         middles = windows[:, windows.shape[1] // 2]
         dq = windows - middles[:, np.newaxis]
@@ -147,7 +145,7 @@ class ConservativeAdvancement:
         return self._measure(np.array(positions), np.array(matrices), least, needed)
 
     def _motion_bounds(self) -> MotionBounds:
-        """Return the bounds of the displacements, of spheres that enclose the links at home."""
+        """Return the bounds of displacements of the links."""
         if self._bounds is None:
             geometry, scratch = self._geometry, self._scratch
             geometry.write(scratch.data.qpos, np.array(geometry.robot.description.home))
@@ -158,13 +156,13 @@ class ConservativeAdvancement:
     def _measure(
         self, positions: np.ndarray, matrices: np.ndarray, least: np.ndarray, needed: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Tell where all pairs have the distance needed, and where one has less than the least.
+        """Return where all pairs have the needed distance, and where one is below the required one.
 
         Args:
             positions: Positions of the geoms [m].  # (m, ngeom, 3)
             matrices: Rotation matrices of the geoms.  # (m, ngeom, 9)
             least: Required distance of each pair [m].  # (npair,)
-            needed: The same plus the displacement in the window [m].  # (m, npair)
+            needed: Required distance plus the displacement in the window [m].  # (m, npair)
         """
         free, blocked = np.ones(len(needed), dtype=bool), np.zeros(len(needed), dtype=bool)
         rows, columns = np.nonzero(self._close_by_spheres(positions, matrices, needed))
@@ -192,7 +190,7 @@ class ConservativeAdvancement:
     ) -> np.ndarray:
         """Return the mask of pairs whose bounding spheres are closer than needed.
 
-        For planes, the distance from the sphere to the plane counts.
+        For planes, the distance is from the sphere to the plane.
         """  # (m, npair)
         reach = np.maximum(needed + self._radii, 0.0)
         square = np.einsum("mgi,mgi->mg", positions, positions)
@@ -253,10 +251,10 @@ class Boxes(NamedTuple):
 
 
 def box_distance(first: Boxes, second: Boxes, needed: np.ndarray) -> np.ndarray:
-    """Return a lower bound of the distance of oriented boxes [m], negative where they may overlap.
+    """Return a lower bound of the distance of oriented boxes [m], negative if they may overlap.
 
-    The larger of the gap along the face normals of both boxes (separating axes without the cross
-    products of edges), and the distance between one box and the bounding sphere of the other.
+    It is the larger of the gap along the face normals of both boxes (separating axes without cross
+    products of edges) and the distance between one box and the bounding sphere of the other.
 
     Args:
         first: n boxes.

@@ -1,4 +1,4 @@
-"""The distance between two robots, at configurations and along motions."""
+"""Distance between two robots, at configurations and along motions."""
 
 import mujoco
 import numpy as np
@@ -6,7 +6,7 @@ import numpy as np
 from .collision_model import CollisionModel
 from .robot_geometry import RobotGeometry
 
-INTER_ROBOT_CLEARANCE = 10e-3  # [m] that robots keep: the tracking errors of both, and a reserve
+INTER_ROBOT_CLEARANCE = 10e-3  # [m] between robots: the tracking errors of both, and a reserve
 INTER_ROBOT_STEP = 2e-3  # [s] between the samples of two motions
 MAX_DISTANCE = 70e-3
 """Distance beyond which only every `_STRIDE`-th sample is checked [m].
@@ -17,17 +17,16 @@ _STRIDE = 10  # samples
 
 
 class InterRobotDistance:
-    """Measures the distance between two robots, with the objects that they hold."""
+    """Measures the distance between two robots of one cell, including their held objects."""
 
     def __init__(self, first: RobotGeometry, second: RobotGeometry) -> None:
-        """Measure between two robots of the same cell."""
         self._robots = first, second
         self._source: mujoco.MjModel | None = None
         self._bodies: tuple[np.ndarray, ...] = ()
         self.refresh()
 
     def refresh(self) -> None:
-        """Update the state of the cell and the objects that both robots hold."""
+        """Update the state of the cell and the held objects of both robots."""
         robot = self._robots[0].robot
         for geometry in self._robots:
             geometry.refresh()
@@ -60,12 +59,12 @@ class InterRobotDistance:
         return float(distance[self._between[first, second]].min(initial=MAX_DISTANCE))
 
     def too_close(self, first: np.ndarray, second: np.ndarray, clearance: float) -> bool:
-        """Tell whether two motions come closer to each other than a clearance.
+        """Return whether the robots come closer than a clearance during two motions.
 
         Args:
             first: Configurations of the first robot, every `INTER_ROBOT_STEP` [rad].  # (n, nq)
             second: Configurations of the second robot at the same times [rad].  # (n, nq)
-            clearance: Least distance [m].
+            clearance: Required distance [m].
         """
         n = len(first)
         for middle in range(0, n + _STRIDE - 1, _STRIDE):

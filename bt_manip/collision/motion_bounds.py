@@ -9,14 +9,14 @@ _HINGE = int(mujoco.mjtJoint.mjJNT_HINGE)
 
 
 def link_of_body(model: mujoco.MjModel, joints: np.ndarray) -> np.ndarray | None:
-    """Return the link of an arm that each body belongs to: the number of joints that move it.
+    """Return the link of each body: the number of the arm's joints that move it.
 
     Args:
         model: The compiled model.
         joints: Ids of the arm's joints, from the base on.  # (nq,)
 
     Returns:
-        0 for bodies that no joint moves; None where the joints are not a chain of hinges.
+        0 for bodies that no joint moves; None if the joints are not a chain of hinges.
         # (nbody,)
     """
     link = np.zeros(model.nbody, dtype=int)
@@ -30,16 +30,22 @@ def link_of_body(model: mujoco.MjModel, joints: np.ndarray) -> np.ndarray | None
 
 
 Frames = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
-"""Joint axes and anchors, body positions and orientations of an arm at a configuration."""
+"""Joint axes and anchors, and positions and orientations of bodies, at configurations."""
 
 
 class MotionBounds:
-    """Bounds the displacement of every point of an arm whose links are enclosed in spheres.
+    """Bounds the displacement of all points of an arm, with links enclosed in spheres.
 
-    Let the joints move by dq along a straight segment. A point x is displaced by at most the norm
-    of its first-order displacement J dq, plus half of the largest second derivative along the
+    If the joints move by dq along a straight segment, the displacement of a point x is at most the
+    norm of its first-order displacement J dq, plus half of the largest second derivative along the
     segment: the sum of |axis_j x (axis_k x (x - p_k))| |dq_j| |dq_k|, with k the joint nearer to
     the tip. The distance of x from p_k is at most that along the links.
+
+    Args:
+        model: The compiled model.
+        data: Kinematics at any configuration.
+        joints: Ids of the arm's joints, from the base on.  # (nq,)
+        link_of_geom: Link of each geom to enclose; 0 for all others.  # (ngeom,)
     """
 
     def __init__(
@@ -49,14 +55,6 @@ class MotionBounds:
         joints: np.ndarray,
         link_of_geom: np.ndarray,
     ) -> None:
-        """Enclose the links in spheres.
-
-        Args:
-            model: The compiled model.
-            data: Kinematics at any configuration.
-            joints: Ids of the arm's joints, from the base on.  # (nq,)
-            link_of_geom: Link of each geom to enclose; 0 for all others.  # (ngeom,)
-        """
         self._joints, nq = joints, len(joints)
         self._bodies = model.jnt_bodyid[joints]
         anchors = data.xanchor[joints]
@@ -90,7 +88,7 @@ class MotionBounds:
         """Return an upper bound of the displacement of each link's points in the world [m].
 
         Args:
-            frames: `frames` of the m configurations that the motions start from.
+            frames: `frames` of the m start configurations.
             dq: Joint displacements, w for each configuration [rad].  # (m, w, nq)
         """  # (m, w, nq)
         m, w, nq = dq.shape
@@ -108,7 +106,7 @@ class MotionBounds:
         return norms(translation) + self._radii * norms(rotation) + products @ self._second
 
     def relative_displacement(self, dq: np.ndarray) -> np.ndarray:
-        """Return an upper bound of the displacement of each link's points in each link before [m].
+        """Return an upper bound of each link's displacement relative to each previous link [m].
 
         Each joint between the two links displaces a point by at most its angle times the largest
         distance of the point from its axis.

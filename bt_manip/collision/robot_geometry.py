@@ -14,29 +14,25 @@ if TYPE_CHECKING:
 
 
 class RobotGeometry:
-    """Places the bodies of a robot, and of the object that it holds, at a configuration.
+    """Places the bodies of a robot and its held object at a configuration.
 
-    This is the only place where collision checking meets the gripper: its contact bodies, the
-    object that it holds, and how it opens. An empty gripper may open at any time and counts as open
-    for other robots.
+    Only this class knows the gripper's contact bodies, held object and opening in collision checks.
+    An empty gripper may open at any time, so it counts as open for other robots.
+
+    Args:
+        model: The robot's kinematic model, which is copied.
 
     Attributes:
         robot: The robot.
         arm: Mask of the bodies that the arm moves.  # (nbody,)
         held_root: Root body of the held object; 0 without one.
-        gripping: Mask of the gripper's contact bodies and the held object, which may touch each
+        gripping: Mask of the gripper's contact bodies and the held object; these may touch each
             other.  # (nbody,)
-        bodies: Mask of the arm's bodies and those of the held object; a new array whenever it
-            changes.  # (nbody,)
+        bodies: Mask of the bodies of the arm and the held object; each change creates a new
+            array.  # (nbody,)
     """
 
     def __init__(self, robot: Robot, model: RobotModel) -> None:
-        """Read the present state of a robot.
-
-        Args:
-            robot: The robot, compiled into a cell.
-            model: Its kinematic model, which is copied.
-        """
         self.robot = robot
         self._kinematics = model.copy()
         self._source: mujoco.MjModel | None = None
@@ -76,7 +72,7 @@ class RobotGeometry:
         return entity_of(BodyNames(self.robot.mj_model).of_body[self.held_root])
 
     def write(self, qpos: np.ndarray, q: np.ndarray) -> None:
-        """Write the positions of the arm and of the held object into a ``qpos``.
+        """Write the positions of the arm and the held object into a ``qpos``.
 
         Args:
             qpos: Positions of all joints of the compiled model.
@@ -89,7 +85,7 @@ class RobotGeometry:
             mujoco.mju_mat2Quat(qpos[self._held_quaternion], T_wo.rotation.ravel())
 
     def write_open_gripper(self, qpos: np.ndarray) -> None:
-        """Write the positions of the opened gripper into a ``qpos``, unless it holds an object."""
+        """Write the positions of the open gripper into a ``qpos``, unless it holds an object."""
         if not self.held_root and self.robot.gripper is not None:
             self.robot.gripper.set_opening(qpos)
 
@@ -109,7 +105,7 @@ class OtherRobot(NamedTuple):
 
 
 def moved_bodies(model: mujoco.MjModel, dofs: np.ndarray) -> np.ndarray:
-    """Return the mask of the bodies that degrees of freedom move, with their descendants."""
+    """Return the mask of the bodies moved by degrees of freedom, with their descendants."""
     moved = np.zeros(model.nbody, dtype=bool)
     moved[model.dof_bodyid[dofs]] = True
     for body in range(1, model.nbody):  # a parent always comes before its children

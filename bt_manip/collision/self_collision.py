@@ -9,12 +9,12 @@ from bt_manip.robots import RobotError
 
 from .collision_world import CollisionWorld
 
-CONFIGURATION_SAMPLES = 500  # configurations at which bodies that always touch have to touch
-_LISTED = 4  # pairs in a message
+CONFIGURATION_SAMPLES = 500  # configurations in all of which permanent contacts have to occur
+_LISTED = 4  # maximum number of pairs in a message
 
 
 class SelfCollision(NamedTuple):
-    """Two bodies of a robot that touch, named as `RobotDescription.exclude` names them."""
+    """Two bodies of a robot in contact, with their names in `RobotDescription.exclude`."""
 
     first: str
     second: str
@@ -37,13 +37,13 @@ def self_collisions(world: CollisionWorld, q: np.ndarray) -> list[SelfCollision]
             pair = names[first], names[second]
             found[pair] = max(-distance, found.get(pair, 0.0))
     collisions = (SelfCollision(*pair, depth) for pair, depth in found.items())
-    return sorted(collisions, key=lambda one: -one.depth)
+    return sorted(collisions, key=lambda collision: -collision.depth)
 
 
 def permanent_self_collisions(world: CollisionWorld) -> list[tuple[str, str]]:
     """Return the pairs of a robot's own bodies that touch in every configuration.
 
-    They overlap by the design of the model. `RobotDescription.exclude` ignores their contacts.
+    They overlap by design. `RobotDescription.exclude` disables their contacts.
 
     Args:
         world: The collision world of the robot, which may be compiled alone.
@@ -52,7 +52,9 @@ def permanent_self_collisions(world: CollisionWorld) -> list[tuple[str, str]]:
     lower, upper = limits.sampling_bounds()
     pairs: list[tuple[str, str]] | None = None
     for _ in range(CONFIGURATION_SAMPLES):
-        touching = [one[:2] for one in self_collisions(world, rng.uniform(lower, upper))]
+        touching = [
+            collision[:2] for collision in self_collisions(world, rng.uniform(lower, upper))
+        ]
         pairs = [pair for pair in (touching if pairs is None else pairs) if pair in touching]
         if not pairs:
             break
@@ -60,18 +62,18 @@ def permanent_self_collisions(world: CollisionWorld) -> list[tuple[str, str]]:
 
 
 def check_home(world: CollisionWorld) -> None:
-    """Check that a robot is free of self-collision at home.
+    """Check that a robot has no self-collision at home.
 
     Raises:
-        RobotError: When it is not, with the bodies, and the `exclude` entry for those that touch
-            in every configuration.
+        RobotError: If it has; the message has the bodies, and the `exclude` entry for bodies that
+            touch in every configuration.
     """
     description = world.robot.description
     collisions = self_collisions(world, np.array(description.home))
     if not collisions:
         return
     touching = [
-        f"'{one.first}' is {1e3 * one.depth:.1f} mm inside '{one.second}'" for one in collisions
+        f"'{pair.first}' is {1e3 * pair.depth:.1f} mm inside '{pair.second}'" for pair in collisions
     ]
     if len(touching) > _LISTED:
         touching[_LISTED:] = [f"{len(touching) - _LISTED} more pairs"]
@@ -83,7 +85,7 @@ def check_home(world: CollisionWorld) -> None:
             "the description ignores contacts of bodies that overlap in every configuration by "
             f"exclude = [{listed}]"
         )
-    if any(one[:2] not in permanent for one in collisions):
+    if any(collision[:2] not in permanent for collision in collisions):
         remedies.append("other pairs need another 'home'" if permanent else "give another 'home'")
     raise RobotError(
         f"{description.where}: self-collision at home: {', '.join(touching)}; {'; '.join(remedies)}"

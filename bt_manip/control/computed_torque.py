@@ -16,15 +16,15 @@ from .pd_law import gain_array, inverse_inertias, smallest_inertia
 join = b"".join
 
 MIN_INERTIA = 8e-4
-"""Inertia of a joint that feedback assumes at least, over the effort limit [kg m2 / N m].
+"""Minimum inertia of a joint assumed by the feedback, over the effort limit [kg m2 / N m].
 
-With the default gains the motor saturates at an error of 0.26 rad. Industrial arms usually have
-more.
+With the default gains the motor saturates at an error of 0.26 rad. The inertia of industrial arms
+is usually larger.
 """
 
 MAX_INERTIA_RATIO = 8.0
 """Largest ratio of assumed and true inertia. With the default velocity gain and steps of 1 ms, the
-velocity error then vanishes in a step; from twice this ratio on it would oscillate."""
+velocity error vanishes in one step; from twice this ratio on it would oscillate."""
 
 
 class ComputedTorque(Controller):
@@ -32,17 +32,17 @@ class ComputedTorque(Controller):
 
     ``tau = M (a_ref + Kp e + Ki int(e) + Kd de/dt) + bias + damping + friction``
 
-    The model compensates the arm's dynamics (rotor inertia, gravity and payload included), so the
-    error of every joint follows the same linear differential equation in every configuration.
-    Gains are accelerations per error and need no tuning per robot. The default puts three poles at
-    -40 rad/s. Follows to a milliradian.
+    The model compensates the arm's dynamics, including rotor inertia, gravity and payload, so that
+    the error of each joint follows the same linear differential equation in all configurations.
+    Gains are accelerations per error and need no tuning per robot. The defaults place three poles
+    at -40 rad/s. The tracking error is about one milliradian.
 
-    The stiffness of a joint, inertia times ``kp``, is next to nothing where the model has light
-    links and no rotor inertia. The feedback of such joints assumes more inertia (`MIN_INERTIA`), as
-    far as the control step allows (`MAX_INERTIA_RATIO`).
+    The stiffness of a joint, inertia times ``kp``, nearly vanishes for light links without rotor
+    inertia. The feedback of such joints assumes more inertia (`MIN_INERTIA`), up to the limit of
+    the control step (`MAX_INERTIA_RATIO`).
 
-    Dry friction is compensated by the sign of the reference velocity: compensation by the measured
-    velocity would chatter at rest.
+    Dry friction is compensated using the reference velocity; with the measured velocity, the torque
+    would chatter at rest.
     """
 
     kind = "computed_torque"
@@ -82,30 +82,30 @@ class ComputedTorque(Controller):
         self._added: np.ndarray | None = None
 
     def _build_law(self) -> None:
-        """Write the control law as two matrices.
+        """Build the control law from two matrices.
 
-        NumPy multiplies a small matrix and a vector in the time of adding two vectors, and the law
-        has a dozen of those: in this form it takes a third of the time.
+        NumPy multiplies a small matrix and a vector in the time of an addition of two vectors, of
+        which the law has a dozen: this form takes a third of the time.
         """
         model, n = self.model, len(self.kp)
         one, none = np.eye(n), np.zeros((n, n))
         kp, kd, ki = np.diag(self.kp), np.diag(self.kd), np.diag(self.ki)
         dt, steep = self._dt * one, one / self._friction_velocity
         damping = np.diag(model.damping)
-        if self._added is None:  # without payload, which only adds to the true inertia
+        if self._added is None:  # without payload, which only increases the true inertia
             self._added = added_inertia(model)
         added = np.diag(self._added)
         law = np.block(
             [  # q_ref, q,  v_ref, v,       a_ref, integral
                 [kp, -kp, kd, -kd, one, ki],  # commanded acceleration
-                [dt, -dt, none, none, none, one],  # integral, a step on
+                [dt, -dt, none, none, none, one],  # integral after the step
                 [none, none, steep, none, none, none],  # direction of the friction, before tanh
                 # torque of the damping, and of the feedback on the added inertia
                 [added @ kp, -added @ kp, added @ kd, damping - added @ kd, none, added @ ki],
             ]
         )
         friction = np.hstack([np.diag(model.friction), one])  # direction, damping -> torque
-        # In one tuple, because looking up attributes one by one takes as long as a product.
+        # One tuple: looking up an attribute takes as long as a product.
         self._bound = (
             model.model, model.data, law, self._product, self._a, self._integral,
             friction, self._direction, self._losses, self._loss,
@@ -126,7 +126,7 @@ class ComputedTorque(Controller):
         if self._model is None:
             _ = self.model  # builds the law
         pin, data, law, product, a, integral, friction, direction, losses, loss = self._bound
-        # Joining bytes takes a quarter of the time of writing into slices.
+        # Joining bytes takes a quarter of the time of assigning slices.
         parts: Any = (q_ref, q, v_ref, v, a_ref, integral)
         self._stack = stack = frombuffer(join(parts))
         law.dot(stack, product)
@@ -157,7 +157,7 @@ class ComputedTorque(Controller):
 
 
 def added_inertia(model: RobotModel) -> np.ndarray:
-    """Return the inertia that feedback adds to each joint, zero but for the lightest [kg m2].
+    """Return the inertia added by the feedback of each joint, nonzero for light joints [kg m2].
 
     Args:
         model: The arm with its payload.

@@ -18,7 +18,7 @@ from .reference import Hold, Reference
 FLOAT = np.dtype(np.float64)
 
 TRANSFER_TIME = 0.1
-"""Time in which the torque difference between two controllers is faded out [s].
+"""Time over which the torque difference between two controllers is faded out [s].
 
 Two torques within the effort limits differ by at most twice the limit. Faded out linearly in 100
 control steps of 1 ms, the largest difference changes by 2 % of the limit per step.
@@ -26,21 +26,21 @@ control steps of 1 ms, the largest difference changes by 2 % of the limit per st
 
 
 Law = Callable[[ndarray, ndarray, ndarray, ndarray, ndarray], ndarray]
-"""Returns the torques for q, v, q_ref, v_ref and a_ref, as `Controller.compute`."""
+"""Function of q, v, q_ref, v_ref and a_ref that returns torques, as `Controller.compute`."""
 
 
 class Controller(composer.Entity):
-    """Computes the joint torques that make a robot's arm follow a reference, every physics step.
+    """Computes the joint torques for a robot's arm to follow a reference, in each physics step.
 
     A controller is attached to its robot (``robot.attach(controller)``) or run by a
-    `ControllerManager`. A subclass implements ``compute``; state that it keeps between steps goes
-    into ``get_state`` and ``set_state``.
+    `ControllerManager`. A subclass implements ``compute``, and ``get_state`` and ``set_state`` if
+    it keeps state between steps.
 
-    The torques are checked before they are commanded. If ``compute`` raises, or returns torques
-    that are not finite, of the wrong number or beyond the effort limits, a PD controller with
-    gravity compensation takes over at once and the step raises a `ControllerFault`: the arm can
-    still be stopped. While a measured position or velocity is not finite, its reference is used in
-    its place: that joint is moved without feedback.
+    Torques are checked before they are commanded. If ``compute`` raises an error, or returns
+    torques that are not finite, of the wrong number or beyond the effort limits, a PD controller
+    with gravity compensation takes over immediately and the step raises a `ControllerFault`, so
+    that the arm can still be stopped. While a measured position or velocity is not finite, it is
+    replaced by the reference, and the joint moves without feedback.
 
     While the reference is `compliant`, soft springs and dampers with gravity compensation replace
     ``compute``, without integral action.
@@ -49,10 +49,10 @@ class Controller(composer.Entity):
     kind: ClassVar[str] = "controller"
 
     saturates: ClassVar[bool] = False
-    """Whether torques beyond the effort limits are clipped and counted instead of a fault."""
+    """Whether torques beyond the effort limits are clipped and counted, rather than a fault."""
 
     def _build(self, robot: Robot) -> None:
-        """Prepare to control a robot's arm; subclasses add their gains."""
+        """Initialize the control of a robot's arm; subclasses add their gains."""
         self._mjcf_root = mjcf.RootElement(model=self.kind)
         self.robot = robot
         """The controlled robot."""
@@ -61,11 +61,11 @@ class Controller(composer.Entity):
         self._shape = self._limit.shape
         self._fault = self._compliant = False
         self._bare: RobotModel | None = None
-        self._base = b""  # pose of the robot's base that it is for
+        self._base = b""  # pose of the robot's base in the model
         self._model: RobotModel | None = None
         self._payload: Payload | None = None
         self._reference: Reference | None = None
-        self._carried: Payload | None = None  # the reference's, when it was last read
+        self._carried: Payload | None = None  # the reference's payload when it was last read
         self._substitute: Law | None = None  # replaces compute after a fault and while compliant
         self._dt = 0.0
         self._clipped = False
@@ -82,7 +82,7 @@ class Controller(composer.Entity):
     def compute(
         self, q: np.ndarray, v: np.ndarray, q_ref: np.ndarray, v_ref: np.ndarray, a_ref: np.ndarray
     ) -> np.ndarray:
-        """Return the joint torques of one step, before limits are applied [N m].
+        """Return the joint torques of one step, before the limits are applied [N m].
 
         Args:
             q: Measured positions [rad].  # (nv,)
@@ -101,14 +101,14 @@ class Controller(composer.Entity):
     def model(self) -> RobotModel:
         """The arm's model, including the payload."""
         if self._model is None:
-            # Always made from the bare model, so that the same payload gives the same bits.
+            # From the bare model, so that equal payloads give equal models bit for bit.
             self._model = self.bare_model.with_payload(self._payload)
             self._on_model_change()
         return self._model
 
     @property
     def bare_model(self) -> RobotModel:
-        """The arm's model without payload and overrides, made when the robot is compiled.
+        """The arm's model without payload and overrides; created when the robot is compiled.
 
         Raises:
             ControlError: If it is not compiled yet.
@@ -118,7 +118,7 @@ class Controller(composer.Entity):
         return self._bare
 
     def share_model(self, other: "Controller") -> None:
-        """Take the model of another controller of the robot, which something may override now."""
+        """Use the model of another controller of the robot, as overrides may be active now."""
         self._bare, self._base = other._bare, other._base
 
     @property
@@ -133,7 +133,7 @@ class Controller(composer.Entity):
 
     @property
     def reference(self) -> Reference:
-        """The reference; by default the measured configuration when it is first needed.
+        """The reference; by default the measured configuration at its first use.
 
         Raises:
             ControlError: If a new reference lacks an attribute of `Reference`, or its arrays have
@@ -146,7 +146,7 @@ class Controller(composer.Entity):
     @reference.setter
     def reference(self, reference: Reference | None) -> None:
         if reference is not None:
-            # Derived ones are recognized in a hundredth of the time of comparing all attributes.
+            # The check of the class takes a hundredth of the time of a check of all attributes.
             derived = Reference in type(reference).__mro__
             if not derived and not isinstance(reference, Reference):
                 raise ControlError(
@@ -174,7 +174,7 @@ class Controller(composer.Entity):
         if base != self._base:  # first, or moved
             self._base, self._bare, self._model = base, robot.make_model(), None
         self._dt = float(model.opt.timestep)
-        # Bound once: a look-up in MuJoCo's data takes longer than the computation.
+        # Bound once: look-ups in MuJoCo's data would take longer than the computation.
         self._drive = write = writer(data.ctrl, robot.ctrl_adr)
         feedback = model.actuator_biasprm[robot.ctrl_adr, 1:3].T  # of a native controller
         if feedback.any():
@@ -192,7 +192,7 @@ class Controller(composer.Entity):
             self._reference = None
 
     def before_substep(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
-        """Command the torques of the step that begins."""
+        """Command the torques for the next step."""
         self.tau = tau = self._checked_torque()
         self._drive(tau)
 
@@ -203,7 +203,7 @@ class Controller(composer.Entity):
     # Torques
 
     def _checked_torque(self) -> np.ndarray:
-        """Return the torques of the present state, within the limits [N m].
+        """Return the torques for the present state, within the limits [N m].
 
         Raises:
             ControllerFault: If they are invalid.
@@ -223,7 +223,7 @@ class Controller(composer.Entity):
         q, v = np.where(measured[0], q, reference.q), np.where(measured[1], v, reference.v)
         if self._substitute is None:
             commanded = self.tau, self.saturated_steps
-            self.reset()  # what it has integrated is not finite either
+            self.reset()  # integrals are not finite either
             self.tau, self.saturated_steps = commanded
         try:
             return self._torque(q, v, reference)
@@ -231,7 +231,7 @@ class Controller(composer.Entity):
             raise self._fall_back(invalid) from invalid.__cause__
 
     def _torque(self, q: np.ndarray, v: np.ndarray, reference: Reference) -> np.ndarray:
-        """Return the torques of a state, within the limits [N m].
+        """Return the torques for a state, within the limits [N m].
 
         Raises:
             _InvalidTorque: If they cannot be commanded.
@@ -244,7 +244,7 @@ class Controller(composer.Entity):
             raise _InvalidTorque(f"raised {type(error).__name__}: {text}") from error
         if type(tau) is not ndarray or tau.dtype is not FLOAT or tau.shape != self._shape:
             tau = self._as_torques(tau)
-        # Compared one by one, which is faster than NumPy for so few; NaN is never inside.
+        # Compared one by one, faster than NumPy for so few; NaN is never within the limit.
         if not all(map(le, map(abs, tau.tolist()), self._bounds)):
             tau = self._clip(tau)
         elif self._clipped:
@@ -255,7 +255,7 @@ class Controller(composer.Entity):
         """Convert an array of another number type.
 
         Raises:
-            _InvalidTorque: If it is anything else.
+            _InvalidTorque: If it is not an array of numbers.
         """
         shaped = isinstance(tau, ndarray) and tau.shape == self._shape and tau.dtype.kind in "fiu"
         if not shaped:
@@ -271,7 +271,7 @@ class Controller(composer.Entity):
         """Clip torques to the limits and count the step.
 
         Raises:
-            _InvalidTorque: If they are not finite, or must not be clipped.
+            _InvalidTorque: If they are not finite, or the controller does not clip.
         """
         limited = np.maximum(np.minimum(tau, self._limit), -self._limit)
         np.not_equal(limited, tau, out=self.saturated)
@@ -304,7 +304,7 @@ class Controller(composer.Entity):
         )
 
     def _set_compliant(self, compliant: bool) -> None:
-        """Become compliant, or return to the own law without a step in torque."""
+        """Become compliant, or return to ``compute`` without a step in torque."""
         if self._fault:  # the PD controller stays
             self._compliant = compliant
             return
@@ -321,9 +321,10 @@ class Controller(composer.Entity):
     def take_over(self, previous: "Controller") -> None:
         """Continue from another controller of the robot without a step in torque.
 
-        The difference between the torques of both for the present state is added to the own
-        torque and faded out linearly in `TRANSFER_TIME`. A reference at rest continues from the
-        measured configuration (`Reference`), so that no error of the previous controller remains.
+        The difference between the torques of both controllers for the present state is added to the
+        new torque and faded out linearly over `TRANSFER_TIME`. A reference at rest continues from
+        the measured configuration (`Reference`), so that no error of the previous controller
+        remains.
 
         Raises:
             ControllerFault: If either controller fails.
@@ -338,9 +339,9 @@ class Controller(composer.Entity):
         self.tau, self.saturated_steps = commanded, saturated_steps
 
     def _transfer_from(self, tau: np.ndarray) -> None:
-        """Fade from given torques to the own ones [N m]."""
+        """Fade from given torques [N m] to its own."""
         self._transfer = tau - self._checked_torque()
-        self.reset()  # the evaluation must leave no trace in integrals
+        self.reset()  # the evaluation must not affect integrals
         self._transfer_steps = round(TRANSFER_TIME / self._dt)
 
     def _with_transfer(self, tau: np.ndarray) -> np.ndarray:
@@ -382,9 +383,9 @@ class Controller(composer.Entity):
         self._transfer = np.array(state["transfer"])
         self._transfer_steps = state["transfer_steps"]
         payload = state["payload"]
-        if payload is not None or self._payload is not None:  # making a model takes long
+        if payload is not None or self._payload is not None:  # creating a model is slow
             self.payload = None if payload is None else Payload.from_state(payload)
-        # Not the reference's own, so that it is read in the next step even if it is None by then.
+        # Not the reference's payload, so that the next step reads it even if it is None.
         self._carried = self._payload if state.get("carried", payload) else None
         self._fault = self._compliant = False
         self._substitute = None
@@ -392,26 +393,26 @@ class Controller(composer.Entity):
             self._become_compliant()
 
     def _on_model_change(self) -> None:
-        """Update data derived from the model; for subclasses."""
+        """Update data derived from the model; a hook for subclasses."""
 
     def _on_saturation(self) -> None:
-        """React to torques clipped in this step; for subclasses that integrate."""
+        """React to torques clipped in this step; a hook for subclasses with integrals."""
 
 
 class _InvalidTorque(Exception):
-    """Torques that cannot be commanded; the text says why, as a predicate."""
+    """Torques that cannot be commanded; the text has the reason, as a predicate."""
 
 
 def _torque_problem(
     tau: np.ndarray, limit: np.ndarray, names: Sequence[str], *, saturates: bool
 ) -> str:
-    """Describe why torques must not be commanded; empty if they can be clipped to the limits.
+    """Return why torques must not be commanded; empty if they can be clipped to the limits.
 
     Args:
-        tau: Joint torques, at least one of them not within its limit [N m].  # (nv,)
+        tau: Joint torques, at least one of them beyond its limit [N m].  # (nv,)
         limit: Effort limits [N m].  # (nv,)
         names: Names of the joints.
-        saturates: Whether torques beyond the limits are clipped instead.
+        saturates: Whether torques beyond the limits may be clipped.
     """
     finite = np.isfinite(tau)
     if not finite.all():

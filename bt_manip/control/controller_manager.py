@@ -17,29 +17,28 @@ Factory = Callable[[Robot], Controller]
 
 
 class ControllerManager(composer.Entity):
-    """Runs one of several controllers of a robot, and switches between them without a torque step.
+    """Runs one of several controllers of a robot, and switches without a step in torque.
 
     The manager is attached to the robot (``robot.attach(manager)``) before the model is compiled,
-    and passes composer's hooks on to the active controller. The others cost nothing: they are made
-    when they are first needed, which takes no compilation, because controllers add nothing to the
-    physics.
+    and passes composer's hooks on to the active controller. Other controllers are created on first
+    use; this needs no compilation, because controllers do not change the physics.
 
     Attributes:
         controller: The active controller.
         active: Its name.
-        default: Name of the controller that a cycle begins with.
+        default: Name of the controller at the start of a cycle.
     """
 
     def _build(self, robot: Robot, factories: Mapping[str, Factory], default: str) -> None:
-        """Make the default controller.
+        """Create the default controller.
 
         Args:
             robot: The robot to control.
-            factories: Makes the controllers, by name.
-            default: Name of the controller that a cycle begins with.
+            factories: Factories of the controllers, by name.
+            default: Name of the controller at the start of a cycle.
 
         Raises:
-            ControlError: If there is none of that name.
+            ControlError: If there is no such controller.
         """
         self._mjcf_root = mjcf.RootElement(model="controllers")
         self._robot, self._factories, self.default = robot, factories, default
@@ -66,7 +65,7 @@ class ControllerManager(composer.Entity):
         """Return a controller by name, active or not.
 
         Raises:
-            ControlError: If there is none of that name.
+            ControlError: If there is no such controller.
         """
         if name not in self._made:
             if name not in self._factories:
@@ -81,10 +80,10 @@ class ControllerManager(composer.Entity):
         return self._made[name]
 
     def switch(self, name: str) -> None:
-        """Make another controller the active one; `Controller.take_over` says how.
+        """Activate another controller without a step in torque, see `Controller.take_over`.
 
         Raises:
-            ControlError: If there is none of that name.
+            ControlError: If there is no such controller.
             ControllerFault: If it cannot compute torques for the present state.
         """
         controller = self.get(name)
@@ -94,17 +93,17 @@ class ControllerManager(composer.Entity):
             self.active, self.controller = name, controller
 
     def add(self, name: str, factory: Factory) -> None:
-        """Add a controller, to be made when it is first needed; a known name is replaced."""
+        """Add or replace the factory of a controller, which is created on first use."""
         self._factories = {**self._factories, name: factory}
 
     def activate(self, name: str) -> None:
-        """Make another controller the active one at once, without a transfer of torques.
+        """Activate another controller immediately, without a transfer of torques.
 
         Raises:
-            ControlError: If there is none of that name.
+            ControlError: If there is no such controller.
         """
         previous, controller = self.controller, self.get(name)
-        if controller is not previous:  # what it did before is nothing to continue
+        if controller is not previous:  # it starts anew
             controller.reset()
             controller.saturated_steps = previous.saturated_steps
         controller.reference = previous.reference
@@ -113,8 +112,8 @@ class ControllerManager(composer.Entity):
     def return_to_default(self) -> None:
         """Switch to the default controller as soon as the reference is at rest.
 
-        An arm that is pressed against something may be far off a moving reference: another
-        controller would pull it there. At rest the new controller holds the measured configuration.
+        An arm in contact may be far from a moving reference, and another controller would pull it
+        there. At rest, the new controller holds the measured configuration.
         """
         self._returning = self.active != self.default
 
@@ -157,7 +156,7 @@ class ControllerManager(composer.Entity):
         """Restore a state of ``get_state``.
 
         Raises:
-            ControlError: If the controller of the state is not known here.
+            ControlError: If the controller of the state is unknown.
         """
         reference, controller = self.controller.reference, self.get(state["active"])
         controller.reference = reference

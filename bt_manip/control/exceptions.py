@@ -12,18 +12,15 @@ class ControllerFault(Exception):
 
     Not a `BtManipError`: the controller is at fault, not its user.
 
+    Args:
+        kind: Kind of the controller.
+        problem: The problem, as a predicate.
+        time: Simulated time [s].
+
     Attributes:
         culprit: Module of the controller's class.
     """
 
     def __init__(self, kind: str, culprit: str, problem: str, time: float) -> None:
-        """Compose the message.
-
-        Args:
-            kind: Kind of the controller.
-            culprit: Module of the controller's class.
-            problem: What is wrong, as a predicate.
-            time: Simulated time [s].
-        """
         super().__init__(f"controller '{kind}' {problem}, at {time:.3f} s; the arm was stopped")
         self.culprit = culprit

@@ -11,10 +11,10 @@ from .pd_law import default_gains, gain_array, pd_torque
 
 
 class GravityCompensatedPD(Controller):
-    """PD control of each joint with gravity compensation.
+    """PD control of each joint, with gravity compensation.
 
-    ``tau = Kp e + Kd de/dt + g(q)``: no inertia, no friction, no integral. It lags behind a fast
-    reference and has a steady-state error from friction. Most arms come with such a controller; it
+    ``tau = Kp e + Kd de/dt + g(q)``: without inertia, friction and integral terms. It lags behind
+    fast references and has a steady-state error from friction. Most arms have such a controller; it
     is the baseline for computed torque.
     """
 
@@ -32,7 +32,8 @@ class GravityCompensatedPD(Controller):
         Args:
             robot: The robot to control.
             kp: Position gains [N m/rad]; default: 15 times the effort limit, less for light joints.
-            kd: Velocity gains [N m s/rad]; default: 0.6 times the effort limit, likewise.
+            kd: Velocity gains [N m s/rad]; default: 0.6 times the effort limit, less for light
+                joints.
 
         Raises:
             ControlError: If a gain is negative, or their number is not that of the joints.

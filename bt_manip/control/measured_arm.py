@@ -1,4 +1,4 @@
-"""A real arm in the simulated cell: its measured joints are written into the physics."""
+"""A real arm in the simulated cell, at its measured joint positions."""
 
 import numpy as np
 from dm_control import mjcf
@@ -9,16 +9,16 @@ from .controller import Controller
 
 
 class MeasuredArm(Controller):
-    """Stands for a controller of the vendor, which follows the reference on the real arm.
+    """Represents a controller of the vendor, which follows the reference on the real arm.
 
-    After each step of the physics it writes the measured joints into it, and the held object where
-    the gripper takes it. Torques are those that the arm measures.
+    After each step it writes the measured joint positions into the physics, and the pose of the
+    held object in the gripper. Torques are measured by the arm.
     """
 
     kind = "measured_arm"
 
     def _build(self, robot: Robot, link: ArmConnection) -> None:  # type: ignore[override]
-        """Take readings from a link."""
+        """Read the arm's state from a link."""
         super()._build(robot)
         self._link = link
         self._reading = link.latest
@@ -27,11 +27,11 @@ class MeasuredArm(Controller):
     def compute(
         self, q: np.ndarray, v: np.ndarray, q_ref: np.ndarray, v_ref: np.ndarray, a_ref: np.ndarray
     ) -> np.ndarray:
-        """Return no torques: nothing is simulated."""
+        """Return zero torques: the arm is not simulated."""
         return np.zeros_like(self._limit)
 
     def after_compile(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
-        """Bind to the compiled model; what is measured comes from the arm."""
+        """Bind to the compiled model."""
         super().after_compile(physics, random_state)
         robot, data = self.robot, physics.data.ptr
         robot.read_a = lambda: self._still
@@ -41,19 +41,19 @@ class MeasuredArm(Controller):
         self._write_v = writer(data.qvel, robot.dof_adr)
 
     def take_over(self, previous: Controller) -> None:
-        """Continue from another controller of the vendor; they follow the same reference."""
+        """Continue from another controller of the vendor with the same reference."""
         self.reference, self.payload = previous.reference, previous.payload
         self._carried = previous._carried
 
     def before_substep(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
-        """Tell the arm when the payload has changed."""
+        """Send changes of the payload to the arm."""
         payload = self.reference.payload
         if payload is not self._carried:
             self.payload = self._carried = payload
             self._link.set_payload(payload)
 
     def after_substep(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
-        """Write what the arm has measured, and advance the reference."""
+        """Write the measured state, and advance the reference."""
         self._reading = reading = self._link.take()
         self.tau = reading.tau
         self._write_q(reading.q)

@@ -1,4 +1,4 @@
-"""PD control by the simulator's actuators."""
+"""PD control with the simulator's actuators."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
@@ -13,26 +13,26 @@ from .exceptions import ControlError
 from .pd_law import default_gains, gain_array
 
 FEEDFORWARD_STEPS = 10
-"""Control steps for which a feedforward torque is held."""
+"""Number of control steps between updates of the feedforward torque."""
 
 
 class NativePD(Controller):
-    """PD control of each joint by MuJoCo's actuators, with feedforward from inverse dynamics.
+    """PD control of each joint with MuJoCo's actuators, and feedforward from inverse dynamics.
 
-    ``tau = Kp (q_ref - q) + Kd (v_ref - v) + tau_ff``, with ``tau_ff`` the inverse dynamics of the
-    reference, payload and friction included, at every tenth control step. The feedback is part of
-    the model, so it measures the true state, and MuJoCo makes many steps in one call: batches of
-    environments need it. It follows to a few milliradians.
+    ``tau = Kp (q_ref - q) + Kd (v_ref - v) + tau_ff``, where ``tau_ff`` is the inverse dynamics of
+    the reference, with payload and friction, updated in every tenth control step. The feedback is
+    part of the model, so it uses the true state, and MuJoCo can advance many steps in one call, as
+    batches of environments require. The tracking error is a few milliradians.
 
-    It replaces the robot's motors by actuators with feedback when the model is built, so a run
-    has to begin with it. Others can take over, and hand back.
+    It replaces the robot's motors by actuators with feedback when the model is built, so it has to
+    be a run's first controller. Others can take over and hand back.
     """
 
     kind = "native_pd"
     saturates = True
 
     grippers: ClassVar[Mapping[str, str]] = {"two_finger": "native_two_finger"}
-    """Kinds of grippers that the simulator drives as well, by the described kind."""
+    """Kinds of grippers controlled by the simulator, by the described kind."""
 
     def _build(
         self,
@@ -44,25 +44,25 @@ class NativePD(Controller):
 
         Args:
             robot: The robot to control, not compiled yet.
-            kp: Position gains [N m/rad]; default: as of `GravityCompensatedPD`.
-            kd: Velocity gains [N m s/rad]; default: likewise.
+            kp: Position gains [N m/rad]; default: those of `GravityCompensatedPD`.
+            kd: Velocity gains [N m s/rad]; default: those of `GravityCompensatedPD`.
 
         Raises:
             ControlError: If a gain is negative, their number is not that of the joints, or the
-                robot is compiled already.
+                robot is already compiled.
         """
         super()._build(robot)
         if hasattr(robot, "mj_model"):
             raise ControlError(
                 f"'{self.kind}' is part of the robot's model, so that a run cannot switch to it: "
-                f"choose it as the controller to begin with (--controller {self.kind})"
+                f"choose it as the first controller (--controller {self.kind})"
             )
         own, n = default_gains(robot.model_alone()), robot.limits.effort.size
         self._kp = gain_array("kp", own[0] if kp is None else kp, n)
         self._kd = gain_array("kd", own[1] if kd is None else kd, n)
         robot.arm_actuators = add_feedback(robot.arm_actuators, self._kp, self._kd)
         self._feedforward = np.zeros(n)
-        self._age = 0  # control steps since it was computed
+        self._age = 0  # control steps since the feedforward was computed
 
     def after_compile(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
         """Bind to the compiled model."""
@@ -70,7 +70,7 @@ class NativePD(Controller):
         self._write = writer(physics.data.ptr.ctrl, self.robot.ctrl_adr)
 
     def before_substep(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
-        """Command the reference of the step that begins."""
+        """Command the reference for the next step."""
         fading = self._transfer_steps
         self.tau = tau = self._checked_torque()
         if fading or self._substitute is not None:
@@ -83,7 +83,7 @@ class NativePD(Controller):
     def compute(
         self, q: np.ndarray, v: np.ndarray, q_ref: np.ndarray, v_ref: np.ndarray, a_ref: np.ndarray
     ) -> np.ndarray:
-        """Return the torques that the actuators will apply [N m]."""  # (nv,)
+        """Return the torques of the actuators [N m]."""  # (nv,)
         if self._age == 0:
             model = self.model
             self._feedforward = model.rnea(q_ref, v_ref, a_ref) + model.losses(v_ref)
@@ -92,7 +92,7 @@ class NativePD(Controller):
     def signals(
         self, model: RobotModel, q_ref: np.ndarray, v_ref: np.ndarray, a_ref: np.ndarray
     ) -> np.ndarray:
-        """Return the control signals of many steps, those of `before_substep` bit for bit.
+        """Return the control signals of many steps, equal to those of `before_substep` bit for bit.
 
         Args:
             model: The arm's model, with its payload.
@@ -108,7 +108,7 @@ class NativePD(Controller):
         return self._signal(q_ref, v_ref, np.repeat(held, every, axis=0)[:n])
 
     def _signal(self, q_ref: np.ndarray, v_ref: np.ndarray, tau: np.ndarray) -> np.ndarray:
-        """Return the control signals; the same bits for one step and for rows of many."""
+        """Return the control signals, bit for bit the same for one step and for many."""
         return self._kp * q_ref + self._kd * v_ref + tau
 
     # State

@@ -1,4 +1,4 @@
-"""PD control with gravity compensation, its default gains, and the check of given ones."""
+"""PD control with gravity compensation, its default gains, and checks of gains."""
 
 from collections.abc import Sequence
 
@@ -11,29 +11,29 @@ from bt_manip.robots import RobotModel
 from .exceptions import ControlError
 
 POSITION_GAIN = 15.0
-"""Default position gain over effort limit: an error of 67 mrad saturates the motor [1/rad]."""
+"""Default position gain over effort limit [1/rad]: the motor saturates at an error of 67 mrad."""
 
 VELOCITY_GAIN = 0.6
-"""Default velocity gain over effort limit: the motor saturates at 1.7 rad/s [s/rad]."""
+"""Default velocity gain over effort limit [s/rad]: the motor saturates at 1.7 rad/s."""
 
 MAX_DECAY = 500.0
 """Largest default velocity gain over inertia of a joint [1/s]: with steps of 1 ms the velocity
 error halves in a step; from four times this on it would oscillate and grow."""
 
 COMPLIANT_POSITION_GAIN = 5.0
-"""Position gain of a compliant arm over effort limit: a third of the default [1/rad]."""
+"""Position gain of a compliant arm over effort limit [1/rad]: a third of the default."""
 
 COMPLIANT_FREQUENCY = 100.0
-"""Largest natural frequency of a joint of a compliant arm, a tenth of the control rate [rad/s]."""
+"""Largest natural frequency of a compliant joint [rad/s]: a tenth of the control rate."""
 
-_CONFIGURATIONS = 16  # at which the inertia is computed, beside home
+_CONFIGURATIONS = 16  # number of configurations at which the inertia is computed, besides home
 
 
 def default_gains(model: RobotModel) -> tuple[np.ndarray, np.ndarray]:
     """Return default position and velocity gains [N m/rad, N m s/rad].
 
-    They follow the effort limits; where a joint is too light for that, both are smaller by the same
-    factor, so that its velocity gain is `MAX_DECAY` times its smallest inertia.
+    They are proportional to the effort limits. For joints that are too light, both are reduced by
+    the same factor, so that the velocity gain is `MAX_DECAY` times the smallest inertia.
 
     Args:
         model: The arm with its payload.
@@ -94,7 +94,7 @@ def gain_array(
         name: Name of the gain, for the message.
         gain: One number for all, or one for each.
         n: Number of gains.
-        of: Elements that have a gain each, for the message.
+        of: Plural of the elements with gains, for the message.
 
     Raises:
         ControlError: If a gain is negative or not finite, or their number is wrong.
@@ -120,9 +120,9 @@ def inverse_inertias(model: RobotModel) -> np.ndarray:
 
 
 def smallest_inertia(inverses: np.ndarray) -> np.ndarray:
-    """Return the smallest inertia that a motor feels while the other joints give way.
+    """Return the smallest inertia at each motor while the other joints move freely.
 
     Args:
-        inverses: As `inverse_inertias` returns them.
+        inverses: Result of `inverse_inertias`.
     """  # (nv,) [kg m2]
     return 1.0 / np.diagonal(inverses, axis1=1, axis2=2).max(axis=0)

@@ -9,17 +9,17 @@ from bt_manip.robots import Payload
 
 @runtime_checkable
 class Reference(Protocol):
-    """A joint-space motion, evaluated at the present time; derive from it for the defaults.
+    """A joint-space motion, evaluated at the present time; a base class with defaults.
 
-    The controller reads ``q``, ``v`` and ``a`` for the step that begins, and calls ``advance``
-    after it: the reference and the measured state belong to the same time between steps.
+    The controller reads ``q``, ``v`` and ``a`` before each step, and calls ``advance`` after it, so
+    that between steps the reference and the measured state are of the same time.
     """
 
     q: np.ndarray  # (nq,) [rad]
     v: np.ndarray  # (nq,) [rad/s]
     a: np.ndarray  # (nq,) [rad/s2]
     payload: Payload | None = None
-    """Payload of the arm; the controller's model includes it from when it changes."""
+    """Payload of the arm; a change updates the controller's model."""
     compliant: bool = False
     """Whether the controller yields to contact: soft and without integral action."""
 
@@ -27,9 +27,9 @@ class Reference(Protocol):
         """Advance by one control step [s]."""
 
     def hold_at(self, q: np.ndarray) -> None:
-        """Continue from a measured configuration where at rest [rad]; default: do nothing.
+        """Continue from a measured configuration if at rest [rad]; default: do nothing.
 
-        Called when another controller takes over; a moving reference ignores it.
+        Called when another controller takes over; moving references ignore it.
         """
 
 
@@ -37,7 +37,6 @@ class Hold(Reference):
     """A constant configuration."""
 
     def __init__(self, q: np.ndarray):
-        """Hold ``q`` [rad]."""  # (nq,)
         self.q = np.array(q, dtype=float)
         self.v = np.zeros_like(self.q)
         self.a = np.zeros_like(self.q)

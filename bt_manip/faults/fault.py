@@ -18,7 +18,7 @@ from bt_manip.runner import CommandedRobot, Station
 
 
 class FaultError(BtManipError):
-    """A fault that is described wrongly, or that cannot happen in the present state."""
+    """The description of a fault is invalid, or it cannot occur in the present state."""
 
 
 def parameter(default: Any, meaning: str, **declared: Any) -> Any:
@@ -37,12 +37,12 @@ def parameter(default: Any, meaning: str, **declared: Any) -> Any:
 
 @dataclass(frozen=True)
 class FaultContext:
-    """The run that a fault happens in.
+    """The run in which a fault occurs.
 
     Attributes:
         station: The station.
         tree: The running tree.
-        node: The node at which the fault begins.
+        node: The node at whose start the fault begins.
         rng: Random generator of the fault.
     """
 
@@ -63,9 +63,9 @@ class FaultContext:
         return self.station.robots.get(name) or self.station.first
 
     def find_object(self, name: str = "") -> str:
-        """Return the object of a name; by default the object that the tree handles.
+        """Return an object by name; by default the object that the tree handles.
 
-        That is the object of the node's port ``object``, the held one, or the one added last.
+        This is the object of the node's port ``object``, the held object, or the object added last.
 
         Raises:
             FaultError: If there is none.
@@ -76,7 +76,7 @@ class FaultContext:
         return self._first("object", name, [self._port("object"), *held, *free])
 
     def find_container(self, name: str = "") -> str:
-        """Return the container of a name; by default that of the node's port, or the first one.
+        """Return a container by name; by default that of the node's port, or the first one.
 
         Raises:
             FaultError: If there is none.
@@ -86,7 +86,7 @@ class FaultContext:
         return self._first("container", name, [self._port("container"), *containers])
 
     def _port(self, port: str) -> str:
-        with suppress(Exception):  # no such port, an output, an entry that was never written
+        with suppress(Exception):  # no such port, an output, or an entry that was never written
             return str(self.node.read_port(port))
         return ""
 
@@ -99,15 +99,15 @@ class FaultContext:
 
 @dataclass
 class Fault(abc.ABC):
-    """A disturbance of the cell, the robot or the tree, for some time or until its cycle ends.
+    """A disturbance of the cell, the robot or the tree, for a duration or until its cycle ends.
 
-    A subclass is a dataclass whose fields are made by `parameter`, and implements ``begin``. What
-    ``begin`` changes must be undone when the fault ends: by `override`, `at_end`, or ``end``. It
-    is registered by the hook ``register_faults``. Its docstring's first line is what
-    ``bt-manip list faults`` shows.
+    A subclass is a dataclass with fields declared by `parameter`, and implements ``begin``. Changes
+    made by ``begin`` have to be undone at the end of the fault: by `override`, `at_end`, or
+    ``end``. It is registered by the hook ``register_faults``. ``bt-manip list faults`` shows the
+    first line of its docstring.
 
     Attributes:
-        context: The run that it happens in, from `start` on.
+        context: The run in which it occurs, from `start` on.
     """
 
     duration: float = parameter(
@@ -118,7 +118,7 @@ class Fault(abc.ABC):
         """Begin, between two ticks.
 
         Raises:
-            FaultError: If it cannot happen in the present state; nothing is changed then.
+            FaultError: If it cannot occur in the present state; nothing is changed.
         """
         self.context = context
         self._undo = ExitStack()
@@ -133,25 +133,25 @@ class Fault(abc.ABC):
 
     @abc.abstractmethod
     def begin(self) -> None:
-        """Change what the fault changes.
+        """Apply the fault.
 
         Raises:
-            FaultError: If it cannot happen in the present state.
+            FaultError: If it cannot occur in the present state.
         """
 
     def bind(self) -> None:  # noqa: B027
-        """Renew data that depend on the compiled model; called after ``begin`` and each compile."""
+        """Update data of the compiled model; called after ``begin`` and each compile."""
 
     def end(self) -> None:
         """Undo the fault."""
         self._undo.close()
 
     def at_end(self, undo: Callable[..., object], *arguments: Any, **named: Any) -> None:
-        """Call a function when the fault ends, the last one first."""
+        """Call a function at the end of the fault; the last one is called first."""
         self._undo.callback(undo, *arguments, **named)
 
     def override(self, element: str, **values: Any) -> None:
-        """Override physical properties, as `Cell.override`, until the fault ends."""
+        """Override physical properties, like `Cell.override`, until the fault ends."""
         cell = self.context.cell
         before = cell.overrides.get(element, {})
         cell.override(element, **values)

@@ -1,4 +1,4 @@
-"""Injecting faults into a run."""
+"""Injection of faults into a run."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -21,8 +21,14 @@ if TYPE_CHECKING:
 class FaultInjector(RunModifier):
     """Begins and ends planned faults.
 
+    Args:
+        planned: The planned faults.
+        faults: The registered faults.
+        seed: Seed of the faults.
+        warn: Called with each of `problems` when it occurs.
+
     Attributes:
-        problems: Why a planned fault has not happened in a cycle, in the order of the cycles.
+        problems: Reasons why planned faults did not occur in a cycle, in the order of the cycles.
     """
 
     def __init__(
@@ -32,14 +38,6 @@ class FaultInjector(RunModifier):
         seed: int = 0,
         warn: Callable[[str], None] = lambda message: None,
     ) -> None:
-        """Plan faults.
-
-        Args:
-            planned: What shall happen.
-            faults: The registered faults.
-            seed: Seed of all their randomness.
-            warn: Takes each of `problems` when it occurs.
-        """
         self._planned, self._faults, self._seed, self._warn = planned, faults, seed, warn
         self._active: list[tuple[float, Fault]] = []
         self._pending: list[_Pending] = []
@@ -48,7 +46,7 @@ class FaultInjector(RunModifier):
         self.problems: list[str] = []
 
     def attach(self, station: Station, tree: Tree) -> None:
-        """Connect to a tree that is to run in a station.
+        """Connect to a tree and its station before a run.
 
         Raises:
             FaultError: If the tree has no node of a planned fault.
@@ -69,7 +67,7 @@ class FaultInjector(RunModifier):
         self.attach(run.station, run.tree)
 
     def cycle_started(self, cycle: int) -> None:
-        """Plan the faults of a cycle."""
+        """Schedule the faults of a cycle."""
         self._pending = [
             _Pending(planned, nodes, np.random.default_rng((self._seed, cycle, number)))
             for number, (planned, nodes) in enumerate(
@@ -80,7 +78,7 @@ class FaultInjector(RunModifier):
         self._cycle = cycle
 
     def before_tick(self) -> None:
-        """Begin the faults that are due, and end those whose time is over."""
+        """Begin the faults that are due, and end those that have expired."""
         now = self._cell.time + 1e-9
         for ending in [one for one in self._active if one[0] <= now]:
             self._active.remove(ending)

@@ -16,11 +16,11 @@ from .fault import Fault, FaultError, parameter
 from .places import Places, add_obstacle
 from .robot_faults import LOCKING_FRICTION
 
-GRAVITY = 9.81  # [m/s2] to choose a velocity; the throw itself is simulated
-OUT_OF_HAND = 0.06  # [m] that a held object is moved out of the gripper before it is thrown
-THROWN = 0.02  # [m] above its support from which an object falls before it slides
-THROWS = 50  # random targets that are tried
-FLIGHT = 1.0  # [s] in which a thrown object comes to rest
+GRAVITY = 9.81  # [m/s2] for the choice of a velocity; the throw itself is simulated
+OUT_OF_HAND = 0.06  # [m] displacement of a held object out of the gripper before it is thrown
+THROWN = 0.02  # [m] height over its support from which an object falls before it slides
+THROWS = 50  # maximum number of random targets
+FLIGHT = 1.0  # [s] within which a thrown object has to come to rest
 
 
 @dataclass
@@ -49,7 +49,7 @@ class Vanish(_ObjectFault):
     def begin(self) -> None:
         """Remove it."""
         name = self.name
-        if any(fixture.name == name for fixture in self.context.station.scene.fixtures):
+        if any(scene_object.name == name for scene_object in self.context.station.scene.objects):
             _remove_until_end(self, name)
         else:
             self.context.cell.remove(name)
@@ -57,7 +57,7 @@ class Vanish(_ObjectFault):
 
 @dataclass
 class Displace(_ObjectFault):
-    """The object is suddenly at another place on the table, within reach."""
+    """The object is suddenly at another position on the table, within reach."""
 
     distance: float = parameter(0.1, "Least distance that it moves [m].")
 
@@ -78,7 +78,7 @@ class Knock(_ObjectFault):
     distance: float = parameter(0.1, "Least horizontal distance that it goes [m].")
 
     def begin(self) -> None:
-        """Give it a velocity at which it comes to rest within reach if the robot stands still."""
+        """Set a velocity with which it comes to rest within reach if the robot stands still."""
         context, cell, name = self.context, self.context.cell, self.name
         places = Places(context, name, self.distance)
         T_wo, robot = cell.pose(name), context.robot
@@ -87,7 +87,7 @@ class Knock(_ObjectFault):
             T_start, offset = T_wo, T_target.translation - T_wo.translation
             if held:
                 out = robot.robot.tool_pose.rotation[:, 2]
-                if offset[2] > -OUT_OF_HAND:  # on the table it leaves sideways
+                if offset[2] > -OUT_OF_HAND:  # on the table it is thrown sideways
                     out = np.array([*offset[:2], 0.0]) / math.hypot(*offset[:2])
                 T_start = pin.SE3(T_wo.rotation, T_wo.translation + OUT_OF_HAND * out)
             velocity = self._velocity(T_start, T_target, cell.nominal(name, "friction"))
@@ -104,7 +104,7 @@ class Knock(_ObjectFault):
 
     @staticmethod
     def _velocity(T_start: pin.SE3, T_target: pin.SE3, friction: float) -> np.ndarray:
-        """Return the horizontal velocity at which an object falls and slides to a target [m/s]."""
+        """Return the horizontal velocity for an object to fall and slide to a target [m/s]."""
         offset = T_target.translation - T_start.translation
         drop = max(-float(offset[2]), 0.0)
         fall = math.sqrt(2.0 * drop / GRAVITY) if drop > THROWN else 0.0
@@ -114,13 +114,13 @@ class Knock(_ObjectFault):
 
 
 def _thrown(cell: Cell, name: str, T_wo: pin.SE3, velocity: np.ndarray) -> np.ndarray | None:
-    """Return where a thrown object comes to rest while all else stands still [m].
+    """Return the position at which a thrown object comes to rest in a static cell [m].
 
     Args:
         cell: The cell, which is not changed.
         name: The object.
-        T_wo: Its pose when it is thrown.
-        velocity: Its velocity then [m/s].  # (3,)
+        T_wo: Its initial pose.
+        velocity: Its initial velocity [m/s].  # (3,)
 
     Returns:
         The position of its origin; None if it does not come to rest.  # (3,)
@@ -142,7 +142,7 @@ def _thrown(cell: Cell, name: str, T_wo: pin.SE3, velocity: np.ndarray) -> np.nd
 
 @dataclass
 class Slippery(_ObjectFault):
-    """The object has hardly any friction."""
+    """The object has very low friction."""
 
     friction: float = parameter(0.003, "Its coefficient of friction.")
 
@@ -164,7 +164,7 @@ class Heavy(_ObjectFault):
 
 @dataclass
 class Stuck(_ObjectFault):
-    """The object does not move, as if it were glued."""
+    """The object is stuck to its position."""
 
     duration: float = parameter(1.0, "Time for which it is stuck [s].")
 
@@ -203,7 +203,7 @@ class ContainerVanishes(Fault):
 
 
 def _remove_until_end(fault: Fault, name: str) -> None:
-    """Remove an entity, and put it back when the fault ends."""
+    """Remove an entity, and add it again at the end of the fault."""
     cell = fault.context.cell
     T_we, free = cell.pose(name), cell.is_free(name)
     entity = cell.remove(name)

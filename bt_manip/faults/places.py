@@ -1,4 +1,4 @@
-"""Places for objects and obstacles that appear in the cell."""
+"""Positions of objects and obstacles that appear in the cell."""
 
 import math
 from collections.abc import Iterator
@@ -12,35 +12,34 @@ from bt_manip.cell import CellError, Region, as_object, entity_of
 from .fault import FaultContext, FaultError
 
 REACH = (0.25, 0.46)
-"""Distances from the base at which objects are reached from above; of the arm's length."""
+"""Distances from the base within reach from above, relative to the arm's length."""
 
 FARTHEST = 0.4
-"""Greatest horizontal distance that an object moves [m]."""
+"""Largest horizontal displacement of an object [m]."""
 
 EDGE = 0.03
-"""Least distance of an object to the edge of its support and to other objects [m]."""
+"""Smallest distance of an object from the edge of its support and from other objects [m]."""
 
 BETWEEN = 0.35
 """Height of an obstacle's centre above the line from the object to the container [m]."""
 
 POSITION_ATTEMPTS = 1000
-"""Random positions that are tried."""
+"""Maximum number of random positions."""
 
 SIDES = 8
-"""Directions in which the support around an object is checked."""
+"""Number of directions in which the support around an object is checked."""
 
 
 class Places:
-    """The places on surfaces at which a robot reaches an object from above."""
+    """The positions on surfaces at which a robot reaches an object from above.
+
+    Args:
+        context: The run.
+        name: The object.
+        distance: Smallest horizontal distance from its present pose [m].
+    """
 
     def __init__(self, context: FaultContext, name: str, distance: float) -> None:
-        """Measure robot and object.
-
-        Args:
-            context: The run.
-            name: The object.
-            distance: Least horizontal distance from its present pose [m].
-        """
         cell = context.cell
         self._context, self._distance = context, distance
         self._declared = as_object(cell.find(name))
@@ -52,7 +51,7 @@ class Places:
         self._radius = float(cell.model.geom_rbound[geoms].max(initial=0.0)) + EDGE
 
     def sample(self) -> Iterator[pin.SE3]:
-        """Yield random poses of the object at such places, upright."""
+        """Yield random upright poses of the object at these positions."""
         rng = self._context.rng
         for _ in range(POSITION_ATTEMPTS):
             r, angle = rng.uniform(self._near, self._far), rng.uniform(-math.pi, math.pi)
@@ -65,7 +64,7 @@ class Places:
             yield Region((x, x), (y, y), (z, z), middle=(middle_x, middle_y)).sample(rng)
 
     def height_at(self, x: float, y: float) -> float | None:
-        """Return the height of the surface if a position is such a place, else None [m]."""
+        """Return the height of the surface at one of these positions [m]; None elsewhere."""
         reach = math.hypot(x - self._base[0], y - self._base[1])
         moved = math.hypot(x - self._here[0], y - self._here[1])
         if not self._near <= reach <= self._far or not self._distance <= moved <= FARTHEST:
@@ -85,15 +84,15 @@ def add_obstacle(
     Args:
         context: The run.
         size: Lengths along x, y and z [m].
-        distance: Least distance ahead of the tool on the arm's path [m].
-        clearance: Least horizontal distance from the object, containers and the tool, so that
+        distance: Smallest distance ahead of the tool on the arm's path [m].
+        clearance: Smallest horizontal distance from the object, containers and the tool, so that
             there is a path around it [m].
 
     Returns:
         Its name.
 
     Raises:
-        FaultError: If there is no such place.
+        FaultError: If there is no such position.
     """
     cell = context.cell
     keep = [cell.pose(name).translation for name in _targets(context)]
@@ -115,7 +114,7 @@ def add_obstacle(
 
 
 def _blocks_target(context: FaultContext, name: str) -> bool:
-    """Tell whether an entity is in collision with the arm where its motion ends."""
+    """Return whether an entity collides with the arm at the end of its motion."""
     arm = context.robot.arm
     if arm.world is None:
         return False
@@ -133,7 +132,7 @@ def _targets(context: FaultContext) -> Iterator[str]:
 
 
 def _ahead(context: FaultContext, distance: float) -> Iterator[np.ndarray]:
-    """Yield positions on the path of the tool, then between the object and a container [m]."""
+    """Yield positions on the path of the tool, then between object and container [m]."""
     follower, model = context.robot.arm.follower, context.robot.arm.model
     tool = context.robot.robot.tool_pose.translation
     for q in follower.ahead(np.arange(0.0, follower.remaining, 0.02)):
@@ -148,7 +147,7 @@ def _ahead(context: FaultContext, distance: float) -> Iterator[np.ndarray]:
 
 
 def _length(context: FaultContext) -> float:
-    """Return the greatest horizontal distance of the tool from the base that was sampled [m]."""
+    """Return the largest sampled horizontal distance of the tool from the base [m]."""
     model, limits = context.robot.arm.model, context.robot.robot.limits
     lower, upper = limits.sampling_bounds()
     base = context.cell.pose(context.robot.name).translation
@@ -158,13 +157,13 @@ def _length(context: FaultContext) -> float:
 
 
 def _support(context: FaultContext, x: float, y: float, without: int) -> float | None:
-    """Return the height of a surface at a position, where nothing else is above it [m].
+    """Return the height of a surface at a position [m]; None if it is occupied.
 
     Args:
         context: The run.
         x: Position in the world [m].
         y: Position in the world [m].
-        without: Body that does not count.
+        without: Ignored body.
     """
     cell = context.cell
     above = float(cell.pose(context.robot.name).translation[2]) + 1.5

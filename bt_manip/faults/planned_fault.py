@@ -1,4 +1,4 @@
-"""Faults as text: which one, at which node, with which parameters."""
+"""Planned faults and their text format."""
 
 import shlex
 from collections.abc import Callable, Mapping
@@ -25,13 +25,13 @@ WHEN: Mapping[str, Parameter] = MappingProxyType(
 
 @dataclass(frozen=True)
 class PlannedFault:
-    """A fault that shall happen in a run.
+    """A fault to inject into a run.
 
     Attributes:
         name: Its registered name.
-        at: Path, name or registered name of the node at whose start it begins.
-        after: Time after the start of the node [s].
-        cycle: The cycle in which it happens, from 1; 0: in all of them.
+        at: Path, name or registered name of its node.
+        after: Time of the fault after the start of the node [s].
+        cycle: Number of the cycle, from 1; 0: all cycles.
         parameters: Parameters of the fault.
     """
 
@@ -42,7 +42,7 @@ class PlannedFault:
     parameters: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
 
     def __str__(self) -> str:
-        """Return it as `parse_fault` reads it."""
+        """Return its text, for `parse_fault`."""
         when = {"at": self.at, "after": self.after, "cycle": self.cycle, **self.parameters}
         shown = [f"{k}={shlex.quote(f'{v:g}' if isinstance(v, float) else str(v))}"
                  for k, v in when.items() if k == "at" or v]  # fmt: skip
@@ -53,10 +53,10 @@ class PlannedFault:
         return faults.maker(self.name, "start", "end")(**self.parameters)
 
     def nodes(self, tree: Tree) -> tuple[Any, ...]:
-        """Return the nodes at which it begins.
+        """Return the nodes at whose start it begins.
 
         Raises:
-            FaultError: If the tree has none; the message suggests the nearest names.
+            FaultError: If the tree has no such node; the nearest names are suggested.
         """
         for attribute in ("path", "name", "registration"):
             found = tuple(node for node in tree.nodes if getattr(node, attribute) == self.at)
@@ -69,15 +69,15 @@ class PlannedFault:
 
 
 def parse_fault(text: str, faults: Registry[Callable[..., Any]]) -> PlannedFault:
-    """Read a fault, such as ``push at=Lift force=100 duration=0.5``.
+    """Parse a fault such as ``push at=Lift force=100 duration=0.5``.
 
     Args:
-        text: The fault's name, then ``at=NODE`` and, where wanted, ``after=SECONDS``,
-            ``cycle=NUMBER`` and parameters of the fault.
+        text: The fault's name, then ``at=NODE``, and optionally ``after=SECONDS``, ``cycle=NUMBER``
+            and parameters of the fault.
         faults: The registered faults.
 
     Raises:
-        UnknownPartError: If there is no such fault; the message suggests the nearest names.
+        UnknownPartError: If there is no such fault; the nearest names are suggested.
         FaultError: If a parameter is unknown, missing or impossible.
     """
     try:

@@ -13,10 +13,10 @@ from bt_manip.cell import entity_of
 from .fault import Fault, FaultContext, FaultError, parameter
 
 LOCKING_FRICTION = 1e4
-"""Dry friction that holds against all motors and forces in a cell [N m or N]."""
+"""Dry friction larger than all motor efforts and forces in a cell [N m or N]."""
 
 LOST_GAIN = 1e-9
-"""Factor on the torque of a motor without power; overrides do not take 0."""
+"""Factor on the torque of a motor without power; overrides do not accept 0."""
 
 
 @dataclass
@@ -31,7 +31,7 @@ class Push(Fault):
         """Choose the direction."""
         angle = self.context.rng.uniform(-math.pi, math.pi)
         self._vector = self.force * np.array([math.cos(angle), math.sin(angle), 0.0])
-        self._body()  # raises if there is no such link
+        self._body()  # raises an error if there is no such link
         self.at_end(self._apply, np.zeros(3))
 
     def bind(self) -> None:
@@ -53,7 +53,7 @@ def _choose_joint(context: FaultContext, part: str, joints: list[int], number: i
 
     Args:
         context: The run.
-        part: The part of the robot that has the joints, for messages.
+        part: The part of the robot with the joints, for messages.
         joints: The joints.
         number: Number of the joint.
 
@@ -129,14 +129,14 @@ class TorqueLoss(Fault):
 
 
 class _SensorFault(Fault):
-    """Replaces the measured joint state, as arm and controller read it."""
+    """Replaces the measured joint state for arm and controller."""
 
     def measure(self, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the faulty measurement of a true state; called once per control step."""
+        """Return the faulty measurement for a true state; called once per control step."""
         raise NotImplementedError
 
     def begin(self) -> None:
-        """Read the true values again when it ends."""
+        """Schedule the return to true values at the end."""
         robot = self.context.robot.robot
         if isinstance(getattr(robot.read_q, "__self__", None), _SensorFault):
             raise FaultError("the sensors have a fault already")
@@ -144,7 +144,7 @@ class _SensorFault(Fault):
         self.at_end(lambda: self._set(self._read_q, self._read_v))
 
     def bind(self) -> None:
-        """Replace the functions that read the present model."""
+        """Replace the read functions of the present model."""
         robot, data = self.context.robot.robot, self.context.cell.data
         if getattr(robot.read_q, "__self__", None) is self:
             return  # bound already
@@ -160,7 +160,7 @@ class _SensorFault(Fault):
         return self._read()[1]
 
     def _read(self) -> tuple[np.ndarray, np.ndarray]:
-        if self._data.time != self._time:  # arm and controller read the same
+        if self._data.time != self._time:  # arm and controller read the same values
             self._time = self._data.time
             self._measured = self.measure(self._read_q().copy(), self._read_v().copy())
         return self._measured
@@ -185,12 +185,12 @@ class SensorNoise(_SensorFault):
 
 @dataclass
 class SensorDelay(_SensorFault):
-    """The measured positions and velocities of the joints are out of date."""
+    """The measured positions and velocities of the joints are delayed."""
 
     delay: float = parameter(0.002, "Their age [s].")
 
     def begin(self) -> None:
-        """Begin without past measurements."""
+        """Clear past measurements."""
         super().begin()
         steps = round(self.delay / self.context.cell.dt)
         self._past: deque[tuple[np.ndarray, np.ndarray]] = deque(maxlen=steps + 1)

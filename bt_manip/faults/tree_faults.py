@@ -27,7 +27,7 @@ class BehaviourException(Fault):
 
 @dataclass
 class TickDelay(Fault):
-    """The tree is not ticked for some time, while arms and controllers go on."""
+    """The tree is not ticked for some time, while arms and controllers continue."""
 
     duration: float = parameter(0.5, "Time without ticks [s].")
 

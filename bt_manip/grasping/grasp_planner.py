@@ -1,4 +1,4 @@
-"""Plan grasps of objects."""
+"""Grasp planning."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -21,51 +21,50 @@ from .ranking import GraspRanking
 from .rejections import Rejections
 
 MAX_DISPLACEMENT = 1e-5
-"""Displacement of an object [m] and [rad] up to which a plan for it holds: objects settle."""
+"""Displacement of an object up to which its plan is valid, as objects settle [m] and [rad]."""
 
 SITE_PREFIX = "grasp"
-"""Beginning of the names of sites that are grasps."""
+"""Prefix of the names of sites that declare grasps."""
 
 
 class GraspPlanner:
-    """Chooses grasps of objects: the best feasible one by cost.
+    """Plans grasps of objects: the feasible grasp of lowest cost.
 
-    Candidates are ranked by their geometry. In that order, equally good ones together, they are
-    checked until one passes: clearance of the gripper, inverse kinematics of the pre-grasp pose,
-    a collision-free straight approach, and a free lift. Of the configurations that pass, the one
-    nearest to the present one is taken.
+    Candidates are ranked by their geometry and checked in this order, equally good ones together,
+    up to the first feasible one. Checks: clearance of the gripper, inverse kinematics of the
+    pre-grasp pose, a collision-free straight approach, and a free lift. Of the feasible
+    configurations, the one nearest to the present configuration is chosen.
 
-    Objects of any shape are sampled once after each compile and change of their shape or friction,
-    with a fixed seed: an object has the same candidates in every run, wherever it is. An object
-    that would slip even at the gripper's maximum force has none.
+    Objects without simple shapes are sampled once after each compile and change of their shape or
+    friction, with a fixed seed: an object has the same candidates in every run and at every pose.
+    An object that would slip even at the gripper's maximum force has none.
 
     Attributes:
         arm: The arm that grips.
-        checked: The grasps that the last search has checked; None before the first.
+        checked: The grasps checked by the last search; None before the first.
     """
 
     def __init__(self, cell: Cell, arm: Arm) -> None:
-        """Plan for an arm in a cell."""
         self._cell, self.arm = cell, arm
         self.checked: CheckedGrasps | None = None
-        self._generators: dict[str, tuple[bytes, GraspGenerator]] = {}  # with their keys
-        self._around: GripperClearance  # made again after each compile
+        self._generators: dict[str, tuple[bytes, GraspGenerator]] = {}  # keys and generators
+        self._around: GripperClearance  # created again after each compile
         self._generation = -1
         self._planned: tuple[str, int, GraspPlan] | None = None  # object, generation of the cell
 
     def plan(self, name: str, heights: Sequence[float], centre: np.ndarray) -> GraspPlan:
-        """Choose a grasp and the configuration from which the tool approaches it.
+        """Plan a grasp and the pre-grasp configuration from which the tool approaches.
 
         Args:
             name: The object.
-            heights: Heights of the pre-grasp pose over the object's centre, along the tool's axis,
-                of which the first reachable one is taken [m]; limited to `MAX_SIDE_STANDOFF` where
-                the approach is not from above.
+            heights: Heights of the pre-grasp pose over the object's centre along the tool's axis
+                [m]; the first reachable one is used. Limited to `MAX_SIDE_STANDOFF` unless the
+                approach is from above.
             centre: The object's centre in the world [m].  # (3,)
 
         Raises:
-            CellError: When there is no such object.
-            MotionError: When no grasp is feasible, with the reasons.
+            CellError: If there is no such object.
+            MotionError: If no grasp is feasible; the message has the reasons.
         """
         search = self._search(name, self.arm.model.pose(self.arm.q))
         plan = search.best(heights, centre)
@@ -75,10 +74,11 @@ class GraspPlanner:
         return plan
 
     def planned(self, name: str) -> GraspPlan | None:
-        """Return the last plan if it holds and the next motion begins where its approach does.
+        """Return the last plan if it is still valid at the start of the next motion.
 
-        The arm must rest at the pre-grasp configuration, or come to rest there within its blend
-        radius; the object be where it was, up to `MAX_DISPLACEMENT`; and the gripper be clear.
+        The arm has to be at rest at the pre-grasp configuration, or stop there within its blend
+        radius; the object must not have moved by more than `MAX_DISPLACEMENT`; and the gripper
+        needs clearance.
 
         Args:
             name: The object.
@@ -98,7 +98,7 @@ class GraspPlanner:
         return plan
 
     def nearest(self, name: str, T_now: pin.SE3) -> tuple[GraspCandidate, pin.SE3]:
-        """Return the grasp with clearance whose approach axis is nearest to the tool.
+        """Return the grasp with clearance and the approach axis nearest to the tool.
 
         Args:
             name: The object.
@@ -108,8 +108,8 @@ class GraspPlanner:
             The grasp, and the pose of the tool at it.
 
         Raises:
-            CellError: When there is no such object.
-            MotionError: When no grasp has clearance.
+            CellError: If there is no such object.
+            MotionError: If no grasp has clearance.
         """
         search = self._search(name, T_now)
         found = search.nearest()
@@ -121,7 +121,7 @@ class GraspPlanner:
         """Check that the gripper has clearance at a tool pose.
 
         Raises:
-            MotionError: When it has none, naming the obstacle.
+            MotionError: If it has none; the message names the obstacle.
         """
         found = self._clearance(name).at_pose(T_wt)
         if found.distance < -MAX_PENETRATION:
@@ -141,7 +141,7 @@ class GraspPlanner:
         return self._around
 
     def get_state(self) -> dict[str, Any] | None:
-        """Return the plan that `planned` may return, as plain data."""
+        """Return the last plan as plain data."""
         if self._planned is None or self._planned[1] != self._cell.generation:
             return None
         name, _, plan = self._planned
@@ -154,7 +154,7 @@ class GraspPlanner:
         }
 
     def set_state(self, state: dict[str, Any] | None) -> None:
-        """Restore what `get_state` returned, in the same cell; its approach is followed again."""
+        """Restore a state in the same cell; the approach is planned again."""
         self._planned = self.checked = None
         if state is not None:
             T_ot, T_wt = (pin.SE3(np.array(state[key])) for key in ("T_ot", "T_wt"))
@@ -181,7 +181,7 @@ class GraspPlanner:
         T_wo = cell.pose(name)
         solids, com = solids_of(cell, name), centre_of_mass(cell, name)
         declared = declared_grasps(cell, name)
-        # Joints of the object and overrides of friction change it.
+        # It changes with the object's joints and overrides of friction.
         key = _content(solids, com, declared)
         known, generator = self._generators.get(name, (b"", None))
         if generator is None or known != key:
@@ -201,7 +201,7 @@ class GraspPlanner:
 
 
 def declared_grasps(cell: Cell, name: str) -> list[DeclaredGrasp]:
-    """Return the grasps that an object declares, those of its class first.
+    """Return the declared grasps of an object, those of its class first.
 
     Args:
         cell: The cell.
@@ -220,7 +220,7 @@ def declared_grasps(cell: Cell, name: str) -> list[DeclaredGrasp]:
 
 
 def _content(solids: Sequence[Solid], com: np.ndarray, declared: Sequence[DeclaredGrasp]) -> bytes:
-    """Return all that may change in an object between two compiles, as bytes."""
+    """Return all properties of an object that may change between two compiles, as bytes."""
     parts = [com, *([s.friction, *s.T_os.homogeneous.ravel()] for s in solids)]
     parts += ([g.width, *g.T_og.homogeneous.ravel()] for g in declared)
     return b"".join(np.array(part).tobytes() for part in parts)

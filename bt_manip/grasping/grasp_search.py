@@ -1,4 +1,4 @@
-"""Search the grasps of one object for a feasible one."""
+"""Search for a feasible grasp of one object."""
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
@@ -22,51 +22,50 @@ from .ranking import COST_TOLERANCE, GraspRanking, RankedGrasp
 from .rejections import Rejections
 
 MAX_SIDE_STANDOFF = 0.12
-"""Largest distance of the pre-grasp pose from a grasp that is not approached from above [m]."""
+"""Largest distance between grasp and pre-grasp pose, unless the approach is from above [m]."""
 
 LIFT_CLEARANCE = 0.05
-"""Height through which the object must be free to be lifted [m]."""
+"""Height of the checked lift [m]."""
 
-MAX_CLEARANCE_CHECKS = 128  # grasps whose clearance is measured
-MAX_APPROACHES = 24  # infeasible straight approaches
+MAX_CLEARANCE_CHECKS = 128  # maximum number of grasps whose clearance is measured
+MAX_APPROACHES = 24  # maximum number of infeasible straight approaches
 MAX_BATCHES = 6
 BATCH_SIZE = 4  # equally good grasps that are solved together
 
 _SEARCHES = ((0, MARGIN), (1, MARGIN), (8, MARGIN), (8, 0.0))
-"""Random restarts and joint limit margin [rad] of each IK search: usually the first succeeds."""
+"""Random restarts and joint limit margin [rad] of successive IK searches."""
 
 
 _FROM_ABOVE = math.cos(math.radians(30.0))
-_AT_PREGRASP = 0.05  # [rad] of tool distance up to which the tool is already at the pre-grasp pose
-_CLOSING_STEP = 0.3  # of the opening between checks: 24 mm of the Panda's 80
+_AT_PREGRASP = 0.05  # [rad] tool distance up to which the tool is at the pre-grasp pose
+_CLOSING_STEP = 0.3  # [openings] between checks: 24 mm of the Panda's 80
 _MAX_CLOSING_PENETRATION = 0.5e-3  # [m]
-_MAX_LIFT_PENETRATION = 1e-3  # [m] of the lifted object in what it touches
+_MAX_LIFT_PENETRATION = 1e-3  # [m] of the lifted object in touched entities
 
 
 class GraspPlan(NamedTuple):
-    """A feasible grasp, with the configuration from which it is approached."""
+    """A feasible grasp with its pre-grasp configuration."""
 
     grasp: GraspCandidate
     T_wt: pin.SE3
     """Pose of the tool at the grasp."""
     q_pregrasp: np.ndarray
-    """Configuration at the pre-grasp pose, a straight line along the tool's axis away."""  # (nq,)
+    """Configuration at the pre-grasp pose, at the start of the straight approach."""  # (nq,)
     reason: str
-    """Cost of the grasp, distance to it, and how many were rejected before it."""
+    """Cost of the grasp, distance to it, and number of grasps rejected before, as text."""
     approach: SplinePath | None = None
-    """Joint path along that line, where it was followed already."""
+    """Joint path along this line, if it was computed already."""
 
 
 @dataclass
 class CheckedGrasps:
-    """The grasps that a search has checked, for viewers.
+    """The grasps checked by a search, for viewers.
 
     Attributes:
         object: Name of the object.
-        closing: As of the `GraspCandidates`.
-        grasps: The grasps in the order of their checks, each with whether the gripper has
-            clearance.
-        chosen: The grasp that was found; None where none is feasible.
+        closing: Closing direction, see `GraspCandidates`.
+        grasps: The grasps in the order of their checks, with whether the gripper has clearance.
+        chosen: The chosen grasp; None if none is feasible.
     """
 
     object: str
@@ -76,11 +75,17 @@ class CheckedGrasps:
 
 
 class GraspSearch:
-    """Searches the grasps of one object in the present situation.
+    """Searches for a feasible grasp of one object in the present state of the cell.
+
+    Args:
+        arm: The arm.
+        name: The object.
+        ranking: Its ranked grasp candidates.
+        clearance: Measures the gripper's clearance at the object.
 
     Attributes:
-        checked: The grasps that were checked so far.
-        rejections: The reasons why grasps were rejected so far.
+        checked: The grasps checked so far.
+        rejections: Counts of rejected grasps by reason.
     """
 
     def __init__(
@@ -91,15 +96,6 @@ class GraspSearch:
         clearance: GripperClearance,
         rejections: Rejections,
     ) -> None:
-        """Search for an arm.
-
-        Args:
-            arm: The arm.
-            name: The object.
-            ranking: Its grasp candidates.
-            clearance: Measures the gripper's clearance at the object.
-            rejections: Counts the grasps that are not feasible.
-        """
         self._arm, self._name, self._ranking = arm, name, ranking
         self._clearance, self.rejections = clearance, rejections
         self.checked = CheckedGrasps(name, ranking.candidates.closing)
@@ -115,12 +111,12 @@ class GraspSearch:
         """Return the plan of the feasible grasp of lowest cost.
 
         Args:
-            heights: Heights of the pre-grasp pose over the object's centre, along its axis, in the
-                order in which they are tried [m].
+            heights: Heights of the pre-grasp pose over the object's centre along its axis, in the
+                order of trials [m].
             centre: The object's centre in the world [m].  # (3,)
 
         Raises:
-            MotionError: When the arm reaches a grasp but no pre-grasp pose of it.
+            MotionError: If the arm reaches a grasp but none of its pre-grasp poses.
         """
         grasps, left = self._with_clearance(self._ranking.by_cost()), list(heights)
         for batch in islice(_batches(grasps), MAX_BATCHES):
@@ -145,39 +141,39 @@ class GraspSearch:
                 del heights[0]
 
     def _with_clearance(self, ranked: Iterable[RankedGrasp]) -> Iterator[RankedGrasp]:
-        """Iterate over the grasps with sufficient clearance in their order, then the tight ones.
+        """Yield the grasps with sufficient clearance in their order, then those with less.
 
-        A tight one is not postponed when the tool is already at its pre-grasp pose.
+        A grasp with less is not postponed if the tool is already at its pre-grasp pose.
         """
         tight = []
-        for one in islice(ranked, MAX_CLEARANCE_CHECKS):
-            found = self._clearance.at_pose(one.T_wt)
+        for candidate in islice(ranked, MAX_CLEARANCE_CHECKS):
+            found = self._clearance.at_pose(candidate.T_wt)
             clear = found.distance >= -MAX_PENETRATION
             if not clear:
                 self.rejections.no_clearance[found.entity] += 1
-            elif not (clear := self._can_close(one)):
+            elif not (clear := self._can_close(candidate)):
                 self.rejections.self_obstructed += 1
-            self.checked.grasps.append((one.grasp, clear))
+            self.checked.grasps.append((candidate.grasp, clear))
             if not clear:
                 continue
-            if found.distance < SUFFICIENT_CLEARANCE and one.tool_distance > _AT_PREGRASP:
-                tight.append(one)
+            if found.distance < SUFFICIENT_CLEARANCE and candidate.tool_distance > _AT_PREGRASP:
+                tight.append(candidate)
             else:
-                yield one
+                yield candidate
         yield from tight
 
-    def _can_close(self, one: RankedGrasp) -> bool:
+    def _can_close(self, candidate: RankedGrasp) -> bool:
         """Return whether the gripper reaches the contacts before it touches another part."""
         clearance, name = self._clearance, self._name
         if self._ranking.candidates.clear:
             return True
-        if clearance.to_entity(name, one.T_wt) < 0.0:
+        if clearance.to_entity(name, candidate.T_wt) < 0.0:
             return False
-        steps = max(1, math.ceil((1.0 - one.opening) / _CLOSING_STEP))
+        steps = max(1, math.ceil((1.0 - candidate.opening) / _CLOSING_STEP))
         try:
             for k in range(1, steps + 1):
-                clearance.open(1.0 + (one.opening - 1.0) * k / steps)
-                if clearance.to_entity(name, one.T_wt) < -_MAX_CLOSING_PENETRATION:
+                clearance.open(1.0 + (candidate.opening - 1.0) * k / steps)
+                if clearance.to_entity(name, candidate.T_wt) < -_MAX_CLOSING_PENETRATION:
                     return False
         finally:
             clearance.open()
@@ -188,19 +184,25 @@ class GraspSearch:
     ) -> GraspPlan | None:
         """Return the plan with the nearest pre-grasp configuration, of equally good grasps.
 
-        Grasps that may be turned are first searched at any turn, one for all that differ by it.
+        Grasps with a free axis are first solved at any turn, once for all grasps that differ by it.
         """
         if self._arm.world is not None:
             self._arm.world.refresh()
         reached = self._reached
-        free = {key: one for one in batch if (key := _turns(one, height)) and key not in reached}
+        free = {
+            key: candidate
+            for candidate in batch
+            if (key := _turns(candidate, height)) and key not in reached
+        }
         reached.update(dict.fromkeys(free, False))
         plan, solved = self._nearest(list(free.values()), height, centre)
         reached.update((key, True) for i, key in enumerate(free) if i in solved)
         if plan is not None:
             return plan
         fixed = [
-            one._replace(free_axis=None) for one in batch if reached.get(_turns(one, height), True)
+            candidate._replace(free_axis=None)
+            for candidate in batch
+            if reached.get(_turns(candidate, height), True)
         ]
         plan, solved = self._nearest(fixed, height, centre)
         if plan is None and not solved:
@@ -211,9 +213,9 @@ class GraspSearch:
     def _nearest(
         self, grasps: Sequence[RankedGrasp], height: float, centre: np.ndarray
     ) -> tuple[GraspPlan | None, set[int]]:
-        """Return the plan nearest to the arm, and the indices of the grasps that it reaches."""
+        """Return the plan nearest to the arm, and the indices of the reachable grasps."""
         arm, rejections = self._arm, self.rejections
-        standoffs = [_standoff(one.T_wt, height, centre) for one in grasps]
+        standoffs = [_standoff(candidate.T_wt, height, centre) for candidate in grasps]
         targets = [self._target(*pair) for pair in zip(grasps, standoffs, strict=True)]
         best: tuple[float, GraspPlan] | None = None
         tried: list[np.ndarray] = []
@@ -236,54 +238,56 @@ class GraspSearch:
         return best and best[1], reached
 
     def _plan_from(
-        self, one: RankedGrasp, q: np.ndarray, standoff: float
+        self, candidate: RankedGrasp, q: np.ndarray, standoff: float
     ) -> tuple[float, GraspPlan] | None:
-        """Return the approach from a configuration, with its joint limit margin [rad]."""
+        """Return the plan from a configuration, with its joint limit margin [rad]."""
         arm, rejections = self._arm, self.rejections
-        if one.free_axis is not None:
-            one = one.turned(translate_along_tool_z(arm.ik.model.pose(q), standoff))
-            tight = self._clearance.at_pose(one.T_wt).distance < SUFFICIENT_CLEARANCE
-            if tight or not self._can_close(one):
+        if candidate.free_axis is not None:
+            candidate = candidate.turned(translate_along_tool_z(arm.ik.model.pose(q), standoff))
+            tight = self._clearance.at_pose(candidate.T_wt).distance < SUFFICIENT_CLEARANCE
+            if tight or not self._can_close(candidate):
                 return None
         collisions = arm.world.collisions(q) if arm.world is not None else []
         if collisions:
             rejections.collisions[collisions[0][:2]] += 1
             return None
-        approach = plan_straight_approach(arm.ik, q, one.T_wt, arm.world)
+        approach = plan_straight_approach(arm.ik, q, candidate.T_wt, arm.world)
         margin = approach.limit_margin
         if margin <= 0.0:
             rejections.reject_approach(approach.error)
             return None
-        if not self._can_lift(one, approach.end):
+        if not self._can_lift(candidate, approach.end):
             return None
         reason = (
-            f"{one.describe()}; {margin:.2f} rad from the nearest joint limit; "
+            f"{candidate.describe()}; {margin:.2f} rad from the nearest joint limit; "
             f"{arm.ik.distance(q, arm.q):.2f} s away at full joint speed"
         )
         if rejections.total:
             reason += f"; {rejections.total} grasps rejected before"
-        return margin, GraspPlan(one.grasp, one.T_wt, q, reason, approach.curve)
+        return margin, GraspPlan(candidate.grasp, candidate.T_wt, q, reason, approach.curve)
 
-    def _target(self, one: RankedGrasp, standoff: float = 0.0) -> pin.SE3 | PoseTarget:
-        """Return the target of the tool at a distance before a grasp [m], turned or not."""
-        T_wt = translate_along_tool_z(one.T_wt, -standoff)
-        if one.free_axis is None or one.pivot is None:
+    def _target(self, candidate: RankedGrasp, standoff: float = 0.0) -> pin.SE3 | PoseTarget:
+        """Return the tool's target at a distance before a grasp [m], with its free axis if any."""
+        T_wt = translate_along_tool_z(candidate.T_wt, -standoff)
+        if candidate.free_axis is None or candidate.pivot is None:
             return T_wt
-        pivot = one.pivot + [0.0, 0.0, standoff]
-        return PoseTarget(self._arm.ik.tool, T_wt, free_axis=one.free_axis, pivot=pivot)
+        pivot = candidate.pivot + [0.0, 0.0, standoff]
+        return PoseTarget(self._arm.ik.tool, T_wt, free_axis=candidate.free_axis, pivot=pivot)
 
     def _check_pregrasp(self, batch: Sequence[RankedGrasp], height: float) -> None:
-        """Raise a `MotionError` when only the pre-grasp poses are unreachable."""
+        """Raise a `MotionError` if only the pre-grasp poses are unreachable."""
         arm, name = self._arm, self._name
-        above = height > 0.0 and all(_from_above(one.T_wt) for one in batch)
-        targets = {_turns(one) or (i,): self._target(one) for i, one in enumerate(batch)}
+        above = height > 0.0 and all(_from_above(candidate.T_wt) for candidate in batch)
+        targets = {
+            _turns(candidate) or (i,): self._target(candidate) for i, candidate in enumerate(batch)
+        }
         if above and arm.ik.nearest(list(targets.values()), arm.q).solved:
             raise MotionError(
                 f"{height:g} m over '{name}' is unreachable, though '{name}' is not",
                 reason="unreachable",
             )
 
-    def _can_lift(self, one: RankedGrasp, q: np.ndarray) -> bool:
+    def _can_lift(self, candidate: RankedGrasp, q: np.ndarray) -> bool:
         """Return whether gripper and object can move straight up from the grasp."""
         clearance, rejections = self._clearance, self.rejections
         steps = [np.array([0.0, 0.0, part * LIFT_CLEARANCE]) for part in (0.5, 1.0)]
@@ -291,9 +295,9 @@ class GraspSearch:
         if lifted.distance < -_MAX_LIFT_PENETRATION:
             rejections.collisions[self._name, lifted.entity] += 1
             return False
-        if _from_above(one.T_wt):
-            return True  # nearly the approach, reversed
-        T = one.T_wt
+        if _from_above(candidate.T_wt):
+            return True  # nearly the reversed approach
+        T = candidate.T_wt
         poses = [pin.SE3(T.rotation, T.translation + step) for step in steps]
         for pose in poses:
             found = clearance.at_pose(pose)
@@ -311,24 +315,24 @@ class GraspSearch:
         return True
 
 
-def _turns(one: RankedGrasp, *height: float) -> tuple[float, ...]:
-    """Return a key that grasps have in common which differ by a turn about their free axis.
+def _turns(candidate: RankedGrasp, *height: float) -> tuple[float, ...]:
+    """Return a key that is equal for grasps that differ by a turn about their free axis.
 
-    Empty where there is none.
+    Empty without a free axis.
     """
-    if one.free_axis is None or one.pivot is None:
+    if candidate.free_axis is None or candidate.pivot is None:
         return ()
-    return (*height, *(np.round([*one.free_axis, *one.pivot], 6) + 0.0).tolist())
+    return (*height, *(np.round([*candidate.free_axis, *candidate.pivot], 6) + 0.0).tolist())
 
 
 def _batches(grasps: Iterable[RankedGrasp]) -> Iterator[list[RankedGrasp]]:
     """Group consecutive grasps that are equally good."""
     batch: list[RankedGrasp] = []
-    for one in grasps:
-        if batch and abs(one.cost - batch[0].cost) >= COST_TOLERANCE:
+    for candidate in grasps:
+        if batch and abs(candidate.cost - batch[0].cost) >= COST_TOLERANCE:
             yield batch
             batch = []
-        batch.append(one)
+        batch.append(candidate)
         if len(batch) == BATCH_SIZE:
             yield batch
             batch = []

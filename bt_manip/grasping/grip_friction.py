@@ -9,13 +9,13 @@ from bt_manip.robots import Gripper
 
 
 def check_friction(cell: Cell, gripper: Gripper, name: str, force: float | None = None) -> None:
-    """Check that friction can carry an object's weight, at rest and in any orientation of the hand.
+    """Check that friction can carry an object's weight at rest, in any orientation of the hand.
 
-    Mass and friction are those of the simulated model, overrides included. An object that does not
-    move freely needs no friction.
+    Mass and friction are those of the simulated model, overrides included. Fixed objects need no
+    friction.
 
     Args:
-        cell: The cell that the object is in.
+        cell: The cell with the object.
         gripper: The gripper.
         name: The object.
         force: Grip force [N]; default: the gripper's maximum.
@@ -42,13 +42,13 @@ def check_friction(cell: Cell, gripper: Gripper, name: str, force: float | None 
 
 
 def holding_force(cell: Cell, gripper: Gripper, name: str, force: float) -> float:
-    """Return the force along its surfaces with which friction holds an object [N].
+    """Return the largest tangential force by which friction holds an object [N].
 
-    Infinite where a grip does not depend on friction.
+    Infinite if the grip does not depend on friction.
 
     Args:
-        cell: The cell that the object is in.
-        gripper: The gripper, whose required friction is taken as proportional to the load.
+        cell: The cell with the object.
+        gripper: The gripper; its required friction is assumed to be proportional to the load.
         name: The object.
         force: Grip force [N].
     """

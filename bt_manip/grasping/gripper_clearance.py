@@ -16,42 +16,40 @@ SUFFICIENT_CLEARANCE = 4e-3
 """Clearance that the gripper needs on its approach [m]: twice the arm's position error."""
 
 MAX_PENETRATION = 3e-3
-"""Penetration of the gripper that is accepted [m]: its collision shapes are a little too thick."""
+"""Accepted penetration of the gripper [m], as its collision shapes are slightly too thick."""
 
-_MAX_DISTANCE = 0.1  # [m] beyond which distances are not measured
-_MAX_LIFT_DISTANCE = 0.02  # [m] the same for a lifted object
-_MIN_QUERY = 1e-3  # [m] least distance limit that MuJoCo is asked with
+_MAX_DISTANCE = 0.1  # [m] largest measured distance
+_MAX_LIFT_DISTANCE = 0.02  # [m] largest measured distance of a lifted object
+_MIN_QUERY = 1e-3  # [m] smallest distance limit of MuJoCo's queries
 
 
 class Clearance(NamedTuple):
-    """Smallest distance to the surroundings."""
+    """Smallest distance to other entities."""
 
     distance: float
     """Signed distance to the nearest entity, negative in penetration [m]."""
     entity: str
-    """Name of that entity; empty when none is near."""
+    """Name of this entity; empty without one nearby."""
 
 
 class GripperClearance:
-    """Measures the distance of the open gripper to its surroundings at any tool pose.
+    """Measures the distance of the open gripper to other entities at any tool pose.
 
-    The gripper is everything that moves with the tool. No configuration of the arm is needed, so
-    many poses can be compared; whether the arm can reach them is checked by inverse kinematics and
-    `CollisionWorld`. Other robots are left out: motions are planned around them.
+    The gripper consists of all bodies that move with the tool. No configuration of the arm is
+    needed, so that many poses can be compared; whether the arm can reach them is checked by inverse
+    kinematics and `CollisionWorld`. Other robots are ignored: motions are planned around them.
+
+    Args:
+        cell: The cell.
+        robot: The robot with the gripper.
+        ignored: Names of entities that are no obstacles, such as the object to grip.
 
     Attributes:
-        geom_poses: Pose of each gripper geom in the tool frame, at the opening; it depends on the
-            compiled model only.
+        geom_poses: Pose of each gripper geom in the tool frame at the present opening; it depends
+            on the compiled model only.
     """
 
     def __init__(self, cell: Cell, robot: Robot, ignored: Sequence[str]) -> None:
-        """Copy the present state of the cell.
-
-        Args:
-            cell: The cell.
-            robot: The robot with the gripper.
-            ignored: Names of entities that are no obstacles: the object to grip.
-        """
         model = cell.model
         self._cell, self._model, self._data = cell, model, mujoco.MjData(model)
         self._robot = robot
@@ -66,7 +64,7 @@ class GripperClearance:
         self.refresh()
 
     def ignore(self, names: Sequence[str]) -> None:
-        """Set which entities are no obstacles, beside the robots."""
+        """Set the entities that are no obstacles, besides robots."""
         entities = self._cell.entities.items()
         ignored = {name for name, entity in entities if isinstance(entity, Robot)}.union(names)
         self._obstacles = np.array(
@@ -82,7 +80,7 @@ class GripperClearance:
         self.open()
 
     def open(self, opening: float = 1.0) -> None:
-        """Open the gripper: 1 for fully, 0 for closed."""
+        """Set the opening of the gripper: 1 for fully open, 0 for closed."""
         model, robot, qpos = self._model, self._robot, self._model.qpos0.copy()
         if robot.gripper is not None:
             robot.gripper.set_opening(qpos, opening)
@@ -105,7 +103,7 @@ class GripperClearance:
         return self._nearest(self._hand, self._geoms_of(name), _MAX_DISTANCE).distance
 
     def of_displaced(self, name: str, displacements: Sequence[np.ndarray]) -> Clearance:
-        """Measure the smallest clearance of an entity when it is displaced from where it is.
+        """Measure the smallest clearance of an entity at displacements from its present pose.
 
         Args:
             name: The entity.
@@ -146,7 +144,7 @@ class GripperClearance:
         return best
 
     def _sphere_gaps(self, geoms: np.ndarray, others: np.ndarray) -> np.ndarray:
-        """Return the distances of bounding spheres [m]; -inf for planes, which have none."""
+        """Return the distances of bounding spheres [m]; -inf for planes."""
         model, position = self._model, self._data.geom_xpos
         offset = position[others] - position[geoms][:, np.newaxis]
         radii = model.geom_rbound[others] + model.geom_rbound[geoms][:, np.newaxis]
@@ -165,7 +163,8 @@ def with_clearance(
         gripper_clearance: Measures their clearance.
 
     Returns:
-        The poses with sufficient clearance, or the one with the largest; and the largest clearance.
+        The poses with sufficient clearance, or else the pose with the largest; and the largest
+        clearance.
     """
     measured = [gripper_clearance.at_pose(T) for T in poses]
     largest = max(measured, key=lambda clearance: clearance.distance)
@@ -174,7 +173,7 @@ def with_clearance(
 
 
 def _gripper_geoms(model: mujoco.MjModel, robot: Robot) -> list[int]:
-    """List the geoms that move with a robot's tool and can touch things."""
+    """List the collision geoms that move with a robot's tool."""
     weld = model.body_weldid[model.site_bodyid[robot.tool_site_id]]
     moves = moved_bodies(model, model.body_dofadr[weld]) & (weld > 0)
     solid = (model.geom_contype != 0) | (model.geom_conaffinity != 0)

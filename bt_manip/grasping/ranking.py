@@ -1,4 +1,4 @@
-"""Rank grasp candidates by cost."""
+"""Ranking of grasp candidates by cost."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -11,18 +11,18 @@ import pinocchio as pin
 from bt_manip.robots import GraspCandidate, GraspCandidates
 
 COST_TOLERANCE = 0.03
-"""Difference of costs below which two grasps are equally good: the arm takes the nearer one."""
+"""Difference of costs below which grasps are equally good, so that the nearest one is chosen."""
 
 TILT_WEIGHT = 1.0
-"""Cost of an approach from the side; it falls with the angle to straight down."""
+"""Cost of an approach from the side; it decreases with the angle to straight down."""
 
 BALANCE_WEIGHT = 0.5
-"""Cost of a grasp whose centre of mass is `_MAX_LEVER` beside the tool, or more."""
+"""Cost of a grasp with the centre of mass `_MAX_LEVER` or more beside the tool."""
 
 _MAX_LEVER = 0.05  # [m]
-_PARALLEL = 1.0 - 1e-6  # cosine from which on two axes are parallel
-_TRANSLATION_WEIGHT = 10.0  # [rad/m] of the tool's distance beside the approach axis
-_COST_WEIGHT = 0.3  # [rad] per cost where grasps are ranked by distance
+_PARALLEL = 1.0 - 1e-6  # minimum cosine between parallel axes
+_TRANSLATION_WEIGHT = 10.0  # [rad/m] weight of the tool's distance from the approach axis
+_COST_WEIGHT = 0.3  # [rad] weight of the cost in a ranking by distance
 
 
 class RankedGrasp(NamedTuple):
@@ -38,11 +38,11 @@ class RankedGrasp(NamedTuple):
     cost: float
     """Sum of the costs."""
     tool_distance: float
-    """Rotation and weighted sideways translation of the tool to its approach axis [rad]."""
+    """Distance of the tool to the approach axis: rotation and weighted translation [rad]."""
     free_axis: np.ndarray | None = None
-    """Unit axis in the tool's frame about which it may be turned at the same cost."""  # (3,)
+    """Unit axis in the tool's frame about which turns do not change the cost."""  # (3,)
     pivot: np.ndarray | None = None
-    """A point of that axis in the tool's frame [m]."""  # (3,)
+    """A point of the free axis in the tool's frame [m]."""  # (3,)
 
     def turned(self, T_wt: pin.SE3) -> "RankedGrasp":
         """Return the grasp turned about its free axis to another pose of the tool."""
@@ -60,7 +60,12 @@ class RankedGrasp(NamedTuple):
 
 
 class GraspRanking:
-    """The grasp candidates of one object in its present pose, compared without moving the arm.
+    """The grasp candidates of one object at its present pose, ranked by geometry.
+
+    Args:
+        T_wo: Pose of the object.
+        com: The object's centre of mass, in its frame [m].  # (3,)
+        T_now: Present pose of the tool.
 
     Attributes:
         candidates: The grasp candidates.
@@ -69,14 +74,6 @@ class GraspRanking:
     def __init__(
         self, candidates: GraspCandidates, T_wo: pin.SE3, com: np.ndarray, T_now: pin.SE3
     ) -> None:
-        """Compute the cost of each candidate.
-
-        Args:
-            candidates: Grasp candidates of the object.
-            T_wo: Pose of the object.
-            com: Its centre of mass, in its frame [m].  # (3,)
-            T_now: Present pose of the tool.
-        """
         self.candidates, self._T_wo = candidates, T_wo
         R = T_wo.rotation @ candidates.rotation
         position = candidates.position @ T_wo.rotation.T + T_wo.translation
@@ -91,7 +88,7 @@ class GraspRanking:
         self._rotation = _angle(R, T_now.rotation)
         self._turnable = np.zeros(len(candidates), dtype=bool)
         if candidates.free_axis is not None and candidates.pivot is not None:
-            # Turned about the vertical or the approach axis, it is tilted and balanced the same.
+            # Turns about the vertical or the approach axis do not change tilt and balance.
             axis = candidates.free_axis @ T_wo.rotation.T
             along = np.maximum(abs(axis[:, 2]), abs(np.einsum("ij,ij->i", axis, R[:, :, 2])))
             k = self._turnable = along > _PARALLEL
@@ -106,7 +103,7 @@ class GraspRanking:
         self._tool_distance = _angle(R, T_now.rotation) + _TRANSLATION_WEIGHT * sideways
 
     def by_cost(self) -> Iterator[RankedGrasp]:
-        """Iterate by cost; equally good grasps by the rotation of the tool."""
+        """Yield grasps by cost; equally good grasps by the rotation of the tool."""
         order = np.argsort(self._total, kind="stable")
         sorted_total = self._total[order]
         first = 0
@@ -118,14 +115,14 @@ class GraspRanking:
             first += len(tier)
 
     def by_distance(self) -> Iterator[RankedGrasp]:
-        """Iterate by the distance of the tool to the approach axis, with a small cost term.
+        """Yield grasps by the distance of the tool to the approach axis, plus a small cost term.
 
-        Grasps with a free axis are turned to where the rotation of the tool is nearest.
+        Grasps with a free axis are turned to the rotation nearest to the tool's.
         """
         R, position = self._nearest
         for i in np.argsort(self._tool_distance + _COST_WEIGHT * self._total, kind="stable"):
-            one = self._ranked(int(i))
-            yield one.turned(pin.SE3(R[i], position[i])) if self._turnable[i] else one
+            grasp = self._ranked(int(i))
+            yield grasp.turned(pin.SE3(R[i], position[i])) if self._turnable[i] else grasp
 
     def _ranked(self, i: int) -> RankedGrasp:
         grasp, candidates = self.candidates[i], self.candidates
@@ -148,13 +145,13 @@ class GraspRanking:
 
 
 def _angle(R: np.ndarray, R_now: np.ndarray) -> np.ndarray:
-    """Return the angles between rotations and another [rad]."""  # (n,)
+    """Return the angles between rotations and a given one [rad]."""  # (n,)
     cosine = 0.5 * (np.einsum("nij,ij->n", R, R_now) - 1.0)
     return np.arccos(np.clip(cosine, -1.0, 1.0))
 
 
 def _turn_towards(R_now: np.ndarray, R: np.ndarray, axis: np.ndarray) -> np.ndarray:
-    """Return the turns about an axis each that bring rotations nearest to another.
+    """Return the turns about an axis for each rotation that bring it nearest to a given one.
 
     They maximize the trace of R_now^T turn R, which is a sinusoid of the angle.
     """  # (n, 3, 3)

@@ -1,4 +1,4 @@
-"""Where an arm reaches from above: the part of a surface to pick from, and above containers."""
+"""The area that an arm reaches from above, on surfaces and above containers."""
 
 import contextlib
 from collections import deque
@@ -15,40 +15,38 @@ from bt_manip.cell import Cell, CellError, Region, as_object, entity_of, extent
 from bt_manip.spatial import pointing_down
 
 REFERENCE_AREA = (0.2, 0.4, -0.3, 0.3)
-"""Area of the pick and place task, x_min, x_max, y_min, y_max [m], where it is within reach."""
+"""Area of the pick-and-place task if within reach: x_min, x_max, y_min, y_max [m]."""
 
 APPROACH = 0.1
-"""Height above a grasp from which the tool comes down straight [m]."""
+"""Height above a grasp from which the tool descends straight [m]."""
 
 DROP_HEIGHTS = (0.25, 0.22, 0.19, 0.16, 0.13, 0.1)
-"""Heights over a container's bottom to drop from, the preferred one first [m]."""
+"""Heights over a container's bottom for drops, the preferred one first [m]."""
 
-_CLEAR = 3  # of these are above the rim of the reference task's basket, with a cube in the gripper
-NEAREST = 0.15  # [m] from the base's axis to the middle of a container
-_SHIFT = 0.03  # [m] between the positions of a container that are tried
-DIVISIONS = 18  # squares of the grid within the arm's length
-MIN_SIDE = 0.02  # [m] of a square
-_STEPS = 2  # of the straight approach that are checked
-_MAX_STEP = 1.0  # [rad] of a joint between them
-_YAWS = (0.0, np.pi / 4)  # [rad] of an object with four sides: the least and the most turned
-_RESTARTS = 4  # of inverse kinematics where no neighbour's solution leads to one
-_SPACING = 3  # of the points that are searched with restarts
-_ATTEMPTS = 2  # from neighbours' solutions
+_CLEAR = 3  # number of these heights that clear the rim of the task's basket with a held cube
+NEAREST = 0.15  # [m] minimum distance of a container's centre from the base's axis
+_SHIFT = 0.03  # [m] between tested positions of a container
+DIVISIONS = 18  # number of grid squares within the arm's length
+MIN_SIDE = 0.02  # [m] minimum side of a square
+_STEPS = 2  # checked steps of the straight approach
+_MAX_STEP = 1.0  # [rad] maximum change of a joint in a step
+_YAWS = (0.0, np.pi / 4)  # [rad] extreme yaws of an object with four sides
+_RESTARTS = 4  # restarts of inverse kinematics without a neighbour's solution
+_SPACING = 3  # spacing of the grid points that are searched with restarts
+_ATTEMPTS = 2  # maximum number of neighbours' solutions used as initial guesses
 
 
 class ReachFromAbove:
-    """Finds where an arm reaches down with its tool, clear of itself and of all fixed objects.
+    """Area that an arm reaches with its tool pointing down, without any collision.
 
-    What it finds depends on the arm, the fixed objects and the surface only, and is computed once
-    for each arrangement of these: at most some hundred points, each by bounded searches.
+    It depends on the arm, fixed objects and the surface only, and is computed once for each
+    arrangement of these: some hundred points at most, each by bounded searches.
+
+    Args:
+        arm: The arm, compiled into a cell.
     """
 
     def __init__(self, arm: Arm) -> None:
-        """Find it for an arm.
-
-        Args:
-            arm: The arm, compiled into a cell.
-        """
         self._arm = arm
         self._known: dict[tuple[Any, ...], Region] = {}
 
@@ -59,10 +57,11 @@ class ReachFromAbove:
         height: float,
         preferred: tuple[float, float, float, float] = REFERENCE_AREA,
     ) -> Region:
-        """Return the part of a surface that the arm can pick objects from.
+        """Return the part of a surface from which the arm can pick objects.
 
-        This is the preferred one if all of it is within reach, or else all squares of a grid at
-        whose corners and middles the tool points down, reaches the height and comes down to it.
+        This is the preferred area if all of it is within reach. Otherwise it consists of the
+        squares of a grid at whose corners and centres the tool, pointing down, can descend to the
+        height.
 
         Args:
             cell: The cell.
@@ -71,7 +70,7 @@ class ReachFromAbove:
             preferred: x_min, x_max, y_min and y_max in the world [m].
 
         Raises:
-            CellError: If there is no such object or it has no surface, or the arm reaches nothing.
+            CellError: If there is no such object, it has no surface, or no part is within reach.
         """
         height = round(height, 6)
         key = height, preferred, _bounds(cell, surface), _fixed_content(cell)
@@ -80,14 +79,14 @@ class ReachFromAbove:
         return self._known[key]
 
     def reaches(self, cell: Cell, name: str, T_wo: pin.SE3 | None = None) -> bool:
-        """Return whether the arm reaches what the use of an object takes, clear of all else fixed.
+        """Return whether the arm reaches an object's ``tool_targets`` without collisions.
 
-        These are its ``tool_targets`` (`bt_manip.cell.CellObject`).
+        Only fixed obstacles count; ``tool_targets``: see `bt_manip.cell.CellObject`.
 
         Args:
             cell: The cell.
             name: Name of the object.
-            T_wo: Its pose in the world; None: where it is.
+            T_wo: Its pose in the world; None: the present pose.
         """
         T_wo = cell.pose(name) if T_wo is None else T_wo
         if self._arm.world is not None:
@@ -106,7 +105,7 @@ class ReachFromAbove:
         return q is not None
 
     def _first_free(self, poses: Sequence[pin.SE3], q0: np.ndarray, used: str) -> np.ndarray | None:
-        """Return a configuration at one of several poses, free of all but a used object."""
+        """Return a configuration at one of several poses, free of collisions except with `used`."""
         for restarts in (0, _RESTARTS):
             for T_wt in poses:
                 for found in self._arm.ik.nearest_first(T_wt, q0, restarts=restarts, margin=MARGIN):
@@ -115,18 +114,18 @@ class ReachFromAbove:
         return None
 
     def place(self, cell: Cell, name: str, T_wo: pin.SE3 | None = None) -> None:
-        """Move an object towards the arm, or away from it, until the arm reaches it.
+        """Move an object towards or away from the arm until it is within reach.
 
-        It stays where it is if the arm `reaches` it there, or nowhere on the straight line from the
-        arm's base.
+        It is not moved if the arm `reaches` it at its pose, or nowhere on the straight line from
+        the arm's base.
 
         Args:
             cell: The cell.
             name: Name of the object.
-            T_wo: Pose in the world to begin with, where it cannot be; None: it is where it can be.
+            T_wo: Original pose in the world if it is not free; None: the present pose.
 
         Raises:
-            CellError: If it cannot be where it should, and is reached nowhere else.
+            CellError: If the original pose is not free, and there is no other one within reach.
         """
         taken = T_wo is not None
         T_wo = cell.pose(name) if T_wo is None else T_wo
@@ -150,8 +149,8 @@ class ReachFromAbove:
                     at = T_wo.translation + sign * shift * direction
                     T_moved = pin.SE3(T_wo.rotation, at)
                     within = within + 1 if reached(T_moved) else 0
-                    if within > 1:  # not at the very end of its reach
-                        with contextlib.suppress(CellError):  # something stands there
+                    if within > 1:  # not at the end of the reach
+                        with contextlib.suppress(CellError):  # not free
                             cell.move(name, T_moved)
                             return
         if taken:
@@ -214,10 +213,10 @@ class ReachFromAbove:
     def _reached_grid(
         self, xs: np.ndarray, ys: np.ndarray, z: float
     ) -> dict[tuple[int, int], np.ndarray]:
-        """Return a configuration for each point of a grid that is reached, by its indices.
+        """Return a configuration for each reachable point of a grid, by its indices.
 
-        Every third point of every third row is searched with restarts, all others from the
-        solutions of their neighbours.
+        Every third point of every third row is solved with restarts, all others from the solutions
+        of their neighbours.
         """
         reached: dict[tuple[int, int], np.ndarray] = {}
         last = self._arm.model.home
@@ -242,7 +241,7 @@ class ReachFromAbove:
         return reached
 
     def _all_reached(self, points: list[tuple[float, float]], z: float) -> bool:
-        """Return whether the arm comes down to all points at any yaw, each from the one before."""
+        """Return whether the arm can descend to all points in turn, at any yaw."""
         q = self._arm.model.home
         for (x, y), yaw in product(points, _YAWS):
             found = self._turned((x, y, z), yaw, q)
@@ -254,20 +253,20 @@ class ReachFromAbove:
     def _turned(
         self, position: tuple[float, float, float], yaw: float, q0: np.ndarray
     ) -> np.ndarray | None:
-        """Return a configuration over a position for one yaw, up to quarter turns."""
+        """Return a configuration over a position at a yaw, up to quarter turns."""
         found = self._approach(position, yaw, q0, 0)
         return self._approach(position, yaw, q0, _RESTARTS) if found is None else found
 
     def _approach(
         self, position: tuple[float, float, float], yaw: float, q0: np.ndarray, restarts: int
     ) -> np.ndarray | None:
-        """Return a configuration over a position from which the tool comes down straight.
+        """Return a configuration over a position from which the tool can descend straight.
 
         Args:
             position: Position of the tool at the grasp, in the world [m].
-            yaw: Of the tool, up to quarter turns [rad].
-            q0: Where to search first [rad].  # (nq,)
-            restarts: Of the search for each of two quarter turns, those nearest to `q0`.
+            yaw: Yaw of the tool, up to quarter turns [rad].
+            q0: First initial guess [rad].  # (nq,)
+            restarts: Restarts for each of the two quarter turns nearest to `q0`.
         """
         ik, up = self._arm.ik, np.array([0.0, 0.0, APPROACH])
         above = [pointing_down(position + up, yaw + k * np.pi / 2) for k in range(4)]
@@ -280,7 +279,7 @@ class ReachFromAbove:
         return None
 
     def _comes_down(self, T_wt: pin.SE3, q: np.ndarray) -> bool:
-        """Return whether the arm is free at a pose, and on the straight line down from it."""
+        """Return whether the arm is free at a pose and on the straight line down from it."""
         ik = self._arm.ik
         if not self._free(q):
             return False
@@ -294,7 +293,7 @@ class ReachFromAbove:
         return True
 
     def _free(self, q: np.ndarray, used: str = "") -> bool:
-        """Return whether the arm is free of collisions, those with a used object aside."""
+        """Return whether the arm is free of collisions, except with a used object."""
         pairs = [] if self._arm.world is None else self._arm.world.collisions(q)
         return all(used in (entity_of(pair.first), entity_of(pair.second)) for pair in pairs)
 
@@ -308,7 +307,7 @@ class ReachFromAbove:
 
 
 def _downward(position: np.ndarray) -> list[pin.SE3]:
-    """Return tool poses that point down at a position, with yaws over half a turn."""
+    """Return tool poses at a position, pointing down, with yaws over half a turn."""
     return [pointing_down(position, k * np.pi / 4) for k in range(4)]
 
 
@@ -318,7 +317,7 @@ def _bounds(cell: Cell, surface: str) -> bytes:
 
 
 def _fixed_content(cell: Cell) -> bytes:
-    """Return poses and shapes of all that does not move freely in the compiled model, as bytes."""
+    """Return poses and shapes of all fixed bodies in the compiled model, as bytes."""
     model, data = cell.model, cell.data
     root = model.body_rootid
     fixed = model.body_dofnum[root] != 6  # (nbody,)

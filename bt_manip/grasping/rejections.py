@@ -8,24 +8,22 @@ from bt_manip.exceptions import MotionError
 
 
 class Rejections:
-    """Counts why grasps of one object were rejected, for the message when none is feasible.
+    """Counts rejected grasps of one object by reason, for the error if none is feasible.
+
+    Args:
+        name: The object.
+        robots: Names of the other robots: obstacles that may move away.
 
     Attributes:
-        no_clearance: Grasps at which an entity leaves the gripper no clearance, by entity.
-        collisions: Grasps at which the arm or the lifted object would collide, by the colliding
-            bodies: that of the arm or the object first.
-        self_obstructed: Grasps that another part of the object obstructs.
-        approaches: Straight approaches that cannot be followed or are blocked.
-        unreachable: Grasps that the arm cannot reach.
+        no_clearance: Grasps without clearance of the gripper, by entity.
+        collisions: Grasps with a collision of the arm or the lifted object, by pair of bodies, the
+            body of the arm or the object first.
+        self_obstructed: Grasps obstructed by another part of the object.
+        approaches: Infeasible or blocked straight approaches.
+        unreachable: Unreachable grasps.
     """
 
     def __init__(self, name: str, robots: Collection[str] = ()) -> None:
-        """Start without rejections.
-
-        Args:
-            name: The object.
-            robots: Names of the other robots: obstacles that may move away.
-        """
         self._name, self._robots = name, robots
         self.no_clearance: Counter[str] = Counter()  # the entity at the best grasp first
         self.collisions: Counter[tuple[str, str]] = Counter()
@@ -33,7 +31,7 @@ class Rejections:
         self._approach_error: MotionError | None = None  # the first
 
     def reject_approach(self, error: MotionError | None) -> None:
-        """Count a straight approach, and keep the first error."""
+        """Count a straight approach, and store the first error."""
         self.approaches += 1
         self._approach_error = self._approach_error or error
 
@@ -44,7 +42,7 @@ class Rejections:
         return by_entity + self.self_obstructed + self.approaches + self.unreachable
 
     def error(self) -> MotionError:
-        """Return the error that says why no grasp is feasible."""
+        """Return the error with the reasons why no grasp is feasible."""
         name, error = self._name, self._approach_error
         if error is not None and error.reason == "robot":
             return error

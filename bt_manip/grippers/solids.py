@@ -109,7 +109,7 @@ class Solid:
 def solids_of(cell: Cell, name: str) -> list[Solid]:
     """Return the convex solids of an entity's collision geometry.
 
-    They depend on the compiled model and on the entity's own joints only, not on where it is.
+    They depend on the compiled model and the entity's own joints only, not on its pose.
 
     Raises:
         CellError: If there is no such entity.
@@ -137,8 +137,8 @@ def solids_of(cell: Cell, name: str) -> list[Solid]:
 def contact_friction(solids: Sequence[Solid]) -> float:
     """Return the sliding friction of contacts between fingers and an object [-].
 
-    It is the object's own, the smallest of its solids: fingers have zero friction, and MuJoCo takes
-    the larger of two.
+    This is the smallest friction of its solids: fingers have zero friction, and MuJoCo uses the
+    larger value of two geoms.
     """
     return min(solid.friction for solid in solids)
 

@@ -1,4 +1,4 @@
-"""Compile inverse kinematics problems for an arm."""
+"""Compilation of inverse kinematics problems for an arm."""
 
 from dataclasses import replace
 from typing import NamedTuple
@@ -29,7 +29,7 @@ _FRAMES = (pin.FrameType.OP_FRAME, pin.FrameType.BODY)  # MuJoCo's sites and bod
 
 
 class CompiledProblem(NamedTuple):
-    """An inverse kinematics problem of one arm.
+    """A compiled inverse kinematics problem of one arm.
 
     Attributes:
         constraints: Residual of the constraints.
@@ -38,10 +38,10 @@ class CompiledProblem(NamedTuple):
         joints: Names of the joints.
         frames: Names of the targets' frames, in the order of the request.
         residuals: Residuals of each target.
-        objectives: The cost; None without one.
-        tool_target: Pose of the tool, where a constraint fixes it and all joints may move; where
-            rotations are free, the target in the model's world.
-        world: Collisions that solutions must not have.
+        objectives: The cost, or None.
+        tool_target: Pose of the tool if a constraint fixes it and all joints may move; with free
+            rotations, the target in the model's world.
+        world: Collision world of solutions, or None.
         clearance: Minimum distance from obstacles [m].
     """
 
@@ -86,18 +86,18 @@ def compile_problem(
         arm: The arm; its data are written to.
         joints: Names of its joints.
         problem: The problem.
-        q0: Positions of the joints that may not move.  # (nq,)
+        q0: Positions of the fixed joints.  # (nq,)
         inverse_speed: Inverse of the maximum joint velocities [s/rad].  # (nq,)
 
     Raises:
-        MotionError: When a frame or a joint is unknown, the margin leaves a joint no range, or the
-            collision world is that of another arm.
+        MotionError: If a frame or a joint is unknown, the margin leaves a joint no range, or the
+            collision world is of another arm.
     """
     moving = _moving_joints(joints, problem)
     lower, upper = _limits(arm, joints, problem)
     if moving is not None:
         lower, upper = np.where(moving, lower, q0), np.where(moving, upper, q0)
-    T_mw = None  # world of the targets in that of the model
+    T_mw = None  # pose of the targets' world in the model's world
     if problem.base is not None:
         root = arm.model.frames[frame_index(arm, arm.model.name)]
         T_mw = root.placement * problem.base.inverse()
@@ -156,10 +156,10 @@ def _frame_error(frame: str, residuals: tuple[FrameResidual, ...]) -> Residual:
 
 
 def frame_index(arm: RobotModel, name: str) -> int:
-    """Return the index of a site or body of the robot, with or without the robot's name before it.
+    """Return the index of a site or body of the robot; the robot's name as prefix is optional.
 
     Raises:
-        MotionError: When there is none of that name, or several.
+        MotionError: If there is no such frame, or several.
     """
     for kind in _FRAMES:
         if arm.model.existFrame(name, kind):
@@ -210,7 +210,7 @@ def _limits(
 
 
 def _residuals(arm: RobotModel, target: Target, T_mw: pin.SE3 | None) -> tuple[FrameResidual, ...]:
-    """Return the residuals of a target, given in a world that has the pose T_mw in the model's."""
+    """Return the residuals of a target given in a world with the pose T_mw in the model's world."""
     frame = frame_index(arm, target.frame)
     position, rotation, accepted = None, None, (0.0, 0.0)
     if target.tolerance is None:

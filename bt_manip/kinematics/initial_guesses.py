@@ -10,24 +10,26 @@ from bt_manip.robots import RobotModel, sampling_bounds
 from .compiled_problem import CompiledProblem
 from .targets import PoseTarget
 
-STORED = 2000  # configurations to choose initial guesses from
-CANDIDATES = 400  # configurations from which initial guesses are chosen
-SPREAD = 1.2  # [rad] RMS distance below which two initial guesses tend to end alike
-SPREAD_REDUCTION = 0.7  # of it, when no candidate is left that far from the previous ones
+STORED = 2000  # number of stored configurations
+CANDIDATES = 400  # nearest configurations from which initial guesses are chosen
+SPREAD = 1.2  # [rad] RMS distance below which two initial guesses tend to converge alike
+SPREAD_REDUCTION = 0.7  # factor on the spread when no candidate has it
 
 
 class InitialGuesses:
     """Configurations with a small residual of a problem.
 
-    For poses of the tool they are chosen from stored random configurations by their tool poses;
-    for other problems, from new random configurations by their residuals.
+    For poses of the tool, guesses are stored random configurations, selected by their tool poses;
+    for other problems, new random configurations, selected by their residuals.
+
+    Args:
+        arm: The arm; its data are written to.
 
     Attributes:
         stored: The stored configurations.  # (n, nq)
     """
 
     def __init__(self, arm: RobotModel) -> None:
-        """Draw configurations inside the limits; the arm's data are written to."""
         lower, upper = arm.limits.sampling_bounds()
         self.stored = np.random.default_rng(0).uniform(lower, upper, (STORED, arm.nq))
         poses = [arm.pose(q) for q in self.stored]
@@ -43,8 +45,8 @@ class InitialGuesses:
 
         Args:
             problem: The problem.
-            n: How many.
-            rng: Random generator where new configurations are drawn; by default a new one.
+            n: Number of configurations.
+            rng: Random generator for new configurations; by default a new one.
         """  # (n, nq)
         target = problem.tool_target
         if target is None:
@@ -52,7 +54,7 @@ class InitialGuesses:
         if isinstance(target, PoseTarget):
             distance = self._distance(target)
         else:
-            # Squared distance and squared sine of half the angle, but for a common constant.
+            # Squared distance plus squared sine of half the angle, up to a common constant.
             cosine = self._quat.dot(pin.Quaternion(target.rotation).coeffs())
             distance = self._position.dot(np.append(target.translation, 1.0)) - cosine * cosine
         n = min(n, len(distance))
@@ -71,23 +73,23 @@ class InitialGuesses:
     def spread(
         self, problem: CompiledProblem, n: int, rng: np.random.Generator | None = None
     ) -> Iterator[np.ndarray]:
-        """Yield configurations with a small residual, each far from the previous ones.
+        """Yield configurations with a small residual, each far from all previous ones.
 
         Args:
             problem: The problem.
-            n: How many at most.
-            rng: As for `nearest`.
+            n: Maximum number of configurations.
+            rng: Random generator for new configurations; by default a new one.
         """
         near = self.nearest(problem, CANDIDATES, rng)
         square, doubled = (near * near).mean(axis=1), near * (2.0 / near.shape[1])
-        distance = np.full(len(near), np.inf)  # mean square, to the nearest previous one
+        distance = np.full(len(near), np.inf)  # mean square distance to the nearest previous guess
         required = SPREAD**2
         for _ in range(min(n, len(near))):
             while distance[chosen := int((distance >= required).argmax())] < required:
                 required *= SPREAD_REDUCTION**2
             yield near[chosen]
             to_chosen = square + square[chosen] - doubled.dot(near[chosen])
-            distance = np.minimum(distance, np.maximum(to_chosen, 0.0))  # rounded below 0
+            distance = np.minimum(distance, np.maximum(to_chosen, 0.0))  # rounding may give < 0
             distance[chosen] = -1.0
 
 

@@ -29,36 +29,34 @@ from .search import refined_end, search, search_all, search_near
 from .secondary_objectives import SecondaryObjectives
 from .targets import TOLERANCE, Target
 
-RESTARTS = 80  # initial guesses after the first, at most
-DISTINCT = 0.1  # [rad] by which some joint of two solutions differs
+RESTARTS = 80  # maximum number of initial guesses after the first
+DISTINCT = 0.1  # [rad] minimum difference of two solutions in some joint
 
 Request: TypeAlias = pin.SE3 | Target | IKProblem
 """A pose T_wt of the tool in the world, a target of a frame, or a problem."""
 
 
 class InverseKinematics:
-    """Find joint configurations inside the limits, by bounded searches.
+    """Inverse kinematics within the joint limits, by bounded searches.
 
     A request is a pose of the tool, a target, or an `IKProblem`. Levenberg-Marquardt starts from
-    the given configuration, then from initial guesses with a small residual that are far from each
-    other. For poses of the tool, also with free rotations, these are chosen from configurations
-    that were drawn once, for other problems they are drawn from the given generator: the same
-    request has the same result. A solution is then moved to a local minimum of the problem's cost.
+    the given configuration, then from initial guesses with a small residual, far from each other.
+    For poses of the tool, also with free rotations, these are selected from stored samples; for
+    other problems they are sampled with the given generator. So the same request has the same
+    result. A solution is then moved to a local minimum of the problem's cost.
+
+    Args:
+        model: The arm; a copy is kept.
 
     Attributes:
         model: The arm.
-        tool: Name of the frame that a pose without a problem is about.
+        tool: Name of the frame of a pose without a target.
+
+    Raises:
+        MotionError: If it is not a `RobotModel`.
     """
 
     def __init__(self, model: RobotModel) -> None:
-        """Prepare for an arm.
-
-        Args:
-            model: The arm; a copy is kept.
-
-        Raises:
-            MotionError: When it is not a `RobotModel`.
-        """
         if not isinstance(model, RobotModel):
             raise invalid(
                 f"model must be a RobotModel (Robot.make_model), got {type(model).__name__}"
@@ -84,21 +82,21 @@ class InverseKinematics:
         restarts: int = RESTARTS,
         rng: np.random.Generator | None = None,
     ) -> IKResult:
-        """Find one configuration.
+        """Return one configuration.
 
         Args:
             request: A pose of the tool, a target, or a problem.
             q0: The first initial guess, clipped to the limits.  # (nq,)
-            restarts: Maximum number of initial guesses after it.
+            restarts: Maximum number of further initial guesses.
             rng: Random generator for further initial guesses of a problem; by default a new one,
                 so that the same request has the same result.
 
         Returns:
-            The solution, or the configuration of the smallest residual. For a problem without
+            The solution, or the configuration with the smallest residual; for a problem without
             constraints, the lowest cost from several initial guesses.
 
         Raises:
-            MotionError: When an argument is invalid.
+            MotionError: If an argument is invalid.
         """
         q0 = self._clipped(q0)
         restarts = check_count(restarts, "restarts")
@@ -122,20 +120,20 @@ class InverseKinematics:
         margin: float = 0.0,
         tolerance: float | None = None,
     ) -> IKResult:
-        """Find a configuration near `q0`.
+        """Return a configuration near `q0`.
 
         Args:
             request: A pose of the tool, a target, or a problem.
             q0: The previous configuration.  # (nq,)
-            max_step: Maximum change of a joint from it [rad].
-            retry: Whether to try other initial guesses inside `max_step`.
-            margin: Distance from the limits for a pose [rad]; like that of a problem, it is kept
-                by the joints that keep it at `q0`.
-            tolerance: Error to aim at for a pose [m] and [rad]; by default `TOLERANCE`.
+            max_step: Maximum change of each joint [rad].
+            retry: Whether to try other initial guesses within `max_step`.
+            margin: Distance from the limits for a pose [rad]; as in a problem, it applies to the
+                joints that have it at `q0`.
+            tolerance: Desired error for a pose [m] and [rad]; by default `TOLERANCE`.
 
         Raises:
-            MotionError: When an argument is invalid, a problem comes with a margin, or a problem
-                or a target with a tolerance.
+            MotionError: If an argument is invalid, a margin is given with a problem, or a tolerance
+                with a problem or a target.
         """
         q0 = check_configuration(q0, self.model.nq)
         check_positive(max_step, "max_step", "rad")
@@ -156,21 +154,21 @@ class InverseKinematics:
         margin: float = 0.0,
         rng: np.random.Generator | None = None,
     ) -> list[IKResult]:
-        """List distinct solutions, the best first: some joint differs by more than `DISTINCT`.
+        """Return distinct solutions, the best first; in some joint they differ by `DISTINCT`.
 
-        Solutions of a problem with costs are sorted by cost. All others are moved to where they
-        are nearest to `q0`, and sorted by their `distance` from it.
+        Solutions of a problem with costs are sorted by cost. Others are moved to the minimum of
+        their `distance` from `q0` and sorted by it.
 
         Args:
-            request: A pose of the tool or a target, several alternative ones, or a problem.
+            request: A pose of the tool or a target, several alternatives, or a problem.
             q0: The present configuration.  # (nq,)
             restarts: Number of initial guesses after `q0`, for each pose.
-            margin: Distance from the limits for poses and targets [rad]; there are no solutions
-                where it leaves a joint no range.
-            rng: As for `solve`.
+            margin: Distance from the limits for poses and targets [rad]; there are no solutions if
+                it leaves a joint no range.
+            rng: Random generator for initial guesses of a problem; by default a new one.
 
         Raises:
-            MotionError: When an argument is invalid, or a problem comes with a margin.
+            MotionError: If an argument is invalid, or a margin is given with a problem.
         """
         q0 = self._clipped(q0)
         rng = None if rng is None else check_generator(rng)
@@ -193,19 +191,19 @@ class InverseKinematics:
         restarts: int = 8,
         margin: float = 0.0,
     ) -> Iterator[IKResult]:
-        """Yield distinct solutions, about the nearest to `q0` first.
+        """Yield distinct solutions, approximately the nearest to `q0` first.
 
-        The same as `solutions`, but each is moved to where it is nearest only when it is taken, and
-        they are sorted by their distance before.
+        Like `solutions`, but each is moved to its minimum of the distance only when it is
+        requested; the order is that of their distances before.
 
         Args:
-            targets: A pose of the tool or a target, or several alternative ones.
+            targets: A pose of the tool or a target, or several alternatives.
             q0: The present configuration.  # (nq,)
-            restarts: As for `solutions`.
-            margin: As for `solutions`.
+            restarts: Number of initial guesses after `q0`, for each pose.
+            margin: Distance from the limits [rad].
 
         Raises:
-            MotionError: When an argument is invalid.
+            MotionError: If an argument is invalid.
         """
         q0 = self._clipped(q0)
         poses = _alternatives(targets)
@@ -232,15 +230,15 @@ class InverseKinematics:
         *,
         margin: float = 0.0,
     ) -> IKResult:
-        """Find the solution nearest to `q0` for one pose or alternative ones.
+        """Return the solution nearest to `q0` for one pose or several alternatives.
 
         Args:
-            targets: A pose of the tool or a target, or several alternative ones.
+            targets: A pose of the tool or a target, or several alternatives.
             q0: The present configuration.  # (nq,)
-            margin: Distance from the limits, where that is possible [rad].
+            margin: Distance from the limits, if possible [rad].
 
         Raises:
-            MotionError: When an argument is invalid.
+            MotionError: If an argument is invalid.
         """
         poses = _alternatives(targets)
         margin = check_non_negative(margin, "margin", "rad")
@@ -341,7 +339,7 @@ class InverseKinematics:
         restarts: int,
         rng: np.random.Generator | None,
     ) -> Iterator[np.ndarray]:
-        """Yield `q0`, then of the initial guesses with small residuals those nearest to it."""
+        """Yield `q0`, then the initial guesses with small residuals that are nearest to it."""
         yield np.minimum(np.maximum(q0, problem.lower), problem.upper)
         if restarts > 0:
             guesses = self._initial_guesses.nearest(problem, 8 * restarts, rng)
@@ -350,18 +348,18 @@ class InverseKinematics:
 
 
 def _alternatives(request: Request | Sequence[pin.SE3 | Target]) -> list[Request]:
-    """Return one request, or several alternative ones, as a list."""
+    """Return one or several alternative requests as a list."""
     requests = list(request) if isinstance(request, list | tuple) else [request]
     if not requests:
         raise invalid("no target pose was given")
-    for one in requests:
-        if not isinstance(one, IKProblem | Target):
-            check_pose(one)
+    for alternative in requests:
+        if not isinstance(alternative, IKProblem | Target):
+            check_pose(alternative)
     return requests
 
 
 def _distinct(results: Iterable[IKResult]) -> Iterator[IKResult]:
-    """Yield results that differ from those before by more than `DISTINCT` in some joint."""
+    """Yield results that differ from all previous ones by more than `DISTINCT` in some joint."""
     kept: list[np.ndarray] = []
     for result in results:
         if all(np.abs(result.q - q).max() > DISTINCT for q in kept):

@@ -1,4 +1,4 @@
-"""Levenberg-Marquardt inside joint limits: from one initial guess to one solution."""
+"""The Levenberg-Marquardt algorithm within joint limits, from one initial guess."""
 
 from functools import cache
 from typing import NamedTuple
@@ -8,23 +8,23 @@ import numpy as np
 
 from .residuals import StackedResidual
 
-DAMPING = 0.03  # of the squared residual
-STALL_ITERATIONS = 4  # iterations that do not bring the residual below STALL_FACTOR of the least
+DAMPING = 0.03  # damping relative to the squared residual
+STALL_ITERATIONS = 4  # iterations without a residual below STALL_FACTOR times the smallest
 STALL_FACTOR = 0.9
-_BOX_WIDTH = 1e-12  # [rad] that the box solver needs for a joint with no range
-_DIAGONAL = 1e-12  # added to the normal equations, above their rounding
-_STATIONARY = 1e-2  # [m/rad] decrease of the residual's norm, below which no joint reduces it
-_SCALED_DAMPING = 1e-10  # damping below which the normal equations are scaled up
+_BOX_WIDTH = 1e-12  # [rad] minimum range of a joint for the box solver
+_DIAGONAL = 1e-12  # regularization of the normal equations, above rounding errors
+_STATIONARY = 1e-2  # [m/rad] decrease of the residual's norm below which q is stationary
+_SCALED_DAMPING = 1e-10  # damping below which the normal equations are scaled
 
 
 class LMResult(NamedTuple):
-    """Where Levenberg-Marquardt ended.
+    """Result of Levenberg-Marquardt.
 
     Attributes:
-        q: The configuration of the smallest residual, inside the limits.  # (nq,)
+        q: The configuration with the smallest residual, inside the limits.  # (nq,)
         error: Norm of the residual.
         iterations: Number of iterations.
-        solved: Whether the targets are reached, or met as well as the joints can meet them.
+        solved: Whether the targets are reached, or met as closely as the joints allow.
         met: Whether the targets are met.
     """
 
@@ -45,7 +45,7 @@ def levenberg_marquardt(
     patience: int = STALL_ITERATIONS,
     min_decrease: float = 0.0,
 ) -> LMResult:
-    """Minimize a residual from a configuration inside the limits until its targets are reached.
+    """Minimize a residual inside the limits until its targets are reached.
 
     Each step minimizes the damped linearized residual inside the limits. The damping is
     proportional to the squared residual (Sugihara, Solvability-Unconcerned Inverse Kinematics by
@@ -57,9 +57,9 @@ def levenberg_marquardt(
         lower: Lower position limits.  # (nq,)
         upper: Upper position limits.  # (nq,)
         iterations: Maximum number of steps.
-        patience: Iterations without progress after which to give up.
-        min_decrease: Part of the squared residual that each step has to take away to first order;
-            gives up at a step that would take less, unless the targets may be met already.
+        patience: Iterations without progress after which the search ends.
+        min_decrease: Minimum relative decrease of the squared residual by a step, to first order,
+            below which the search ends, unless the targets may be met already.
     """
     least_error, stalled, best_q = np.inf, 0, q
     squared_bound = residual.squared_bound
@@ -69,7 +69,7 @@ def levenberg_marquardt(
         squared = float(error.dot(error))
         norm = squared**0.5
         if squared <= squared_bound and residual.reached:
-            inside = np.minimum(np.maximum(q, lower), upper)  # to the last bit
+            inside = np.minimum(np.maximum(q, lower), upper)  # despite rounding
             exact = inside.tolist() == q.tolist()
             return LMResult(q if exact else inside, norm, iteration, True, True)
         stalled = 0 if norm < STALL_FACTOR * least_error else stalled + 1
@@ -101,7 +101,7 @@ def _box_step(
     lower: np.ndarray,
     upper: np.ndarray,
 ) -> np.ndarray:
-    """Return the dq of a box around 0 that minimizes ``|error + J dq|^2 + damping |dq|^2``.
+    """Return the dq in a box that minimizes ``|error + J dq|^2 + damping |dq|^2``.
 
     Args:
         jacobian: J.  # (m, nv)
@@ -114,10 +114,10 @@ def _box_step(
     hessian = jacobian.T.dot(jacobian)
     mujoco.mju_addToScl(hessian.ravel(), _flat_identity(nv), damping + _DIAGONAL)
     if damping < _SCALED_DAMPING:
-        # MuJoCo takes a gradient of less than 1e-8 for zero.
+        # MuJoCo treats gradients below 1e-8 as zero.
         hessian /= damping
         gradient = gradient / damping
-    dq = np.zeros(nv)  # stays inside the box where the solver fails
+    dq = np.zeros(nv)  # unchanged if the solver fails
     mujoco.mju_boxQP(dq, np.empty((nv, nv + 7)), None, hessian, gradient, lower, upper)
     return dq
 

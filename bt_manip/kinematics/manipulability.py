@@ -7,21 +7,21 @@ from bt_manip.exceptions import shown
 from bt_manip.robots import RobotModel, invalid
 from bt_manip.spatial import as_numbers
 
-_MIN_VOLUME = 1e-9  # bounds the logarithm and the squared singular values at singularities
+_MIN_VOLUME = 1e-9  # lower bound at singularities, for the logarithm and squared singular values
 
 
 def manipulability(jacobian: np.ndarray) -> float:
     """Return ``sqrt(det(J J^T))``, the product of the singular values.
 
-    Yoshikawa, Manipulability of Robotic Mechanisms, IJRR 1985. It is zero where the tool cannot
-    move in some direction; metres and radians are not weighted. For fewer joints than rows it is
-    ``sqrt(det(J^T J))``: zero where the columns depend on each other.
+    Yoshikawa, Manipulability of Robotic Mechanisms, IJRR 1985. It is zero if the tool cannot move
+    in some direction; metres and radians are not weighted. With fewer joints than rows it is
+    ``sqrt(det(J^T J))``, zero if the columns are linearly dependent.
 
     Args:
-        jacobian: Of a frame, or some rows of it.  # (m, n)
+        jacobian: Jacobian of a frame, or some of its rows.  # (m, n)
 
     Raises:
-        MotionError: When it is not a matrix of finite numbers.
+        MotionError: If it is not a matrix of finite numbers.
     """
     matrix = as_numbers(jacobian)
     if matrix.ndim != 2 or not matrix.size or not np.isfinite(matrix).all():
@@ -40,8 +40,8 @@ def manipulability_gradient(jacobian: np.ndarray) -> np.ndarray:
     ``(w_j x v_i, w_j x w_i)`` for j < i and ``(w_i x v_j, 0)`` for j >= i.
 
     Args:
-        jacobian: Of the last frame of a chain in the world's axes; columns of fixed joints are
-            zero or left out.  # (6, n)
+        jacobian: Jacobian of the last frame of a chain in the world's axes; columns of fixed joints
+            are zero or left out.  # (6, n)
     """
     linear, angular = jacobian[:3].T, jacobian[3:].T  # (n, 3)
     turned_linear = np.cross(angular[:, np.newaxis], linear)  # [j, i]: w_j x v_i

@@ -1,4 +1,4 @@
-"""The maximum reach of an arm, to refuse poses beyond it without a search."""
+"""The maximum reach of an arm, to reject poses beyond it without a search."""
 
 from collections.abc import Callable
 
@@ -9,29 +9,27 @@ from bt_manip.robots import RobotModel
 
 from .targets import PoseTarget
 
-REACH_MARGIN = 5e-4  # [m] that a pose may be beyond the reach that was found
+REACH_MARGIN = 5e-4  # [m] accepted distance of a pose beyond the computed reach
 _GUESSES = 6
 _MAX_SWEEPS = 12
-_MIN_IMPROVEMENT = 1e-9  # [m] by a sweep
+_MIN_IMPROVEMENT = 1e-9  # [m] per sweep
 
 
 class MaximumReach:
-    """Maximum distance between a fixed point of the first axis and the last joint's origin.
+    """Maximum distance between a fixed point of the first axis and the origin of the last joint.
 
-    For a target pose the last joint's origin is known, and the distance does not depend on the
-    first and the last joint. Arms with other than revolute joints in series are not bounded.
+    A target pose determines the origin of the last joint. The distance does not depend on the first
+    and the last joint. There is no bound for arms other than serial chains of revolute joints.
+
+    Args:
+        model: The arm; its data are written to.
+        samples: Configurations; those with the largest distance are initial guesses.  # (n, nq)
 
     Attributes:
-        distance: The maximum distance [m]; infinite where not bounded.
+        distance: The maximum distance [m]; infinite without a bound.
     """
 
     def __init__(self, model: RobotModel, samples: np.ndarray) -> None:
-        """Maximize the distance.
-
-        Args:
-            model: The arm; its data are written to.
-            samples: Configurations, of which the farthest are initial guesses.  # (n, nq)
-        """
         arm, self._data = model.model, model.data
         self._arm, self._last = arm, arm.njoints - 1
         self.distance = np.inf
@@ -39,7 +37,7 @@ class MaximumReach:
         if not serial or "m" in model.units or arm.njoints <= 3:
             return
         placement = arm.frames[model.tool_frame_id].placement
-        self._last_origin = placement.inverse().translation  # in the tool
+        self._last_origin = placement.inverse().translation  # in the tool frame
         self._fixed = _foot(arm, self._data)
         lower, upper = model.limits.sampling_bounds()
         distances = np.array([self.distance_at(q) for q in samples])
@@ -47,7 +45,7 @@ class MaximumReach:
         self.distance = max(_maximize(self.distance_at, samples[i], lower, upper) for i in far)
 
     def excess(self, target: pin.SE3 | PoseTarget) -> float:
-        """Return how far a target of the tool is out of reach [m]; 0 when it may be within."""
+        """Return the distance of a tool target beyond the reach [m]; 0 if it may be within."""
         if self.distance == np.inf:
             return 0.0
         point, free = self._last_origin, 0.0
@@ -74,7 +72,7 @@ class MaximumReach:
 
 
 def _foot(arm: pin.Model, data: pin.Data) -> np.ndarray:
-    """Return the point of the first axis that is nearest to the second joint."""
+    """Return the point of the first axis nearest to the second joint."""
     pin.forwardKinematics(arm, data, pin.neutral(arm), np.eye(arm.nv)[0])
     first, second = data.oMi[1], data.oMi[2]
     axis = first.rotation @ data.v[1].angular
@@ -87,7 +85,7 @@ def _maximize(
     lower: np.ndarray,
     upper: np.ndarray,
 ) -> float:
-    """Maximize by coordinate ascent: along a joint, the squared distance is a sinusoid."""
+    """Maximize by coordinate ascent; the squared distance is a sinusoid of each joint."""
     q = guess.copy()
     best = distance(q)
     for _ in range(_MAX_SWEEPS):

@@ -18,23 +18,22 @@ POSTURE_WEIGHT = 1e-2  # [1/s2]
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class IKProblem:
-    """Constraints on a configuration, and the cost to minimize where they leave freedom.
+    """Constraints on a configuration, and a cost to minimize in the remaining freedom.
 
-    Targets with a tolerance are constraints. The cost is the sum of those of the targets with a
-    weight, of `posture` and of `manipulability`. Invalid arguments raise `MotionError`.
+    Targets with a tolerance are constraints. The cost is the sum of the costs of targets with a
+    weight, `posture` and `manipulability`. Invalid arguments raise `MotionError`.
 
     Attributes:
-        targets: Targets of frames; any number of them, also none.
-        joints: Names of the joints that may move, by default all; the others stay at the initial
-            configuration.
-        base: Pose T_wb of the robot's base in the world that the targets are given in; by default
-            its pose in the model.
+        targets: Any number of targets of frames.
+        joints: Names of the joints that may move, by default all; others keep their initial
+            positions.
+        base: Pose T_wb of the robot's base in the targets' world; by default its pose in the model.
         margin: Distance from the position limits [rad], for all joints or for each.
-        posture: A configuration to be near to [rad].  # (nq,)
-        posture_weight: Weight of half the squared distance from it [1/s2]; distances are those of
+        posture: Preferred configuration [rad].  # (nq,)
+        posture_weight: Weight of half the squared distance from `posture` [1/s2], as measured by
             `InverseKinematics.distance`.
         manipulability: Weight of the negative logarithm of the tool's manipulability.
-        world: Collisions that solutions must not have; by default none are checked.
+        world: Collision world of solutions; by default collisions are not checked.
         clearance: Minimum distance of solutions from obstacles [m], up to 8 mm.
     """
 
@@ -49,7 +48,7 @@ class IKProblem:
     clearance: float = 0.0
 
     def __post_init__(self) -> None:
-        """Check the arguments as far as that does not depend on the arm."""
+        """Check the arguments that do not depend on the arm."""
         for name, value in (
             ("targets", _check_targets(self.targets)),
             ("joints", None if self.joints is None else _check_names(self.joints)),
@@ -77,8 +76,8 @@ class IKProblem:
             )
         if self.base is not None:
             raise invalid(
-                "a problem must not have both a base and a CollisionWorld: collisions are known "
-                "only where the base is in the model"
+                "a problem must not have both a base and a CollisionWorld: collisions are checked "
+                "with the base's pose in the model only"
             )
 
 
@@ -104,7 +103,7 @@ def _check_names(given: Any) -> tuple[str, ...]:
 
 
 def _is_iterable(value: Any) -> bool:
-    # Arrays without a dimension have __iter__, too.
+    # Zero-dimensional arrays have __iter__, too.
     return isinstance(value, Iterable) and getattr(value, "ndim", 1) > 0
 
 
@@ -115,7 +114,7 @@ class Residual(NamedTuple):
         frame: Name of the frame.
         position: Distance [m], 0 for a rotation.
         rotation: Angle [rad], 0 for a position.
-        met: Whether both are within the tolerances; always true for a cost.
+        met: Whether both are within the tolerances; true for a cost.
     """
 
     frame: str
@@ -125,17 +124,17 @@ class Residual(NamedTuple):
 
 
 class IKResult(NamedTuple):
-    """A solution, or the configuration of the smallest residual.
+    """A solution, or the configuration with the smallest residual.
 
     Attributes:
         q: The configuration, inside the limits.  # (nq,)
         solved: Whether all constraints are met.
-        residuals: One for each target, in the order of the request.
-        iterations: Iterations over all initial guesses.
+        residuals: Residual of each target, in the order of the request.
+        iterations: Total number of iterations.
         restarts: Number of initial guesses after the first.
-        reason: Why it is not solved; empty when it is.
-        target: Index of the pose that it is for, of several alternative ones.
-        cost: Sum of the problem's costs; 0 where it has none.
+        reason: Why it is not solved; empty for a solution.
+        target: Index of its pose among several alternatives.
+        cost: Sum of the problem's costs; 0 without any.
     """
 
     q: np.ndarray

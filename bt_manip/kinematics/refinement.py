@@ -1,4 +1,4 @@
-"""Refinement of a solution: lower its cost while its constraints stay met."""
+"""Refinement of a solution: reduction of its cost subject to its constraints."""
 
 from typing import NamedTuple
 
@@ -10,18 +10,18 @@ from .residuals import StackedResidual
 from .secondary_objectives import QuadraticModel, SecondaryObjectives
 
 MAX_REFINEMENT_STEPS = 40
-PROJECTION_ITERATIONS = 8  # of Levenberg-Marquardt, back onto the constraints after a step
+PROJECTION_ITERATIONS = 8  # of Levenberg-Marquardt, to project a step onto the constraints
 MAX_JOINT_STEP = 0.8  # [rad]
-_ACTIVE_SET_PASSES = 3  # in which joints at a bound are fixed and the step of the others recomputed
-_REDUCE, _INCREASE, _MAX_DAMPING = 0.3, 4.0, 1e4  # damping, relative to the largest curvature
-_FIRST_DAMPING = 0.5  # after the first step that reduces the cost too little
-_POOR, _GOOD = 0.4, 0.9  # actual by predicted reduction of the cost
-_MIN_REDUCTION = 1e-4  # of the cost, predicted for a step; ends the refinement below it
+_ACTIVE_SET_PASSES = 3  # each fixes joints at a bound and recomputes the step of the others
+_REDUCE, _INCREASE, _MAX_DAMPING = 0.3, 4.0, 1e4  # damping relative to the largest curvature
+_FIRST_DAMPING = 0.5  # after the first step with a poor reduction of the cost
+_POOR, _GOOD = 0.4, 0.9  # ratio of actual and predicted reduction of the cost
+_MIN_REDUCTION = 1e-4  # predicted reduction of the cost below which the refinement ends
 _RELATIVE, _ABSOLUTE = 1e-10, 1e-12  # regularization of the factorizations
 
 
 class RefinementResult(NamedTuple):
-    """Where a refinement ended: configuration, its cost, iterations."""
+    """Result of a refinement: the configuration, its cost, and the number of iterations."""
 
     q: np.ndarray
     cost: float
@@ -35,11 +35,11 @@ def refine(
     lower: np.ndarray,
     upper: np.ndarray,
 ) -> RefinementResult:
-    """Move a solution to a local minimum of the cost that is still a solution.
+    """Move a solution to a local minimum of the cost, subject to the constraints.
 
-    Each step is a damped Newton step on the cost with the linearized constraints kept (sequential
-    quadratic programming), projected back onto them by Levenberg-Marquardt. It is accepted where
-    the cost is lower there.
+    Each step is a damped Newton step on the cost subject to the linearized constraints (sequential
+    quadratic programming), projected onto the constraints by Levenberg-Marquardt. It is accepted if
+    it reduces the cost.
 
     Args:
         constraints: The constraints, met at `q`.
@@ -83,7 +83,7 @@ def _newton_step(
 ) -> np.ndarray:
     """Return the damped Newton step inside the limits and `MAX_JOINT_STEP`.
 
-    Joints that would leave these bounds are fixed there, and the step of the others recomputed.
+    Joints that would leave these bounds are fixed there, and the step of the others is recomputed.
     """
     hessian = here.hessian.copy()
     n, m = len(q), len(jacobian)

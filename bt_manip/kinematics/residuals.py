@@ -1,4 +1,4 @@
-"""Residuals of frames from their targets with their Jacobians, alone and stacked."""
+"""Residuals of frames from their targets and their Jacobians, single and stacked."""
 
 import math
 from collections.abc import Sequence
@@ -8,8 +8,8 @@ import pinocchio as pin
 
 from bt_manip.robots import RobotModel
 
-WIDE = 1e-3  # [m] or [rad]: a tolerance from which on its inside is left to the other targets
-DEAD_ZONE = 0.9  # of a wide tolerance: a violated target is brought back to there
+WIDE = 1e-3  # [m] or [rad] tolerance from which on the residual has a dead zone
+DEAD_ZONE = 0.9  # dead zone of a wide tolerance, relative to it
 _ABOVE_ROUNDING = 1.0 + 1e-9
 
 
@@ -26,7 +26,6 @@ class FrameResidual:
     accepted_bound: float
 
     def __init__(self, arm: RobotModel, frame: int) -> None:
-        """Refer to a frame; the arm's data are written to."""
         self._model, self._data, self.frame = arm.model, arm.data, frame
 
     def evaluate(self) -> np.ndarray:
@@ -34,16 +33,16 @@ class FrameResidual:
         raise NotImplementedError
 
     def jacobian(self) -> np.ndarray:
-        """Return J of ``d residual = J dq`` where it was evaluated last."""  # (m, nv)
+        """Return J of ``d residual = J dq`` at the last evaluation."""  # (m, nv)
         raise NotImplementedError
 
     @property
     def reached(self) -> bool:
-        """Whether the error is as small as aimed at, as last evaluated."""
+        """Whether the error is as small as desired, at the last evaluation."""
         raise NotImplementedError
 
     def errors(self) -> tuple[float, float, bool]:
-        """Return distance [m], angle [rad] and whether the target is met, as last evaluated.
+        """Return distance [m], angle [rad] and whether the target is met, at the last evaluation.
 
         The distance of a rotation and the angle of a position are 0.
         """
@@ -51,7 +50,16 @@ class FrameResidual:
 
 
 class VectorResidual(FrameResidual):
-    """Residual of three components with a weight, or with a dead zone inside a wide tolerance."""
+    """Residual of three components with a weight, or with a dead zone within a wide tolerance.
+
+    Args:
+        arm: The arm; its data are written to.
+        frame: Index of the frame.
+        target: Position [m] or rotation matrix in the world.  # (3,) or (3, 3)
+        tolerance: Desired error [m] or [rad].
+        scale: Square root of the weight; 1 for a constraint.
+        accepted: Largest error that meets the target, at least `tolerance`.
+    """
 
     def __init__(
         self,
@@ -62,16 +70,6 @@ class VectorResidual(FrameResidual):
         scale: float = 1.0,
         accepted: float = 0.0,
     ) -> None:
-        """Set the target.
-
-        Args:
-            arm: The arm; its data are written to.
-            frame: Index of the frame.
-            target: Position [m] or rotation matrix in the world.  # (3,) or (3, 3)
-            tolerance: Error to aim at [m] or [rad].
-            scale: Square root of the weight; 1 for a constraint.
-            accepted: Largest error that meets the target, at least `tolerance`.
-        """
         super().__init__(arm, frame)
         self._target, self._tolerance, self._scale = target, tolerance, scale
         self._dead_zone = DEAD_ZONE * tolerance if WIDE <= tolerance < np.inf else 0.0
@@ -82,7 +80,7 @@ class VectorResidual(FrameResidual):
 
     @property
     def reached(self) -> bool:
-        """Whether the error is as small as aimed at, as last evaluated."""
+        """Whether the error is as small as desired, at the last evaluation."""
         return self._length <= self._tolerance
 
     def _scaled(self, error: np.ndarray) -> np.ndarray:
@@ -104,7 +102,7 @@ class VectorResidual(FrameResidual):
 
 
 class PositionResidual(VectorResidual):
-    """Vector from a position to the origin of a frame, or another point, in the world's axes."""
+    """Vector from a position to the origin or another point of a frame, in the world's axes."""
 
     pivot: np.ndarray | None = None
     """The point in the frame [m]; None for the origin."""  # (3,)
@@ -118,11 +116,11 @@ class PositionResidual(VectorResidual):
         return self._scaled(T_wf.translation + self._lever - self._target)
 
     def errors(self) -> tuple[float, float, bool]:
-        """Return the distance [m], 0, and whether the target is met, as last evaluated."""
+        """Return the distance [m], 0, and whether the target is met, at the last evaluation."""
         return self._length, 0.0, self._length <= self._accepted
 
     def jacobian(self) -> np.ndarray:
-        """Return the Jacobian where the residual was evaluated last."""  # (3, nv)
+        """Return the Jacobian at the last evaluation of the residual."""  # (3, nv)
         jacobian = pin.getFrameJacobian(
             self._model, self._data, self.frame, pin.LOCAL_WORLD_ALIGNED
         )
@@ -132,7 +130,7 @@ class PositionResidual(VectorResidual):
 
 
 class RotationResidual(VectorResidual):
-    """Rotation vector from target axes to those of a frame, ``log3``, the same in both."""
+    """Rotation vector ``log3`` from the target axes to those of a frame, equal in both frames."""
 
     def evaluate(self) -> np.ndarray:
         """Return the residual, after `pin.computeJointJacobians`."""  # (3,)
@@ -141,17 +139,27 @@ class RotationResidual(VectorResidual):
         return self._scaled(pin.log3(self._R_tf))
 
     def errors(self) -> tuple[float, float, bool]:
-        """Return 0, the angle [rad] and whether the target is met, as last evaluated."""
+        """Return 0, the angle [rad] and whether the target is met, at the last evaluation."""
         return 0.0, self._length, self._length <= self._accepted
 
     def jacobian(self) -> np.ndarray:
-        """Return the Jacobian where the residual was evaluated last."""  # (3, nv)
+        """Return the Jacobian at the last evaluation of the residual."""  # (3, nv)
         jacobian = pin.getFrameJacobian(self._model, self._data, self.frame, pin.LOCAL)
         return self._scaled_jacobian(pin.Jlog3(self._R_tf) @ jacobian[3:])
 
 
 class AxisResidual(VectorResidual):
-    """Vector from a direction to an axis of a frame, as long as the chord between them."""
+    """Vector from a direction to an axis of a frame, with the length of the chord between them.
+
+    Args:
+        arm: The arm; its data are written to.
+        frame: Index of the frame.
+        direction: Direction in the world; unit.  # (3,)
+        axis: Axis in the frame that has this direction at the target; unit.  # (3,)
+        tolerance: Desired angle [rad].
+        scale: Square root of the weight; 1 for a constraint.
+        accepted: Largest angle that meets the target, at least `tolerance`.
+    """
 
     def __init__(
         self,
@@ -163,17 +171,6 @@ class AxisResidual(VectorResidual):
         scale: float = 1.0,
         accepted: float = 0.0,
     ) -> None:
-        """Set the target.
-
-        Args:
-            arm: The arm; its data are written to.
-            frame: Index of the frame.
-            direction: Direction in the world; unit.  # (3,)
-            axis: Axis in the frame that has the direction at the target; unit.  # (3,)
-            tolerance: Angle to aim at [rad].
-            scale: Square root of the weight; 1 for a constraint.
-            accepted: Largest angle that meets the target, at least `tolerance`.
-        """
         super().__init__(arm, frame, direction, _chord(tolerance), scale, _chord(accepted))
         self._axis = axis
 
@@ -184,12 +181,12 @@ class AxisResidual(VectorResidual):
         return self._scaled(self._current - self._target)
 
     def errors(self) -> tuple[float, float, bool]:
-        """Return 0, the angle [rad] and whether the target is met, as last evaluated."""
+        """Return 0, the angle [rad] and whether the target is met, at the last evaluation."""
         angle = 2.0 * math.asin(min(0.5 * self._length, 1.0))
         return 0.0, angle, self._length <= self._accepted
 
     def jacobian(self) -> np.ndarray:
-        """Return the Jacobian where the residual was evaluated last."""  # (3, nv)
+        """Return the Jacobian at the last evaluation of the residual."""  # (3, nv)
         jacobian = pin.getFrameJacobian(
             self._model, self._data, self.frame, pin.LOCAL_WORLD_ALIGNED
         )
@@ -197,7 +194,7 @@ class AxisResidual(VectorResidual):
 
 
 def _chord(angle: float) -> float:
-    """Return the distance of two unit vectors at an angle [rad]; infinite for an infinite one."""
+    """Return the distance of two unit vectors at an angle [rad]; infinite for an infinite angle."""
     return 2.0 * math.sin(0.5 * min(angle, math.pi)) if angle < math.inf else angle
 
 
@@ -212,7 +209,6 @@ class PoseResidual(FrameResidual):
         tolerances: tuple[float, float],
         accepted: tuple[float, float] = (0.0, 0.0),
     ) -> None:
-        """Set the target; the arguments are those of `set_target`."""
         super().__init__(arm, frame)
         self.set_target(pose, tolerances, accepted)
 
@@ -226,8 +222,8 @@ class PoseResidual(FrameResidual):
 
         Args:
             pose: The pose in the world.
-            tolerances: Errors to aim at [m] and [rad].
-            accepted: Largest errors that meet the target, where they exceed `tolerances`.
+            tolerances: Desired errors [m] and [rad].
+            accepted: Largest errors that meet the target, if larger than `tolerances`.
         """
         self.pose, self.tolerances = pose, tolerances
         self.accepted = max(tolerances[0], accepted[0]), max(tolerances[1], accepted[1])
@@ -241,7 +237,7 @@ class PoseResidual(FrameResidual):
         return self._residual
 
     def errors(self) -> tuple[float, float, bool]:
-        """Return distance [m], angle [rad] and whether the target is met, as last evaluated."""
+        """Return distance [m], angle [rad] and whether the target is met, at last evaluation."""
         x, y, z = self._T_tf.translation.tolist()
         a, b, c = self._residual[3:].tolist()
         position, rotation = (x * x + y * y + z * z) ** 0.5, (a * a + b * b + c * c) ** 0.5
@@ -249,26 +245,30 @@ class PoseResidual(FrameResidual):
 
     @property
     def reached(self) -> bool:
-        """Whether both errors are as small as aimed at, as last evaluated."""
+        """Whether both errors are as small as desired, at the last evaluation."""
         position, rotation, _ = self.errors()
         return position <= self.tolerances[0] and rotation <= self.tolerances[1]
 
     def jacobian(self) -> np.ndarray:
-        """Return the frame's own Jacobian, which is that of a small logarithm.
+        """Return the frame's own Jacobian, that of a small logarithm.
 
-        Levenberg-Marquardt takes as many steps with it as with the exact one.
+        Levenberg-Marquardt needs as many steps with it as with the exact Jacobian.
         """  # (6, nv)
         return pin.getFrameJacobian(self._model, self._data, self.frame, pin.LOCAL)
 
 
 def _bound(tolerances: tuple[float, float]) -> float:
-    # The linear part of the logarithm is longer than the distance by less than half of pi.
+    # The linear part of the logarithm is at most pi / 2 times the distance.
     linear, angular = 0.5 * np.pi * tolerances[0], tolerances[1]
     return _ABOVE_ROUNDING * (linear * linear + angular * angular)
 
 
 class StackedResidual:
     """Residuals of several targets as one vector.
+
+    Args:
+        arm: The arm; its data are written to.
+        moving: Which joints may move; by default all.  # (nv,)
 
     Attributes:
         parts: The residuals of the targets.
@@ -278,13 +278,6 @@ class StackedResidual:
     def __init__(
         self, arm: RobotModel, parts: Sequence[FrameResidual], moving: np.ndarray | None = None
     ) -> None:
-        """Stack residuals.
-
-        Args:
-            arm: The arm; its data are written to.
-            parts: The residuals of the targets.
-            moving: Which joints may move; by default all.  # (nv,)
-        """
         self._model, self._data = arm.model, arm.data
         self.parts = tuple(parts)
         self._only = self.parts[0] if len(self.parts) == 1 else None
@@ -301,26 +294,26 @@ class StackedResidual:
 
     @property
     def squared_bound(self) -> float:
-        """Squared norm of the residual above which not all targets are reached."""
+        """Squared norm of the residual above which at least one target is not reached."""
         return sum([part.squared_bound for part in self.parts])
 
     @property
     def accepted_bound(self) -> float:
-        """Squared norm of the residual above which not all targets are met."""
+        """Squared norm of the residual above which at least one target is not met."""
         return sum([part.accepted_bound for part in self.parts])
 
     @property
     def reached(self) -> bool:
-        """Whether all errors are as small as aimed at, as last evaluated."""
+        """Whether all errors are as small as desired, at the last evaluation."""
         return all([part.reached for part in self.parts])
 
     @property
     def met(self) -> bool:
-        """Whether all targets are met, as last evaluated."""
+        """Whether all targets are met, at the last evaluation."""
         return all([part.errors()[2] for part in self.parts])
 
     def jacobian(self) -> np.ndarray:
-        """Return J of ``d residual = J dq`` where it was evaluated last."""  # (m, nv)
+        """Return J of ``d residual = J dq`` at the last evaluation."""  # (m, nv)
         if self._only is not None:
             jacobian = self._only.jacobian()
         else:

@@ -9,17 +9,17 @@ from .levenberg_marquardt import LMResult, levenberg_marquardt
 from .problem import IKResult
 from .refinement import RefinementResult, refine
 
-ITERATIONS = 50  # from each initial guess, at most
-MAX_FAILED_ITERATIONS = 600  # over all initial guesses, after which there is no other restart
-NEAR_PATIENCE = 15  # iterations without progress, where there are no restarts
-MIN_DECREASE = 0.2  # of the squared residual by a step; below it, a restart is worth more
-NEAR_RESTARTS = 5  # initial guesses inside the box, after the first
-COST_GUESSES = 8  # initial guesses for a problem without constraints, of which the best is taken
+ITERATIONS = 50  # maximum number from each initial guess
+MAX_FAILED_ITERATIONS = 600  # total number of iterations after which there are no more restarts
+NEAR_PATIENCE = 15  # iterations without progress, in searches without restarts
+MIN_DECREASE = 0.2  # decrease of the squared residual by a step below which a restart is better
+NEAR_RESTARTS = 5  # further initial guesses inside the box
+COST_GUESSES = 8  # initial guesses for a problem without constraints; the best result is used
 _AT_BOUND = 1e-12  # [rad]
 
 
 def search(problem: CompiledProblem, guesses: Iterable[np.ndarray]) -> IKResult:
-    """Search from one initial guess after the other until a solution is found.
+    """Search from one initial guess after the other, up to the first solution.
 
     Args:
         problem: The problem.
@@ -75,10 +75,10 @@ def search_near(
     """Search inside a box around a configuration.
 
     Args:
-        problem: The problem; a limit that `q0` violates is widened to it.
-        q0: The middle of the box.  # (nq,)
+        problem: The problem; a limit that `q0` violates is widened to `q0`.
+        q0: The centre of the box.  # (nq,)
         max_step: Half the sides of the box [rad].
-        retry: Whether to try other initial guesses inside the box.
+        retry: Whether to use further initial guesses inside the box.
     """
     lower, upper = np.minimum(problem.lower, q0), np.maximum(problem.upper, q0)
     least, most = np.maximum(lower, q0 - max_step), np.minimum(upper, q0 + max_step)
@@ -111,7 +111,7 @@ def search_near(
 
 
 def search_all(problem: CompiledProblem, guesses: Iterable[np.ndarray]) -> list[LMResult]:
-    """Return where the searches from all initial guesses met the constraints, duplicates included.
+    """Return all results from initial guesses that meet the constraints, duplicates included.
 
     Args:
         problem: The problem.
@@ -127,7 +127,7 @@ def search_all(problem: CompiledProblem, guesses: Iterable[np.ndarray]) -> list[
 
 
 def refined_end(problem: CompiledProblem, end: LMResult) -> IKResult | None:
-    """Return the refined solution of `search_all`; None where it collides."""
+    """Return a refined result of `search_all`; None if it collides."""
     refined = _refine(problem, end, problem.lower, problem.upper)
     if problem.collision(refined.q):
         return None
@@ -138,7 +138,7 @@ def refined_end(problem: CompiledProblem, end: LMResult) -> IKResult | None:
 def _refine(
     problem: CompiledProblem, end: LMResult, lower: np.ndarray, upper: np.ndarray
 ) -> RefinementResult:
-    """Refine a solution, unless that would make it collide."""
+    """Refine a solution, unless the refined solution collides."""
     if problem.objectives is None:
         return RefinementResult(end.q, 0.0, 0)
     refined = refine(problem.constraints, problem.objectives, end.q, lower, upper)
@@ -148,6 +148,6 @@ def _refine(
 
 
 def _guesses_inside(q0: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> Iterator[np.ndarray]:
-    """Yield the middle of a box, and then points inside it, the same each time."""
+    """Yield the centre of a box, and then a fixed sequence of points inside."""
     yield q0
     yield from np.random.default_rng(0).uniform(lower, upper, (NEAR_RESTARTS, len(q0)))

@@ -1,4 +1,4 @@
-"""Secondary objectives: the cost of a configuration beside its constraints."""
+"""Secondary objectives: the cost of a configuration subject to constraints."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -20,7 +20,14 @@ class QuadraticModel(NamedTuple):
 
 
 class SecondaryObjectives:
-    """Sum of weighted residuals, a distance from a posture, and the tool's manipulability."""
+    """Sum of weighted residuals, a distance from a posture, and the tool's manipulability.
+
+    Args:
+        inverse_speed: Inverse of the maximum joint velocities [s/rad].  # (nq,)
+        residuals: Residuals of targets, scaled by the square roots of their weights.
+        posture: A configuration [rad], and the weight of half the squared distance [1/s2].
+        manipulability: The arm, a mask of its moving joints, and the weight of the logarithm.
+    """
 
     def __init__(
         self,
@@ -30,14 +37,6 @@ class SecondaryObjectives:
         posture: tuple[np.ndarray, float] | None = None,
         manipulability: tuple[RobotModel, np.ndarray | None, float] | None = None,
     ) -> None:
-        """Choose the objectives.
-
-        Args:
-            inverse_speed: Inverse of the maximum joint velocities [s/rad].  # (nq,)
-            residuals: Residuals of targets, scaled by the square roots of their weights.
-            posture: A configuration [rad], and the weight of half the squared distance [1/s2].
-            manipulability: An arm, which of its joints move, and the weight of the logarithm.
-        """
         self._residuals, self._posture = tuple(residuals), posture
         self._manipulability = manipulability
         self._metric = inverse_speed**2 / len(inverse_speed)
@@ -46,7 +45,7 @@ class SecondaryObjectives:
         """Return the cost with its gradient and its Gauss-Newton Hessian.
 
         Args:
-            constraints: Constraints that were evaluated last at the configuration.
+            constraints: Constraints, last evaluated at the configuration.
         """
         q = constraints.q
         assert q is not None
@@ -68,6 +67,6 @@ class SecondaryObjectives:
             logarithm, slope = log_manipulability(arm, moving)
             value -= weight * logarithm
             gradient -= weight * slope
-            # Stands in for the Hessian of the logarithm, which changes by about 1 over a radian.
+            # Approximates the Hessian of the logarithm, which changes by about 1 over a radian.
             hessian.ravel()[:: n + 1] += weight
         return QuadraticModel(value, gradient, hessian)

@@ -21,7 +21,7 @@ from bt_manip.spatial import as_numbers
 AXES = dict(zip("xyz", np.eye(3), strict=True))
 """The axes of a frame, by name."""
 
-TOLERANCE = 1e-6  # [m] and [rad] that a constraint without a tolerance of its own aims at
+TOLERANCE = 1e-6  # [m] and [rad] desired error of a constraint without a tolerance
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,10 +32,10 @@ class Target:
 
     Attributes:
         frame: Name of the frame: a body or a site of the robot.
-        weight: Makes the target a cost: half the squared error times this [1/m2] and [1/rad2].
-        tolerance: Makes it a constraint: the largest error [m] and [rad]; for a pose also a pair
-            of both. With neither, it is a constraint that aims at `TOLERANCE` and accepts the
-            `tolerance` of the arm's model.
+        weight: Makes the target a cost, weight times half the squared error [1/m2] and [1/rad2].
+        tolerance: Makes it a constraint, the largest error [m] and [rad]; for a pose optionally a
+            pair. With neither, it is a constraint with the desired error `TOLERANCE`, and the
+            `tolerance` of the arm's model is accepted.
     """
 
     frame: str
@@ -63,7 +63,7 @@ class Target:
 
     @property
     def tolerances(self) -> tuple[float, float]:
-        """Errors of position [m] and rotation [rad] that a constraint aims at."""
+        """Desired errors of position [m] and rotation [rad] of a constraint."""
         if isinstance(self.tolerance, tuple):
             return self.tolerance
         both = TOLERANCE if self.tolerance is None else self.tolerance
@@ -92,33 +92,33 @@ class PositionTarget(Target):
     """The origin of a frame at a position.
 
     Attributes:
-        position: In the world [m].  # (3,)
+        position: Position in the world [m].  # (3,)
     """
 
     position: np.ndarray
 
     def __post_init__(self) -> None:
-        """Keep a copy of the position."""
+        """Check and copy the position."""
         super().__post_init__()
         self._keep("position", check_vector(self.position, f"{self.label}: position", "m"))
 
 
 @dataclass(frozen=True, eq=False)
 class FreeAxisTarget(Target):
-    """A target with a rotation that may be free about an axis of the frame.
+    """A target whose rotation may be free about an axis of the frame.
 
     Attributes:
         free_axis: Axis of the frame, `"x"`, `"y"`, `"z"` or a vector in the frame, about which the
-            rotation is free; None fixes the rotation. It is kept as a unit vector.  # (3,)
-        cone: Half angle of the cone around the axis' direction in which the axis may be [rad]; at
-            pi its direction is free, too.
+            rotation is free; None fixes the rotation. It is stored as a unit vector.  # (3,)
+            cone: Half angle of the cone around the axis' direction within which the axis may tilt
+                [rad]; pi makes its direction free, too.
     """
 
     free_axis: str | Sequence[float] | np.ndarray | None = field(default=None, kw_only=True)
     cone: float = field(default=0.0, kw_only=True)
 
     def __post_init__(self) -> None:
-        """Check and keep the axis and the cone."""
+        """Check and store the axis and the cone."""
         super().__post_init__()
         cone = check_number(self.cone, f"{self.label}: cone", "rad")
         if not 0.0 <= cone <= np.pi:
@@ -144,7 +144,7 @@ class FreeAxisTarget(Target):
 
     @property
     def tolerances(self) -> tuple[float, float]:
-        """Errors of position [m] and rotation [rad], the cone included, that are aimed at."""
+        """Desired errors of position [m] and rotation, including the cone [rad]."""
         position, rotation = super().tolerances
         return position, max(rotation, self.cone)
 
@@ -160,7 +160,7 @@ class RotationTarget(FreeAxisTarget):
     rotation: np.ndarray
 
     def __post_init__(self) -> None:
-        """Keep a copy of the rotation."""
+        """Check and copy the rotation."""
         super().__post_init__()
         self._keep("rotation", check_rotation(self.rotation, f"{self.label}: rotation"))
 
@@ -171,14 +171,14 @@ class PoseTarget(FreeAxisTarget):
 
     Attributes:
         pose: The pose T_wf in the world.
-        pivot: The point of the frame that the free axis goes through [m].  # (3,)
+        pivot: Point of the frame on the free axis [m].  # (3,)
     """
 
     pose: pin.SE3
     pivot: Sequence[float] | np.ndarray = field(default=(0.0, 0.0, 0.0), kw_only=True)
 
     def __post_init__(self) -> None:
-        """Keep copies of the pose and the pivot."""
+        """Check and copy the pose and the pivot."""
         super().__post_init__()
         self._keep("pose", check_pose(self.pose, f"{self.label}: pose").copy())
         pivot = check_vector(self.pivot, f"{self.label}: pivot", "m")

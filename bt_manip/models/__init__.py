@@ -1,4 +1,4 @@
-"""Model files: finding them by address, converting them to MJCF."""
+"""Model files: location by address, and conversion to MJCF."""
 
 from .address import Source as Source
 from .address import built_in_sources as built_in_sources

@@ -1,4 +1,4 @@
-"""Addresses of models, the files that they refer to, and these converted to MJCF."""
+"""Addresses of models, their files, and their conversion to MJCF."""
 
 import re
 from collections.abc import Callable, Mapping
@@ -27,7 +27,7 @@ def is_address(text: str) -> bool:
 
 
 Source = Callable[[str, Progress], FoundModel | Path]
-"""Function that finds the model of an address; it may return a path."""
+"""Function that returns the model of an address, or its path."""
 
 
 def load_model(
@@ -38,7 +38,7 @@ def load_model(
     sources: Mapping[str, Source] | None = None,
     formats: Mapping[str, ModelFormat] | None = None,
 ) -> MjcfModel:
-    """Find a model by its address, download it if needed, and convert it to MJCF.
+    """Return the model of an address as MJCF; it is downloaded if needed.
 
     Args:
         address: As for `find_model`.
@@ -48,7 +48,7 @@ def load_model(
         formats: As for `find_model`.
 
     Raises:
-        ModelError: When it cannot be found, fetched or converted.
+        ModelError: If it cannot be found, fetched or converted.
     """
     if convex not in ("hull", "parts"):
         raise ModelError(f"meshes collide by their 'hull' or by 'parts', not by '{convex}'")
@@ -68,7 +68,7 @@ def find_model(
     sources: Mapping[str, Source] | None = None,
     formats: Mapping[str, ModelFormat] | None = None,
 ) -> FoundModel:
-    """Find a model by its address, and download it if it is not cached.
+    """Return the file of a model by its address; it is downloaded if it is not cached.
 
     Args:
         address: ``bundled:cube``, a path, ``package://NAME/PATH``, ``menagerie:NAME``, or an
@@ -79,7 +79,7 @@ def find_model(
         formats: Formats by name; default: `built_in_formats`, and those of installed plugins.
 
     Raises:
-        ModelError: When there is no such model, or it cannot be fetched.
+        ModelError: If there is no such model, or it cannot be fetched.
     """
     text = address.strip()
     match = _SCHEME.match(text)
@@ -157,7 +157,7 @@ def _file(address: str, path: Path, formats: Mapping[str, ModelFormat] | None) -
 
 
 def check_fuel_plugin(address: str, kind: str = "", path: Path | None = None) -> None:
-    """Raise an error that names the package for models which need bt-manip-fuel.
+    """Raise an error that names the package if a model needs bt-manip-fuel.
 
     Args:
         address: The address, for the message.
@@ -165,7 +165,7 @@ def check_fuel_plugin(address: str, kind: str = "", path: Path | None = None) ->
         path: The existing file or folder, if no format has it.
 
     Raises:
-        ModelError: When it is a model of Fuel or SDFormat.
+        ModelError: If it is a model of Fuel or SDFormat.
     """
     what = "Gazebo Fuel" if kind in _FUEL_KINDS else ""
     if path is not None and (

@@ -18,7 +18,6 @@ class Assets:
     """The ``<asset>`` element of a model, and its files."""
 
     def __init__(self) -> None:
-        """Initialise without assets."""
         self.element: Any = etree.Element("asset")
         self.files: dict[str, bytes] = {}
         self._meshes: dict[tuple[object, ...], Mesh] = {}
@@ -27,10 +26,10 @@ class Assets:
         self._images: dict[bytes, str] = {}
 
     def mesh(self, path: Path, submesh: str, centred: bool) -> Mesh:
-        """Return a mesh, read on its first use.
+        """Return a mesh; its file is read on first use.
 
         Raises:
-            ModelError: When it cannot be read.
+            ModelError: If it cannot be read.
         """
         key = (path, submesh, centred)
         if key not in self._meshes:
@@ -39,14 +38,14 @@ class Assets:
 
     def seen(self, key: tuple[object, ...], mesh: Mesh, stem: str) -> str:
         """Add a mesh for rendering; return its name."""
-        # The volume of a mesh for rendering may be zero: its surface is enough.
+        # A mesh for rendering may have zero volume.
         return self._add(("seen", *key), [mesh], stem, "shell")[0]
 
     def colliding(self, key: tuple[object, ...], mesh: Mesh, stem: str, convex: str) -> list[str]:
-        """Add a mesh for collision, as hull or convex parts; return the names.
+        """Add a mesh for collision, as its hull or convex parts; return the names.
 
         Raises:
-            ModelError: When its parts cannot be found.
+            ModelError: If it cannot be decomposed.
         """
         known = ("collides", convex, *key)
         if known in self._names:

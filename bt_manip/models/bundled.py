@@ -15,7 +15,7 @@ def bundled_root(kind: str) -> Path:
         kind: ``"models"``, ``"trees"``, ``"scenes"`` or ``"templates"``.
 
     Raises:
-        BtManipError: When they are missing in the installation.
+        BtManipError: If they are missing in the installation.
     """
     package = Path(__file__).resolve().parent.parent
     places = (package / "bundled" / kind, package.parent / kind)
@@ -34,7 +34,7 @@ def bundled_path(name: str, kind: str = "models") -> Path:
         kind: ``"models"`` or ``"trees"``.
 
     Raises:
-        BtManipError: When there is no such file, with suggestions.
+        BtManipError: If there is no such file, with suggestions.
     """
     root = bundled_root(kind)
     path = root / name

@@ -27,7 +27,7 @@ def convex_parts(mesh: Mesh) -> list[Mesh]:
     It takes tens of seconds; the parts are cached by the content of the mesh.
 
     Raises:
-        ModelError: When coacd is not installed or fails.
+        ModelError: If coacd is not installed or fails.
     """
     digest = hashlib.sha256(mesh.vertices.tobytes() + mesh.faces.astype(np.int64).tobytes())
     digest.update(f"coacd 1 {THRESHOLD}".encode())

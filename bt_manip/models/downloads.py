@@ -1,4 +1,4 @@
-"""Downloads of models, and the models that a source keeps on this machine."""
+"""Downloads of models, and caches of sources."""
 
 import sys
 from collections.abc import Callable, Iterable, Iterator
@@ -30,10 +30,10 @@ _reason: ContextVar[str] = ContextVar("why nothing may be downloaded; empty: it 
 
 @contextmanager
 def no_downloads(reason: str) -> Iterator[None]:
-    """Refuse the download of models inside the block; those in the cache are found.
+    """Reject downloads of models inside the block; cached models are available.
 
     Args:
-        reason: Why, for the message: ``a snapshot downloads nothing``.
+        reason: Reason for the message: ``a snapshot downloads nothing``.
     """
     token = _reason.set(reason)
     try:
@@ -53,19 +53,20 @@ def check_downloads(address: str) -> None:
 
 
 class ModelCache:
-    """Models that a source keeps on this machine, for the commands of ``bt-manip models``.
+    """Cached models of a source, for the commands of ``bt-manip models``.
 
     Attributes:
-        kinds: Kinds of addresses whose models it keeps: ``("fuel", "https")``.
+        kinds: Kinds of addresses of its models: ``("fuel", "https")``.
     """
 
     kinds: tuple[str, ...] = ()
 
     def addresses(self, everything: bool) -> Iterable[str]:
-        """Return the addresses of the models that need no network.
+        """Return the addresses of the cached models.
 
         Args:
-            everything: Also those that would be downloaded, if they are known, ending in ``" *"``.
+            everything: Whether to add known models that would be downloaded, with the suffix ``"
+                *"``.
         """
         raise NotImplementedError
 
@@ -73,7 +74,7 @@ class ModelCache:
         """Download a model, or a newer version of it; return its exact address and its path.
 
         Raises:
-            ModelError: When it cannot be fetched.
+            ModelError: If it cannot be fetched.
         """
         raise NotImplementedError
 
@@ -81,7 +82,7 @@ class ModelCache:
         """Delete a model; return the deleted paths.
 
         Raises:
-            ModelError: When there is no such model.
+            ModelError: If there is no such model.
         """
         raise NotImplementedError
 

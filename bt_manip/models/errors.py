@@ -1,4 +1,4 @@
-"""Errors of finding and converting models."""
+"""Errors of models."""
 
 from bt_manip.exceptions import BtManipError
 

@@ -19,11 +19,11 @@ _BODY = {"pos": "body_pos", "quat": "body_quat"}
 def exact_xml(spec: "mujoco.MjSpec") -> str:
     """Compile a specification and write it as MJCF, with angles in radians.
 
-    MuJoCo writes numbers with six digits. Those of masses, joints and poses are replaced by the
+    MuJoCo writes numbers with six digits; numbers of masses, joints and poses are replaced by the
     values of the compiled model.
 
     Raises:
-        ValueError: When MuJoCo cannot compile it.
+        ValueError: If MuJoCo cannot compile it.
     """
     import mujoco
 
@@ -44,7 +44,7 @@ def exact_xml(spec: "mujoco.MjSpec") -> str:
 
 
 def _each(elements: list[Any], known: dict[str, str], model: Any, first: int, count: int) -> None:
-    """Write the elements of a body, unless some are in a frame of their own."""
+    """Write the elements of a body, unless some are in frames of their own."""
     if len(elements) != count:
         return
     for i, element in enumerate(elements):
@@ -53,7 +53,7 @@ def _each(elements: list[Any], known: dict[str, str], model: Any, first: int, co
 
 
 def _write(element: Any, known: dict[str, str], model: Any, i: int) -> None:
-    """Overwrite existing attributes."""
+    """Replace the values of existing attributes."""
     if element is None:
         return
     for attribute, field in known.items():
@@ -61,6 +61,6 @@ def _write(element: Any, known: dict[str, str], model: Any, i: int) -> None:
         if text is None:
             continue
         values = np.atleast_1d(getattr(model, field)[i])[: len(text.split())]
-        # Only digits are added: attributes with another meaning remain.
+        # Only digits are added; attributes with another meaning are kept.
         if np.allclose(values, [float(word) for word in text.split()], rtol=1e-4, atol=1e-6):
             element.set(attribute, " ".join(repr(float(value)) for value in values))

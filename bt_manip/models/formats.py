@@ -1,4 +1,4 @@
-"""Formats of model files: how they are recognised, and converted to MJCF."""
+"""Formats of model files: recognition, and conversion to MJCF."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ class Convert(Protocol):
             progress: Called with the progress of a download.
 
         Raises:
-            ModelError: When it cannot be converted.
+            ModelError: If it cannot be converted.
         """
 
 
@@ -36,7 +36,7 @@ class ModelFormat:
         convert: Converts a model to MJCF.
         suffixes: Suffixes of the files, in lower case: ``(".urdf",)``.
         tag: Root element of files that end in ``.xml``; empty for none.
-        find_in: Returns the file of a model's folder; None if the folder has no such model.
+        find_in: Returns the model file in a folder, or None.
     """
 
     convert: Convert
@@ -70,11 +70,11 @@ def recognise(path: Path, formats: Mapping[str, ModelFormat]) -> tuple[str, Path
     """Return the format and the file of a path, or None if no format fits.
 
     Raises:
-        ModelError: When it is damaged.
+        ModelError: If it is damaged.
     """
     tag = root_tag(path)
-    for name, one in formats.items():
-        if (file := one.find(path, tag)) is not None:
+    for name, model_format in formats.items():
+        if (file := model_format.find(path, tag)) is not None:
             return name, file
     return None
 
@@ -83,7 +83,7 @@ def root_tag(path: Path) -> str:
     """Return the root element of a file that ends in ``.xml``; an empty text for others.
 
     Raises:
-        ModelError: When it is not XML.
+        ModelError: If it is not XML.
     """
     if path.suffix.lower() != ".xml" or path.is_dir():
         return ""

@@ -16,7 +16,7 @@ def parse_xml(data: bytes, path: Path) -> etree._Element:
         path: Its file, for messages.
 
     Raises:
-        ModelError: When it is not XML, too large, or has a document type.
+        ModelError: If it is not XML, too large, or has a document type.
     """
     if len(data) > MAX_BYTES:
         raise ModelError(f"{path}: longer than {MAX_BYTES // 2**20} MB")
@@ -38,7 +38,7 @@ def read_xml(path: Path) -> etree._Element:
     """Read and parse a file with `parse_xml`.
 
     Raises:
-        ModelError: When it cannot be read or is not such a document.
+        ModelError: If it cannot be read or is not such a document.
     """
     try:
         data = read_bytes(path)

@@ -29,13 +29,13 @@ def image_of_obj(mesh: Path, root: Path | None) -> Path | None:
         root: Folder outside which no file is read, if any.
 
     Returns:
-        The image; None if there is none, or if parts have different ones.
+        The image; None without one, or if parts have different images.
     """
     images = set()
     for name in _values(mesh, "mtllib"):
         for image in _values(_allowed(mesh.parent / name, root), "map_Kd"):
             plain = image.replace("\\", "/").split()[-1]
-            # Gazebo keeps images in a folder of their own.
+            # Gazebo has a separate folder for images.
             gazebo = mesh.parent.parent / "materials" / "textures" / Path(plain).name
             for place in (mesh.parent / plain, gazebo):
                 if (found := _allowed(place, root)) is not None:
@@ -51,7 +51,7 @@ def _allowed(path: Path, root: Path | None) -> Path | None:
 
 
 def _values(path: Path | None, key: str) -> list[str]:
-    """Return the rests of the lines that start with a key."""
+    """Return the values of all lines with a key."""
     if path is None:
         return []
     with path.open(encoding="utf-8", errors="replace") as lines:

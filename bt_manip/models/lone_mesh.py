@@ -18,7 +18,7 @@ def convert_mesh(found: FoundModel, *, convex: str, progress: Progress) -> MjcfM
     """Convert a mesh to a body; its mass follows from the enclosed volume.
 
     Raises:
-        ModelError: When it cannot be read, or encloses no volume.
+        ModelError: If it cannot be read, or encloses no volume.
     """
     mesh = read_mesh(found.path)
     if not mesh.watertight:

@@ -14,7 +14,7 @@ from bt_manip.models.downloads import ModelCache, Progress, check_downloads, ter
 from bt_manip.models.errors import ModelError
 
 CONNECTION_TIMEOUT = 2.0
-"""Longest wall time until the server answers [s]; later there is taken to be no network."""
+"""Timeout for the first response of the server [s]."""
 
 REMEDY = (
     "set MENAGERIE_ROOT to a folder with the models of MuJoCo Menagerie to do without a network"
@@ -25,7 +25,8 @@ def menagerie_file(name: str, progress: Progress = terminal_progress) -> Path:
     """Return the file of a model, downloaded on first use.
 
     Args:
-        name: ``franka_emika_panda``, or ``franka_emika_panda/hand`` for another of its models.
+        name: ``franka_emika_panda``, or ``franka_emika_panda/hand`` for another model of its
+            folder.
         progress: Called with the progress of a download.
 
     Raises:
@@ -57,7 +58,7 @@ def menagerie_file(name: str, progress: Progress = terminal_progress) -> Path:
 
 
 def _require_server(name: str) -> None:
-    """Connect to the server once: the package itself would try for many seconds.
+    """Check the connection to the server once; the package itself would retry for many seconds.
 
     Raises:
         ModelError: If it does not answer within `CONNECTION_TIMEOUT`.
@@ -83,7 +84,7 @@ def _require_server(name: str) -> None:
             return
         problems.clear()
 
-    # A thread, because looking up the host's name may take longer than any timeout.
+    # In a thread, because resolving the host's name may take longer than the timeout.
     thread = threading.Thread(target=connect, daemon=True)
     thread.start()
     thread.join(CONNECTION_TIMEOUT)
@@ -94,7 +95,7 @@ def _require_server(name: str) -> None:
 
 
 def menagerie_grippers() -> dict[str, str]:
-    """Return the addresses of Menagerie's grippers and hands by name, the right one of two."""
+    """Return the addresses of Menagerie's grippers and hands by name; of pairs the right hand."""
     import mujoco_menagerie as menagerie
 
     robots = [menagerie.get(name) for name in menagerie.names()]
@@ -139,7 +140,7 @@ class MenagerieCache(ModelCache):
         """Delete a model.
 
         Raises:
-            ModelError: When there is no such model.
+            ModelError: If there is no such model.
         """
         import shutil
 

@@ -63,15 +63,15 @@ class Mesh:
 def read_mesh(path: Path, submesh: str = "", centred: bool = False) -> Mesh:
     """Read a mesh file; the parts of a scene are joined.
 
-    Only the file itself is read: no materials, images or other files that it refers to.
+    Only the file itself is read, not the materials, images or other files to which it refers.
 
     Args:
         path: An .obj, .stl or .dae file.
-        submesh: Read only the part of this name.
-        centred: Move the centre of that part to the origin.
+        submesh: Name of the only part to read.
+        centred: Whether to move the centre of this part to the origin.
 
     Raises:
-        ModelError: When it cannot be read or holds no triangles.
+        ModelError: If it cannot be read or holds no triangles.
     """
     import trimesh
 
@@ -94,7 +94,7 @@ def read_mesh(path: Path, submesh: str = "", centred: bool = False) -> Mesh:
     except ModelError:
         raise
     except Exception as error:  # trimesh's readers have no documented exceptions
-        raise ModelError(f"{path}: not a mesh that can be read: {error}") from None
+        raise ModelError(f"{path}: not a readable mesh: {error}") from None
     vertices = joined.vertices @ turn.T
     if len(joined.faces) == 0 or not np.isfinite(vertices).all():
         raise ModelError(f"{path}: a mesh without triangles, or with non-finite points")
@@ -131,7 +131,7 @@ def _parts(scene: Any, submesh: str, path: Path, coloured: bool) -> list[Mesh]:
 
 
 def _joined(parts: list[Mesh]) -> Mesh:
-    """Join parts; attributes that they do not share are dropped."""
+    """Join parts; attributes that are not common to all parts are dropped."""
     starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
     faces = [part.faces + start for part, start in zip(parts, starts, strict=False)]
     uvs = [part.uv for part in parts if part.uv is not None]
@@ -145,7 +145,7 @@ def _joined(parts: list[Mesh]) -> Mesh:
 
 
 def _collada_turn(data: bytes, path: Path) -> np.ndarray:
-    """Return rotation times scale into metres with z up."""  # (3, 3)
+    """Return the rotation and scale to metres with z up, as a matrix."""  # (3, 3)
     root = parse_xml(data, path)
     asset = root.find("{*}asset")
     unit, up = 1.0, "Y_UP"

@@ -1,4 +1,4 @@
-"""Checks of an MJCF file and the files that it names, before MuJoCo and PyMJCF read them."""
+"""Checks of an MJCF file and its referenced files, before MuJoCo and PyMJCF read them."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,16 +12,16 @@ from bt_manip.models.meshes import MAX_MESH_BYTES
 
 _FOLDERS = ("assetdir", "meshdir", "texturedir")
 _MODELS = ("include", "model")
-"""Elements whose file is MJCF too."""
+"""Elements that refer to MJCF files."""
 
 
 def check_mjcf(path: Path) -> None:
-    """Check an MJCF file with all files that it names.
+    """Check an MJCF file and all files that it refers to.
 
-    Files that are missing are left to MuJoCo, which reports them.
+    Missing files are reported by MuJoCo, not here.
 
     Raises:
-        ModelError: If one is not a regular file or too large, if MJCF is not XML, includes itself,
+        ModelError: If a file is not regular or too large, or if MJCF is not XML, includes itself,
             or has NaN.
     """
     root = read_xml(path)
@@ -53,7 +53,7 @@ def _check(
 
 
 def _existing(folders: set[Path], name: str, where: str) -> Iterator[Path]:
-    """Yield the existing files of a name; their kind and size are checked."""
+    """Yield the existing files of a name, after a check of their kind and size."""
     for path in sorted({folder / name for folder in folders}):
         if path.exists():
             try:

@@ -9,21 +9,21 @@ from bt_manip.exceptions import did_you_mean
 from bt_manip.models.errors import ModelError
 
 PACKAGE_VARIABLES = ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH", "GZ_SIM_RESOURCE_PATH")
-"""Environment variables of ROS and Gazebo with folders of packages."""
+"""Environment variables of ROS and Gazebo that list folders of packages."""
 
 
 def find_package_file(uri: str, near: Path | None = None) -> Path:
     """Return the file of ``package://NAME/PATH`` or ``model://NAME/PATH``.
 
-    Packages are searched in the parent folders of the file that refers to them, in the folders of
-    the environment variables, and in the current folder.
+    Packages are searched in the parent folders of the referring file, in the folders of the
+    environment variables, and in the current folder.
 
     Args:
         uri: The URI.
         near: The file that contains the URI.
 
     Raises:
-        ModelError: When there is no such package, or no such file in it.
+        ModelError: If there is no such package, or no such file in it.
     """
     _, _, rest = unquote(uri).partition("://")
     name, _, inside = rest.strip("/").partition("/")
@@ -44,7 +44,7 @@ def find_package_file(uri: str, near: Path | None = None) -> Path:
 
 
 def _places(name: str, near: Path | None) -> Iterator[Path]:
-    """Yield the folders that could be the package, and those beside them."""
+    """Yield candidate folders of the package, and their siblings."""
     if near is not None:
         for parent in near.resolve().parents:
             if parent.name == name:

@@ -23,11 +23,11 @@ _OPTIONS = {
 def convert_urdf(found: FoundModel, *, convex: str, progress: Progress) -> MjcfModel:
     """Convert URDF to MJCF with MuJoCo.
 
-    Meshes are found by ``package://``, ``file://`` or beside the file, and passed as OBJ; they
-    collide by their hull, whatever `convex` is.
+    Meshes are located by ``package://``, ``file://`` or beside the file, and passed as OBJ. Their
+    collision geometry is the hull; `convex` is ignored.
 
     Raises:
-        ModelError: When a mesh is missing, or MuJoCo refuses the model.
+        ModelError: If a mesh is missing, or MuJoCo rejects the model.
     """
     import mujoco
 

@@ -1,6 +1,6 @@
-"""Plugins: finding, selecting, checking and isolating them.
+"""Discovery, selection, checks and isolation of plugins.
 
-Each name is imported on first use: ``--help`` needs only the names of plugins.
+Names are imported on first use, since ``--help`` needs only the names of plugins.
 """
 
 from typing import TYPE_CHECKING

@@ -24,10 +24,10 @@ FOLDERS_VARIABLE = "BT_MANIP_PLUGINS_DIR"
 
 @dataclass(frozen=True)
 class PluginSelection:
-    """Selection of plugins beside the built-in one.
+    """Selection of plugins besides the built-in one.
 
     Attributes:
-        blocked: Names of plugins, or of their packages, that are not loaded.
+        blocked: Names of plugins or packages that are not loaded.
         folders: Folders in which each ``*.py`` is a plugin.
     """
 
@@ -56,10 +56,13 @@ class PluginSelection:
 
 
 class FilePlugin(EntryPoint):
-    """Single-file plugin, loaded by its path and not through ``sys.path``."""
+    """Single-file plugin, loaded by its path, not through ``sys.path``.
+
+    Args:
+        path: The file; its stem is the name of the plugin.
+    """
 
     def __init__(self, path: Path) -> None:
-        """Initialise for a file, whose stem is the plugin's name."""
         super().__init__(path.stem, str(path), "bt_manip")
 
     @property
@@ -68,14 +71,14 @@ class FilePlugin(EntryPoint):
         return "_bt_manip_plugin_" + re.sub(r"\W", "_", self.name)
 
     def load(self) -> Any:
-        """Import the file; a failure leaves no module in ``sys.modules``."""
+        """Import the file; after a failure there is no module in ``sys.modules``."""
         known = sys.modules.get(self.module)
         if known is not None and known.__file__ == self.value:
             return known
         spec = importlib.util.spec_from_file_location(self.module, self.value)
         assert spec is not None and spec.loader is not None
         module = importlib.util.module_from_spec(spec)
-        sys.modules[self.module] = module  # where dataclasses and pickles look for it
+        sys.modules[self.module] = module  # required by dataclasses and pickle
         try:
             spec.loader.exec_module(module)
         except BaseException:
@@ -86,7 +89,7 @@ class FilePlugin(EntryPoint):
 
 def installed() -> tuple[EntryPoint, ...]:
     """Return the entry points of installed plugins."""
-    from bt_manip import hookspecs  # imports pluggy, which names do not need
+    from bt_manip import hookspecs  # imports pluggy, which is not needed for names
 
     return tuple(entry_points(group=hookspecs.GROUP))
 
@@ -95,7 +98,7 @@ def in_folders(folders: Iterable[Path]) -> tuple[EntryPoint, ...]:
     """Return the single-file plugins: each ``*.py`` whose name does not begin with ``_``.
 
     Raises:
-        BtManipError: When there is no such folder.
+        BtManipError: If there is no such folder.
     """
     found: list[EntryPoint] = []
     for folder in folders:
@@ -107,7 +110,7 @@ def in_folders(folders: Iterable[Path]) -> tuple[EntryPoint, ...]:
 
 
 def names_of(point: EntryPoint) -> set[str]:
-    """Return the names that block a plugin: its name and its package's, with and without prefix."""
+    """Return the names that block a plugin: its own and its package's, with and without prefix."""
     return block_names(point.name, "" if point.dist is None else str(point.dist.name))
 
 

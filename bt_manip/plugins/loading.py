@@ -1,9 +1,9 @@
-"""Find plugins, check them one by one, and collect their parts.
+"""Discovery, checks and loading of plugins.
 
 pluggy does not isolate plugins: an import error or exception in one of them stops all others, and
-misspelt hooks are not reported. Here each plugin is loaded, checked and called separately. Its
-parts are registered only after all of its hooks have returned. A failure is one warning that names
-the plugin, and nothing of the plugin is registered.
+misspelt hooks are not reported. Here each plugin is loaded, checked and called separately, and its
+parts are registered only after all of its hooks have returned. After a failure, nothing of the
+plugin is registered, and one warning names it.
 """
 
 import contextlib
@@ -35,22 +35,22 @@ def load_plugins(
     warn: Callable[[str], None] | None = None,
     choice: PluginSelection | None = None,
 ) -> Plugins:
-    """Load the built-in plugin and all installed ones that are not blocked.
+    """Load the built-in plugin and all installed plugins that are not blocked.
 
     Args:
-        entry_points: The plugins to load beside the built-in one; those installed in the group
-            ``bt_manip`` when None.
+        entry_points: The plugins to load besides the built-in one; default: all installed in the
+            group ``bt_manip``.
         builtin: Replacement of the built-in plugin, for tests.
-        warn: Called with one line for each broken plugin; `warnings.warn` with a
-            `PluginWarning` when None.
-        choice: Blocked plugins, and folders with further ones; read from the environment
-            variables ``BT_MANIP_BLOCK`` and ``BT_MANIP_PLUGINS_DIR`` when None.
+        warn: Called with one line for each broken plugin; default: `warnings.warn` with a
+            `PluginWarning`.
+        choice: Blocked plugins, and folders with further plugins; default: from the environment
+            variables ``BT_MANIP_BLOCK`` and ``BT_MANIP_PLUGINS_DIR``.
 
     Returns:
         The parts of all working plugins, and every plugin with its parts or its problem.
 
     Raises:
-        BtManipError: When a plugin folder does not exist.
+        BtManipError: If a plugin folder does not exist.
     """
     if warn is None:
         warn = _warn
@@ -102,7 +102,7 @@ def _builtin(plugin: object, parts: Parts) -> Plugin:
 
 
 def _load(point: EntryPoint, parts: Parts, taken: list[str]) -> Plugin:
-    """Load one plugin; on a failure return it with its problem and register nothing."""
+    """Load one plugin; after a failure return it with its problem, without registered parts."""
     found = _found(point)
     registrar = Registrar(point.name, parts)
     try:
@@ -134,8 +134,8 @@ def _implementations(plugin: object) -> list[Implementation]:
     """Return the hook implementations of a plugin, in the order of the specifications.
 
     Raises:
-        BtManipError: When a hook is misspelt, takes unknown arguments, is not a plain function,
-            or wraps others; when there is no hook.
+        BtManipError: If a hook is misspelt, takes unknown arguments, is not a plain function, or
+            wraps others; or if there is no hook.
     """
     manager = pluggy.PluginManager(hookspecs.GROUP)
     manager.add_hookspecs(hookspecs)
@@ -164,7 +164,7 @@ def _implementations(plugin: object) -> list[Implementation]:
 
 
 def _check_function(name: str, function: Callable[..., Any]) -> None:
-    """Raise an error for a function that cannot be called as this hook."""
+    """Raise an error if a function cannot be called as a hook."""
     if inspect.isgeneratorfunction(function) or inspect.isasyncgenfunction(function):
         raise BtManipError(f"'{name}' has a yield in it; a hook is a plain function")
     if inspect.iscoroutinefunction(function):
@@ -180,7 +180,7 @@ def _check_function(name: str, function: Callable[..., Any]) -> None:
 
 
 def _taken(function: Callable[..., Any]) -> list[str]:
-    """Return the names of a function's arguments without a default."""
+    """Return the names of a function's required arguments."""
     return [
         name
         for name, parameter in inspect.signature(function).parameters.items()
@@ -190,7 +190,7 @@ def _taken(function: Callable[..., Any]) -> list[str]:
 
 
 def _found(point: EntryPoint) -> Plugin:
-    """Return the description of a plugin that is not loaded."""
+    """Return the description of an unloaded plugin."""
     dist = point.dist
     version, package = ("", "") if dist is None else (str(dist.version), str(dist.name))
     return Plugin(point.name, version, point.value, module=point.module, package=package)

@@ -1,4 +1,4 @@
-"""Loaded plugins, and those that are broken or blocked."""
+"""Loaded, broken and blocked plugins."""
 
 import traceback
 from collections.abc import Callable, Iterator, Mapping
@@ -21,21 +21,21 @@ class Implementation(NamedTuple):
 
     name: str  # of the hook
     function: Callable[..., Any]
-    arguments: tuple[str, ...]  # of the hook's arguments, those that it takes
+    arguments: tuple[str, ...]  # arguments of the hook that it takes
 
 
 @dataclass(frozen=True)
 class Plugin:
-    """One plugin, whether it works or not.
+    """A plugin, working or not.
 
     Attributes:
-        name: Its name, that of its entry point.
-        version: Version of its package; empty when unknown.
-        package: Name of its package; empty when there is none.
+        name: Name of its entry point.
+        version: Version of its package; empty if unknown.
+        package: Name of its package; empty without one.
         source: Its file, or the value of its entry point.
         provides: Names of its parts, by kind.
         observers: Its functions that observe runs.
-        problem: Description of its error; empty when it works.
+        problem: Description of its error; empty if it works.
         blocked: Whether it is blocked and therefore not loaded.
         module: Name of its module, to attribute exceptions.
     """
@@ -71,7 +71,7 @@ class Plugin:
 
     @property
     def warning(self) -> str:
-        """One line: it is left out, the reason, and the option that blocks it."""
+        """Message that it is left out, with the reason and the option that blocks it."""
         return f"{self.label} is left out: {self.problem}{self.way_out}"
 
     @property
@@ -82,27 +82,27 @@ class Plugin:
 
 @dataclass(frozen=True)
 class Plugins:
-    """All plugins, and the parts of those that work."""
+    """All plugins, and the parts of the working ones."""
 
     parts: Parts
     plugins: tuple[Plugin, ...]
 
     @property
     def versions(self) -> dict[str, str]:
-        """Versions of the plugins that work, besides the built-in one, by name."""
+        """Versions of the working plugins, except the built-in one, by name."""
         working = (p for p in self.plugins if p.status == "ok" and p.name != BUILTIN)
         return {plugin.name: plugin.version for plugin in working}
 
     def find(self, name: str) -> Plugin | None:
-        """Return the plugin of a name, preferring one that works, or None."""
+        """Return a plugin by name, preferably a working one, or None."""
         named = sorted((p for p in self.plugins if p.name == name), key=lambda p: p.status != "ok")
         return named[0] if named else None
 
     def blame(self, error: BaseException) -> Plugin | None:
         """Return the plugin whose code raised an exception, or None for bt-manip's own code.
 
-        The innermost frame of a plugin's package decides. Without one, the exception's attribute
-        ``culprit`` (name of a module) or ``plugin`` decides.
+        It is the plugin of the innermost frame in a plugin's package, or else of the exception's
+        attribute ``culprit`` (name of a module) or ``plugin``.
         """
         owners = {p.module.partition(".")[0]: p for p in self.plugins if p.name != BUILTIN}
         chain = _chain(error)
@@ -126,7 +126,7 @@ def _chain(error: BaseException) -> list[BaseException]:
 
 def _modules(chain: list[BaseException]) -> Iterator[str]:
     """Yield the modules of an exception's frames, innermost first, then its culprits."""
-    for link in reversed(chain):  # the first of a chain of exceptions is the innermost
+    for link in reversed(chain):  # the innermost exception is the last one
         frames = [frame for frame, _ in traceback.walk_tb(link.__traceback__)]
         for frame in reversed(frames):
             yield str(frame.f_globals.get("__name__", ""))

@@ -1,4 +1,4 @@
-"""Parts of one plugin before they are merged into those of all plugins."""
+"""The parts of one plugin before they are merged with those of all plugins."""
 
 import dataclasses
 import inspect
@@ -15,7 +15,6 @@ class Registrar:
     """Collects the parts of one plugin until all of its hooks have returned."""
 
     def __init__(self, owner: str, parts: Parts) -> None:
-        """Initialise for a plugin; `merge` adds its parts to those of all plugins."""
         self._owner = owner
         self._parts = parts.by_kind()
         self._all_defaults = parts.tree_defaults
@@ -24,7 +23,7 @@ class Registrar:
         self._open = True
 
     def register(self, kind: str) -> Callable[..., None]:
-        """Return the function ``register`` of the hook of a kind.
+        """Return the function ``register`` of the hook for a kind of parts.
 
         It raises `BtManipError` for invalid arguments.
         """
@@ -43,13 +42,13 @@ class Registrar:
         return register
 
     def merge(self) -> dict[str, tuple[str, ...]]:
-        """Merge the parts into those of all plugins; nothing can be registered afterwards.
+        """Merge the parts into those of all plugins, after which nothing can be registered.
 
         Returns:
             Names of the registered parts, by kind.
 
         Raises:
-            BtManipError: When an object's ``kind`` is not a registered name.
+            BtManipError: If an object's ``kind`` is not a registered name.
         """
         self._open = False
         self._check_kinds()
@@ -74,7 +73,7 @@ class Registrar:
             raise BtManipError(f"'{name}' among its {kind} is not callable: {factory!r}")
         if inspect.isabstract(factory):
             missing = ", ".join(sorted(getattr(factory, "__abstractmethods__", ())))
-            raise BtManipError(f"'{name}' among its {kind} is not whole: it lacks {missing}")
+            raise BtManipError(f"'{name}' among its {kind} is incomplete: it lacks {missing}")
         self._add(kind, name, factory)
 
     def _register_objects(self, name: str, factory: Callable[..., Any]) -> None:
@@ -100,8 +99,8 @@ class Registrar:
             kind: Any = as_object(factory).kind
             if isinstance(kind, str) and kind not in known:
                 raise BtManipError(
-                    f"object '{name}' calls its kind '{kind}', by which a snapshot could not make "
-                    f"it again{did_you_mean(kind, [name])}"
+                    f"object '{name}' has the kind '{kind}', from which a snapshot could not "
+                    f"recreate it{did_you_mean(kind, [name])}"
                 )
 
     def _register_robots(self, description: Any) -> None:
@@ -141,7 +140,7 @@ class Registrar:
         from bt_manip.bt import BehaviourRegistry
         from bt_manip.bt.nodes import Action
 
-        # A new registry has the nodes of the language: it refuses their names, and classes
+        # A new registry has the nodes of the language: it rejects their names, and classes
         # that are not nodes.
         BehaviourRegistry().register(cls, name)
         if getattr(cls, "update", None) is Action.update:
@@ -158,9 +157,9 @@ class Registrar:
         own = isinstance(cls, type) and "__dataclass_fields__" in vars(cls)
         if not own or not hasattr(cls, "begin"):
             raise BtManipError(f"fault '{name}' is no dataclass that derives from Fault: {cls!r}")
-        for one in dataclasses.fields(cls):
-            if not isinstance(one.default, str | int | float):
-                problem = f"the default of '{one.name}' is no number or text"
+        for field in dataclasses.fields(cls):
+            if not isinstance(field.default, str | int | float):
+                problem = f"the default of '{field.name}' is no number or text"
                 raise BtManipError(f"fault '{name}': {problem}")
 
     def _register_trees(

@@ -1,4 +1,4 @@
-"""Write the package of a new plugin from a template."""
+"""Creation of packages for new plugins from templates."""
 
 import keyword
 import re
@@ -13,26 +13,26 @@ from bt_manip.plugins.loading import load_plugins
 from bt_manip.plugins.plugin import BUILTIN, Plugins
 
 _NAME = re.compile(r"[a-z][a-z0-9]*([-_][a-z0-9]+)*")
-_LONGEST = 24  # letters, so that lines of the templates stay short
+_LONGEST = 24  # letters, to keep lines of the templates short
 _PLACEHOLDER = re.compile("bt-manip-gear|bt_manip_gear|Gear|gear")
 
 
 def write_plugin(name: str, kind: str, parent: Path, plugins: Plugins | None = None) -> Path:
-    """Write a package that installs, lints and passes its tests at once.
+    """Write a package for a plugin, ready to install, that passes its linter and tests.
 
-    The templates are such packages with a part called gear. The package is written atomically.
+    The templates are such packages with a part named ``gear``. The package is written atomically.
 
     Args:
         name: Name of the plugin, in lower case with ``-`` between words.
         kind: Kind of its part, the name of a template.
         parent: Folder in which the package's folder is created.
-        plugins: Installed plugins, whose names are taken; only the built-in one when None.
+        plugins: Installed plugins, whose names are taken; default: only the built-in one.
 
     Returns:
         The package's folder, ``bt-manip-NAME``.
 
     Raises:
-        BtManipError: When the name is invalid or taken, the folder exists, or it cannot be
+        BtManipError: If the name is invalid or taken, the folder exists, or it cannot be
             written.
     """
     words = re.split("[-_]", name)
@@ -72,7 +72,7 @@ def write_plugin(name: str, kind: str, parent: Path, plugins: Plugins | None = N
 
 
 def _write(folder: Path, texts: dict[str, str]) -> None:
-    """Write files to a temporary folder and rename it when all are written."""
+    """Write files to a temporary folder, then rename the folder."""
     folder.parent.mkdir(parents=True, exist_ok=True)
     unfinished = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
     try:
@@ -91,7 +91,7 @@ def _belongs(path: Path, template: Path) -> bool:
 
 
 def _check_free(name: str, part: str, kind: str, plugins: Plugins) -> None:
-    """Raise an error if a plugin of this name could not register its part."""
+    """Raise an error if a plugin of a name could not register its part."""
     if name == BUILTIN:
         raise BtManipError(f"a plugin cannot be called '{BUILTIN}'")
     there = plugins.find(name)
@@ -106,7 +106,7 @@ def _check_free(name: str, part: str, kind: str, plugins: Plugins) -> None:
 
 
 def _check_unused(name: str, names: dict[str, str], files: list[Path]) -> None:
-    """Raise an error if the template's code uses the name for something else."""
+    """Raise an error if the template's code uses the name otherwise."""
     if names["gear"] == "gear":
         return
     for path in files:
@@ -116,8 +116,8 @@ def _check_unused(name: str, names: dict[str, str], files: list[Path]) -> None:
             clashes = any(old in used and names[old] in used for old in ("Gear", "gear"))
         if clashes:
             raise BtManipError(
-                f"'{name}' cannot be the name: the package's own code has that word for something "
-                f"else; choose another, such as 'my-{name}'"
+                f"'{name}' cannot be the name: the code of the package uses this word otherwise; "
+                f"choose another, such as 'my-{name}'"
             )
 
 

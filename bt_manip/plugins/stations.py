@@ -12,9 +12,9 @@ def build_station(parts: Parts | None = None, **request: Any) -> Station:
     """Build a cell with its robots at home and under control.
 
     Args:
-        parts: The registered parts to choose from; default: those of all installed plugins.
-        **request: Fields of `bt_manip.runner.RunRequest`: ``robot``, ``controller``, ``planner``,
-            ``scene``, ``seed``; None: the default.
+        parts: The registered parts; default: those of all installed plugins.
+        **request: Fields of `bt_manip.runner.RunRequest`, such as ``robot``, ``controller``,
+            ``planner``, ``scene`` or ``seed``; None: the default.
 
     Raises:
         BtManipError: If a name is not registered or a model does not compile.

@@ -1,4 +1,4 @@
-"""Observers of plugins and views, isolated so that their exceptions do not end a run."""
+"""Observers of plugins and views, isolated so that their exceptions do not end the run."""
 
 import traceback
 from collections.abc import Callable, Collection
@@ -12,7 +12,7 @@ Warn = Callable[[str], None]
 
 
 def plugin_observers(plugins: Plugins, warn: Warn) -> list[RunObserver]:
-    """Return one observer for each plugin with observing hooks; `warn` hears of exceptions."""
+    """Return an observer for each plugin with observing hooks; `warn` reports exceptions."""
     return [
         guarded(HookObserver(plugin), plugin.label, warn, plugin.way_out)
         for plugin in plugins.plugins
@@ -24,7 +24,6 @@ class HookObserver(RunObserver):
     """Calls the observing hooks of one plugin."""
 
     def __init__(self, plugin: Plugin) -> None:
-        """Initialise for a plugin."""
         self._hooks = plugin.observers
         self._offers: dict[str, Any] = {}
 
@@ -61,21 +60,21 @@ class HookObserver(RunObserver):
 
 
 def guarded(observer: T, label: str, warn: Warn, hint: str = "", base: Any = RunObserver) -> T:
-    """Wrap an observer so that its exceptions do not end the run: it is not called again.
+    """Wrap an observer so that after an exception it is not called again and the run continues.
 
     Args:
         observer: The observer.
         label: Its name, for the message.
         warn: Called with one line about the exception.
-        hint: End of that line.
-        base: The class of its interface.
+        hint: End of this line.
+        base: Class of the observer's interface.
     """
     forwarded = {
         name: _forward(name)
         for name, idle in vars(base).items()
         if callable(idle) and getattr(type(observer), name) is not idle and name not in vars(_Guard)
     }
-    # The runner skips what an observer does not have.
+    # The runner skips methods that an observer does not have.
     guard: Any = type("Guard", (_Guard, base), forwarded)
     return guard(observer, label, warn, hint)
 
@@ -85,7 +84,7 @@ def _forward(name: str) -> Callable[..., None]:
 
 
 class _Guard:
-    """Calls an observer until it raises."""
+    """Calls an observer until it raises an exception."""
 
     def __init__(self, observer: Any, label: str, warn: Warn, hint: str) -> None:
         self._observer, self._label, self._warn, self._hint = observer, label, warn, hint
@@ -93,7 +92,7 @@ class _Guard:
 
     @property
     def kinds(self) -> Collection[str]:
-        """Kinds of events that the observer wants."""
+        """Kinds of events requested by the observer."""
         return self._observer.kinds
 
     def run_ended(self) -> None:

@@ -95,7 +95,7 @@ def try_robot(description: RobotDescription, parts: Parts, cycles: int = CYCLES)
     where, watch = description.where, _Watch()
     try:
         whole = table_and_basket()
-        table = replace(whole, fixtures=tuple(f for f in whole.fixtures if f.name == "table"))
+        table = replace(whole, objects=tuple(f for f in whole.objects if f.name == "table"))
         air = _grasp_in_the_air(build_station(parts, robot=description, scene=table))
         station = build_station(parts, robot=description, seed=_SEED)
         run = prepare(request_of(_TASK, parts, cycles=cycles, seed=_SEED), parts, station=station)

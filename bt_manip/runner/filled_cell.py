@@ -11,13 +11,13 @@ import pinocchio as pin
 from bt_manip.arm import MultiArmCoordinator
 from bt_manip.cell import Cell, OverlapError
 from bt_manip.cell.objects import Catalogue
-from bt_manip.cell.randomization import Randomizer, SceneObject
+from bt_manip.cell.randomization import InitialObject, Randomizer
 from bt_manip.scenes import (
     Scene,
-    add_fixture,
+    add_object,
     check_supports,
     naming_file,
-    sampled_fixtures,
+    sampled_objects,
 )
 
 from .commanded_robot import CommandedRobot, RobotBuilder
@@ -48,7 +48,7 @@ class FilledCell:
         self, scene: Scene, builders: Sequence[RobotBuilder], catalogue: Catalogue, seed: int
     ) -> None:
         self._scene, self.cell = scene, Cell()
-        self._placed = [one for one in scene.fixtures if not one.expected]
+        self._placed = [one for one in scene.objects if not one.expected]
         self._entities = [catalogue.create(one.model, **one.parameters) for one in self._placed]
         aside = False
         with naming_file(scene):
@@ -59,7 +59,7 @@ class FilledCell:
                     raise
                 aside = True
                 names = self._fill(builders, seed, aside)
-            check_supports(self.cell, scene.fixtures)
+            check_supports(self.cell, scene.objects)
         pairs = zip(names, builders, strict=True)
         self.robots = {name: builder.commanded(name, self.cell) for name, builder in pairs}
         if len(self.robots) > 1:
@@ -74,7 +74,7 @@ class FilledCell:
             CellError: If the scene randomizes something that is not in it.
         """
         objects = {
-            one.name: SceneObject(one.model, self.cell.pose(one.name), one.parameters, one.free)
+            one.name: InitialObject(one.model, self.cell.pose(one.name), one.parameters, one.free)
             for one in self._placed
         }
         with naming_file(self._scene):
@@ -94,18 +94,18 @@ class FilledCell:
         Raises:
             CellError: If something overlaps; the cell is as it was then.
         """
-        later = sampled_fixtures(self._placed)
+        later = sampled_objects(self._placed)
         pairs = list(zip(self._placed, self._entities, strict=True))
         with self.cell.editing():
             for one, entity in pairs:
                 if one.name not in later:
                     away = aside and one.within_reach
                     placed = replace(one, T_wo=_ASIDE * one.T_wo) if away else one
-                    add_fixture(self.cell, placed, entity, seed)
+                    add_object(self.cell, placed, entity, seed)
             names = [builder.put_into(self.cell) for builder in builders]
             for one, entity in pairs:
                 if one.name in later:
-                    add_fixture(self.cell, one, entity, seed)
+                    add_object(self.cell, one, entity, seed)
         return names
 
     def _place_within_reach(self, aside: bool) -> dict[str, Callable[[Any], bool]]:

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from bt_manip.bt import Declared, ReadingOptions, Tree, cannot_run
 from bt_manip.exceptions import BtManipError, NodeError
 from bt_manip.registry import Parts
-from bt_manip.scenes import find_scene, fixture_models
+from bt_manip.scenes import find_scene, object_models
 
 from .python_tree import make_tree
 from .request import RunRequest
@@ -36,7 +36,7 @@ def prepare(
     """
     request, parts = with_varied(request, parts)
     clock = _StationClock()
-    models = fixture_models(request.settings, find_scene(request.scene, parts))
+    models = object_models(request.settings, find_scene(request.scene, parts))
     settings = {key: text for key, text in request.settings.items() if key not in models}
     tree = load_source(request.tree, parts, settings, clock, warn, reading=request.reading)
     stubs = [node for node in tree.nodes if isinstance(node, Declared)]

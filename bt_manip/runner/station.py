@@ -23,9 +23,9 @@ from bt_manip.scenes import (
     ExpectedObjects,
     Scene,
     find_scene,
-    fixture_models,
     make_pose_source,
     naming_file,
+    object_models,
     place_again,
     with_models,
 )
@@ -244,14 +244,14 @@ class Station:
     def reseed(self, seed: int) -> None:
         """Continue as if it had been built with another seed.
 
-        Sampled fixtures get new poses; the cell must be as it was built.
+        Sampled objects get new poses; the cell must be as it was built.
 
         Raises:
-            CellError: If a fixture finds no free pose.
+            CellError: If there is no free pose for an object.
         """
         self.rng.bit_generator.state = np.random.default_rng(seed).bit_generator.state
         with naming_file(self.scene):
-            moved = place_again(self.cell, self.scene.fixtures, seed)
+            moved = place_again(self.cell, self.scene.objects, seed)
         self.randomizer.reseed(seed, moved)
 
     def get_state(self) -> dict[str, Any]:
@@ -299,11 +299,11 @@ def make_station(request: RunRequest, parts: Parts, *, first_cycle: bool = False
     """
     found, seed = find_scene(request.scene, parts), request.seed
     catalogue = Catalogue(parts.objects, sources=parts.model_sources, formats=parts.model_formats)
-    scene = with_models(found, fixture_models(request.settings, found), catalogue)
+    scene = with_models(found, object_models(request.settings, found), catalogue)
     backend = find_backend(request.backend, parts)
     backend.check(scene)
     builders = [backend.builder(one, parts) for one in chosen_robots(request, scene, parts)]
-    source = make_pose_source(request.poses, parts.pose_sources, scene.fixtures)
+    source = make_pose_source(request.poses, parts.pose_sources, scene.objects)
     filled = FilledCell(scene, builders, catalogue, seed)
     for one in filled.robots.values():
         one.robot.configurations |= scene.configurations

@@ -1,15 +1,15 @@
 """Scenes: the robots and objects that stand in a cell, from Python or TOML files."""
 
-from .fixtures import add_fixture as add_fixture
-from .fixtures import check_supports as check_supports
-from .fixtures import fixture_models as fixture_models
-from .fixtures import naming_file as naming_file
-from .fixtures import place_again as place_again
-from .fixtures import sampled_fixtures as sampled_fixtures
-from .fixtures import with_models as with_models
 from .levels import Level as Level
 from .levels import levels_of as levels_of
 from .levels import with_level as with_level
+from .objects import add_object as add_object
+from .objects import check_supports as check_supports
+from .objects import naming_file as naming_file
+from .objects import object_models as object_models
+from .objects import place_again as place_again
+from .objects import sampled_objects as sampled_objects
+from .objects import with_models as with_models
 from .poses import PHYSICS as PHYSICS
 from .poses import ExpectedObjects as ExpectedObjects
 from .poses import OperatorPoses as OperatorPoses
@@ -18,6 +18,7 @@ from .poses import ScenePoses as ScenePoses
 from .poses import make_pose_source as make_pose_source
 from .scene import Fixture as Fixture
 from .scene import Scene as Scene
+from .scene import SceneObject as SceneObject
 from .scene import SceneRobot as SceneRobot
 from .scene import table_and_basket as table_and_basket
 from .scene import two_arms as two_arms

@@ -1,4 +1,4 @@
-"""Levels of a scene's randomization: how strongly its starts vary, by name."""
+"""Levels of a scene's randomization: how much poses, masses, lights etc. vary."""
 
 import contextlib
 from collections.abc import Iterable, Iterator, Mapping
@@ -13,8 +13,8 @@ from bt_manip.exceptions import BtManipError, did_you_mean
 if TYPE_CHECKING:
     from .scene import Scene
 
-VARIED_KINDS = tuple(one.name for one in fields(Randomization))
-"""Kinds of things that vary: ``objects``, ``robots``, ..."""
+VARIED_KINDS = tuple(kind.name for kind in fields(Randomization))
+"""Kinds of randomized elements: ``objects``, ``robots``, ..."""
 
 _OF_KIND = {"lights": "light", "cameras": "camera"}
 _OF_QUANTITY = {
@@ -56,18 +56,18 @@ _GENERAL: Mapping[str, Mapping[int, Mapping[str, Any]]] = {
 
 @dataclass(frozen=True)
 class Level:
-    """What varies at a level.
+    """One level of a scene's randomization.
 
     Attributes:
-        randomization: Variations, in place of those of the scene that have the same name.
-        settings: Values of keys of the tree, as text; given ones are kept.
+        randomization: Variations; they replace the scene's variations of the same name.
+        settings: Values of keys of the tree, as text; values given by the user take precedence.
     """
 
     randomization: Randomization = field(default_factory=Randomization)
     settings: Mapping[str, str] = field(default_factory=dict)
 
     def __str__(self) -> str:
-        """Return the quantities that vary, with their bounds; ``-`` if none does."""
+        """Return the varied quantities with their bounds; ``-`` without any."""
         varies = [
             f"{thing} {quantity} {_bounds(varied)}"
             for _, thing, quantity, varied in _variations(self.randomization)
@@ -78,12 +78,12 @@ class Level:
 def levels_of(scene: "Scene") -> dict[str, dict[int, Level]]:
     """Return the levels of a scene by name and number.
 
-    At level 0 nothing of the name varies. Level 1 is what varies in the scene by itself, if that is
-    anything of the name. ``mass``, ``friction``, ``light`` and ``camera`` have levels in all
-    scenes; others, and others of these, are those that the scene declares.
+    Level 0 disables the variations of the name. Level 1 has the variations of the scene itself, if
+    there are any of the name. All scenes have levels of ``mass``, ``friction``, ``light`` and
+    ``camera``; a scene can override these and declare others.
     """
     names = (_name(kind, quantity) for kind, _, quantity, _ in _variations(scene.randomization))
-    found: dict[str, dict[int, Level]] = {}
+    levels: dict[str, dict[int, Level]] = {}
     for name in dict.fromkeys([*names, *scene.levels, *_GENERAL]):
         own = _selected(scene.randomization, name)
         known = {n: Level(_general(scene, name, n)) for n in _GENERAL.get(name, ())}
@@ -91,16 +91,16 @@ def levels_of(scene: "Scene") -> dict[str, dict[int, Level]]:
         known |= scene.levels.get(name, {})
         if any(level.randomization for level in known.values()):
             known.setdefault(0, Level())
-        found[name] = dict(sorted(known.items()))
-    return found
+        levels[name] = dict(sorted(known.items()))
+    return levels
 
 
 def with_level(scene: "Scene", name: str, level: Any) -> tuple["Scene", Mapping[str, str]]:
-    """Return a scene whose randomization has a level, and the settings of the tree that it takes.
+    """Return a scene with a level of randomization, and the level's settings of the tree.
 
     Args:
         scene: The scene.
-        name: What varies: ``pose``, ``mass``, ...
+        name: Name of the levels: ``pose``, ``mass``, ...
         level: The number of the level.
 
     Raises:
@@ -120,49 +120,52 @@ def with_level(scene: "Scene", name: str, level: Any) -> tuple["Scene", Mapping[
 
 
 def _name(kind: str, quantity: str) -> str:
-    """Return the name of the levels that a quantity belongs to."""
+    """Return the name of the levels to which a quantity belongs."""
     if kind == "objects":
         return _OF_QUANTITY.get(quantity, "size")
     return _OF_KIND.get(kind, kind)
 
 
 def _variations(randomization: Randomization) -> Iterator[tuple[str, str, str, Any]]:
-    """Yield kind and name of the thing, quantity and variation of all that varies."""
+    """Yield kind, name, quantity and variation of each varied quantity."""
     for kind in VARIED_KINDS:
-        for thing, found in getattr(randomization, kind).items():
-            for quantity, varied in found.items():
-                yield kind, thing, quantity, varied
+        for name, varied in getattr(randomization, kind).items():
+            for quantity, variation in varied.items():
+                yield kind, name, quantity, variation
 
 
 def _gathered(variations: Iterable[tuple[str, str, str, Any]]) -> Randomization:
-    """Return the randomization of variations; of several of one quantity, the last."""
-    found: dict[str, dict[str, dict[str, Any]]] = {}
-    for kind, thing, quantity, varied in variations:
-        found.setdefault(kind, {}).setdefault(thing, {})[quantity] = varied
-    return Randomization(**found)
+    """Return a randomization of variations; the last one of each quantity counts."""
+    gathered: dict[str, dict[str, dict[str, Any]]] = {}
+    for kind, name, quantity, variation in variations:
+        gathered.setdefault(kind, {}).setdefault(name, {})[quantity] = variation
+    return Randomization(**gathered)
 
 
 def _selected(randomization: Randomization, name: str, *, inverse: bool = False) -> Randomization:
-    """Return the variations of a name, or all others."""
-    found = _variations(randomization)
-    return _gathered(one for one in found if (_name(one[0], one[2]) == name) is not inverse)
+    """Return the variations that belong to a name, or with `inverse` all others."""
+    return _gathered(
+        (kind, *rest, quantity, variation)
+        for kind, *rest, quantity, variation in _variations(randomization)
+        if (_name(kind, quantity) == name) is not inverse
+    )
 
 
 def _general(scene: "Scene", name: str, level: int) -> Randomization:
-    """Return a level that all scenes have."""
+    """Return the variations of a level that all scenes have."""
     varied = {key: parse_variation(data) for key, data in _GENERAL[name][level].items()}
     if name == "light":
         return Randomization(lights={"key": varied, "fill": varied})
     if name == "camera":
-        own = [one.name for one in scene.fixtures if one.model == "camera"]
+        own = [camera.name for camera in scene.objects if camera.model == "camera"]
         return Randomization(cameras=dict.fromkeys(("overview", *own), varied))
     return Randomization(objects={"*": varied})
 
 
 def _bounds(varied: Any) -> str:
-    """Return the bounds of a variation: of the value, of a factor, or of what is added to it."""
+    """Return the bounds of a variation: of the value, of a factor, or of an increment."""
     at_zero: list[Any] = []
-    for shape in ((), 2, 3):  # a number, two of a plane, three of a position or a colour
+    for shape in ((), 2, 3):  # a number, x and y, a position or a colour
         with contextlib.suppress(ValueError):
             at_zero, at_one = (extremes(varied, np.full(shape, value)) for value in (0.0, 1.0))
             break

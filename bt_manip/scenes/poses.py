@@ -1,4 +1,4 @@
-"""Poses of the objects that a scene expects, where no simulation decides them."""
+"""Pose sources: where the expected objects of a scene are, when no simulation decides it."""
 
 import abc
 import os
@@ -16,32 +16,31 @@ from bt_manip.cell.objects import Catalogue
 from bt_manip.exceptions import BtManipError, did_you_mean
 from bt_manip.registry import Registry
 
-from .fixtures import support_height
-from .scene import Fixture
+from .objects import support_height
+from .scene import SceneObject
 
 PHYSICS = "physics"
-"""Name of the default: objects are spawned in the simulation, which decides where they are."""
+"""Name of the default: objects are spawned in the simulation, which has their poses."""
 
 
 class PoseSource(abc.ABC):
-    """Tells where the objects are that a scene expects.
+    """Source of the poses of a scene's expected objects.
 
     Attributes:
         expected: The expected objects.
     """
 
-    def __init__(self, expected: Sequence[Fixture]) -> None:
-        """Keep the expected objects."""
+    def __init__(self, expected: Sequence[SceneObject]) -> None:
         self.expected = tuple(expected)
 
     @abc.abstractmethod
-    def pose(self, fixture: Fixture, T_wo: pin.SE3) -> pin.SE3 | None:
-        """Return the pose of an object in the world; None while it is not there.
+    def pose(self, scene_object: SceneObject, T_wo: pin.SE3) -> pin.SE3 | None:
+        """Return the pose of an object in the world; None while it is absent.
 
-        Called once a tick while the object is awaited; it must not block.
+        Called once per tick while the object is awaited; it must not block.
 
         Args:
-            fixture: The object.
+            scene_object: The object.
             T_wo: Its pose in the world as the scene describes it.
         """
 
@@ -55,34 +54,34 @@ class PoseSource(abc.ABC):
 
 
 class ScenePoses(PoseSource):
-    """All expected objects are where the scene says."""
+    """All expected objects are at their poses in the scene."""
 
-    def pose(self, fixture: Fixture, T_wo: pin.SE3) -> pin.SE3:
+    def pose(self, scene_object: SceneObject, T_wo: pin.SE3) -> pin.SE3:
         """Return the pose of the scene."""
         return T_wo
 
 
 class OperatorPoses(PoseSource):
-    """An operator puts each object where the scene says, and confirms it with Enter."""
+    """An operator puts each object at its pose in the scene, and confirms with Enter."""
 
-    _asked = ""  # name of the object that was asked for
+    _asked = ""  # name of the last requested object
 
-    def pose(self, fixture: Fixture, T_wo: pin.SE3) -> pin.SE3 | None:
-        """Ask once; return the pose of the scene when it is confirmed.
+    def pose(self, scene_object: SceneObject, T_wo: pin.SE3) -> pin.SE3 | None:
+        """Ask once; return the scene's pose after the confirmation.
 
         Raises:
             CellError: If the input has ended.
         """
         answer = self._answer()
-        if self._asked != fixture.name:  # what was entered before the question is no answer
-            self._asked = fixture.name
+        if self._asked != scene_object.name:  # earlier input does not count as an answer
+            self._asked = scene_object.name
             x, y, z = T_wo.translation
             where = f"{x:.3f} {y:.3f} {z:.3f} [m]"
-            text = f"Put '{fixture.name}' ({fixture.model}) at {where}, then press Enter."
+            text = f"Put '{scene_object.name}' ({scene_object.model}) at {where}, then press Enter."
             print(text, flush=True)
             return None
         if answer == b"":
-            raise CellError(f"nobody can confirm '{fixture.name}': standard input has ended")
+            raise CellError(f"nobody can confirm '{scene_object.name}': standard input has ended")
         return T_wo if answer else None
 
     def taken(self, name: str) -> None:
@@ -90,63 +89,60 @@ class OperatorPoses(PoseSource):
         print(f"Take '{name}' away.", flush=True)
 
     def _answer(self) -> bytes | None:
-        """Return what was entered; None if nothing was, empty if the input has ended."""
+        """Return the input since the last call; None without input, empty at its end."""
         descriptor = sys.stdin.fileno()
         ready, _, _ = select.select([descriptor], [], [], 0.0)
         return os.read(descriptor, 4096) if ready else None
 
 
 class ExpectedObjects:
-    """The expected objects of a run, which are added to the cell one after the other.
+    """The expected objects of a run, added to the cell one after the other.
+
+    Args:
+        cell: The cell.
+        models: Creates the objects.
 
     Attributes:
-        source: Tells where they are.
+        source: Source of their poses.
     """
 
     def __init__(self, source: PoseSource, cell: Cell, models: Catalogue) -> None:
-        """Connect a source of poses to a cell.
-
-        Args:
-            source: Tells where the objects are.
-            cell: The cell that they are added to.
-            models: Makes the objects.
-        """
         self.source, self._cell, self._models = source, cell, models
         self._used: list[str] = []
         self._made: dict[str, composer.Entity] = {}
 
-    def next(self, model: str = "") -> Fixture:
-        """Return the next object of the scene that was not used yet, and use it.
+    def next(self, model: str = "") -> SceneObject:
+        """Return the next unused object of the scene, and mark it as used.
 
         Args:
-            model: Its model; empty: any.
+            model: Model of the object; empty for any.
 
         Raises:
-            CellError: If there is none.
+            CellError: If there is none left.
         """
-        for fixture in self.source.expected:
-            if fixture.name not in self._used and model in ("", fixture.model):
-                self._used.append(fixture.name)
-                return fixture
+        for scene_object in self.source.expected:
+            if scene_object.name not in self._used and model in ("", scene_object.model):
+                self._used.append(scene_object.name)
+                return scene_object
         of_model = f" '{model}'" if model else " object"
         raise CellError(f"the scene expects no further{of_model}: add one with 'expected = true'")
 
     def add(self, name: str) -> bool:
-        """Add an object to the cell once its pose is known; return whether it was added.
+        """Add an object to the cell if its pose is known; return whether it was added.
 
         Raises:
-            CellError: If it would penetrate something, or its pose cannot be known.
+            CellError: If it would penetrate another entity, or its pose cannot be determined.
         """
-        fixture = next(one for one in self.source.expected if one.name == name)
+        scene_object = next(known for known in self.source.expected if known.name == name)
         if name not in self._made:
-            self._made[name] = self._models.create(fixture.model, **fixture.parameters)
+            self._made[name] = self._models.create(scene_object.model, **scene_object.parameters)
         entity = self._made[name]
-        T_wo = fixture.T_wo.copy()
-        T_wo.translation += np.array([0.0, 0.0, support_height(self._cell, fixture, entity)])
-        found = self.source.pose(fixture, T_wo)
-        if found is None:
+        T_wo = scene_object.T_wo.copy()
+        T_wo.translation += np.array([0.0, 0.0, support_height(self._cell, scene_object, entity)])
+        observed = self.source.pose(scene_object, T_wo)
+        if observed is None:
             return False
-        self._cell.add(entity, found, name=name, free=fixture.free)
+        self._cell.add(entity, observed, name=name, free=scene_object.free)
         return True
 
     def taken(self, name: str) -> None:
@@ -164,17 +160,17 @@ class ExpectedObjects:
 
 
 def make_pose_source(
-    name: str, sources: Registry[Any], fixtures: Sequence[Fixture]
+    name: str, sources: Registry[Any], objects: Sequence[SceneObject]
 ) -> PoseSource | None:
-    """Return the source of poses of a scene's expected objects; None where it is the physics.
+    """Return the pose source of a scene's expected objects; None for the physics.
 
     Args:
-        name: Registered name of the source of poses, or `PHYSICS`.
-        sources: The registered sources.
-        fixtures: The objects of the scene.
+        name: Registered name of the pose source, or `PHYSICS`.
+        sources: The registered pose sources.
+        objects: The objects of the scene.
 
     Raises:
-        BtManipError: If there is no such source, or the scene expects nothing.
+        BtManipError: If there is no such source, or the scene has no expected objects.
     """
     if name == PHYSICS:
         return None
@@ -182,7 +178,7 @@ def make_pose_source(
         near = did_you_mean(name, (PHYSICS, *sources))
         raise BtManipError(f"unknown pose source '{name}'{near}")
     make = sources.maker(name, "pose", "taken", expected="a bt_manip.scenes.PoseSource")
-    expected = [fixture for fixture in fixtures if fixture.expected]
+    expected = [scene_object for scene_object in objects if scene_object.expected]
     if not expected:
         raise BtManipError(
             f"--poses {name} needs a scene that expects objects: a scene file with "

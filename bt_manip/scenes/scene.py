@@ -1,8 +1,9 @@
-"""Scenes: the robots and objects that a run begins with."""
+"""Scenes: the robots and objects at the start of a run."""
 
-from collections.abc import Mapping
+import warnings
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
-from functools import cache
+from functools import cache, wraps
 from typing import Annotated, Any, ClassVar
 
 import pinocchio as pin
@@ -41,12 +42,12 @@ from .scene_keys import (
 
 MAX_ROBOTS = 16
 MAX_OBJECTS = 250
-"""Most objects, and most cameras, of a scene file: 250 free objects take about 10 s to build."""
+"""Largest number of objects, and of cameras, of a scene file; 250 free objects compile in 10 s."""
 
 
 @documented
 @dataclass(frozen=True)
-class Fixture:
+class SceneObject:
     """An object of a scene."""
 
     model: Annotated[str, Key("The object", values=ObjectModel())]
@@ -59,8 +60,8 @@ class Fixture:
     T_wo: Annotated[
         pin.SE3,
         Key(
-            "Its pose in the world; with `on`, x and y in the world are enough, and z is the "
-            "height above its height at rest",
+            "Its pose in the world; with `on`, x and y are enough, and z is the height above "
+            "its pose at rest on the support",
             "m, rad",
             needed=False,
             values=PlacedPose(),
@@ -71,31 +72,36 @@ class Fixture:
     ] = field(default_factory=dict)
     free: Annotated[
         bool | None,
-        Key("Whether it moves freely; by default of a file, and for None, as the object declares"),
+        Key("Whether it moves freely; None, the default in a file: as the object's class declares"),
     ] = False
-    on: Annotated[str, Key("Name of an earlier object whose surface it rests on")] = ""
+    on: Annotated[str, Key("Name of its support: an earlier object")] = ""
     region: Annotated[
         Region | None,
         Key(
-            "Region from which a free pose is sampled with the run's seed, in place of a pose",
+            "Region in which a collision-free pose is sampled with the run's seed; replaces the "
+            "pose",
             values=RegionTable(),
         ),
     ] = None
     within_reach: Annotated[
         bool | str,
         Key(
-            "Whether it is moved to where the first robot reaches it, and its sampled poses are "
-            "those that are reached; or the name of the robot",
+            "Whether it is moved within reach of the first robot, and sampled poses out of its "
+            "reach are rejected; or the name of the robot",
             values=WithinReach(),
         ),
     ] = False
     expected: Annotated[
         bool,
         Key(
-            "Whether it is not in the cell at first: a source of poses says when it is there, "
-            "`bt-manip run --poses`"
+            "Whether it is absent at first; a pose source (`bt-manip run --poses`) reports its "
+            "arrival"
         ),
     ] = False
+
+
+Fixture = SceneObject
+"""Former name."""
 
 
 @documented
@@ -107,7 +113,7 @@ class FixedCamera:
     T_wc: Annotated[
         pin.SE3,
         Key(
-            "Its pose in the world, or its position and the point that it looks at",
+            "Its pose in the world, or its position and a point to look at",
             "m, rad",
             values=CameraPose(),
         ),
@@ -116,67 +122,72 @@ class FixedCamera:
     width: Annotated[int | None, Key("Width of its images; by default 320", "pixels")] = None
     height: Annotated[int | None, Key("Height of its images; by default 240", "pixels")] = None
 
-    def fixture(self) -> Fixture:
-        """Return the camera as an object; fields after its pose are parameters of the object."""
+    def scene_object(self) -> SceneObject:
+        """Return the camera as an object; the fields after its pose are the object's parameters."""
         given = {field.name: getattr(self, field.name) for field in fields(self)[2:]}
         parameters = {key: value for key, value in given.items() if value is not None}
-        return Fixture("camera", self.name, self.T_wc, parameters)
+        return SceneObject("camera", self.name, self.T_wc, parameters)
 
 
-class FixtureTables:
+class ObjectTables:
     """The objects of a scene file, its cameras included."""
 
     type, names = "tables", "objects, cameras"
-    tables: ClassVar[Mapping[str, Any]] = {"[objects]": Fixture, "[cameras]": FixedCamera}
+    tables: ClassVar[Mapping[str, Any]] = {"[objects]": SceneObject, "[cameras]": FixedCamera}
 
-    def read(self, table: TomlTable, entry: KeyField, size: Any) -> tuple[Fixture, ...]:
+    def read(self, table: TomlTable, entry: KeyField, size: Any) -> tuple[SceneObject, ...]:
         """Return the objects in the order in which they are added."""
-        found: list[Fixture] = []
+        found: list[SceneObject] = []
         robots = [part.text("name") or "" for part in table.tables("robots", MAX_ROBOTS)]
         for part in table.tables("objects", MAX_OBJECTS):
-            if fixture := read_part(Fixture, part, free=None):
-                if isinstance(reached_by := fixture.within_reach, str) and reached_by not in robots:
+            if scene_object := read_part(SceneObject, part, free=None):
+                reached_by = scene_object.within_reach
+                if isinstance(reached_by, str) and reached_by not in robots:
                     near = did_you_mean(reached_by, robots)
                     text = f"is true or the name of a robot, got '{reached_by}'{near}"
                     part.reject("within_reach", text)
-                if fixture.expected and fixture.region is not None:
+                if scene_object.expected and scene_object.region is not None:
                     part.reject("region", "and 'expected' exclude each other: give a 'position'")
-                self._add(found, part, fixture, Fixture)
+                self._add(found, part, scene_object, SceneObject)
         for part in table.tables("cameras", MAX_OBJECTS):
             if camera := read_part(FixedCamera, part):
-                self._add(found, part, camera.fixture(), FixedCamera)
+                self._add(found, part, camera.scene_object(), FixedCamera)
         return tuple(found)
 
-    def _add(self, found: list[Fixture], table: TomlTable, fixture: Fixture, cls: Any) -> None:
-        """Add an object; reject keys that do not go with the other objects."""
+    def _add(
+        self, found: list[SceneObject], table: TomlTable, scene_object: SceneObject, cls: Any
+    ) -> None:
+        """Add an object; reject keys that conflict with the other objects."""
         names = [known.name for known in found]
-        if fixture.name in names:
-            table.reject("name", f"is taken: there is already a '{fixture.name}'")
-        if fixture.on and fixture.on not in names:
-            near = did_you_mean(fixture.on, names)
-            table.reject("on", f"is the name of an object further up, got '{fixture.on}'{near}")
-        check_object(table, fixture.model, fixture.parameters, cls)
-        found.append(fixture)
+        if scene_object.name in names:
+            table.reject("name", f"is taken: there is already a '{scene_object.name}'")
+        if scene_object.on and scene_object.on not in names:
+            near = did_you_mean(scene_object.on, names)
+            table.reject(
+                "on", f"is the name of an object further up, got '{scene_object.on}'{near}"
+            )
+        check_object(table, scene_object.model, scene_object.parameters, cls)
+        found.append(scene_object)
 
 
 @documented
 @dataclass(frozen=True)
 class SceneRobot:
-    """A robot of a scene, at home."""
+    """A robot of a scene, in its home configuration."""
 
     T_wb: Annotated[pin.SE3, Key("Pose of its base in the world", "m, rad", needed=False)]
     name: Annotated[
         str,
         Key(
-            "Its name in the cell; by default that of its description. Each of several robots "
-            "needs one; a role such as `arm` fits any `--robot`",
+            "Its name in the cell; by default that of its description. Required in scenes with "
+            "several robots; a role such as `arm` fits any `--robot`",
             values=EntityName(),
         ),
     ] = ""
     description: Annotated[
         str | RobotDescription | None,
         Key(
-            "The robot; in Python also its description; by default that of the run",
+            "The robot, in Python also a `RobotDescription`; by default that of the run",
             name="robot",
             values=RobotAddress(),
         ),
@@ -194,10 +205,10 @@ class SceneRobot:
     for_reach: Annotated[
         float | None,
         Key(
-            "Reach of the arm that the position is for: the first joint of an arm with another "
-            "reach is nearer to the world's origin, or farther, in proportion, and above the "
-            "position; at home the tool keeps 0.15 m from the origin. By default the position is "
-            "that of any arm",
+            "Reach of the arm for which the position was chosen. For an arm with another reach, "
+            "the distance of its first joint from the world's origin is scaled in proportion, and "
+            "so that the tool at home stays 0.15 m away from the origin. By default the position "
+            "holds for any arm",
             "m",
             above=0.0,
         ),
@@ -207,22 +218,21 @@ class SceneRobot:
 @documented
 @dataclass(frozen=True)
 class Scene:
-    """The robots and objects that a run begins with.
+    """The robots and objects at the start of a run.
 
-    Fields that are not keys: `source` is the file that it was read from, `name` its name in
-    reports.
+    Fields that are not keys: `source` is the path of its file, `name` its name in reports.
     """
 
     robots: Annotated[
         tuple[SceneRobot, ...],
         Key("The robots, at least one", values=Tables("robots", SceneRobot, MAX_ROBOTS)),
     ]
-    fixtures: Annotated[
-        tuple[Fixture, ...],
+    objects: Annotated[
+        tuple[SceneObject, ...],
         Key(
             "The objects, in the order in which they are added",
             name="objects",
-            values=FixtureTables(),
+            values=ObjectTables(),
         ),
     ] = ()
     randomization: Annotated[
@@ -246,7 +256,7 @@ class Scene:
     name: str = ""
 
     def __str__(self) -> str:
-        """Return the file that it was read from, or its name."""
+        """Return the path of its file, or its name."""
         return self.source or self.name or "built in Python"
 
     def __post_init__(self) -> None:
@@ -269,6 +279,27 @@ class Scene:
         """Pose of the first robot's base in the world."""
         return self.robots[0].T_wb
 
+    @property
+    def fixtures(self) -> tuple[SceneObject, ...]:
+        """Former name of `objects`."""
+        warnings.warn("Scene.fixtures is now Scene.objects", DeprecationWarning, stacklevel=2)
+        return self.objects
+
+
+_initialize: Callable[..., None] = Scene.__init__
+
+
+@wraps(_initialize)
+def _accept_fixtures(scene: Scene, *args: Any, **kwargs: Any) -> None:
+    if "fixtures" in kwargs:  # former name
+        text = "the argument 'fixtures' of Scene is now 'objects'"
+        warnings.warn(text, DeprecationWarning, stacklevel=2)
+        kwargs["objects"] = kwargs.pop("fixtures")
+    _initialize(scene, *args, **kwargs)
+
+
+Scene.__init__ = _accept_fixtures  # type: ignore[method-assign, assignment]
+
 
 def _cube(**varied: Any) -> Level:
     parsed = {quantity: parse_variation(data) for quantity, data in varied.items()}
@@ -277,18 +308,18 @@ def _cube(**varied: Any) -> Level:
 
 @cache
 def table_and_basket() -> Scene:
-    """Return the scene of the pick and place task: a robot on a table, and a basket beside it.
+    """Return the scene of the pick-and-place task: a robot on a table, and a basket beside it.
 
-    Measures of gym-gz's Panda pick and place; the base stands on the table's surface, not 15 mm
-    inside it. The basket is nearer where the robot cannot drop into it there.
+    Dimensions of gym-gz's Panda pick and place, but the base is on the table's surface, not 15 mm
+    inside it. The basket is moved within reach of the robot.
     """
     surface = 1.015  # [m] above the floor
     quarter_turn = (0.5**0.5, 0.0, 0.0, 0.5**0.5)
     return Scene(
         robots=(SceneRobot(spatial.pose((-0.1, 0.0, surface))),),
-        fixtures=(
-            Fixture("table", "table", spatial.pose((0.0, 0.0, 0.0))),
-            Fixture(
+        objects=(
+            SceneObject("table", "table", spatial.pose((0.0, 0.0, 0.0))),
+            SceneObject(
                 "basket",
                 "basket",
                 spatial.pose((0.68, 0.0, surface), quarter_turn),
@@ -317,10 +348,10 @@ def two_arms() -> Scene:
             SceneRobot(spatial.pose((-0.55, 0.0, surface)), "left"),
             SceneRobot(spatial.pose((0.55, 0.0, surface), half_turn), "right"),
         ),
-        fixtures=(
-            Fixture("table", "table", spatial.pose((0.0, 0.0, 0.0))),
-            Fixture("basket", "left_basket", spatial.pose((-0.3, 0.3, surface))),
-            Fixture("basket", "right_basket", spatial.pose((0.3, -0.3, surface), half_turn)),
+        objects=(
+            SceneObject("table", "table", spatial.pose((0.0, 0.0, 0.0))),
+            SceneObject("basket", "left_basket", spatial.pose((-0.3, 0.3, surface))),
+            SceneObject("basket", "right_basket", spatial.pose((0.3, -0.3, surface), half_turn)),
         ),
         name="two_arms",
     )

@@ -1,4 +1,4 @@
-"""Scenes by name, and reading them from TOML files."""
+"""Scenes by name, and scene files."""
 
 import contextlib
 from collections.abc import Callable
@@ -19,14 +19,14 @@ def is_scene_file(scene: str) -> bool:
 
 
 def find_scene(scene: str | Scene, parts: Parts) -> Scene:
-    """Return the scene of a name or file.
+    """Return a scene by its name or file.
 
     Args:
         scene: A registered name, the path of a TOML file, or a scene.
         parts: The registered parts.
 
     Raises:
-        BtManipError: If there is no such scene, or its file is wrong.
+        BtManipError: If there is no such scene, or its file is invalid.
     """
     if isinstance(scene, Scene):
         return scene
@@ -52,7 +52,7 @@ def seed_of(scene: str | Scene, parts: Parts) -> int:
 
 
 def scene_of(path: Path) -> Callable[[], Scene]:
-    """Return a factory of a file's scene, to register it; the file is read when it is called."""
+    """Return a factory to register for a scene file, which is read at each call."""
 
     def read() -> Scene:
         return read_scene(path)
@@ -63,14 +63,14 @@ def scene_of(path: Path) -> Callable[[], Scene]:
 
 
 def read_scene(path: Path | str, parts: Parts | None = None) -> Scene:
-    """Read a scene.
+    """Read a scene file.
 
     Args:
-        path: The file; paths of models and robots in it start from its folder.
-        parts: The registered parts; None: names and parameters are not checked.
+        path: The file; paths of models and robots in it are relative to its folder.
+        parts: The registered parts; without them, names and parameters are not checked.
 
     Raises:
-        SceneError: With all problems, each with file, line, key and what is allowed.
+        SceneError: If it is invalid; the message lists all problems with file, line and key.
     """
     whole = SceneFile(Path(path), parts).whole
     given = read_fields(Scene, whole)

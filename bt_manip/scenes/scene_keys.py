@@ -20,27 +20,33 @@ from .levels import VARIED_KINDS, Level
 
 
 class SceneError(BtManipError):
-    """A scene file is wrong.
+    """A scene file is invalid.
+
+    Args:
+        message: The message.
+        problems: All problems; default: the message.
 
     Attributes:
         problems: All problems, each with file, line and key.
     """
 
     def __init__(self, message: str, problems: tuple[str, ...] = ()) -> None:
-        """Keep the single problems beside the message."""
         super().__init__(message)
         self.problems = problems or (message,)
 
 
 class SceneFile(TomlFile):
-    """A scene file with the parts that its keys name; without parts, names are not checked."""
+    """A scene file, and the registered parts to which its keys refer.
+
+    Args:
+        path: The file.
+        parts: The registered parts; without them, names are not checked.
+
+    Raises:
+        SceneError: If there is no such file or it is not valid TOML.
+    """
 
     def __init__(self, path: Path, parts: Parts | None) -> None:
-        """Read the file.
-
-        Raises:
-            SceneError: If there is no such file or it is not valid TOML.
-        """
         super().__init__(path, "scene", SceneError, collects=True)
         self.parts = parts
         self.catalogue = None
@@ -50,7 +56,7 @@ class SceneFile(TomlFile):
             )
 
     def joined(self, problems: Any) -> BtManipError:
-        """Return one error with all problems, by line."""
+        """Return one error with all problems, sorted by line."""
         texts = tuple(sorted(map(str, problems), key=self._line))
         return SceneError("\n".join(texts), texts)
 
@@ -65,7 +71,7 @@ def find_robot(
     """Return the description of a robot.
 
     Args:
-        robot: A registered name, the path of a TOML file that describes one, or a description.
+        robot: A registered name, the path of a description file, or a description.
         robots: The registered descriptions.
 
     Raises:
@@ -145,16 +151,16 @@ class ObjectModel:
 
 
 class PlacedPose:
-    """A pose in the world; on a support, x and y and the height above it if any."""
+    """A pose in the world; on a support x, y and optionally the height above it."""
 
     type, names = "a pose", "position, quat_wxyz or rpy"
 
     def read(self, table: TomlTable, entry: KeyField, size: Any) -> pin.SE3:
-        """Return the pose; the identity where a region takes its place."""
+        """Return the pose; the identity with a region."""
         if "region" in table.keys():
             for key in ("position", "quat_wxyz", "rpy"):
                 if key in table.keys():
-                    table.reject(key, "and 'region' both say where it is: one is enough")
+                    table.reject(key, "and 'region' exclude each other: give one of them")
             return pin.SE3.Identity()
         on = table.text("on")
         if on is None:
@@ -162,7 +168,8 @@ class PlacedPose:
         position = table.numbers("position") or ()
         if len(position) not in (2, 3):
             table.reject(
-                "position", f"is x and y in the world [m], and the height above '{on}' if any"
+                "position",
+                f"is x and y in the world, and optionally the height above '{on}' [m]",
             )
         return spatial.pose((*position, 0.0, 0.0, 0.0)[:3], table.turn())
 
@@ -179,12 +186,12 @@ class CameraPose:
             return T_wc
         for key in ("quat_wxyz", "rpy"):
             if key in table.keys():
-                table.reject(key, "and 'looking_at' say the same twice: one is enough")
+                table.reject(key, "and 'looking_at' exclude each other: give one of them")
         return _attempt(table, "looking_at", looking_at, T_wc.translation, target) or T_wc
 
 
 class WithinReach:
-    """Whether, or of which robot, an object is within reach."""
+    """Whether an object is within reach of the first robot, or the name of the robot."""
 
     type = "true or a robot's name"
 
@@ -196,7 +203,7 @@ class WithinReach:
 
 
 class RegionTable:
-    """A region, whose height follows from what the object is on, if anything."""
+    """A region; on a support, its height follows from the support."""
 
     type, cls = "a table", Region
 
@@ -209,7 +216,7 @@ class RegionTable:
         if on is None:
             part.require("z", "2 numbers [m]")
         elif "z" in part.keys():
-            part.reject("z", f"follows from what it is on, '{on}'")
+            part.reject("z", f"follows from the support '{on}': leave it out")
         return _attempt(table, entry.name, read_part, Region, part, z=(0.0, 0.0))
 
 
@@ -225,7 +232,7 @@ class BoundsTable:
 
 
 class RandomizationTable:
-    """Variations, by kind of thing, name and quantity."""
+    """Variations, by kind of element, name and quantity."""
 
     type, names = "tables", "randomization"
 
@@ -248,7 +255,7 @@ class LevelsTable:
         for name, numbered in _tables(table.table(entry.name)):
             for number, part in _tables(numbered):
                 if not number.isdecimal():
-                    numbered.reject(number, "is no level: they are numbers from 0")
+                    numbered.reject(number, "is no level: levels are numbers from 0")
                     continue
                 keys = part.table("settings")
                 settings = {} if keys is None else {k: str(keys.value(k)) for k in keys.keys()}
@@ -258,7 +265,7 @@ class LevelsTable:
 
 
 def _randomization(part: TomlTable) -> Randomization | None:
-    """Return the variations of a table, by kind of thing, name and quantity."""
+    """Return the variations of a table, by kind of element, name and quantity."""
     found: dict[str, dict[str, dict[str, Any]]] = {}
     for kind in VARIED_KINDS:
         for thing, lines in _tables(part.table(kind)):
@@ -284,13 +291,13 @@ def _variation(table: TomlTable, kind: str, thing: str, quantity: str) -> Any:
 
 
 def check_object(table: TomlTable, model: str, parameters: Mapping[str, Any], cls: type) -> None:
-    """Make an object to check its model and parameters; reject wrong keys.
+    """Check an object's model and parameters by creating it; reject wrong keys.
 
     Args:
         table: Its table.
         model: Registered name of the object, or address of a model.
-        parameters: Keyword arguments that it is made with.
-        cls: Dataclass of its table, whose keys are suggested for mistyped parameters.
+        parameters: Its keyword arguments.
+        cls: Dataclass of its table; its keys are suggested for mistyped parameters.
     """
     catalogue = _file(table).catalogue
     if catalogue is None or (make := _attempt(table, "model", catalogue.get, model)) is None:
@@ -320,7 +327,7 @@ def _file(table: TomlTable) -> SceneFile:
 def _attempt(
     table: TomlTable, key: str, call: Callable[..., Any], *given: Any, **named: Any
 ) -> Any:
-    """Return the value of a call; reject the key and return None if it raises an error of ours."""
+    """Return the value of a call; on a `BtManipError` reject the key and return None."""
     try:
         return call(*given, **named)
     except BtManipError as error:

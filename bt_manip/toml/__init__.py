@@ -1,4 +1,4 @@
-"""TOML files: keys declared as fields of dataclasses, tables that reject wrong keys, writing."""
+"""TOML files: keys declared as fields of dataclasses, checked reading, and writing."""
 
 from .fields import Key as Key
 from .fields import KeyField as KeyField

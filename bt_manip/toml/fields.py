@@ -1,4 +1,4 @@
-"""Fields of dataclasses that are keys of TOML files: each is declared once.
+"""Keys of TOML files, declared as fields of dataclasses.
 
 ``velocity: Annotated[tuple[float, ...], Key("Velocity limits.", unit="rad/s", above=0.0)]`` is read
 by `read_fields`, written by `write_fields`, checked by `check_fields`, and listed by `rows` and in
@@ -24,7 +24,7 @@ from .tables import PythonSource, TomlTable
 
 T = TypeVar("T")
 
-_DIGITS = 12  # after the point of positions and quaternions, which rotation matrices round
+_DIGITS = 12  # decimals of positions and quaternions, as rotation matrices round
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,12 +32,12 @@ class Key(Parameter):
     """Declaration of a dataclass field as a key of a TOML file.
 
     Attributes:
-        size: Number of its values, or of least and most, or the field with as many names; then one
-            number stands for all.
+        size: Number of its values, a minimum and a maximum, or the field with as many names; with
+            the latter, a single number applies to all.
         table: Table that contains it; empty for the table of its dataclass.
         name: Its name in the file; empty for that of the field.
-        needed: Whether the file has to have it; by default where the field has no default value.
-        values: Reader, and writer if any, of a type other than the usual ones.
+        needed: Whether it is required; by default if the field has no default value.
+        values: Reader, and optionally writer, of a type other than the built-in ones.
         attribute: Name of the field; of keys of `entries_of`, like default, name and values.
     """
 
@@ -75,14 +75,14 @@ KeyField = Key
 
 
 class Values(Protocol):
-    """Reads values of one type; those of a dataclass that is written are `WritableValues`."""
+    """Reads values of one type; dataclasses that are written need `WritableValues`."""
 
     @property
     def type(self) -> str:
         """The type, for users."""
 
     def read(self, table: TomlTable, entry: "KeyField", size: Any) -> Any:
-        """Return the value of a key; None if it is missing, or wrong and rejected."""
+        """Return the value of a key; None if it is missing or rejected."""
 
 
 class WritableValues(Values, Protocol):
@@ -93,7 +93,7 @@ class WritableValues(Values, Protocol):
 
 
 class Row(NamedTuple):
-    """A key for a table of documentation, each cell as text."""
+    """A key in a table of the documentation; all cells are text."""
 
     table: str
     name: str
@@ -105,7 +105,7 @@ class Row(NamedTuple):
 
 
 def entries_of(cls: Any) -> tuple[KeyField, ...]:
-    """Return the keys that a dataclass declares, in the order of its fields.
+    """Return the declared keys of a dataclass, in the order of its fields.
 
     Args:
         cls: The dataclass.
@@ -131,11 +131,11 @@ def entries_of(cls: Any) -> tuple[KeyField, ...]:
 
 
 def read_fields(cls: type, table: TomlTable) -> dict[str, Any]:
-    """Return the values of a dataclass's fields that a table has; reject wrong keys.
+    """Return the values of a dataclass's fields present in a table; reject wrong keys.
 
     Args:
         cls: The dataclass.
-        table: The table; all its keys are known then, so that `TomlTable.finish` is called.
+        table: The table; it is finished (`TomlTable.finish`).
     """
     given: dict[str, Any] = {}
     tables: dict[str, TomlTable | None] = {}
@@ -161,12 +161,12 @@ def read_fields(cls: type, table: TomlTable) -> dict[str, Any]:
 
 
 def read_part(cls: type[T], table: TomlTable, **defaults: Any) -> T | None:
-    """Return a dataclass read from a table; None where keys that it needs are rejected.
+    """Return a dataclass read from a table; None if required keys are rejected.
 
     Args:
         cls: The dataclass.
         table: The table.
-        **defaults: Values of fields in a file without their keys, where the dataclass has others.
+        **defaults: Values of fields without a key, in place of the dataclass's defaults.
     """
     given = defaults | read_fields(cls, table)
     needed = {f.name for f in fields(cls) if f.default is f.default_factory is MISSING}  # type: ignore[arg-type]
@@ -178,25 +178,25 @@ def write_fields(value: Any, folder: Path | None = None) -> dict[str, Any]:
 
     Args:
         value: The dataclass.
-        folder: Folder of the file, to which paths are relative; None keeps them.
+        folder: Folder of the file, to which paths are made relative; None keeps paths.
     """
     found: dict[str, Any] = {}
     for entry in entries_of(type(value)):
-        one = getattr(value, entry.attribute)
+        given = getattr(value, entry.attribute)
         default = entry.default
-        if one is None or (default is not MISSING and one == default):
+        if given is None or (default is not MISSING and given == default):
             continue
-        written = cast(WritableValues, entry.values).write(one, entry, folder)
+        written = cast(WritableValues, entry.values).write(given, entry, folder)
         (found.setdefault(entry.table, {}) if entry.table else found).update(written)
     return found
 
 
 def check_fields(value: Any, where: str, error: type[BtManipError]) -> None:
-    """Check a dataclass made in Python like one that is read from a file.
+    """Check a dataclass created in Python as if it were read from a file.
 
     Args:
         value: The dataclass.
-        where: Its name, to begin the message.
+        where: Its name, for messages.
         error: Type of the error.
 
     Raises:
@@ -206,7 +206,7 @@ def check_fields(value: Any, where: str, error: type[BtManipError]) -> None:
 
 
 def rows(cls: type, table: str = "") -> list[Row]:
-    """Return the keys of a dataclass and its parts, for a table of documentation.
+    """Return the keys of a dataclass and its parts, for a table of the documentation.
 
     Args:
         cls: The dataclass.
@@ -239,7 +239,7 @@ def documented(cls: type[T]) -> type[T]:
 
 
 class _Simple(NamedTuple):
-    """Values that a method of `TomlTable` reads."""
+    """Values read by a method of `TomlTable`."""
 
     type: str
     method: str
@@ -312,7 +312,7 @@ class _Pose(NamedTuple):
 
 
 class Part(NamedTuple):
-    """Another dataclass, in a table of its own."""
+    """A dataclass in its own table."""
 
     cls: type[Any]
     type: str = "a table"
@@ -328,21 +328,26 @@ class Part(NamedTuple):
 
 
 class Tables:
-    """Dataclasses, each in a table of an array of tables."""
+    """Dataclasses in an array of tables.
+
+    Args:
+        name: Name of the array.
+        cls: The dataclass.
+        at_most: Largest number of tables.
+    """
 
     def __init__(self, name: str, cls: type[Any], at_most: int) -> None:
-        """Set the name of the array, the dataclass, and the largest number of tables."""
         self.type = f"at least one [[{name}]] table"
         self.cls, self.tables, self.at_most = cls, {f"[{name}]": cls}, at_most
 
     def read(self, table: TomlTable, entry: KeyField, size: Any) -> Any:
-        """Return the dataclasses without those that are incomplete."""
+        """Return the complete dataclasses."""
         found = [read_part(self.cls, part) for part in table.tables(entry.name, self.at_most)]
         return tuple(one for one in found if one is not None)
 
 
 class OtherKeys(NamedTuple):
-    """All keys of a table that no other field reads, as plain data."""
+    """All keys of a table that are not read by other fields, as plain data."""
 
     type: str
     names: str = "..."
@@ -357,7 +362,7 @@ class OtherKeys(NamedTuple):
 
 
 def pose_entries(T: pin.SE3) -> dict[str, Any]:
-    """Return the keys of a pose that differ from those of the identity."""
+    """Return the keys of a pose that differ from the identity."""
     found: dict[str, Any] = {}
     if T.translation.any():
         found["position"] = _rounded(T.translation)
@@ -393,7 +398,7 @@ _TYPES: tuple[tuple[Any, Any], ...] = (
 
 
 def _values_of(hint: Any) -> Values:
-    """Return the reader and writer of a type, None aside."""
+    """Return the reader and writer of a type, or of its alternative to None."""
     if get_origin(hint) in (Union, types.UnionType):
         (hint,) = (one for one in get_args(hint) if one is not type(None))
     if get_origin(hint) is Annotated:

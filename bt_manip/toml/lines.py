@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterable
 
 Place = tuple[str | int, ...]
-"""Path of a key: keys from outermost to innermost; in arrays of tables also the index, from 1."""
+"""Path of a key: keys from outermost to innermost, with indices of arrays of tables from 1."""
 
 _PART = r"""(?:[A-Za-z0-9_-]+|"[^"]*"|'[^']*')"""
 _KEY = rf"{_PART}(?:\s*\.\s*{_PART})*"
@@ -14,10 +14,10 @@ _ASSIGNMENT = re.compile(rf"\s*({_KEY})\s*=")
 
 
 def line_numbers(text: str) -> dict[Place, int]:
-    """Return the line numbers of keys and tables, from 1, but not of keys inside inline values.
+    """Return the line numbers of keys and tables, from 1, except keys inside inline values.
 
-    The result is approximate and meant for messages: lines of a multi-line string that look like
-    keys count as keys.
+    The result is approximate, for messages: lines of a multi-line string that look like keys count
+    as keys.
 
     Args:
         text: Content of the file.
@@ -54,7 +54,7 @@ def _parts(key: str) -> Place:
 
 
 def _counted(parts: Iterable[str | int], counts: dict[Place, int]) -> Place:
-    """Insert the index of the last table so far after each array of tables in a path."""
+    """Insert the present index after each array of tables in a path."""
     *around, last = parts
     place: Place = ()
     for part in around:

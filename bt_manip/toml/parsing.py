@@ -1,4 +1,4 @@
-"""Reading of TOML within bounds of size and nesting."""
+"""Parsing of TOML with bounds on size and nesting."""
 
 import re
 import tomllib

@@ -1,4 +1,4 @@
-"""Typed reading of TOML tables; error messages name the file, line and key."""
+"""Typed reading of TOML tables; error messages name file, line and key."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from math import inf
@@ -17,37 +17,32 @@ from .lines import Place, line_numbers, line_of
 from .parsing import MAX_TOML_BYTES, parse_toml
 
 LARGEST = 1e10
-"""Largest size of a number, in SI units: MuJoCo's, beyond which a state counts as diverged."""
+"""Largest absolute value of a number in SI units: MuJoCo's bound for diverged states."""
 
 
 UNBOUNDED = Parameter()
 
 
 class TomlFile:
-    """A file that is read table by table.
+    """A TOML file, read table by table.
+
+    Args:
+        what: Kind of the file, for messages.
 
     Attributes:
         path: The file.
-        error: Type of the errors about its content.
+        error: Type of errors about its content.
         collects: Whether tables collect errors about their keys until the outermost one is
             finished.
-        problems: Errors that have been collected.
+        problems: The collected errors.
+
+    Raises:
+        BtManipError: Of type `error`, if there is no such file or it is not valid TOML.
     """
 
     def __init__(
         self, path: Path, what: str, error: type[BtManipError], *, collects: bool = False
     ) -> None:
-        """Read a file.
-
-        Args:
-            path: The file.
-            what: Kind of the file, for messages.
-            error: Type of the errors about its content.
-            collects: Whether tables collect errors. A key with an error reads as a default value.
-
-        Raises:
-            BtManipError: Of that type, if there is no such file or it is not valid TOML.
-        """
         self.path, self.error, self.collects = path, error, collects
         self.problems: list[BtManipError] = []
         try:
@@ -75,7 +70,7 @@ class TomlFile:
 
 
 class PythonSource(NamedTuple):
-    """Source of a table that was defined in Python, in place of a file."""
+    """Source of a table defined in Python."""
 
     name: str
     error: type[BtManipError]
@@ -86,18 +81,17 @@ class PythonSource(NamedTuple):
 
 
 class TomlTable:
-    """A table of a file, read key by key; `finish` rejects keys that were not read."""
+    """A table of a file, read key by key; `finish` rejects keys that were not read.
+
+    Args:
+        file: Source of the table.
+        entries: Content of the table.
+        place: Path of the table in the file; empty for the root table.
+    """
 
     def __init__(
         self, file: TomlFile | PythonSource, entries: Mapping[str, Any], place: Place = ()
     ) -> None:
-        """Create a table.
-
-        Args:
-            file: Source of the table.
-            entries: Content of the table.
-            place: Path of the table in the file; empty for the root table.
-        """
         self.file, self._entries, self._place = file, entries, place
         self._asked: list[str] = []
         self._inner = False
@@ -109,7 +103,7 @@ class TomlTable:
         return self.file.error(f"{where}: key '{self._full(key)}' {message}")
 
     def reject(self, key: str, message: str) -> None:
-        """Raise an error about a key, or collect the first one where the file collects them."""
+        """Raise an error about a key, or collect the first one of each key."""
         problem = self.error(key, message)
         if not isinstance(self.file, TomlFile) or not self.file.collects:
             raise problem from None
@@ -122,7 +116,7 @@ class TomlTable:
         return tuple(self._entries)
 
     def value(self, key: str) -> Any:
-        """Return the value of a key, or None if missing; its numbers are finite."""
+        """Return the value of a key, with finite numbers, or None if missing."""
         value = self._get(key)
         for number in _numbers_in(value):
             self._check_size(key, number)
@@ -204,7 +198,7 @@ class TomlTable:
         """  # (4,)
         quat, rpy = self.numbers("quat_wxyz", 4), self.numbers("rpy", 3)
         if quat is not None and rpy is not None:
-            self.reject("rpy", "and 'quat_wxyz' say the same twice: one is enough")
+            self.reject("rpy", "and 'quat_wxyz' exclude each other: give one of them")
         if rpy is not None:
             T = pin.SE3(pin.rpy.rpyToMatrix(*rpy), np.zeros(3))
             return tuple(spatial.quat_wxyz(T).tolist())
@@ -263,8 +257,8 @@ class TomlTable:
         """Reject keys that were not read.
 
         Raises:
-            BtManipError: If there is one; the message suggests the nearest known keys. Where the
-                file collects errors, the outermost table raises all of them, each in a line.
+            BtManipError: If there is such a key; the nearest known keys are suggested. If the file
+                collects errors, the outermost table raises all of them, one per line.
         """
         for key in self._entries:
             if key not in self._asked:
@@ -281,7 +275,7 @@ class TomlTable:
 
     def _check_size(self, key: str, value: float, bounds: Parameter = UNBOUNDED) -> bool:
         """Return whether a number is within bounds, and reject its key if not."""
-        if not -LARGEST <= value <= LARGEST:  # also NaN, and integers that no float holds
+        if not -LARGEST <= value <= LARGEST:  # also NaN, and integers beyond floats
             self.reject(
                 key, f"is a finite number of at most {LARGEST:g} in size, got {shown(value)}"
             )
@@ -297,7 +291,7 @@ class TomlTable:
     def _typed(
         self, key: str, valid: Callable[[Any], object], what: str, default: Any = None
     ) -> Any:
-        """Return the value of a key; the default if missing, or if not valid, which is rejected."""
+        """Return the value of a key; the default if it is missing, or invalid and rejected."""
         value = self._get(key, default)
         if value is default or valid(value):
             return value

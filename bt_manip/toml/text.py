@@ -6,29 +6,29 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 BARE_KEY = re.compile("[A-Za-z0-9_-]+")
-"""A key that TOML needs no quotes for."""
+"""A key without quotes in TOML."""
 
-_WIDTH = 100  # columns, at most
+_WIDTH = 100  # maximum number of columns
 
 
 def toml_text(entries: Mapping[str, Any], notes: Mapping[str, str], head: str) -> str:
-    """Return plain data as TOML, with a comment on its keys.
+    """Return plain data as TOML with comments.
 
     Args:
         entries: The data: texts, numbers, booleans, lists and mappings of these.
-        notes: Comments by key, such as ``"velocity"`` and ``"gripper.max_force"``.
+        notes: Comments by key, such as ``"velocity"`` or ``"gripper.max_force"``.
         head: Comment at the beginning.
     """
     return "\n".join([*_comment(head), *_table("", entries, notes), ""])
 
 
 def toml_key(name: str) -> str:
-    """Return a key, with quotes where TOML needs them."""
+    """Return a key, with quotes if TOML requires them."""
     return name if BARE_KEY.fullmatch(name) else json.dumps(name, ensure_ascii=False)
 
 
 def _table(name: str, entries: Mapping[str, Any], notes: Mapping[str, str]) -> Iterator[str]:
-    """Yield the lines of a table, after an empty one; the root table has an empty name."""
+    """Yield an empty line and the lines of a table; the root table has an empty name."""
     inner = {key: value for key, value in entries.items() if isinstance(value, Mapping)}
     if len(inner) < len(entries) or not entries:
         yield ""
@@ -45,7 +45,7 @@ def _table(name: str, entries: Mapping[str, Any], notes: Mapping[str, str]) -> I
 
 
 def _assigned(key: str, value: Any) -> Iterator[str]:
-    """Yield the lines of a key; long lists are broken."""
+    """Yield the lines of a key; long lists are wrapped."""
     text = f"{key} = {_value(value)}"
     if len(text) <= _WIDTH or isinstance(value, str) or not isinstance(value, Sequence):
         yield text

@@ -43,7 +43,7 @@ def test_spawned_objects_never_stand_inside_each_other(station, trial):
         assert trial(SpawnObject(region="0.2;0.4;-0.3;-0.1", object="{o}")).tick() is SUCCESS
     assert station.cell.data.contact.dist.min() > -1e-3  # [m]
     crowded = trial(SpawnObject(region="0.3;0.3;0.1;0.1", object="{o}"))  # where the cube is
-    assert crowded.fails_with("'cube_7' cannot be placed", "no free place", "inside 'cube'")
+    assert crowded.fails_with("'cube_7' cannot be placed", "no free pose", "inside 'cube'")
     assert len(station.cell.objects) == 9  # table, basket, the cube, and six more
 
 

@@ -75,7 +75,7 @@ def test_the_surface_of_an_entity_is_found_in_the_world():
     cell.add(table, pose((0.0, 0.0, 0.1)))
     cell.add(Brick(), pose((2.0, 0.0, 0.03)))
     assert cell.surface_height("table") == pytest.approx(0.1 + table.surface_height)
-    with pytest.raises(CellError, match="'brick' has no surface to put something on"):
+    with pytest.raises(CellError, match="'brick' has no surface to place objects on"):
         cell.surface_height("brick")
 
 

@@ -101,7 +101,7 @@ def test_where_nothing_is_free_the_reason_is_told_and_the_cell_is_unchanged(cell
     cell.step(300)
     before = outcome(cell)
     taken = Region(x=(0.28, 0.32), y=(-0.02, 0.02), z=(SURFACE + HALF, SURFACE + HALF))
-    message = "'cube' cannot be placed: no free place in 20 attempts; .* inside 'block'"
+    message = "'cube' cannot be placed: no free pose in 20 attempts; .* inside 'block'"
     cube = Cube()
     with pytest.raises(CellError, match=message):
         cell.place(cube, taken, np.random.default_rng(0), attempts=20)
@@ -127,7 +127,7 @@ def test_what_rolls_out_of_the_region_is_not_placed(cell):
     rim = Region(x=(0.41, 0.412), y=(0, 0), z=(1.25, 1.25))  # on the basket's narrow wall
     with pytest.raises(CellError, match="in 5 attempts; in the last, it does not"):
         cell.place(Cube(), rim, np.random.default_rng(0), attempts=5, drop=True)
-    with pytest.raises(CellError, match="only what moves freely can be dropped"):
+    with pytest.raises(CellError, match="only entities that move freely can be dropped"):
         cell.place(Table(), rim, np.random.default_rng(0), drop=True)
 
 

@@ -12,15 +12,15 @@ from bt_manip import build_station
 from bt_manip.behaviours import payload_of
 from bt_manip.cell import Cell, CellError
 from bt_manip.cell.objects import Catalogue
-from bt_manip.cell.randomization import Randomization, Randomizer, SceneObject, parse_variation
+from bt_manip.cell.randomization import InitialObject, Randomization, Randomizer, parse_variation
 from bt_manip.cell.randomization.variations import sample, stream
 from bt_manip.scenes import table_and_basket
 from bt_manip.spatial import pose
 
 SCENE = {
-    "table": SceneObject("table", pose((0.0, 0.0, 0.0))),
-    "cube": SceneObject("cube", pose((0.2, 0.0, 1.04)), {"mass": 0.1}, free=True),
-    "can": SceneObject("can", pose((-0.2, 0.0, 1.015)), free=True),
+    "table": InitialObject("table", pose((0.0, 0.0, 0.0))),
+    "cube": InitialObject("cube", pose((0.2, 0.0, 1.04)), {"mass": 0.1}, free=True),
+    "can": InitialObject("can", pose((-0.2, 0.0, 1.015)), free=True),
 }
 
 
@@ -141,13 +141,13 @@ def test_poses_out_of_reach_are_not_sampled(parts):
         assert y[1] > 0.0
         assert y[0] == y[1] or y[0] <= 0.0
     reached.randomizer._reached = {"cube": lambda T_wo: False}
-    with pytest.raises(CellError, match="no free place for 'cube' .* no robot reaches it at"):
+    with pytest.raises(CellError, match="no free pose for 'cube' .* no robot reaches it at"):
         reached.begin(0)
 
 
 def test_where_no_place_is_free_it_says_so(parts):
     varied = Varied(parts, objects={"cube": {"position": (-0.2, 0.0, 1.04)}})
-    with pytest.raises(CellError, match=r"no free place for 'cube' in 100 attempts.*inside 'can'"):
+    with pytest.raises(CellError, match=r"no free pose for 'cube' in 100 attempts.*inside 'can'"):
         varied.begin(0)
 
 
@@ -307,9 +307,9 @@ def test_variations_are_written_as_plain_data(data, low, high):
         ({"uniform": [1, 0]}, "'uniform' goes from low to high"),
         ({"uniform": 3}, "'uniform' is two values, got 3"),
         ({"normal": [0, -1]}, "the second value of 'normal' is not negative"),
-        ({"integer": [0, 1.5]}, "from a whole number to a whole number"),
+        ({"integer": [0, 1.5]}, "is a range of whole numbers"),
         ({"choice": []}, "'choice' is a list of values"),
-        ({"choice": [1, [1, 2]]}, "the values of 'choice' are all alike"),
+        ({"choice": [1, [1, 2]]}, "the values of 'choice' must have the same shape"),
         ({"plus": {"uniform": [1, 0]}}, "'uniform' goes from low to high"),
         ({"normal": [0, 1], "within": [1, 0]}, "'within' goes from low to high"),
     ],

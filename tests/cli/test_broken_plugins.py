@@ -44,7 +44,7 @@ HOOKS_THAT_FAIL = {
     "unknown kind": (
         "class Odd:\n    kind = 'od'\n\n\n"
         "@hookimpl\ndef register_objects(register): register('odd', Odd)",
-        "object 'odd' calls its kind 'od', by which a snapshot could not make it again; "
+        "object 'odd' has the kind 'od', from which a snapshot could not recreate it; "
         "did you mean 'odd'?",
     ),
     "raising hook": (

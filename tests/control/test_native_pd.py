@@ -101,7 +101,7 @@ def test_a_run_cannot_switch_to_it_because_its_gains_are_in_the_model(descriptio
     manager = ControllerManager(robot, FACTORIES, "computed_torque")
     robot.attach(manager)
     Cell().add(robot)
-    with pytest.raises(ControlError, match="choose it as the controller to begin with"):
+    with pytest.raises(ControlError, match="choose it as the first controller"):
         manager.switch("native_pd")
 
 

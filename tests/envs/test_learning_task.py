@@ -15,9 +15,9 @@ from bt_manip.spatial import pose
 def test_a_state_keeps_how_low_objects_may_lie(parts):
     """The basket is the lowest thing that the goal names, at another height in each episode."""
     where = {"position": distributions.Uniform((0.0, 2.0, 0.4), (0.0, 2.0, 0.9))}
-    fixtures = tuple(replace(one, within_reach=False) for one in table_and_basket().fixtures)
+    fixtures = tuple(replace(one, within_reach=False) for one in table_and_basket().objects)
     varied = Randomization(objects={"basket": where})
-    scene = replace(table_and_basket(), fixtures=fixtures, randomization=varied)
+    scene = replace(table_and_basket(), objects=fixtures, randomization=varied)
     scenes = parts.scenes.with_part("heights", lambda: scene)
     task = LearningTask("pick_place", parts=replace(parts, scenes=scenes), scene="heights")
     cell, heights = task.episodes.station.cell, []

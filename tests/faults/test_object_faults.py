@@ -18,7 +18,7 @@ from bt_manip.faults import (
     Stuck,
     Vanish,
 )
-from bt_manip.scenes import Fixture
+from bt_manip.scenes import SceneObject
 from bt_manip.testing.situations import AROUND_THE_CUBE, AT_REST, HOLDING
 
 TARGET = [1.2, 0.3, 0.0, -1.8, 0.0, 2.1, 0.8]  # [rad]
@@ -41,8 +41,8 @@ def test_an_object_vanishes(station, start):
 
 def test_an_object_of_the_scene_that_vanishes_comes_back_for_the_next_cycle(station, start):
     cell, pose = station.cell, station.cell.pose("cube")
-    cube = Fixture("cube", "cube", pose)
-    scene = replace(station.scene, fixtures=(*station.scene.fixtures, cube))
+    cube = SceneObject("cube", "cube", pose)
+    scene = replace(station.scene, objects=(*station.scene.objects, cube))
     fault = start(Vanish(), within=replace(station, scene=scene))
     assert "cube" not in cell.entities
     fault.end()

@@ -180,7 +180,7 @@ BROKEN = {
         @hookimpl
         def register_objects(register): register("x", Thing)
         """,
-        "'x' among its objects is not whole: it lacks mjcf_model",
+        "'x' among its objects is incomplete: it lacks mjcf_model",
     ),
     "behaviour without update": (
         """

@@ -20,7 +20,7 @@ from bt_manip.record import (
 from bt_manip.record.mcap import mcap_recorder
 from bt_manip.record.mcap.mcap_recorder import SNAPSHOTS
 from bt_manip.runner import RunObserver
-from bt_manip.scenes import Fixture, table_and_basket
+from bt_manip.scenes import SceneObject, table_and_basket
 
 pytestmark = pytest.mark.usefixtures("shared_stations")
 
@@ -56,8 +56,8 @@ class Intervene(RunObserver):
 @pytest.fixture(scope="module")
 def scene():
     plain = table_and_basket()
-    red = Fixture("cube", "red", spatial.pose((0.6, -0.25, 1.05)), free=True)
-    return replace(plain, fixtures=(*plain.fixtures, red))
+    red = SceneObject("cube", "red", spatial.pose((0.6, -0.25, 1.05)), free=True)
+    return replace(plain, objects=(*plain.objects, red))
 
 
 @pytest.fixture(scope="module")

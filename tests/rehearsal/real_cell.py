@@ -82,7 +82,7 @@ def write_model(scene: Path, arm: Path, path: Path) -> RealCell:
     (base,) = world
     _set_pose(base, station.scene.robots[0].T_wb)
     objects = {}
-    for fixture in station.scene.fixtures:
+    for fixture in station.scene.objects:
         if fixture.expected:
             assert station.poses.add(station.poses.next().name)
         entity, pose = cell.find(fixture.name), cell.pose(fixture.name)

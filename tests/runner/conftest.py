@@ -4,15 +4,15 @@ import pytest
 
 from bt_manip import build_station, spatial
 from bt_manip.bt import Tree
-from bt_manip.scenes import Fixture, Scene, two_arms
+from bt_manip.scenes import Scene, SceneObject, two_arms
 from bt_manip.testing.trial import Trial
 
 
 @pytest.fixture(scope="module")
 def built(parts):
-    cube = Fixture("cube", "cube", spatial.pose((0.0, 0.0, 1.04)), free=True)
+    cube = SceneObject("cube", "cube", spatial.pose((0.0, 0.0, 1.04)), free=True)
     scene = two_arms()
-    station = build_station(parts, scene=Scene(scene.robots, (*scene.fixtures, cube)))
+    station = build_station(parts, scene=Scene(scene.robots, (*scene.objects, cube)))
     return station, station.get_state()
 
 

@@ -27,7 +27,7 @@ from bt_manip.runner import (
     save_snapshot,
 )
 from bt_manip.runner.request import SCENE
-from bt_manip.scenes import Fixture, table_and_basket
+from bt_manip.scenes import SceneObject, table_and_basket
 from bt_manip.spatial import pose
 
 GO_ON = """
@@ -135,8 +135,8 @@ class Memory(Snapshots):
 @pytest.mark.parametrize("seed", [0, *(pytest.param(n, marks=pytest.mark.soak) for n in (1, 2))])
 def test_a_second_pick_of_an_object_continues_from_a_snapshot(make_run, seed):
     T_wo = pose((0.33 + 0.04 * seed, 0.05, 0.0))
-    cube = Fixture("cube", "cube", T_wo, free=True, on="table")
-    scene = replace(table_and_basket(), fixtures=(*table_and_basket().fixtures, cube))
+    cube = SceneObject("cube", "cube", T_wo, free=True, on="table")
+    scene = replace(table_and_basket(), objects=(*table_and_basket().objects, cube))
 
     def run(wanted=(), state=None):
         steps = [kind(object="cube") for kind in (Hover, Reach, Grasp)]

@@ -9,10 +9,10 @@ from bt_manip import build_station, spatial
 from bt_manip.cell import CellError
 from bt_manip.exceptions import BtManipError
 from bt_manip.robots import RobotError, panda
-from bt_manip.scenes import Fixture, Scene, SceneRobot
+from bt_manip.scenes import Scene, SceneObject, SceneRobot
 
 AT_THE_ORIGIN = spatial.pose((0.0, 0.0, 0.0))
-MISSPELT = Scene((SceneRobot(AT_THE_ORIGIN),), (Fixture("tabel", "table", AT_THE_ORIGIN),))
+MISSPELT = Scene((SceneRobot(AT_THE_ORIGIN),), (SceneObject("tabel", "table", AT_THE_ORIGIN),))
 
 
 @pytest.mark.parametrize(

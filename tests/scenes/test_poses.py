@@ -110,7 +110,7 @@ def test_a_restored_station_expects_the_same_objects_again(station):
 
 
 def test_an_operator_confirms_after_the_question(parts, scene, capsys, monkeypatch):
-    expected = [f for f in read_scene(scene, parts).fixtures if f.expected]
+    expected = [f for f in read_scene(scene, parts).objects if f.expected]
     reading, writing = os.pipe()
     with os.fdopen(reading) as stream, os.fdopen(writing, "wb", buffering=0) as answers:
         monkeypatch.setattr("sys.stdin", stream)

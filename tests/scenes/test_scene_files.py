@@ -215,7 +215,7 @@ def test_a_file_may_say_which_seed(write, parts):
         (ROBOT + ROBOT, "where a scene has several robots, each needs a name"),
         (ROBOT + "quat_wxyz = [0, 0, 0, 0]\n", ":3: key .*quat_wxyz' is no rotation"),
         (ROBOT + "rpy = [0, 0]\n", ":3: key .*rpy' is a list of 3 numbers, got 2"),
-        (ROBOT + "rpy = [0, 0, 0]\nquat_wxyz = [1, 0, 0, 0]\n", "rpy' and 'quat_wxyz' say the"),
+        (ROBOT + "rpy = [0, 0, 0]\nquat_wxyz = [1, 0, 0, 0]\n", "rpy' and 'quat_wxyz' exclude"),
         (TABLE + "[[objects]]\n", r":5: key 'objects\[2\].model' is missing: a registered name or"),
         (TABLE.replace('"table"', '"tabel"'), ":4: key .*model' .* did you mean 'table'"),
         (TABLE.replace('"table"', '"a/b.xml"'), r":3: key 'objects\[1\].name' is missing"),
@@ -237,13 +237,13 @@ def test_a_file_may_say_which_seed(write, parts):
         (TABLE + 'within_reach = "lfet"\n', "within_reach' is true or the name of a robot, got"),
         (TABLE + "region = { x = [0, 1] }\n", "region.y' is missing"),
         (TABLE + "region = { x = [1, 0], y = [0, 1], z = [0, 0] }\n", "goes from low to high"),
-        (TABLE + "position = [0, 0, 0]\nregion = { }\n", "'region' both say where it is"),
+        (TABLE + "position = [0, 0, 0]\nregion = { }\n", "'region' exclude each other"),
         (
             ROBOT + "[[cameras]]\nfovy = 200\n",
             ":4: key .*fovy' is wrong: fovy must be a number above 0 and below 180 .degrees., got",
         ),
         (ROBOT + "[[cameras]]\nfov = 20\n", ":4: key .*fov' means nothing; did you mean 'fovy'"),
-        (ROBOT + "[[cameras]]\nlooking_at = [0, 0, 0]\n", "cannot look at the place where it is"),
+        (ROBOT + "[[cameras]]\nlooking_at = [0, 0, 0]\n", "cannot look at its own position"),
         (ROBOT + "[randomization.object.cube]\n", "'randomization.object' means nothing; .*s'"),
         (ROBOT + "[randomization.lights]\nkey = 3\n", "'randomization.lights.key' is a table"),
         (
@@ -276,7 +276,7 @@ def test_what_is_wrong_is_said_with_file_line_and_key(write, parts, text, messag
         (
             TABLE + '[[objects]]\nmodel = "bin"\non = "table"\n'
             "region = { x = [-0.1, -0.1], y = [0, 0] }\n",
-            "'bin' cannot be placed: no free place",
+            "'bin' cannot be placed: no free pose",
         ),
         (
             TABLE + '[[objects]]\nmodel = "cube"\non = "table"\nposition = [10, 0]\n',

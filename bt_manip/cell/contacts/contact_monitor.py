@@ -14,7 +14,7 @@ _MAX_CACHED = 4096
 
 
 class MonitoredEntity(composer.Entity):
-    """A robot: an entity of which only some bodies may touch anything."""
+    """A robot: an entity of which only some bodies may have contacts."""
 
     @property
     def contact_bodies(self) -> Sequence[mjcf.Element]:
@@ -23,40 +23,37 @@ class MonitoredEntity(composer.Entity):
 
 
 class ContactSummary(NamedTuple):
-    """The meaning of one step's contacts."""
+    """Classification of one step's contacts."""
 
     unexpected: tuple[tuple[str, str], ...]
-    """Pairs of bodies of which one is of a robot but not a contact body of its gripper, or that are
-    of two robots."""
+    """Pairs of bodies of two robots, or with a robot's body that may not have contacts."""
     held: tuple[str, ...]
     """Entities in contact with grippers, robots excluded."""
     free: bool
-    """Whether grippers and the entities they hold touch only each other."""
+    """Whether grippers and held entities touch only each other."""
 
 
 NO_CONTACTS = ContactSummary((), (), True)
 
 
 class ContactMonitor:
-    """Classifies contacts in about 1 us a step, by caching the summaries of contact lists.
+    """Classifies contacts in about 1 us per step, by caching the summaries of contact lists.
 
-    Of a robot only the contact bodies of its gripper may touch anything, except other robots.
-    Contacts between entities that are not robots are always allowed.
+    Only the contact bodies of a robot's gripper may touch other entities, but no other robot.
+    Contacts without a robot are always allowed.
+
+    Args:
+        data: Data of the compiled model.
+        body_names: Names of its bodies.
+        entities: All entities in the arena.
     """
 
     def __init__(
         self, data: mujoco.MjData, body_names: BodyNames, entities: Iterable[composer.Entity]
     ):
-        """Classify the contacts of one compiled model.
-
-        Args:
-            data: Its data.
-            body_names: Its names.
-            entities: All entities in the arena.
-        """
         self._data = data
         # Views of the contacts' geoms by number of contacts, which MuJoCo stores at a fixed
-        # address: `data.contact.geom` takes longer than all the rest.
+        # address: `data.contact.geom` takes longer than the rest of this method.
         self._pairs: dict[int, np.ndarray] = {}
         self._names = body_names.of_geom
         robots = [entity for entity in entities if isinstance(entity, MonitoredEntity)]

@@ -13,14 +13,14 @@ from ..naming import BodyNames
 
 
 class Wrench(NamedTuple):
-    """A force and a torque about a point, in a frame."""
+    """A force and a torque about a point."""
 
     force: np.ndarray  # (3,) [N]
     torque: np.ndarray  # (3,) [N m]
 
 
 class ContactForce(NamedTuple):
-    """The force of one body on another."""
+    """Contact force of one body on another."""
 
     normal: float  # [N] sum over the contact points, never negative
     friction: float  # [N] length of the sum of the tangential forces
@@ -49,13 +49,17 @@ class _Views(NamedTuple):
 class Contacts:
     """The contacts of the last step, by the names of bodies and entities.
 
-    A body is called ``entity/body``, or just ``entity`` if the entity has one body; an entity's
-    name means all its bodies. Contacts and forces are those of the state that the last step
-    started from, as ``mj_step`` leaves them.
+    A body is called ``entity/body``, or ``entity`` if the entity has one body; an entity's name
+    refers to all its bodies. As after ``mj_step``, contacts and forces are those of the state at
+    the start of the last step.
+
+    Args:
+        model: The compiled model; each compile needs a new object.
+        data: Its data.
+        body_names: Its names.
     """
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, body_names: BodyNames):
-        """Read the contacts of one compiled model; each compile makes a new object."""
         self._model = model
         self._data = data
         self._body_names = body_names
@@ -64,12 +68,12 @@ class Contacts:
         self._views: dict[int, _Views] = {}
 
     def fingerprint(self) -> bytes:
-        """Return bytes that change when the set of active contacts does, and seldom otherwise."""
+        """Return bytes that change whenever the set of active contacts changes, and seldom else."""
         view = self._view()
         return view.geoms.tobytes() + view.addresses.tobytes()
 
     def pairs(self) -> list[tuple[str, str]]:
-        """Return the pairs of bodies in contact, each once, sorted."""
+        """Return the pairs of bodies in contact, sorted, without duplicates."""
         body = self._body_names.of_geom
         view = self._view()
         found = {
@@ -79,7 +83,7 @@ class Contacts:
         return sorted(found)
 
     def touching(self, name: str, other: str | None = None) -> bool:
-        """Tell whether a body or entity is in contact with another one, or with any other."""
+        """Return whether a body or entity is in contact with another one, or with any other."""
         return bool(self._contacts_between(*self._sides(name, other)))
 
     def partners(self, name: str) -> list[str]:
@@ -87,7 +91,7 @@ class Contacts:
         return sorted({point.other for point in self.points(name)})
 
     def points(self, name: str) -> list[ContactPoint]:
-        """Return the contact points of a body or entity with others.
+        """Return the contact points of a body or entity with other entities.
 
         Raises:
             CellError: If no body or entity has such a name.
@@ -125,9 +129,9 @@ class Contacts:
         """Return the sum of all external contact forces on a body or entity, in the world.
 
         Args:
-            name: The body or entity that the wrench acts on.
-            point: Point that the torque is taken about, in the world [m]; default: the origin of
-                the body.  # (3,)
+            name: The body or entity.
+            point: Reference point of the torque in the world [m]; default: the origin of the
+                body.  # (3,)
 
         Raises:
             CellError: If no body or entity has such a name.
@@ -160,8 +164,8 @@ class Contacts:
     def _view(self) -> _Views:
         """Return views of the contacts.
 
-        MuJoCo stores contacts at a fixed address, so the views of a number of contacts are kept:
-        making them takes longer than reading them.
+        They are cached by the number of contacts, since MuJoCo stores contacts at a fixed address:
+        creating them takes longer than reading them.
         """
         n = self._data.ncon
         if n not in self._views:
@@ -179,7 +183,7 @@ class Contacts:
         """Return the contacts of two sets of geoms, with sign +1 if the first set comes first."""
         view = self._view()
         a, b = view.geoms.T
-        active = view.addresses >= 0  # those inside a margin only have no constraint
+        active = view.addresses >= 0  # contacts inside the margin only have no constraint
         forth = active & first[a] & second[b]
         back = active & first[b] & second[a] & ~forth
         signed = np.flatnonzero(forth | back)
@@ -192,7 +196,7 @@ class Contacts:
 
 
 class ContactEvent(NamedTuple):
-    """Two bodies come into contact, or lose contact."""
+    """Two bodies come into contact or lose contact."""
 
     time: float
     """Simulated time of the step [s]."""
@@ -202,10 +206,9 @@ class ContactEvent(NamedTuple):
 
 
 class ContactEventDetector:
-    """Compares the pairs in contact with those of the step before."""
+    """Compares the pairs of bodies in contact with those of the previous update."""
 
     def __init__(self, contacts: Contacts):
-        """Begin with the pairs that are in contact now."""
         self._contacts = contacts
         self._pairs = set(contacts.pairs())
         self._key = contacts.fingerprint()
@@ -214,7 +217,7 @@ class ContactEventDetector:
         """Return the events since the last update, sorted by name; ends first.
 
         Args:
-            contacts: The present contacts, of the same or of a later compile.
+            contacts: The present contacts, of the same or a later compile.
             time: The present time [s].
         """
         key = contacts.fingerprint()

@@ -1,4 +1,4 @@
-"""Penetration of an entity with others."""
+"""Penetration of an entity into others."""
 
 from typing import NamedTuple
 
@@ -10,24 +10,24 @@ from ..naming import BodyNames, entity_of
 
 
 class Overlap(NamedTuple):
-    """The deepest penetration of another body."""
+    """The deepest penetration of a body into another one."""
 
     body: str
-    """Name of the body; that of its entity where it has no other."""
+    """Name of the body, or of its entity if it has a single body."""
     other: str
     """Name of the other body."""
     depth: float
     """Penetration depth [m]."""
 
     def __str__(self) -> str:
-        """Return it in words."""
+        """Describe the overlap."""
         return f"'{self.body}' would be {1e3 * self.depth:.1f} mm inside '{self.other}'"
 
 
 def deepest_overlap(
     model: mujoco.MjModel, data: mujoco.MjData, body_names: BodyNames, name: str
 ) -> Overlap | None:
-    """Return the deepest overlap of an entity, by geoms that can collide; None: no overlap.
+    """Return the deepest overlap of an entity's collision geoms with others, or None.
 
     Args:
         model: The compiled model.
@@ -58,7 +58,7 @@ def refuse_overlap(
     max_overlap: float,
     verb: str = "added",
 ) -> None:
-    """Raise an error if an entity penetrates something too deeply.
+    """Raise an error if an entity penetrates others too deeply.
 
     Args:
         model: The compiled model.
@@ -66,10 +66,10 @@ def refuse_overlap(
         body_names: Its names.
         name: The entity.
         max_overlap: Largest accepted penetration [m].
-        verb: What was tried, for the message.
+        verb: Participle of the attempted action, for the message: ``added``.
 
     Raises:
-        OverlapError: If it does.
+        OverlapError: If the penetration is deeper.
     """
     found = deepest_overlap(model, data, body_names, name)
     if found is not None and found.depth > max_overlap:
@@ -81,7 +81,7 @@ def refuse_overlap(
 def _static_pairs(
     model: mujoco.MjModel, data: mujoco.MjData, mine: np.ndarray
 ) -> list[tuple[int, int]]:
-    """Return pairs of fixed geoms whose bounds overlap: MuJoCo checks no contacts of those."""
+    """Return pairs of fixed geoms with overlapping bounds; MuJoCo does not check these."""
     fixed = model.body_weldid[model.geom_bodyid] == 0
     solid = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
     own, others = (np.flatnonzero(fixed & solid & side) for side in (mine, ~mine))

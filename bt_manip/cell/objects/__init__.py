@@ -1,4 +1,4 @@
-"""Things that stand in a cell."""
+"""Objects and cameras of a cell."""
 
 from .bounds import geom_box as geom_box
 from .bundled import Basket as Basket

@@ -21,12 +21,12 @@ class Bounds(NamedTuple):
 
     @property
     def centre(self) -> np.ndarray:
-        """Its middle [m]."""  # (3,)
+        """Its centre [m]."""  # (3,)
         return 0.5 * (self.upper + self.lower)
 
 
 def bounds_of(model: mujoco.MjModel) -> Bounds:
-    """Return the bounding box of a model's collision shapes, or of all if none can collide.
+    """Return the bounding box of a model's collision shapes, or without any, of all shapes.
 
     Planes are infinite and do not count.
     """
@@ -68,7 +68,7 @@ def geom_box(
         half = half + np.abs(rotation[:, 2]) * size[1]
     elif kind == _Geom.mjGEOM_ELLIPSOID:
         half = np.linalg.norm(rotation * size, axis=1)
-    else:  # a box, or what MuJoCo itself bounds by one
+    else:  # boxes, and geoms that MuJoCo bounds by boxes
         centre, half_local = model.geom_aabb[geom, :3], model.geom_aabb[geom, 3:]
         position = position + rotation @ centre
         half = np.abs(rotation) @ half_local

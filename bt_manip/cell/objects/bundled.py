@@ -1,4 +1,4 @@
-"""Objects whose models come with bt-manip: cube, table, basket."""
+"""Objects with bundled models: cube, table, basket."""
 
 from dm_control import mjcf
 
@@ -9,7 +9,7 @@ from .prop import Prop, value_of
 
 
 class BundledProp(Prop):
-    """An object whose model file comes with bt-manip; None keeps a value of the file."""
+    """An object with a bundled model file; parameters of None keep the file's value."""
 
     def _make_model(self, name: str) -> None:
         self._mjcf_root = mjcf.from_path(str(bundled_path(f"{self.kind}/{self.kind}.xml")))
@@ -50,12 +50,12 @@ class Cube(BundledProp):
 
     @property
     def rest_height(self) -> float:
-        """Height of the centre above the surface that it rests on [m]."""
+        """Height of the centre above its support at rest [m]."""
         return self.size / 2
 
 
 class Table(BundledProp):
-    """A table to work on; its origin is the floor under the middle of its top."""
+    """A table; its origin is on the floor, under the centre of its top."""
 
     kind = "table"
     category = "surface"
@@ -69,7 +69,7 @@ class Table(BundledProp):
 
 
 class Basket(BundledProp):
-    """An open basket to drop things into; its origin is the middle of its bottom."""
+    """An open basket to drop objects into; its origin is the centre of its bottom."""
 
     kind = "basket"
     category = "container"

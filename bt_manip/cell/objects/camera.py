@@ -19,27 +19,27 @@ BACKGROUND = -1
 
 
 class Segmentation(NamedTuple):
-    """The entity that each pixel shows."""
+    """The entity shown by each pixel."""
 
     indices: np.ndarray  # (height, width) int, index into names; -1: background
     names: tuple[str, ...]
 
     def mask(self, name: str) -> np.ndarray:
-        """Mark the pixels that show an entity."""  # (height, width) bool
+        """Return the mask of the pixels of an entity."""  # (height, width) bool
         wanted = self.names.index(name) if name in self.names else BACKGROUND - 1
         return self.indices == wanted
 
 
 MAX_PIXELS = 8192
-"""Maximum width and height of images, about that of graphics cards."""
+"""Maximum width and height of images, a common limit of graphics cards."""
 
 
 class Camera(ParametricEntity):
-    """A camera that is added to a cell, or attached to a site of a robot.
+    """A camera in a cell, or attached to a site of a robot.
 
-    It looks along its own -z, with x to the right and y up, as MuJoCo's cameras do; see
-    ``looking_at``. Images show the state after the last step, without shadows, reflections and
-    antialiasing, which take most of the time.
+    Like MuJoCo's cameras it looks along its -z axis, with x to the right and y up; see
+    ``looking_at``. Images show the state after the last step. They have no shadows, reflections and
+    antialiasing, which would take most of the time.
     """
 
     kind = "camera"
@@ -57,7 +57,7 @@ class Camera(ParametricEntity):
         self._mjcf_root = mjcf.RootElement(model=name)
         body = self._mjcf_root.worldbody.add("body", name="camera")
         self.eye = body.add("camera", name="eye", fovy=fovy)
-        # The visible case is behind the camera, which does not see it.
+        # The visible case is behind the camera, outside its view.
         body.add(
             "geom", name="case", type="box", size=(0.02, 0.015, 0.02), pos=(0, 0, 0.022),
             rgba=(0.15, 0.15, 0.17, 1), mass=0.1, group=2, contype=0, conaffinity=0,
@@ -76,7 +76,7 @@ class Camera(ParametricEntity):
     # Images
 
     def rgb(self) -> np.ndarray:
-        """Render red, green and blue from 0 to 255, the top row first."""
+        """Render an image: red, green and blue from 0 to 255, the top row first."""
         return self._draw().render()  # (height, width, 3) uint8
 
     def depth(self) -> np.ndarray:
@@ -84,7 +84,7 @@ class Camera(ParametricEntity):
         return self._draw().depth()
 
     def segmentation(self) -> Segmentation:
-        """Render which entity each pixel shows."""
+        """Render a segmentation image."""
         seen = self._draw().elements()
         assert self._model is not None
         owners = [entity_of(label) for label in BodyNames(self._model).of_geom]
@@ -94,7 +94,7 @@ class Camera(ParametricEntity):
         return Segmentation(table[geoms], names)
 
     def close(self) -> None:
-        """Release the renderer; the next image makes a new one."""
+        """Release the renderer; the next image creates a new one."""
         if self._renderer is not None:
             self._renderer.close()
             self._renderer = None
@@ -111,7 +111,7 @@ class Camera(ParametricEntity):
 
     def _draw(self) -> FrameRenderer:
         if self._model is None:
-            raise CellError(f"camera '{self._mjcf_root.model}' stands in no cell yet")
+            raise CellError(f"camera '{self._mjcf_root.model}' is not in a cell yet")
         if self._renderer is None:
             self._renderer = FrameRenderer(
                 self._model, self.width, self.height, shadow_size=0, samples=0
@@ -135,7 +135,7 @@ class CameraObservables(composer.Observables):
 
     @composer.observable
     def segmentation(self) -> observable.Observable:
-        """Id and type of the object that each pixel shows, -1 where there is none."""
+        """Id and type of the object shown by each pixel, -1 without one."""
         return self._camera(segmentation=True)
 
     def _camera(self, **options: bool) -> observable.Observable:
@@ -161,7 +161,7 @@ def looking_at(
     back = eye - np.asarray(target, dtype=float)
     distance = float(np.linalg.norm(back))
     if not distance > 0.0:
-        raise CellError("a camera cannot look at the place where it is")
+        raise CellError("a camera cannot look at its own position")
     back /= distance
     up = np.array([0.0, 0.0, 1.0]) if abs(back[2]) < 0.999 else np.array([1.0, 0.0, 0.0])
     right = np.cross(up, back)

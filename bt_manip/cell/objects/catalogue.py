@@ -1,4 +1,4 @@
-"""Factories of objects: registered ones by name, all others by address."""
+"""Factories of objects, by registered name or address of a model."""
 
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -22,9 +22,14 @@ from .model_object import ModelObject
 
 
 class Catalogue:
-    """Finds the factory of an object by its registered name or by the address of a model.
+    """Provides the factory of an object by its registered name or by the address of a model.
 
-    Models are fetched and converted once.
+    Models are fetched and converted only once.
+
+    Args:
+        registered: Factories by name.
+        sources: Model sources by kind of address; default: those of all installed plugins.
+        formats: Model formats by name; default: those of all installed plugins.
     """
 
     def __init__(
@@ -33,30 +38,22 @@ class Catalogue:
         sources: Registry[Source] | None = None,
         formats: Registry[ModelFormat] | None = None,
     ) -> None:
-        """Offer the registered objects, and the models of all sources and formats.
-
-        Args:
-            registered: Factories by name.
-            sources: Model sources by kind of address; default: those of all
-                installed plugins.
-            formats: Model formats by name; default: likewise.
-        """
         self._sources = None if sources is None else sources.copies()
         self._formats = None if formats is None else formats.copies()
         self._registered = registered
         self._loaded: dict[tuple[str, str], MjcfModel] = {}
-        self._warnings: dict[str, None] = {}  # a set that keeps its order
+        self._warnings: dict[str, None] = {}  # an ordered set
         self.sample_parameters: Callable[[str], Mapping[str, Any]] | None = None
-        """Returns parameters of an object by name, for those that are not given; None at first."""
+        """Samples parameters of the object of a name that are not given; None by default."""
 
     def get(self, name: str) -> Callable[..., Any]:
-        """Return the factory of an object; a model is fetched and read now.
+        """Return the factory of an object; its model is fetched and read immediately.
 
         Args:
             name: A registered name, or an address.
 
         Raises:
-            UnknownPartError: If nothing is registered by the name; it offers the nearest names.
+            UnknownPartError: If the name is not registered; the nearest names are offered.
             ModelError: If there is no model at the address.
         """
         factory = self._factory(name)
@@ -68,7 +65,7 @@ class Catalogue:
         """Make an object without randomization.
 
         Raises:
-            UnknownPartError: If nothing is registered by the name; it offers the nearest names.
+            UnknownPartError: If the name is not registered; the nearest names are offered.
             ModelError: If there is no model at the address.
         """
         return self._factory(name)(**parameters)
@@ -76,11 +73,11 @@ class Catalogue:
     def restored(self, name: str, parameters: Mapping[str, Any]) -> Any:
         """Make an object of a snapshot, without randomization; nothing is downloaded.
 
-        Sources of plugins that do not declare ``checks_downloads`` might do so, and are not asked
+        Sources of plugins that do not declare ``checks_downloads`` might download, and are not used
         for models that are not loaded yet.
 
         Raises:
-            UnknownPartError: If nothing is registered by the name; it offers the nearest names.
+            UnknownPartError: If the name is not registered; the nearest names are offered.
             ModelError: If the model is neither loaded nor on this machine.
         """
         sources = self._sources
@@ -106,7 +103,7 @@ class Catalogue:
         return factory(*arguments, **{**sampled, **parameters})
 
     def _make(self, address: str, *, convex: str | None = None, **parameters: Any) -> ModelObject:
-        """Make an object of a model; a container's meshes are decomposed into convex parts."""
+        """Create an object from a model; meshes of containers are decomposed into convex parts."""
         category = parameters.get("category")
         if category is not None:
             check_known(category, self._categories())
@@ -136,13 +133,13 @@ class Catalogue:
         """Make an object.
 
         Raises:
-            UnknownPartError: If nothing is registered by the name; it offers the nearest names.
+            UnknownPartError: If the name is not registered; the nearest names are offered.
             ModelError: If there is no model at the address.
         """
         return self.get(name)(*arguments, **parameters)
 
     def warnings(self) -> tuple[str, ...]:
-        """Return the losses in the conversion of models, each with file and line."""
+        """Return the warnings of model conversions, each with file and line."""
         return tuple(self._warnings)
 
     def names(self) -> tuple[str, ...]:

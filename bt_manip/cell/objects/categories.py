@@ -1,4 +1,4 @@
-"""Categories of objects, which tell what behaviours may do with them."""
+"""Categories of objects: how behaviours may use them."""
 
 import difflib
 from collections.abc import Iterable
@@ -8,19 +8,19 @@ from bt_manip.exceptions import did_you_mean
 from ..exceptions import CellError
 
 CONTAINER = "container"
-"""Category of objects that others are put into."""
+"""Category of objects that hold others."""
 
 CATEGORIES = (CONTAINER, "graspable", "obstacle", "sensor", "socket", "surface", "thing")
-"""The categories that bt-manip itself knows; plugins may have more."""
+"""The categories of bt-manip; plugins may have more."""
 
-_MISSPELT = 0.8  # [-] difflib ratio from which a word counts as a misspelt category
+_MISSPELT = 0.8  # [-] difflib ratio above which a word counts as a misspelt category
 
 
 def check_spelling(category: object) -> None:
     """Refuse a misspelt category of bt-manip; other words may be a plugin's own categories.
 
     Raises:
-        CellError: If it is not a word, or nearly one of `CATEGORIES`.
+        CellError: If it is not a word, or similar to one of `CATEGORIES`.
     """
     if not isinstance(category, str) or not category:
         raise CellError(f"category is a word such as 'graspable', got {category!r}")

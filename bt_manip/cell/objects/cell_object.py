@@ -1,4 +1,4 @@
-"""The attributes that bt-manip reads from an object."""
+"""Attributes of objects used by bt-manip."""
 
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
@@ -12,11 +12,11 @@ _NO_PARAMETERS: Mapping[str, Any] = MappingProxyType({})
 
 
 class DeclaredGrasp(NamedTuple):
-    """A grasp that an object brings with it, such as that of a handle.
+    """A grasp declared by an object, e.g. of its handle.
 
     Attributes:
-        T_og: Middle of the gripped part in the object's frame; z is the direction of approach, and
-            the fingers close along y.
+        T_og: Frame at the centre of the gripped part, in the object's frame; z is the approach
+            direction, and the fingers close along y.
         width: Gripped width [m].
     """
 
@@ -25,34 +25,34 @@ class DeclaredGrasp(NamedTuple):
 
 
 class CellObject:
-    """The attributes that bt-manip reads from an object in a cell, with their defaults.
+    """Attributes of objects in a cell, with their defaults.
 
-    An object is any ``composer.Entity``. It declares those of these attributes whose defaults do
-    not fit, as class attributes, instance attributes or properties; it need not inherit from this
-    class. Read them by ``as_object(entity)``, which supplies the defaults.
+    An object is any ``composer.Entity``. It overrides defaults by class attributes, instance
+    attributes or properties; it need not inherit from this class. Read the attributes by
+    ``as_object(entity)``, which supplies the defaults.
     """
 
     @property
     def kind(self) -> str | None:
-        """Registered name or address that makes the object again, for snapshots; None: neither."""
+        """Registered name or address to recreate the object from a snapshot; None without one."""
         return None
 
     @property
     def parameters(self) -> Mapping[str, Any]:
-        """Keyword arguments that it was made with, as plain data; a snapshot passes them again."""
+        """Its keyword arguments as plain data; a snapshot passes them again."""
         return _NO_PARAMETERS
 
     @property
     def category(self) -> str:
-        """What behaviours may do with it: ``graspable``, ``container``, ``surface``, ...
+        """How behaviours may use it: ``graspable``, ``container``, ``surface``, ...
 
-        Empty: it is not listed in ``Cell.objects`` unless it moves freely, as robots are not.
+        If empty, it is not listed in ``Cell.objects`` unless it moves freely; so are robots.
         """
         return ""
 
     @property
     def free(self) -> bool:
-        """Whether it moves freely (gets a free joint) unless ``Cell.add`` is told otherwise."""
+        """Whether it moves freely (has a free joint); the default of ``Cell.add``."""
         return False
 
     @property
@@ -62,47 +62,47 @@ class CellObject:
 
     @property
     def rest_height(self) -> float:
-        """Height of the origin above the surface that the object rests on [m]."""
+        """Height of the origin above the object's support at rest [m]."""
         return 0.0
 
     @property
     def centre_offset(self) -> np.ndarray:
-        """Grasp centre in the object's frame; its x and y are the middle of the bottom [m]."""
+        """Grasp centre in the object's frame; its x and y are the bottom's centre [m]."""
         return np.zeros(3)  # (3,)
 
     @property
     def surface_height(self) -> float | None:
-        """Height above the origin at which other objects are put on it [m]; None: not at all."""
+        """Height above the origin at which objects are placed on it [m]; None without a surface."""
         return None
 
     @property
     def grasps(self) -> Sequence[DeclaredGrasp]:
-        """Grasps for two fingers that replace the generated ones; empty: those are generated.
+        """Grasps for two fingers, in place of generated ones; empty to generate grasps.
 
-        Sites of its model whose names begin with ``grasp`` are further ones: along y, a box has
-        the gripped width, any other shape its radius twice.
+        Sites of its model whose names begin with ``grasp`` are added: the gripped width is the
+        length of a box along y, or twice the radius of other shapes.
         """
         return ()
 
     @property
     def tool_targets(self) -> Sequence[Sequence[pin.SE3]]:
-        """Poses of the tool in the object's frame that its use takes: one of each alternatives.
+        """Poses of the tool in the object's frame that its use requires: one of each alternatives.
 
-        Empty: the tool pointing down at its grasp centre, and above it; for a container, above its
-        bottom.
+        Default (empty): the tool pointing down at and above its grasp centre; for a container,
+        above its bottom.
         """
         return ()
 
     def get_state(self) -> Any:
-        """Return state of its own beyond MuJoCo's, as plain data for snapshots; None: no state."""
+        """Return its state beyond MuJoCo's as plain data for snapshots; None without any."""
         return None
 
     def set_state(self, state: Any) -> None:
-        """Restore what ``get_state`` returned."""
+        """Restore a state returned by ``get_state``."""
 
 
 class _ForeignObject(CellObject):
-    """An entity seen as a CellObject: its own attributes where declared, defaults elsewhere."""
+    """An entity as a CellObject, with defaults for undeclared attributes."""
 
     def __init__(self, entity: object) -> None:
         self._entity = entity
@@ -124,7 +124,7 @@ def as_object(entity: composer.Entity | Callable[..., Any]) -> CellObject:
 
 
 def bottom_of(entity: composer.Entity) -> pin.SE3:
-    """Return the middle of an object's bottom in the object's frame."""
+    """Return the frame at the centre of an object's bottom, in the object's frame."""
     declared = as_object(entity)
     x, y, _ = declared.centre_offset
     return pin.SE3(np.eye(3), np.array([x, y, -declared.rest_height]))

@@ -1,4 +1,4 @@
-"""Objects made from any model address."""
+"""Objects from any model address."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -25,7 +25,7 @@ _WORLD_SETTINGS = ("option", "visual", "statistic", "size", "keyframe")
 
 
 class ModelObject(Prop):
-    """An object made from a model file, or a model of Menagerie or Fuel.
+    """An object from a model file, or a model of Menagerie or Fuel.
 
     Its properties are derived from the model. It is free if the model says so (SDF: not
     ``static``; MJCF: a free joint); if the model does not say, it is free if it has no joints and
@@ -58,7 +58,7 @@ class ModelObject(Prop):
 
         Raises:
             ModelError: If there is no model at the address.
-            CellError: If MuJoCo refuses the model, or a parameter is wrong.
+            CellError: If MuJoCo rejects the model, or a parameter is invalid.
         """
         self._take(parameters)
         mass, friction, colour, category, convex = self._parameters.values()
@@ -88,22 +88,22 @@ class ModelObject(Prop):
 
     @property
     def mass(self) -> float:
-        """Mass of all of it [kg]."""
+        """Total mass [kg]."""
         return self._mass
 
     @property
     def bounds(self) -> Bounds:
-        """Bounding box of the collision shapes, along the axes of its own frame."""
+        """Bounding box of the collision shapes, aligned with its own frame."""
         return self._bounds
 
     @property
     def rest_height(self) -> float:
-        """Height of the origin above the surface that it rests on [m]."""
+        """Height of the origin above its support at rest [m]."""
         return -float(self._bounds.lower[2])
 
     @property
     def centre_offset(self) -> np.ndarray:
-        """Its middle, in its own frame [m]."""  # (3,)
+        """Centre of its bounding box, in its own frame [m]."""  # (3,)
         return self._bounds.centre
 
     @property
@@ -123,7 +123,7 @@ class ModelObject(Prop):
     ) -> None:
         if mass is not None:
             if self._mass <= 0:
-                raise CellError(f"'{self.kind}' has no mass that could be changed")
+                raise CellError(f"'{self.kind}' has no mass to change")
             _scale_mass(self._mjcf_root, mass / self._mass)
             self._mass = float(mass)
         if friction is not None:
@@ -149,8 +149,8 @@ class ModelObject(Prop):
 def mjcf_root(model: MjcfModel) -> mjcf.RootElement:
     """Read a model into PyMJCF, with angles in radians.
 
-    An attached model's angles are read as the arena has it, so MuJoCo's own writer turns degrees
-    into radians first.
+    The angles of an attached model are read in the arena's unit, so MuJoCo's own writer converts
+    degrees to radians first.
 
     Raises:
         CellError: If it cannot be read.
@@ -170,13 +170,13 @@ def mjcf_root(model: MjcfModel) -> mjcf.RootElement:
         return mjcf.from_xml_string(
             exact_xml(spec), model_dir=str(model.path.parent), escape_separators=True
         )
-    except Exception as error:  # PyMJCF raises of everything
+    except Exception as error:  # PyMJCF raises errors of any type
         reason = one_line(error) or type(error).__name__
         raise CellError(f"{model.address}: cannot be read: {reason}") from error
 
 
 def _drop_world(root: mjcf.RootElement) -> bool:
-    """Remove settings of the world; tell whether the model had a free joint."""
+    """Remove settings of the world; return whether the model had a free joint."""
     for setting in _WORLD_SETTINGS:
         getattr(root, setting).remove()
     for light in root.worldbody.find_all("light", immediate_children_only=True):
@@ -195,8 +195,8 @@ def _drop_world(root: mjcf.RootElement) -> bool:
 def _damp_joints(root: mjcf.RootElement, alone: mujoco.MjModel) -> None:
     """Move the damping of actuators to the joints, for models with an implicit integrator.
 
-    The arena's integrator is implicit in the damping of joints and not in that of actuators: a
-    stiff servo of such a model would be unstable. Forces are the same except for their limits.
+    The arena's integrator is implicit in the damping of joints but not of actuators, so stiff
+    servos of such a model would be unstable. Forces are the same except for their limits.
     """
     joint_type = int(mujoco.mjtTrn.mjTRN_JOINT)
     for i, actuator in enumerate(root.find_all("actuator")):

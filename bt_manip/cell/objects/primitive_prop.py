@@ -10,14 +10,14 @@ from bt_manip.parameters import Parameter
 
 from .prop import Prop
 
-# As stiff as the other objects: with MuJoCo's default a 50 N grip sinks 3.4 mm into each side.
+# As stiff as other objects; with MuJoCo's default, fingers sink 3.4 mm into each side at 50 N.
 _SOLREF = (0.004, 1.0)
 _VOLUME = {
     "box": lambda s: 8.0 * s[0] * s[1] * s[2],
     "sphere": lambda s: 4.0 / 3.0 * math.pi * s[0] ** 3,
     "cylinder": lambda s: 2.0 * math.pi * s[0] ** 2 * s[1],
     "capsule": lambda s: 2.0 * math.pi * s[0] ** 2 * s[1] + 4.0 / 3.0 * math.pi * s[0] ** 3,
-    "mesh": lambda _: 1.0,  # is always the only shape
+    "mesh": lambda _: 1.0,  # always the only shape
 }
 
 
@@ -29,9 +29,9 @@ def length(meaning: str, default: float | tuple[float, ...]) -> Parameter:
 class PrimitiveProp(Prop):
     """An object of primitive shapes that are both visible and collide.
 
-    Subclasses give the defaults of these parameters and declare their own in ``defaults``, and make
-    shapes of their own in ``_add_shapes``. A float or a tuple alone declares positive lengths. The
-    origin is the middle of the bottom unless a subclass says otherwise.
+    Subclasses set the defaults of these parameters and declare their own in ``defaults``, and
+    create their shapes in ``_add_shapes``. A default that is a float or a tuple declares positive
+    lengths. The origin is the centre of the bottom unless a subclass says otherwise.
     """
 
     defaults = {
@@ -67,7 +67,7 @@ class PrimitiveProp(Prop):
             geom.mass = mass * volume / sum(volumes)
 
     def _add_shapes(self, *_: Any, **parameters: Any) -> None:
-        """Add all shapes, given the parameters of the subclass."""
+        """Add all shapes for the parameters of the subclass."""
         raise NotImplementedError
 
     def _add(
@@ -79,7 +79,7 @@ class PrimitiveProp(Prop):
         euler: Sequence[float] = (0.0, 0.0, 0.0),
         name: str | None = None,
     ) -> mjcf.Element:
-        """Add a shape with MuJoCo's sizes: half lengths, radii [m]."""
+        """Add a shape with MuJoCo's ``size``: half lengths or radii [m]."""
         return self._body.add(
             "geom", name=name, type=type, size=size, pos=pos, euler=euler, rgba=self._rgba
         )
@@ -91,13 +91,13 @@ class PrimitiveProp(Prop):
         height: float,
         centre: tuple[float, float] = (0.0, 0.0),
     ) -> None:
-        """Add a wall around a vertical axis: 16 flat sides, tangential to a circle.
+        """Add a wall around a vertical axis, of 16 flat sides tangential to a circle.
 
         Args:
             inner: Radius of the circle [m].
             thickness: Thickness of the wall [m].
             height: Height of the wall [m].
-            centre: Of the circle [m].
+            centre: Centre of the circle [m].
         """
         (u, v), sides = centre, 16
         middle = inner + thickness / 2

@@ -1,4 +1,4 @@
-"""Objects of primitive shapes; the origin is the middle of the bottom unless told otherwise."""
+"""Objects of primitive shapes; by default the origin is the centre of the bottom."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -13,18 +13,18 @@ from ..exceptions import CellError
 from .primitive_prop import PrimitiveProp, length
 
 GRASP_CENTRE_DEPTH = 0.03
-"""Depth below its top at which an object is gripped that is higher than grippers are deep [m]."""
+"""Depth of the grasp centre below the top of objects taller than the fingers are long [m]."""
 
-_PEG_HELD, _PEG_IN = 0.08, 0.03  # [m] height of the tool over a held peg's end; its insertion
+_PEG_HELD, _PEG_IN = 0.08, 0.03  # [m] height of the tool over a held peg's end; insertion depth
 
 MAX_BOARDS = 100
-"""Maximum number of a shelf's boards, each a geom to compile."""
+"""Maximum number of a shelf's boards; each is a geom to compile."""
 
 # Convex shapes
 
 
 class Shape(PrimitiveProp):
-    """One convex body that moves freely; its origin is its centre."""
+    """A convex body that moves freely; its origin is its centre."""
 
     category = "graspable"
     free = True
@@ -46,7 +46,7 @@ class Shape(PrimitiveProp):
         """Add a shape with a lever arm of rolling friction [m]."""
         self._half_height = size[0]
         geom = self._add(type, size, **pose)
-        geom.condim = 6  # rolling friction counts from six dimensions on
+        geom.condim = 6  # required for rolling friction
         geom.friction = (self._parameters["friction"], 0.005, rolling_friction)
 
 
@@ -66,7 +66,7 @@ class Box(Shape):
 
 
 class Cylinder(Shape):
-    """A cylinder that stands on its end."""
+    """An upright cylinder."""
 
     kind = "cylinder"
     defaults = {
@@ -81,7 +81,7 @@ class Cylinder(Shape):
 
 
 class Peg(Shape):
-    """A round peg that stands upright, for a `HoleBoard`."""
+    """An upright round peg for a `HoleBoard`."""
 
     kind = "peg"
     defaults = {
@@ -128,11 +128,11 @@ class Capsule(Shape):
 
 
 class ConvexMesh(Shape):
-    """The convex hull of points, a truncated pyramid unless told otherwise.
+    """The convex hull of points, by default a truncated pyramid.
 
-    The points are at least four that are not in one plane, around the centre of mass; at rest it
-    stands on the lowest. On the floor, which is a plane, MuJoCo makes at most four contacts: an
-    object that stands on more corners trembles there.
+    It needs at least four points that are not in one plane, around the centre of mass; at rest it
+    stands on the lowest points. On planes such as the floor, MuJoCo creates at most four contacts,
+    so that an object with more corners at its bottom trembles.
     """
 
     kind = "mesh"
@@ -150,14 +150,14 @@ class ConvexMesh(Shape):
         corners = as_numbers(points)
         wrong = corners.shape[1:] != (3,) or not np.isfinite(corners).all()
         if wrong or np.linalg.matrix_rank(corners - corners.mean(axis=0), tol=1e-6) < 3:
-            raise CellError("points must be at least four points [m], not in one plane")
+            raise CellError("points must be at least four points [m] that are not in one plane")
         self._half_height = -float(corners[:, 2].min())
         mesh = self._mjcf_root.asset.add("mesh", name="hull", vertex=corners.ravel())
         self._body.add("geom", type="mesh", mesh=mesh, rgba=self._rgba)
 
 
 class Block(Shape):
-    """A wooden block; subclasses are of one colour each."""
+    """A wooden block; subclasses have one colour each."""
 
     kind = "block"
     defaults = {
@@ -274,7 +274,7 @@ class Mug(Vessel):
 
 
 class Bin(PrimitiveProp):
-    """A deep box to throw things into."""
+    """A deep open box to drop objects into."""
 
     kind = "bin"
     category = "container"
@@ -294,7 +294,7 @@ class Bin(PrimitiveProp):
 
 
 class Tray(Bin):
-    """A shallow box to set things down in."""
+    """A shallow open box to place objects in."""
 
     kind = "tray"
     defaults = {
@@ -310,9 +310,10 @@ class Tray(Bin):
 
 
 class Shelf(PrimitiveProp):
-    """A shelf that is open in front, which is towards -x.
+    """A shelf, open in front, towards -x.
 
-    Its boards are ``board_1``, the lowest, and so on: ``PlaceOn`` takes ``shelf/board_1``.
+    Its boards are ``board_1`` (the lowest), ``board_2``, ...: ``PlaceOn`` accepts
+    ``shelf/board_1``.
     """
 
     kind = "shelf"
@@ -336,7 +337,7 @@ class Shelf(PrimitiveProp):
             self._add("box", (x / 2, half, z / 2), (0, sign * (y / 2 - half), z / 2))
         self._add("box", (half, inside, z / 2), (x / 2 - half, 0, z / 2))
         self.levels = tuple(height + half for height in heights)
-        """Heights of the boards' upper sides above the origin, the lowest first [m]."""
+        """Heights of the boards' top surfaces above the origin, the lowest first [m]."""
 
     @property
     def surface_height(self) -> float:
@@ -345,7 +346,7 @@ class Shelf(PrimitiveProp):
 
 
 class Wall(PrimitiveProp):
-    """A wall to move around."""
+    """A wall, as an obstacle."""
 
     kind = "wall"
     category = "obstacle"
@@ -360,10 +361,10 @@ class Wall(PrimitiveProp):
 
 
 class HoleBoard(PrimitiveProp):
-    """A square board with a hole, a polygon of 16 sides around a circle.
+    """A square board with a hole: a polygon of 16 sides around a circle.
 
-    The hole is through the middle of the board, or beside it by an ``offset``: a tolerance of
-    manufacturing that the board's pose does not tell.
+    The hole is at the centre of the board, or displaced by an ``offset``: a manufacturing tolerance
+    that the board's pose does not show.
     """
 
     kind = "hole_board"
@@ -377,7 +378,7 @@ class HoleBoard(PrimitiveProp):
 
     @property
     def tool_targets(self) -> list[list[pin.SE3]]:
-        """The tool with the end of a peg in the hole, and over the board."""
+        """Poses of the tool with the end of a peg in the hole, and above the board."""
         top = float(self._parameters["size"][2])
         return [
             [pointing_down((0.0, 0.0, top + z), k * np.pi / 4) for k in range(4)]
@@ -387,8 +388,8 @@ class HoleBoard(PrimitiveProp):
     def _add_shapes(self, hole: float, size: Sequence[float], offset: Sequence[float]) -> None:
         x, y, z = size
         u, v = offset
-        # A ring closes the hole to a square opening in the board around it: the corners of the
-        # opening are inside the ring, its sides outside of the hole.
+        # The hole is a ring in a square opening of the board: the corners of the opening are inside
+        # the ring's wall, its sides outside of the hole.
         thickness = 0.8 * hole
         opening = (hole + thickness) / 2**0.5
         if not min(x / 2 - abs(u), y / 2 - abs(v)) > opening:

@@ -1,4 +1,4 @@
-"""The base class of bt-manip's objects, and what composer observes of them."""
+"""The base class of bt-manip's objects, and their composer observables."""
 
 import inspect
 from collections.abc import Callable, Iterable, Mapping
@@ -20,10 +20,10 @@ from .cell_object import CellObject
 
 
 class ParametricEntity(composer.Entity):
-    """An entity that is made from declared parameters.
+    """An entity with declared parameters.
 
-    Subclasses declare ``kind`` and ``defaults``, and make their model in ``_make_model``; or all
-    of it in ``_build``.
+    Subclasses declare ``kind`` and ``defaults``, and create their model in ``_make_model``, or
+    override ``_build``.
     """
 
     kind: str
@@ -61,7 +61,7 @@ class ParametricEntity(composer.Entity):
 
         Args:
             name: Model name; default: the kind.
-            parameters: Values of those in ``defaults``.
+            parameters: Values of parameters in ``defaults``.
 
         Raises:
             CellError: If there is no such parameter, or a value is impossible.
@@ -94,7 +94,7 @@ class ParametricEntity(composer.Entity):
 
     @property
     def parameters(self) -> Mapping[str, Any]:
-        """Keyword arguments that it was made with; None: as in the model file."""
+        """Its keyword arguments; None: as in the model file."""
         return MappingProxyType(self._parameters)
 
 
@@ -170,7 +170,7 @@ class Prop(ParametricEntity, CellObject):
 
     @property
     def visual_geoms(self) -> list[mjcf.Element]:
-        """The geoms that are only visible."""
+        """The geoms that are visible only."""
         return [g for g in self._all_geoms() if not self._collides(g)]
 
     @property
@@ -179,14 +179,14 @@ class Prop(ParametricEntity, CellObject):
         return float(sum(value_of(g, "mass") or 0.0 for g in self.collision_geoms))
 
     def _set_friction(self, friction: float) -> None:
-        """Set the coefficient of sliding friction of the geoms that can collide."""
+        """Set the coefficient of sliding friction of the collision geoms."""
         for geom in self.collision_geoms:
             given = value_of(geom, "friction")
             rest = (0.005, 0.0001) if given is None else tuple(given[1:])
             geom.friction = (friction, *rest)
 
     def _set_colour(self, colour: Iterable[float]) -> None:
-        """Set the colour of the geoms that are only visible, or of all if there are none."""
+        """Set the colour of the visual geoms, or without any, of all geoms."""
         rgba = (*colour, 1.0)[:4]
         for geom in self.visual_geoms or self.collision_geoms:
             geom.material = None
@@ -196,7 +196,7 @@ class Prop(ParametricEntity, CellObject):
         return self._mjcf_root.find_all("geom", exclude_attachments=True)
 
     def _collides(self, geom: mjcf.Element) -> bool:
-        """Tell by the group, defaults included: 2 is visible, 3 collides."""
+        """Return whether a geom's group, defaults included, is 3 (collision), not 2 (visual)."""
         return value_of(geom, "group") != 2
 
 
@@ -242,7 +242,7 @@ def object_parameters(factory: Callable[..., Any]) -> Mapping[str, Parameter] | 
 
 
 def value_of(geom: mjcf.Element, attribute: str) -> Any:
-    """Return an attribute of a geom, its own or that of its default classes, innermost first."""
+    """Return an attribute of a geom, or else of its default classes, innermost first."""
     value = getattr(geom, attribute)
     default = geom.dclass
     while value is None and default is not None and default.tag == "default":

@@ -1,1 +1,1 @@
-"""The compiled physics of a cell: compiling, caching, overriding and carrying state over."""
+"""The compiled physics of a cell: compilation, caching, overrides and transfer of state."""

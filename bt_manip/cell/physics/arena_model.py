@@ -25,13 +25,16 @@ from .placement_search import PlacementSearch
 from .state import carry_state
 
 InitialOverrides = Callable[[str, composer.Entity, mujoco.MjModel], Values]
-"""Returns the overrides that a new entity begins with, given its name and the compiled model."""
+"""Returns the initial overrides of a new entity, given its name and the compiled model."""
 
 
 class ArenaModel:
     """The entities attached to an arena and the physics compiled from it.
 
-    Both change together, inside ``change`` or ``edit``: a change that does not compile is undone.
+    Both change together inside ``change`` or ``edit``; a change that does not compile is undone.
+
+    Args:
+        random_state: Passed to composer's hooks.
 
     Attributes:
         arena: The arena.
@@ -40,17 +43,11 @@ class ArenaModel:
         generation: Number of compiles.
         editing: Whether several changes are in progress, to be compiled together.
         overrides: Values of the compiled model that differ from the MJCF.
-        initial_overrides: Called for each new entity; None at first.
-        cache: Keeps physics for when the same entities are attached again.
+        initial_overrides: Called for each new entity; None by default.
+        cache: Earlier physics, used again when the same entities are attached.
     """
 
     def __init__(self, arena: composer.Arena, random_state: np.random.RandomState):
-        """Compile an arena for the first time.
-
-        Args:
-            arena: The arena; entities that it already holds are not listed by name.
-            random_state: Passed to composer's hooks.
-        """
         self.arena = arena
         self.attachments: dict[str, Attachment] = {}
         self.generation = 0
@@ -71,7 +68,7 @@ class ArenaModel:
     # Entities
 
     def find(self, name: str) -> Attachment:
-        """Return the attachment of a name.
+        """Return the attachment of an entity by name.
 
         Raises:
             CellError: If there is none; the nearest names are offered.
@@ -95,8 +92,8 @@ class ArenaModel:
         Args:
             name: Its name.
             attachment: The entity and its pose.
-            new: Whether it is initialised, and its state not carried over.
-            max_overlap: Largest accepted penetration, checked by the compile [m]; None: any.
+            new: Whether it is initialised, instead of keeping its state.
+            max_overlap: Largest accepted penetration, checked after the compile [m]; None: any.
         """
         model = attachment.entity.mjcf_model
         is_named = self._tracker.is_unedited(model)
@@ -125,14 +122,14 @@ class ArenaModel:
             entity.detach()
 
     def rename(self, entity: composer.Entity, name: str) -> None:
-        """Set the model name of an entity that is attached nowhere; that is no edit."""
+        """Set the model name of an entity that is not attached; this does not count as an edit."""
         with self._tracker.attaching(entity.mjcf_model):
             entity.mjcf_model.model = name
 
     def relocate(
         self, name: str, attachment: Attachment, *, max_overlap: float | None = None
     ) -> None:
-        """Attach an entity that is attached already at another pose."""
+        """Attach an entity at another pose."""
         self.attachments[name] = attachment
         model = attachment.entity.mjcf_model
         frame = mjcf.get_attachment_frame(model)
@@ -147,12 +144,12 @@ class ArenaModel:
         overrides: Mapping[str, Values],
         factory: Factory | None,
     ) -> None:
-        """Attach exactly the described entities, with these overrides.
+        """Attach exactly the described entities, with the given overrides.
 
         Entities that match the description at their position in the order are kept.
 
         Raises:
-            CellError: If an entity is missing and there is no factory to make it.
+            CellError: If an entity is missing and there is no factory.
         """
         if [a.describe(name) for name, a in self.attachments.items()] != list(entries):
             with self.edit(overridden=False):
@@ -173,7 +170,7 @@ class ArenaModel:
         detached = dict(present[keep:])
         for name in detached:
             self.detach(name)
-            self.overrides.remove(name)  # `restore` sets those of the state
+            self.overrides.remove(name)  # `restore` sets the state's overrides
         for entry in entries[keep:]:
             name = entry["name"]
             known = detached.get(name)
@@ -184,15 +181,15 @@ class ArenaModel:
                 self.attach(name, Attachment.described(entity, entry))
             else:
                 raise CellError(
-                    f"the state has a '{name}' that this cell lacks, and no way to make it"
+                    f"the state has a '{name}' that this cell lacks, and no factory to create it"
                 )
 
     def is_reusable(self, entity: composer.Entity) -> bool:
-        """Tell whether an entity was attached before, is detached now and was not edited."""
+        """Return whether an entity was attached before, is detached and was not edited."""
         return entity.parent is None and self._tracker.is_unedited(entity.mjcf_model)
 
     def _reusable_entity(self, entry: Mapping[str, Any]) -> composer.Entity | None:
-        """Return the reusable entity of a kept physics that matches a description."""
+        """Return a reusable entity of the cached physics that matches a description."""
         wanted = entry["name"], entry["kind"], entry["parameters"]
         for name, entity in self.cache.entities():
             known = as_object(entity)
@@ -205,10 +202,10 @@ class ArenaModel:
 
     @contextlib.contextmanager
     def change(self, failure: str, *, overridden: bool = True) -> Iterator[None]:
-        """Compile the changes made inside, or undo them.
+        """Compile the changes made inside, or undo them on failure.
 
         Args:
-            failure: What cannot be done, for the message.
+            failure: Beginning of the message of the error.
             overridden: Whether new entities get their initial overrides.
 
         Raises:
@@ -233,7 +230,7 @@ class ArenaModel:
 
     @contextlib.contextmanager
     def edit(self, *, overridden: bool = True) -> Iterator[None]:
-        """Compile once for all changes inside, or undo them."""
+        """Compile once for all changes made inside, or undo them on failure."""
         with self.change("the cell cannot be changed", overridden=overridden):
             self.editing = True
             try:
@@ -243,10 +240,10 @@ class ArenaModel:
 
     @contextlib.contextmanager
     def placement_search(self, name: str, attachment: Attachment) -> Iterator[PlacementSearch]:
-        """Provide a copy of the physics with one more entity, to search a free pose for it.
+        """Provide a copy of the physics with one more entity, to search for its free pose.
 
         Raises:
-            CellError: If it does not compile, or the search inside raises one.
+            CellError: If it does not compile, or the search inside fails.
         """
         failure = f"'{name}' cannot be placed"
         model_name = attachment.entity.mjcf_model.model
@@ -271,7 +268,7 @@ class ArenaModel:
 
     @contextlib.contextmanager
     def _undone_on_error(self) -> Iterator[None]:
-        """Attach everything as it was before if the body raises."""
+        """Restore the attachments if the body raises an error."""
         before = dict(self.attachments)
         try:
             yield
@@ -307,7 +304,7 @@ class ArenaModel:
                 mujoco.mj_forward(new.model, new.data)
             for entity in entities:
                 entity.after_compile(new.physics, random_state)
-            # Overridden only now: what entities read in after_compile is nominal.
+            # Overrides come last, so that entities read nominal values in after_compile.
             if initial_overrides is not None:
                 for name, entity in self._new.items():
                     values = initial_overrides(name, entity, new.nominal)
@@ -316,15 +313,15 @@ class ArenaModel:
             for entity in self._uninitialised:
                 entity.initialize_episode(new.physics, random_state)
             mujoco.mj_forward(new.model, new.data)
-            for name, limit in reversed(self._max_overlap.items()):  # blame the later one
+            for name, limit in reversed(self._max_overlap.items()):  # report the later entity
                 verb = "added" if name in self._new else "moved"
                 refuse_overlap(new.model, new.data, new.body_names, name, limit, verb)
         except BaseException:
             if old is not None:
-                for entity in entities:  # bind those that stay to the old physics again
+                for entity in entities:  # bind remaining entities to the old physics again
                     if entity not in self._uninitialised:
                         entity.after_compile(old.physics, random_state)
-            self.cache.retire(new)  # often the same entity comes at another pose next
+            self.cache.retire(new)  # often the same entity is added at another pose next
             raise
         self.generation += 1
         return new
@@ -332,7 +329,7 @@ class ArenaModel:
     def _carry_state(
         self, old: CompiledPhysics, model: mujoco.MjModel, data: mujoco.MjData
     ) -> None:
-        """Copy the state of the entities that stay, and set the poses of the new ones."""
+        """Copy the state of the remaining entities, and set the poses of new ones."""
         carry_state(old.model, old.data, model, data, except_entities=self._new)
         for name in self._new:
             attachment = self.attachments[name]
@@ -341,7 +338,7 @@ class ArenaModel:
                 data.qpos[first : first + 7] = (*attachment.position, *attachment.quat_wxyz)
 
     def _physics(self) -> CompiledPhysics:
-        """Return the physics of the arena, kept or compiled, in its initial state."""
+        """Return the physics of the arena, cached or compiled, in its initial state."""
         if not self.cache.limit:
             return CompiledPhysics(self._mj_model(), self.arena, self.attachments)
         key = CacheKey(
@@ -361,13 +358,13 @@ class ArenaModel:
         """Compile the arena.
 
         Raises:
-            ValueError: If MuJoCo or PyMJCF refuses it.
+            ValueError: If MuJoCo or PyMJCF rejects it.
         """
         return self._writer.compile(a.entity.mjcf_model for a in self.attachments.values())
 
 
 def _reason(error: BaseException) -> str:
-    """Return MuJoCo's first line of the root cause, and the name of the element it is about."""
+    """Return the first line of MuJoCo's root cause, with the name of the element."""
     while error.__cause__ or error.__context__:
         error = error.__cause__ or error.__context__ or error
     text = str(error).strip()

@@ -12,14 +12,14 @@ from bt_manip.spatial import quat_wxyz
 from ..objects.cell_object import as_object
 
 Factory = Callable[[Mapping[str, Any]], composer.Entity]
-"""Makes the entity of a description."""
+"""Creates the entity of a description."""
 
 
 class Attachment(NamedTuple):
     """An entity attached to the arena at a pose.
 
-    The pose is kept as the numbers that the model gets: converting to a rotation matrix and back
-    would change the last digit, and with it the simulation.
+    The pose is stored as the numbers in the model: converting to a rotation matrix and back would
+    change the last digit, and with it the simulation.
     """
 
     entity: composer.Entity
@@ -44,11 +44,11 @@ class Attachment(NamedTuple):
 
     @property
     def pose(self) -> pin.SE3:
-        """Pose that it was attached at, ``T_we``."""
+        """Its initial pose ``T_we``."""
         return make_pose(self.position, self.quat_wxyz)
 
     def describe(self, name: str) -> dict[str, Any]:
-        """Return as plain data all that is needed to make and attach such an entity again."""
+        """Return a description from which the entity can be created and attached again."""
         entity = as_object(self.entity)
         return {
             "name": name,

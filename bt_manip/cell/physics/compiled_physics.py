@@ -23,27 +23,24 @@ Hook = Callable[[mjcf.Physics, np.random.RandomState], None]
 class CompiledPhysics:
     """Model and data, the entities' step hooks, and tables of names and contacts.
 
-    Each compile makes a new one.
+    Each compile creates a new one.
+
+    Args:
+        arena: The arena.
+        attachments: The attached entities, by name.
 
     Attributes:
-        model: The model that is simulated, overrides included.
-        nominal: The model as it was compiled; the same object as ``model`` without overrides.
-        free_joints: Addresses in qpos and qvel of entities that move freely, by name.
+        model: The simulated model, overrides included.
+        nominal: The compiled model; the same object as ``model`` without overrides.
+        free_joints: Addresses in qpos and qvel of freely moving entities, by name.
+
+    Raises:
+        ValueError: If the time step is too long for the contacts of a geom.
     """
 
     def __init__(
         self, model: mujoco.MjModel, arena: composer.Arena, attachments: Mapping[str, Attachment]
     ):
-        """Make the physics of a model.
-
-        Args:
-            model: The compiled arena.
-            arena: The arena.
-            attachments: The attached entities, by name.
-
-        Raises:
-            ValueError: If the time step is too long for the contacts of a geom.
-        """
         self.physics = mjcf.Physics.from_model(wrapper.MjModel(model))
         self.physics.legacy_step = False
         self.model = model
@@ -63,12 +60,12 @@ class CompiledPhysics:
                 self.free_joints[name] = (int(joint.qposadr[0]), int(joint.dofadr[0]))
         self._step_start = integration_state(self.model, self.data)
         self._step_start_valid = False
-        self._trial: mujoco.MjData | None = None  # repeats a step; making one takes many steps
+        self._trial: mujoco.MjData | None = None  # to repeat a step; creating it costs many steps
         self._warnings = self.data.warning.number
         self._warned = self._warnings.tolist()
 
     def reset(self) -> None:
-        """Return to the state after compiling; the model must not have been changed."""
+        """Reset to the state after compiling; the model must be unchanged."""
         mujoco.mj_resetData(self.model, self.data)
         self.physics.after_reset()
         self._step_start_valid = False
@@ -80,7 +77,7 @@ class CompiledPhysics:
         random_state: np.random.RandomState,
         then: Sequence[Callable[[], None]] = (),
     ) -> None:
-        """Make ``n`` steps with the entities' hooks around each.
+        """Advance by ``n`` steps with the entities' hooks around each.
 
         Args:
             n: Number of steps.
@@ -109,7 +106,7 @@ class CompiledPhysics:
         self._step_start_valid = True
 
     def apply_overrides(self, overrides: Overrides) -> None:
-        """Set the simulated model to the compiled one with these overrides."""
+        """Set the simulated model to the compiled model with overrides."""
         if self.nominal is self.model:
             if not overrides:
                 return
@@ -117,10 +114,10 @@ class CompiledPhysics:
         overrides.write(self.model, self.nominal)
 
     def move(self, name: str, attachment: Attachment, max_overlap: float) -> None:
-        """Set the pose of an entity that moves freely, at rest.
+        """Set the pose of a freely moving entity, at rest.
 
         Raises:
-            OverlapError: If it would penetrate something deeper than ``max_overlap`` [m].
+            OverlapError: If it would penetrate others deeper than ``max_overlap`` [m].
         """
         model, data = self.model, self.data
         qpos, dof = self.free_joints[name]
@@ -136,10 +133,10 @@ class CompiledPhysics:
         mujoco.mj_kinematics(model, data)
 
     def state_before_last_step(self) -> np.ndarray | None:
-        """Return the state that the last step started from, if repeating it gives this state.
+        """Return the state at the start of the last step, if repeating it gives the present state.
 
-        ``mj_step`` leaves the contacts, forces and poses of the state that it started from.
-        Repeating the step restores them.
+        After ``mj_step``, contacts, forces and poses are those of the state at its start. Repeating
+        the step restores them.
         """  # (nstate,)
         if not self._step_start_valid:
             return None
@@ -161,10 +158,10 @@ class CompiledPhysics:
 
         Args:
             state: The state.  # (nstate,)
-            before: What ``state_before_last_step`` returned with it.  # (nstate,)
+            before: The result of ``state_before_last_step`` with it.  # (nstate,)
 
         Raises:
-            ValueError: If a state was taken from a model of another size.
+            ValueError: If a state is of a model of another size.
         """
         set_integration_state(self.model, self.data, state)
         self._step_start_valid = before is not None
@@ -172,7 +169,7 @@ class CompiledPhysics:
             self._step_start[:] = before
             mujoco.mj_setState(self.model, self.data, before, INTEGRATION)
             mujoco.mj_step(self.model, self.data)
-            # The repeated step may differ in the last digits on another machine.
+            # On another machine, the repeated step may differ in the last digits.
             mujoco.mj_setState(self.model, self.data, state, INTEGRATION)
 
     def _raise_diverged(self) -> None:
@@ -191,9 +188,9 @@ def _overridden(hook: str, entities: Iterable[composer.Entity]) -> tuple[Hook, .
 
 
 def _check_contact_damping(model: mujoco.MjModel) -> None:
-    """Refuse unstable contacts: MuJoCo does not check a ``solref`` of stiffness and damping.
+    """Reject unstable contacts: MuJoCo does not check a ``solref`` of stiffness and damping.
 
-    A step changes the contact velocity v by ``-b v dt``, with b the damping over ``dmax``.
+    A step changes the contact velocity v by ``-b v dt``, where b is the damping over ``dmax``.
     """
     stiffness, damping = model.geom_solref.T
     direct = (stiffness <= 0) & (damping < 0)

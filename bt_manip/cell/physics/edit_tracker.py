@@ -10,21 +10,19 @@ from dm_control import mjcf
 class EditTracker:
     """Counts the edits of an arena's MJCF, and of models that are attached and detached over time.
 
-    PyMJCF counts revisions by name scope: a scope that is attached counts those of the scopes
-    around it too, and attaching and detaching count as revisions. An edit is a revision of the
-    model itself. Assigned values and added or removed elements are edits; a number written into an
-    array of an element (``geom.size[0] = 1``) goes unnoticed.
+    PyMJCF counts revisions by name scope, in which an attached scope includes the enclosing scopes,
+    and attaching and detaching count as revisions. An edit is a revision of the model itself:
+    assigning values, adding or removing elements. Writing a number into an array of an element
+    (``geom.size[0] = 1``) goes unnoticed.
 
-    All caches of a cell (texts of models, compiled physics, removed entities) are valid as long as
-    these counts stay the same.
+    All caches of a cell (texts of models, compiled physics, removed entities) are valid while these
+    counts are unchanged.
+
+    Args:
+        root: The model of the arena.
     """
 
     def __init__(self, root: mjcf.RootElement) -> None:
-        """Track an arena.
-
-        Args:
-            root: The model of the arena.
-        """
         self._root = root
         self._ignored: WeakKeyDictionary[mjcf.RootElement, int] = WeakKeyDictionary()
         self._first: WeakKeyDictionary[mjcf.RootElement, tuple[int, ...]] = WeakKeyDictionary()
@@ -38,7 +36,7 @@ class EditTracker:
         return tuple(self._edits(part) for part in with_attached(model))
 
     def is_unedited(self, model: mjcf.RootElement) -> bool:
-        """Tell whether a model has been attached before, and not edited since the first time."""
+        """Return whether a model was attached before, and not edited since."""
         return self._first.get(model) == self.edits(model)
 
     @contextlib.contextmanager
@@ -60,8 +58,8 @@ class EditTracker:
 
 
 def attached_to(model: mjcf.RootElement) -> list[mjcf.RootElement]:
-    """Return the models that are attached to one, in order."""
-    # PyMJCF offers no other access to attached models that are empty.
+    """Return the models attached to a model, in order."""
+    # PyMJCF has no other access to empty attached models.
     return list(model._attachments.values())
 
 

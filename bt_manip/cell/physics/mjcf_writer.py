@@ -1,4 +1,4 @@
-"""Compiling an arena's MJCF without serializing unchanged models again."""
+"""Compilation of an arena's MJCF, with cached texts of unchanged models."""
 
 import hashlib
 import struct
@@ -23,7 +23,7 @@ class _Text(NamedTuple):
     """The MJCF of an attached model, by section."""
 
     key: tuple[Any, ...]
-    """Changes when the model or its attachment frame is edited."""
+    """A key that changes when the model or its attachment frame is edited."""
     sections: dict[str, str]
     assets: dict[str, bytes]
 
@@ -31,26 +31,24 @@ class _Text(NamedTuple):
 class MjcfWriter:
     """Compiles an arena, and caches the MJCF of each attached model.
 
-    The text is PyMJCF's own, element by element, but attached models that move freely are at the
-    origin: their poses are part of the state, and equal entities elsewhere have the same model.
-    Names and ids are those of ``mjcf.Physics.from_mjcf_model``, which spends most of its time on
-    serializing models that have not changed. Here each model is serialized once, and meshes with
-    inline vertices are passed to MuJoCo as files in memory, for which it has a cache.
+    The text is PyMJCF's own, element by element, except that freely moving models are at the
+    origin: their poses are part of the state, so that equal entities elsewhere have the same model.
+    Names and ids are those of ``mjcf.Physics.from_mjcf_model``, which spends most of its time
+    serializing unchanged models. Here each model is serialized once, and meshes with inline
+    vertices are passed to MuJoCo as files in memory, which it caches.
+
+    Args:
+        root: The model of the arena.
+        tracker: Counts the edits of models.
     """
 
     def __init__(self, root: mjcf.RootElement, tracker: EditTracker):
-        """Begin with an empty cache.
-
-        Args:
-            root: The model of the arena.
-            tracker: Tells which models were edited.
-        """
         self._root = root
         self._texts: dict[int, _Text] = {}
         self._tracker = tracker
 
     def forget(self, model: mjcf.RootElement) -> None:
-        """Drop the text of a model; needed when it is detached."""
+        """Drop the text of a model; required when it is detached."""
         self._texts.pop(id(model), None)
 
     def key(self) -> Hashable:
@@ -64,7 +62,7 @@ class MjcfWriter:
             models: The attached models whose texts are cached.
 
         Raises:
-            ValueError: If MuJoCo or PyMJCF refuses the model.
+            ValueError: If MuJoCo or PyMJCF rejects the model.
         """
         kept = {id(model): model for model in models}
         frames = {id(mjcf.get_attachment_frame(model)): model for model in kept.values()}
@@ -139,14 +137,14 @@ class MjcfWriter:
         )
 
     def _owner(self, element: Any) -> Any:
-        """Return the model directly attached to the arena that an element is in, or the arena."""
+        """Return the model attached to the arena that contains an element, or the arena."""
         owner = element.root
         while owner is not self._root and owner.parent_model is not self._root:
             owner = owner.parent_model
         return owner
 
     def _files(self, kept: dict[int, Any]) -> Iterator[Any]:
-        """Yield the files of the arena, and of attached models whose texts are not cached."""
+        """Yield the files of the arena and of attached models without a cached text."""
         models = [self._root]
         for model in attached_to(self._root):
             if id(model) not in kept:

@@ -1,4 +1,4 @@
-"""The properties of a compiled model that can be overridden, read and written."""
+"""Properties of a compiled model that can be overridden."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -15,14 +15,14 @@ Ids = np.ndarray
 
 
 class ModelProperty(NamedTuple):
-    """A property that can be changed without compiling again."""
+    """A property that can be changed without a compile."""
 
     read: Callable[[mujoco.MjModel, Ids], Any]
-    """Returns the value in a model."""
+    """Reads the value from a model."""
     write: Callable[[mujoco.MjModel, mujoco.MjModel, Ids, np.ndarray], None]
-    """Sets the value: ``write(model, nominal, ids, value)``, from the model as compiled."""
+    """Sets the value: ``write(model, nominal, ids, value)``, given the compiled model."""
     allowed: Callable[[np.ndarray], bool]
-    """Tells whether a value of the right shape is possible."""
+    """Returns whether a value of the right shape is possible."""
     what: str
     """The possible values with their unit, for messages."""
 
@@ -31,12 +31,12 @@ class ModelProperty(NamedTuple):
 
 
 def _geoms(model: mujoco.MjModel, bodies: Ids, *, seen: bool) -> np.ndarray:
-    """Return the visible geoms of bodies, or those that can collide."""
+    """Return the visible geoms of bodies, or the collision geoms."""
     solid = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
     wanted = model.geom_group <= 2 if seen else solid
     geoms = np.flatnonzero(np.isin(model.geom_bodyid, bodies) & wanted)
     if not len(geoms):
-        raise CellError("it has no shapes that are seen" if seen else "it can touch nothing")
+        raise CellError("it has no visible shapes" if seen else "it has no collision geometry")
     return geoms
 
 
@@ -83,7 +83,7 @@ def _set_friction(model: mujoco.MjModel, nominal: mujoco.MjModel, bodies: Ids, v
     geoms = _geoms(nominal, bodies, seen=False)
     sliding = nominal.geom_friction[geoms, 0]
     most = sliding.max()
-    # Assigned where it was the largest: value * most / most may differ in the last digit.
+    # The largest is assigned directly: value * most / most may differ in the last digit.
     model.geom_friction[geoms, 0] = np.where(
         sliding == most, value, value * sliding / (most or 1.0)
     )
@@ -113,9 +113,9 @@ def _set_gain(model: mujoco.MjModel, nominal: mujoco.MjModel, bodies: Ids, value
         )
 
 
-# MuJoCo's dry friction slips, with its defaults at 0.9 m/s for 50 N on a cube of 57 g.
-_EXACT = 0.9999  # [-] impedance; divides the slip by 1000
-_STIFF = 0.004  # [s] time constant; divides it by 5
+# MuJoCo's dry friction slips: with defaults, at 0.9 m/s for 50 N on a cube of 57 g.
+_EXACT = 0.9999  # [-] impedance; reduces the slip to 1/1000
+_STIFF = 0.004  # [s] time constant; reduces the slip to 1/5
 
 
 def _dofs(model: mujoco.MjModel, bodies: Ids) -> np.ndarray:
@@ -223,7 +223,7 @@ PROPERTIES: dict[str, dict[str, ModelProperty]] = {
         "position": ModelProperty(_vector("cam_pos"), _put("cam_pos"), _any, "3 numbers [m]"),
         "rotation": ModelProperty(
             lambda model, ids: np.zeros(3), _set_rotation, _any,
-            "a turn about the camera's own axes, 3 numbers [rad]",
+            "a rotation about the camera's own axes, 3 numbers [rad]",
         ),
         "fovy": ModelProperty(
             _number("cam_fovy"), _put("cam_fovy"), lambda v: bool(0 < v < 180),
@@ -235,7 +235,7 @@ PROPERTIES: dict[str, dict[str, ModelProperty]] = {
 
 
 def find_property(kind: str, name: str) -> ModelProperty:
-    """Return the property of a name for a kind of element.
+    """Return a property of a kind of element by name.
 
     Raises:
         CellError: If there is none.

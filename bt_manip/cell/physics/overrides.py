@@ -13,7 +13,7 @@ from ..naming import entity_of
 from .model_properties import CAMERA, ENTITY, LIGHT, PROPERTIES, ModelProperty, find_property
 
 Values = Mapping[str, Any]
-"""Values by property: a number or a list of numbers each."""
+"""Values by property: numbers or lists of numbers."""
 
 _OBJECT = {LIGHT: mujoco.mjtObj.mjOBJ_LIGHT, CAMERA: mujoco.mjtObj.mjOBJ_CAMERA}
 _WRITTEN = (
@@ -22,7 +22,7 @@ _WRITTEN = (
     "light_pos", "light_dir", "light_diffuse", "light_ambient", "light_specular",
     "cam_pos", "cam_quat", "cam_fovy",
 )  # fmt: skip
-# Derived from these by mj_setConst.
+# Fields that mj_setConst derives.
 _DERIVED = (
     "body_subtreemass", "body_invweight0", "dof_invweight0", "dof_M0", "tendon_invweight0",
     "tendon_length0", "tendon_lengthspring", "actuator_length0", "actuator_acc0",
@@ -37,7 +37,6 @@ class Overrides:
     """
 
     def __init__(self) -> None:
-        """Begin with no overrides."""
         self._values: dict[str, dict[str, Any]] = {}
 
     def __bool__(self) -> bool:
@@ -62,11 +61,11 @@ class Overrides:
         Args:
             element: The element.
             values: Values by property.
-            nominal: The model as it was compiled.
+            nominal: The compiled model.
 
         Raises:
-            CellError: If there is no such element or property, or a value is impossible; nothing
-                is changed then.
+            CellError: If there is no such element or property, or a value is impossible; nothing is
+                changed.
         """
         merged = dict(self._values.get(element, {}))
         for name, value in values.items():
@@ -81,11 +80,11 @@ class Overrides:
             self.remove(element)
 
     def write(self, model: mujoco.MjModel, nominal: mujoco.MjModel) -> None:
-        """Set a model to the nominal one with these overrides.
+        """Set a model to the nominal model with these overrides.
 
         Args:
             model: Changed in place.
-            nominal: The model as it was compiled.
+            nominal: The compiled model.
         """
         for field in (*_WRITTEN, *_DERIVED):
             getattr(model, field)[:] = getattr(nominal, field)
@@ -99,7 +98,7 @@ class Overrides:
 
 
 def check_override(model: mujoco.MjModel, element: str, name: str, value: Any) -> Any:
-    """Return an override as plain data; None, which removes one, as it is.
+    """Check an override and return it as plain data; None, which removes one, is returned as is.
 
     Raises:
         CellError: If there is no such element or property, or the value is impossible.
@@ -135,7 +134,7 @@ def _find(model: mujoco.MjModel, element: str) -> tuple[str, np.ndarray]:
         return ENTITY, bodies
     count = model.nlight if kind == LIGHT else model.ncam
     names = [mujoco.mj_id2name(model, _OBJECT[kind], i) or "" for i in range(count)]
-    # A camera entity's camera is found by the entity's name.
+    # A camera entity is addressed by the entity's name.
     short = [n.partition("/")[0] if n.endswith("/eye") else n for n in names]
     for known in (names, short):
         if name in known:
@@ -144,7 +143,7 @@ def _find(model: mujoco.MjModel, element: str) -> tuple[str, np.ndarray]:
 
 
 def _checked(element: str, name: str, known: ModelProperty, nominal: Any, value: Any) -> Any:
-    """Return a value as plain data, or refuse it."""
+    """Check a value and return it as plain data."""
     wrong = CellError(f"the {name} of '{element}' is {known.what}, got {value!r}")
     try:
         numbers = np.array(value, dtype=float)

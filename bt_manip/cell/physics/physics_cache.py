@@ -1,4 +1,4 @@
-"""Compiled physics kept for when the same entities are in the arena again."""
+"""Cache of compiled physics."""
 
 from collections.abc import Hashable, Iterator
 from typing import NamedTuple
@@ -11,7 +11,7 @@ from .compiled_physics import CompiledPhysics
 from .overrides import Overrides
 
 MAX_KEPT = 8
-"""Number of physics that are kept unless changed: for tasks that add objects one by one."""
+"""Default number of cached physics, for tasks that add objects one by one."""
 
 
 class CacheKey(NamedTuple):
@@ -19,31 +19,30 @@ class CacheKey(NamedTuple):
 
     arena_edits: int
     attachments: tuple[tuple[str, composer.Entity, bool], ...]
-    """Names in order, with the entities and whether they move freely: their poses are state."""
+    """Names in order, with entities and whether they move freely; poses of these are state."""
     entities: tuple[composer.Entity, ...]
-    """All of them, those attached to others included."""
+    """All entities, including entities attached to others."""
     models: Hashable
     """The attached models with their edits."""
 
 
 class PhysicsCache:
-    """Keeps the physics that were used last, and returns them as if newly compiled.
+    """Caches the physics used last; a cached physics is like a newly compiled one.
 
-    Edits of the MJCF are part of the key. Values written into a compiled ``MjModel`` are counted
-    nowhere, so a physics is only kept if its model equals the one that was compiled.
+    Edits of the MJCF are part of the key. Values written into a compiled ``MjModel`` are not
+    tracked, so a physics is cached only if its model is still equal to the compiled model.
 
     Attributes:
-        limit: Number of physics that are kept.
+        limit: Maximum number of cached physics.
     """
 
     def __init__(self) -> None:
-        """Begin empty."""
         self.limit = MAX_KEPT
         self._origins: dict[CompiledPhysics, tuple[CacheKey, np.ndarray]] = {}
         self._retired: list[CompiledPhysics] = []
 
     def take(self, key: CacheKey) -> CompiledPhysics | None:
-        """Return the physics compiled from a key, reset, if it is kept."""
+        """Remove and return the physics of a key, reset, or None."""
         for physics in self._retired:
             if self._origins[physics][0] == key:
                 self._retired.remove(physics)
@@ -52,18 +51,18 @@ class PhysicsCache:
         return None
 
     def entities(self) -> Iterator[tuple[str, composer.Entity]]:
-        """Yield the entities that kept physics were compiled from, by name."""
+        """Yield the entities of cached physics, with their names."""
         for physics in self._retired:
             for name, entity, _ in self._origins[physics][0].attachments:
                 yield name, entity
 
     def register(self, physics: CompiledPhysics, key: CacheKey) -> None:
-        """Remember the key of a new physics, before its model is changed."""
+        """Store the key of a new physics, before its model is changed."""
         if self.limit:
             self._origins[physics] = key, _content(physics.model)
 
     def retire(self, physics: CompiledPhysics) -> None:
-        """Keep a physics that is no longer in use, without its overrides, or free it."""
+        """Cache an unused physics, without its overrides, or free it."""
         physics.apply_overrides(Overrides())
         origin = self._origins.get(physics)
         if origin is not None and np.array_equal(origin[1], _content(physics.model)):

@@ -1,4 +1,4 @@
-"""Search for a free pose of a new entity in a copy of the physics."""
+"""Search for a free pose of a new entity."""
 
 import mujoco
 import numpy as np
@@ -13,25 +13,24 @@ from ..naming import BodyNames
 from ..region import Region
 
 FREE_OVERLAP = 1e-4
-"""Largest penetration at a pose that counts as free [m]: what is put on a surface touches it."""
+"""Largest penetration at a free pose [m]; objects placed on a surface touch it."""
 
 _REST_VELOCITY = (5e-3, 0.05)  # [m/s], [rad/s]
-_REST_STEPS = 50  # for which a dropped entity must be slower than that
+_REST_STEPS = 50  # consecutive steps below these velocities of an entity at rest
 _MAX_DROP_STEPS = 2000
 
 
 class PlacementSearch:
-    """A copy of a cell's physics with one more entity, which is tried at several poses."""
+    """A copy of a cell's physics with one more entity, to be tested at several poses.
+
+    Args:
+        model: The cell's model with the new entity; its data are changed.
+        data: Its data, with the state of all other entities.
+        name: Name of the new entity.
+        free: Whether it moves freely.
+    """
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, name: str, free: bool):
-        """Search with a model and its data, which are changed.
-
-        Args:
-            model: The cell's model with the new entity.
-            data: Its data, with the state of all other entities.
-            name: Name of the new entity.
-            free: Whether it moves freely.
-        """
         self._model, self._data, self._name = model, data, name
         self._body_names = BodyNames(model)
         self._body = int(model.body(f"{name}/").id)
@@ -55,14 +54,14 @@ class PlacementSearch:
         """Return the first free pose of those sampled from a region.
 
         Args:
-            region: Where the entity's origin may be.
-            rng: Samples the poses.
+            region: Region of the entity's origin.
+            rng: Random generator for the poses.
             first: The pose to try first.
-            attempts: Number of poses to try.
-            drop: Whether the entity falls from there, and has to come to rest in the region.
+            attempts: Maximum number of poses.
+            drop: Whether the entity falls from the pose, and has to come to rest in the region.
 
         Raises:
-            CellError: If no pose was free; with the reason of the last one.
+            CellError: If no pose was free; the message has the reason for the last one.
         """
         T_wo = first
         for attempt in range(attempts):
@@ -81,10 +80,10 @@ class PlacementSearch:
                 reason = "it does not stay in the region"
             else:
                 return rested
-        raise CellError(f"no free place in {attempts} attempts; in the last, {reason}")
+        raise CellError(f"no free pose in {attempts} attempts; in the last, {reason}")
 
     def overlap(self, T_wo: pin.SE3) -> Overlap | None:
-        """Set the entity's pose; return the deepest overlap with anything else."""
+        """Set the entity's pose; return the deepest overlap with other entities."""
         numbers = (*T_wo.translation, *quat_wxyz(T_wo))
         if self._free:
             self._data.qpos[self._q] = numbers
@@ -96,7 +95,7 @@ class PlacementSearch:
         return deepest_overlap(self._model, self._data, self._body_names, self._name)
 
     def drop(self) -> pin.SE3 | None:
-        """Let the entity fall while all else is held still; return its pose at rest.
+        """Let the entity fall while all other entities stand still; return its pose at rest.
 
         At rest it has been slower than 5 mm/s and 0.05 rad/s for 50 consecutive steps.
 

@@ -1,4 +1,4 @@
-"""The state of a compiled physics: as a vector, or copied by name to another model."""
+"""The state of a compiled physics: as a vector, and copied by name to another model."""
 
 from collections.abc import Callable, Container, Iterator
 from functools import partial
@@ -8,14 +8,14 @@ import numpy as np
 
 from ..naming import entity_of
 
-INTEGRATION = int(mujoco.mjtState.mjSTATE_INTEGRATION.value)  # the number is taken faster
+INTEGRATION = int(mujoco.mjtState.mjSTATE_INTEGRATION.value)  # faster than the enum
 # Width of a joint in qpos and qvel by type: free, ball, slide, hinge.
 _QPOS_WIDTH = (7, 4, 1, 1)
 _DOF_WIDTH = (6, 3, 1, 1)
 
 
 def integration_state(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
-    """Return MuJoCo's integration state: everything that the next step depends on."""  # (nstate,)
+    """Return MuJoCo's integration state, on which the next step depends."""  # (nstate,)
     state = np.empty(mujoco.mj_stateSize(model, INTEGRATION))
     mujoco.mj_getState(model, data, state, INTEGRATION)
     return state
@@ -25,7 +25,7 @@ def set_integration_state(model: mujoco.MjModel, data: mujoco.MjData, state: np.
     """Set an integration state and recompute all derived quantities.
 
     Raises:
-        ValueError: If the state was taken from a model of another size, or is not finite.
+        ValueError: If the state is of a model of another size, or not finite.
     """
     size = mujoco.mj_stateSize(model, INTEGRATION)
     if state.shape != (size,):
@@ -44,16 +44,16 @@ def carry_state(
     *,
     except_entities: Container[str] = (),
 ) -> None:
-    """Copy the state of all elements that both models have, matched by name, bit for bit.
+    """Copy the state of all elements of both models, matched by name, bit for bit.
 
-    Elements of only the new model keep their initial state. Nothing is recomputed here.
+    Elements of only the new model keep their initial state. Derived quantities are not recomputed.
 
     Args:
         old_model: Model of the state.
         old_data: The state.
         new_model: Model to copy it to.
         new_data: Changed in place.
-        except_entities: Entities that are not carried over, although both models have them.
+        except_entities: Entities whose state is not copied.
     """
     shared = partial(_pairs, except_entities)
     new_data.time = old_data.time
@@ -95,7 +95,7 @@ def _pairs(
     kind: mujoco.mjtObj,
     count: int,
 ) -> Iterator[tuple[int, int]]:
-    """Pair the ids of equally named elements; elements without a name have no identity."""
+    """Pair the ids of elements with equal names; unnamed elements are skipped."""
     name: Callable[..., str | None] = mujoco.mj_id2name
     for old in range(count):
         label = name(old_model, kind, old)

@@ -1,7 +1,7 @@
-"""Domain randomization: variations from cycle to cycle, sampled from the run's seed."""
+"""Domain randomization: values that vary from cycle to cycle, sampled from the run's seed."""
 
+from .randomization import InitialObject as InitialObject
 from .randomization import Randomization as Randomization
-from .randomization import SceneObject as SceneObject
 from .randomizer import Randomizer as Randomizer
 from .variations import extremes as extremes
 from .variations import generator as generator

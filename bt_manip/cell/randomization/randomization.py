@@ -1,4 +1,4 @@
-"""The objects of a scene, and their variations from cycle to cycle."""
+"""Declaration of a randomization."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -19,21 +19,21 @@ PHYSICAL = ("mass", "friction", "colour", "gain")
 """Properties of objects that are overridden in the compiled model."""
 
 POSE = ("position", "yaw")
-"""Properties of scene objects that give their pose at the beginning of a cycle."""
+"""Properties of a scene's objects: their pose at the start of a cycle."""
 
 _ROBOT = ("gain", "friction", "colour")
 _OBSERVATION = ("noise", "delay")
 
 
 @dataclass(frozen=True)
-class SceneObject:
-    """An object of a scene, without variation.
+class InitialObject:
+    """An object of a scene in its nominal state.
 
     Attributes:
         model: Registered name or address of the object.
         T_wo: Its pose in the world.
-        parameters: Keyword arguments that it is made with.
-        free: Whether it moves freely; None: as the object declares.
+        parameters: Its keyword arguments.
+        free: Whether it moves freely; None: as its class declares.
     """
 
     model: str
@@ -46,24 +46,23 @@ class SceneObject:
 class Randomization:
     """Variations by name and property: composer's own, or constants.
 
-    A variation gets the nominal value, so ``noises.Multiplicative(distributions.Uniform(0.8,
-    1.2))`` scales it, and ``distributions.Uniform(0.1, 0.3)`` replaces it.
+    A variation is given the nominal value: ``noises.Multiplicative(distributions.Uniform(0.8,
+    1.2))`` scales it, ``distributions.Uniform(0.1, 0.3)`` replaces it.
 
     Attributes:
-        objects: By name in the cell, by registered name or address, or by a pattern of names
-            (``block_*``; ``*`` means those that move freely). ``mass`` [kg], ``friction``,
-            ``colour``, and the ``gain`` of actuators; ``position`` [m] in the world and ``yaw``
-            [rad] of scene objects; and each parameter that the object is made with, such as
-            ``size`` [m].
-        robots: By name in the cell: ``gain`` of the motors, one factor each, ``friction`` of the
-            links, ``colour``. Links keep their masses: planners and controllers count on them.
+        objects: By name in the cell, registered name, address, or a pattern of names (``block_*``;
+            ``*``: all freely moving objects). ``mass`` [kg], ``friction``, ``colour``, and the
+            ``gain`` of actuators; ``position`` [m] in the world and ``yaw`` [rad] of the scene's
+            objects; and each parameter of the object, such as ``size`` [m].
+        robots: By name in the cell: ``gain`` of the motors (a factor for each), ``friction`` of the
+            links, ``colour``. Masses of links are not varied: planners and controllers use them.
         lights: By name in the arena (``key``, ``fill``): ``brightness``, a factor, ``colour``,
             ``position`` [m], ``direction``.
-        cameras: By name (``overview``, or that of a camera in the cell): ``position`` [m],
-            ``rotation`` [rad] about its own axes, ``fovy`` [degrees].
-        observations: Of composer observables, by ``entity/observable``: ``noise``, which is sampled
-            for each observation and added, or, by a variation that uses the value, replaces it;
-            ``delay`` [steps], sampled once a cycle.
+        cameras: By name (``overview``, or a camera in the cell): ``position`` [m], ``rotation``
+            [rad] about its own axes, ``fovy`` [degrees].
+        observations: Of composer observables, by ``entity/observable``: ``noise``, sampled for each
+            observation and added to it, or replacing it if the variation uses the value; ``delay``
+            [steps], sampled once per cycle.
     """
 
     objects: Variations = field(default_factory=dict)
@@ -73,7 +72,7 @@ class Randomization:
     observations: Variations = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Check the names of properties; objects may have parameters of any name.
+        """Check the names of properties, except of objects, whose parameters may have any name.
 
         Raises:
             CellError: If there is no such property; the nearest names are offered.
@@ -90,11 +89,11 @@ class Randomization:
                         raise unknown_property(kind, name, wanted, known)
 
     def __bool__(self) -> bool:
-        """Tell whether anything varies."""
+        """Return whether there are any variations."""
         return any((self.objects, self.robots, self.lights, self.cameras, self.observations))
 
 
 def unknown_property(kind: str, name: str, wanted: str, known: tuple[str, ...]) -> CellError:
-    """Make the error of a property that does not exist."""
+    """Return the error for a property that does not exist."""
     near = did_you_mean(wanted, known)
     return CellError(f"{kind} '{name}': '{wanted}' cannot vary{near}; {', '.join(known)} can")

@@ -1,4 +1,4 @@
-"""Sampling and applying a randomization at the beginning of each cycle."""
+"""Sampling and application of a randomization at the start of each cycle."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
@@ -25,18 +25,18 @@ from ..physics.overrides import check_override, nominal_value
 from .randomization import (
     PHYSICAL,
     POSE,
+    InitialObject,
     Randomization,
-    SceneObject,
     Variations,
     unknown_property,
 )
 from .variations import Clipped, Varied, extremes, sample, stream
 
 ATTEMPTS = 100
-"""Number of poses that are sampled before an object counts as impossible to place."""
+"""Maximum number of sampled poses of an object."""
 
 ALL_FREE = "*"
-"""Pattern of all objects that move freely."""
+"""Pattern of all freely moving objects."""
 
 _POSE = {"position": np.zeros(3), "yaw": 0.0}
 _ELEMENTS = (("lights", "light"), ("cameras", "camera"))
@@ -49,9 +49,21 @@ class _OutOfReachError(CellError):
 class Randomizer:
     """Randomizes a cell in each cycle.
 
-    Every value follows from the seed, the number of the cycle, and the name that it is for; no
-    other randomness is used or changed. Entities that are added during a cycle are randomized when
-    they are added.
+    Each value depends on the seed, the number of the cycle, and the names of entity and property
+    only; no other random stream is used. Entities added during a cycle are randomized when they are
+    added.
+
+    Args:
+        randomization: The variations.
+        cell: The cell.
+        catalogue: Creates the objects, of the scene and later ones.
+        seed: Seed of the run.
+        scene_objects: The nominal objects of the scene, by name.
+        robots: Names of the robots in the cell.
+        reached: Predicates that accept sampled poses, by object.
+
+    Raises:
+        CellError: If the element or property of a variation does not exist.
     """
 
     def __init__(
@@ -61,24 +73,10 @@ class Randomizer:
         catalogue: Catalogue,
         *,
         seed: int,
-        scene_objects: Mapping[str, SceneObject],
+        scene_objects: Mapping[str, InitialObject],
         robots: tuple[str, ...] = (),
         reached: Mapping[str, Callable[[pin.SE3], bool]] = MappingProxyType({}),
     ) -> None:
-        """Randomize a cell.
-
-        Args:
-            randomization: What varies.
-            cell: The cell.
-            catalogue: Makes the objects, of the scene and later ones.
-            seed: Seed of the run.
-            scene_objects: The objects of the scene, by name.
-            robots: Names of the robots in the cell.
-            reached: Tells by object whether a sampled pose is accepted.
-
-        Raises:
-            CellError: If something varies that does not exist.
-        """
         self._randomization = randomization
         self._cell, self._catalogue, self._seed = cell, catalogue, seed
         self._robots, self._reached = robots, reached
@@ -88,12 +86,12 @@ class Randomizer:
         self._cycle: int | None = None
         self._resumed: int | None = None
         self._sampled: dict[str, dict[str, dict[str, Any]]] = {}
-        self._made: dict[str, int] = {}  # number of objects made in this cycle, by model
+        self._made: dict[str, int] = {}  # number of objects created in this cycle, by model
         self._check()
 
     @property
     def sampled(self) -> dict[str, dict[str, dict[str, Any]]]:
-        """The values of this cycle as plain data: by kind (``objects``, ...), name and property."""
+        """The sampled values of this cycle as plain data: by kind, name and property."""
         return _copied(self._sampled)
 
     def begin(self, cycle: int) -> None:
@@ -150,11 +148,11 @@ class Randomizer:
         return values
 
     def reseed(self, seed: int, moved: Iterable[str] = ()) -> None:
-        """Sample with another seed from the next cycle on, which may be any.
+        """Use another seed from the next cycle on; its number is arbitrary.
 
         Args:
             seed: Seed of the run.
-            moved: Objects of the scene that have other nominal poses now: the present ones.
+            moved: Objects of the scene whose present poses become their nominal poses.
         """
         self._seed, self._resumed = seed, None
         for name in moved:
@@ -163,11 +161,11 @@ class Randomizer:
     # State
 
     def get_state(self) -> dict[str, Any]:
-        """Return the state that the rest of the cycle depends on, as plain data."""
+        """Return the state in the present cycle as plain data."""
         return {"cycle": self._cycle, "drawn": self.sampled, "made": dict(self._made)}
 
     def set_state(self, state: Mapping[str, Any]) -> None:
-        """Restore a state, after the cell's."""
+        """Restore a state, after the state of the cell."""
         self._cycle = self._resumed = state["cycle"]
         self._made = dict(state["made"])
         self._sampled = _copied(state["drawn"])
@@ -177,7 +175,7 @@ class Randomizer:
                 self._randomize_observables(name, entity)
 
     def _connect(self) -> None:
-        """Randomize entities that are added, and objects that are made, from now on."""
+        """Randomize entities and objects that are added or created from now on."""
         if self._randomization:
             self._cell.initial_overrides = self.sample_overrides
             self._catalogue.sample_parameters = self._sample_parameters
@@ -185,10 +183,10 @@ class Randomizer:
     # Checks
 
     def _check(self) -> None:
-        """Check all names and properties before anything is simulated.
+        """Check all names and properties.
 
         Raises:
-            CellError: If one does not exist.
+            CellError: If one of them does not exist.
         """
         random = self._randomization
         for name in random.robots:
@@ -229,7 +227,7 @@ class Randomizer:
         for pose in POSE:
             if pose in variations:
                 _extremes("objects", key, pose, variations[pose], _POSE[pose])
-        if not present and model:  # it is added later
+        if not present and model:  # added later
             nominal = {"mass": as_object(self._nominal_object(key)).mass or 1.0, "friction": 1.0}
             for name in nominal.keys() & variations.keys():
                 for value in _extremes("objects", key, name, variations[name], nominal[name]):
@@ -250,7 +248,7 @@ class Randomizer:
     def _check_parameters(
         self, key: str, model: str, nominal: Any, variations: Mapping[str, Varied]
     ) -> None:
-        """Make an object with the smallest and with the largest sampled parameters."""
+        """Create an object with the smallest and with the largest sampled parameters."""
         found = {
             name: _extremes("objects", key, name, varied, _value(nominal, name))
             for name, varied in variations.items()
@@ -268,7 +266,7 @@ class Randomizer:
     def _variations(
         self, kind: str, name: str, entity: composer.Entity
     ) -> Iterator[tuple[str, Varied]]:
-        """Yield the variations of an entity by property; of several for one, the last one."""
+        """Yield the variations of an entity by property; the last one if several match."""
         variations: Variations = getattr(self._randomization, kind)
         merged: dict[str, Varied] = {}
         for key, varied in variations.items():
@@ -294,7 +292,7 @@ class Randomizer:
         """Sample parameters and pose of a scene object until its pose is free.
 
         Raises:
-            CellError: If no pose was free in `ATTEMPTS` attempts, or it cannot be made so.
+            CellError: If no pose was free in `ATTEMPTS` attempts, or a parameter is impossible.
         """
         variations = dict(self._variations("objects", name, self._cell.entities[name]))
         made = {key: v for key, v in variations.items() if key not in (*PHYSICAL, *POSE)}
@@ -311,12 +309,12 @@ class Randomizer:
                 return
             except (OverlapError, _OutOfReachError) as error:
                 reason = error
-        raise CellError(f"no free place for '{name}' in {ATTEMPTS} attempts; in the last, {reason}")
+        raise CellError(f"no free pose for '{name}' in {ATTEMPTS} attempts; in the last, {reason}")
 
     def _replace(
         self, name: str, made: Mapping[str, Varied], posed: Mapping[str, Varied], attempt: int
     ) -> None:
-        """Replace an object by one with sampled parameters, its bottom at the same height."""
+        """Replace an object by one with sampled parameters and its bottom at the same height."""
         known = self._scene[name]
         nominal = self._nominal_object(known.model, name)
         sampled = {
@@ -348,7 +346,7 @@ class Randomizer:
         return T_wo
 
     def _sample_parameters(self, model: str) -> dict[str, Any]:
-        """Sample the parameters of an object that is made during the cycle."""
+        """Sample the parameters of an object that is created during the cycle."""
         number = self._made[model] = self._made.get(model, 0) + 1
         name = model if number == 1 else f"{model} ({number})"
         return {
@@ -360,7 +358,7 @@ class Randomizer:
         }
 
     def _nominal_object(self, model: str, name: str | None = None) -> composer.Entity:
-        """Return an object without variation: that of a name in the scene, or a default one."""
+        """Return a nominal object: the scene's object of a name, or one with default parameters."""
         if (model, name) not in self._nominal:
             parameters = {} if name is None else self._scene[name].parameters
             self._nominal[model, name] = self._catalogue.nominal(model, **parameters)
@@ -378,13 +376,13 @@ class Randomizer:
 
 
 def _nominal_value(model: mujoco.MjModel, element: str, key: str) -> Any:
-    """Return the nominal value of a property; of an entity's colour, without opacity."""
+    """Return the nominal value of a property; a colour without opacity."""
     nominal = nominal_value(model, element, key)
     return nominal[:3] if key == "colour" else nominal
 
 
 def _extremes(kind: str, name: str, key: str, varied: Varied, nominal: Any) -> list[Any]:
-    """Return the extreme samples of a property, as far as they are known.
+    """Return the extreme samples of a property, if its distribution is known.
 
     Raises:
         CellError: If they are not finite, or the shapes of variation and property differ.
@@ -405,12 +403,12 @@ def _extremes(kind: str, name: str, key: str, varied: Varied, nominal: Any) -> l
 
 
 def _matches(key: str, name: str, kind: str | None) -> bool:
-    """Tell whether a key means an entity: by its name, a pattern of names, or its kind."""
+    """Return whether a key matches an entity's name, as a pattern, or its kind."""
     return key in (name, kind) or fnmatchcase(name, key)
 
 
 def _value(entity: composer.Entity, parameter: str) -> Any:
-    """Return a parameter of an object; if it is None, what the object's model file says."""
+    """Return a parameter of an object; if it is None, the value in its model file."""
     value = entity.parameters.get(parameter)
     return getattr(entity, parameter, None) if value is None else value
 
@@ -422,13 +420,13 @@ def _copied(values: Mapping[str, Any]) -> dict[str, dict[str, dict[str, Any]]]:
 def _add_noise_and_delay(
     entity: composer.Entity, name: str, *, noise: Varied = None, delay: float | None = None
 ) -> None:
-    """Set noise and delay of an entity's observable, by composer's corruptor and delay.
+    """Set noise and delay of an entity's observable, as composer's corruptor and delay.
 
     Args:
         entity: The entity.
         name: Name of the observable.
-        noise: Sampled for each observation. Variations that use the value (``plus``, ``times``:
-            composer's ``noises``) replace the observation, all others are added to it.
+        noise: Variation, sampled for each observation. A variation of the value (``plus``,
+            ``times``: composer's ``noises``) replaces the observation, others are added to it.
         delay: Number of steps.
 
     Raises:

@@ -1,4 +1,4 @@
-"""Variations: read from plain data, as in scene files, and sampled from random streams."""
+"""Variations: parsing from plain data, as in scene files, and sampling."""
 
 import contextlib
 import hashlib
@@ -19,25 +19,27 @@ Varied = Any
 SYNTAX = (
     "a value, or a table with one of: uniform = [low, high], integer = [low, high], "
     "normal = [mean, deviation], log_normal = [mean, sigma], choice = [value, ...], "
-    "plus = (one of these), times = (one of these); 'within = [low, high]' beside it cuts off"
+    "plus = (one of these), times = (one of these); 'within = [low, high]' beside it clips"
 )
-"""How a variation is written, for messages."""
+"""Syntax of a variation, for messages."""
 
 
 MAX_INTEGER = 2**31 - 1
 
 DEVIATIONS = 6.0
-"""Standard deviations within which normal samples count as possible: all but 2 in 10^9."""
+"""Bound of possible normal samples in standard deviations: all but 2 in 10^9."""
 
 
 class Extreme:
-    """A random state whose samples are the smallest or the largest that are possible.
+    """A random state whose samples are the smallest or largest possible.
 
-    It has the methods of ``numpy.random.RandomState`` that composer's distributions call.
+    It has the methods of ``numpy.random.RandomState`` used by composer's distributions.
+
+    Args:
+        largest: Whether samples are the largest possible.
     """
 
     def __init__(self, *, largest: bool) -> None:
-        """Choose the end of the distributions."""
         self._largest = largest
 
     def uniform(self, low: Any, high: Any, size: Any = None) -> Any:
@@ -45,11 +47,11 @@ class Extreme:
         return self._sized(high if self._largest else low, size)
 
     def randint(self, low: Any, high: Any, size: Any = None) -> Any:
-        """Return a bound of integers, of which the upper one is exclusive."""
+        """Return a bound of integers; the given upper bound is exclusive."""
         return self._sized(np.asarray(high) - 1 if self._largest else low, size)
 
     def normal(self, loc: Any = 0.0, scale: Any = 1.0, size: Any = None) -> Any:
-        """Return the mean, less or plus `DEVIATIONS` standard deviations."""
+        """Return the mean minus or plus `DEVIATIONS` standard deviations."""
         sign = 1.0 if self._largest else -1.0
         return self._sized(loc + sign * DEVIATIONS * np.asarray(scale), size)
 
@@ -59,7 +61,7 @@ class Extreme:
             return np.exp(self.normal(mean, sigma, size))
 
     def of(self, values: Sequence[np.ndarray]) -> np.ndarray:
-        """Return the smallest or largest of values, element by element."""
+        """Return the element-wise minimum or maximum of values."""
         return (np.max if self._largest else np.min)(values, axis=0)
 
     @staticmethod
@@ -68,7 +70,7 @@ class Extreme:
 
 
 def extremes(varied: Varied, nominal: Any) -> list[Any]:
-    """Return the smallest and the largest sample of a variation, as far as they are known.
+    """Return the smallest and largest sample of a variation, if its distribution is known.
 
     Args:
         varied: The variation.
@@ -79,16 +81,15 @@ def extremes(varied: Varied, nominal: Any) -> list[Any]:
     """
     found = []
     for largest in (False, True):
-        with contextlib.suppress(AttributeError):  # another distribution, of Python code
+        with contextlib.suppress(AttributeError):  # an unknown distribution, from Python code
             found.append(sample(varied, nominal, Extreme(largest=largest)))
     return found
 
 
 class Clipped(variation.Variation):
-    """Another variation, clipped to bounds."""
+    """A variation clipped to bounds."""
 
     def __init__(self, varied: Any, low: Any, high: Any) -> None:
-        """Clip a variation."""
         self.varied, self._low, self._high = varied, low, high
 
     def __call__(
@@ -103,16 +104,16 @@ class Clipped(variation.Variation):
 
 
 def parse_variation(data: Any) -> Any:
-    """Read a variation.
+    """Parse a variation.
 
     Args:
-        data: A number or a list of numbers, which is constant, or a table.
+        data: A number or a list of numbers, for a constant, or a table.
 
     Returns:
         One of composer's variations, or an array.
 
     Raises:
-        CellError: If it is not a variation; the message has the syntax.
+        CellError: If it is invalid; the message has the syntax.
     """
     if not isinstance(data, Mapping):
         return _numbers(data, "a value")
@@ -133,7 +134,7 @@ def _integer(key: str, arguments: Any) -> Any:
     if max(np.abs(low).max(), np.abs(high).max()) > MAX_INTEGER:
         raise CellError(f"'{key}' goes up to {MAX_INTEGER}, got {shown(arguments)}")
     if (low != np.round(low)).any() or (high != np.round(high)).any():
-        raise CellError(f"'{key}' goes from a whole number to a whole number, got {arguments!r}")
+        raise CellError(f"'{key}' is a range of whole numbers, got {arguments!r}")
     return distributions.UniformInteger(low.astype(int), high.astype(int) + 1)
 
 
@@ -142,7 +143,7 @@ def _choice(key: str, arguments: Any) -> Any:
         raise CellError(f"'{key}' is a list of values, got {arguments!r}")
     values = [_numbers(value, f"'{key}'") for value in arguments]
     if len({value.shape for value in values}) != 1:
-        raise CellError(f"the values of '{key}' are all alike, got {arguments!r}")
+        raise CellError(f"the values of '{key}' must have the same shape, got {arguments!r}")
 
     def choose(initial_value: Any, current_value: Any, random_state: Any) -> Any:
         if isinstance(random_state, Extreme):
@@ -197,22 +198,22 @@ _PARSERS: dict[str, Callable[[str, Any], Any]] = {
 def stream(seed: int, cycle: int, *key: str | int) -> np.random.RandomState:
     """Return the random stream of one value in one cycle of a run.
 
-    It depends on nothing else: neither on which other values vary, nor on earlier samples.
+    It depends neither on other varied values nor on earlier samples.
 
     Args:
         seed: Seed of the run.
         cycle: Number of the cycle.
-        key: What the value is for.
+        key: Names of the value.
     """
     return np.random.RandomState(np.random.MT19937(_sequence(seed, cycle, key)))
 
 
 def generator(seed: int, *key: str | int) -> np.random.Generator:
-    """Return the random generator of values that are sampled once, before the first cycle.
+    """Return the random generator of values sampled once, before the first cycle.
 
     Args:
         seed: Seed of the run.
-        key: What the values are for.
+        key: Names of the values.
     """
     return np.random.Generator(np.random.PCG64(_sequence(seed, 0, ("at first", *key))))
 
@@ -227,7 +228,7 @@ def sample(varied: Varied, nominal: Any, random_state: np.random.RandomState | E
     """Sample a value as plain data: a number or a list of numbers.
 
     Args:
-        varied: The variation; composer's variations get the nominal value too.
+        varied: The variation; composer's variations are given the nominal value.
         nominal: The value without variation: a number or an array.
         random_state: The random stream.
     """

@@ -25,35 +25,37 @@ _METAL = (0.62, 0.64, 0.67, 1.0)
 
 
 def adhesion_actuators(root: Any) -> list[Any]:
-    """Return the adhesion actuators of a PyMJCF model: each one's body is a suction cup.
+    """Return the adhesion actuators of a PyMJCF model; the body of each is a suction cup.
 
-    MuJoCo's writer makes general actuators of them; no others act on a body.
+    MuJoCo saves them as general actuators, of which no others act on a body.
     """
     found = root.find_all("actuator")
     return [actuator for actuator in found if getattr(actuator, "body", None) is not None]
 
 
 class Cup:
-    """A cup: a body with an adhesion actuator, which pulls along the normals of its contacts.
+    """A suction cup: a body with an adhesion actuator, which pulls along the contact normals.
 
-    A cup that is built has a ring of small spheres as its lip, so that balls reach into it. A cup
-    of the model may have a single contact. A lip of radius r that is pressed on with a force F
-    resists bending moments up to r F, where it would tip over its edge: such a cup gets these as
-    rolling and torsional friction. Sliding friction is the object's.
+    A cup built here has a ring of small spheres as its lip, so that balls reach into it. A cup of
+    the model may have a single contact. A lip of radius r pressed on with a force F resists bending
+    moments up to r F, beyond which it would tip over its edge; the lip's rolling and torsional
+    friction model this. Sliding friction is the object's.
+
+    Args:
+        robot: The robot, not compiled yet.
+        parameters: Parameters of the cup.
 
     Attributes:
         body: The cup's body (a PyMJCF element).
         actuator: Its adhesion actuator.
         radius: Radius of the lip [m].
         hollow: Whether round faces reach into it.
+
+    Raises:
+        RobotError: If the model lacks the described actuator, or has several and none is named.
     """
 
     def __init__(self, robot: Robot, parameters: SuctionParameters) -> None:
-        """Find the cup in a robot's model, or build it at the tool frame.
-
-        Raises:
-            RobotError: If the description's actuator is not in the model, or several are.
-        """
         self.actuator = _find_actuator(robot, parameters.actuator)
         if self.actuator is None:
             self.body = _build(robot, parameters)
@@ -76,7 +78,7 @@ class Cup:
                 gap=LIP_TRAVEL, condim=6, friction=(0.0, lever, lever),
                 priority=0, solmix=_SOLMIX, solref=_SOLREF, solimp=_SOLIMP,
             )  # fmt: skip
-        # Group 5 is hidden in every viewer unless asked for.
+        # Group 5 is hidden in all viewers by default.
         site = self.body.add(
             "site", name=f"{_NAME}_touch", type="sphere", size=(_SENSOR_REACH,), group=5,
             rgba=(0, 0, 0, 0),
@@ -98,7 +100,7 @@ class Cup:
 
 
 def _find_actuator(robot: Robot, name: str | None) -> Any:
-    """Return the adhesion actuator of a name, or the only one; None if there is none."""
+    """Return the adhesion actuator with a name, or the only one; None without any."""
     found = adhesion_actuators(robot.gripper_root)
     names = [literal_name(actuator.name or "") for actuator in found]
     where = robot.description.where
@@ -117,7 +119,7 @@ def _find_actuator(robot: Robot, name: str | None) -> Any:
 
 
 def _build(robot: Robot, parameters: SuctionParameters) -> Any:
-    """Add a cup to the body of the tool frame, its lip at the frame and its axis along z."""
+    """Add a cup to the body of the tool frame, with its lip at the frame and its axis along z."""
     site = robot.tool_site
     pose = {
         key: value
@@ -150,7 +152,7 @@ def _build(robot: Robot, parameters: SuctionParameters) -> Any:
 
 
 def _measure(robot: Robot, body: Any) -> float:
-    """Return the width of a cup across the tool's z axis: the smaller one of both directions."""
+    """Return the width of a cup orthogonal to the tool's z axis: the smaller of x and y [m]."""
     root = robot.mjcf_model
     model = mujoco.MjModel.from_xml_string(root.to_xml_string(), root.get_assets())
     data = mujoco.MjData(model)

@@ -12,26 +12,29 @@ from ..solids import SIDEWAYS, Polyhedron, Solid
 from .lip import LIP_RADIUS, MAX_SAG, ring
 
 CURVATURE_WEIGHT = 0.3
-"""Cost of a surface that is as curved as the cup can seal."""
+"""Cost of the largest curvature on which the cup seals."""
 
 _GAP = 0.2e-3  # [m] between lip and face at a grasp: planned paths end without penetration
-_EDGE = 2e-3  # [m] from the lip to the edge of a face, at least: the arm's position error
-_BUMP = 1e-3  # [m] by which a surface may stand out under the lip
-_BELOW = -0.1  # cosine of approach and straight down, below which a grasp approaches from below
-_MAX_FACES = 32  # of a solid, the largest ones
-_TOLERANCE = 4  # digits of normals and of offsets [m] to which triangles are of one face
+_EDGE = 2e-3  # [m] minimum distance from the lip to the edge of a face: the arm's position error
+_BUMP = 1e-3  # [m] maximum height of a bump of the surface under the lip
+_BELOW = -0.1  # cosine of approach and straight down below which a grasp approaches from below
+_MAX_FACES = 32  # considered faces of a solid, the largest first
+_TOLERANCE = 4  # digits of normals and offsets [m] to which triangles belong to one face
 _EIGHTHS = tuple(0.25 * math.pi * k for k in range(8))  # [rad] of a turn
 
 Place = tuple[np.ndarray, np.ndarray]
-"""A point of a surface [m] and the outward normal there, in the object's frame."""
+"""A surface point [m] and its outward normal, in the object's frame."""
 
 
 class CupGraspGenerator:
     """Generates the grasp candidates of one object for a suction cup.
 
-    Places for the cup are near the centre of mass on each flat face, and on balls, cylinders and
-    other round solids. A place is taken if rays along the axis of the cup find the object under the
-    whole lip, not deeper than the cup seals.
+    Candidate points are near the centre of mass on each flat face, and on balls, cylinders and
+    other round solids. A point is accepted if rays along the axis of the cup hit the object under
+    the whole lip, at most as deep as the cup seals.
+
+    Args:
+        hollow: Whether round faces reach into the cup, until they touch the inside of the lip.
 
     Attributes:
         name: Name of the object, for messages.
@@ -49,16 +52,6 @@ class CupGraspGenerator:
         *,
         hollow: bool = True,
     ) -> None:
-        """Generate grasps of an object with a cup.
-
-        Args:
-            name: Name of the object.
-            solids: Its convex solids.
-            radius: Radius of the cup's lip [m].
-            com: Its centre of mass, in its frame [m].  # (3,)
-            hollow: Whether round faces reach into the cup, until they touch the inner side of the
-                lip.
-        """
         self._hollow = hollow
         self.name, self.solids, self.radius, self.com = name, list(solids), radius, np.array(com)
 
@@ -77,8 +70,8 @@ class CupGraspGenerator:
             for place in _places(solid, self.com, self.radius, -down)
             if -place[1] @ down >= _BELOW
         ]
-        found: np.ndarray = np.reshape(places, (-1, 2, 3))
-        points, normals = found[:, 0], found[:, 1]
+        surface: np.ndarray = np.reshape(places, (-1, 2, 3))
+        points, normals = surface[:, 0], surface[:, 1]
         depth = self._depth(points, normals, self.radius)
         beside = self._depth(points, normals, self.radius + _EDGE)
         limit = MAX_SAG * self.radius
@@ -105,9 +98,9 @@ class CupGraspGenerator:
         )
 
     def _depth(self, points: np.ndarray, normals: np.ndarray, radius: float) -> np.ndarray:
-        """Return the depth of the surface under a ring around each of some places [m].
+        """Return the depth of the surface under a ring around each surface point [m].
 
-        Rays begin a radius of the cup above: nothing may stand there. Inf where they find nothing.
+        Rays start one radius of the cup above the surface. The depth is inf where they hit nothing.
         """  # (n, rays)
         rings = np.array([ring(radius) @ _frame(-normal).T for normal in normals])
         starts = (points + self.radius * normals)[:, None] + rings.reshape(len(points), -1, 3)
@@ -117,7 +110,7 @@ class CupGraspGenerator:
 
 
 def _places(solid: Solid, com: np.ndarray, radius: float, up: np.ndarray) -> Iterator[Place]:
-    """List places for a cup on a solid: faces near the centre of mass, and round sides.
+    """Yield points for a cup on a solid: on faces near the centre of mass, and on round sides.
 
     Args:
         solid: The solid.
@@ -155,9 +148,9 @@ def _places(solid: Solid, com: np.ndarray, radius: float, up: np.ndarray) -> Ite
 
 
 def _face_places(solid: Polyhedron, com: np.ndarray, least: float) -> Iterator[Place]:
-    """List places on the flat faces of at least an area [m2]: nearest to the centre of mass first.
+    """Yield points on flat faces with a minimum area [m2], those nearest to the com first.
 
-    These are the projection of the centre of mass, the centroid of the face, and their middle.
+    They are the projection of the centre of mass, the centroid of the face, and their midpoint.
     """
     edges = solid.triangles[:, 1:] - solid.triangles[:, :1]
     areas = 0.5 * np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
@@ -201,7 +194,7 @@ def _frame(z: np.ndarray, x: np.ndarray | None = None) -> np.ndarray:
 
     Args:
         z: Its z axis; unit.  # (3,)
-        x: Direction of its x axis; default, and where it is parallel to z: any.  # (3,)
+        x: Direction of its x axis; any by default, and if it is parallel to z.  # (3,)
     """  # (3, 3)
     across = np.zeros(3) if x is None else x - (x @ z) * z
     if np.linalg.norm(across) < 1e-3:

@@ -22,12 +22,12 @@ OPEN = "open"
 CLOSING = "closing"
 SEALED = "sealed"
 LOST = "lost"
-"""Without a seal after `close`: none has formed, or it has broken."""
+"""State without a seal after `close`: none has formed, or it has broken."""
 
-_RAMP = 0.05  # [s] in which the force rises to the commanded one
-_RELEASE = 0.02  # [s] in which it falls to zero
+_RAMP = 0.05  # [s] rise time of the force
+_RELEASE = 0.02  # [s] fall time of the force
 _SEAL_TIME = 0.05  # [s] of a seal until the grip is steady
-_PATIENCE = 0.5  # [s] in which a seal has to form
+_SEAL_TIMEOUT = 0.5  # [s] within which a seal has to form
 _CHECK_INTERVAL = 10  # steps between two checks that the object covers the whole lip
 _MAX_INTERRUPTION = 5e-3  # [s] without contact after which a seal is broken
 
@@ -42,11 +42,11 @@ class SuctionGripperObservables(composer.Observables):
 
 
 class SuctionGripper(Gripper):
-    """Holds one object by the vacuum in a cup, which MuJoCo's adhesion models.
+    """Holds one object by the vacuum in a cup, modelled by MuJoCo's adhesion.
 
-    When it closes, the force rises while something covers the whole lip; the cup is sealed when it
-    has reached the commanded force in contact. The seal breaks when the contact opens, or when the
-    object no longer covers the lip, and does not form again until the next `close`.
+    After `close`, the force rises while an object covers the whole lip; the cup is sealed once it
+    has the commanded force in contact. The seal breaks when the contact opens, or when the object
+    no longer covers the lip, and does not form again until the next `close`.
     """
 
     kind = "suction"
@@ -80,7 +80,7 @@ class SuctionGripper(Gripper):
 
     @classmethod
     def check_parameters(cls, table: TomlTable) -> None:
-        """Check the parameters, as of a cup that the model has."""
+        """Check the parameters, assuming that the model has a cup."""
         read_parameters(table, built=False)
 
     def _build_observables(self) -> SuctionGripperObservables:
@@ -104,11 +104,11 @@ class SuctionGripper(Gripper):
     # Commands
 
     def open(self) -> None:
-        """Let air in."""
+        """Release the vacuum."""
         self.state, self._asked = OPEN, 0.0
 
     def close(self, force: float) -> None:
-        """Evacuate until the cup is sealed and holds with a force [N].
+        """Evacuate the cup until it is sealed and holds with a force [N].
 
         Raises:
             GripperError: If the cup cannot hold with this force.
@@ -143,7 +143,7 @@ class SuctionGripper(Gripper):
 
     @property
     def steady(self) -> bool:
-        """Whether it has been sealed for 50 ms, with the commanded force."""
+        """Whether it has been sealed with the commanded force for 50 ms."""
         return (
             self.state == SEALED and self._time >= _SEAL_TIME - 1e-9 and self._force == self._asked
         )
@@ -155,7 +155,7 @@ class SuctionGripper(Gripper):
 
     @property
     def is_free(self) -> bool:
-        """Whether there is no vacuum: then a touched object stays where it is."""
+        """Whether there is no vacuum, so that a touched object does not move with the cup."""
         return self._force == 0.0
 
     @property
@@ -223,7 +223,7 @@ class SuctionGripper(Gripper):
         self.robot.mj_data.ctrl[self.cup.ctrl] = self._force / self.cup.gain
 
     def after_substep(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
-        """Measure the contact, and advance the force or notice a broken seal."""
+        """Measure the contact; update the force and the seal."""
         if self.state in (OPEN, LOST) and self._force == self._pressing == 0.0:
             return
         model, data = self.robot.mj_model, self.robot.mj_data
@@ -235,7 +235,7 @@ class SuctionGripper(Gripper):
         self._time += dt
         if self.state == CLOSING:
             self._object = self._covering(self._near())
-            if self._time >= _PATIENCE:
+            if self._time >= _SEAL_TIMEOUT:
                 self.state, self._object = LOST, ""
         else:
             self._interrupted = 0.0 if self._pressing > 0.0 else self._interrupted + dt
@@ -259,7 +259,7 @@ class SuctionGripper(Gripper):
         self._force = 0.0  # [N] force of the vacuum
         self._pressing = 0.0  # [N] force of the lip in the last step
         self._object = ""  # entity that covers the lip
-        self._time = 0.0  # [s] since the state began
+        self._time = 0.0  # [s] in the present state
         self._interrupted = 0.0  # [s] without contact
         self._steps = 0  # since the cup was sealed
 
@@ -272,7 +272,7 @@ class SuctionGripper(Gripper):
         return sorted({entity_of(label[geom]) for geom in others})
 
     def _covering(self, entities: Sequence[str]) -> str:
-        """Return the first of some entities that covers the whole lip; empty if none does."""
+        """Return the first entity that covers the whole lip; empty without one."""
         model, data = self.robot.mj_model, self.robot.mj_data
         solid = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
         for name in entities:

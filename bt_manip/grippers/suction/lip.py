@@ -6,19 +6,19 @@ import mujoco
 import numpy as np
 
 LIP_TRAVEL = 3e-3
-"""Distance over which the lip yields [m]: from farther away, a cup does not seal."""
+"""Compression of the lip [m]; a cup farther from the surface does not seal."""
 
 MAX_SAG = 0.5
-"""Depth of a curved surface at the lip that still seals, in radii of the cup [-].
+"""Maximum depth of a curved surface at the lip with a seal, in radii of the cup [-].
 
-A ball is held from 1.25 times this radius on.
+Balls need at least 1.25 times the cup's radius.
 """
 
 LIP_RADIUS = 1.5e-3
-"""Radius of the spheres that are the lip of a cup that is built [m]."""
+"""Radius of the spheres that form the lip of a built cup [m]."""
 
 RAYS = 8
-"""Number of points on the lip at which a seal is checked, and of these spheres."""
+"""Number of points on the lip where a seal is checked, and of the lip's spheres."""
 
 _MESH = int(mujoco.mjtGeom.mjGEOM_MESH)
 
@@ -32,7 +32,7 @@ def ring(radius: float) -> np.ndarray:
 def seals(
     model: mujoco.MjModel, data: mujoco.MjData, site: int, radius: float, geoms: Sequence[int]
 ) -> bool:
-    """Return whether some geoms cover the whole lip.
+    """Return whether geoms cover the whole lip.
 
     Args:
         model: The compiled model.

@@ -10,10 +10,10 @@ from bt_manip.robots import GripperDescription
 from bt_manip.toml import Key, TomlTable, documented, read_part
 
 DEFAULT_LENGTH = 0.05
-"""Length of a cup with its stem that is built [m]."""
+"""Default length of a built cup with its stem [m]."""
 
 MIN_DIAMETER = 0.005
-"""Diameter that every cup exceeds [m]."""
+"""Exclusive minimum of the diameter [m]."""
 
 
 @documented
@@ -28,15 +28,15 @@ class SuctionParameters:
     pressure: Annotated[
         float | None,
         Key(
-            "Pressure difference to the surroundings, which times the area is the holding force; "
-            "by default that of the force of the model's actuator",
+            "Pressure difference to the surroundings; the holding force is pressure times area. "
+            "By default the force is that of the model's actuator",
             "Pa",
             above=0.0,
         ),
     ] = None
-    length: Annotated[
-        float, Key("Length of a cup that is built, with its stem", "m", above=0.0)
-    ] = DEFAULT_LENGTH
+    length: Annotated[float, Key("Length of a built cup with its stem", "m", above=0.0)] = (
+        DEFAULT_LENGTH
+    )
     actuator: Annotated[
         str | None, Key("Name of the adhesion actuator, if the model has several")
     ] = None
@@ -58,12 +58,12 @@ def suction_gripper(
 ) -> GripperDescription:
     """Describe a suction cup; ``[gripper]`` in a TOML file has the same keys.
 
-    The centre of the cup's lip is the tool frame, and its axis is the tool's z axis. A model with
-    an adhesion actuator has a cup: the body of the actuator. For other models a cup is built there,
-    on the body that carries the tool frame; it needs `diameter` and `pressure`.
+    The tool frame is at the centre of the cup's lip, and the cup's axis is the tool's z axis. In a
+    model with an adhesion actuator, the actuator's body is the cup. For other models a cup is built
+    on the body that carries the tool frame; this needs `diameter` and `pressure`.
 
     Args:
-        model: Path of its MJCF file; None if it is part of the arm's, or built.
+        model: Path of its MJCF file; None if it is part of the arm's file, or built.
         mount: Name of the arm's site or body to which a separate model is attached.
         T_mg: Pose of that model in the mount; default: identity.
         **parameters: The fields of `SuctionParameters`; None is the default.
@@ -90,7 +90,7 @@ def read_parameters(table: TomlTable, built: bool) -> SuctionParameters:
     for key in ("diameter", "pressure") if built else ():
         table.require(key, "a number")
     parameters = read_part(SuctionParameters, table)
-    assert parameters is not None  # it has a default for each key
+    assert parameters is not None  # all keys have defaults
     if built and parameters.length < (parameters.diameter or 0.0):
         raise table.error("length", "is at least the diameter")
     return parameters

@@ -28,7 +28,7 @@ or the support surface may require a smaller depth.
 """
 
 CONTACT_WEIGHT = 0.3
-"""Cost of pads in contact at the two contact points only."""
+"""Cost of point contacts: pads that touch the object at the two contact points only."""
 
 ANGLE_WEIGHT = 1.0
 """Cost of surface normals at `_MAX_ANGLE` or more from the closing direction."""
@@ -42,12 +42,12 @@ DEPTH_WEIGHT = 0.5
 _MAX_ANGLE = 0.25 * math.pi  # [rad]
 _MIN_SLACK = 5e-3  # [m] on each side
 
-MAX_PRIMITIVES = 8  # of an object, up to which each solid is gripped separately
+MAX_PRIMITIVES = 8  # largest number of solids of an object that are gripped separately
 
 _PALM_CLEARANCE = 3e-3  # [m] between the palm and the object
 _TIP_CLEARANCE = (5e-3, 1e-3)  # [m] of the tips above the object's far side: preferred, minimum
 _MIN_OVERLAP = 4e-3  # [m] of the fingers with flat faces
-_TIP_OVERHANG = 2e-3  # [m] of the tips beyond a point contact, at least
+_TIP_OVERHANG = 2e-3  # [m] minimum overhang of the tips beyond a point contact
 _MAX_OFF_CENTRE = 0.25  # radii from the widest point of round sides at which the tips may end
 
 _LONG = 3.0  # half lengths in pad half widths from which on a box is also gripped off its centre
@@ -86,7 +86,7 @@ class AntipodalGrasp(NamedTuple):
 
 
 def box_grasps(solid: Solid, hand: Hand, down: np.ndarray) -> Iterator[AntipodalGrasp]:
-    """List the grasps of a box: pairs of opposite faces with each approach direction.
+    """Yield the grasps of a box: pairs of opposite faces with each approach direction.
 
     The approach is over one of the four other faces or an edge between them, with either finger
     first. A long box is also gripped on both sides of its centre.
@@ -122,9 +122,9 @@ def box_grasps(solid: Solid, hand: Hand, down: np.ndarray) -> Iterator[Antipodal
 
 
 def cylinder_grasps(solid: Solid, hand: Hand, down: np.ndarray) -> Iterator[AntipodalGrasp]:
-    """List the grasps of a cylinder or capsule: across its diameter and along its length.
+    """Yield the grasps of a cylinder or capsule: across its diameter and along its length.
 
-    A diameter is approached along the axis, and across it at the centre and on both sides of it.
+    A diameter is approached along the axis, and across the axis at the centre and on both sides.
 
     Args:
         solid: A cylinder or a capsule.
@@ -164,7 +164,7 @@ def cylinder_grasps(solid: Solid, hand: Hand, down: np.ndarray) -> Iterator[Anti
 
 
 def sphere_grasps(solid: Solid, hand: Hand, down: np.ndarray) -> Iterator[AntipodalGrasp]:
-    """List the horizontal diameters of a sphere, approached from above, at 45 degrees and level.
+    """Yield the grasps of a sphere: horizontal diameters, approached vertically to horizontally.
 
     Args:
         solid: A sphere.
@@ -176,7 +176,7 @@ def sphere_grasps(solid: Solid, hand: Hand, down: np.ndarray) -> Iterator[Antipo
         return
     vertical = down / np.linalg.norm(down)
     for i, closing in enumerate(_orthogonal(vertical, np.array([1.0, 0.0, 0.0]), _EIGHTHS)):
-        first = (-1.0) ** i  # either finger
+        first = (-1.0) ** i  # alternate the finger on the far side
         for tilt in (0.0, math.pi / 4, math.pi / 2):
             a = math.cos(tilt) * vertical + first * math.sin(tilt) * np.cross(closing, vertical)
             yield AntipodalGrasp(
@@ -188,12 +188,12 @@ def sphere_grasps(solid: Solid, hand: Hand, down: np.ndarray) -> Iterator[Antipo
 def sampled_grasps(
     solids: Sequence[Solid], pairs: AntipodalPairs, contact: np.ndarray, down: np.ndarray
 ) -> Iterator[AntipodalGrasp]:
-    """List the grasps at sampled pairs, with approaches at several angles from nearest to down.
+    """Yield the grasps at sampled pairs, with approaches from the one nearest to straight down on.
 
     Args:
         solids: The object.
         pairs: Its antipodal pairs.
-        contact: Fraction of the pads in contact at each.  # (n,)
+        contact: Fraction of the pads in contact at each pair.  # (n,)
         down: Straight down in the object's frame; grasps from below are excluded.  # (3,)
     """
     widths = [float(np.linalg.norm(b - a)) for a, b in zip(pairs.first, pairs.second, strict=True)]
@@ -214,7 +214,7 @@ def sampled_grasps(
 def grasp_candidates(
     grasps: Sequence[AntipodalGrasp], hand: Hand, solids: Sequence[Solid], clear: bool
 ) -> GraspCandidates:
-    """Set the depth of the tool in each grasp; drop those without a feasible depth.
+    """Set the depth of the tool in each grasp; drop grasps without a feasible depth.
 
     The preferred depth is `GRIP_DEPTH`. The palm has to stay clear of the object, the fingertips
     above the support surface, and the fingers have to overlap the contacts. On round sides the
@@ -273,8 +273,11 @@ _PRIMITIVES = {
 class AntipodalGraspGenerator:
     """Generates the grasp candidates of one object, in any orientation.
 
-    Boxes, cylinders, capsules and spheres are gripped by their geometry, in objects of up to
-    `MAX_PRIMITIVES` solids. For other objects antipodal pairs are sampled, once.
+    Grasps of boxes, cylinders, capsules and spheres are computed from their dimensions, for objects
+    of up to `MAX_PRIMITIVES` solids. For other objects antipodal pairs are sampled, once.
+
+    Args:
+        rng: Random generator for surface points.
 
     Attributes:
         name: Name of the object, for messages.
@@ -291,15 +294,6 @@ class AntipodalGraspGenerator:
         com: np.ndarray,
         rng: np.random.Generator,
     ) -> None:
-        """Sample antipodal pairs unless the object consists of primitives only.
-
-        Args:
-            name: Name of the object.
-            solids: Its convex solids.
-            hand: The gripper.
-            com: Its centre of mass, in its frame [m].  # (3,)
-            rng: Random generator for points on its surface.
-        """
         self.name, self.solids, self.hand, self.com = name, list(solids), hand, np.array(com)
         few = len(self.solids) <= MAX_PRIMITIVES
         self._primitives = [
@@ -312,7 +306,7 @@ class AntipodalGraspGenerator:
         )
 
     def candidates(self, down: np.ndarray) -> GraspCandidates:
-        """Return the grasps that do not approach from below.
+        """Return all grasps except those that approach from below.
 
         Args:
             down: Straight down in the object's frame; unit.  # (3,)
@@ -360,7 +354,7 @@ class AntipodalGraspGenerator:
 
 
 def _support(solids: Sequence[Solid], directions: np.ndarray, part: np.ndarray) -> np.ndarray:
-    """Return the support function of the gripped part, or of the whole object [m]."""
+    """Return the support function of the gripped part or of the whole object [m]."""
     each = np.array([solid.support(directions) for solid in solids])  # (solids, n)
     whole = each.max(axis=0)
     own = each[np.maximum(part, 0).astype(int), np.arange(len(part))]
@@ -368,12 +362,12 @@ def _support(solids: Sequence[Solid], directions: np.ndarray, part: np.ndarray) 
 
 
 def _fits(width: float, hand: Hand) -> bool:
-    """Return whether a width is inside the gripper's range of openings [m]."""
+    """Return whether a width [m] is inside the gripper's range of openings."""
     return hand.least + 5e-4 < width <= hand.stroke - 2.0 * FINGER_CLEARANCE
 
 
 def _orthogonal(line: np.ndarray, down: np.ndarray, turns: Sequence[float]) -> list[np.ndarray]:
-    """List directions orthogonal to a line: the one nearest to straight down, turned by angles.
+    """List directions orthogonal to a line: the one nearest to straight down, turned by `turns`.
 
     Args:
         line: Unit direction.  # (3,)

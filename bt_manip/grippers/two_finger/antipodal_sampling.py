@@ -1,4 +1,4 @@
-"""Antipodal pairs of points, sampled from the surface of an object of any shape."""
+"""Antipodal pairs of points, sampled on the surface of an object of any shape."""
 
 import math
 from collections.abc import Sequence
@@ -12,7 +12,7 @@ from .hand import Hand
 FINGER_CLEARANCE = 1.5e-3
 """Minimum clearance between each open finger and the object [m]."""
 
-SURFACE_SAMPLES = 320  # points drawn from the surface
+SURFACE_SAMPLES = 320  # sampled surface points
 MAX_PAIRS = 60  # maximum number of selected pairs
 MAX_PARALLEL = 10  # maximum number of selected pairs with similar direction and width
 CONE_FRACTION = 0.8  # used fraction of the friction cone's half angle
@@ -22,8 +22,8 @@ _MERGED = 1e-5  # [m] gap between solids up to which a line treats them as one
 _SAME_CENTRE = 5e-3  # [m] distance of centres below which similar pairs are duplicates
 _SIMILAR_WIDTH = 0.01  # [m] difference of widths
 _SIMILAR_DIRECTION = 0.3  # [rad] angle between lines
-_LEVER = 0.05  # [m] distance from the centre of mass with the cost of missing contact
-_FLAT = 1e-3  # [m] maximum deviation of a surface in contact with a pad
+_LEVER = 0.05  # [m] distance from the centre of mass that costs as much as missing contact
+_FLAT = 1e-3  # [m] maximum unevenness of a surface in contact with a pad
 _FACE_STEPS = 1e-3 * np.array([3.5, 7, 10, 20, 30, 40, 50, 60, 80, 100])  # [m]
 
 
@@ -56,15 +56,15 @@ class Intersections(NamedTuple):
 def sample_surface(
     solids: Sequence[Polyhedron], count: int, rng: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Draw points uniformly from the surface of an object.
+    """Sample points uniformly on the surface of an object.
 
     Args:
         solids: Its solids; they may overlap.
-        count: Number of points; those inside another solid are dropped.
+        count: Number of samples; points inside another solid are dropped.
         rng: Random generator.
 
     Returns:
-        The points [m] and the outward normals there.  # (n, 3) each
+        The points [m] and their outward normals.  # (n, 3) each
     """
     triangles = np.concatenate([solid.triangles for solid in solids])
     owner = np.repeat(np.arange(len(solids)), [len(solid.triangles) for solid in solids])
@@ -136,10 +136,10 @@ def antipodal_pairs(
 ) -> AntipodalPairs:
     """Sample antipodal pairs: force-closure grasps of two point contacts with friction.
 
-    A line is cast into the object from each of `count` surface points, against the normal or
-    inside the cone around it. The fingers press on the outermost two points of the line, or on
-    both sides of one of several walls. The pair is in force closure if the line is inside both
-    friction cones (Nguyen, "Constructing force-closure grasps", 1988).
+    A line is cast into the object from each of `count` surface points, against the normal or within
+    the cone around it. The fingers press on the outermost two intersections, or on both sides of
+    one of several walls. The pair is in force closure if the line is inside both friction cones
+    (Nguyen, "Constructing force-closure grasps", 1988).
 
     Args:
         solids: The object.
@@ -151,7 +151,7 @@ def antipodal_pairs(
     points, normals = sample_surface(solids, count, rng)
     jitter = np.linalg.norm(normals, axis=1, keepdims=True) * rng.normal(size=normals.shape)
     amount = np.tan(cone) * rng.uniform(size=(len(points), 1)) ** 2
-    amount[::2] = 0.0  # every second line is the normal itself
+    amount[::2] = 0.0  # every second line is along the normal
     sideways = jitter - (jitter * normals).sum(axis=1, keepdims=True) * normals
     sideways /= np.maximum(np.linalg.norm(sideways, axis=1, keepdims=True), 1e-9)
     directions = -normals + amount * sideways
@@ -162,7 +162,7 @@ def antipodal_pairs(
     ):
         walls = len(found.enter)
         ends = [(0, walls - 1)] * (walls > 0) + [(i, i) for i in range(walls) if walls > 1]
-        for i, j in ends:  # all walls between the fingers, or one of them
+        for i, j in ends:  # all walls between the fingers, or one wall
             start, end = found.enter[i], found.leave[j]
             angle = max(
                 _angle(-direction, found.normal_in[i]), _angle(direction, found.normal_out[j])
@@ -188,7 +188,7 @@ def friction_cone(solids: Sequence[Solid]) -> float:
 def best_antipodal_pairs(
     solids: Sequence[Solid], hand: Hand, com: np.ndarray, rng: np.random.Generator
 ) -> tuple[AntipodalPairs, np.ndarray]:
-    """Sample antipodal pairs and select the best of different position, direction and width.
+    """Sample antipodal pairs; select the best that differ in position, direction or width.
 
     Args:
         solids: The object.
@@ -197,7 +197,7 @@ def best_antipodal_pairs(
         rng: Random generator.
 
     Returns:
-        The pairs, and the fraction of the pads in contact at each.  # (n,)
+        The pairs, and the fraction of the pads in contact at each pair.  # (n,)
     """
     pairs = antipodal_pairs(
         [solid.polyhedron for solid in solids],
@@ -228,7 +228,7 @@ def best_antipodal_pairs(
 
 
 def pad_contact(solids: Sequence[Solid], pairs: AntipodalPairs, hand: Hand) -> np.ndarray:
-    """Estimate the fraction of the pads in contact, from four parallel lines beside each pair."""
+    """Estimate the fraction of the pads in contact by four lines parallel to each pair."""
     n = len(pairs.first)
     if not n:
         return np.zeros(0)

@@ -11,7 +11,7 @@ from bt_manip.cell import BodyNames, entity_of
 
 from .mechanism import Mechanism
 
-_CACHED = 256  # lists of contacts, which recur while an object is held
+_CACHED = 256  # cached lists of contacts; they recur while an object is held
 _REACH = 0.3  # [m] radius of the sensor zones, large enough for all contacts of a finger
 
 Touched = tuple[tuple[str, ...], tuple[str, ...]]
@@ -21,18 +21,21 @@ Touched = tuple[tuple[str, ...], tuple[str, ...]]
 class FingerContacts:
     """Touch sensors in a robot's two fingers, and the names of the entities that they touch.
 
-    A touch sensor sums the normal forces of its body's contacts inside MuJoCo, so no Python loop
-    over contacts is needed.
+    A touch sensor sums the normal forces of its body's contacts inside MuJoCo, which saves a loop
+    over contacts in Python.
+
+    Args:
+        root: The robot's model, to which the sensors are added; not compiled yet.
+        mechanism: The gripper's mechanism.
     """
 
     def __init__(self, root: mjcf.RootElement, mechanism: Mechanism):
-        """Add the sensors to the robot's model, which must not be compiled yet."""
         self._mechanism = mechanism
         self.bound = False
         self._sensors = []
         for finger in mechanism.fingers:
             name = f"{finger.name}_touch"
-            # Group 5 is hidden in every viewer unless asked for.
+            # Group 5 is hidden in all viewers by default.
             site = finger.add(
                 "site", name=name, type="sphere", size=(_REACH,), group=5, rgba=(0, 0, 0, 0)
             )
@@ -58,7 +61,7 @@ class FingerContacts:
         return self._touched(self._data.contact.geom.tobytes())
 
     def _touched_by(self, contacts: bytes) -> Touched:
-        """Return the names for the pairs of geoms in contact."""
+        """Return the names of the touched entities for pairs of geoms in contact."""
         pairs = np.frombuffer(contacts, np.int32).reshape(-1, 2).tolist()
         left, right = (self._partners(geoms, pairs) for geoms in self._geoms)
         return left, right

@@ -1,4 +1,4 @@
-"""Grasps of two fingers that an object declares."""
+"""Grasps of two fingers declared by an object."""
 
 from collections.abc import Sequence
 
@@ -12,7 +12,12 @@ from .hand import BELOW, CLOSING_MARGIN, Hand
 
 
 class DeclaredGraspGenerator:
-    """Generates the grasp candidates of an object that declares its grasps.
+    """Generates grasp candidates from an object's declared grasps.
+
+    Args:
+        name: Name of the object, for messages.
+        grasps: Its declared grasps.
+        hand: The gripper.
 
     Attributes:
         com: The object's centre of mass, in its frame [m].  # (3,)
@@ -21,24 +26,16 @@ class DeclaredGraspGenerator:
     def __init__(
         self, name: str, grasps: Sequence[DeclaredGrasp], hand: Hand, com: np.ndarray
     ) -> None:
-        """Keep the grasps.
-
-        Args:
-            name: Name of the object, for messages.
-            grasps: Its grasps.
-            hand: The gripper.
-            com: Its centre of mass, in its frame [m].  # (3,)
-        """
         self._name, self._grasps, self._hand, self.com = name, list(grasps), hand, np.array(com)
 
     def candidates(self, down: np.ndarray) -> GraspCandidates:
-        """Return those that fit and do not approach from below, with either finger first.
+        """Return the grasps that fit and do not approach from below, with either finger first.
 
         Args:
             down: Straight down in the object's frame; unit.  # (3,)
 
         Raises:
-            MotionError: If none fits between the fingers.
+            MotionError: If no grasp fits between the fingers.
         """
         hand, fit = self._hand, [g for g in self._grasps if g.width < self._hand.stroke]
         if not fit:

@@ -14,9 +14,9 @@ from bt_manip import spatial
 from ..solids import geom_surface
 
 _SLIDE, _HINGE = int(mujoco.mjtJoint.mjJNT_SLIDE), int(mujoco.mjtJoint.mjJNT_HINGE)
-STOPS = 17  # measured positions of a joint over its range, by simulation
-_STOPS_ALONE = {_SLIDE: 5, _HINGE: 65}  # the same of a joint that moves nothing but its finger
-BEHIND = 4e-3  # [m] behind the tool, from where to the tips a finger's surface counts
+STOPS = 17  # simulated positions of a joint over its range
+_STOPS_ALONE = {_SLIDE: 5, _HINGE: 65}  # positions of a joint that moves its finger only
+BEHIND = 4e-3  # [m] a finger's surface counts from this distance behind the tool to the tips
 _STEPS = 150  # maximum number of simulation steps of 1 ms for each position
 _STILL = 2e-3  # [rad/s] or [m/s] below which a joint counts as settled
 _POLE = 250.0  # [rad/s] of the loop that moves the joint to each position
@@ -52,6 +52,9 @@ class FingerBench:
     The simulation includes closed loops and springs; gravity, contacts, dry friction and actuators
     are disabled.
 
+    Args:
+        mj_model: The robot, compiled on its own; it is not changed.
+
     Attributes:
         model: The copy.
         arm_joints: Full names of the arm's joints, from the base to the tool.
@@ -61,12 +64,6 @@ class FingerBench:
     """
 
     def __init__(self, mj_model: mujoco.MjModel, arm_joints: Sequence[str]) -> None:
-        """Copy a model.
-
-        Args:
-            mj_model: The robot, compiled on its own; it is not changed.
-            arm_joints: Full names of the arm's joints, from the base to the tool.
-        """
         self.model = model = copy.copy(mj_model)
         self.arm_joints = tuple(arm_joints)
         model.opt.timestep = 1e-3
@@ -92,7 +89,7 @@ class FingerBench:
 
         Args:
             joint: Id of the joint.
-            held: Ids of joints that are kept where they are.
+            held: Ids of joints that are kept at their positions.
         """
         model, data = self.model, mujoco.MjData(self.model)
         driven = [joint, *held]
@@ -139,7 +136,7 @@ class FingerBench:
             found = more
 
     def _couplings(self) -> Iterable[set[int]]:
-        """List groups of gripper joints that do not move independently."""
+        """List groups of coupled gripper joints."""
         model, ours = self.model, set(self.joints)
         for i in np.flatnonzero(model.eq_active0):
             kind, first, second = (
@@ -177,7 +174,7 @@ class FingerBench:
         return "joint", model.joint(joints[0]).name
 
     def moved_by(self, actuator: int) -> set[int]:
-        """Return the gripper's joints that an actuator moves itself."""
+        """Return the gripper's joints that an actuator moves directly."""
         kind, target = (
             int(x)
             for x in (self.model.actuator_trntype[actuator], self.model.actuator_trnid[actuator, 0])
@@ -205,7 +202,7 @@ class FingerBench:
         return set() if tendon < 0 else self._wrapped(tendon, int(mujoco.mjtWrap.mjWRAP_JOINT))
 
     def _wrapped(self, tendon: int, kind: int) -> set[int]:
-        """Return the joints or sites that a tendon is on."""
+        """Return the joints or sites of a tendon's path."""
         model, first = self.model, int(self.model.tendon_adr[tendon])
         wraps = range(first, first + int(model.tendon_num[tendon]))
         return {int(model.wrap_objid[w]) for w in wraps if int(model.wrap_type[w]) == kind}
@@ -224,7 +221,6 @@ class FingerSurface:
     """
 
     def __init__(self, model: mujoco.MjModel, body: int) -> None:
-        """Read the geoms of a body that collide."""
         self.body = body
         found = [np.zeros((0, 3, 3))]
         for geom in collision_geoms_of(model, body):
@@ -233,7 +229,7 @@ class FingerSurface:
         self._triangles = np.concatenate(found)
 
     def beyond(self, T_tb: pin.SE3, height: float) -> np.ndarray:
-        """Return the corners of the surface's part above a plane z = height [m].
+        """Return the corners of the part of the surface above a plane z = height [m].
 
         Args:
             T_tb: Pose of the body in a frame whose z axis is normal to the plane.
@@ -247,7 +243,7 @@ class FingerSurface:
         return np.concatenate([a[start >= 0.0], a[cross] + t[:, None] * (b[cross] - a[cross])])
 
     def section(self, T_tb: pin.SE3, height: float) -> np.ndarray:
-        """Return the corners of the part at most `BEHIND` from a plane z = height [m]."""  # (n, 3)
+        """Return the surface's corners within `BEHIND` of a plane z = height [m]."""  # (n, 3)
         part, rest = (self.beyond(T_tb, height + d) for d in (-BEHIND, BEHIND))
         cut = rest[:, 2] < height + BEHIND + 1e-9
         return np.concatenate([part[part[:, 2] <= height + BEHIND], rest[cut]])
@@ -261,13 +257,13 @@ def body_poses(data: mujoco.MjData) -> list[pin.SE3]:
 
 
 def collision_geoms_of(model: mujoco.MjModel, body: int) -> list[int]:
-    """List the geoms of a body that collide."""
+    """List the collision geoms of a body."""
     collides = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
     return [int(g) for g in np.flatnonzero((model.geom_bodyid == body) & collides)]
 
 
 def ancestors(model: mujoco.MjModel, body: int) -> list[int]:
-    """List a body and those above it, up to the world."""
+    """List a body and its ancestors, up to the world."""
     found = [body]
     while found[-1]:
         found.append(int(model.body_parentid[found[-1]]))
@@ -275,7 +271,7 @@ def ancestors(model: mujoco.MjModel, body: int) -> list[int]:
 
 
 def relative_motion(poses: Sequence[pin.SE3], point: np.ndarray) -> np.ndarray:
-    """Return the summed motion of the material points of a body that pass a point [m].
+    """Sum the displacements of the material points of a body that pass through a point [m].
 
     Args:
         poses: Successive poses of the body.

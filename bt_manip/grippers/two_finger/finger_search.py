@@ -24,33 +24,33 @@ from .finger_bench import (
 from .finger_travel import FingerTravel
 from .travel_measurement import FingerNames, measure_travel
 
-_OPENS = 2e-3  # [m] change of the distance of two surfaces that open and close
-_MEETS = 2e-3  # [m] of the smallest distance within which surfaces are pads
-_UNEVEN = 6e-3  # [m] difference of the distance of the pads along them
-_WIDE = 0.5  # share of the largest opening from which on surfaces are pads
-_APART = 5e-4  # [m] distance of the pads when they count as closed
-_MAX_GEOM_DISTANCE = 1.0  # [m] of measured distances
-_ALIGNED = 0.94  # cosine of 20 degrees, within which directions are those of the gripper's base
+_OPENS = 2e-3  # [m] minimum change of distance of surfaces that open and close
+_MEETS = 2e-3  # [m] above the smallest distance, up to which closed surfaces are pads
+_UNEVEN = 6e-3  # [m] maximum variation of the distance along the pads
+_WIDE = 0.5  # minimum opening of pads, relative to the largest opening
+_APART = 5e-4  # [m] distance up to which pads count as closed
+_MAX_GEOM_DISTANCE = 1.0  # [m] largest measured distance
+_ALIGNED = 0.94  # cosine of 20 degrees: nearer directions are snapped to the base's axes
 _DIGITS = 4  # of the tool's position [m]
-_MOST_PULLED = 2  # actuators on spatial tendons, of two fingers
-_STEP = 1e-3  # [m] of heights along the fingers
-_TIP_DISTANCE = 0.015  # [m] of the tool from the ends of the pads, at most
+_MOST_PULLED = 2  # largest number of actuators on spatial tendons, for two fingers
+_STEP = 1e-3  # [m] between heights along the fingers
+_TIP_DISTANCE = 0.015  # [m] largest distance of the tool from the ends of the pads
 
 
 @dataclass(frozen=True, eq=False)
 class FoundFingers:
-    """Two fingers found in a model, and their measures; all names are full ones.
+    """Two fingers of a model, and their dimensions; all names are full names.
 
     Attributes:
         joints: Joints that the fingers follow: one for each, or one for both.
         fingers: Finger bodies, in the order of the joints; the second may be fixed.
         motor: Joint or tendon moved by the motor for both fingers; None for a motor each.
-        max_force: Force of each finger that the model's actuators exert at any opening, with 20 %
-            for friction [N]; None if the model does not limit them.
+        max_force: Force that the model's actuators exert with each finger at any opening, less 20 %
+            for friction [N]; None if the model does not limit it.
         body: Body that carries the gripper.
-        T_bt: Pose of the tool in it: between the pads where they meet, 15 mm from their ends or
-            half way along them; z is the approach direction, y points to the first finger.
-        travel: Openings, joint positions, masses and directions, measured at that tool frame.
+        T_bt: Pose of the tool in this body: between the pads where they meet, 15 mm from their ends
+            or at half their length; z is the approach direction, y points to the first finger.
+        travel: Openings, joint positions, masses and directions, measured at this tool frame.
     """
 
     joints: tuple[str, ...]
@@ -69,26 +69,26 @@ def find_fingers(
     tool: tuple[str, pin.SE3] | None = None,
     where: str = "the model",
 ) -> FoundFingers:
-    """Find the two fingers of a gripper and measure them.
+    """Identify the two fingers of a gripper and measure their travel.
 
     The gripper's joints are those beyond the arm's last joint. They are moved over their range
-    without load; springs, equality constraints, tendons and closed loops couple them. The fingers
-    are the two bodies whose surfaces come nearest to each other; if only one moves, the other is
-    the arm's last link or a body that is fixed to it. Their pads are the surfaces that are far
-    apart when open and meet when closed. The closing direction is normal to them, and the approach
-    direction leads from the body that carries the gripper to the pads; both are axes of that body
-    where they are within 20 degrees.
+    without load, with springs, equality constraints, tendons and closed loops. The fingers are the
+    two bodies whose surfaces come nearest to each other; if only one moves, the other is the arm's
+    last link or a body fixed to it. Their pads are the surfaces that are far apart when open and
+    meet when closed. The closing direction is normal to the pads, and the approach direction points
+    from the body that carries the gripper to the pads; both are snapped to axes of this body within
+    20 degrees.
 
     Args:
         mj_model: The robot, compiled on its own; it is not changed.
         arm_joints: Full names of the arm's joints, from the base to the tool.
-        tool: A tool frame to measure at, in place of the one that is found: the full name of its
-            body, fixed to the one that carries the gripper, and its pose in it. Its rotation is
-            that of the fingers where its z axis is not their approach direction.
-        where: The robot, to begin messages.
+        tool: Tool frame to use instead: the full name of its body, which is fixed to the body that
+            carries the gripper, and its pose in this body. If its z axis is not the approach
+            direction of the fingers, its rotation is replaced by theirs.
+        where: Name of the robot, for messages.
 
     Raises:
-        RobotError: If there are no such fingers, or more than two motors are needed.
+        RobotError: If there are no two fingers, or they need more than two motors.
     """
     bench = FingerBench(mj_model, arm_joints)
     model = bench.model
@@ -132,7 +132,7 @@ class _Pads(NamedTuple):
     Attributes:
         bodies: The bodies of the first and the second finger.
         qpos: Positions of the joints when the pads meet.  # (nq,)
-        centre: Centre of the pads in the world then [m].  # (3,)
+        centre: Centre of the pads in the world at these positions [m].  # (3,)
         normal: Direction from the second to the first finger in the world; unit.  # (3,)
     """
 
@@ -143,7 +143,7 @@ class _Pads(NamedTuple):
 
 
 def _independent_joints(bench: FingerBench, where: str) -> list[int]:
-    """Return one joint of each group of coupled joints that an actuator moves."""
+    """Return one joint of each actuated group of coupled joints."""
     model, left, last = bench.model, list(bench.joints), bench.arm_joints[-1]
     if not left:
         raise RobotError(f"{where} has no joints beyond the arm's last one, '{last}'")
@@ -307,7 +307,7 @@ def _carrier(bench: FingerBench, finger: int) -> int:
 
 
 def _tool(bench: FingerBench, pads: _Pads, body: int) -> pin.SE3:
-    """Return the pose of the tool between the pads, in the body that carries the gripper."""
+    """Return the pose of the tool between the pads, in the frame of the gripper's base."""
     T_wb = body_poses(_posed(bench.model, pads.qpos))
     T_bw = T_wb[body].inverse()
     y = _aligned(T_bw.rotation @ pads.normal)
@@ -349,7 +349,7 @@ def _tool(bench: FingerBench, pads: _Pads, body: int) -> pin.SE3:
 def _given_tool(
     bench: FingerBench, body: int, T_bt: pin.SE3, tool: tuple[str, pin.SE3], where: str
 ) -> pin.SE3:
-    """Return the pose of a given tool frame in the body that carries the gripper."""
+    """Return the pose of a given tool frame in the frame of the gripper's base."""
     model, (name, T) = bench.model, tool
     own = int(model.body(name).id)
     if model.body_weldid[own] != model.body_weldid[body]:
@@ -365,7 +365,7 @@ def _given_tool(
 
 
 def _aligned(direction: np.ndarray) -> np.ndarray:
-    """Return the coordinate axis near a direction, or else the unit direction."""
+    """Return the coordinate axis within 20 degrees of a direction, or else the unit direction."""
     unit = direction / np.linalg.norm(direction)
     k = int(np.abs(unit).argmax())
     return np.sign(unit[k]) * np.eye(3)[k] if abs(unit[k]) > _ALIGNED else unit

@@ -5,18 +5,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial import Polynomial
 
-_MARGIN = 1.2  # of the motors' efforts, for friction
+_MARGIN = 1.2  # factor on the motors' efforts, for friction
 
 
 @dataclass(frozen=True, eq=False)
 class FingerTravel:
     """Travel of two fingers as a function of their joints.
 
-    The opening is the distance between the fingers along their relative motion, from the tool
-    centre point to the tips along the approach direction. Each finger has a distance s from the
-    centre; the opening is the sum of both. Fingers of one motor have half the opening each, also if
-    only one of them moves. By the principle of virtual work, a force of 1 N at the finger requires
-    an effort of ds/dq at the joint.
+    The opening is the distance between the parts of the fingers from the tool centre point to the
+    tips, along their relative motion. Each finger has a distance s from the centre; the opening is
+    the sum of both. With one motor, each s is half the opening, even if only one finger moves. By
+    the principle of virtual work, a force of 1 N at the finger requires an effort of ds/dq at the
+    joint.
 
     Attributes:
         open_width: Maximum opening [m].
@@ -24,7 +24,7 @@ class FingerTravel:
         polynomials: Coefficients of s(q) for each finger, the constant first.
         holding: Coefficients of each motor's effort against springs as a function of q.
         ratios: Velocity of each finger's joint per velocity of the motor.  # (2,)
-        mass: Effective mass of one finger along s [kg]; 0 to read it from the joint.
+        mass: Effective mass of one finger along s [kg]; 0: that of the joint in the model.
         loss: Viscous friction of one finger, along s [N s/m].
         friction: Dry friction of one finger, along s [N].
         joints: Names of all joints that move with the fingers.
@@ -61,9 +61,7 @@ class FingerTravel:
         return np.array([np.interp(width, self.widths, column) for column in self.positions.T])
 
     def efforts(self, force: float, *, together: bool) -> list[float]:
-        """Return the maximum effort of each motor for a force of each finger.
-
-        It includes a margin of 20 % for friction.
+        """Return the maximum effort of each motor for a finger force, plus 20 % for friction.
 
         Args:
             force: Force of each finger [N].
@@ -82,7 +80,7 @@ class FingerTravel:
         return [effort + spring for effort, spring in zip(efforts, springs, strict=True)]
 
     def force(self, effort: float, *, together: bool) -> float:
-        """Return the force of each finger that motors of an effort exert everywhere [N]."""
+        """Return the force of each finger that a motor effort ensures at all openings [N]."""
         zero = self.efforts(0.0, together=together)[0]
         one = self.efforts(1.0, together=together)
         return max(effort - zero, 0.0) / (max(one) - zero)

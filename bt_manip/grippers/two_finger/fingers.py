@@ -1,4 +1,4 @@
-"""Control of two fingers in every step, by position or by force."""
+"""Position and force control of two fingers."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -37,17 +37,17 @@ MET = 1e-3
 """Opening, above the minimum, up to which the fingers count as closed on each other [m]."""
 
 _TOUCHED = 0.2  # [N] normal force above which a finger is in contact
-_SPEED = 0.1  # [m/s] of each finger, or its maximum if lower
+_SPEED = 0.1  # [m/s] speed of each finger, unless its maximum is lower
 _SLOW = 0.04  # [m/s] speed of each finger after the first contact
-_MOMENTUM = 0.1  # [N s] of a finger after the first contact, at most
-_STOPPING = 1.5e-3  # [m] in which a finger stops from its default speed
+_MOMENTUM = 0.1  # [N s] maximum momentum of a finger after the first contact
+_STOPPING = 1.5e-3  # [m] stopping distance of a finger from its default speed
 _STEADY_BAND = (0.95, 1.20)  # relative to the commanded force
-_JAW_BAND = (0.95, 1.40)  # the same of a moving and a fixed jaw, which meet at an angle
-_MET_FORCE = 5.0  # [N] of fingers closed on each other
+_JAW_BAND = (0.95, 1.40)  # the same for a moving and a fixed jaw, which meet at an angle
+_MET_FORCE = 5.0  # [N] force of fingers closed on each other
 # Poles of a finger's position loop [rad/s], well below a tenth of the sampling rate (628 rad/s).
 _POLE = 150.0
 _PUSH = 20.0  # [N] maximum force of a finger under position control, or
-_PUSH_SHARE = 1.5  # of the force that accelerates it, if larger
+_PUSH_SHARE = 1.5  # this factor on the force that accelerates it, if larger
 
 _NOTHING: Touched = ((), ())
 
@@ -55,8 +55,8 @@ _NOTHING: Touched = ((), ())
 class DrivenFingers(Gripper):
     """Controls two fingers in every step: position along a stroke, or grip force.
 
-    Fingers with a motor each are synchronized by control, not by a constraint; a motor that moves
-    both through a mechanism gets the sum of their efforts. The fingers follow one jerk-limited
+    Fingers with one motor each are synchronized by control, not by a constraint; a single motor
+    gets the sum of both efforts. The fingers follow one jerk-limited
     stroke until both touch the object, slower after the first contact, and then press with a force
     that rises smoothly to the commanded one. A touch sensor, added to each finger by this entity,
     measures its normal force.
@@ -110,7 +110,7 @@ class DrivenFingers(Gripper):
 
     @property
     def is_free(self) -> bool:
-        """Whether the fingers touch nothing."""
+        """Whether the fingers touch no entity."""
         return not any(self._touch())
 
     @property
@@ -120,7 +120,7 @@ class DrivenFingers(Gripper):
         return tuple(name for name in left if name in right)
 
     def required_friction(self, weight: float, force: float) -> float:
-        """Return the sliding friction at both fingers that carries a weight [-]."""
+        """Return the sliding friction at both fingers that is needed to carry a weight [-]."""
         return weight / (2.0 * force)
 
     # Geometry
@@ -232,7 +232,7 @@ class DrivenFingers(Gripper):
         self._target = self._motion.s
         self._slowed = False
         self._asked = 0.0  # [N] force commanded by the last close()
-        # A single jaw pushes the object to the other one, against the damping.
+        # A single moving jaw pushes the object to the fixed jaw, against the damping.
         pushing = self._fingers.mass if self.mechanism.travel.one_moves else 0.0
         self._press = Press(self.mechanism.travel.friction, pushing)
         self._in_band = 0  # steps
@@ -240,14 +240,14 @@ class DrivenFingers(Gripper):
         self._touched = _NOTHING
 
     def _touch(self) -> Touched:
-        """Return the entities that each finger touched in the last step, found on demand."""
+        """Return the entities that each finger touched in the last step, read on demand."""
         if self._touched is None:
             self._touched = self._contacts.names() if any(self.forces) else _NOTHING
         return self._touched
 
     def _stroke_limits(self) -> StrokeLimits:
         limits = StrokeLimits(self._speed)
-        slower = self._acceleration / limits.acceleration  # of heavy mechanisms
+        slower = self._acceleration / limits.acceleration  # for heavy mechanisms
         return StrokeLimits(self._speed, limits.acceleration * slower, limits.jerk * slower)
 
     def _travel(self, target: float | None) -> None:
@@ -333,24 +333,22 @@ class DrivenFingers(Gripper):
 class FingerLoop:
     """A PD position loop with two equal poles and acceleration feedforward for each finger.
 
+    Args:
+        mass: Effective mass of one finger [kg].
+        loss: Viscous friction of one finger [N s/m].
+        acceleration: Maximum acceleration of a finger [m/s2].
+
     Attributes:
         stiffness: Position gain of a finger [N/m].
         damping: Velocity gain of a finger, including its viscous friction [N s/m].
     """
 
     def __init__(self, mass: float, loss: float, acceleration: float) -> None:
-        """Tune the loop to a gripper.
-
-        Args:
-            mass: Effective mass of one finger [kg].
-            loss: Viscous friction of one finger [N s/m].
-            acceleration: Maximum acceleration of a finger [m/s2].
-        """
         self._push = max(_PUSH, _PUSH_SHARE * mass * acceleration)
         self._mass = mass
         self.stiffness = mass * _POLE * _POLE
         self.damping = 2.0 * mass * _POLE
-        self._added = self.damping - loss  # viscous friction provides the rest
+        self._added = self.damping - loss  # the rest is viscous friction
 
     def forces(self, motion: Motion, fingers: Fingers) -> tuple[float, float]:
         """Return the forces that make the fingers follow a motion, positive to open [N].

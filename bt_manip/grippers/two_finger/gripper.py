@@ -21,7 +21,7 @@ from .fingers import (
 )
 from .hardware import RealTwoFingerGripper
 
-_RELEASE = 0.04  # [s] in which the force falls to zero before opening
+_RELEASE = 0.04  # [s] fall time of the force before opening
 _STEADY_TIME = 0.05  # [s] inside the force band until the grip is steady
 
 
@@ -53,7 +53,7 @@ class TwoFingerGripper(DrivenFingers):
 
     @classmethod
     def on_device(cls, link: GripperConnection) -> Callable[[Robot], RealTwoFingerGripper]:
-        """Return a factory of the same fingers where a real gripper's are."""
+        """Return a factory of this gripper with the fingers of a real gripper."""
         return lambda robot: RealTwoFingerGripper(robot, link)
 
     def _build_observables(self) -> TwoFingerGripperObservables:

@@ -14,7 +14,7 @@ from .finger_bench import FingerSurface
 from .mechanism import Mechanism
 
 FIXED_JAW_CLEARANCE = 1e-3
-"""Clearance between a fixed jaw and the object before the other jaw pushes it there [m]."""
+"""Clearance between a fixed jaw and the object before the moving jaw closes [m]."""
 
 CLOSING_MARGIN = 3e-3
 """Distance on each side of the contacts within which the fingers may touch the object [m]."""
@@ -22,7 +22,7 @@ CLOSING_MARGIN = 3e-3
 BELOW = -0.1
 """Cosine of approach and straight down below which a grasp approaches from below."""
 
-_JAW_DEPTH = 0.25  # of the opening, from the jaw's face, from which on its body is a palm
+_JAW_DEPTH = 0.25  # [openings] from the jaw's face, beyond which its body is a palm
 _SIGNS = np.array(list(product((-1.0, 1.0), repeat=3)))  # (8, 3) corners of a box
 
 
@@ -47,12 +47,12 @@ class Hand(NamedTuple):
     centre: float = 0.0
     """Coordinate along `closing` of the midpoint between the closed fingers [m]."""
     shift: float = 0.0
-    """Change of that coordinate per opening: 0.5 if the second finger is fixed."""
+    """Derivative of this coordinate with respect to the opening: 0.5 with a fixed second finger."""
 
     def offset(self, width: np.ndarray) -> np.ndarray:
-        """Return the coordinate along `closing` at which the centre of an object is gripped [m].
+        """Return the coordinate along `closing` of the centre of a gripped object [m].
 
-        A fixed jaw is placed beside the object, `FIXED_JAW_CLEARANCE` from it.
+        A fixed jaw is placed `FIXED_JAW_CLEARANCE` beside the object.
 
         Args:
             width: Gripped width [m].
@@ -60,7 +60,7 @@ class Hand(NamedTuple):
         return self.centre + self.shift * (width + 2.0 * FIXED_JAW_CLEARANCE)
 
     def rotations(self, closing: np.ndarray, approach: np.ndarray) -> np.ndarray:
-        """Return the rotations of the tool at grasps, in their frame.
+        """Return the rotations of the tool at grasps, in the grasps' frame.
 
         Args:
             closing: Directions from one contact to the other.  # (n, 3)
@@ -72,7 +72,7 @@ class Hand(NamedTuple):
         return np.asarray(grasp_axes @ tool_axes.T)
 
     def opening(self, width: np.ndarray) -> np.ndarray:
-        """Return the relative opening at widths [m]: 1 for open, 0 for closed."""
+        """Return the relative opening, 1 for open and 0 for closed, at widths [m]."""
         return (width - self.least) / (self.stroke - self.least)
 
 
@@ -118,14 +118,14 @@ def measure_hand(
 def _inside_jaw(
     model: mujoco.MjModel, geom: int, T_tg: pin.SE3, closing: np.ndarray, depth: float
 ) -> float:
-    """Return how far a fixed jaw's body reaches along the approach, between the jaws [m].
+    """Return the extent of a fixed jaw's body along the approach, between the jaws [m].
 
     Args:
         model: The compiled model.
         geom: A geom of the body.
         T_tg: Its pose in the tool frame.
         closing: Direction towards the other finger in the tool frame.  # (3,)
-        depth: Coordinate along it from which on the body is between the jaws [m].
+        depth: Coordinate along `closing` beyond which the body is between the jaws [m].
     """
     T_bg = spatial.pose(model.geom_pos[geom], model.geom_quat[geom])
     across = np.cross(closing, [0.0, 0.0, 1.0])

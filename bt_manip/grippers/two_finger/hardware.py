@@ -18,28 +18,28 @@ SPEED = 0.1
 """Speed of the width in commands [m/s]."""
 
 SLIPPED = 3e-3
-"""Change of the width from which a gripped object has slipped [m]; also of fully open or closed."""
+"""Tolerance of the width for a held object, and for fully open or closed [m]."""
 
 NEAR_WIDTH = 0.1
-"""Greatest distance of the tool from the centre of mass of an object that it grips [m]."""
+"""Largest distance of the tool from the centre of mass of a gripped object [m]."""
 
 FALLING = 50
-"""Control steps after a release until the gripper counts as free: the object falls by then."""
+"""Control steps after a release until the gripper counts as free; by then the object falls."""
 
 
 class RealTwoFingerGripper(DrivenFingers):
-    """A gripper whose fingers are where the real ones are.
+    """A gripper whose fingers are at the measured positions of the real fingers.
 
-    It holds an object while the device says so and the width is that of the grasp. The object
-    nearest to the tool is assumed to be the gripped one, and moves with the tool; once released it
-    falls by the physics.
+    It holds an object while the device reports a grip and the width is that of the grasp. The
+    object nearest to the tool is assumed to be gripped, and moves with the tool; once released it
+    falls in the simulation.
 
     Attributes:
-        assumed: Names of objects whose poses are assumed: they were released.
+        assumed: Names of released objects, whose poses are assumed.
     """
 
     def _build(self, robot: Robot, link: GripperConnection) -> None:  # type: ignore[override]
-        """Command a gripper through a link."""
+        """Initialize the commands of a robot's gripper through a link."""
         self._link, self._closing, self._busy = link, False, False
         self._grasp_width = 0.0
         self._held: str | None = None
@@ -51,7 +51,7 @@ class RealTwoFingerGripper(DrivenFingers):
     # Commands
 
     def open(self) -> None:
-        """Open fully; the object falls when the device has done so."""
+        """Open fully; the object falls when the device is open."""
         self._closing = False
         self._link.command("move", self._open, SPEED)
         self._busy = True
@@ -62,10 +62,10 @@ class RealTwoFingerGripper(DrivenFingers):
         self._link.command("grasp", 0.0, SPEED, self._asked)
 
     def stop(self) -> None:
-        """Do nothing: a command of the device cannot be interrupted, and ends by itself."""
+        """Do nothing: commands of the device cannot be interrupted."""
 
     def update(self) -> None:
-        """Take the device's latest state; called before each tick.
+        """Read the device's latest state; called before each tick.
 
         Raises:
             DeviceError: If the connection is lost.
@@ -81,7 +81,7 @@ class RealTwoFingerGripper(DrivenFingers):
                     self._attach()
             elif self._held is not None:
                 self._release()
-        elif self._held is not None and not self._grips():  # slipped, or was taken away
+        elif self._held is not None and not self._grips():  # it slipped or was removed
             self._release()
 
     def close_link(self) -> None:
@@ -112,7 +112,7 @@ class RealTwoFingerGripper(DrivenFingers):
 
     @property
     def is_open(self) -> bool:
-        """Whether it is fully open, and an object that it held is falling."""
+        """Whether it is fully open, and has released its object."""
         return not self._closing and not self._busy and self.width > self._open - SLIPPED
 
     @property
@@ -127,7 +127,7 @@ class RealTwoFingerGripper(DrivenFingers):
 
     @property
     def is_free(self) -> bool:
-        """Whether it holds nothing, and what it held is on its way."""
+        """Whether it holds no object, and the released object is falling."""
         return self._held is None and self._steps_released >= FALLING
 
     @property
@@ -143,7 +143,7 @@ class RealTwoFingerGripper(DrivenFingers):
 
     @property
     def status(self) -> str:
-        """The width, and the problem of the device if any."""
+        """The width, and the device's problem if any."""
         problem = self._link.state.problem or self._link.problem
         text = f"fingers {1e3 * self.width:.0f} of {1e3 * self._open:.0f} mm apart"
         return f"{text}: {problem}" if problem else text
@@ -156,7 +156,7 @@ class RealTwoFingerGripper(DrivenFingers):
     # The simulated cell
 
     def follow_tool(self, T_wt: pin.SE3) -> None:
-        """Put the fingers where the real ones are, and a held object where the tool takes it."""
+        """Move the fingers to their measured positions, and the held object with the tool."""
         self._steps_released += 1
         data, width = self.robot.mj_data, self.width
         if np.isfinite(width):
@@ -172,7 +172,7 @@ class RealTwoFingerGripper(DrivenFingers):
         data.qvel[dof : dof + 6] = 0.0
 
     def _attach(self) -> None:
-        """Take the nearest free object."""
+        """Attach the nearest free object."""
         model, data = self.robot.mj_model, self.robot.mj_data
         mujoco.mj_kinematics(model, data)
         mujoco.mj_comPos(model, data)
@@ -209,19 +209,19 @@ class RealTwoFingerGripper(DrivenFingers):
     def initialize_episode(
         self, physics: mjcf.Physics, random_state: np.random.RandomState
     ) -> None:
-        """Put the fingers where the real ones are."""
+        """Move the fingers to their measured positions."""
         self.mechanism.set_width(self.robot.mj_data.qpos, self._open)
 
     def before_substep(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
-        """Command nothing in the simulation."""
+        """Do nothing: the simulated motors are not used."""
 
     def after_substep(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
         """Do nothing: `follow_tool` is called with the measured pose of the tool."""
 
     def get_state(self) -> dict[str, Any]:
-        """Return what is known of the gripper, for recordings."""
+        """Return the known state of the gripper, for recordings."""
         return {"width": self.width, "held": self.held, "assumed": sorted(self.assumed)}
 
     def set_state(self, state: Mapping[str, Any]) -> None:
-        """Raise an error: a real gripper has no state that can be restored."""
+        """Raise an error: the state of a real gripper cannot be restored."""
         raise GripperError("a real gripper cannot return to an earlier state")

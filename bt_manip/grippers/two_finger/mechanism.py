@@ -16,12 +16,17 @@ from .finger_travel import FingerTravel
 from .parameters import PadParameters, TwoFingerParameters
 from .travel_measurement import FingerNames, measure_travel
 
-_TOLERANCE = 2e-3  # [m] of a described opening
+_TOLERANCE = 2e-3  # [m] tolerance of a described opening
 _SOLMIX = 1e6  # weight of the fingers' contact parameters; that of other geoms is 1
 
 
 class Mechanism:
     """Mechanism of a robot's two fingers, with motors in place of the model's actuators.
+
+    Args:
+        robot: The robot, not compiled yet.
+        parameters: Parameters of the gripper.
+        max_force: Maximum force of each finger [N].
 
     Attributes:
         fingers: The finger bodies, as PyMJCF elements.
@@ -31,19 +36,12 @@ class Mechanism:
         dof_adr: Addresses of the fingers' joints in ``qvel``, once compiled.  # (2,)
         ctrl_adr: Addresses of the motors in ``ctrl``, once compiled.
         geoms: Ids of each finger's collision geoms, once compiled.
+
+    Raises:
+        RobotError: If the model has no such joints and fingers.
     """
 
     def __init__(self, robot: Robot, parameters: TwoFingerParameters, max_force: float) -> None:
-        """Find the mechanism in the robot's model and apply the parameters to it.
-
-        Args:
-            robot: The robot, not compiled yet.
-            parameters: Parameters of the gripper.
-            max_force: Maximum force of each finger [N].
-
-        Raises:
-            RobotError: If the model has no such joints and fingers.
-        """
         where = f"robot '{robot.description.name}'"
         self.joints = [robot.find("joint", name) for name in parameters.joints]
         self.fingers = [robot.find("body", name) for name in parameters.fingers]
@@ -83,7 +81,7 @@ class Mechanism:
             self._stop_at_fixed_finger()
 
     def _stop_at_fixed_finger(self) -> None:
-        """Limit the joint where the fingers meet: MuJoCo ignores contacts of parent and child."""
+        """Limit the joint where the fingers meet: MuJoCo ignores parent-child contacts."""
         (joint,), travel = self.joints, self.travel
         ends = travel.positions[:, travel.columns[0]]
         closed = travel.configuration(travel.min_width)[travel.columns[0]]
@@ -93,10 +91,10 @@ class Mechanism:
         joint.range, joint.limited = np.degrees(limits) if in_degrees else limits, "true"
 
     def _set_contacts(self, parameters: TwoFingerParameters) -> None:
-        """Let contacts have the touched object's friction, and the fingers' stiffness.
+        """Give contacts the friction of the touched object and the stiffness of the fingers.
 
-        MuJoCo takes the larger friction of two geoms of equal priority, and means of ``solref``
-        and ``solimp`` weighted by ``solmix``.
+        For geoms of equal priority, MuJoCo uses the larger friction, and averages ``solref`` and
+        ``solimp`` with the weights ``solmix``.
         """
         pads = parameters.pads or PadParameters()
         given = {"solref": pads.solref, "solimp": pads.solimp}
@@ -115,7 +113,7 @@ class Mechanism:
             joint.set_attributes(**given)
 
     def bind(self, model: mujoco.MjModel) -> None:
-        """Find the addresses in a compiled model."""
+        """Read the addresses from a compiled model."""
 
         def ids(joints: list[Any]) -> list[int]:
             return [int(model.joint(joint.full_identifier).id) for joint in joints]
@@ -142,7 +140,7 @@ class Mechanism:
 
 
 def _limited(travel: FingerTravel, parameters: TwoFingerParameters, where: str) -> FingerTravel:
-    """Return the travel inside the described openings, which the model has to reach."""
+    """Return the travel limited to the described openings, which the model has to reach."""
     low, high = travel.min_width, travel.open_width
     described = parameters.open_width
     if described is not None and described > high + _TOLERANCE:
@@ -190,8 +188,8 @@ def _efforts(
 ) -> list[float]:
     """Return the maximum effort of each motor.
 
-    For slides this is the smaller limit of model and description. For other mechanisms only the
-    description counts, because a model's servo gains tell little about the real force.
+    For slides this is the smaller limit of model and description, for other mechanisms that of the
+    description: a model's servo gains are no measure of the real force.
     """
     if travel.mass:
         return travel.efforts(max_force, together=together)

@@ -1,4 +1,4 @@
-"""A two-finger gripper that MuJoCo's actuators move and close."""
+"""A two-finger gripper controlled by MuJoCo's actuators."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -11,20 +11,20 @@ from bt_manip.robots import GripperError, Robot, add_feedback
 from .fingers import GRIPPING, MET, MOVING, STILL
 from .gripper import TwoFingerGripper
 
-_POLE = 150.0  # [rad/s] of a finger's position loop, both
-_BEYOND = 1.5  # grip forces that the reference goes beyond the closed fingers
+_POLE = 150.0  # [rad/s] both poles of a finger's position loop
+_BEYOND = 1.5  # [grip forces] of the position loop at the reference beyond the closed fingers
 _SETTLING = 0.05  # [s] after which a grip in the band is steady
-_BAND = (0.90, 1.20)  # of the mean finger force, relative to the commanded one
+_BAND = (0.90, 1.20)  # mean finger force relative to the commanded force
 _SYNCHRONY = (0.005, 1.0)  # [s, -] time constant and damping ratio of the fingers' coupling
 
 
 class NativeTwoFingerGripper(TwoFingerGripper):
-    """A gripper of two sliding fingers, whose position loops are part of the model.
+    """A gripper with two sliding fingers, whose position loops are part of the model.
 
-    The reference of the fingers moves at a constant speed, when it closes beyond the object. The
-    force range of the actuators is the grip force. The fingers are coupled by a constraint, so
-    that a held object cannot slip along the closing direction. There is no feedback in Python:
-    control signals follow from the last command alone.
+    The reference of the fingers moves at a constant speed, and beyond the object when closing. The
+    grip force is the force range of the actuators. The fingers are coupled by a constraint, so that
+    a held object cannot slip along the closing direction. There is no feedback in Python: control
+    signals depend on the last command only.
     """
 
     kind = "native_two_finger"
@@ -55,7 +55,7 @@ class NativeTwoFingerGripper(TwoFingerGripper):
         self._k, self._d = mass * _POLE**2, max(added, 0.0)
         slopes = self._a**2
         for motor, effort in zip(mechanism.actuators, self._efforts().tolist(), strict=True):
-            motor.forcerange = [-effort, effort]  # as at first, so that a compiled model is reused
+            motor.forcerange = [-effort, effort]  # initial value: a compiled model is reused
         mechanism.actuators = add_feedback(mechanism.actuators, self._k * slopes, self._d * slopes)
         first, second = mechanism.joints
         robot.mjcf_model.equality.add(
@@ -95,7 +95,7 @@ class NativeTwoFingerGripper(TwoFingerGripper):
 
     @property
     def steady(self) -> bool:
-        """Whether the fingers press with the commanded force, their references far beyond."""
+        """Whether the fingers press with the commanded force, with references beyond the object."""
         if self.state != GRIPPING or self.closed_on_nothing:
             return False
         lag = self.width - 2.0 * self._reference
@@ -148,21 +148,21 @@ class NativeTwoFingerGripper(TwoFingerGripper):
         return rows
 
     def driven(self) -> tuple[Any, ...]:
-        """Return the reference, and what was measured, for `drive`."""
+        """Return the reference and the measurements, for `drive`."""
         return (
             self.state, self._asked, self._start, self._aim, self._rate, self._index,
             self._signals, self._forces, self._touched,
         )  # fmt: skip
 
     def drive(self, driven: tuple[Any, ...]) -> None:
-        """Follow the reference of another episode of the same robot."""
+        """Set reference and measurements from another episode of the same robot."""
         (
             self.state, self._asked, self._start, self._aim, self._rate, self._index,
             self._signals, self._forces, self._touched,
         ) = driven  # fmt: skip
 
     def advance(self, steps: int) -> None:
-        """Advance the reference by some steps; what was measured is outdated."""
+        """Advance the reference by a number of steps, and discard the measurements."""
         self._forces = self._touched = None
         self._index += steps
         if self.state == MOVING and self._index >= len(self._planned()) - 1:
@@ -187,7 +187,7 @@ class NativeTwoFingerGripper(TwoFingerGripper):
         return self._start + np.sign(self._aim - self._start) * way
 
     def _planned(self) -> np.ndarray:
-        """Return the control signals since the last command, which end at rest [N]."""  # (n, 2)
+        """Return the control signals from the last command to rest [N]."""  # (n, 2)
         if self._signals is None:
             s = self._path()
             v = np.full_like(s, np.sign(self._aim - self._start) * self._rate)
@@ -205,7 +205,7 @@ class NativeTwoFingerGripper(TwoFingerGripper):
         self._ranges[self.mechanism.ctrl_adr] = np.stack([-effort, effort], axis=1)
 
     def _efforts(self) -> np.ndarray:
-        """Return the largest efforts of the motors, by the commanded grip force [N]."""  # (2,)
+        """Return the maximum efforts of the motors for the commanded grip force [N]."""  # (2,)
         return np.abs(self._a) * self._asked
 
     def _reset(self) -> None:

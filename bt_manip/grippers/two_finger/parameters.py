@@ -14,9 +14,9 @@ KIND = "two_finger"
 @documented
 @dataclass(frozen=True)
 class PadParameters:
-    """Contact parameters of the fingers' surfaces, which replace the model's.
+    """Contact parameters of the fingers' surfaces, in place of the model's.
 
-    They also replace those of the touched object. Only the friction of a contact is the object's.
+    In contacts they prevail over the touched object's, except for the friction.
     """
 
     solref: Annotated[
@@ -44,15 +44,15 @@ class TwoFingerParameters:
     fingers: Annotated[
         tuple[str, ...],
         Key(
-            "Names of the two finger bodies, in the order of the joints; of a moving and a fixed "
-            "jaw, the moving one is the first",
+            "Names of the two finger bodies, in the order of the joints; a moving jaw comes "
+            "before a fixed one",
             size=2,
         ),
     ]
     max_speed: Annotated[float, Key("Maximum speed of one finger", "m/s", above=0.0)]
     open_width: Annotated[
         float | None,
-        Key("Maximum opening; by default that of the model, which is the limit", "m", above=0.0),
+        Key("Maximum opening; by default, and at most, that of the model", "m", above=0.0),
     ] = None
     min_width: Annotated[
         float, Key("Minimum opening; by default that of the model", "m", at_least=0.0)
@@ -60,15 +60,15 @@ class TwoFingerParameters:
     motor: Annotated[
         str | None,
         Key(
-            "Name of the joint or tendon moved by a motor for both fingers; by default what the "
-            "model's actuator moves if the joints are coupled, or one motor for each joint"
+            "Name of the joint or tendon moved by one motor for both fingers; by default that of "
+            "the model's actuator if the joints are coupled, otherwise each joint has a motor"
         ),
     ] = None
     pads: Annotated[PadParameters | None, Key("Contact parameters of the fingers' surfaces")] = None
     armature: Annotated[
         float | None,
         Key(
-            "Armature of every joint of the mechanism, in place of the model's",
+            "Armature of all joints of the mechanism; by default the model's",
             "kg m2",
             at_least=0.0,
         ),
@@ -76,7 +76,7 @@ class TwoFingerParameters:
     frictionloss: Annotated[
         float | None,
         Key(
-            "Dry friction of every joint of the mechanism, in place of the model's",
+            "Dry friction of all joints of the mechanism; by default the model's",
             "N m",
             at_least=0.0,
         ),
@@ -93,13 +93,13 @@ def two_finger_gripper(
 ) -> GripperDescription:
     """Describe a two-finger gripper; ``[gripper]`` in a TOML file has the same keys.
 
-    Each finger follows a joint: slides of either sign and any offset, hinges, and linkages. The
-    second finger may be fixed. Openings, forces and directions are measured on the model, at the
+    Each finger follows a joint: a slide of either sign and any offset, a hinge, or a linkage. The
+    second finger may be fixed. Openings, forces and directions are measured on the model at the
     tool frame, whose z axis is the approach direction.
 
     Args:
         max_force: Maximum normal force of each finger [N].
-        model: Path of its MJCF file; None if it is part of the arm's.
+        model: Path of its MJCF file; None if it is part of the arm's file.
         mount: Name of the arm's site or body to which a separate model is attached.
         T_mg: Pose of that model in the mount; default: identity.
         **parameters: The fields of `TwoFingerParameters`; None is the default.
@@ -121,7 +121,7 @@ def read_parameters(table: TomlTable) -> TwoFingerParameters:
         RobotError: If a key is missing, wrong or unknown; the message names it.
     """
     parameters = read_part(TwoFingerParameters, table)
-    assert parameters is not None  # otherwise the table has raised
+    assert parameters is not None  # otherwise the table raises an error
     if parameters.open_width is not None and parameters.min_width >= parameters.open_width:
         raise table.error("min_width", f"is less than open_width, {parameters.open_width:g} m")
     return parameters

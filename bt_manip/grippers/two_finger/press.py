@@ -5,12 +5,12 @@ from collections.abc import Mapping
 from typing import Any
 
 _FIRST = 2.0  # [N] force at the start of the first ramp
-_DAMPING = 20.0  # [N s/m] of each finger, or
-_SETTLING = 0.01  # [s] time constant of the damping of a finger that pushes an object
+_DAMPING = 20.0  # [N s/m] damping of each finger, or
+_SETTLING = 0.01  # [s] time constant of the damping, if this gives more
 _STEP_SHARE = 0.3  # maximum synchronizing force, relative to the grip force
 _FORCE_GAIN = 5.0  # [1/s] integral action on the mean of the measured forces
-_TRIM_SHARE = 0.2  # maximum of the integral term, relative to the grip force, or
-_FRICTION_SHARE = 2.0  # relative to the dry friction, if more
+_TRIM_SHARE = 0.2  # maximum integral term relative to the grip force, or
+_FRICTION_SHARE = 2.0  # relative to the dry friction, if this gives more
 
 
 class Press:
@@ -19,15 +19,13 @@ class Press:
     The synchronization preserves the position difference at the time of the grip: centring the
     object would slide it over its support. It only has to balance the object's weight and
     resistance along the closing direction.
+
+    Args:
+        friction: Dry friction of a finger; the integral term can balance it [N].
+        mass: Effective mass of a finger that pushes an object [kg].
     """
 
     def __init__(self, friction: float = 0.0, mass: float = 0.0) -> None:
-        """Initialize with zero force.
-
-        Args:
-            friction: Dry friction of a finger, which the integral term may balance [N].
-            mass: Effective mass of a finger that pushes an object [kg].
-        """
         self._friction = friction
         self._damping = max(_DAMPING, mass / _SETTLING)
         self.force = 0.0  # [N] of each finger
@@ -37,7 +35,7 @@ class Press:
         self._offset = 0.0  # [m] desired position difference, first minus second finger
 
     def begin(self, offset: float) -> None:
-        """Start to press on an object.
+        """Start pressing on an object.
 
         Args:
             offset: Position difference to preserve, first minus second finger [m].

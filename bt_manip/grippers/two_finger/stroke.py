@@ -8,7 +8,7 @@ import ruckig
 from bt_manip.robots import GripperError
 
 BORDER = 1e-6
-"""Relative change of the start velocity where Ruckig finds no profile for the exact one."""
+"""Relative change of the start velocity if Ruckig has no profile for the exact value."""
 
 
 class Motion(NamedTuple):
@@ -28,19 +28,18 @@ class StrokeLimits(NamedTuple):
 
 
 class Stroke:
-    """A time-optimal trajectory to rest: at a target, or as soon as the limits allow."""
+    """A time-optimal trajectory to rest: at a target, or as soon as the limits allow.
+
+    Args:
+        start: Initial motion.
+        target: Final position [m]; None to stop as soon as possible.
+        limits: Motion limits.
+
+    Raises:
+        GripperError: If there is no such trajectory, e.g. with zero maximum speed.
+    """
 
     def __init__(self, start: Motion, target: float | None, limits: StrokeLimits):
-        """Plan the trajectory.
-
-        Args:
-            start: Motion at its start.
-            target: Position at its end [m]; None to stop as soon as possible.
-            limits: Motion limits.
-
-        Raises:
-            GripperError: If there is no such trajectory, for example for a speed of zero.
-        """
         self.start, self.target, self.limits = start, target, limits
         self.elapsed = 0.0
         task = ruckig.InputParameter(1)
@@ -59,7 +58,7 @@ class Stroke:
         try:
             try:
                 result = ruckig.Ruckig(1).calculate(task, self._trajectory)
-            except ruckig.RuckigError:  # of starts on the border between two kinds of profiles
+            except ruckig.RuckigError:  # the start is on the border between two kinds of profiles
                 task.current_velocity = [start.v * (1.0 - BORDER)]
                 result = ruckig.Ruckig(1).calculate(task, self._trajectory)
         except ruckig.RuckigError as error:
@@ -72,11 +71,11 @@ class Stroke:
 
     @property
     def done(self) -> bool:
-        """Whether the end of the trajectory is reached."""
+        """Whether the trajectory has ended."""
         return self.elapsed >= self.duration
 
     def advance(self, dt: float) -> Motion:
-        """Advance by ``dt`` [s] and return the motion there."""
+        """Advance by ``dt`` [s] and return the motion at the new time."""
         self.elapsed += dt
         if self.elapsed < self.duration:
             s, v, a = self._trajectory.at_time(self.elapsed)
@@ -95,7 +94,7 @@ class Stroke:
 
     @classmethod
     def from_state(cls, state: Mapping[str, Any]) -> "Stroke":
-        """Return the same stroke from plain data; Ruckig computes it again, bit for bit."""
+        """Restore a stroke from plain data; Ruckig recomputes it bit for bit."""
         stroke = cls(Motion(*state["start"]), state["target"], StrokeLimits(*state["limits"]))
         stroke.elapsed = state["elapsed"]
         return stroke

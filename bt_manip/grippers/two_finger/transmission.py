@@ -18,7 +18,6 @@ class SlidingFingers:
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
-        """Store the mechanism, which need not be compiled yet."""
         self._mechanism = mechanism
         self.mass = self.loss = 0.0
 
@@ -28,7 +27,7 @@ class SlidingFingers:
         (p1, p2), (d1, d2) = mechanism.qpos_adr.tolist(), mechanism.dof_adr.tolist()
         u1, u2 = mechanism.ctrl_adr.tolist()
         (b1, a1), (b2, a2) = (p.tolist() for p in mechanism.travel.polynomials)
-        # One tuple, because separate attribute lookups take longer than the computation.
+        # One tuple: separate attribute lookups would take longer than the computation.
         self._bound = (data.qpos.item, data.qvel.item, p1, p2, d1, d2, b1, b2, a1, a2)
         self._motors = (data.ctrl, u1, u2, a1, a2)
         self.mass = float(model.dof_M0[[d1, d2]].mean())
@@ -52,10 +51,10 @@ class SlidingFingers:
 
 
 class LinkedFingers:
-    """Transmission of fingers that each follow a joint; one motor for both, or one each.
+    """Transmission of fingers that follow a joint each, with one motor for both or one each.
 
-    Motor efforts follow from finger forces by the principle of virtual work, and balance springs.
-    Friction of the mechanism is not compensated here; force feedback does that.
+    Motor efforts follow from finger forces by the principle of virtual work, plus the efforts that
+    balance springs. Friction of the mechanism is compensated by force feedback, not here.
 
     Attributes:
         mass: Effective mass of one finger [kg].
@@ -63,7 +62,6 @@ class LinkedFingers:
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
-        """Store the mechanism, which need not be compiled yet."""
         self._mechanism = mechanism
         travel = mechanism.travel
         self.mass, self.loss = travel.mass, travel.loss

@@ -16,17 +16,17 @@ from .finger_travel import FingerTravel
 _TENDON = int(mujoco.mjtObj.mjOBJ_TENDON)
 _SLIDE = int(mujoco.mjtJoint.mjJNT_SLIDE)
 
-_DEGREES = (1, 5, 7)  # of the fitted polynomials: the first that is accurate
-_ACCURATE = 2e-5  # [m] error of the fitted travel
-_RESIDUAL = 1e-3  # [m] the same, at most
-_SYMMETRIC = 3e-4  # [m] offset of a slide from its distance from the centre that is neglected
+_DEGREES = (1, 5, 7)  # of the fitted polynomials; the first accurate one is used
+_ACCURATE = 2e-5  # [m] error of an accurate fit of the travel
+_RESIDUAL = 1e-3  # [m] maximum error of the fit
+_SYMMETRIC = 3e-4  # [m] offset of a slide that is neglected
 _DIGITS = 9  # of the closing direction
-_CENTRED = 1e-3  # [m] maximum distance of the pads' centre from the tool, up to which it is zero
-_MIN_TRAVEL = 1e-3  # [m] of the opening
-_MOVES = 1e-6  # [m] or [rad] motion of a joint above which it moves with the fingers
-_FIXED = 0.1  # share of the opening's travel up to which a finger is fixed
-_ACCURATE_EFFORT = 0.01  # share of the largest effort against springs
-_NO_EFFORT = 1e-4  # [N] or [N m] up to which springs are negligible
+_CENTRED = 1e-3  # [m] distance of the pads' centre from the tool that is neglected
+_MIN_TRAVEL = 1e-3  # [m] minimum travel of the opening
+_MOVES = 1e-6  # [m] or [rad] minimum motion of a joint that moves with the fingers
+_FIXED = 0.1  # motion of a fixed finger, relative to the opening's, at most
+_ACCURATE_EFFORT = 0.01  # error of an accurate fit, relative to the largest spring effort
+_NO_EFFORT = 1e-4  # [N] or [N m] spring effort that is neglected
 
 
 class FingerNames(NamedTuple):
@@ -35,7 +35,7 @@ class FingerNames(NamedTuple):
     Attributes:
         joints: The joints that the fingers follow: one for each, or one for both.
         fingers: The finger bodies.
-        motor: The joint or tendon moved by the only motor; None for a motor for each joint.
+        motor: The joint or tendon moved by the only motor; None with one motor for each joint.
     """
 
     joints: tuple[str, ...]
@@ -44,7 +44,7 @@ class FingerNames(NamedTuple):
 
 
 class _Finger(NamedTuple):
-    """A finger in the sweep that moves it, seen in the tool frame.
+    """A finger during the sweep of its joint, in the tool frame.
 
     Attributes:
         joint: Id of its joint.
@@ -65,7 +65,7 @@ class _Finger(NamedTuple):
 
 
 class _Drive(NamedTuple):
-    """How motors move the fingers; `FingerTravel` explains the attributes.
+    """Motion of the fingers by their motors; other attributes as in `FingerTravel`.
 
     Attributes:
         qpos: Positions of all joints of the model at `widths`.  # (m, nq)
@@ -94,8 +94,8 @@ def measure_travel(
         where: Name of the robot, for messages.
 
     Raises:
-        RobotError: If the joints have no range, do not move the fingers, or move them so that one
-            opening has several positions.
+        RobotError: If the joints have no range or do not move the fingers, or an opening does not
+            determine their positions.
     """
     model = bench.model
     joints = [int(model.joint(name).id) for name in names.joints]
@@ -134,7 +134,7 @@ def _finger(
 
 
 def _closing(fingers: Sequence[_Finger]) -> np.ndarray:
-    """Return the direction from the second to the first finger, along their relative motion."""
+    """Return the direction from the second to the first finger along their relative motion."""
     first, second = (relative_motion(finger.poses, np.zeros(3))[:2] for finger in fingers)
     axis = first + np.sign(first @ second) * second
     length = float(np.linalg.norm(axis))
@@ -164,7 +164,7 @@ def _coupled(
     names: FingerNames,
     where: str,
 ) -> _Drive:
-    """Measure fingers that one motor moves."""
+    """Measure fingers with one motor."""
     model, sweep = bench.model, fingers[0].sweep
     first, second = fingers[0].inner_face(closing), -fingers[1].inner_face(-closing)
     rows = _monotonic(first - second)
@@ -212,7 +212,7 @@ def _independent(
     names: FingerNames,
     where: str,
 ) -> _Drive:
-    """Measure fingers with a motor each."""
+    """Measure fingers with one motor each."""
     model = bench.model
     faces, rows, qs, holding = [], [], [], []
     for finger, name, sign in zip(fingers, names.fingers, (1.0, -1.0), strict=True):
@@ -230,7 +230,7 @@ def _independent(
     if direct:
         polynomials = [np.array(slide) for slide in slides]
         ranges = model.jnt_range[[finger.joint for finger in fingers]]
-        ends = [p[0] + p[1] * one for p, one in zip(polynomials, ranges, strict=True)]
+        ends = [p[0] + p[1] * limits for p, limits in zip(polynomials, ranges, strict=True)]
         lower, upper = np.sort(ends).T
         grid = np.array([lower.max(), upper.min()])
     else:
@@ -256,7 +256,7 @@ def _independent(
 def _travel(
     bench: FingerBench, fingers: Sequence[_Finger], closing: np.ndarray, drive: _Drive
 ) -> FingerTravel:
-    """Return the travel with its mass and friction, half way."""
+    """Return the travel, with mass and friction at half the opening."""
     model, widths = bench.model, drive.widths
     moving = [j for j in bench.joints if np.ptp(drive.qpos[:, model.jnt_qposadr[j]]) > _MOVES]
     at_q, at_v = model.jnt_qposadr[moving], model.jnt_dofadr[moving]
@@ -298,7 +298,7 @@ def _check_opening(opening: np.ndarray, joint: str, fingers: Sequence[str], wher
 def _slide(
     model: mujoco.MjModel, joint: int, q: np.ndarray, s: np.ndarray
 ) -> tuple[float, float] | None:
-    """Return offset and sign of a slide that moves its finger straight; None for another joint."""
+    """Return offset and sign of a slide that moves its finger straight; None for other joints."""
     sign = float(np.sign(s[-1] - s[0]) * np.sign(q[-1] - q[0]))
     offset = s - sign * q
     if int(model.jnt_type[joint]) != _SLIDE or np.ptp(offset) > _SYMMETRIC:
@@ -332,7 +332,7 @@ def _fit(q: np.ndarray, s: np.ndarray, where: str) -> np.ndarray:
 
 
 def _polynomial(x: np.ndarray, y: np.ndarray, accuracy: float) -> np.ndarray:
-    """Return the coefficients of the simplest polynomial of an accuracy, the constant first."""
+    """Return the coefficients of the simplest accurate polynomial, the constant first."""
     for degree in _DEGREES:
         polynomial = Polynomial.fit(x, y, min(degree, len(x) - 1)).convert()
         if np.abs(polynomial(x) - y).max() < accuracy:

@@ -1,4 +1,4 @@
-"""Coloured blocks, to be stacked and to be sorted into a tray."""
+"""Coloured blocks, to stack and to sort into a tray."""
 
 from bt_manip_blocks.choose_block import ChooseBase as ChooseBase
 from bt_manip_blocks.choose_block import ChooseBlock as ChooseBlock

@@ -1,4 +1,4 @@
-"""Which coloured blocks there are, and where they lie."""
+"""Queries of coloured blocks in a cell."""
 
 from collections.abc import Mapping
 
@@ -8,23 +8,23 @@ from bt_manip_blocks.sorting_tray import SortingTray
 
 
 def blocks_in(cell: Cell) -> Mapping[str, ColouredBlock]:
-    """Give all coloured blocks of a cell by name."""
+    """Return all coloured blocks of a cell by name."""
     objects = cell.objects.items()
     return {name: block for name, block in objects if isinstance(block, ColouredBlock)}
 
 
 def blocks_on(cell: Cell, support: str) -> list[str]:
-    """Name the coloured blocks that touch something.
+    """Return the names of the coloured blocks in contact with an entity.
 
     Raises:
-        CellError: When there is no such thing.
+        CellError: If there is no such entity.
     """
     cell.find(support)
     return [name for name in blocks_in(cell) if cell.contacts.touching(name, support)]
 
 
 def tower_on(cell: Cell, base: str) -> list[str]:
-    """Name the blocks of a tower upwards from its base, each above it released and at rest."""
+    """Return the names of the blocks of a tower from its base upwards, released and at rest."""
     tower, others = [base], [name for name in blocks_in(cell) if name != base]
     while above := [name for name in others if is_on(cell, name, tower[-1])]:
         tower.append(above[0])
@@ -33,22 +33,22 @@ def tower_on(cell: Cell, base: str) -> list[str]:
 
 
 def find_tray(cell: Cell, name: str) -> SortingTray:
-    """Give a sorting tray.
+    """Return a sorting tray.
 
     Raises:
-        CellError: When there is none of that name.
+        CellError: If there is no such tray.
     """
     tray = cell.find(name)
     if not isinstance(tray, SortingTray):
-        raise CellError(f"'{name}' is no sorting tray")
+        raise CellError(f"'{name}' is not a sorting tray")
     return tray
 
 
 def unsorted_blocks(cell: Cell, tray: str) -> list[str]:
-    """Name the coloured blocks that do not rest on a tray, released, in the row of their colour.
+    """Return the names of the coloured blocks that are not at rest in their row of a tray.
 
     Raises:
-        CellError: When there is no such tray.
+        CellError: If there is no such tray.
     """
     rows = find_tray(cell, tray)
     T_tw = cell.pose(tray).inverse()

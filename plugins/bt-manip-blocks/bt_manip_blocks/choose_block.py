@@ -1,4 +1,4 @@
-"""Choose the block to build a tower on, and the one to pick next."""
+"""Choice of the base of a tower and of the next block to pick."""
 
 import math
 from typing import Any
@@ -15,15 +15,15 @@ from bt_manip_blocks.blocks import blocks_on, tower_on
 
 
 class ChooseBase(CellBehaviour):
-    """Choose the block to build a tower on: the base of the highest tower.
+    """Choose the base of a tower: the base of the highest one.
 
-    Of several it is the one whose nearest neighbour is farthest away. A tower is as high as the
-    hand over a block on the table: what lies beside it can be gripped no longer.
+    Of several, it is the block with the largest distance to its nearest neighbour. A tower is as
+    high as the hand over a block on the table, so blocks close to it can no longer be gripped.
     """
 
-    on = Input(str, default="table", doc="Name of what the block has to touch.")
+    on = Input(str, default="table", doc="Name of the entity below the block.")
     base = Output(str, doc="Name of the block.")
-    top = Output(str, doc="Name of the highest block of the tower on it; the same without one.")
+    top = Output(str, doc="Name of the top block of its tower; without a tower, the block.")
 
     def update(self) -> Status:
         """Compare the blocks."""
@@ -45,19 +45,19 @@ class ChooseBase(CellBehaviour):
 
 
 class ChooseBlock(CellBehaviour):
-    """Choose a block that the gripper has clearance at, of those that lie on an object.
+    """Choose a block on an object at which the gripper has clearance.
 
-    With a base, the block nearest to the tower on it, before the tower obstructs the gripper there;
-    otherwise the one with the largest clearance.
+    With a base, it is the block nearest to its tower, before the tower obstructs the gripper;
+    otherwise the block with the largest clearance.
     """
 
-    on = Input(str, default="table", doc="Name of what the block has to touch.")
-    base = Input(str, default="", doc="Name of the block that a tower grows on, not to be chosen.")
+    on = Input(str, default="table", doc="Name of the entity below the block.")
+    base = Input(str, default="", doc="Name of the base of the tower, which is not chosen.")
     block = Output(str, doc="Name of the block.")
-    place = pose_output("Where the middle of its bottom is now, in the world.")
+    place = pose_output("Present pose of the centre of its bottom in the world.")
 
     def setup(self, **infrastructure: Any) -> None:
-        """Keep the arm too."""
+        """Store the arm, too."""
         super().setup(**infrastructure)
         self.arm: Arm = infrastructure["arm"]
 
@@ -89,7 +89,7 @@ class ChooseBlock(CellBehaviour):
 
     def _place(self, name: str) -> pin.SE3:
         T_wo, block = self.cell.pose(name), self.cell.find(name)
-        bottom = T_wo.translation - np.array([0.0, 0.0, block.rest_height])  # on whichever face
+        bottom = T_wo.translation - np.array([0.0, 0.0, block.rest_height])  # on any face
         return pin.SE3(T_wo.rotation, bottom)
 
     def _gap(self, name: str) -> float:

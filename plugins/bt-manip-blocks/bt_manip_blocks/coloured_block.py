@@ -1,4 +1,4 @@
-"""A block of a colour."""
+"""A coloured block."""
 
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -25,7 +25,7 @@ DENSITY = 700.0  # [kg/m3] beech
 
 
 class ColouredBlock(ParametricEntity):
-    """A wooden cube, painted; its origin is its centre."""
+    """A painted wooden cube; its origin is its centre."""
 
     kind = "coloured_block"
     category = "graspable"

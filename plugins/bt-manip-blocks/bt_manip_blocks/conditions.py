@@ -9,12 +9,12 @@ from bt_manip_blocks.blocks import blocks_in, blocks_on, tower_on, unsorted_bloc
 
 
 class AreSorted(CellCondition):
-    """Check that every coloured block rests on the tray, released, in the row of its colour."""
+    """Check that all coloured blocks are released and at rest in the row of their colour."""
 
     tray = Input(str, default="tray", doc="Name of the tray.")
 
     def why_not(self) -> str:
-        """Look where they stand."""
+        """Compare their positions with the rows."""
         left = unsorted_blocks(self.cell, self.tray)
         return f"not in the row of their colour: {', '.join(left)}" if left else ""
 
@@ -24,9 +24,9 @@ class AreSorted(CellCondition):
 
 
 class AreStacked(CellCondition):
-    """Check that all coloured blocks are one tower: each rests on the one below it, released."""
+    """Check that all coloured blocks form one tower, released and at rest."""
 
-    on = Input(str, default="table", doc="Name of what the lowest of them stands on.")
+    on = Input(str, default="table", doc="Name of the support of the tower.")
 
     def why_not(self) -> str:
         """Check the contacts of each block."""

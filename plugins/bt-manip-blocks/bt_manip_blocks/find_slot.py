@@ -1,4 +1,4 @@
-"""Find the place for a block in the tray."""
+"""Search for a slot in the tray."""
 
 import numpy as np
 
@@ -14,14 +14,14 @@ class FindSlot(CellBehaviour):
 
     block = Input(str, doc="Name of the block.")
     tray = Input(str, default="tray", doc="Name of the tray.")
-    pose = pose_output("Where the middle of the block's bottom belongs, in the world.")
+    pose = pose_output("Target pose of the centre of the block's bottom in the world.")
 
     def update(self) -> Status:
-        """Look for a slot that no block stands in."""
+        """Search for an empty slot."""
         cell = self.cell
         block, tray = cell.find(self.block), find_tray(cell, self.tray)
         if not isinstance(block, ColouredBlock):
-            return self.fail(f"'{self.block}' is no coloured block")
+            return self.fail(f"'{self.block}' is not a coloured block")
         slots = [cell.pose(self.tray) * slot for slot in tray.row(block.colour)]
         others = [cell.pose(name).translation for name in blocks_in(cell) if name != self.block]
         for slot in slots:

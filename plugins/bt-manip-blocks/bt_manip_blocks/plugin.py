@@ -9,7 +9,7 @@ TREES = Path(__file__).parent / "trees"
 
 @hookimpl
 def register_objects(register):
-    """Bring blocks and tray."""
+    """Register block and tray."""
     from bt_manip_blocks.coloured_block import ColouredBlock
     from bt_manip_blocks.sorting_tray import SortingTray
 
@@ -19,7 +19,7 @@ def register_objects(register):
 
 @hookimpl
 def register_behaviours(register):
-    """Register the behaviours that scatter blocks, choose one, find its slot, and check the end."""
+    """Register the behaviours and conditions of the tasks."""
     from bt_manip_blocks.choose_block import ChooseBase, ChooseBlock
     from bt_manip_blocks.conditions import AreSorted, AreStacked
     from bt_manip_blocks.find_slot import FindSlot
@@ -31,7 +31,7 @@ def register_behaviours(register):
 
 @hookimpl
 def register_scenes(register):
-    """Bring the table with the tray on it."""
+    """Register the table with a tray."""
     from bt_manip_blocks.scene import table_and_tray
 
     register("table_and_tray", table_and_tray)
@@ -39,6 +39,6 @@ def register_scenes(register):
 
 @hookimpl
 def register_trees(register):
-    """Bring the trees, which work on the table with the tray."""
+    """Register the trees with their scene, the table with a tray."""
     for name in ("stack_blocks", "sort_blocks"):
         register(name, TREES / f"{name}.xml", scene="table_and_tray")

@@ -1,4 +1,4 @@
-"""Scatter blocks on a table."""
+"""Scattering of blocks on a table."""
 
 import math
 from dataclasses import replace
@@ -14,34 +14,34 @@ from bt_manip_blocks.blocks import blocks_in
 from bt_manip_blocks.coloured_block import ColouredBlock
 
 ATTEMPTS = 2000
-FINGERS = 0.11  # [m] from a block's middle to fixed objects beside it: fingers have room at any yaw
-_NO_YAW = (0.0, 0.0)  # [rad]: sampled apart
+FINGERS = 0.11  # [m] from a block's centre to fixed objects: clearance of the fingers at any yaw
+_NO_YAW = (0.0, 0.0)  # [rad]; sampled separately
 
 
 class ScatterBlocks(CellBehaviour):
-    """Clear all coloured blocks away, and scatter new ones with room for the fingers."""
+    """Remove all coloured blocks, and scatter new ones with clearance for the fingers."""
 
     drawn = ("poses",)
 
     colours = Input(list[str], default=["red", "green", "blue"], doc="Colours, separated by ';'.")
-    each = Input(int, default=1, doc="How many of each colour.")
-    on = Input(str, default="table", doc="Name of the object whose surface they are put on.")
+    each = Input(int, default=1, doc="Number of blocks of each colour.")
+    on = Input(str, default="table", doc="Name of the supporting object.")
     region = numbers_or_auto(
-        "Where their centres may come to lie, in the world: x_min;x_max;y_min;y_max [m]; auto: the "
-        "preferred region, or where the robot reaches the surface from above beside all else that "
-        "is fixed on it.",
+        "Region of their centres in the world: x_min;x_max;y_min;y_max [m]; auto: the preferred "
+        "region, or the part of the surface that the robot reaches from above, beside all fixed "
+        "objects.",
     )
     preferred_region = Input(
         list[float],
         default=[0.2, 0.5, -0.35, 0.05],
-        doc="Region that auto takes if the robot reaches all of it.",
+        doc="Preferred region for auto, if the robot reaches all of it.",
     )
-    spacing = Input(float, default=0.08, doc="Least distance of two centres [m].")
+    spacing = Input(float, default=0.08, doc="Smallest distance of two centres [m].")
     blocks = Output(list[str], doc="Names of the blocks.")
     poses = poses_output("Their poses in the world, each x;y;z;qw;qx;qy;qz [m], separated by '|'.")
 
     def setup(self, **infrastructure: Any) -> None:
-        """Keep randomness and robots too."""
+        """Store the random generator and the robots, too."""
         super().setup(**infrastructure)
         self.rng: np.random.Generator = infrastructure["rng"]
         self._robots = infrastructure["robots"]
@@ -73,11 +73,11 @@ class ScatterBlocks(CellBehaviour):
         self.feedback_message = f"{len(names)} blocks"
 
     def update(self) -> Status:
-        """Succeed: they are there."""
+        """Succeed; the blocks are in the cell."""
         return Status.SUCCESS
 
     def _block(self, colour: str, i: int, j: int) -> ColouredBlock:
-        """Return the block that was scattered before, or a new one: the same need no compile."""
+        """Return a block scattered before, or a new one; reused blocks need no compile."""
         key = colour, i, j
         made = self._made.get(key)
         if made is None or not self.cell.is_reusable(made):
@@ -85,14 +85,14 @@ class ScatterBlocks(CellBehaviour):
         return made
 
     def _places(self, count: int, height: float) -> list[tuple[float, float]]:
-        """Draw places that keep their distance.
+        """Sample positions at the required distances.
 
         Args:
-            count: Number of places.
-            height: Of the middle of a block over the surface [m].
+            count: Number of positions.
+            height: Height of a block's centre over the surface [m].
 
         Raises:
-            CellError: When the region is none or too small.
+            CellError: If the region is invalid or too small.
         """
         region = self._area(height)
         places: list[tuple[float, float]] = []
@@ -107,7 +107,7 @@ class ScatterBlocks(CellBehaviour):
         )
 
     def _area(self, height: float) -> Region:
-        """Return where the centres of blocks may come to lie."""
+        """Return the region of the centres of blocks."""
         given, preferred = self.region, self.preferred_region
         for region in (preferred, *([] if given is None else [given])):
             if len(region) != 4 or region[0] > region[1] or region[2] > region[3]:
@@ -119,11 +119,11 @@ class ScatterBlocks(CellBehaviour):
         area = reach.area(self.cell, self.on, height, (x_min, x_max, y_min, y_max))
         squares = [p for p in area.squares if self._is_beside_others(p)]
         if area.squares and not squares:
-            raise CellError(f"the robot reaches no place on '{self.on}' beside all that is fixed")
+            raise CellError(f"the robot reaches no position on '{self.on}' beside fixed objects")
         return replace(area, squares=tuple(squares), yaw=_NO_YAW)
 
     def _is_beside_others(self, place: tuple[float, float]) -> bool:
-        """Return whether a block at a place has room beside all fixed objects."""
+        """Return whether a block at a position has clearance to all fixed objects."""
         for name in self.cell.objects:
             if name != self.on and not self.cell.is_free(name):
                 lower, upper = extent(self.cell, name)

@@ -16,15 +16,15 @@ from bt_manip_blocks.coloured_block import COLOURS
 FLOOR = 0.005  # [m] thickness
 RIM = 0.012  # [m] height over the floor
 WALL = 0.005  # [m] thickness
-ROW = 0.085  # [m] from row to row: the open fingers reach 55 mm to either side of a block
-BLOCK = 0.03  # [m] height of the tool over a slot's bottom when it places a block
-SLOT = 0.06  # [m] from slot to slot
+ROW = 0.085  # [m] spacing of rows: the open fingers extend 55 mm to either side of a block
+BLOCK = 0.03  # [m] height of the tool over a slot's bottom when placing a block
+SLOT = 0.06  # [m] spacing of slots
 
 
 class SortingTray(ParametricEntity):
-    """A flat tray, a row for each colour; its origin is the middle of its bottom.
+    """A flat tray with a row for each colour; its origin is the centre of its bottom.
 
-    Rows run along its x axis; the first colour has the row with the greatest y.
+    Rows are along its x axis; the first colour has the row with the largest y.
     """
 
     kind = "sorting_tray"
@@ -67,7 +67,7 @@ class SortingTray(ParametricEntity):
 
     @property
     def tool_targets(self) -> list[list[pin.SE3]]:
-        """The tool at blocks in the corners of the tray, and over them."""
+        """Poses of the tool at blocks in the corners of the tray, and over them."""
         places = [
             slot for colour in (self.colours[0], self.colours[-1]) for slot in self.row(colour)
         ]
@@ -78,10 +78,10 @@ class SortingTray(ParametricEntity):
         ]
 
     def row(self, colour: str) -> list[pin.SE3]:
-        """List the places for blocks of a colour, seen from the tray: bottoms of blocks.
+        """List the slots of a colour: positions of blocks' bottoms in the tray's frame.
 
         Raises:
-            CellError: When the tray has no row of this colour.
+            CellError: If the tray has no row of this colour.
         """
         if colour not in self.colours:
             raise CellError(
@@ -94,7 +94,7 @@ class SortingTray(ParametricEntity):
         ]
 
     def row_at(self, position: np.ndarray) -> str | None:
-        """Name the colour of the row that a place, seen from the tray, is over; None beside it."""
+        """Return the colour of the row under a position in the tray's frame; None beside it."""
         if abs(position[0]) > self.slots * SLOT / 2:
             return None
         for colour in self.colours:
@@ -103,5 +103,5 @@ class SortingTray(ParametricEntity):
         return None
 
     def _row(self, colour: str) -> float:
-        """Give the y of a row's middle [m]."""
+        """Return the y of a row's centre line [m]."""
         return (0.5 * (len(self.colours) - 1) - self.colours.index(colour)) * ROW

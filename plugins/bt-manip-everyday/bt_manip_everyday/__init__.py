@@ -1,4 +1,4 @@
-"""Everyday objects: a mug to be put on a shelf, cans to be put into a box by a sentence."""
+"""Everyday objects, and tasks: placing a mug on a shelf, packing cans named in a sentence."""
 
 from bt_manip_everyday.objects import BlueCan as BlueCan
 from bt_manip_everyday.objects import Bowl as Bowl

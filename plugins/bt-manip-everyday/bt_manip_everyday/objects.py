@@ -1,4 +1,4 @@
-"""Objects that stand in a kitchen."""
+"""Kitchen objects."""
 
 from collections.abc import Sequence
 
@@ -12,17 +12,17 @@ GRIP = 0.009
 """Width of the handle's bars [m]."""
 
 TILTS = ((np.pi / 3, 0.68), (np.pi / 4, 0.5), (np.pi / 6, 0.5))
-"""Approaches to a handle: angle below the horizontal [rad], and height as a part of the mug's."""
+"""Approaches to a handle: angle below the horizontal [rad], and height relative to the mug's."""
 
 FOOT = 0.6
-"""Radius of a bowl's foot, as a part of that of its rim."""
+"""Radius of a bowl's foot, relative to that of its rim."""
 
 RIM_DEPTH = 0.012
-"""Depth below its rim at which a bowl is gripped [m]."""
+"""Depth of a bowl's grasps below its rim [m]."""
 
 
 class CoffeeMug(Mug):
-    """A hollow mug that is held by its handle, along x."""
+    """A hollow mug, gripped by its handle, along x."""
 
     kind = "coffee_mug"
     defaults = {
@@ -57,7 +57,7 @@ class CoffeeMug(Mug):
 
 
 class Bowl(PrimitiveProp):
-    """A round bowl that is held by its rim."""
+    """A round bowl, gripped by its rim."""
 
     kind = "bowl"
     category = "graspable"
@@ -84,12 +84,12 @@ class Bowl(PrimitiveProp):
 
     @property
     def centre_offset(self) -> np.ndarray:
-        """Middle of the rim in the object's frame [m]."""  # (3,)
+        """Centre of the rim in the object's frame [m]."""  # (3,)
         return np.array([0.0, 0.0, float(self.parameters["height"])])
 
     @property
     def grasps(self) -> Sequence[DeclaredGrasp]:
-        """Eight places of the rim, approached along the wall; the fingers close across it."""
+        """Eight grasps of the rim, approached along the wall; the fingers close across it."""
         into = _towards(-np.sin(self._slope), -np.cos(self._slope))
         place = self._rim + RIM_DEPTH * into[:, 2]
         across = into @ pin.utils.rotate("z", np.pi / 2)

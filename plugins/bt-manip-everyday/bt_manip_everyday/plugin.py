@@ -21,7 +21,7 @@ def register_objects(register):
 
 @hookimpl
 def register_behaviours(register):
-    """Register the node that reads a sentence, and the condition of its end."""
+    """Register the node that reads a sentence, and its goal condition."""
     from bt_manip_everyday.sentences import HoldsExactly, ReadSentence
 
     register(ReadSentence)
@@ -30,7 +30,7 @@ def register_behaviours(register):
 
 @hookimpl
 def register_scenes(register):
-    """Register the scenes of the tasks, with what varies in them."""
+    """Register the scenes of the tasks, with their variations."""
     from bt_manip.scenes import scene_of
 
     for path in sorted((HERE / "scenes").glob("*.toml")):

@@ -1,4 +1,4 @@
-"""Sentences that say which objects go into a box, and whether they are there."""
+"""Sentences about objects to put into a box, and the goal condition."""
 
 import contextlib
 import re
@@ -11,10 +11,10 @@ from bt_manip.cell import Cell, why_not_in
 from bt_manip.exceptions import BtManipError, PortError, did_you_mean
 
 AUTO = "auto"
-"""A sentence that is drawn from the seed."""
+"""Text of a port whose sentence is sampled from the seed."""
 
 FORM = "put the red can and the blue can into the box, or: put all cans into the box"
-"""Examples of sentences that are understood, for messages."""
+"""Examples of sentences, for messages."""
 
 _SENTENCE = re.compile(r"put (?P<what>.+) into the box\.?", re.IGNORECASE)
 _ALL = re.compile(r"all (?P<word>\w+)s", re.IGNORECASE)
@@ -22,15 +22,15 @@ _ONE = re.compile(r"the (?P<kind>\w+(?: \w+)*)", re.IGNORECASE)
 
 
 def kinds_in(sentence: str, known: Iterable[str]) -> list[str]:
-    """Return the kinds of objects that a sentence names, in its order.
+    """Return the kinds of objects in a sentence, in its order.
 
     Args:
         sentence: The sentence.
-        known: Kinds of objects: ``the red can`` is the kind ``red_can``, ``all cans`` are the kinds
-            that end with ``can``.
+        known: Known kinds: ``the red can`` is the kind ``red_can``, ``all cans`` are the kinds with
+            the suffix ``can``.
 
     Raises:
-        BtManipError: If it has another form, or names a kind that is not known.
+        BtManipError: If it has another form, or an unknown kind.
     """
     kinds, found = sorted(known), dict[str, None]()
     match = _SENTENCE.fullmatch(sentence.strip())
@@ -50,24 +50,24 @@ def kinds_in(sentence: str, known: Iterable[str]) -> list[str]:
 
 
 class ReadSentence(SyncAction):
-    """Read which objects a sentence names; without a sentence, draw one."""
+    """Read the objects in a sentence; without a sentence, sample one."""
 
     drawn = ("task",)
 
-    sentence = Input(str, default=AUTO, doc=f"Such as: {FORM}; auto: drawn from the seed.")
-    drawn_from = Input(str, default="can", doc="What a drawn sentence names: kinds that end so.")
+    sentence = Input(str, default=AUTO, doc=f"For example: {FORM}; auto: sampled from the seed.")
+    drawn_from = Input(str, default="can", doc="Suffix of the kinds in a sampled sentence.")
     task = Output(str, doc="The sentence.")
-    objects = Output(list[str], doc="Names of the objects that it names.")
+    objects = Output(list[str], doc="Names of its objects in the cell.")
 
     def setup(self, **infrastructure: Any) -> None:
-        """Keep the cell and its randomness, and check a sentence that is given already.
+        """Store the cell and its random generator, and check the sentence if it is known.
 
         Raises:
-            BtManipError: If it is not understood.
+            BtManipError: If the sentence is not understood.
         """
         self.cell: Cell = infrastructure["cell"]
         self.rng = infrastructure["rng"]
-        with contextlib.suppress(PortError):  # the entry is written later
+        with contextlib.suppress(PortError):  # the entry is not written yet
             if (sentence := self.sentence) != AUTO:
                 kinds_in(sentence, infrastructure["models"].names())
 
@@ -86,7 +86,7 @@ class ReadSentence(SyncAction):
         return Status.SUCCESS
 
     def _draw(self, kinds: Iterable[str]) -> str:
-        """Return a sentence that names some of the objects, or all."""
+        """Sample a sentence with some of the objects, or all."""
         word = self.drawn_from
         names = sorted({kind.replace("_", " ") for kind in kinds if kind.endswith(f"_{word}")})
         count = int(self.rng.integers(len(names))) + 1 if names else 0
@@ -97,21 +97,21 @@ class ReadSentence(SyncAction):
 
 
 class HoldsExactly(CellCondition):
-    """Check that a container holds the named objects, at rest, and no others."""
+    """Check that a container holds the given objects, at rest, and no others."""
 
     container = Input(str, doc="Name of the container.")
     objects = Input(list[str], doc="Names of the objects, separated by ';'.")
 
     def why_not(self) -> str:
-        """Check each object that moves freely."""
+        """Check each freely moving object."""
         return "; ".join(self._reasons())
 
     def progress(self) -> float:
-        """Return the share of the named objects that are in, less that of others."""
+        """Return the share of the given objects that are inside, less the share of others."""
         return max(0.0, 1.0 - len(self._reasons()) / max(len(self.objects), 1))
 
     def _reasons(self) -> list[str]:
-        """Return why each object that is not where it belongs is not there."""
+        """Return the reason for each misplaced object."""
         cell, inside = self.cell, self.container
         outside = {name: why_not_in(cell, name, inside) for name in self.objects}
         others = [name for name in cell.objects if cell.is_free(name) and name not in outside]

@@ -11,7 +11,7 @@ def sdf_file(folder: Path) -> Path:
     """Return the SDF file of a model's folder, for the highest version of SDF.
 
     Raises:
-        ModelError: When there is no ``model.config``, or it names no file inside the folder.
+        ModelError: If there is no ``model.config``, or it names no file inside the folder.
     """
     config = folder / MODEL_CONFIG
     if not config.is_file():

@@ -9,7 +9,7 @@ from bt_manip import hookimpl
 
 @hookimpl
 def register_model_sources(register: Callable[[str, Callable[..., Any]], None]) -> None:
-    """Bring the models of Fuel: ``fuel:OWNER/NAME``, and URLs of models."""
+    """Register the models of Fuel: ``fuel:OWNER/NAME``, and URLs of models."""
     from bt_manip_fuel.fuel.source import FUEL_KINDS, find_fuel
 
     for kind in FUEL_KINDS:
@@ -18,7 +18,7 @@ def register_model_sources(register: Callable[[str, Callable[..., Any]], None]) 
 
 @hookimpl
 def register_model_formats(register: Callable[[str, Any], None]) -> None:
-    """Bring SDFormat: files, and folders with a ``model.config``."""
+    """Register SDFormat: files, and folders with a ``model.config``."""
     from bt_manip.models import ModelFormat
 
     register("sdf", ModelFormat(_convert, (".sdf", ".world"), "sdf", _find_in))
@@ -26,7 +26,7 @@ def register_model_formats(register: Callable[[str, Any], None]) -> None:
 
 @hookimpl
 def register_model_caches(register: Callable[[str, Callable[..., Any]], None]) -> None:
-    """Bring Gazebo's cache of models of Fuel."""
+    """Register Gazebo's cache of models of Fuel."""
     from bt_manip_fuel.fuel.source import FuelModels
 
     register("fuel", FuelModels)

@@ -1,3 +1,3 @@
-"""Hands with several fingers, closed as one, as a kind of gripper for bt-manip."""
+"""Multi-finger hands that close along a synergy, as a kind of gripper for bt-manip."""
 
 from .hand import Hand as Hand

@@ -1,4 +1,4 @@
-"""A hand with several fingers that closes as one."""
+"""A multi-finger hand that closes along a synergy."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -21,20 +21,20 @@ OPEN = "open"
 CLOSING = "closing"
 STOPPED = "stopped"
 
-_DURATION = 0.8  # [s] of closing from fully open to fully closed
+_DURATION = 0.8  # [s] to close from fully open to fully closed
 _REACH = 0.3  # [m] radius of the sensor zones, large enough for all contacts of a link
 _WRAP_STEADY_BAND = (0.8, 1.3)  # relative to the commanded force
 _WRAP_STEADY_TIME = 0.1  # [s] inside the band until the grip is steady
-_AT_POSTURE = 0.06  # [rad] from the open posture at which the hand is open
-_PATIENCE = 0.3  # [s] fully closed, or with thumb on finger, after which nothing is gripped
+_AT_POSTURE = 0.06  # [rad] largest deviation from the open posture of an open hand
+_PATIENCE = 0.3  # [s] fully closed, or with thumb on finger, until it has closed on nothing
 
 
 class Hand(Gripper):
-    """Wraps its fingers around an object, along one line between two postures (a synergy).
+    """Wraps its fingers around an object, along a line between two postures (a synergy).
 
-    All joints follow ``open + s (closed - open)`` as springs with limited torque: links that an
-    object stops give way, the others close further. The position s on the line is controlled so
-    that the thumb presses with the commanded force; the fingers press against it.
+    All joints follow ``open + s (closed - open)`` as springs with limited torque: links stopped by
+    an object yield, while others close further. The position s on the line is controlled so that
+    the thumb presses with the commanded force; the fingers press against it.
     """
 
     kind = "hand"
@@ -64,7 +64,7 @@ class Hand(Gripper):
         self._bodies = [palm, *self._thumb, *self._fingers]
         for body in self._bodies:
             for geom in body.find_all("geom", immediate_children_only=True):
-                # Of two geoms of equal priority the larger friction counts: that of the object.
+                # For geoms of equal priority MuJoCo uses the larger friction: that of the object.
                 geom.set_attributes(friction=(0.0, 0.01, 0.0), condim=4, priority=0)
         self._sensors = [self._add_sensor(body) for body in self._thumb]
         self._reset()
@@ -80,7 +80,7 @@ class Hand(Gripper):
         return find_hand(model, arm_joints)
 
     def _add_sensor(self, body: Any) -> Any:
-        # Group 5 is hidden in every viewer unless asked for.
+        # Group 5 is hidden in all viewers by default.
         site = body.add(
             "site", name=f"{body.name}_touch", type="sphere", size=(_REACH,), group=5,
             rgba=(0, 0, 0, 0),
@@ -93,7 +93,7 @@ class Hand(Gripper):
         return self._parameters.max_width
 
     def required_friction(self, weight: float, force: float) -> float:
-        """Return the sliding friction at thumb and fingers that carries a weight [-]."""
+        """Return the sliding friction at thumb and fingers that is needed to carry a weight [-]."""
         return weight / (2.0 * force)
 
     # Commands
@@ -138,7 +138,7 @@ class Hand(Gripper):
 
     @property
     def steady(self) -> bool:
-        """Whether thumb and fingers hold an object with about the commanded force."""
+        """Whether thumb and fingers hold an object with approximately the commanded force."""
         return self.state == CLOSING and self._time >= _WRAP_STEADY_TIME - 1e-9
 
     @property
@@ -148,7 +148,7 @@ class Hand(Gripper):
 
     @property
     def is_free(self) -> bool:
-        """Whether thumb and fingers touch nothing."""
+        """Whether thumb and fingers touch no entity."""
         return not self._touching(self._thumb_ids | self._finger_ids)
 
     @property
@@ -168,7 +168,7 @@ class Hand(Gripper):
 
     @property
     def status(self) -> str:
-        """Short description: how far it is closed, and the force of the thumb."""
+        """Short description: the closure, and the force of the thumb."""
         return f"hand {100.0 * self._s:.0f} % closed, thumb presses with {self._force:.1f} N"
 
     # Geometry
@@ -271,7 +271,7 @@ class Hand(Gripper):
         return np.asarray(self._open + s * (self._closed - self._open))
 
     def _touching(self, bodies: set[int]) -> set[int]:
-        """Return the bodies of others that some bodies of the hand touch."""
+        """Return the bodies of other entities touched by given bodies of the hand."""
         model, data = self.robot.mj_model, self.robot.mj_data
         own = self._thumb_ids | self._finger_ids
         found = set()

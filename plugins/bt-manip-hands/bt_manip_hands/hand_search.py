@@ -9,20 +9,20 @@ import pinocchio as pin
 
 from bt_manip.robots import FoundGripper, effort_limit
 
-_WIDTHS = (0.09, 0.075, 0.06)  # [m] of the widest object, the first that the hand can open to
+_WIDTHS = (0.09, 0.075, 0.06)  # [m] of the widest object; the first feasible one is used
 _SAMPLES = 4000  # postures of the fingers, and of the thumb
-_CLOSED = 100  # closed postures for which an open one is searched
-_MEETS = (0.4, 1.0)  # distance of the tips' centres when closed, over the sum of their radii
-_NEAR = 8e-3  # [m] of the open tips from where they belong
-_ACROSS = 0.4  # cosine of closing and approach, at most
-_FRONT = 0.1  # weight of an approach along the z axis of the palm, which points off its mount
-_BEHIND = 0.05  # [m] of the palm behind the point where the tips meet, at least
-_HALF = 0.03  # [m] half the size of an object, along the approach
-_MARGIN = 0.1  # of a joint's range that a posture keeps from its limits
+_CLOSED = 100  # closed postures for which an open posture is searched
+_MEETS = (0.4, 1.0)  # distance of the closed tips' centres relative to the sum of their radii
+_NEAR = 8e-3  # [m] tolerance of the positions of the open tips
+_ACROSS = 0.4  # maximum cosine of closing and approach
+_FRONT = 0.1  # weight of an approach along the z axis of the palm, away from its mount
+_BEHIND = 0.05  # [m] minimum distance of the palm behind the point where the tips meet
+_HALF = 0.03  # [m] half the size of an object along the approach
+_MARGIN = 0.1  # distance of postures from joint limits, relative to the range
 _EFFORT = 0.5  # [N m] of joints whose actuators have no limit
-_DEFLECTION = 0.175  # [rad] from its reference at which a joint exerts its effort limit
-_FORCE_SHARE = 0.8  # of the force at the thumb's tip that its weakest joint allows
-_LEVER = 5e-3  # [m] least lever of a joint that counts
+_DEFLECTION = 0.175  # [rad] from the reference at which a joint exerts its effort limit
+_FORCE_SHARE = 0.8  # used fraction of the thumb's force, limited by its weakest joint
+_LEVER = 5e-3  # [m] minimum lever of a considered joint
 
 
 class _Digit(NamedTuple):
@@ -31,7 +31,7 @@ class _Digit(NamedTuple):
     Attributes:
         body: Its first body.
         joints: Its joints, from the palm outwards.
-        geoms: Its geoms that collide; the last one is the tip.
+        geoms: Its collision geoms; the last one is the tip.
     """
 
     body: int
@@ -40,12 +40,12 @@ class _Digit(NamedTuple):
 
 
 class _Postures(NamedTuple):
-    """Sampled postures, seen in the palm.
+    """Sampled postures, in the palm frame.
 
     Attributes:
         q: Joint positions [rad].  # (n, nq)
         tips: Mean position of the tips [m].  # (n, 3)
-        links: Centres of the geoms, the tips' last [m].  # (n, ngeom, 3)
+        links: Centres of the geoms, the tips last [m].  # (n, ngeom, 3)
     """
 
     q: np.ndarray
@@ -58,8 +58,8 @@ def find_hand(model: mujoco.MjModel, arm_joints: Sequence[str]) -> FoundGripper 
 
     A hand has a palm with at least three digits. The thumb is the digit whose last hinge is the
     least parallel to those of the others. In the closed posture the tip of the thumb meets those of
-    the fingers, which move alike; in the open one they are apart on opposite sides of that point,
-    with their tips in front and no link between them. Both are found by sampling.
+    the fingers, which move alike. In the open posture the tips are on opposite sides of this point,
+    in front and without links between them. Both postures are searched by sampling.
 
     Args:
         model: The robot, compiled alone.
@@ -100,7 +100,7 @@ def _digits(model: mujoco.MjModel, arm_joints: Sequence[str]) -> tuple[int, list
     digits: dict[int, _Digit] = {}
     for body, path in paths.items():
         if palm not in path[:-1]:
-            return palm, []  # a joint above the palm: a wrist of the hand
+            return palm, []  # a joint above the palm: a wrist
         first = path[path.index(palm) + 1]
         digit = digits.setdefault(first, _Digit(first, [], []))
         start = int(model.body_jntadr[body])
@@ -124,7 +124,7 @@ def _collides(model: mujoco.MjModel) -> np.ndarray:
 
 
 def _in_palm(data: mujoco.MjData, palm: int, point: np.ndarray) -> np.ndarray:
-    """Return a point of the world, or several, in the palm's frame [m]."""
+    """Transform one or several points from the world to the palm's frame [m]."""
     return np.asarray((point - data.xpos[palm]) @ data.xmat[palm].reshape(3, 3))
 
 
@@ -136,7 +136,7 @@ def _sample(
     *,
     alike: bool,
 ) -> _Postures:
-    """Sample postures; fingers move alike, and joints of symmetric range stay in the middle."""
+    """Sample postures; fingers move alike, and joints with a symmetric range stay at its centre."""
     data, joints = mujoco.MjData(model), [j for digit in digits for j in digit.joints]
     depth = [k for digit in digits for k in range(len(digit.joints))]
     lower, upper = model.jnt_range[joints].T
@@ -157,7 +157,7 @@ def _sample(
 
 
 class _Found(NamedTuple):
-    """Postures of fingers and thumb by number: closed, then open; and the tool in the palm."""
+    """Indices of the closed and open postures of fingers and thumb; and the tool in the palm."""
 
     closed: tuple[int, int]
     open: tuple[int, int]
@@ -180,7 +180,7 @@ def _best(
         palm: Centre of the palm, in its frame [m].  # (3,)
         size: Sum of the radii of two tips [m].
         width: Width of the open hand between the tips [m].
-        rng: Random generator for closed postures that are tried.
+        rng: Random generator for the selection of closed postures.
     """
     distance, nearest = np.array([_nearest(thumb.tips, tip) for tip in fingers.tips]).T
     near, far = (share * size for share in _MEETS)
@@ -216,7 +216,7 @@ def _best(
 
 
 def _nearest(points: np.ndarray, to: np.ndarray) -> tuple[float, int]:
-    """Return the distance of the nearest of some points, and its number."""
+    """Return the distance to the nearest point, and its index."""
     squares = np.square(points - to).sum(axis=1)
     number = int(squares.argmin())
     return float(np.sqrt(squares[number])), number

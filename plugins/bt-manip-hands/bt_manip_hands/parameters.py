@@ -41,5 +41,5 @@ def read_parameters(table: TomlTable) -> HandParameters:
         RobotError: If a key is missing, wrong or unknown; the message names it.
     """
     parameters = read_part(HandParameters, table)
-    assert parameters is not None  # otherwise the table has raised
+    assert parameters is not None  # otherwise the table raises an error
     return parameters

@@ -17,7 +17,7 @@ def register_grippers(register):
 
 @hookimpl
 def register_robots(register):
-    """Register the robots; their models are fetched when one of them is used."""
+    """Register the robots; models are fetched on first use."""
     from bt_manip.robots import read_description
 
     for path in sorted(ROBOTS.glob("*.toml")):

@@ -1,4 +1,4 @@
-"""Coarse grasps that wrap a hand around an object."""
+"""Power grasps that wrap a hand around an object."""
 
 from collections.abc import Mapping, Sequence
 from itertools import product
@@ -13,12 +13,12 @@ from bt_manip.grippers import Solid
 from bt_manip.robots import GraspCandidates
 
 _FINGER_CLEARANCE = 5e-3  # [m] of the fingertips above the object's far side, and of the palm
-_SLACK = 8e-3  # [m] of the object between the open thumb and fingers, both sides together
+_SLACK = 8e-3  # [m] total clearance of the object between the open thumb and fingers
 _BELOW = -0.1  # cosine of approach and straight down, below which a grasp approaches from below
-_FARTHER = (0.0, 0.01, 0.02)  # [m] of the tool, where links of the fingers obstruct the nearest
+_FARTHER = (0.0, 0.01, 0.02)  # [m] additional distances of the tool if links obstruct the nearest
 _CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))  # (8, 3) of a box
 DEPTH_WEIGHT = 0.5
-"""Cost of a grasp in which the tool is a fingertip's reach short of the object's centre."""
+"""Cost of a grasp with the tool short of the object's centre by the reach of a fingertip."""
 
 
 class HandShape(NamedTuple):
@@ -67,8 +67,13 @@ def measure(
 class WrapGraspGenerator:
     """Generates grasps with thumb and fingers on opposite sides of an object's bounding box.
 
-    The box has the axes of the object's only solid, or of the object. The tool goes to the centre
-    of the box where the palm and what the object lies on allow it.
+    The box is aligned with the object's only solid, or with the object. The tool is at the centre
+    of the box if the palm and the support allow it.
+
+    Args:
+        name: Name of the object, for messages.
+        solids: Its convex solids.
+        shape: The hand.
 
     Attributes:
         com: The object's centre of mass, in its frame [m].  # (3,)
@@ -77,14 +82,6 @@ class WrapGraspGenerator:
     def __init__(
         self, name: str, solids: Sequence[Solid], shape: HandShape, com: np.ndarray
     ) -> None:
-        """Generate grasps of an object.
-
-        Args:
-            name: Name of the object, for messages.
-            solids: Its convex solids.
-            shape: The hand.
-            com: Its centre of mass, in its frame [m].  # (3,)
-        """
         self.name, self.com, self._shape = name, np.array(com), shape
         self._axes = solids[0].T_os.rotation if len(solids) == 1 else np.eye(3)
         upper, lower = (
@@ -95,7 +92,7 @@ class WrapGraspGenerator:
         self._centre = self._axes @ (0.5 * (upper - lower))
 
     def candidates(self, down: np.ndarray) -> GraspCandidates:
-        """Return the grasps that do not approach from below.
+        """Return all grasps except those that approach from below.
 
         Args:
             down: Straight down in the object's frame; unit.  # (3,)
@@ -109,7 +106,7 @@ class WrapGraspGenerator:
             width = 2.0 * half[closing]
             if closing == along or width > shape.max_width - _SLACK:
                 continue
-            # The tool stays behind the centre where fingertips or palm have too little room.
+            # The tool stays behind the centre if fingertips or palm lack clearance.
             back = farther + max(
                 0.0,
                 shape.tip + _FINGER_CLEARANCE - half[along],

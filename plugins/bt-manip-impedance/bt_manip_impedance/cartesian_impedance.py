@@ -10,7 +10,7 @@ from bt_manip.robots import Robot
 from bt_manip_impedance.joint_impedance import ratio
 
 REGULARISATION = 1e-3
-"""Added to the diagonal of the tool's mobility, which is singular at singularities
+"""Regularization of the tool's mobility at singularities, added to its diagonal
 [1/kg and 1/(kg m2)]."""
 
 
@@ -19,14 +19,14 @@ class CartesianImpedance(Controller):
 
     ``tau = J' (K e + D de/dt) + N' tau_0 + M a_ref + bias + friction``
 
-    Damped springs along and about the world's axes pull the tool to its reference pose: a contact
-    that holds it off by d feels the force ``K d``. Weak joint springs keep the posture; their
-    torques ``tau_0`` are projected into the null space, so that they do not accelerate the tool
-    (O. Khatib, "A unified approach for motion and force control of robot manipulators", IEEE J.
-    of Robotics and Automation 3, 1987).
+    Damped springs along and about the world's axes pull the tool to its reference pose: at a
+    displacement d the contact force is ``K d``. Weak joint springs keep the posture; their torques
+    ``tau_0`` are projected into the null space, so that they do not accelerate the tool (O. Khatib,
+    "A unified approach for motion and force control of robot manipulators", IEEE J. of Robotics and
+    Automation 3, 1987).
 
-    The damping of each axis follows the tool's effective mass along it with all other axes free,
-    ``1 / (J M^-1 J')_ii``, which stays finite in singularities.
+    The damping of each axis is derived from the tool's effective mass along it with all other axes
+    free, ``1 / (J M^-1 J')_ii``, which is finite at singularities.
     """
 
     kind = "cartesian_impedance"
@@ -44,10 +44,10 @@ class CartesianImpedance(Controller):
 
         Args:
             robot: The robot to control.
-            stiffness: Along the world's axes, one number or three [N/m].
-            rotational_stiffness: About the world's axes, one number or three [N m/rad].
-            posture_stiffness: Of the joints, in the null space [N m/rad].
-            damping_ratio: 1 is critical damping [-].
+            stiffness: Stiffness along the world's axes, one number or three [N/m].
+            rotational_stiffness: Stiffness about the world's axes, one number or three [N m/rad].
+            posture_stiffness: Stiffness of the joints in the null space [N m/rad].
+            damping_ratio: Damping ratio; 1 is critical damping [-].
 
         Raises:
             ControlError: If a number is negative or not finite, or their count is wrong.
@@ -76,8 +76,8 @@ class CartesianImpedance(Controller):
         posture = self.posture_stiffness * (q_ref - q) + v_error * (
             2.0 * self.damping_ratio * np.sqrt(self.posture_stiffness * inertias)
         )
-        mobility.flat[::7] += REGULARISATION  # of its diagonal
-        # Cancel the acceleration of the tool by the posture torques.
+        mobility.flat[::7] += REGULARISATION  # the diagonal
+        # Cancel the tool's acceleration due to the posture torques.
         wrench -= np.linalg.solve(mobility, J_Minv @ posture)
         return feedforward + J.T @ wrench + posture
 

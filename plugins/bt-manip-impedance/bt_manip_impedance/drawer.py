@@ -12,15 +12,15 @@ SIZE = (0.3, 0.24, 0.12)  # [m] of the cabinet along x, y and z
 WALL = 0.01  # [m] thickness of all boards
 GAP = 0.002  # [m] between the front of the drawer and the boards around it
 HANDLE = (0.06, 0.016, 0.04)  # [m] length along x, thickness, height
-GRIP = 0.04  # [m] distance of the handle's grasp from the front: fingers have clearance behind it
-PULLED = 0.18  # [m] by which `PullOpen` moves the handle where the opening is 0.15 m
-OVER, CLEAR = 0.12, 0.03  # [m] height over the handle to come down from, and to leave it to
+GRIP = 0.04  # [m] distance of the handle's grasp from the front, for clearance of the fingers
+PULLED = 0.18  # [m] displacement of the handle by `PullOpen` with an opening of 0.15 m
+OVER, CLEAR = 0.12, 0.03  # [m] heights over the handle of the approach and the retreat
 MASS = 1.5  # [kg] of the drawer
 DAMPING = 10.0  # [N s/m] of the slide
 
 
 class Drawer(ParametricEntity):
-    """A cabinet with a drawer that slides towards -x; its origin is the middle of its bottom."""
+    """A cabinet with a drawer that slides towards -x; its origin is the centre of its bottom."""
 
     kind = "drawer"
     category = "drawer"
@@ -74,7 +74,7 @@ class Drawer(ParametricEntity):
         handle = (tuple(0.5 * length for length in HANDLE), (-0.5 * HANDLE[0], 0, 0))
         for size, pos in (*boards, handle):
             tray.add("geom", size=size, pos=pos, rgba=light, mass=MASS / 5)
-        # The slide guides the drawer, not its boards.
+        # The slide guides the drawer, not contacts of its boards.
         root.contact.add("exclude", name="tray_in_cabinet", body1=cabinet, body2=tray)
 
     def after_compile(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
@@ -90,12 +90,12 @@ class Drawer(ParametricEntity):
 
     @property
     def speed(self) -> float:
-        """Speed at which it opens; negative while it closes [m/s]."""
+        """Opening speed, negative while it closes [m/s]."""
         return float(self._data.qvel[self._velocity])
 
     @property
     def tool_targets(self) -> list[list[pin.SE3]]:
-        """The tool at the handle and over it, with the drawer closed and pulled out by `PULLED`."""
+        """Poses of the tool at and over the handle, with the drawer closed and open by `PULLED`."""
         grasp, (x, _, z) = [], (-0.5 * SIZE[0] - GRIP, 0.0, 0.5 * SIZE[2])
         for pulled, height in ((0.0, OVER), (0.0, 0.0), (PULLED, 0.0), (PULLED, CLEAR)):
             position = (x - pulled, 0.0, z + height)

@@ -1,4 +1,4 @@
-"""Hand an object over from one robot to another."""
+"""Hand-over of an object from one robot to another."""
 
 import math
 from collections.abc import Iterator
@@ -22,20 +22,20 @@ from bt_manip.exceptions import MotionError, did_you_mean
 from bt_manip.kinematics import PoseTarget
 
 HEIGHTS = (0.535, 0.45, 0.4, 0.35, 0.3, 0.6)
-"""Heights over the bases to hand over at, the preferred one first [m]."""
+"""Heights of the hand-over above the bases, the preferred one first [m]."""
 
 OFFSETS = (0.0, -0.05, -0.1, 0.05)
-"""Distances of the middle of the object from the middle between the robots [m]."""
+"""Distances of the object's centre from the midpoint between the robots [m]."""
 
-_FORWARD = (0.70710678, 0.0, 0.70710678, 0.0)  # quaternion of a tool that points along x
+_FORWARD = (0.70710678, 0.0, 0.70710678, 0.0)  # quaternion of a tool pointing along x
 _HALF_TURN = pin.utils.rotate("y", math.pi)
 
 
 class FindFreeEnd(ArmBehaviour):
-    """Find the tool pose from which a robot takes the free end of an object that another one holds.
+    """Compute the pre-grasp pose for the free end of an object held by another robot.
 
-    The end is that of the object's longest axis that is farther from the tool that holds it. The
-    tool points along this axis, and its fingers close along the narrower one of the other axes.
+    The free end is the end of the object's longest axis farther from the holding tool. The tool
+    points along this axis, and its fingers close along the narrower one of the other axes.
     """
 
     needs_gripper = True
@@ -47,7 +47,7 @@ class FindFreeEnd(ArmBehaviour):
     )
     pose = Output(
         pin.SE3, parse=pose_from_text, format=pose_to_text,
-        doc="Pose of the tool before the grasp, in the world.",
+        doc="Pre-grasp pose of the tool in the world.",
     )  # fmt: skip
 
     def start(self) -> None:
@@ -69,22 +69,22 @@ class FindFreeEnd(ArmBehaviour):
         self.pose = nearest_orientation(poses, self.T_wt)
 
     def _holder(self, name: str) -> np.ndarray:
-        """Return the position of the tool that holds an object, in the world [m]."""  # (3,)
+        """Return the position of the tool holding an object, in the world [m]."""  # (3,)
         for robot in self._robots.values():
             if robot.gripper is not None and name in robot.gripper.held:
                 return np.array(robot.arm.model.pose(robot.robot.q).translation)
         raise CellError(f"no robot holds '{name}'")
 
     def update(self) -> Status:
-        """Succeed: the pose is written."""
+        """Succeed; the pose is written."""
         return Status.SUCCESS
 
 
 class HoldOut(PlannedMove):
-    """Hold an object out to another robot: the tool points at it, where both reach the object.
+    """Hold an object out to another robot, with the tool pointing at it, within reach of both.
 
-    The middle of the object comes over the middle between the robots, or beside it where their arms
-    are in each other's way there.
+    The object's centre is over the midpoint between the robots, or beside it if the arms block each
+    other there.
     """
 
     needs_gripper = True
@@ -95,7 +95,7 @@ class HoldOut(PlannedMove):
         float, default=0.01, doc="Distance of both grasps from the ends [m].", at_least=0.0
     )
     distance = Input(
-        float, default=0.1, doc="Distance from which the receiver approaches [m].", at_least=0.0
+        float, default=0.1, doc="Distance of the receiver's approach [m].", at_least=0.0
     )
 
     def start(self) -> None:
@@ -123,7 +123,7 @@ class HoldOut(PlannedMove):
         )
 
     def why_infeasible(self) -> str:
-        """Look for a pose that both robots reach."""
+        """Search for a pose that both robots reach."""
         sizes = np.ptp(extent(self.cell, self.object), axis=0)
         between = float(sizes.max()) - 2.0 * self.inset
         tool, home = self.arm.ik.tool, self.arm.model.home
@@ -148,7 +148,7 @@ class HoldOut(PlannedMove):
                 yield pin.SE3(R, np.round(position, 9))
 
     def _is_taken(self, T_wt: pin.SE3, between: float) -> bool:
-        """Return whether the receiver reaches the other end, and the pose before it."""
+        """Return whether the receiver reaches the other end and its pre-grasp pose."""
         arm, a = self._robots[self.receiver].arm, T_wt.rotation[:, 2]
         q = arm.model.home
         for along in (between + self.distance, between):
@@ -167,15 +167,15 @@ class HoldOut(PlannedMove):
 class IsHandedOver(ObjectCondition):
     """Check that one robot has handed an object over to another one, in the air.
 
-    It is judged from contacts: it holds from the moment at which both robots touch the object and
-    the support does not, until the support touches it again.
+    It is judged by contacts: it holds from the time when both robots touch the object without the
+    support, until the support touches it again.
     """
 
     memory = ("_handed_over",)
 
-    giver = Input(str, doc="Name of the robot that hands it over.")
-    receiver = Input(str, doc="Name of the robot that takes it.")
-    support = Input(str, default="table", doc="Name of what it must not be put down on.")
+    giver = Input(str, doc="Name of the giving robot.")
+    receiver = Input(str, doc="Name of the receiving robot.")
+    support = Input(str, default="table", doc="Name of the support that it must not touch.")
 
     _handed_over = False
 
@@ -200,7 +200,7 @@ class IsHandedOver(ObjectCondition):
         return self.object, self.giver, self.receiver, self.support
 
     def why_not(self) -> str:
-        """Return the conditions that the contacts have not shown."""
+        """Return the conditions that the contacts do not meet."""
         for name in self._names():
             self.cell.find(name)
         if self._handed_over:

@@ -1,4 +1,4 @@
-"""Insert a held object into a socket, with a limited contact force."""
+"""Insertion of a held object into a socket, with a limited contact force."""
 
 import math
 from collections.abc import Iterator
@@ -20,29 +20,29 @@ from bt_manip.planning import ArcTo
 from bt_manip_impedance.cartesian_impedance import CartesianImpedance
 
 STANDOFF = 0.005
-"""Height of the object's bottom over the socket before it is inserted [m]."""
+"""Height of the object's bottom over the socket before the insertion [m]."""
 
 DEPTH_TOLERANCE = 0.002
-"""Missing depth at which the object counts as inserted [m]: the springs of the tool give way."""
+"""Tolerance of the depth of an inserted object [m], due to the compliance of the tool."""
 
 
 CAUGHT = 0.0015
-"""Depth at which an object is in the hole during a search [m]: it does not tilt so deep."""
+"""Depth at which an object is in the hole during a search [m]; tilted objects are less deep."""
 
 PITCH = 0.0005
-"""Distance between the turns of the spiral [m]: less than the play that holes have."""
+"""Distance between the turns of the spiral [m], less than the clearance of holes."""
 
 LOWERING_SPEED = 0.04
-"""Speed until the contact before a search, as a fraction of the limits."""
+"""Speed before the contact of a search, as a fraction of the limits."""
 
 SEARCH_SPEED = 0.2
 """Speed on the spiral, as a fraction of the limits; about 20 mm/s."""
 
 MAX_FORCE = 30.0
-"""Contact force at which it gives up, where the arm exerts more [N]."""
+"""Contact force at which it gives up, if the arm can exert it [N]."""
 
 PRESS_FORCE = 6.0
-"""Force on the socket in a search, where the grip holds against it [N]."""
+"""Force on the socket in a search, if the grip can hold it [N]."""
 
 STIFFNESS = 1000.0
 """Stiffness of controllers other than `CartesianImpedance` [N/m]."""
@@ -53,28 +53,28 @@ OVER, LOWERING, SEARCHING, PUSHING = "over", "lowering", "searching", "pushing"
 
 
 class Insert(MotionBehaviour):
-    """Insert what the gripper holds straight down into a socket, under a compliant controller.
+    """Insert the held object straight down into a socket, with a compliant controller.
 
     The arm positions the object over the socket with its own controller, switches to a compliant
-    one, and moves down with contact allowed: an object that meets the rim is guided in by the
-    contact instead of jamming. Whatever the outcome, the arm returns to its own controller once it
-    is at rest.
+    one,
+    and moves down with contact allowed: an object that meets the rim is guided in by the contact
+    instead of jamming. In any case, the arm returns to its own controller once it is at rest.
 
-    With a `search` radius, the hole may be beside the middle of the socket. The object is pressed
-    on the socket: the stiffness times `press` is the force. It slides on a spiral around the middle
-    until it falls into the hole (spiral search, S. Chhatpar and M. Branicky, IROS 2001). Friction
-    makes it lag behind the spiral by the coefficient of friction times `press`; the radius has to
-    be as much larger.
+    With a `search` radius, the hole may be beside the centre of the socket. The object is pressed
+    on the socket with a force of stiffness times `press`, and slides on a spiral around the centre
+    until it falls into the hole (spiral search, S. Chhatpar and M. Branicky, IROS 2001). By
+    friction it lags behind the spiral by the coefficient of friction times `press`; increase the
+    radius by this lag.
     """
 
     memory = (*MotionBehaviour.memory, "_phase", "_tare", "_last_force", "_limit")
 
     object = Input(str, doc="Name of the held object.")
     socket = Input(str, doc="Name of the object with the hole, whose axis is its z axis.")
-    depth = Input(float, default=0.03, doc="How deep the object is inserted [m].")
+    depth = Input(float, default=0.03, doc="Depth of the insertion [m].")
     max_force = number_or_auto(
-        "Contact force at which it gives up [N]; auto: 30, or 0.8 of what the arm exerts if that "
-        "is lower."
+        "Contact force at which it gives up [N]; auto: 30, or 0.8 of the arm's maximum force if "
+        "lower."
     )
     speed = Input(float, default=0.1, doc="Speed of the insertion, as a fraction of the limits.")
     approach_speed = Input(
@@ -84,26 +84,26 @@ class Insert(MotionBehaviour):
     search = Input(
         float,
         default=0.0,
-        doc="Radius around the middle to search for the hole [m]; 0: none.",
+        doc="Radius of the search for the hole around the centre [m]; 0: none.",
         at_least=0.0,
     )
     press = number_or_auto(
-        "Depth of the reference below the socket's top in a search [m]; auto: that of a force of "
-        "6 N at the controller's stiffness, or of 0.8 of what the grip holds if that is lower.",
+        "Depth of the reference below the socket's top in a search [m]; auto: for a force of 6 N "
+        "at the controller's stiffness, or 0.8 of the grip's maximum force if lower.",
         at_least=0.0,
     )
 
     _phase = OVER
     _limit = MAX_FORCE  # [N] contact force at which it gives up
     _tare: tuple[float, ...] = ()  # [N] force at the wrist before contact, in the tool's axes
-    _last_force = 0.0  # [N] at the last tick
+    _last_force = 0.0  # [N] force at the last tick
 
     def start(self) -> None:
         """Move the object over the socket."""
         self._phase = OVER
         if self.object not in self.gripper.held:
             raise CellError(f"the gripper does not hold '{self.object}'")
-        self.controllers.get(self.controller)  # raises if there is none
+        self.controllers.get(self.controller)  # raises an error if there is none
         self.arm.move_to_pose(self._tool_pose(STANDOFF), speed=self.approach_speed)
 
     def update(self) -> Status:
@@ -111,7 +111,7 @@ class Insert(MotionBehaviour):
         if self._phase == OVER:
             return super().update()
         now = float(np.linalg.norm(self.arm.robot.wrist_wrench().force - np.array(self._tare)))
-        force, self._last_force = min(now, self._last_force), now  # an impact is no sustained force
+        force, self._last_force = min(now, self._last_force), now  # ignores impacts
         depth = -self._height()
         self.feedback_message = f"{self._phase}, {1e3 * depth:.1f} mm deep, {force:.1f} N"
         if force > self._limit:
@@ -162,7 +162,7 @@ class Insert(MotionBehaviour):
         self.arm.move_linear(target, speed=LOWERING_SPEED, contact=True)
 
     def _press_depth(self) -> float:
-        """Return how far the reference is below the socket's top in a search [m]."""
+        """Return the depth of the reference below the socket's top in a search [m]."""
         grip = self.gripper
         held = holding_force(self.cell, grip, self.object, float(np.mean(grip.forces)))
         active = self.controllers.controller
@@ -170,7 +170,7 @@ class Insert(MotionBehaviour):
         return float(feasible_force(PRESS_FORCE, self.arm, DOWN, held) / stiffness)
 
     def _search(self) -> None:
-        """Follow a spiral of half circles around the middle of the socket."""
+        """Follow a spiral of half circles around the centre of the socket."""
         start = self.arm.model.pose(self.arm.q)
         steps = [
             ArcTo(via, pin.SE3(start.rotation, end))
@@ -179,7 +179,7 @@ class Insert(MotionBehaviour):
         self.arm.move_path(steps, SEARCH_SPEED, blend=PITCH, contact=True)
 
     def _push(self) -> None:
-        """Move down where the hole is: where the object is caught in it, or in the middle."""
+        """Move down into the hole, at the position where it caught the object, or at the centre."""
         target = self._tool_pose(-self.depth, centred=not self.search)
         self.arm.move_linear(target, speed=self.speed, contact=True)
 
@@ -190,8 +190,8 @@ class Insert(MotionBehaviour):
         """Return the tool pose with the object upright over the socket.
 
         Args:
-            height: Of the object's bottom over the socket's top [m].
-            centred: Whether its bottom is on the socket's axis, or where it is now.
+            height: Height of the object's bottom over the socket's top [m].
+            centred: Whether its bottom is on the socket's axis, instead of its present position.
         """
         T_wo, T_ws, T_ob = (
             self.cell.pose(self.object), self.cell.pose(self.socket),
@@ -208,13 +208,13 @@ class Insert(MotionBehaviour):
 def spiral(
     centre: np.ndarray, radius: float, pitch: float
 ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Yield the half circles of a horizontal spiral: a point in the middle of each, and its end.
+    """Yield the half circles of a horizontal spiral, by their middle and end points.
 
-    Each half circle is wider than the one before by half the pitch, and tangential to it.
+    The radius grows by half the pitch with each half circle; consecutive ones are tangential.
 
     Args:
-        centre: Where it starts [m].  # (3,)
-        radius: Of the circle that it covers [m].
+        centre: Start of the spiral [m].  # (3,)
+        radius: Radius of the covered circle [m].
         pitch: Distance between its turns [m].
     """
     start, sign = np.array(centre, dtype=float), 1.0
@@ -226,15 +226,15 @@ def spiral(
 
 
 class IsInserted(ObjectCondition):
-    """Check that an object rests in a socket."""
+    """Check that an object is at rest in a socket."""
 
     destination = "socket"
 
     socket = Input(str, doc="Name of the object with the hole.")
-    depth = Input(float, default=0.03, doc="How deep it is inserted at least [m].")
+    depth = Input(float, default=0.03, doc="Minimum depth [m].")
 
     def why_not(self) -> str:
-        """Measure its depth, inside the outline of the socket."""
+        """Measure its depth within the outline of the socket."""
         resting = at_rest(self.cell, self.object)
         depth = -_height_over(self.cell, self.object, self.socket)
         lower, upper = extent(self.cell, self.socket)

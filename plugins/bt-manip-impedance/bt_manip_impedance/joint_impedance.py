@@ -14,10 +14,10 @@ class JointImpedance(Controller):
 
     ``tau = K e + D de/dt + M a_ref + bias + friction``
 
-    The damping ``D = 2 zeta sqrt(K M_jj)`` follows the inertia of each joint, so that the damping
-    ratio is the same in all configurations. There is no integral: a contact that holds a joint off
-    by e feels the torque ``K e``. Friction is compensated by the reference velocity; soft springs
-    would lag far behind otherwise.
+    The damping ``D = 2 zeta sqrt(K M_jj)`` depends on the inertia of each joint, so that the
+    damping ratio is the same in all configurations. There is no integral term: at an error e in
+    contact, the torque is ``K e``. Friction is compensated using the reference velocity, since soft
+    springs would lag far behind otherwise.
     """
 
     kind = "joint_impedance"
@@ -33,9 +33,9 @@ class JointImpedance(Controller):
 
         Args:
             robot: The robot to control.
-            stiffness: One number, or one per joint [N m/rad]; default: 7 times the effort limit,
-                with which an error of 140 mrad saturates a joint.
-            damping_ratio: 1 is critical damping [-].
+            stiffness: One number, or one per joint [N m/rad]; default: 7 times the effort limit, so
+                that an error of 140 mrad saturates a joint.
+            damping_ratio: Damping ratio; 1 is critical damping [-].
 
         Raises:
             ControlError: If a number is negative or not finite, or their count is wrong.
@@ -62,7 +62,7 @@ class JointImpedance(Controller):
 
 
 def ratio(name: str, given: float) -> float:
-    """Return a damping ratio.
+    """Check and return a damping ratio.
 
     Raises:
         ControlError: If it is negative or not finite.

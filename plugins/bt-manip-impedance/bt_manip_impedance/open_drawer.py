@@ -1,4 +1,4 @@
-"""Open a drawer by its handle."""
+"""Opening a drawer by its handle."""
 
 import math
 from collections.abc import Mapping
@@ -20,38 +20,38 @@ from bt_manip.grasping import holding_force
 from bt_manip_impedance.drawer import HANDLE, Drawer
 
 MARGIN = 0.005
-"""How much farther than asked a drawer is pulled [m]."""
+"""Excess of the pulled distance over the requested opening [m]."""
 
 LAG = 0.03
-"""How far the reference ends beyond the opening [m]: the springs of the tool give way."""
+"""Excess of the final reference over the opening [m], due to the compliance of the tool."""
 
 MAX_DRAWER_SPEED = 5e-3
-"""Speed of a drawer that counts as at rest [m/s]; as for objects."""
+"""Maximum speed of a drawer at rest [m/s], as for objects."""
 
 MAX_FORCE = 40.0
-"""Force on the handle at which it gives up, where arm and grip hold more [N]."""
+"""Force on the handle at which it gives up, if arm and grip can exert it [N]."""
 
 NEAR = 0.2
-"""Distance from the handle at which the progress for reaching it has fallen to a quarter [m]."""
+"""Distance from the handle at which the progress of reaching it is a quarter [m]."""
 
 OVER, DOWN = "over", "down"
 
 
 class ReachHandle(MotionBehaviour):
-    """Move the open gripper over the handle of a drawer, and straight down to it."""
+    """Move the open gripper over a drawer's handle, and straight down to it."""
 
     memory = (*MotionBehaviour.memory, "_phase")
 
     object = Input(str, doc="Name of the drawer.")
     height = Input(
-        float, default=0.12, doc="Height over the handle to come down from [m].", at_least=0.0
+        float, default=0.12, doc="Height over the handle before moving down [m].", at_least=0.0
     )
     speed = Input(float, default=1.0, doc="Fraction of the arm's limits.", above=0.0, at_most=1.0)
 
     _phase = OVER
 
     def start(self) -> None:
-        """Move over the handle; the gripper is the same turned by half a turn."""
+        """Move over the handle; half a turn of the gripper makes no difference."""
         self._phase = OVER
         poses = [self._tool_pose(self.height, yaw) for yaw in (0.0, math.pi)]
         self.arm.move_to_pose(poses, speed=self.speed, approach=self.height)
@@ -80,27 +80,27 @@ class ReachHandle(MotionBehaviour):
 
 
 class PullOpen(MotionBehaviour):
-    """Pull a drawer open by the handle that the gripper holds, under a compliant controller.
+    """Pull a drawer open by its gripped handle, with a compliant controller.
 
-    The tool moves along the axis of the drawer. The compliance takes up the difference between this
-    axis and the arm's motion, and limits the force on a drawer that is stuck. Whatever the outcome,
-    the arm returns to its own controller once it is at rest.
+    The tool moves along the axis of the drawer. The compliance accommodates deviations between this
+    axis and the arm's motion, and limits the force on a stuck drawer. In any case, the arm returns
+    to its own controller once it is at rest.
     """
 
     memory = (*MotionBehaviour.memory, "_pulling", "_tare", "_limit")
 
     object = Input(str, doc="Name of the drawer.")
-    opening = Input(float, default=0.15, doc="How far it is opened [m].", at_least=0.0)
+    opening = Input(float, default=0.15, doc="Opening [m].", at_least=0.0)
     max_force = number_or_auto(
-        "Force on the handle at which it gives up [N]; auto: 40, or 0.8 of what arm or grip hold "
-        "if that is lower."
+        "Force on the handle at which it gives up [N]; auto: 40, or 0.8 of the maximum force of "
+        "arm and grip if lower."
     )
     speed = Input(float, default=0.2, doc="Fraction of the arm's limits.", above=0.0, at_most=1.0)
     controller = Input(str, default="cartesian_impedance", doc="Registered compliant controller.")
 
     _pulling = False
     _limit = MAX_FORCE  # [N] force at which it gives up
-    _tare: tuple[float, ...] = ()  # [N] force at the wrist at first, in the tool's axes
+    _tare: tuple[float, ...] = ()  # [N] initial force at the wrist, in the tool's axes
 
     def start(self) -> None:
         """Switch to the compliant controller and pull."""
@@ -159,12 +159,12 @@ class PullOpen(MotionBehaviour):
         if thickness > least:
             return ""
         return (
-            f"the gripper grips what is wider than {1e3 * least:.1f} mm, the handle of "
-            f"'{self.object}' is {1e3 * thickness:g} mm thick"
+            f"the gripper closes to {1e3 * least:.1f} mm only, the handle of '{self.object}' is "
+            f"{1e3 * thickness:g} mm thick"
         )
 
     def _feasible_force(self, pull: np.ndarray) -> float:
-        """Return the force with which arm and grip can pull [N]."""
+        """Return the maximum pulling force of arm and grip for `auto` [N]."""
         grip = self.gripper
         held = holding_force(self.cell, grip, self.object, float(np.mean(grip.forces)))
         return feasible_force(MAX_FORCE, self.arm, pull / np.linalg.norm(pull), held)
@@ -183,7 +183,7 @@ class IsOpen(ObjectCondition):
     """Check that a drawer is open, and at rest."""
 
     object = Input(str, doc="Name of the drawer.")
-    opening = Input(float, default=0.15, doc="How far it is open at least [m].")
+    opening = Input(float, default=0.15, doc="Minimum opening [m].")
 
     def setup(self, **infrastructure: Any) -> None:
         """Keep the cell and the robots."""
@@ -200,7 +200,7 @@ class IsOpen(ObjectCondition):
         return ""
 
     def progress(self) -> float:
-        """Return the progress: shares for reaching and holding the handle, the rest for opening."""
+        """Return the progress of reaching the handle, holding it, and opening."""
         drawer, robots = find_drawer(self.cell, self.object), self.robots.values()
         handle = (self.cell.pose(self.object) * drawer.T_oh).translation
         distances = [np.linalg.norm(one.robot.tool_pose.translation - handle) for one in robots]
@@ -214,7 +214,7 @@ def find_drawer(cell: Cell, name: str) -> Drawer:
     """Return a drawer.
 
     Raises:
-        CellError: If there is none of that name.
+        CellError: If there is no such drawer.
     """
     drawer = cell.find(name)
     if not isinstance(drawer, Drawer):

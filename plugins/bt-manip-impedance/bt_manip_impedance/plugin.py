@@ -57,7 +57,7 @@ def register_scenes(register):
 
 @hookimpl
 def register_trees(register):
-    """Register the trees, with the scenes and the controller that they need."""
+    """Register the trees with their scenes and controllers."""
     register(
         "press_button",
         TREES / "press_button.xml",

@@ -1,4 +1,4 @@
-"""Press a button."""
+"""Pressing a button."""
 
 import math
 from collections.abc import Mapping
@@ -17,23 +17,23 @@ from bt_manip.bt import Input, Status
 from bt_manip.cell import CellError
 from bt_manip_impedance.push_button import PRESSED, PushButton
 
-RELEASED = 1e-4  # [m] depth up to which the cap counts as up
+RELEASED = 1e-4  # [m] maximum depth of a released cap
 
 NEAR = 0.2
-"""Distance at which the share of progress for being near has fallen to a quarter [m]."""
+"""Distance at which the progress of approaching is a quarter [m]."""
 
 MAX_FORCE = 40.0
-"""Largest contact force, where the arm can exert it [N]."""
+"""Largest contact force, if the arm can exert it [N]."""
 
 CLEAR = 0.03
-"""Height over the cap that the tool retreats to [m]."""
+"""Height of the tool over the cap after the retreat [m]."""
 
 
 class Press(MotionBehaviour):
     """Press a button down, hold it and release it, with a limited force.
 
-    The reference moves to a point inside the button, as if its position were not exactly known: the
-    force follows from the controller's stiffness. Under a stiff controller the force exceeds the
+    The reference moves to a point inside the button, as if its position were not known exactly; the
+    force depends on the controller's stiffness. With a stiff controller the force exceeds the
     limit, and the behaviour releases the button and fails.
     """
 
@@ -41,17 +41,16 @@ class Press(MotionBehaviour):
 
     object = Input(str, doc="Name of the button.")
     depth = Input(float, default=0.016, doc="Depth of the reference below the cap's top [m].")
-    hold = Input(float, default=0.3, doc="Time that the button is held down [s].")
+    hold = Input(float, default=0.3, doc="Time for which the button is held down [s].")
     max_force = number_or_auto(
-        "Largest allowed contact force [N]; auto: 40, or 0.8 of what the arm exerts if that is "
-        "lower."
+        "Largest allowed contact force [N]; auto: 40, or 0.8 of the arm's maximum force if lower."
     )
     speed = Input(float, default=0.1, doc="Fraction of the arm's limits.", above=0.0, at_most=1.0)
 
-    _last_force = 0.0  # [N] at the last tick
+    _last_force = 0.0  # [N] force at the last tick
     _limit = MAX_FORCE  # [N] largest allowed contact force
-    _since: float | None = None  # [s] when the cap was down
-    _outcome: str | None = None  # reason of a failure, empty for success; None while it presses
+    _since: float | None = None  # [s] time at which the cap was down
+    _outcome: str | None = None  # reason of a failure, empty for success; None while pressing
 
     def start(self) -> None:
         """Move straight down."""
@@ -72,10 +71,10 @@ class Press(MotionBehaviour):
         return Status.RUNNING
 
     def _check_button(self) -> None:
-        """Measure depth and force, and retreat when the outcome is known."""
+        """Measure depth and force; retreat once the outcome is known."""
         button, now = self.cell.find(self.object), self.cell.time
         pressing = float(np.linalg.norm(self.cell.contacts.wrench(self.object).force))
-        force = min(pressing, self._last_force)  # an impact is no sustained force
+        force = min(pressing, self._last_force)  # ignores impacts
         self._last_force = pressing
         self.feedback_message = f"{1e3 * button.depth:.1f} mm down, {force:.1f} N"
         if button.depth < PRESSED * button.travel:
@@ -128,7 +127,7 @@ class ButtonCondition(ObjectCondition):
 
 
 class IsReleased(ButtonCondition):
-    """Check that a button is up."""
+    """Check that a button is released."""
 
     def why_not(self) -> str:
         """Measure the depth of the cap."""
@@ -137,9 +136,9 @@ class IsReleased(ButtonCondition):
 
 
 class WasPressed(ButtonCondition):
-    """Check that a button has been pressed down since it was made."""
+    """Check that a button has been pressed since its creation."""
 
-    released = Input(bool, default=False, doc="Whether it must be up again.")
+    released = Input(bool, default=False, doc="Whether it also must be released.")
 
     def setup(self, **infrastructure: Any) -> None:
         """Keep the cell and the robots."""
@@ -156,7 +155,7 @@ class WasPressed(ButtonCondition):
         return ""
 
     def progress(self) -> float:
-        """Return the progress: shares for coming near, for pressing and for the release."""
+        """Return the progress of approaching, pressing and releasing."""
         button = self.button
         down = min(max(button.depth / button.travel, 0.0), 1.0)
         if button.presses:

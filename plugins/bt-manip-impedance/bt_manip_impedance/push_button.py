@@ -14,17 +14,17 @@ from bt_manip.spatial import pointing_down
 RADIUS = 0.025  # [m]
 HOUSING = 0.02  # [m] height
 PRESSED = 0.95
-"""Fraction of the travel at which the cap counts as down; its stop is soft."""
+"""Fraction of the travel beyond which the cap counts as pressed; its stop is soft."""
 
-HOVER = 0.07  # [m] over the cap, from which a tool presses
-PRELOAD = 0.2  # fraction of the full force at which the cap begins to move
+HOVER = 0.07  # [m] height of the tool over the cap before pressing
+PRELOAD = 0.2  # fraction of the full force at which the cap starts to move
 
 
 class PushButton(ParametricEntity):
-    """A housing with a cap on a spring; its origin is the middle of its bottom.
+    """A housing with a cap on a spring; its origin is the centre of its bottom.
 
     Attributes:
-        presses: How often the cap has been pressed down since the button was made.
+        presses: Number of times that the cap was pressed since the creation of the button.
     """
 
     kind = "push_button"
@@ -49,7 +49,7 @@ class PushButton(ParametricEntity):
             "geom", name="housing", type="cylinder", size=(1.3 * RADIUS, HOUSING / 2),
             pos=(0, 0, HOUSING / 2), rgba=(0.25, 0.25, 0.27, 1),
         )  # fmt: skip
-        # Without weight, so that it works in any orientation.
+        # Without gravity, so that it works in any orientation.
         cap = housing.add("body", name="cap", pos=(0, 0, HOUSING), gravcomp=1)
         stiffness = (1.0 - PRELOAD) * force / travel
         self._joint = cap.add(
@@ -71,7 +71,7 @@ class PushButton(ParametricEntity):
 
     @property
     def tool_targets(self) -> list[list[pin.SE3]]:
-        """The tool on the cap, and over it where `Hover` leads to at least."""
+        """Poses of the tool on the cap, and over it at the smallest height of `Hover`."""
         heights = (self.height, self.height + HOVER)
         return [[pointing_down((0.0, 0.0, z), k * np.pi / 4) for k in range(8)] for z in heights]
 

@@ -8,7 +8,7 @@ from bt_manip import build_station as build
 from bt_manip import spatial
 from bt_manip.behaviours import CloseGripper, Grasp, Hover, Lift, Reach, extent
 from bt_manip.cell import is_in
-from bt_manip.scenes import Fixture
+from bt_manip.scenes import SceneObject
 from bt_manip.testing import Example, built_in_situations, contracts_of, play, run_tree, trees_of
 from bt_manip_impedance import ReachHandle
 
@@ -102,9 +102,11 @@ def build_station(parts):
 
     def build_compliant():
         scene = parts.scenes.create("button_on_table")
-        peg_and_board = parts.scenes.create("peg_on_table").fixtures[1:]
-        drawer = Fixture("drawer", "drawer", spatial.pose((0.6, 0.25, scene.T_wb.translation[2])))
-        scene = replace(scene, fixtures=(*scene.fixtures, *peg_and_board, drawer))
+        peg_and_board = parts.scenes.create("peg_on_table").objects[1:]
+        drawer = SceneObject(
+            "drawer", "drawer", spatial.pose((0.6, 0.25, scene.T_wb.translation[2]))
+        )
+        scene = replace(scene, objects=(*scene.objects, *peg_and_board, drawer))
         return build(parts, controller="cartesian_impedance", scene=scene)
 
     return build_compliant

@@ -24,9 +24,9 @@ def parts():
 def holding_the_peg(parts, scene="peg_on_table", **board):
     """Return a station of a scene whose robot holds the peg."""
     scene = parts.scenes.create(scene)
-    *others, socket = scene.fixtures
+    *others, socket = scene.objects
     socket = replace(socket, parameters={**socket.parameters, **board})
-    station = build_station(parts, scene=replace(scene, fixtures=(*others, socket)))
+    station = build_station(parts, scene=replace(scene, objects=(*others, socket)))
     for behaviour in (
         Hover("hover", object="peg", height=0.15),
         Reach("reach", object="peg"),

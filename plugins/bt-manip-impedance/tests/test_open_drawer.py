@@ -21,8 +21,8 @@ def parts():
 def at_the_handle(parts, **drawer):
     """Return a station whose robot holds the handle."""
     scene = parts.scenes.create("open_drawer")
-    *others, fixture = scene.fixtures
-    scene = replace(scene, fixtures=(*others, replace(fixture, parameters=drawer)))
+    *others, fixture = scene.objects
+    scene = replace(scene, objects=(*others, replace(fixture, parameters=drawer)))
     station = build_station(parts, scene=scene)
     for behaviour in (ReachHandle("reach", object="drawer"), CloseGripper("close", force=50.0)):
         assert station.run(behaviour).status is NodeStatus.SUCCESS
@@ -63,4 +63,4 @@ def test_a_handle_that_is_too_thin_for_the_gripper_is_found_before_a_run(parts, 
     assert why_not("open_drawer", "panda", parts, starts=1) == ""
     monkeypatch.setattr(TwoFingerGripper, "min_object_width", 0.02)
     reason = why_not("open_drawer", "panda", parts, starts=1)
-    assert reason.startswith("PullOpen: the gripper grips what is wider than 20.0 mm")
+    assert reason.startswith("PullOpen: the gripper closes to 20.0 mm only")

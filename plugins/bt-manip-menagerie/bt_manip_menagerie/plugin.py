@@ -1,4 +1,4 @@
-"""Hooks of this package, and the descriptions that travel with it."""
+"""Hooks of this package, and its descriptions."""
 
 from pathlib import Path
 
@@ -6,13 +6,13 @@ from bt_manip import hookimpl
 
 
 def description_files() -> list[Path]:
-    """List the TOML files, one a robot, in alphabetical order."""
+    """List the TOML files, one for each robot, in alphabetical order."""
     return sorted((Path(__file__).parent / "robots").glob("*.toml"))
 
 
 @hookimpl
 def register_robots(register):
-    """Bring the robots; their models are fetched when one of them is used."""
+    """Register the robots; models are fetched on first use."""
     from bt_manip.robots import read_description
 
     for path in description_files():

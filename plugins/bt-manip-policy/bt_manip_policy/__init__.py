@@ -1,6 +1,6 @@
 """Learned policies as leaves of trees.
 
-Each name is imported on first use: the process that runs policies needs no simulation.
+Names are imported on first use, as the process that runs policies needs no simulation.
 """
 
 from importlib import import_module

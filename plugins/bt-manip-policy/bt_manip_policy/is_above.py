@@ -5,10 +5,12 @@ from bt_manip.bt import Input
 
 
 class IsAbove(ObjectCondition):
-    """Check that an object is at a height above another one, whether beside it or over it."""
+    """Check that an object is higher than another one, beside or over it."""
 
     support = Input(str, doc="Name of the object below it.")
-    height = Input(float, default=0.05, doc="Least distance of its bottom from that one's top [m].")
+    height = Input(
+        float, default=0.05, doc="Minimum height of its bottom over the other's top [m]."
+    )
 
     def why_not(self) -> str:
         """Compare the heights of bottom and top."""

@@ -16,16 +16,16 @@ RATE = "bt_manip.rate"
 """Key of the metadata with the number of actions per second [Hz]."""
 
 HISTORY = "bt_manip.history"
-"""Key of the metadata with the number of observations in a row that the graph gets."""
+"""Key of the metadata with the number of successive observations in an input."""
 
 EXECUTE = "bt_manip.execute"
-"""Key of the metadata with the number of rows that are executed before the next observation."""
+"""Key of the metadata with the number of executed rows before the next observation."""
 
 ENSEMBLE = "bt_manip.ensemble"
 """Key of the metadata with the decay of temporal ensembling."""
 
 STATE, NEXT_STATE = "state_", "next_state_"
-"""Beginnings of the names of inputs and outputs that are recurrent state."""
+"""Prefixes of the names of recurrent states in inputs and outputs."""
 
 _DTYPES = {"tensor(float)": np.float32, "tensor(double)": np.float64, "tensor(uint8)": np.uint8}
 
@@ -36,34 +36,32 @@ class OnnxPolicy:
     """A function from observations to actions, read from an ONNX file.
 
     Each input of the graph is the observation of that name; the output is an action, or one action
-    per row to execute in turn. A leading dimension of 1 may be added to all of them. An input
-    ``state_NAME`` is zero at first, and then what the output ``next_state_NAME`` was. Normalization
-    is part of the graph. The file's metadata has the kind of the actions under `ACTION`, their rate
-    under `RATE`, and, where they are not the usual ones, `HISTORY`, `EXECUTE` and `ENSEMBLE`.
+    per row to execute in turn. All may have an additional leading dimension of 1. An input
+    ``state_NAME`` is zero at first, then the last output ``next_state_NAME``. Normalization is part
+    of the graph. The file's metadata have the kind of the actions under `ACTION`, their rate under
+    `RATE`, and optionally `HISTORY`, `EXECUTE` and `ENSEMBLE`.
 
     The graph runs on the CPU in one thread, so that the same observations give the same actions.
-    A `PolicyProcess` bounds its time and memory; it takes any class with these attributes.
+    A `PolicyProcess` limits its time and memory; it accepts any class with these attributes.
+
+    Args:
+        path: The file; it is untrusted, but can only compute and read no other file.
 
     Attributes:
         action: Kind of the actions.
         rate: Number of actions per second [Hz].
-        inputs: Shape of each observation; None is a dimension of any size.
+        inputs: Shape of each observation; None for a dimension of any size.
         states: Shape of each recurrent state, by the name of its input.
-        history: Observations in a row that it gets, the present one last; with more than one, the
-            first dimension of each input has this size.
-        execute: Rows of an output that are executed before the next observation; 0: all.
-        ensemble: Decay of temporal ensembling, for which it acts in each step; None for none.
+        history: Number of successive observations in an input, the present one last; if more than
+            one, it is the size of the first dimension of each input.
+        execute: Number of executed rows of an output before the next observation; 0: all.
+        ensemble: Decay of temporal ensembling, with a new action in each step; None without it.
+
+    Raises:
+        BtManipError: If it cannot be read or is not a policy.
     """
 
     def __init__(self, path: str) -> None:
-        """Read a file, which may come from anywhere: it can only compute, and reads no other file.
-
-        Args:
-            path: The file.
-
-        Raises:
-            BtManipError: If it cannot be read or is not a policy.
-        """
         try:
             data = read_bytes(path)
         except OSError as error:
@@ -82,18 +80,18 @@ class OnnxPolicy:
         self.history = int(_number(metadata, HISTORY, 0.5, 64.0, whole=True, default=1))
         self.execute = int(_number(metadata, EXECUTE, -1.0, 1e6, whole=True, default=0))
         self.ensemble = _number(metadata, ENSEMBLE, -1e-12, 1e3) if ENSEMBLE in metadata else None
-        given = {one.name: one for one in self._session.get_inputs()}
-        for name, one in given.items():
-            if one.type not in _DTYPES:
+        given = {tensor.name: tensor for tensor in self._session.get_inputs()}
+        for name, tensor in given.items():
+            if tensor.type not in _DTYPES:
                 raise BtManipError(
-                    f"has the input {shown(name)} of {one.type}, expected floats or bytes"
+                    f"has the input {shown(name)} of {tensor.type}, expected floats or bytes"
                 )
-        self._dtypes = {name: _DTYPES[one.type] for name, one in given.items()}
-        shapes = {name: _shape(one.shape) for name, one in given.items()}
-        self._outputs = [one.name for one in self._session.get_outputs()]
+        self._dtypes = {name: _DTYPES[tensor.type] for name, tensor in given.items()}
+        shapes = {name: _shape(tensor.shape) for name, tensor in given.items()}
+        self._outputs = [tensor.name for tensor in self._session.get_outputs()]
         self.states = _states(shapes, self._outputs)
         self.inputs = {name: shape for name, shape in shapes.items() if name not in self.states}
-        actions = [one for one in self._outputs if not one.startswith(NEXT_STATE)]
+        actions = [tensor for tensor in self._outputs if not tensor.startswith(NEXT_STATE)]
         if not self.inputs or len(actions) != 1:
             raise BtManipError("expected inputs, and one output: the actions")
 
@@ -150,7 +148,7 @@ def _number(
     """Return a number of the metadata.
 
     Raises:
-        BtManipError: If it is none, or not within its bounds.
+        BtManipError: If it is not a number within its bounds.
     """
     if key not in metadata:
         return default

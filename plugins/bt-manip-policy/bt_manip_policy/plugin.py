@@ -27,5 +27,5 @@ def register_policies(register):
 
 @hookimpl
 def register_trees(register):
-    """Register the pick and place with a policy."""
+    """Register the pick-and-place task with a policy."""
     register("pick_place_policy", TREES / "pick_place_policy.xml")

@@ -1,4 +1,4 @@
-"""What a policy observes: observations of the station under its names."""
+"""The observations of a policy: observations of the station by their names in the policy."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any, TypeVar
@@ -17,17 +17,28 @@ OF_OBJECTS = {
     "position": (3,), "rotation": (6,), "velocity": (6,), "contact_wrench": (6,),
     "joint_positions": (),
 }  # fmt: skip
-"""Observations of objects, with their shapes; that of joints depends on the object."""
+"""Observations of objects, with their shapes; the shape of joints depends on the object."""
 
 OF_CAMERAS = {"rgb": 3, "depth": 2}
-"""Images, with the number of dimensions of each."""
+"""Kinds of images, with their numbers of dimensions."""
 
 OBJECT = "object_"
-"""Beginning of the names of observations of the object that the port ``object`` names."""
+"""Prefix of the observations of the object of the port ``object``."""
 
 
 class PolicyInputs:
-    """Reads the observations of a robot and its cell for a policy, images included."""
+    """Reads the observations of a robot and its cell for a policy, images included.
+
+    Args:
+        policy: The policy.
+        cell: The cell.
+        robots: The controlled robot, by name.
+        object_name: The object that is observed as 'object'; empty for none, None if it is unknown
+            yet.
+
+    Raises:
+        PolicyError: If it expects images of several sizes, or of any size.
+    """
 
     def __init__(
         self,
@@ -36,44 +47,32 @@ class PolicyInputs:
         robots: Mapping[str, CommandedRobot],
         object_name: str | None,
     ) -> None:
-        """Choose the observations.
-
-        Args:
-            policy: The policy.
-            cell: The cell.
-            robots: The robot that it moves, by name.
-            object_name: The object that it observes as 'object'; empty for none, None where its
-                name is not known yet.
-
-        Raises:
-            PolicyError: If it expects images of several sizes, or of any size.
-        """
         self._policy, self._cell, self._object_name = policy, cell, object_name
         self._observations = Observations(cell, robots, _images(policy, cell))
 
     def close(self) -> None:
-        """Free what renders images."""
+        """Free the renderers of images."""
         self._observations.close()
 
     def check(self) -> None:
         """Check that the policy fits.
 
         Raises:
-            PolicyError: If it expects other observations.
+            PolicyError: If it requires other observations.
         """
         self._policy.check(self.known())
 
     def read(self) -> dict[str, np.ndarray]:
-        """Return the observations that the policy expects.
+        """Return the observations required by the policy.
 
         Raises:
-            CellError: If it expects images and nothing can be drawn.
+            CellError: If it requires images and nothing can be rendered.
         """
         inputs = self._policy.inputs
         return {n: x for n, x in self._named(self._observations.read()) if n in inputs}
 
     def read_or_zero(self) -> dict[str, np.ndarray]:
-        """Return the same; observations of objects that may still come are zero."""
+        """Return the same observations, with zeros for objects that may be added later."""
         found = self.read()
         for name, expected in self._policy.inputs.items():
             shape = None if name in found else self._shape_of_absent(name)
@@ -96,10 +95,10 @@ class PolicyInputs:
                     yield OBJECT + name.removeprefix(prefix), value
 
     def _shape_of_absent(self, name: str) -> tuple[int, ...] | None:
-        """Return the shape of an observation of an object that may still come.
+        """Return the shape of an observation of an object that may be added later.
 
         Returns:
-            Empty where the shape depends on the object; None where the name is no such observation.
+            Empty if the shape depends on the object; None if it is no such observation.
         """
         known = {*self._cell.entities, "robot"}
         if self._object_name == "":
@@ -112,11 +111,11 @@ class PolicyInputs:
 
 
 def with_history(past: list[dict[str, Any]], length: int) -> dict[str, np.ndarray]:
-    """Return past observations as a policy expects them: the oldest first, repeated at the start.
+    """Return successive observations, the oldest first; at the start, the oldest is repeated.
 
     Args:
         past: Observations, the present ones last.
-        length: Number of observations in a row.
+        length: Number of observations.
     """
     if length == 1:
         return past[-1]
@@ -125,7 +124,7 @@ def with_history(past: list[dict[str, Any]], length: int) -> dict[str, np.ndarra
 
 
 def _images(policy: LoadedPolicy, cell: Cell) -> Images | None:
-    """Return the images that a policy expects.
+    """Return the images required by a policy.
 
     Raises:
         PolicyError: If their size is not fixed or not the same for all.

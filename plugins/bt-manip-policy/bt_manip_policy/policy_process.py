@@ -1,4 +1,4 @@
-"""Policies in a process of their own, with limits of time and memory."""
+"""Policies in their own process, with limits of time and memory."""
 
 import json
 import os
@@ -20,7 +20,7 @@ from .policy_kind import ONNX, PolicyKind
 from .worker import MAX_REPLY
 
 START_TIME = 60.0
-"""Longest wall time in which the process starts and imports the class of a policy [s]."""
+"""Timeout for the start of the process and the import of a policy's class, in wall time [s]."""
 
 _COMMAND = """
 import json, sys
@@ -31,22 +31,20 @@ main(int(sys.argv[2]), int(sys.argv[3]))
 
 
 class PolicyError(ControlError):
-    """A policy that cannot be loaded, does not fit the station, or returns no valid action."""
+    """A policy cannot be loaded, does not fit the station, or returns no valid action."""
 
 
 class PolicyProcess:
-    """Loads and runs policies in a process, so that nothing that they do harms this one.
+    """Loads and runs policies in a separate process, to protect this one.
 
-    The process starts when it is needed, also after it was killed. It ends with this object, with
-    this process, and when its pipe ends, so that no crash leaves it behind.
+    The process starts on demand, also after it was killed. It ends with this object, with this
+    process, and with its pipe, so that it does not survive a crash.
+
+    Args:
+        memory: Limit of the data of the process [bytes].
     """
 
     def __init__(self, memory: int = ONNX.memory) -> None:
-        """Start nothing yet.
-
-        Args:
-            memory: Limit of the data of the process [bytes].
-        """
         self._memory = memory
         self._end: Callable[[], object] = lambda: None
         self._process: subprocess.Popen[bytes] | None = None
@@ -60,18 +58,18 @@ class PolicyProcess:
         observations: Mapping[str, np.ndarray] | None,
         limit: float,
     ) -> bytes:
-        """Return the reply of a policy to observations; None loads it again.
+        """Return the reply of a policy to observations; with None, load it again.
 
-        A policy is loaded with the first observations, too, and after the process was killed.
+        A policy is also loaded with the first observations, and after the process was killed.
 
         Args:
-            make: Makes the policy, as of `LoadedPolicy`.
-            arguments: Those of `make`.
+            make: Factory of the policy, see `PolicyKind.make`.
+            arguments: Arguments of `make`.
             observations: The present observations by name.
-            limit: Longest wall time [s].
+            limit: Timeout in wall time [s].
 
         Raises:
-            PolicyError: If there is none within the limits.
+            PolicyError: If there is no reply within the limits.
         """
         key = make, arguments
         try:
@@ -96,7 +94,7 @@ class PolicyProcess:
             raise
 
     def close(self) -> None:
-        """Kill the process; another one is started when it is needed."""
+        """Kill the process; a new one is started on demand."""
         self._end()
         self._process = self._pipe = None
         self._loaded.clear()
@@ -120,8 +118,8 @@ class PolicyProcess:
 
         Raises:
             PolicyError: If the policy has a problem.
-            EOFError: If the process has ended; or another `OSError`.
-            TimeoutError: If the process does not answer, although it should have ended.
+            EOFError: If the process has ended; also other types of `OSError`.
+            TimeoutError: If the process does not respond, although it should have ended.
         """
         assert self._pipe is not None
         if not self._pipe.poll(limit + 1.0):
@@ -132,7 +130,7 @@ class PolicyProcess:
         return reply
 
     def _reason(self, error: Exception, limit: float) -> str:
-        """Return why there is no reply."""
+        """Return the reason of a missing reply."""
         assert self._process is not None
         try:
             code = self._process.wait(0.0 if isinstance(error, TimeoutError) else 1.0)
@@ -157,33 +155,30 @@ class Acted(NamedTuple):
 
 
 class LoadedPolicy:
-    """A policy in a process.
+    """A policy in a separate process.
+
+    Args:
+        process: The process.
+        kind: Its kind, or its factory, see `PolicyKind.make`.
+        arguments: Pickled arguments of the factory.
 
     Attributes:
-        name: What messages call it.
+        name: Its name in messages.
         action: Kind of the actions.
         rate: Number of actions per second [Hz].
-        inputs: Shape of each observation; None is a dimension of any size.
+        inputs: Shape of each observation; None for a dimension of any size.
         states: Shape of each recurrent state.
-        history: Observations in a row that it gets, the present one last.
-        execute: Rows of an output that are executed before the next observation; 0: all.
-        ensemble: Decay of temporal ensembling; None for none.
+        history: Number of successive observations in an input, the present one last.
+        execute: Number of executed rows of an output before the next observation; 0: all.
+        ensemble: Decay of temporal ensembling; None without it.
+
+    Raises:
+        PolicyError: If it cannot be created within the limits.
     """
 
     def __init__(
         self, process: PolicyProcess, name: str, kind: PolicyKind | str, *arguments: Any
     ) -> None:
-        """Make a policy in the process.
-
-        Args:
-            process: The process.
-            name: What messages call it.
-            kind: Its kind, or what makes it, as `PolicyKind.make`.
-            arguments: Arguments for it, which are pickled.
-
-        Raises:
-            PolicyError: If it cannot be made within the limits.
-        """
         self.name, self._process = name, process
         self._kind = kind if isinstance(kind, PolicyKind) else PolicyKind(kind)
         self._arguments = arguments
@@ -203,7 +198,7 @@ class LoadedPolicy:
             shapes: Shapes of the station's observations by name.
 
         Raises:
-            PolicyError: If the policy expects others.
+            PolicyError: If the policy requires others.
         """
         for name, expected in self.inputs.items():
             if name not in shapes:
@@ -231,9 +226,9 @@ class LoadedPolicy:
         Args:
             observations: The present observations by name.
             size: Number of values of an action.
-            states: The recurrent states by name; None: all zero.
-            trial: Whether the observations are made up: the actions need not be finite, and take
-                at most `PolicyKind.load_time`.
+            states: The recurrent states by name; None: zeros.
+            trial: Whether the observations are placeholders: the actions need not be finite, and
+                the timeout is `PolicyKind.load_time`.
 
         Raises:
             PolicyError: If the policy fails, or its result is not finite or has another shape.
@@ -251,7 +246,7 @@ class LoadedPolicy:
         for name in described["states"]:
             n = int(np.prod(self.states[name], dtype=int))
             after[name], rest = rest[:n], rest[n:]
-        if rest.size or any(one.size != np.prod(self.states[n]) for n, one in after.items()):
+        if rest.size or any(values.size != np.prod(self.states[n]) for n, values in after.items()):
             raise self.error("returned states of other sizes than it expects")
         if actions.ndim == 3 and len(actions) == 1:
             actions = actions[0]
@@ -263,7 +258,7 @@ class LoadedPolicy:
             )
         if not trial and not np.isfinite(numbers).all():
             raise self.error(f"returned an action that is not finite: {actions.tolist()[0]}")
-        return Acted(actions, {n: one.reshape(self.states[n]) for n, one in after.items()})
+        return Acted(actions, {n: values.reshape(self.states[n]) for n, values in after.items()})
 
     def error(self, message: str) -> PolicyError:
         """Return an error with the policy's name."""
@@ -277,7 +272,7 @@ class LoadedPolicy:
 
 
 def shared_process(memory: int) -> PolicyProcess:
-    """Return the process of all policies here with a limit of memory; it ends with the last."""
+    """Return the process shared by all policies with a memory limit; it ends with the last."""
     return _processes.setdefault(memory, PolicyProcess(memory))
 
 

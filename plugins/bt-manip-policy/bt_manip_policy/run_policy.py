@@ -28,11 +28,12 @@ ACTIONS = ("joint_targets", "cartesian_deltas")
 
 
 class RunPolicy(ArmBehaviour):
-    """Let a learned policy act until something else halts it, or fail after a time.
+    """Execute a learned policy until halted; fail after a time limit.
 
-    Each action goes to the arm as `Arm.servo`: it keeps all limits, and the arm stops by itself on
-    an external force. A halted policy leaves the arm at rest. Actions of environments move along
-    cubics instead (`bt_manip.agents`), which repeat recorded targets but keep fewer limits.
+    Each action is executed by `Arm.servo`, within all limits, and the arm stops by itself on an
+    external force. A halted policy leaves the arm at rest. In contrast, actions of environments
+    move along cubics (`bt_manip.agents`), which reproduce recorded targets but respect fewer
+    limits.
     """
 
     model = Input(str, doc="File of the policy.")
@@ -50,16 +51,16 @@ class RunPolicy(ArmBehaviour):
 
     _policy: LoadedPolicy | None = None
     _inputs: PolicyInputs | None = None
-    _time = 0.0  # [s] simulated, of the present action
-    _motion: Sequence[Sequence[float]] | None = None  # [rad] last target, and its change to there
-    _action: Sequence[float] = ()  # the present one
-    _next: Sequence[Sequence[float]] = ()  # those that follow it without a new observation
+    _time = 0.0  # [s] simulated time of the present action
+    _motion: Sequence[Sequence[float]] | None = None  # [rad] last target, and its last change
+    _action: Sequence[float] = ()  # present action
+    _next: Sequence[Sequence[float]] = ()  # following actions without a new observation
     _chunks: Sequence[tuple[int, Sequence[Sequence[float]]]] = ()  # predictions to ensemble
     _past: Sequence[dict[str, np.ndarray]] = ()  # observations, the present ones last
-    _states: Mapping[str, np.ndarray] | None = None  # recurrent ones; None at the start
+    _states: Mapping[str, np.ndarray] | None = None  # recurrent states; None at the start
 
     def setup(self, **infrastructure: Any) -> None:
-        """Load the policy and check that it fits, as far as ports and objects are known already.
+        """Load the policy and check that it fits, as far as ports and objects are known.
 
         Raises:
             PolicyError: If it cannot be loaded, does not fit, or does not act.
@@ -71,7 +72,7 @@ class RunPolicy(ArmBehaviour):
             self._check(policy)
 
     def start(self) -> None:
-        """Take the first action."""
+        """Execute the first action."""
         self._load()
         self._close_inputs()
         self._motion, self._next, self._time = None, (), self.cell.time
@@ -79,7 +80,7 @@ class RunPolicy(ArmBehaviour):
         self._act()
 
     def update(self) -> Status:
-        """Act when it is time, until the time limit."""
+        """Execute actions at their rate, up to the time limit."""
         arm, now, step = self.arm, self.cell.time, 1.0 / self._load().rate
         if arm.fault:
             return self.fail(arm.fault)
@@ -107,7 +108,7 @@ class RunPolicy(ArmBehaviour):
         self._close_inputs()
 
     def get_state(self) -> dict[str, Any]:
-        """Return its state as plain data, observations and recurrent states included."""
+        """Return its state as plain data, including observations and recurrent states."""
         past = [_plain(one) for one in self._past]
         states = None if self._states is None else _plain(self._states)
         return {**super().get_state(), "past": past, "states": states}
@@ -125,10 +126,10 @@ class RunPolicy(ArmBehaviour):
             self._inputs = None
 
     def _load(self) -> LoadedPolicy:
-        """Return the policy that the port names.
+        """Return the policy of the port.
 
         Raises:
-            PolicyError: If it is no policy.
+            PolicyError: If it is not a policy.
         """
         path, kind = str(self.model), self._kinds.get(self.policy_kind)
         if self._policy is None or self._policy.name != path:
@@ -136,7 +137,7 @@ class RunPolicy(ArmBehaviour):
         return self._policy
 
     def _check(self, policy: LoadedPolicy) -> None:
-        """Let the policy act once; observations of objects that are not there yet are zero.
+        """Execute the policy once, with zeros for objects that are absent yet.
 
         Raises:
             PolicyError: If it does not fit the station, or does not act.
@@ -170,7 +171,7 @@ class RunPolicy(ArmBehaviour):
             q, start = differential_ik(arm.model, arm.q_ref, T_wt), arm.q_ref
         step = 1.0 / policy.rate
         v = end_velocity(q - start, np.array(change), step)
-        # A closing gripper moves what it touches, and the arm where that does not give way.
+        # A closing gripper moves touched objects, or the arm if they do not yield.
         closing = gripper is not None and gripper.gripping and gripper.moving
         arm.servo(q, v, step, contact=closing)
         self._motion = q.tolist(), (q - start).tolist()
@@ -178,7 +179,7 @@ class RunPolicy(ArmBehaviour):
     def _choose(
         self, policy: LoadedPolicy, size: int
     ) -> tuple[Sequence[float], Sequence[Sequence[float]]]:
-        """Return the present action, and those that follow it without a new observation.
+        """Return the present action, and the actions that follow without a new observation.
 
         Raises:
             PolicyError: If the policy does not fit the station, or returns no valid action.
@@ -215,16 +216,16 @@ class RunPolicy(ArmBehaviour):
         return PolicyInputs(policy, self.cell, {name: self._robots[name]}, object_name)
 
     def _observe(self, policy: LoadedPolicy) -> dict[str, np.ndarray]:
-        """Return the present observations, under the names that the policy has for them."""
+        """Return the present observations, by their names in the policy."""
         if self._inputs is None:
             self._inputs = self._make_inputs(policy)
             self._inputs.check()
         return self._inputs.read()
 
     def _grip(self, step: float) -> None:
-        """Open or close the gripper; what it holds becomes the arm's payload.
+        """Open or close the gripper; a held object becomes the arm's payload.
 
-        Numbers nearer to zero than 1 and -1 do so later in the step, as in episodes.
+        Values with a magnitude below 1 act later in the step, as in episodes.
         """
         gripper = self._robots[self._robot_name].gripper
         if gripper is None:

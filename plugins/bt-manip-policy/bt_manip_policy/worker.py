@@ -1,7 +1,7 @@
 """The process that runs policies: it answers requests until its pipe ends.
 
-It imports nothing of the simulation. Requests are pickled; replies are a line of JSON and the bytes
-of an array, so that reading them runs no code of a policy.
+It does not import the simulation. Requests are pickled; replies are a line of JSON and the bytes of
+an array, so that reading them runs no code of a policy.
 """
 
 import json
@@ -16,24 +16,24 @@ import numpy as np
 from bt_manip.exceptions import BtManipError, one_line
 
 MAX_REPLY = 1 << 20
-"""Largest reply [bytes]."""
+"""Maximum size of a reply [bytes]."""
 
 LONGEST_ABOUT = 1 << 16
-"""Characters of the description of a policy."""
+"""Maximum length of the description of a policy [characters]."""
 
 LONGEST_TEXT = 400
-"""Characters of a message of a library that are shown."""
+"""Maximum length of a library's message [characters]."""
 
 
 def main(descriptor: int, memory: int) -> None:
-    """Answer requests until the pipe ends, because the parent has closed it or has ended.
+    """Answer requests until the parent closes the pipe or ends.
 
     Args:
         descriptor: File descriptor of the pipe, open in both directions.
         memory: Limit of the process's own data [bytes]; macOS does not enforce it.
     """
     resource.setrlimit(resource.RLIMIT_DATA, (memory, memory))
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))  # no file where a policy crashes
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))  # no core file if a policy crashes
     policies: dict[Any, Any] = {}
     with Connection(descriptor) as pipe:
         while True:
@@ -44,8 +44,8 @@ def main(descriptor: int, memory: int) -> None:
             try:
                 if observations is None:
                     make = resolve_name(key[0])
-                    pipe.send_bytes(b"{}")  # what was imported has no limit of time here
-                # The signal ends the process in compiled code, too, also without a parent.
+                    pipe.send_bytes(b"{}")  # the time of imports is not limited here
+                # The signal also ends the process in compiled code, and without a parent.
                 signal.setitimer(signal.ITIMER_REAL, limit)
                 if observations is None:
                     policies[key] = policy = make(*key[1])
@@ -74,15 +74,17 @@ def _act(policy: Any, observations: dict[str, np.ndarray]) -> bytes:
     """Return the actions of a policy, and its next states, as float64."""
     result = policy.act(observations)
     actions, states = result if isinstance(result, tuple) else (result, {})
-    arrays = [np.ascontiguousarray(one, dtype=np.float64) for one in (actions, *states.values())]
-    if (size := sum(one.size for one in arrays)) > MAX_REPLY // 16:
+    arrays = [
+        np.ascontiguousarray(values, dtype=np.float64) for values in (actions, *states.values())
+    ]
+    if (size := sum(values.size for values in arrays)) > MAX_REPLY // 16:
         raise BtManipError(f"returned {size} numbers")
     head = {"shape": arrays[0].shape, "states": list(states)}
-    return b"\n".join([json.dumps(head).encode(), b"".join(one.tobytes() for one in arrays)])
+    return b"\n".join([json.dumps(head).encode(), b"".join(values.tobytes() for values in arrays)])
 
 
 def _problem(error: Exception, memory: int) -> bytes:
-    """Return an exception as a reply; those of bt-manip are complete."""
+    """Return an exception as a reply; messages of bt-manip are complete."""
     text = one_line(error)
     if isinstance(error, MemoryError) or "alloc" in text:  # bad_alloc, "failed to allocate memory"
         text = f"needs more than {memory >> 20} MB of memory"

@@ -31,22 +31,21 @@ ACTION, RATE = "cartesian_deltas", 20
 BASE = (-0.1, 0.0)  # [m] the robot's, on the table
 NEAR = 0.03  # [m] within which the features have a finer scale
 OPEN = 0.9  # opening above which the gripper is open
-SPEED = 0.6  # of the demonstrations, which use the arm's limits: nothing is left to correct with
-RETURN = 0.3  # share of a deviation from the path that one action corrects
-LARGEST = 4.0  # action, in units of SCALE
+SPEED = 0.6  # relative to the demonstrations, which use the arm's limits: a reserve for corrections
+RETURN = 0.3  # share of a deviation from the path corrected by one action
+LARGEST = 4.0  # largest action, in units of SCALE
 SCALE = (0.02, 0.02, 0.02, 0.04, 0.04, 0.08)  # of the deltas [m, rad]
 
 
 class ClonedPick(nn.Module):
-    """A multilayer perceptron on features that do not depend on how a cube is numbered.
+    """A multilayer perceptron on features that are invariant under quarter turns of the cube.
 
-    A cube looks the same after a quarter turn, so four yaws of the gripper are right. The features
-    refer to the one nearest to the direction from the robot's base to the cube; it does not change
-    while the arm moves.
+    A cube looks the same after a quarter turn, so four yaws of the gripper are equivalent. The
+    features refer to the yaw nearest to the direction from the robot's base to the cube, which does
+    not change during the motion.
     """
 
     def __init__(self, width: int) -> None:
-        """Make the layers."""
         super().__init__()
         self.register_buffer("mean", torch.zeros(13))
         self.register_buffer("std", torch.ones(13))
@@ -69,7 +68,7 @@ class ClonedPick(nn.Module):
         return torch.cat([between, tool, near, turn, tilt, opening], -1)
 
     def forward(self, *observations):
-        """Return the action: displacement and rotation of the tool, and the gripper's number."""
+        """Return the action: displacement and rotation of the tool, and the gripper's value."""
         features = (self.features(*observations) - self.mean) / self.std
         return LARGEST * torch.tanh(self.layers(features) / LARGEST) * self.scale
 
@@ -78,7 +77,6 @@ class Gripped(nn.Module):
     """A policy whose gripper opens or closes at the start of the step."""
 
     def __init__(self, policy: ClonedPick) -> None:
-        """Wrap a policy."""
         super().__init__()
         self.policy = policy
 
@@ -89,23 +87,25 @@ class Gripped(nn.Module):
 
 
 def read(folder: Path, names: Iterable[str]) -> tuple[list[torch.Tensor], torch.Tensor]:
-    """Return observations of these names and actions of the picks in a folder of demonstrations."""
+    """Return observations and actions of the picks in a folder of demonstrations."""
     observations: dict[str, list[np.ndarray]] = {name: [] for name in names}
     actions = []
-    for one in read_demonstrations(folder):
-        n = next((i for i, leaf in enumerate(one.leaves) if "Drop" in leaf), len(one))
+    for demonstration in read_demonstrations(folder):
+        n = next(
+            (i for i, leaf in enumerate(demonstration.leaves) if "Drop" in leaf), len(demonstration)
+        )
         for name, rows in observations.items():
-            rows.append(one.observations[name][:n])
-        actions.append(one.actions[ACTION][:n])
+            rows.append(demonstration.observations[name][:n])
+        actions.append(demonstration.actions[ACTION][:n])
     tensors = [torch.from_numpy(np.concatenate(rows)) for rows in observations.values()]
     return tensors, torch.tensor(np.concatenate(actions), dtype=torch.float32)
 
 
 def chosen(policy: ClonedPick, observations: list[torch.Tensor], actions: torch.Tensor):
-    """Return which rows to learn from.
+    """Return the mask of the rows to learn from.
 
-    Not those in which nothing moves yet, nor those after the expert turned to another yaw than the
-    one that the features refer to.
+    It excludes rows before the first motion, and rows after the expert turned to another yaw than
+    that of the features.
     """
     still = (actions[:, :3].norm(dim=1) < 1e-3) & (actions[:, 3:6].norm(dim=1) < 2e-3)
     idle = still & (observations[2][:, 0] > OPEN) & (actions[:, 6] < 0.0)
@@ -115,10 +115,10 @@ def chosen(policy: ClonedPick, observations: list[torch.Tensor], actions: torch.
 
 
 def perturbed(observations: list[torch.Tensor], actions: torch.Tensor, rng: torch.Generator):
-    """Move the open gripper off the demonstrated path, and correct the actions to lead back to it.
+    """Displace the open gripper from the demonstrated path, with actions that return to it.
 
-    The higher the gripper, the farther. An open gripper that is not where the expert closes it
-    stays open.
+    Displacements increase with the height of the gripper. An open gripper away from the expert's
+    closing pose stays open.
     """
     tool, axes, opening, cube, cube_axes = observations
     n = len(actions)

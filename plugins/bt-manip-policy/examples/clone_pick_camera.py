@@ -24,18 +24,18 @@ from torch import nn
 
 CAMERA, SIZE = "panda_wrist_rgb", 64
 TABLE = 1.0  # [m] its height
-TESTED = 0.1  # share of the demonstrations that are not learned from
+TESTED = 0.1  # fraction of the demonstrations for validation
 
 
 class CubePose(nn.Module):
-    """Estimates the pose of the cube from a picture of the wrist camera and the tool's pose.
+    """Estimates the pose of the cube from an image of the wrist camera and the tool's pose.
 
-    The network gives the position in the tool frame over the height of the tool, as a picture does,
-    and the yaw relative to the tool, four times, since a cube looks the same after a quarter turn.
+    The network returns the position in the tool frame divided by the height of the tool, as in an
+    image, and the yaw relative to the tool times four, since a cube looks the same after a quarter
+    turn. With `black`, images are replaced by black ones.
     """
 
     def __init__(self, black: bool = False) -> None:
-        """Make the layers; with `black`, pictures are replaced by black ones."""
         super().__init__()
         self.black = black
         layers: list[nn.Module] = []
@@ -62,10 +62,9 @@ class CubePose(nn.Module):
 
 
 class CameraPick(nn.Module):
-    """The policy of clone_pick.py, on the estimated pose of the cube."""
+    """The policy of clone_pick.py, applied to the estimated pose of the cube."""
 
     def __init__(self, cube: CubePose, policy: ClonedPick) -> None:
-        """Join them."""
         super().__init__()
         self.cube, self.policy = cube, Gripped(policy)
 
@@ -84,7 +83,7 @@ def targets(tool, axes, position, cube_axes):
 
 
 def fit(network: CubePose, pictures, observations, steps: int, seed: int) -> None:
-    """Fit the estimate, and print how far it is off for demonstrations that were not learned."""
+    """Fit the estimate, and print its error on validation demonstrations."""
     rng = torch.Generator().manual_seed(seed)
     tool, axes, opening, *cube = observations
     wanted = targets(tool, axes, *cube)
@@ -115,11 +114,11 @@ def fit(network: CubePose, pictures, observations, steps: int, seed: int) -> Non
 
 
 def _height(tool):
-    return tool[:, 2:] - TABLE + 0.1  # [m] of the camera over the table, about
+    return tool[:, 2:] - TABLE + 0.1  # [m] approximate height of the camera over the table
 
 
 def _rotated(axes, vector, inverse: bool = False):
-    """Return a vector of the frame with these axes in the world, or the other way round."""
+    """Rotate a vector from the frame with these axes to the world, or inversely."""
     x, y = axes[:, :3], axes[:, 3:]
     R = torch.stack([x, y, torch.linalg.cross(x, y)], dim=-1)
     return ((R.transpose(1, 2) if inverse else R) @ vector[..., None])[..., 0]

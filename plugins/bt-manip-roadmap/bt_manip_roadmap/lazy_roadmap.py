@@ -6,28 +6,26 @@ import numpy as np
 
 from bt_manip.planning import PlanningProblem, PlanningResult, edge_is_free
 
-STEP = 0.04  # [rad] between the configurations that are checked on an edge
+STEP = 0.04  # [rad] between checked configurations of an edge
 
 
 class LazyRoadmap:
-    """Plan by a lazy probabilistic roadmap.
+    """Lazy probabilistic roadmap planner.
 
-    R. Bohlin and L. Kavraki, "Path planning using lazy PRM", ICRA 2000. The roadmap grows batch by
-    batch until a path is found or the samples are used up.
+    R. Bohlin and L. Kavraki, "Path planning using lazy PRM", ICRA 2000. The roadmap grows in
+    batches until there is a path or the maximum number of samples is reached.
+
+    Args:
+        samples: Maximum number of samples.
+        batch: Number of samples between two searches for a path.
+        neighbours: Number of nearest neighbours to which each node is connected.
     """
 
     def __init__(self, samples: int = 3000, batch: int = 150, neighbours: int = 12):
-        """Set the bounds of the search.
-
-        Args:
-            samples: Largest number of samples.
-            batch: Number of samples between two searches for a path.
-            neighbours: Number of nearest nodes that each node is connected to.
-        """
         self.samples, self.batch, self.neighbours = samples, batch, neighbours
 
     def plan(self, problem: PlanningProblem) -> PlanningResult:
-        """Search for the shortest path from the start to one of the goals."""
+        """Return the shortest path from the start to one of the goals."""
         lower, upper = problem.bounds()
         nodes = np.vstack([problem.start, problem.goals])  # the start is 0, the goals follow
         goals = range(1, len(nodes))
@@ -47,7 +45,7 @@ class LazyRoadmap:
             nodes = np.vstack([nodes, *free]) if free else nodes
 
     def _shortest_free(self, nodes, goals, known, problem) -> list[int]:
-        """Return the nodes of the shortest free path; empty where there is none."""
+        """Return the nodes of the shortest free path; empty without one."""
         near = self._near(nodes)
         while True:
             path = shortest(nodes, near, goals, known)
@@ -63,7 +61,7 @@ class LazyRoadmap:
                 return path
 
     def _near(self, nodes: np.ndarray) -> list[set[int]]:
-        """Return the neighbours of each node, symmetric."""
+        """Return the symmetric neighbour relation of the nodes."""
         near: list[set[int]] = [set() for _ in nodes]
         for i, node in enumerate(nodes):
             order = np.argsort(np.square(nodes - node).sum(axis=1), kind="stable")

@@ -5,7 +5,7 @@ from bt_manip import hookimpl
 
 @hookimpl
 def register_planners(register):
-    """Bring the planner."""
+    """Register the planner."""
     from bt_manip_roadmap.lazy_roadmap import LazyRoadmap
 
     register("lazy_roadmap", LazyRoadmap)

@@ -64,7 +64,7 @@ def fuel_server() -> str:
     """Return the server of ``fuel:`` addresses.
 
     Raises:
-        ModelError: When the environment variable is invalid.
+        ModelError: If the environment variable is invalid.
     """
     url = os.environ.get(URL_VARIABLE, "") or GAZEBO
     parts = urlsplit(url)
@@ -79,7 +79,7 @@ def fuel_address(text: str) -> FuelAddress:
     """Parse an address: ``fuel:owner/name[/version]`` or the URL of a model.
 
     Raises:
-        ModelError: When it is invalid.
+        ModelError: If it is invalid.
     """
     if text.startswith("fuel:"):
         return _made(text, fuel_server(), text.removeprefix("fuel:").strip("/").split("/"))
@@ -87,7 +87,7 @@ def fuel_address(text: str) -> FuelAddress:
     if parts.scheme not in ("http", "https") or not parts.hostname:
         raise ModelError(f"'{text}' is no Fuel address")
     if parts.scheme == "http" and parts.hostname not in LOOPBACK:
-        raise ModelError(f"'{text}': only https:// is trusted to bring a model over the network")
+        raise ModelError(f"'{text}': models are downloaded over https:// only")
     path = parts.path.strip("/").split("/")
     if path[0] == API:
         path = path[1:]

@@ -42,7 +42,7 @@ def unpack(archive: Path, into: Path, limits: ZipLimits | None = None) -> None:
         limits: Limits; defaults when None.
 
     Raises:
-        ModelError: When it is broken, exceeds a limit, or has forbidden entries.
+        ModelError: If it is broken, exceeds a limit, or has forbidden entries.
     """
     limits = limits or ZipLimits()
     try:

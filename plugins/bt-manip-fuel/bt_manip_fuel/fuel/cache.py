@@ -21,10 +21,12 @@ class FuelCache:
     """Cache of models by server, owner, name and version, written atomically.
 
     The layout is Gazebo's: ``SERVER/OWNER/models/NAME/VERSION/``, in lower case.
+
+    Args:
+        root: Folder of the cache; default: Gazebo's.
     """
 
     def __init__(self, root: Path | None = None) -> None:
-        """Use a folder; by default Gazebo's."""
         given = os.environ.get(FUEL_CACHE_VARIABLE, "")
         self.root = root or (Path(given) if given else Path.home() / ".gz" / "fuel")
 
@@ -70,7 +72,7 @@ class FuelCache:
         """Create a temporary folder on the disk of the cache, deleted at the end.
 
         Raises:
-            ModelError: When the cache cannot be written.
+            ModelError: If the cache cannot be written.
         """
         missing = [p for p in (self.root, *self.root.parents) if not p.exists()]
         try:
@@ -96,7 +98,7 @@ class FuelCache:
             address: Its address, with the version.
 
         Raises:
-            ModelError: When the cache cannot be written.
+            ModelError: If the cache cannot be written.
         """
         target = self.folder(address) / str(address.version)
         try:

@@ -1,4 +1,4 @@
-"""Fetching models from a Fuel server."""
+"""Client of a Fuel server."""
 
 import json
 import os
@@ -21,15 +21,21 @@ _ZIPS = (
     "application/octet-stream",
     "binary/octet-stream",
 )
-_MAX_ARCHIVE = 2**30  # [bytes] of a zip
-_MAX_TEXT = 1 << 16  # [bytes] of details, or of a referral
+_MAX_ARCHIVE = 2**30  # [bytes] maximum size of a zip
+_MAX_TEXT = 1 << 16  # [bytes] maximum size of details or a referral
 
 
 class FuelClient:
-    """Gets models from the cache, or else from the server.
+    """Provides models from the cache, or else from the server.
 
-    A model is downloaded and unpacked beside the cache, checked, and takes its place at once. So
-    it is there whole or not at all, also when two processes fetch it at the same time.
+    A model is downloaded, unpacked and checked beside the cache, and moved into it atomically. So
+    it is complete or absent, even if two processes fetch it at the same time.
+
+    Args:
+        cache: Cache of models; default: Gazebo's.
+        token: Token for private models; default: from the environment.
+        limits: Limits of a zip.
+        progress: Called with the progress of a download.
     """
 
     def __init__(
@@ -40,35 +46,27 @@ class FuelClient:
         limits: ZipLimits | None = None,
         progress: Progress = terminal_progress,
     ) -> None:
-        """Use a cache and a token.
-
-        Args:
-            cache: Where models lie; default: where Gazebo has them.
-            token: For private models; default: from the environment.
-            limits: What a zip may come to.
-            progress: Called with the progress of a download.
-        """
         self.cache = cache or FuelCache()
         self._token = os.environ.get(TOKEN_VARIABLE, "") if token is None else token
         self._limits = limits or ZipLimits()
         self._progress = progress
 
     def find(self, address: FuelAddress) -> tuple[FuelAddress, Path]:
-        """Return a model, from the cache if it has the requested version, or any.
+        """Return a model, from the cache if it has the requested version (or any).
 
         Returns:
             The address with the version, and the folder.
 
         Raises:
-            ModelError: When it is not cached and cannot be fetched.
+            ModelError: If it is not cached and cannot be fetched.
         """
         return self.cache.find(address) or self.fetch(address)
 
     def fetch(self, address: FuelAddress) -> tuple[FuelAddress, Path]:
-        """Download the newest version, or the requested one, if it is not in the cache.
+        """Download the requested version, or the newest one, unless it is in the cache.
 
         Raises:
-            ModelError: When it cannot be fetched.
+            ModelError: If it cannot be fetched.
         """
         if address.version is None and self.cache.versions(address):
             check_downloads(str(address))
@@ -95,10 +93,10 @@ class FuelClient:
             return found, self.cache.publish(folder, found)
 
     def details(self, address: FuelAddress) -> dict[str, Any]:
-        """Ask the server about a model: its ``version``, ``license_name``, ``description``, ...
+        """Request the details of a model: ``version``, ``license_name``, ``description``, ...
 
         Raises:
-            ModelError: When it does not know.
+            ModelError: If the server has none.
         """
         transfer = Transfer(address.server, self._token)
         with transfer.get(address.url) as response:
@@ -112,7 +110,7 @@ class FuelClient:
         return details
 
     def _download(self, address: FuelAddress, path: Path) -> int:
-        """Get the zip, perhaps by a referral; give its version."""
+        """Download the zip, possibly by a referral; return its version."""
         transfer = Transfer(address.server, self._token)
         with transfer.get(address.zip_url) as response:
             version = _version(address, response.headers.get("X-Ign-Resource-Version"))

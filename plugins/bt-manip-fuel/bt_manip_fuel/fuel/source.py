@@ -16,7 +16,7 @@ def find_fuel(address: str, progress: Progress) -> FoundModel:
     """Return a model of Fuel, from the cache, or else downloaded.
 
     Raises:
-        ModelError: When it is not cached and cannot be fetched.
+        ModelError: If it is not cached and cannot be fetched.
     """
     from bt_manip_fuel.fuel.client import FuelClient
 
@@ -33,7 +33,7 @@ class FuelModels(ModelCache):
     kinds = FUEL_KINDS
 
     def addresses(self, everything: bool) -> Iterator[str]:
-        """Yield the addresses of all cached models; the others are too many to list."""
+        """Yield the addresses of all cached models; others are too many to list."""
         return map(str, FuelCache().models())
 
     def fetch(self, address: str) -> tuple[str, Path]:

@@ -1,4 +1,4 @@
-"""HTTP as a client that does not trust servers speaks it."""
+"""HTTP transfers from untrusted servers."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -10,25 +10,23 @@ import requests
 from bt_manip.models import ModelError, Progress
 
 MAX_REDIRECTS = 5
-_HTTP_TIMEOUT = (10.0, 30.0)  # [s] to connect, between two pieces
+_HTTP_TIMEOUT = (10.0, 30.0)  # [s] for the connection, and between two chunks
 _REDIRECTS = (301, 302, 303, 307, 308)
 _CHUNK = 1 << 18
 
 
 class Transfer:
-    """The requests that lead to one model: hops are counted, and none is made twice.
+    """The requests for one model, with a limited number of redirects and without repetition.
 
-    Redirects are followed here and not by requests, which would send the token along, and go from
-    https to http where told to.
+    Redirects are not left to the package ``requests``, which would pass the token on, and follow
+    redirects from https to http.
+
+    Args:
+        origin: Scheme, host and port of the requested server.
+        token: Private token, sent to this server only.
     """
 
     def __init__(self, origin: str, token: str = "") -> None:
-        """Start at a server.
-
-        Args:
-            origin: Scheme, host and port of the server that was asked for.
-            token: The server's private token, which no other one gets to see.
-        """
         self._origin = origin
         self._token = token
         self._seen: set[str] = set()
@@ -39,7 +37,7 @@ class Transfer:
         """Get an address, following redirects.
 
         Raises:
-            ModelError: When the server does not answer with 200, or leads astray.
+            ModelError: If the response is not 200, or a redirect is not allowed.
         """
         with requests.Session() as session:
             try:
@@ -61,7 +59,7 @@ class Transfer:
         """Read a short text.
 
         Raises:
-            ModelError: When it is longer, or not text.
+            ModelError: If it is longer, or not text.
         """
         data = b""
         for chunk in response.iter_content(_CHUNK):
@@ -76,10 +74,10 @@ class Transfer:
     def save(
         self, response: requests.Response, path: Path, most: int, name: str, progress: Progress
     ) -> None:
-        """Write an answer to a file.
+        """Write a response to a file.
 
         Raises:
-            ModelError: When it is cut off, or longer than announced or allowed.
+            ModelError: If it is cut off, or longer than announced or allowed.
         """
         announced = response.headers.get("Content-Length", "")
         total = int(announced) if announced.isascii() and announced.isdigit() else 0
@@ -97,7 +95,7 @@ class Transfer:
             raise ModelError(f"{response.url}: cut off after {done} of {total} bytes")
 
     def _check(self, url: str) -> None:
-        """Refuse other schemes, circles, and ways without end."""
+        """Reject other schemes, cycles, and too many redirects."""
         scheme = urlsplit(url).scheme
         allowed = ("https",) if self._secure else ("https", "http")
         if scheme not in allowed:
@@ -111,7 +109,7 @@ class Transfer:
         self._seen.add(url)
 
     def _headers(self, url: str) -> dict[str, str]:
-        # No compression on the way: what arrives would have no bound.
+        # Without compression, which would not bound the size of the content.
         headers = {"Accept-Encoding": "identity", "User-Agent": "bt-manip"}
         parts = urlsplit(url)
         if self._token and f"{parts.scheme}://{parts.netloc}" == self._origin:
@@ -121,7 +119,7 @@ class Transfer:
     def _check_status(self, url: str, response: requests.Response) -> None:
         status = response.status_code
         encoding = response.headers.get("Content-Encoding", "identity").lower()
-        if encoding != "identity":  # what it unpacks to would have no bound
+        if encoding != "identity":  # the unpacked size would not be bounded
             raise ModelError(
                 f"{url}: the answer is packed as '{encoding}', which was not asked for"
             )

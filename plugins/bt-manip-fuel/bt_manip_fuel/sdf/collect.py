@@ -1,4 +1,4 @@
-"""Collecting the links, joints and frames of a model and its nested models."""
+"""Collection of the links, joints and frames of a model and its nested models."""
 
 from pathlib import Path
 
@@ -16,10 +16,9 @@ _KNOWN_INCLUDE = {"uri", "name", "pose", "static", "placement_frame"}
 
 
 class Collector:
-    """Collector of a model."""
+    """Collects the frames of a model and its nested models."""
 
     def __init__(self, reader: SdfReader, fetch: FetchFuel) -> None:
-        """Initialise without elements."""
         self._reader = reader
         self._fetch = fetch
         self.scopes = Scopes(reader)
@@ -29,13 +28,13 @@ class Collector:
         """Collect all elements of a model.
 
         Raises:
-            ModelError: When the document is wrong, or names what is not there.
+            ModelError: If the document is invalid, or refers to missing elements.
         """
         self._open = [self._reader.document(model).path.resolve()]
         pose = model.find("pose")
         if not self._reader.pose(pose).isIdentity(1e-12):
             assert pose is not None
-            self._reader.warn(pose, "the model's own pose is left out: who places it decides")
+            self._reader.warn(pose, "the model's own pose is ignored: the user places the model")
         placement = model.get("placement_frame", "")
         T = self._reader.pose(None)
         self.scopes.add(MODEL, Frame("model", model, "", T, placement=placement))

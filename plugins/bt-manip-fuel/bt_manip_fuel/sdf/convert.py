@@ -31,17 +31,17 @@ def convert_sdf(
 ) -> MjcfModel:
     """Convert an SDF model to MJCF.
 
-    The frame of the model becomes that of the MJCF, and each link a body; what moves hangs on
-    joints, and links that no joint holds are fixed to the model. Geoms that are seen are of group
-    2, those that collide of group 3.
+    The frame of the model becomes that of the MJCF, and each link a body. Moving bodies have
+    joints; links without a joint are fixed to the model. Visual geoms are in group 2, collision
+    geoms in group 3.
 
     Args:
         found: The file.
-        convex: What meshes collide by: their ``"hull"``, or convex ``"parts"``.
-        progress: Called with how far downloads of included models are.
+        convex: Collision geometry of meshes: convex ``"hull"`` or convex ``"parts"``.
+        progress: Called with the progress of downloads of included models.
 
     Raises:
-        ModelError: When the document is wrong; what only cannot be expressed is a warning.
+        ModelError: If the document is invalid; elements that MJCF cannot express are warnings.
     """
 
     def fetch(address: str) -> Path:

@@ -6,7 +6,7 @@ from bt_manip_fuel.sdf.reader import Element, SdfReader
 from bt_manip_fuel.sdf.scopes import Scopes
 
 _PRODUCTS = (("ixy", 0, 1), ("ixz", 0, 2), ("iyz", 1, 2))
-_ROUNDING = 1e-6  # of the trace
+_ROUNDING = 1e-6  # relative to the trace
 
 
 def inertial(
@@ -14,10 +14,10 @@ def inertial(
 ) -> dict[str, object] | None:
     """Return a link's inertial for MJCF, or None to derive it from the shapes.
 
-    What is left out is 1: the mass [kg], and the inertia about each axis [kg m^2].
+    Defaults are 1: the mass [kg], and the inertia about each axis [kg m^2].
 
     Raises:
-        ModelError: When the mass or the inertia is none that a body can have.
+        ModelError: If the mass or the inertia is impossible.
     """
     element = link.find("inertial")
     if element is not None and element.get("auto", "false").lower() in ("true", "1"):
@@ -61,8 +61,8 @@ def _problem(mass: float, inertia: np.ndarray) -> str:
 def _balanced(reader: SdfReader, element: Element, name: str, inertia: np.ndarray) -> np.ndarray:
     """Check that no principal moment exceeds the sum of the other two.
 
-    MuJoCo refuses such a body. A little is rounding, which flat things have; what is more is a
-    guess of who wrote the file, and becomes a ball's inertia with the same trace.
+    MuJoCo rejects such a body. Small differences are rounding errors of flat objects; larger ones
+    are guesses by the file's author, and are replaced by a ball's inertia with the same trace.
     """
     moments = np.linalg.eigvalsh(inertia)
     trace = float(moments.sum())

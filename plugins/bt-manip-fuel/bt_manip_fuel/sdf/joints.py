@@ -19,11 +19,11 @@ _TYPES = {
 }
 _KNOWN = {"parent", "child", "pose", "axis", "axis2", "thread_pitch", "physics"}
 _UNBOUNDED = 1e15  # SDF's default is 1e16
-_FAR = 1e6  # [rad, m] bound of the side without one
+_FAR = 1e6  # [rad, m] limit on an unlimited side
 
 
 class JointElement(NamedTuple):
-    """A joint as MJCF has it, and the equality that makes it follow another one."""
+    """A joint in MJCF, and the equality by which it follows another joint."""
 
     attributes: dict[str, object]
     equality: dict[str, object] | None = None
@@ -36,13 +36,13 @@ def joints_of(
 
     Args:
         reader: Reads values.
-        scopes: Knows the frames.
+        scopes: The frames.
         name: Name of the joint.
         frame: The joint.
-        child: The link that it moves.
+        child: The moved link.
 
     Raises:
-        ModelError: When an axis or a number is wrong.
+        ModelError: If an axis or a number is invalid.
     """
     element = frame.element
     reader.only(element, _KNOWN)

@@ -21,13 +21,13 @@ def material_of(
 
     Args:
         reader: Reads values.
-        assets: Takes the material.
+        assets: The assets to which the material is added.
         visual: The visual.
-        shape: What it looks like; a mesh may have a colour or an image by itself.
-        fetch: Gives models of Fuel.
+        shape: Its shape; a mesh may have its own colour or image.
+        fetch: Returns models of Fuel.
 
     Raises:
-        ModelError: When a colour is none.
+        ModelError: If a colour is invalid.
     """
     white = None if shape.image is None else (1.0, 1.0, 1.0, 1.0)
     own = np.array(white or shape.rgba or _GREY)
@@ -76,7 +76,7 @@ def colour(reader: SdfReader, material: Element, tag: str) -> np.ndarray | None:
     """Return a colour of three or four numbers, or None.
 
     Raises:
-        ModelError: When it is none.
+        ModelError: If it is invalid.
     """  # (4,)
     element = material.find(tag)
     if element is None:

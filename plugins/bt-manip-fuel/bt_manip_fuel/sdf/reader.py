@@ -1,4 +1,4 @@
-"""Reading of SDF documents: values with defaults, positions of elements."""
+"""Reading of SDF documents: values with defaults, and lines of elements."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -24,7 +24,6 @@ class SdfReader:
     """Reads documents and values, and collects warnings with file and line."""
 
     def __init__(self) -> None:
-        """Initialise without documents."""
         self.warnings: list[str] = []
         self._documents: dict[Element, SdfDocument] = {}
 
@@ -32,7 +31,7 @@ class SdfReader:
         """Read a document and return its model.
 
         Raises:
-            ModelError: When it cannot be read, or has no model or more than one.
+            ModelError: If it cannot be read, or has no model.
         """
         document = read_xml(path)
         self._documents[document] = SdfDocument(path, root)
@@ -66,20 +65,20 @@ class SdfReader:
         return ModelError(f"{self.where(element)}: {text}")
 
     def only(self, element: Element, known: Iterable[str]) -> None:
-        """Warn of unsupported children."""
+        """Warn about unsupported children."""
         for child in element:
             if child.tag not in known:
                 self.warn(child, f"<{child.tag}> of <{element.tag}> cannot be expressed")
 
     def text(self, element: Element, tag: str) -> str:
-        """Return the text of a child (or of a path of children)."""
+        """Return the text of a child, or of a path of children."""
         return (element.findtext(tag) or "").strip()
 
     def flag(self, element: Element, tag: str, default: bool = False) -> bool:
         """Return the boolean value of a child.
 
         Raises:
-            ModelError: When it says something else.
+            ModelError: If it is not a boolean.
         """
         value = self.text(element, tag).lower()
         if value in ("", "true", "1", "false", "0"):
@@ -87,10 +86,10 @@ class SdfReader:
         raise self.error(element.find(tag), f"<{tag}>: expected true or false, got '{value}'")
 
     def number(self, element: Element, tag: str, default: float) -> float:
-        """Return the number in a child; it may be infinite.
+        """Return the number in a child, which may be infinite.
 
         Raises:
-            ModelError: When it is none.
+            ModelError: If it is none.
         """
         child = element.find(tag)
         if child is None or not (child.text or "").strip():
@@ -98,10 +97,10 @@ class SdfReader:
         return float(self.numbers(child, 1, finite=False)[0])
 
     def vector(self, element: Element, tag: str, default: Iterable[float]) -> np.ndarray:
-        """Return the finite numbers in a child, as many as the default has.
+        """Return the finite numbers in a child, with the length of the default.
 
         Raises:
-            ModelError: When it is not.
+            ModelError: If their number is another, or one of them is not finite.
         """
         child, values = element.find(tag), np.array(list(default), dtype=float)
         if child is None or not (child.text or "").strip():
@@ -112,7 +111,7 @@ class SdfReader:
         """Return the numbers in an element.
 
         Raises:
-            ModelError: When they are not as many, or not numbers.
+            ModelError: If their count is another, or they are not numbers.
         """
         words = (element.text or "").split()
         try:
@@ -130,7 +129,7 @@ class SdfReader:
         """Return a ``<pose>``: position and roll, pitch, yaw about fixed axes, or a quaternion.
 
         Raises:
-            ModelError: When it is none.
+            ModelError: If it is none.
         """
         if element is None or not (element.text or "").strip():
             return pin.SE3.Identity()

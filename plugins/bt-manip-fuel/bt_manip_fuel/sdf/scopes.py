@@ -1,8 +1,8 @@
 """Frames of a model and its nested models, and their relative poses.
 
 SDF 1.7 and later: links, joints, frames and nested models are frames; each has a pose relative to
-another one, found by its name in the model where it stands (``inner::link`` looks into a nested
-one). http://sdformat.org/tutorials?tut=pose_frame_semantics
+another frame, whose name is looked up in its own model (``inner::link`` refers to a nested model).
+http://sdformat.org/tutorials?tut=pose_frame_semantics
 """
 
 from collections.abc import Iterator
@@ -17,7 +17,7 @@ MODEL = "__model__"
 WORLD = "world"
 SEPARATOR = "::"
 MAX_FRAMES = 5_000
-"""Maximum number of frames in all nested models: nested includes grow exponentially."""
+"""Maximum number of frames in all nested models, as nested includes grow exponentially."""
 
 
 @dataclass(frozen=True)
@@ -26,12 +26,12 @@ class Frame:
 
     Attributes:
         kind: ``"model"``, ``"link"``, ``"joint"`` or ``"frame"``.
-        element: What it is in the document.
-        scope: Prefix of the names that it may use, such as ``"arm::"``.
+        element: Its element in the document.
+        scope: Prefix of the names in its scope, such as ``"arm::"``.
         T: Its pose relative to another frame.
-        relative_to: Name of that frame; empty for the default of its kind.
-        attached_to: For frames, what they move with.
-        placement: For models, the frame of it that is at the pose.
+        relative_to: Name of the other frame; empty for the default of its kind.
+        attached_to: For frames, the frame to which they are fixed.
+        placement: For models, the frame that is at the pose.
     """
 
     kind: str
@@ -47,7 +47,6 @@ class Scopes:
     """All frames of a model by their full names, and their poses."""
 
     def __init__(self, reader: SdfReader) -> None:
-        """Initialise without frames."""
         self._reader = reader
         self._frames: dict[str, Frame] = {}
         self._busy: list[tuple[str, str]] = []
@@ -56,7 +55,7 @@ class Scopes:
         """Add a frame by its full name.
 
         Raises:
-            ModelError: When the name is taken, or is none.
+            ModelError: If the name is taken or invalid.
         """
         own = name.rpartition(SEPARATOR)[2]
         if not own or own in (WORLD, "") or "/" in own:
@@ -72,10 +71,10 @@ class Scopes:
         return ((name, f) for name, f in self._frames.items() if f.kind == kind)
 
     def whole_name(self, scope: str, name: str, element: Element) -> str:
-        """Return the frame of a name in a scope.
+        """Return the full name of a frame, given its name in a scope.
 
         Raises:
-            ModelError: When nothing there has that name.
+            ModelError: If there is no such frame.
         """
         if name == WORLD:
             return WORLD
@@ -90,7 +89,7 @@ class Scopes:
         """Return the pose of a frame relative to another one that it depends on.
 
         Raises:
-            ModelError: When frames are relative to each other in a circle.
+            ModelError: If frames are relative to each other in a cycle.
         """
         if name in (origin, WORLD):
             return pin.SE3.Identity()
@@ -116,7 +115,7 @@ class Scopes:
         """Return the pose of a visual, collision or inertial in its link.
 
         Raises:
-            ModelError: When it is none.
+            ModelError: If it is none.
         """
         T = self._reader.pose(pose)
         if pose is None or not pose.get("relative_to"):
@@ -128,7 +127,7 @@ class Scopes:
         """Return the link that a frame moves with, or the world.
 
         Raises:
-            ModelError: When there is none.
+            ModelError: If there is none.
         """
         for _ in range(len(self._frames) + 1):
             if name == WORLD:
@@ -159,7 +158,7 @@ class Scopes:
         return self.whole_name(name.removesuffix(MODEL), frame.placement, frame.element)
 
     def _base(self, frame: Frame) -> str:
-        """Return the frame that a frame's pose is relative to."""
+        """Return the reference frame of a frame's pose."""
         if frame.relative_to:
             return self._named(frame, frame.relative_to)
         if frame.kind == "joint":

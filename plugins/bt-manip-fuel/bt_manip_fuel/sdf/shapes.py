@@ -16,11 +16,11 @@ class SdfShape(NamedTuple):
     """A geom without the pose of its parent.
 
     Attributes:
-        attributes: Type and measures, as MJCF has them.
-        T: Where it is in the frame of the visual or collision.
-        rgba: The colour of a mesh's own file.
-        image: The image that a mesh's own file lays on it.
-        unfolded: Whether a mesh says where on an image each of its corners is.
+        attributes: Type and sizes, as in MJCF.
+        T: Its pose in the frame of the visual or collision.
+        rgba: Colour in the mesh's file.
+        image: Texture image of the mesh's file.
+        unfolded: Whether the mesh has texture coordinates.
     """
 
     attributes: dict[str, object]
@@ -34,7 +34,6 @@ class ShapeReader:
     """Reads ``<geometry>``."""
 
     def __init__(self, reader: SdfReader, assets: Assets, fetch: FetchFuel, convex: str) -> None:
-        """Initialise with the assets for meshes, and their kind of convex geometry."""
         self._reader = reader
         self._assets = assets
         self.fetch = fetch
@@ -44,7 +43,7 @@ class ShapeReader:
         """Return the geoms of a visual or collision; none for unsupported shapes.
 
         Raises:
-            ModelError: When a measure is missing or wrong, or a mesh cannot be read.
+            ModelError: If a size is missing or invalid, or a mesh cannot be read.
         """
         geometry = element.find("geometry")
         if geometry is None:
@@ -67,7 +66,7 @@ class ShapeReader:
                 size = self._lengths(shape, "radii", (1, 1, 1))
             case "cylinder":
                 size = self._radius_and_half(shape, 1.0, 1.0)
-            case "capsule":  # in both formats the length is that of the part between the balls
+            case "capsule":  # in both formats, the length is that of the cylinder
                 size = self._radius_and_half(shape, 0.5, 1.0)
             case _:
                 self._reader.warn(shape, f"the shape <{shape.tag}> cannot be expressed; left out")
@@ -75,7 +74,7 @@ class ShapeReader:
         return [SdfShape({"type": shape.tag, "size": size}, pin.SE3.Identity())]
 
     def _cone(self, shape: Element) -> list[SdfShape]:
-        """Make a cone, which MuJoCo does not have, of triangles; its middle is at the origin."""
+        """Return a mesh of a cone, which MuJoCo lacks; its centre is at the origin."""
         radius, half = self._radius_and_half(shape, 0.5, 1.0)
         n = 48
         angles = np.arange(n) * 2 * np.pi / n
@@ -141,7 +140,7 @@ class ShapeReader:
         return np.concatenate([r, self._lengths(shape, "length", (length,)) / 2])
 
     def _lengths(self, shape: Element, tag: str, default: tuple[float, ...]) -> np.ndarray:
-        """Return sizes, all of which must be positive."""
+        """Return positive sizes."""
         values = self._reader.vector(shape, tag, default)
         if (values <= 0).any():
             raise self._reader.error(shape, f"<{tag}> of a <{shape.tag}> must be positive [m]")

@@ -11,7 +11,7 @@ def surface(reader: SdfReader, collision: Element) -> dict[str, object]:
     """Return friction and softness of a collision; the default friction is 1.
 
     Raises:
-        ModelError: When a number is none.
+        ModelError: If a number is invalid.
     """
     attributes: dict[str, object] = {"solref": SOLREF}
     element = collision.find("surface")

@@ -15,16 +15,15 @@ FetchFuel = Callable[[str], Path]
 def find_file(uri: str, document: SdfDocument, fetch: FetchFuel) -> SdfDocument:
     """Return the file of a URI in a document.
 
-    A document from the network may name files in its own folder, and other models on Fuel, and
-    nothing else.
+    A downloaded document may refer only to files in its own folder and to models on Fuel.
 
     Args:
         uri: A relative path, ``model://``, ``package://``, ``file://``, or an address on Fuel.
-        document: Where it is written.
-        fetch: Gives models of Fuel.
+        document: The document with the URI.
+        fetch: Returns models of Fuel.
 
     Raises:
-        ModelError: When there is no such file, or it may not be named.
+        ModelError: If there is no such file, or it is not allowed.
     """
     path, root = document
     scheme = urlsplit(uri).scheme.lower() if "://" in uri else ""
@@ -50,7 +49,7 @@ def included_file(uri: str, document: SdfDocument, fetch: FetchFuel) -> SdfDocum
     """Return the document of an ``<include>``: a file, or a model's folder.
 
     Raises:
-        ModelError: When there is none.
+        ModelError: If there is no such document.
     """
     found = find_file(uri, document, fetch)
     if found.path.is_dir():
@@ -67,10 +66,10 @@ def _inside(uri: str, path: Path, root: Path) -> SdfDocument:
 
 
 def _own_folder(uri: str, document: SdfDocument) -> tuple[Path | None, str]:
-    """Return folder and rest of a URI that refers to its own model.
+    """Return the folder and the rest of a URI that refers to its own model.
 
-    In the cache of Fuel the folder above is the version, and the one above that has the name in
-    lower case.
+    In the cache of Fuel the model's folder is named by the version; its parent folder has the
+    model's name in lower case.
     """
     name, _, rest = unquote(uri.partition("://")[2]).partition("/")
     if ".." in Path(rest).parts:
