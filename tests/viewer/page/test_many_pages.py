@@ -78,7 +78,7 @@ class Memory(RunObserver):
         text = random.randbytes(TEXT // 2).hex()
         self.page.server.gui.set_panel_label(text)
         self.text.content = text
-        self.page._refresh(now=True)
+        self.page.refresh(now=True)
         time.sleep(0.02)
 
     def cycle_ended(self, status, reason):

@@ -52,7 +52,7 @@ class States(RunObserver):
         self.cell = run.station.cell
 
     def before_tick(self):
-        self.page._refresh(now=True)
+        self.page.refresh(now=True)
         self.seen[self.cell.time] = texts_of(self.page), set(self.page._scene._shown)
 
 
