@@ -129,9 +129,10 @@ class Client:
         self.send(self.see().uid("button", label), "click")
 
     def toggle(self) -> None:
-        """Press Pause, or Continue where it is paused."""
-        buttons = [one["label"] for one in self.see().elements.values() if one["kind"] == "button"]
-        self.press("Continue" if "Continue" in buttons else "Pause")
+        """Press Pause, or Continue or Play where it is paused."""
+        elements = self.see().elements.items()
+        labels = ("Pause", "Continue", "Play")
+        self.send(next(uid for uid, one in elements if one.get("label") in labels), "click")
 
     def set(self, kind: str, label: str, value: Any) -> None:
         """Change the value of an input."""
@@ -146,6 +147,7 @@ class SceneClient(Client):
 
     Attributes:
         nodes: Properties of the nodes by name, with ``position`` and ``visible``.
+        camera: Where the page has put the camera: ``position``, ``look_at``, ``fov``.
     """
 
     what = "scene"
@@ -153,6 +155,7 @@ class SceneClient(Client):
     def __init__(self, page: Any, **headers: str) -> None:
         super().__init__(page, **headers)
         self.nodes: dict[str, dict[str, Any]] = {}
+        self.camera: dict[str, Any] = {}
 
     def read(self) -> list[Any]:
         """Return the messages of the scene since the last call."""
@@ -175,7 +178,9 @@ class SceneClient(Client):
         """Apply the changes of the scene."""
         for message in self.read():
             name, node = message.get("name"), self.nodes.get(message.get("name"), {})
-            if message["type"] == "RemoveSceneNodeMessage":
+            if message.get("initial") is False:  # not where viser puts a new camera
+                self.camera |= message
+            elif message["type"] == "RemoveSceneNodeMessage":
                 gone = [one for one in self.nodes if f"{one}/".startswith(f"{name}/")]
                 for one in gone:
                     del self.nodes[one]
@@ -209,6 +214,7 @@ class SceneClient(Client):
             self.act({"type": "TransformControlsDragEndMessage", **node})
         else:
             pose = {"wxyz": self.nodes[name]["wxyz"], "position": tuple(map(float, position))}
+            self.nodes[name] |= pose
             self.act(*begin, {"type": "TransformControlsUpdateMessage", **node, **pose})
 
 
