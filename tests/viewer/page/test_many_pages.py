@@ -44,7 +44,7 @@ TEXT = 200_000
 """Number of characters that are sent at each tick besides what is shown."""
 
 
-BUFFERED = 16e6
+BUFFERED = 40e6
 """Number of bytes after which a page that does not read has stalled: more than a socket buffers."""
 
 SENT = 4e6
