@@ -205,7 +205,6 @@ DEEP = "a = " + "[" * 100_000 + "]" * 100_000
             SCENE.format(x=0) + "[randomization.objects.cube]\nmass = { uniform = [-1, 1] }\n",
             "mass must be a positive number [kg], got -1",
         ),
-        ("--resume", "r.json", "{}", "r.json is no snapshot"),
         ("--resume", "/dev/zero", None, "cannot read the snapshot /dev/zero: not a regular file"),
         ("--resume", ".", None, "cannot read the snapshot .: a folder"),
     ],
