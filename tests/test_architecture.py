@@ -385,3 +385,42 @@ def test_help_loads_nothing_heavy(arguments):
 
 def test_a_plugins_marker_costs_nothing():
     assert loaded_after("from bt_manip import hookimpl") == []
+
+
+PUBLIC_BY_PROTOCOL = {
+    "_replace", "_asdict", "_fields", "_name_", "_value_", "_exit",  # named tuples, Enum, os
+    "_repr_html_", "_repr_png_", "_repr_svg_", "_build",  # notebooks, composer.Entity
+}  # fmt: skip
+TESTS_WITH_PRIVATE_NAMES = {
+    "plugins/bt-manip-franka/tests/simulated_robot.py",  # extends the simulator of libfranka
+    "tests/bt/test_decorators.py",  # timers that pile up are not seen otherwise
+    "tests/cell/test_mjcf_writer.py",  # what is written anew is not seen otherwise
+    "tests/cli/test_page_session.py",  # PageSession has no interface but the page
+    "tests/collision/test_conservative_advancement.py",  # inflates bodies as other robots are
+    "tests/conformance/leaves.py",  # a leaf of the reference
+    "tests/conformance/runner.py",  # fires timers between ticks
+    "tests/evaluation/test_results.py",  # leaves a folder as a killed process does
+}
+
+
+def private_names(path: Path) -> Iterator[tuple[int, str]]:
+    """Yield lines and private names of other objects that a file uses, imports or patches."""
+    for node in ast.walk(ast.parse(path.read_text())):
+        names: list[object] = []
+        if isinstance(node, ast.Attribute) and ast.unparse(node.value) not in ("self", "cls"):
+            names = [node.attr]
+        elif isinstance(node, ast.ImportFrom):
+            names = [one.name for one in node.names]
+        elif isinstance(node, ast.Call) and ast.unparse(node.func).endswith(("setattr", "getattr")):
+            names = [one.value for one in node.args if isinstance(one, ast.Constant)]
+        for name in (str(name).rpartition(".")[2] for name in names):
+            if re.match("_[a-z]", name, re.IGNORECASE) and name not in PUBLIC_BY_PROTOCOL:
+                yield node.lineno, name
+
+
+def test_tests_use_no_private_names():
+    for path in sorted(
+        [*REPOSITORY.glob("tests/**/*.py"), *REPOSITORY.glob("plugins/*/tests/*.py")]
+    ):
+        if (name := str(path.relative_to(REPOSITORY))) not in TESTS_WITH_PRIVATE_NAMES:
+            assert not [f"{name}:{line}: {one}" for line, one in private_names(path)]

@@ -1,6 +1,7 @@
 """Open and close the gripper."""
 
 from bt_manip.bt import Input, Status
+from bt_manip.robots import GRIP_FORCE
 
 from .arm_behaviour import GripperBehaviour
 from .automatic import number_or_auto

@@ -44,17 +44,17 @@ class FreeSpace:
         world.refresh()
         self.world, self.start = world, np.array(start)
         clearances = np.where(world.self_pairs, min(SELF_CLEARANCE, clearance), clearance)
-        self._clearance = np.where(world.checked_pairs, clearances, -np.inf)  # (ngeom, ngeom)
+        self.clearance = np.where(world.checked_pairs, clearances, -np.inf)  # (ngeom, ngeom)
         for q in ends:
-            self._relax(q, self._clearance, 0.0)
-        self._escape_clearance = self._clearance.copy()
+            self._relax(q, self.clearance, 0.0)
+        self._escape_clearance = self.clearance.copy()
         self._in_contact = self._relax(start, self._escape_clearance, -np.inf)
-        self._relax(start, self._clearance, 0.0)
+        self._relax(start, self.clearance, 0.0)
 
     def is_free(self, q: np.ndarray) -> bool:
         """Return whether a configuration is collision-free."""
         escaping = self._in_contact and np.abs(q - self.start).max() < ESCAPE_RANGE
-        return self._keeps(q, self._escape_clearance if escaping else self._clearance)
+        return self._keeps(q, self._escape_clearance if escaping else self.clearance)
 
     def path_is_free(self, path: np.ndarray) -> bool:
         """Return whether all configurations of a path are collision-free."""  # (n, nq)
@@ -62,7 +62,7 @@ class FreeSpace:
 
     def first_blocked(self, path: np.ndarray) -> int | None:
         """Return the index of the first configuration of a path in collision, or None."""
-        unknown = np.flatnonzero(~self.world.known_free(path, self._clearance))
+        unknown = np.flatnonzero(~self.world.known_free(path, self.clearance))
         return next((int(i) for i in unknown if not self.is_free(path[i])), None)
 
     def nearest_pair(self, q: np.ndarray) -> CollisionPair | None:

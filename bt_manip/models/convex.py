@@ -34,7 +34,7 @@ def convex_parts(mesh: Mesh) -> list[Mesh]:
     path = cache_root() / "convex" / f"{digest.hexdigest()[:32]}.npz"
     if path.is_file():
         return _read(path)
-    parts = _decompose(mesh)
+    parts = decompose(mesh)
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_name(f".{uuid.uuid4().hex}.npz")
     arrays = {f"v{i}": p.vertices for i, p in enumerate(parts)}
@@ -44,7 +44,8 @@ def convex_parts(mesh: Mesh) -> list[Mesh]:
     return parts
 
 
-def _decompose(mesh: Mesh) -> list[Mesh]:
+def decompose(mesh: Mesh) -> list[Mesh]:
+    """Decompose a mesh into convex parts without the cache; raise as `convex_parts` does."""
     if not can_decompose():
         raise ModelError("convex parts need coacd: pip install 'bt-manip[convex]'")
     import coacd

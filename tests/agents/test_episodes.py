@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bt_manip.agents import Episodes, Observations, action_kind
+from bt_manip.agents import Episodes, action_kind
 from bt_manip.plugins import load_plugins
 from bt_manip.runner import request_of
 
@@ -11,19 +11,6 @@ from bt_manip.runner import request_of
 @pytest.fixture(scope="module")
 def episodes(parts):
     return Episodes(request_of("pick_place", parts), parts)
-
-
-def expert(episodes, kind):
-    """Run the expert until the goal holds; return the observations and the actions."""
-    observations = Observations(episodes.station.cell, episodes.station.robots)
-    seen, actions = [observations.read()], []
-    while not episodes.success:
-        kind.watch()
-        episodes.expert_step()
-        actions.append(kind.recorded())
-        seen.append(observations.read())
-        assert episodes.steps < 200
-    return seen, actions
 
 
 def test_what_the_tree_does_before_it_commands_a_robot_is_done(episodes):
@@ -41,23 +28,6 @@ def test_an_episode_does_not_depend_on_those_before_it(episodes, parts):
     fresh.reset(3)
     fresh.expert_step()
     assert episodes.station.cell.state_bytes() == fresh.station.cell.state_bytes()
-
-
-@pytest.mark.parametrize("name", ["joint_targets", "cartesian_deltas"])
-def test_recorded_actions_reproduce_the_observations_and_the_success(episodes, name):
-    episodes.reset(1)
-    seen, actions = expert(episodes, action_kind(name, episodes))
-    episodes.reset(1)
-    kind, observations = (
-        action_kind(name, episodes),
-        Observations(episodes.station.cell, episodes.station.robots),
-    )
-    for action, expected in zip(actions, seen[1:], strict=True):
-        kind.step(action)
-        found = observations.read()
-        error = found["robot_tool_position"] - expected["robot_tool_position"]
-        assert np.abs(error).max() < 0.015  # [m]
-    assert episodes.success
 
 
 @pytest.mark.parametrize("name", load_plugins(entry_points=()).parts.actions)

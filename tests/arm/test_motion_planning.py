@@ -71,11 +71,3 @@ def test_requests_of_the_arm_are_planned_by_that_function(walled):
     )
     arm.move_to_pose(right)
     assert arm.trajectory.get_state() == motion.trajectory.get_state()
-
-
-def test_no_motion_is_planned_to_the_present_configuration(walled):
-    arm, start, _ = walled
-    arm.reset(start)
-    scene = PlanningScene(arm.model, arm.ik, arm.world, arm.planner)
-    request = ConfigurationRequest(start.copy(), 1.0)
-    assert plan(request, arm.follower.state, scene, np.random.default_rng(0)) is None

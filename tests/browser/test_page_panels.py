@@ -36,20 +36,6 @@ def test_a_selected_node_shows_its_ports_with_present_values(window):
     window.keep("chosen_node")
 
 
-def test_a_run_pauses_at_each_of_several_breakpoints(window):
-    for node in ("home", "away"):
-        window.set_breakpoint(node)
-    first = window.wait_for_text("s: paused at (home|away)").split()[-1]
-    window.press("Continue")
-    other = {"home": "away", "away": "home"}[first]
-    window.wait_for_text(f"s: paused at {other}")
-    for node in ("home", "away"):
-        window.set_breakpoint(node)
-    wait_until(lambda: not window.page.locator(".margin.set").count())
-    window.press("Continue")
-    window.button("Pause").wait_for()
-
-
 def test_the_planned_path_is_drawn(opengl, window):
     window.open_tab("Overlays")
     window.wait_for_text(r"panda: 0\.\d+ m in \d+")

@@ -94,17 +94,6 @@ def test_the_tree_follows_the_run_with_statuses_and_reasons(window):
     window.wait_for_tree(r"▶ (Hover|Reach|Lift|Drop) .*\d\.\d\d s$")
 
 
-def test_a_paused_run_stands_still_and_makes_single_ticks(paused):
-    before = paused.time()
-    time.sleep(0.5)
-    assert paused.time() == before
-    for tick in (1, 2):
-        paused.press("Step")
-        wait_until(lambda due=before + 0.01 * tick: abs(paused.time() - due) < 1e-6)
-    paused.press("Continue")
-    wait_until(lambda: paused.time() > before + 0.5)
-
-
 def test_the_speed_can_be_changed(window):
     window.choose("Speed", "1/10")
     time.sleep(0.5)  # until the run has it

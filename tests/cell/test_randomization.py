@@ -27,15 +27,16 @@ SCENE = {
 class Varied:
     """A cell with some things, and what varies them."""
 
-    def __init__(self, parts, seed: int = 0, scene=SCENE, **lines) -> None:
+    def __init__(self, parts, seed: int = 0, scene=SCENE, reached=None, **lines) -> None:
         self.cell, self.catalogue, self.scene = Cell(), Catalogue(parts.objects), scene
         with self.cell.editing():
             for name, stand in scene.items():
                 entity = self.catalogue.create(stand.model, **stand.parameters)
                 self.cell.add(entity, stand.T_wo, name=name, free=stand.free)
         self.randomizer = Randomizer(
-            Randomization(**lines), self.cell, self.catalogue, seed=seed, scene_objects=scene
-        )
+            Randomization(**lines), self.cell, self.catalogue, seed=seed, scene_objects=scene,
+            reached=reached or {},
+        )  # fmt: skip
 
     def begin(self, cycle: int) -> dict:
         self.randomizer.begin(cycle)
@@ -134,13 +135,13 @@ def test_poses_are_drawn_until_they_are_free(parts):
 def test_poses_out_of_reach_are_not_sampled(parts):
     positions = distributions.Uniform((0.0, -0.3, 1.04), (0.4, 0.3, 1.04))
     free = Varied(parts, objects={"cube": {"position": positions}})
-    reached = Varied(parts, objects={"cube": {"position": positions}})
-    reached.randomizer._reached = {"cube": lambda T_wo: T_wo.translation[1] > 0.0}
+    accepted = {"cube": lambda T_wo: T_wo.translation[1] > 0.0}
+    reached = Varied(parts, objects={"cube": {"position": positions}}, reached=accepted)
     for cycle in range(6):
         y = [one.begin(cycle)["objects"]["cube"]["position"][1] for one in (free, reached)]
         assert y[1] > 0.0
         assert y[0] == y[1] or y[0] <= 0.0
-    reached.randomizer._reached = {"cube": lambda T_wo: False}
+    accepted["cube"] = lambda T_wo: False
     with pytest.raises(CellError, match="no free pose for 'cube' .* no robot reaches it at"):
         reached.begin(0)
 

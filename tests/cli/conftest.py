@@ -144,6 +144,10 @@ class Terminal:
         self._process.send_signal(number)
         return self._process.wait(30)
 
+    def kill(self) -> None:
+        self._process.kill()
+        self._process.wait(30)
+
     def end(self) -> int:
         while self._read():
             pass
@@ -172,5 +176,4 @@ def terminal(tmp_path) -> Iterator[Callable[..., Terminal]]:
 
     yield start
     for each in started:
-        each._process.kill()
-        each._process.wait(30)
+        each.kill()

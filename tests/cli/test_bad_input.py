@@ -197,7 +197,6 @@ DEEP = "a = " + "[" * 100_000 + "]" * 100_000
     ("option", "name", "text", "message"),
     [
         ("--scene", "s.toml", DEEP, "s.toml: not a TOML file: nested deeper than 64 levels"),
-        ("--robot", "r.toml", DEEP, "r.toml: not a TOML file: nested deeper than 64 levels"),
         ("--map", "m.toml", DEEP, "m.toml: nested deeper than 64 levels"),
         ("--scene", "s.toml", SCENE.format(x="nan"), "s.toml:2: key 'robots[1].position' is a"),
         ("--scene", "s.toml", SCENE.format(x="1e300"), "of at most 1e+10 in size, got 1e+300"),
@@ -206,7 +205,6 @@ DEEP = "a = " + "[" * 100_000 + "]" * 100_000
             SCENE.format(x=0) + "[randomization.objects.cube]\nmass = { uniform = [-1, 1] }\n",
             "mass must be a positive number [kg], got -1",
         ),
-        ("--resume", "r.json", "{}", "r.json is no snapshot"),
         ("--resume", "/dev/zero", None, "cannot read the snapshot /dev/zero: not a regular file"),
         ("--resume", ".", None, "cannot read the snapshot .: a folder"),
     ],
@@ -235,8 +233,6 @@ def test_an_include_of_no_file_is_refused_at_once(refused, tmp_path, named):
     [
         ("home = [0.0, 0.0]", "home = [0.0, 9.0]", "home: joint 2 cannot go to 9.0000 rad"),
         ("jerk = 500.0", "jerk = inf", "r.toml:7: key 'jerk' is a finite number of at most"),
-        ("jerk = 500.0", "jerk = -1", "r.toml:7: key 'jerk' is a number above 0, got -1"),
-        ("velocity = 0.5", "velocity = 0", "key 'tool_limits.velocity' is a number above 0"),
         ('model = "post.xml"', 'model = "broken.xml"', "broken.xml:1:9: not XML"),
     ],
 )

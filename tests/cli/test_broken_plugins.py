@@ -18,41 +18,6 @@ HEAD = """
     from bt_manip.control import GravityCompensatedPD
 """
 
-HOOKS_THAT_FAIL = {
-    "import error": ("from bt_manip import no_such_thing", "cannot import name 'no_such_thing'"),
-    "missing dependency": ("import surely_not_installed", "No module named 'surely_not_installed'"),
-    "syntax error": ("def register_objects(register:", "SyntaxError"),
-    "wrong signature": (
-        "@hookimpl\ndef register_objects(register, physics): register('x', dict)", "physics",
-    ),
-    "misspelt hook": (
-        "@hookimpl\ndef register_objets(register): register('x', dict)",
-        "did you mean 'register_objects'",
-    ),
-    "misspelt observer": (
-        "@hookimpl\ndef after_tik(tree): pass", "did you mean 'after_tick'",
-    ),
-    "duplicate name": (
-        "@hookimpl\ndef register_objects(register): register('cube', dict)",
-        "object 'cube' is registered already, by plugin 'builtin'",
-    ),
-    "misspelt category": (
-        "class Odd:\n    category = 'graspble'\n\n\n"
-        "@hookimpl\ndef register_objects(register): register('odd', Odd)",
-        "object 'odd': category 'graspble' is none; did you mean 'graspable'?",
-    ),
-    "unknown kind": (
-        "class Odd:\n    kind = 'od'\n\n\n"
-        "@hookimpl\ndef register_objects(register): register('odd', Odd)",
-        "object 'odd' has the kind 'od', from which a snapshot could not recreate it; "
-        "did you mean 'odd'?",
-    ),
-    "raising hook": (
-        "@hookimpl\ndef register_objects(register): raise RuntimeError('not today')",
-        "RuntimeError: not today",
-    ),
-}  # fmt: skip
-
 
 @pytest.fixture
 def folder(tmp_path):
@@ -67,17 +32,15 @@ def folder(tmp_path):
     return write
 
 
-@pytest.mark.parametrize(("source", "reason"), HOOKS_THAT_FAIL.values(), ids=list(HOOKS_THAT_FAIL))
-def test_what_fails_while_loading_is_one_warning_and_the_run_goes_on(
-    bt_manip, folder, trees, source, reason
-):
+def test_what_fails_while_loading_is_one_warning_and_the_run_goes_on(bt_manip, folder, trees):
+    source = "@hookimpl\ndef register_objects(register): raise RuntimeError('not today')"
     plugins = folder("bad", source)
     folder("good", "@hookimpl\ndef register_objects(register): register('good_thing', dict)")
     code, _, err = bt_manip("run", f"{trees}:quick", "--plugins-dir", plugins)
     assert code == 0
     (line,) = err.splitlines()
     assert line.startswith("Warning: plugin 'bad'")
-    assert reason in line
+    assert "RuntimeError: not today" in line
     assert str(plugins / "bad.py") in line
     assert "--block bad" in line
     listed = bt_manip("--plugins-dir", plugins, "list", "objects")
@@ -251,47 +214,28 @@ def test_a_behaviour_that_forgets_its_bases_init_is_found_before_anything_runs(
     assert "Odd: its class has an __init__ that does not call super's" in err
 
 
-UNMAKEABLE = {
-    "its base's _build is forgotten": (
-        "class Odd(GravityCompensatedPD):\n    def _build(self, robot): pass",
-        "controller 'odd' cannot be made: its factory gave a Odd, which has no 'mjcf_model'",
-    ),
-    "something else is made": ("Odd = lambda robot: 3", "gave a int, which has no 'compute'"),
-    "the robot is not taken": ("Odd = lambda: 3", "TypeError: "),
-}
+def test_a_controller_that_cannot_be_made_is_named(bt_manip, folder, trees):
+    source = """
+        class Odd(GravityCompensatedPD):
+            def _build(self, robot): pass
 
 
-@pytest.mark.parametrize(("source", "reason"), UNMAKEABLE.values(), ids=list(UNMAKEABLE))
-def test_a_controller_that_cannot_be_made_is_named(bt_manip, folder, trees, source, reason):
-    hook = "\n\n\n@hookimpl\ndef register_controllers(register): register('odd', Odd)\n"
-    plugins = folder("quack", source + hook)
+        @hookimpl
+        def register_controllers(register): register("odd", Odd)
+    """
+    plugins = folder("quack", source)
     code, _, err = bt_manip(
         "run", f"{trees}:quick", "--controller", "odd", "--plugins-dir", plugins
     )
     last = err.splitlines()[-1]
+    reason = "controller 'odd' cannot be made: its factory gave a Odd, which has no 'mjcf_model'"
     assert code == 3 and "plugin 'quack'" in last and reason in last
 
 
-UNMAKEABLE_OBJECTS = {
-    "nothing is made": (
-        "def odd(): pass",
-        "object 'odd' cannot be made: its factory gave None, which has no 'mjcf_model'; "
-        "expected a composer.Entity",
-    ),
-    "something else is made": ("def odd(): return 3", "its factory gave a int, which has no 'mjcf"),
-    "its maker raises": ("def odd(): return {}['size']", "cannot be made: KeyError: 'size'"),
-}
-
-
-@pytest.mark.parametrize(
-    ("source", "reason"), UNMAKEABLE_OBJECTS.values(), ids=list(UNMAKEABLE_OBJECTS)
-)
 @pytest.mark.parametrize("asked_by", ["a tree", "a scene"])
-def test_an_object_that_cannot_be_made_is_named(
-    bt_manip, folder, trees, tmp_path, source, reason, asked_by
-):
-    hook = "\n\n\n@hookimpl\ndef register_objects(register): register('odd', odd)\n"
-    plugins = folder("quack", source + hook)
+def test_an_object_that_cannot_be_made_is_named(bt_manip, folder, trees, tmp_path, asked_by):
+    source = "@hookimpl\ndef register_objects(register): register('odd', lambda: None)\n"
+    plugins = folder("quack", source)
     options = ["pick_place", "--set", "cube=odd"]
     if asked_by == "a scene":
         scene = tmp_path / "odd.toml"
@@ -299,7 +243,9 @@ def test_an_object_that_cannot_be_made_is_named(
         options = [f"{trees}:quick", "--scene", scene]
     code, _, err = bt_manip("run", *options, "--plugins-dir", plugins)
     last = err.splitlines()[-1]
-    assert code == 3 and "plugin 'quack'" in last and reason in last
+    assert code == 3 and "plugin 'quack'" in last
+    reason = "object 'odd' cannot be made: its factory gave None, which has no 'mjcf_model'"
+    assert f"{reason}; expected a composer.Entity" in last
 
 
 CONTROLLER = """

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from click.shell_completion import ShellComplete
 
-from bt_manip.cli import completion
+from bt_manip import plugins
 from bt_manip.cli.app import app
 
 
@@ -90,8 +90,10 @@ def cache(tmp_path, monkeypatch):
 def loads(monkeypatch):
     """Count how often plugins are loaded."""
     counted = []
-    load = completion._plugins
-    monkeypatch.setattr(completion, "_plugins", lambda ctx: counted.append(ctx) or load(ctx))
+    load = plugins.load_plugins
+    monkeypatch.setattr(
+        plugins, "load_plugins", lambda **options: counted.append(options) or load(**options)
+    )
     return counted
 
 

@@ -211,11 +211,6 @@ def test_a_check_finds_a_command_that_does_not_load(bt_manip, site):
     assert code == 3 and "the command 'greet' of bt-manip-rude3 2.5" in err
 
 
-def test_a_folder_that_is_not_there_is_bad_input(bt_manip, tmp_path):
-    code, _, err = bt_manip("list", "--plugins-dir", tmp_path / "nowhere")
-    assert code == 2 and "nowhere" in err
-
-
 def test_a_name_to_block_that_nothing_has_is_told_with_the_nearest(bt_manip, site):
     greeting(site, "bt-manip-polite4")
     for command in (["list", "scenes"], ["plugins"], ["plugins", "--check"]):

@@ -11,7 +11,7 @@ import click
 import pytest
 
 from bt_manip.cli.app import run_app
-from bt_manip.cli.interrupt import Interrupt
+from bt_manip.cli.interrupt import SIGNALS, Interrupt
 
 pytest.importorskip("viser", reason="the extra [view] is not installed")
 
@@ -79,8 +79,21 @@ def test_the_page_is_served_until_ctrl_c(recording):
         process.kill()
 
 
-def test_ctrl_c_ends_it_in_order_as_soon_as_the_address_is_printed(recording, monkeypatch, capfd):
-    interrupt = Interrupt()
-    monkeypatch.setattr(click, "echo", lambda line: interrupt._signalled(signal.SIGINT, None))
+@pytest.fixture
+def interrupt():
+    """Handle signals as the program does."""
+    interrupt, handlers = Interrupt(), {}
+    for name in SIGNALS:
+        handlers[getattr(signal, name)] = signal.getsignal(getattr(signal, name))
+    interrupt.install()
+    yield interrupt
+    for number, handler in handlers.items():
+        signal.signal(number, handler)
+
+
+def test_ctrl_c_ends_it_in_order_as_soon_as_the_address_is_printed(
+    recording, interrupt, monkeypatch, capfd
+):
+    monkeypatch.setattr(click, "echo", lambda line: signal.raise_signal(signal.SIGINT))
     assert run_app(interrupt, ["replay", str(recording), "--port", "0"]) == 0
     assert capfd.readouterr() == ("", "")

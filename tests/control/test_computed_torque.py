@@ -14,8 +14,8 @@ def test_the_torque_gives_mujoco_the_commanded_acceleration(make_arm):
     cell, robot, control = make_arm(ComputedTorque)
     model, data = cell.model, cell.data
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_FRICTIONLOSS
-    control.model.friction[:] = 0
-    control._on_model_change()
+    control.bare_model.friction[:] = 0
+    control.payload = None  # makes the model anew
     rng = np.random.default_rng(1)
     for _ in range(20):
         q, v, a = rng.normal(size=(3, 2))
@@ -32,9 +32,9 @@ def test_the_error_of_every_joint_follows_the_linear_equation(make_arm):
     cell.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_FRICTIONLOSS
     # MuJoCo takes joint damping implicitly; without it the equation is exact.
     cell.model.dof_damping[:] = 0
-    control.model.damping[:] = 0
-    control.model.friction[:] = 0
-    control._on_model_change()
+    control.bare_model.damping[:] = 0
+    control.bare_model.friction[:] = 0
+    control.payload = None  # makes the model anew
     start = robot.q
     control.reference.q = start + np.array([0.02, -0.03])
     e, edot, z = np.array([0.02, -0.03]), np.zeros(2), np.zeros(2)

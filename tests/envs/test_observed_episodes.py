@@ -142,9 +142,9 @@ def test_an_agents_episode_is_watched_on_the_page(parts):
         task.reset(0)
         while not task.step(hold(task)).failure:
             pass
-        shown = page.controls
-        shown.draw()
-        assert "cycle 1" in shown._status.text and "FAILURE" in shown._status.text
+        page.refresh(now=True)
+        (shown,) = (one[-1] for one in json.loads(page.gui.snapshot()[1]) if "status" in one)
+        assert "cycle 1" in shown["text"] and "FAILURE" in shown["text"]
     finally:
         page.close()
 

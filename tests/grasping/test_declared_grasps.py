@@ -11,6 +11,7 @@ from bt_manip.bt import NodeStatus, Sequence
 from bt_manip.cell import Cell
 from bt_manip.cell.objects import ModelObject, Mug
 from bt_manip.exceptions import MotionError
+from bt_manip.grasping import GripperClearance
 from bt_manip.grasping.grasp_planner import declared_grasps
 from bt_manip.plugins import PluginSelection, load_plugins
 from bt_manip.spatial import pose
@@ -33,11 +34,11 @@ def station(parts):
     return build_station(parts)
 
 
-def add_mug(station, parts, yaw=1.2):
+def add_mug(station, parts, yaw=1.2, *, name="mug", y=0.1):
     thing = parts.objects.create("handled_mug")
     quat = (np.cos(0.5 * yaw), 0.0, 0.0, np.sin(0.5 * yaw))
-    T_wo = pose((0.4, 0.1, station.cell.surface_height("table")), quat)
-    station.cell.add(thing, T_wo, name="mug")
+    T_wo = pose((0.4, y, station.cell.surface_height("table")), quat)
+    station.cell.add(thing, T_wo, name=name)
     station.cell.step(100)
     return thing
 
@@ -62,19 +63,20 @@ def test_a_gripper_that_grips_in_another_way_takes_its_own_grasps(station, parts
     candidate, _ = station.first.grasp_planner.nearest("mug", station.robot.tool_pose)
     assert candidate.width == 0.009
     monkeypatch.setattr(station.gripper, "declared_grasp_generator", lambda *arguments: None)
-    monkeypatch.setattr(station.first.grasp_planner, "_generators", {})
+    add_mug(station, parts, name="other", y=-0.2)  # grasps of an unchanged cell are kept
     candidate, _ = station.first.grasp_planner.nearest("mug", station.robot.tool_pose)
     assert candidate.width != 0.009
 
 
 def test_grasps_that_do_not_fit_or_come_from_below_are_refused(station, parts):
     mug = add_mug(station, parts)
-    planner, (grasp,) = station.first.grasp_planner, mug.grasps
+    (grasp,) = mug.grasps
+    poses = GripperClearance(station.cell, station.robot, ["mug"]).geom_poses
     generator = station.gripper.declared_grasp_generator
-    wide = generator("mug", [grasp._replace(width=0.2)], planner._clearance("mug").geom_poses, 0)
+    wide = generator("mug", [grasp._replace(width=0.2)], poses, 0)
     with pytest.raises(MotionError, match=r"grasps of 200 mm or more, and the gripper opens 80"):
         wide.candidates(np.array([0.0, 0.0, -1.0]))
-    fits = generator("mug", [grasp], planner._clearance("mug").geom_poses, np.zeros(3))
+    fits = generator("mug", [grasp], poses, np.zeros(3))
     assert len(fits.candidates(np.array([0.0, 0.0, -1.0]))) == 2  # either finger first
     with pytest.raises(MotionError, match="no grasp that approaches from above or from the side"):
         fits.candidates(np.array([0.0, 0.0, 1.0]))

@@ -28,19 +28,19 @@ class Client:
     def __init__(self, port: int) -> None:
         self._context = zmq.Context()
         self._context.linger = 0
-        self._requests = self._context.socket(zmq.REQ)
-        self._requests.connect(f"tcp://127.0.0.1:{port}")
+        self.requests = self._context.socket(zmq.REQ)
+        self.requests.connect(f"tcp://127.0.0.1:{port}")
         self._notifications = self._context.socket(zmq.SUB)
         self._notifications.subscribe(b"")
         self._notifications.connect(f"tcp://127.0.0.1:{port + 1}")
         self._numbers = itertools.count(1)
-        for one in (self._requests, self._notifications):
+        for one in (self.requests, self._notifications):
             one.rcvtimeo = 10_000
 
     def send(self, parts: list[bytes]) -> list[bytes]:
         """Send the parts of a request and give those of the reply."""
-        self._requests.send_multipart(parts)
-        return self._requests.recv_multipart()
+        self.requests.send_multipart(parts)
+        return self.requests.recv_multipart()
 
     def ask(self, kind: str, payload=None) -> bytes | None:
         """Send a request of a type; give the second part of the reply."""

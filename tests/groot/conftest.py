@@ -28,7 +28,7 @@ class Steps(RunObserver):
 
     def __init__(self) -> None:
         self._allowed = threading.Semaphore(0)
-        self._done = threading.Semaphore(0)
+        self.done = threading.Semaphore(0)
         self.free = False
 
     def before_tick(self) -> None:
@@ -36,7 +36,7 @@ class Steps(RunObserver):
             pass
 
     def after_tick(self) -> None:
-        self._done.release()
+        self.done.release()
 
     def tick(self, count: int = 1) -> None:
         """Allow ticks and wait for their end."""
@@ -50,7 +50,7 @@ class Steps(RunObserver):
 
     def wait(self) -> None:
         """Wait for the end of a tick."""
-        assert self._done.acquire(timeout=20)
+        assert self.done.acquire(timeout=20)
 
 
 class Watched:

@@ -27,7 +27,7 @@ def command(tmp_path):
 def test_ctrl_c_at_a_breakpoint_ends_the_run_and_writes_its_files(command, tmp_path):
     port = free_ports()
     waiting = Client(port)
-    waiting._requests.rcvtimeo = 120_000
+    waiting.requests.rcvtimeo = 120_000
     report, log = tmp_path / "report.json", tmp_path / "run.btlog"
     options = ["--groot", "--groot-port", str(port), "--report", report, "--record", log]
     process = subprocess.Popen(

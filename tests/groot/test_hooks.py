@@ -145,10 +145,10 @@ def test_a_paused_run_goes_on_when_the_publisher_fails(counted, monkeypatch):
     steps.start_tick()
     client.reached()
 
-    def fail(publisher, request):
+    def fail(data):
         raise SystemExit
 
-    monkeypatch.setattr(publisher_module.GrootPublisher, "_answer", fail)
-    client._requests.send(b"anything")
+    monkeypatch.setattr(publisher_module, "read_json", fail)
+    client.requests.send_multipart([b"\x02U\0\0\0\0", b"{}"])
     steps.wait()
     assert counted.count.ticks == 1

@@ -68,7 +68,7 @@ def test_the_transcript_of_groot2_gets_the_same_replies(groot2, watch):
             uuids.add(reply[0][6:])
         if index == 14:  # it waits within the tick
             time.sleep(0.1)
-            assert not steps._done.acquire(blocking=False)
+            assert not steps.done.acquire(blocking=False)
         if index == 15:
             steps.wait()
     assert len(uuids) == 1
@@ -170,7 +170,7 @@ def test_a_port_that_is_taken_is_named():
         taken.bind(("127.0.0.1", port + 1))
         with pytest.raises(BtManipError, match=f"port {port + 1} .*--groot-port"):
             GrootPublisher(port)
-    GrootPublisher(port)._context.destroy()
+    GrootPublisher(port).close()
 
 
 def test_without_the_packages_one_line_names_the_extra(monkeypatch):

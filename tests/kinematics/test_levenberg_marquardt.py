@@ -3,17 +3,18 @@
 import numpy as np
 
 from bt_manip import spatial
+from bt_manip.kinematics import IKProblem, PoseTarget
 from bt_manip.kinematics.levenberg_marquardt import levenberg_marquardt
 
 
-def test_a_minimum_decrease_ends_an_unsuccessful_descent_sooner(model, ik):
+def test_a_minimum_decrease_ends_an_unsuccessful_descent_sooner(model, compiled):
     unreachable, near = spatial.pointing_down([0.0, 0.0, 0.05]), model.pose(model.home + 0.1)
 
     def descent(T, min_decrease):
-        compiled = ik._compile(T, model.home)
-        limits = compiled.lower, compiled.upper
+        problem = compiled(IKProblem(targets=PoseTarget("tool", T)))
+        limits = problem.lower, problem.upper
         return levenberg_marquardt(
-            compiled.constraints, model.home, *limits, iterations=50, min_decrease=min_decrease
+            problem.constraints, model.home, *limits, iterations=50, min_decrease=min_decrease
         )
 
     assert not descent(unreachable, 0.2).solved and not descent(unreachable, 0.0).solved

@@ -5,11 +5,11 @@ import os
 import pytest
 import trimesh
 
-from bt_manip import registry
 from bt_manip.models import (
     MjcfModel,
     ModelError,
     ModelFormat,
+    address,
     built_in_sources,
     bundled_path,
     find_model,
@@ -28,10 +28,10 @@ def test_a_file_is_what_its_name_or_its_content_says(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     files = {"a.urdf": ("urdf", ""), "a.STL": ("mesh", ""),
              "b.xml": ("mjcf", "<mujoco/>"), "c.xml": ("urdf", "<robot/>")}  # fmt: skip
-    for name, (kind, text) in files.items():
-        (tmp_path / name).write_text(text)
-        for address in (name, f"./{name}", str(tmp_path / name), f"file://{tmp_path / name}"):
-            found = find_model(address)
+    for name, (kind, content) in files.items():
+        (tmp_path / name).write_text(content)
+        for text in (name, f"./{name}", str(tmp_path / name), f"file://{tmp_path / name}"):
+            found = find_model(text)
             assert (found.format, found.address) == (kind, str((tmp_path / name).resolve()))
 
 
@@ -67,7 +67,7 @@ def test_sources_and_formats_of_installed_plugins_are_the_default(tmp_path, monk
     parts = Parts()
     parts.model_formats.add("ball", ball, "test")
     parts.model_sources.add("shelf", lambda address, progress: tmp_path / "red.ball", "test")
-    monkeypatch.setattr(registry, "_load", lambda: parts)
+    monkeypatch.setattr(address, "installed_parts", lambda: parts)
     assert load_model(str(tmp_path / "red.ball")).xml == "<mujoco/>"
     assert load_model("shelf:red").address == "shelf:red"
     with pytest.raises(ModelError, match="not a model"):
@@ -77,7 +77,7 @@ def test_sources_and_formats_of_installed_plugins_are_the_default(tmp_path, monk
 
 
 def test_models_of_built_in_sources_and_formats_load_no_plugins(tmp_path, monkeypatch):
-    monkeypatch.setattr(registry, "_load", lambda: pytest.fail("plugins were loaded"))
+    monkeypatch.setattr(address, "installed_parts", lambda: pytest.fail("plugins were loaded"))
     trimesh.creation.box((0.1, 0.1, 0.1)).export(tmp_path / "box.stl")
     assert "mesh" in load_model(str(tmp_path / "box.stl")).xml
     assert load_model("bundled:cube").path == bundled_path("cube/cube.xml")

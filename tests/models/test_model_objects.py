@@ -115,7 +115,7 @@ def test_a_hollow_mesh_is_hollow_as_a_container(tmp_path, monkeypatch, parts):
     # The real search takes minutes with such a mesh.
     parts_found = [Mesh(np.asarray(w.vertices), np.asarray(w.faces)) for w in walls]
     monkeypatch.setattr(module, "can_decompose", lambda: True)
-    monkeypatch.setattr(convex, "_decompose", lambda mesh: parts_found)
+    monkeypatch.setattr(convex, "decompose", lambda mesh: parts_found)
     hollow = Catalogue(parts.objects).create(str(path), category="container")
     assert hollow.parameters["convex"] == "parts"
     assert rests_at(hollow) == pytest.approx(0.045, abs=5e-3)

@@ -1,5 +1,6 @@
 """What each hook brings in is used; the plugins are the examples of the documentation."""
 
+import json
 import re
 import sys
 from dataclasses import replace
@@ -238,9 +239,9 @@ def test_register_panels_shows_a_panel_on_the_page(parts_of):
         station = build_station(parts)
         tree = Tree(Sleep(msec=30), clock=station.clock)
         Run(RunRequest(TreeSource("test", "python")), tree, station).execute([page])
-        elements = page.gui._elements.values()
-        (number,) = [one for one in elements if one.props.get("label") == "Height [m]"]
-        assert number.value == pytest.approx(station.robot.tool_pose.translation[2], abs=1e-3)
+        elements = [change[-1] for change in json.loads(page.gui.snapshot()[1])[1:]]
+        (number,) = [one for one in elements if one.get("label") == "Height [m]"]
+        assert number["value"] == pytest.approx(station.robot.tool_pose.translation[2], abs=1e-3)
     finally:
         page.close()
 

@@ -1,7 +1,5 @@
 """Plugins come in whole or not at all."""
 
-from importlib.metadata import EntryPoint
-
 import pytest
 
 from bt_manip.exceptions import BtManipError
@@ -85,6 +83,32 @@ BROKEN = {
         def register_objets(register): register("x", dict)
         """,
         "there is no hook 'register_objets'; did you mean 'register_objects'",
+    ),
+    "misspelt observer": (
+        """
+        @hookimpl
+        def after_tik(tree): pass
+        """,
+        "did you mean 'after_tick'",
+    ),
+    "misspelt category": (
+        """
+        class Odd:
+            category = "graspble"
+        @hookimpl
+        def register_objects(register): register("odd", Odd)
+        """,
+        "object 'odd': category 'graspble' is none; did you mean 'graspable'?",
+    ),
+    "unknown kind": (
+        """
+        class Odd:
+            kind = "od"
+        @hookimpl
+        def register_objects(register): register("odd", Odd)
+        """,
+        "object 'odd' calls its kind 'od', by which a snapshot could not make it again; "
+        "did you mean 'odd'?",
     ),
     "name of another plugin's part": (
         """
@@ -275,13 +299,6 @@ def test_the_place_of_a_tree_holds_when_the_folder_changes(plugin, load, tmp_pat
     assert plugins.parts.trees.get("mine") == str(tmp_path / "mine.xml")
 
 
-def test_an_entry_point_that_points_nowhere_is_one_warning(load):
-    _, warnings = load(EntryPoint("lost", "no_such_module_anywhere:thing", "bt_manip"))
-    assert len(warnings) == 1
-    assert "plugin 'lost'" in warnings[0]
-    assert "no_such_module_anywhere" in warnings[0]
-
-
 def test_of_two_plugins_with_one_name_the_second_is_left_out(plugin, load):
     first, second = plugin("toys", GOOD), plugin("toys", GOOD.replace("ball", "kite"))
     plugins, warnings = load(second, first)
@@ -352,6 +369,7 @@ def test_nobody_is_blamed_for_what_no_plugin_did(load):
     ("factory", "problem"),
     [
         ("lambda: 3", "its factory gave a int, which has no 'plan'"),
+        ("lambda: {}['size']", "KeyError: 'size'"),
         ("lambda robot: 3", "TypeError: .* missing 1 required positional argument: 'robot'"),
     ],
 )

@@ -115,7 +115,7 @@ def test_snapshots_are_at_the_start_after_each_cycle_and_in_between(
     assert times == pytest.approx([0.0, 0.05, 0.1, 0.13, 0.18, 0.23, 0.26])
 
 
-def test_no_snapshot_is_taken_of_a_tree_that_was_interrupted(make_run, tmp_path):
+def test_no_snapshot_is_taken_of_a_tree_that_was_interrupted(make_run, tmp_path, monkeypatch):
     path = tmp_path / "run.mcap"
     slow = {"configuration": [0.9, -0.7, 0.1, -2.3, 0.0, 1.6, 0.8]}
     run = make_run(MoveToConfiguration("move", **slow))
@@ -125,8 +125,8 @@ def test_no_snapshot_is_taken_of_a_tree_that_was_interrupted(make_run, tmp_path)
     class Late(RunObserver):
         def after_tick(self):
             recorder_times.append(run.station.cell.time)
-            recorder._snapshot_time = -10.0  # one is due at every tick
 
+    monkeypatch.setattr(mcap_recorder, "SNAPSHOT_INTERVAL", 0.0)  # one is due at every tick
     run.execute([Late(), recorder], stop=lambda: run.station.cell.time > 0.2)
     *_, (last, _, data) = Recording(path).messages(SNAPSHOTS)
     assert last < recorder_times[-1] - 0.05

@@ -9,6 +9,7 @@ import sys
 import textwrap
 from datetime import datetime
 from pathlib import Path
+from time import sleep
 
 import mujoco
 import numpy as np
@@ -25,7 +26,7 @@ from bt_manip.behaviours import MoveToConfiguration, RemoveObject, SpawnObject
 from bt_manip.bt import AlwaysFailure, Fallback, Node, Script, Sequence, Sleep
 from bt_manip.exceptions import BtManipError
 from bt_manip.record import McapRecorder, Recorder, Recording, RecordingError
-from bt_manip.record.mcap import mcap_recorder
+from bt_manip.record.mcap import mcap_file, mcap_recorder
 from bt_manip.record.mcap.foxglove import SceneMessages, serialized_points
 from bt_manip.runner import RunObserver
 from bt_manip.scenes import two_arms
@@ -447,9 +448,10 @@ def test_no_pose_is_lost_when_a_chunk_is_written_meanwhile(make_run, tmp_path, m
     copy = SceneMessages.copy_poses
 
     def copy_while_another_thread_writes(scene):
-        recorder._encode()
+        sleep(0.02)
         return copy(scene)
 
+    monkeypatch.setattr(mcap_file, "FLUSH_INTERVAL", 1e-3)
     monkeypatch.setattr(SceneMessages, "copy_poses", copy_while_another_thread_writes)
     recorder = McapRecorder(tmp_path / "run.mcap")
     make_run(Sleep(msec=50)).execute([recorder])

@@ -239,10 +239,11 @@ def test_what_is_no_report_is_refused(tmp_path, name, content, problem):
 
 
 @FORMATS
-def test_a_report_is_locked_until_it_is_closed(opened, tmp_path, name):
+def test_a_report_is_locked_until_it_is_closed(opened, tmp_path, name, monkeypatch):
+    monkeypatch.setattr(report_file, "PERIOD", 0.0)
+    monkeypatch.setattr(report_file, "SHARE", 1e9)  # a JSON report is written at once
     file = opened(name)
     for cycles in range(3):
-        file._due = 0.0  # a JSON report is written at once
         file.update(report(cycles))
         with pytest.raises(FileInUseError):
             opened(name).update(report(5))

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import pytest
 
 from bt_manip import build_station
-from bt_manip.control import ComputedTorque, ControllerManager, GravityCompensatedPD
+from bt_manip.control import ControllerManager, GravityCompensatedPD
 from bt_manip.runner import Stopwatch
 
 
@@ -25,7 +25,7 @@ def station(parts):
     station = build_station(parts)
     manager = station.controllers
     assert isinstance(manager, ControllerManager)
-    manager._factories = {"computed_torque": ComputedTorque, "slow": Slow}
+    manager.add("slow", Slow)
     return station
 
 

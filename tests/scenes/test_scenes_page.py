@@ -6,7 +6,7 @@ from pathlib import Path
 from bt_manip import build_station
 from bt_manip.cell.physics.model_properties import CAMERA, LIGHT, PROPERTIES
 from bt_manip.cell.randomization import Randomization, parse_variation
-from bt_manip.cell.randomization.variations import _PARSERS
+from bt_manip.cell.randomization.variations import PARSERS
 from bt_manip.scenes.scene_file import read_scene
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "scenes.md").read_text()
@@ -25,7 +25,7 @@ def test_every_quantity_and_variation_is_on_the_page():
     for kind in (LIGHT, CAMERA):
         row = next(line for line in PAGE.splitlines() if line.startswith(f"| `{kind}s` |"))
         assert set(PROPERTIES[kind]) <= set(re.findall(r"`(\w+)`", row))
-    for way in _PARSERS:
+    for way in PARSERS:
         assert f"{way} = " in PAGE
     assert parse_variation({"uniform": [0, 1]})
     for kind in Randomization.__dataclass_fields__:

@@ -22,11 +22,14 @@ TURN = np.array([1.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 
 
 def test_stops_of_every_kind_of_motion_keep_path_and_limits_within_bounded_counts(monkeypatch):
-    checked, ratios = [], []
-    check = stopping._effort_inside
-    monkeypatch.setattr(
-        stopping, "_effort_inside", lambda *given: (checked.append(1), check(*given))[1]
-    )
+    checked, ratios, profiles = [], [], stopping.stop_profiles
+
+    def counted(*given):
+        for profile in profiles(*given):
+            checked.append(profile)
+            yield profile
+
+    monkeypatch.setattr(stopping, "stop_profiles", counted)
     for stop in measure_stops(10):
         assert stop.off_path <= 1e-5, stop
         assert stop.limit_use <= 1.0 + 1e-6, stop

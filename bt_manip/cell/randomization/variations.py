@@ -122,9 +122,9 @@ def parse_variation(data: Any) -> Any:
     if len(rest) != 1:
         raise CellError(f"a variation is {SYNTAX}; got {dict(data)!r}")
     ((key, arguments),) = rest.items()
-    parse = _PARSERS.get(key)
+    parse = PARSERS.get(key)
     if parse is None:
-        raise CellError(f"'{key}' is no variation{did_you_mean(key, _PARSERS)}; it is {SYNTAX}")
+        raise CellError(f"'{key}' is no variation{did_you_mean(key, PARSERS)}; it is {SYNTAX}")
     parsed = parse(key, arguments)
     return parsed if bounds is None else Clipped(parsed, *_range("within", bounds))
 
@@ -184,7 +184,7 @@ def _numbers(data: Any, what: str) -> np.ndarray:
     return numbers
 
 
-_PARSERS: dict[str, Callable[[str, Any], Any]] = {
+PARSERS: dict[str, Callable[[str, Any], Any]] = {
     "uniform": lambda key, data: distributions.Uniform(*_range(key, data)),
     "integer": _integer,
     "normal": lambda key, data: distributions.Normal(*_mean_and_width(key, data)),

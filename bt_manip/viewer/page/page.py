@@ -97,8 +97,8 @@ class Page(ScenePage, RunObserver):
     def before_tick(self) -> None:
         """Wait while the run is paused."""
         if self.controls.paused:
-            self._refresh(now=True)
-            self.controls.wait(self._refresh)
+            self.refresh(now=True)
+            self.controls.wait(self.refresh)
 
     def after_tick(self) -> None:
         """Update the page if it is open and an update is due."""
@@ -110,12 +110,12 @@ class Page(ScenePage, RunObserver):
         for panel in self._panels:
             panel.end_tick()
         if self.is_open:
-            self._refresh()
+            self.refresh()
 
     def run_ended(self) -> None:
         """Show the last state."""
         self.controls.end()
-        self._refresh(now=True)
+        self.refresh(now=True)
 
     def show_prepared(self, run: Run) -> None:
         """Show the tree of a run that has not begun, so that breakpoints can be set."""
@@ -124,7 +124,7 @@ class Page(ScenePage, RunObserver):
         events = EventStream(run)
         events.listen(self.handle, ("tree",))
         events.begin_cycle(0)
-        self._refresh(now=True)
+        self.refresh(now=True)
 
     def begin_idle(self, station: Station) -> None:
         """Show a cell in which no tree runs; a new cell clears the panels."""
@@ -135,13 +135,13 @@ class Page(ScenePage, RunObserver):
         self._cell, self._source = station.cell, None
         for panel in self._panels:
             panel.begin_idle(station)
-        self._refresh(now=True)
+        self.refresh(now=True)
 
     def tick(self) -> NodeStatus:
         """Let panels act at a tick between runs, e.g. for jogging, and update the page."""
         for panel in self._panels:
             panel.idle_tick()
-        self._refresh()
+        self.refresh()
         return NodeStatus.RUNNING
 
     # Internal

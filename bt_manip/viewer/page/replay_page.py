@@ -109,7 +109,7 @@ class ReplayPage(ScenePage):
         scene.seek(time)
         self._go_to(scene.index)
         self.controls.leave_breakpoint(paused)
-        self._refresh(now=True)
+        self.refresh(now=True)
 
     def serve(self, stop: Callable[[], bool]) -> None:
         """Play under the controls until ``stop`` returns True."""
@@ -119,7 +119,7 @@ class ReplayPage(ScenePage):
             now = time.perf_counter()
             position = self._act(position, min(now - before, LONGEST_ADVANCE))
             before = now
-            self._refresh()
+            self.refresh()
             time.sleep(POSE_PERIOD)
 
     # Internal

@@ -88,6 +88,25 @@ class ScenePage:
     def show_time(self, time: float | None) -> None:
         """Show another simulated time [s]; None: the present."""
 
+    def refresh(self, *, now: bool = False) -> None:
+        """Update scene and panels where the last update is old enough, or at once (`now`)."""
+        time_now = time.perf_counter()
+        if not now and time_now < self._next:
+            return
+        start = time.thread_time()
+        with self.server.atomic():  # wakes the server's thread once
+            self._catch_up()
+            self._show_scene()
+            if now or time_now >= self._next_panels:
+                late = min(max(time_now - self._next_panels, 0.0), PANEL_PERIOD)
+                self._next_panels = time_now - late + PANEL_PERIOD
+                for panel in self._panels:
+                    panel.draw()
+                self._publish()
+        served, self._served = self._served, processor_time(self.server)
+        used = time.thread_time() - start + self._served - served
+        self._next = time_now + max(POSE_PERIOD, min(used / UPDATE_SHARE, LONGEST_PERIOD))
+
     # For subclasses
 
     def _make(self, panels: Mapping[str, MakePanel]) -> Iterator[Panel]:
@@ -117,25 +136,6 @@ class ScenePage:
     def _show_scene(self) -> None:
         """Send the changed poses."""
         self._scene.update()
-
-    def _refresh(self, *, now: bool = False) -> None:
-        """Update scene and panels if their updates are due."""
-        time_now = time.perf_counter()
-        if not now and time_now < self._next:
-            return
-        start = time.thread_time()
-        with self.server.atomic():  # wakes the server's thread once
-            self._catch_up()
-            self._show_scene()
-            if now or time_now >= self._next_panels:
-                late = min(max(time_now - self._next_panels, 0.0), PANEL_PERIOD)
-                self._next_panels = time_now - late + PANEL_PERIOD
-                for panel in self._panels:
-                    panel.draw()
-                self._publish()
-        served, self._served = self._served, processor_time(self.server)
-        used = time.thread_time() - start + self._served - served
-        self._next = time_now + max(POSE_PERIOD, min(used / UPDATE_SHARE, LONGEST_PERIOD))
 
     def _publish(self) -> None:
         with contextlib.suppress(RuntimeError):  # the server is being stopped

@@ -216,7 +216,7 @@ def test_a_certificate_that_nobody_vouches_for_is_not_trusted(tmp_path, monkeypa
     running = FuelServer()
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
     context.load_cert_chain(cert, key)
-    running._http.socket = context.wrap_socket(running._http.socket, server_side=True)
+    running.http.socket = context.wrap_socket(running.http.socket, server_side=True)
     monkeypatch.setenv("BT_MANIP_FUEL_URL", running.url.replace("http:", "https:"))
     running.add("someone", "thing", model_zip(BALL))
     client = FuelClient(FuelCache(tmp_path / "cache"), progress=lambda *_: None)

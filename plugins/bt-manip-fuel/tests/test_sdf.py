@@ -367,7 +367,7 @@ def test_a_mesh_collides_by_its_hull_or_by_convex_parts_that_are_kept(tmp_path, 
     parts = compiled(tmp_path, sdf, convex="parts")
     assert parts.ngeom > 1
     monkeypatch.setattr(
-        "bt_manip.models.convex._decompose", lambda *_: pytest.fail("it was not kept")
+        "bt_manip.models.convex.decompose", lambda *_: pytest.fail("it was not kept")
     )
     assert compiled(tmp_path, sdf, convex="parts").ngeom == parts.ngeom
 

@@ -51,6 +51,11 @@ class PolicyProcess:
         self._pipe: Connection | None = None
         self._loaded: set[int] = set()
 
+    @property
+    def pid(self) -> int | None:
+        """Number of the process; None where none runs."""
+        return None if self._process is None else self._process.pid
+
     def answer(
         self,
         make: str,

@@ -133,7 +133,7 @@ def test_a_policy_that_cannot_be_made_is_a_failure(in_python, process, name):
 
 def test_a_killed_process_is_a_failure_and_the_next_action_has_a_new_one(load, process):
     policy = load(onnx.linear(np.ones(7), {"robot_joint_positions": (7,)}))
-    process._process.kill()
+    os.kill(process.pid, signal.SIGKILL)
     with pytest.raises(PolicyError, match=r"ended its process \(SIGKILL\)"):
         policy.act(OBSERVED, 7)
     assert policy.act(OBSERVED, 7).actions.tolist() == [[1.0] * 7]
@@ -142,14 +142,14 @@ def test_a_killed_process_is_a_failure_and_the_next_action_has_a_new_one(load, p
 def test_a_stopped_process_is_a_failure(load, process):
     content = onnx.linear(np.ones(7), {"robot_joint_positions": (7,)})
     policy = load(content, time=-0.9)  # and one second for the reply
-    process._process.send_signal(signal.SIGSTOP)
+    os.kill(process.pid, signal.SIGSTOP)
     with pytest.raises(PolicyError, match="does not answer"):
         policy.act(OBSERVED, 7)
 
 
 def test_an_interrupt_kills_the_process(in_python, process):
     policy = in_python("time.sleep(10)")
-    number = process._process.pid
+    number = process.pid
 
     def interrupt(*arguments):
         raise KeyboardInterrupt
@@ -166,7 +166,7 @@ def test_an_interrupt_kills_the_process(in_python, process):
 
 def test_the_process_ends_with_its_owner(load, process):
     load(onnx.linear(np.ones(7), {"robot_joint_positions": (7,)}))
-    number = process._process.pid
+    number = process.pid
     assert is_alive(number)
     process.close()
     assert not is_alive(number)
@@ -180,7 +180,7 @@ def test_the_process_ends_when_its_parent_is_killed(in_python, tmp_path, line):
         f"sys.path.insert(0, {str(tmp_path)!r})\n"
         f"process = PolicyProcess(); policy = LoadedPolicy(process, '', 'some_policy:Policy', "
         f"{line!r})\n"
-        "print(process._process.pid, flush=True)\n"
+        "print(process.pid, flush=True)\n"
         "while True: policy.act({'robot_joint_positions': np.ones(7)}, 7)"
     )
     parent = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE)

@@ -3,12 +3,13 @@
 import itertools
 import json
 import struct
+import threading
 import time
-from collections import deque
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import msgspec
+import numpy as np
 import pytest
 
 viser = pytest.importorskip("viser", reason="the extra [view] is not installed")
@@ -20,49 +21,64 @@ from bt_manip.viewer import Page  # noqa: E402
 
 PROTOCOLS = {"scene": f"viser-v{viser.__version__}", "page": "bt-manip"}
 
+NO_ROTATION = (1.0, 0.0, 0.0, 0.0)
+
+AT_ORIGIN = {"visible": True, "position": (0.0, 0.0, 0.0), "wxyz": NO_ROTATION}
+
+CAMERA = {
+    "type": "ViewerCameraMessage", "wxyz": NO_ROTATION, "position": (0.3, 0.0, 1.2), "fov": 1.0,
+    "near": 0.1, "far": 9.0, "image_height": 9, "image_width": 9, "look_at": (0.0, 0.0, 0.0),
+    "up_direction": (0.0, 0.0, 1.0),
+}  # fmt: skip
+"""The first message of a scene; viser ignores inputs before it."""
+
+
+def wait_until(condition: Callable[[], bool]) -> None:
+    deadline = time.monotonic() + 30.0  # [s] of a hopeless wait, not of a passing test
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(2e-3)
+
 
 class Client:
-    """A browser that shows the scene, or the page around it.
+    """A browser that shows the page around the scene.
 
     Attributes:
-        elements: Of a page: the properties of the elements by uid, with ``kind`` and ``parent``.
+        elements: Properties of the elements by uid, with ``kind`` and ``parent``.
     """
 
-    def __init__(
-        self, url: str, what: str = "scene", received: Collection[Any] = (), **headers: str
-    ) -> None:
-        self._received, self._numbers = received, itertools.count()
+    what = "page"
+
+    def __init__(self, page: Any, **headers: str) -> None:
+        self.page, self._numbers, self._taken = page, itertools.count(1), threading.Event()
+        self.elements: dict[int, dict[str, Any]] = {}
         self.connection = websockets.sync.client.connect(
-            url.replace("http:", "ws:") + f"/{what}",
-            subprotocols=[PROTOCOLS[what]],
+            f"{page.url.replace('http:', 'ws:')}/{self.what}",
+            subprotocols=[PROTOCOLS[self.what]],
             additional_headers=headers,
             max_size=None,
             compression=None,
             max_queue=None,
         )
-        self.elements: dict[int, dict[str, Any]] = {}
+        self._mark = page.gui.add("mark", number=0)
+        self._mark.on("mark", lambda _: self._taken.set())
 
-    def read(self, quiet: float = 0.5) -> list[dict[str, Any]]:
-        """Return the messages of the scene until none comes for some time [s]."""
-        messages: list[dict[str, Any]] = []
-        try:
-            while True:
-                data = self.connection.recv(quiet)
-                assert isinstance(data, bytes)
-                _, size = struct.unpack("<QQ", data[:16])
-                packed = zstandard.ZstdDecompressor().decompress(data[16 : 16 + size])
-                messages += msgspec.msgpack.decode(packed)["messages"]
-        except TimeoutError:
-            return messages
+    def read(self) -> list[Any]:
+        """Return the changes of the page since the last call."""
+        self._mark.number = number = next(self._numbers)
+        self.page.server.get_event_loop().call_soon_threadsafe(self.page.site.publish)
+        changes: list[Any] = []
+        while not any(
+            change[1:2] == [self._mark.uid] and change[-1]["number"] == number for change in changes
+        ):
+            changes += json.loads(self.connection.recv(30))
+        return changes
 
-    def see(self, quiet: float = 0.5) -> "Client":
-        """Apply the changes of the page until none comes for some time [s]."""
-        try:
-            while True:
-                for change in json.loads(self.connection.recv(quiet)):
-                    self._apply(*change)
-        except TimeoutError:
-            return self
+    def see(self) -> "Client":
+        """Apply the changes of the page."""
+        for change in self.read():
+            self._apply(*change)
+        return self
 
     def _apply(self, what: str, uid: int = 0, *rest: Any) -> None:
         if what == "reset":
@@ -93,16 +109,124 @@ class Client:
         assert len(found) == 1, (kind, label, found)
         return found[0]
 
+    def text(self) -> str:
+        """Return the texts of the page as HTML."""
+        elements = self.see().elements.values()
+        return "\n".join(one["content"] for one in elements if one["kind"] == "html")
+
     def send(self, uid: int, event: str, value: Any = None) -> None:
         """Use an element; return when the page has taken the message."""
-        message = {"id": uid, "event": event, "value": value, "number": next(self._numbers)}
-        self.connection.send(data := json.dumps(message))
-        end = time.monotonic() + 5.0
-        while data not in self._received and time.monotonic() < end:
-            time.sleep(1e-3)
+        self._taken.clear()
+        for message in (
+            {"id": uid, "event": event, "value": value},
+            {"id": self._mark.uid, "event": "mark"},
+        ):
+            self.connection.send(json.dumps(message))
+        assert self._taken.wait(30)
+
+    def press(self, label: str) -> None:
+        """Press a button."""
+        self.send(self.see().uid("button", label), "click")
+
+    def toggle(self) -> None:
+        """Press Pause, or Continue or Play where it is paused."""
+        elements = self.see().elements.items()
+        labels = ("Pause", "Continue", "Play")
+        self.send(next(uid for uid, one in elements if one.get("label") in labels), "click")
+
+    def set(self, kind: str, label: str, value: Any) -> None:
+        """Change the value of an input."""
+        self.send(self.see().uid(kind, label), "value", value)
 
     def close(self) -> None:
         self.connection.close()
+
+
+class SceneClient(Client):
+    """A browser that shows the scene.
+
+    Attributes:
+        nodes: Properties of the nodes by name, with ``position`` and ``visible``.
+        camera: Where the page has put the camera: ``position``, ``look_at``, ``fov``.
+    """
+
+    what = "scene"
+
+    def __init__(self, page: Any, **headers: str) -> None:
+        super().__init__(page, **headers)
+        self.nodes: dict[str, dict[str, Any]] = {}
+        self.camera: dict[str, Any] = {}
+
+    def read(self) -> list[Any]:
+        """Return the messages of the scene since the last call."""
+        mark = f"{id(self)} {next(self._numbers)}"
+        self.page.server.gui.set_panel_label(mark)
+        messages: list[Any] = []
+        while not any(message.get("label") == mark for message in messages):
+            data = self.connection.recv(30)
+            assert isinstance(data, bytes)
+            _, size = struct.unpack("<QQ", data[:16])
+            packed = zstandard.ZstdDecompressor().decompress(data[16 : 16 + size])
+            window, end, arrays = msgspec.msgpack.decode(packed), 16 + size, []
+            for length in window["binaryBufferLengths"]:
+                start = end + -end % 8
+                arrays.append(data[start : (end := start + length)])
+            messages += _with_arrays(window["messages"], arrays)
+        return messages
+
+    def see(self) -> "SceneClient":
+        """Apply the changes of the scene."""
+        for message in self.read():
+            name, node = message.get("name"), self.nodes.get(message.get("name"), {})
+            if message.get("initial") is False:  # not where viser puts a new camera
+                self.camera |= message
+            elif message["type"] == "RemoveSceneNodeMessage":
+                gone = [one for one in self.nodes if f"{one}/".startswith(f"{name}/")]
+                for one in gone:
+                    del self.nodes[one]
+            elif "props" in message and name is not None:
+                self.nodes[name] = {**AT_ORIGIN, **message["props"]}
+            elif "updates" in message:
+                node |= message["updates"]
+            else:
+                keys = "position", "wxyz", "visible"
+                node |= {key: message[key] for key in keys if key in message}
+        return self
+
+    def segments(self, name: str) -> np.ndarray | None:
+        """Return the ends of the lines of a node, if it is there."""  # (n, 2, 3)
+        node = self.see().nodes.get(name)
+        return None if node is None else node["points"].reshape(-1, 2, 3)
+
+    def act(self, *messages: dict[str, Any]) -> None:
+        """Send messages, with ``type``; return when the page has taken them."""
+        position = (0.3, 0.0, next(self._numbers) + 0.5)
+        for message in (CAMERA, *messages, CAMERA | {"position": position}):
+            self.connection.send(msgspec.msgpack.encode(message))
+        clients = self.page.server.get_clients
+        wait_until(lambda: any(tuple(c.camera.position) == position for c in clients().values()))
+
+    def drag(self, name: str, position: Any = None, *, start: bool = False) -> None:
+        """Drag a handle to a position [m], or let it go where there is none."""
+        node = {"name": name, "owner": ""}
+        begin = [{"type": "TransformControlsDragStartMessage", **node}] if start else []
+        if position is None:
+            self.act({"type": "TransformControlsDragEndMessage", **node})
+        else:
+            pose = {"wxyz": self.nodes[name]["wxyz"], "position": tuple(map(float, position))}
+            self.nodes[name] |= pose
+            self.act(*begin, {"type": "TransformControlsUpdateMessage", **node, **pose})
+
+
+def _with_arrays(value: Any, arrays: list[bytes]) -> Any:
+    """Put arrays in their places."""
+    if isinstance(value, list):
+        return [_with_arrays(one, arrays) for one in value]
+    if not isinstance(value, dict):
+        return value
+    if "__binary_index" in value:
+        return np.frombuffer(arrays[value["__binary_index"]], value["dtype"])
+    return {key: _with_arrays(one, arrays) for key, one in value.items()}
 
 
 @pytest.fixture
@@ -114,23 +238,28 @@ def page(parts) -> Iterator[Page]:
 
 
 @pytest.fixture
-def connect(page) -> Iterator[Callable[..., Client]]:
+def connect(page) -> Iterator[Callable[..., Any]]:
+    """Give a function that opens the scene of the page, or the page around it."""
     clients: list[Client] = []
-    received: deque[Any] = deque(maxlen=100)
-    receive = page.gui.receive
-
-    def note(data: Any) -> bool:
-        try:
-            return receive(data)
-        finally:
-            received.append(data)
-
-    page.gui.receive = note
 
     def open_client(what: str = "scene", **headers: str) -> Client:
-        clients.append(Client(page.url, what, received, **headers))
+        clients.append((SceneClient if what == "scene" else Client)(page, **headers))
         return clients[-1]
 
     yield open_client
     for client in clients:
         client.close()
+
+
+@pytest.fixture
+def client(connect) -> Client:
+    """Open the page."""
+    client: Client = connect("page")
+    return client
+
+
+@pytest.fixture
+def scene(connect) -> SceneClient:
+    """Open the scene."""
+    scene: SceneClient = connect()
+    return scene

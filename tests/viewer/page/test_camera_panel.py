@@ -28,7 +28,7 @@ class Chooser(RunObserver):
 
     def run_started(self, run):
         self.cell = run.station.cell
-        self.page._refresh(now=True)
+        self.page.refresh(now=True)
         self.client.see().send(self.client.uid("dropdown", "Camera"), "value", self.camera)
 
 

@@ -18,6 +18,7 @@ from bt_manip.record import Recorder
 from bt_manip.runner import RunObserver
 from bt_manip.viewer.page import Gui
 from bt_manip.viewer.page import server as page_server
+from tests.viewer.page.conftest import CAMERA
 
 FIELDS = {
     "ViewerCameraMessage": (
@@ -49,13 +50,6 @@ FIELDS = {
     "no such type": ("uuid",),
 }  # fmt: skip
 
-CAMERA = {
-    "type": "ViewerCameraMessage", "wxyz": (1.0, 0.0, 0.0, 0.0), "position": (0.3, 0.0, 1.2),
-    "fov": 1.0, "near": 0.1, "far": 9.0, "image_height": 9, "image_width": 9,
-    "look_at": (0.0, 0.0, 0.0), "up_direction": (0.0, 0.0, 1.0),
-}  # fmt: skip
-"""The first message of a page; viser ignores what a page sends to inputs before it."""
-
 NESTED = b"\x91" * 100_000
 VALUES = (0, -1, 10**18, 1.5, float("nan"), float("inf"), None, True, "", "x" * 20_000, [], [0] * 3,
           ["a"] * 4, {}, {"value": None})  # fmt: skip
@@ -80,7 +74,7 @@ def scene_messages(number):
         yield data
 
 
-def page_messages(number, page):
+def page_messages(number, elements):
     """Give malformed messages for the elements of the page, and values that they do not offer."""
     rng = random.Random(2)
     fixed = [b"", "", "null", "[]", "3", '"text"', b"\xff" * 200_000, "[" * 100_000,
@@ -91,12 +85,12 @@ def page_messages(number, page):
         if index < len(fixed):
             yield fixed[index]
             continue
-        element = rng.choice([*page.gui._elements.values()])
+        element = rng.choice([*elements])
         value = rng.choice(VALUES)
         event = rng.choice(events)
-        if element.accepts(value) or value is None or event in ("seek",):
+        if Gui().add(**elements[element]).accepts(value) or value is None or event in ("seek",):
             value = {"not": ["offered"]}
-        uid = rng.choice((element.uid, element.uid, element.uid, *VALUES))
+        uid = rng.choice((element, element, element, *VALUES))
         text = json.dumps({"id": uid, "event": rng.choice((event, event, *VALUES)), "value": value})
         yield text[: rng.randrange(len(text))] if rng.random() < 0.2 else text
 
@@ -155,25 +149,26 @@ def attack(make_run, page, connect, messages, what):
 def test_malformed_messages_leave_the_run_and_the_page_as_they_are(
     make_run, page, connect, capfd, number, what
 ):
-    before = values_of(page)
-    messages = scene_messages(number) if what == "scene" else page_messages(number, page)
+    before, scene = values_of(connect), connect()
+    elements = connect("page").see().elements
+    messages = scene_messages(number) if what == "scene" else page_messages(number, elements)
     digest, sent = attack(make_run, page, connect, messages, what)
     assert sent == number
-    assert values_of(page) == before and not page.controls.breakpoints and not page.stopped
-    assert len(page.server.gui._current_file_upload_states) == 0
-    assert page.server._share_tunnel is None
+    assert values_of(connect) == before and not page.controls.breakpoints and not page.stopped
+    answers = [message["type"] for message in scene.read()]
+    assert not [kind for kind in answers if kind.startswith(("ShareUrl", "FileTransfer"))]
     assert connect().read() and connect("page").see().elements
     assert digest == digest_of(make_run)
     assert capfd.readouterr().err == ""
 
 
-def values_of(page):
-    elements = page.gui._elements.values()
-    return {one.label: one.value for one in elements if "value" in one.props}
+def values_of(connect):
+    elements = connect("page").see().elements.values()
+    return {one["label"]: one["value"] for one in elements if "value" in one}
 
 
 def test_a_valid_message_that_is_sent_like_those_changes_the_run(make_run, page, connect):
-    (stop,) = (one.uid for one in page.gui._elements.values() if one.props.get("label") == "Stop")
+    stop = connect("page").see().uid("button", "Stop")
     press = json.dumps({"id": stop, "event": "click", "value": None})
     digest, sent = attack(make_run, page, connect, [press], "page")
     assert sent == 1 and page.stopped
@@ -229,5 +224,5 @@ def test_a_page_that_stops_reading_is_disconnected(page, monkeypatch, protocol):
             assert time.monotonic() < deadline
             page.server.gui.set_panel_label(random.randbytes(200_000).hex())
             text.content = random.randbytes(200_000).hex()
-            page._publish()
+            page.server.get_event_loop().call_soon_threadsafe(page.site.publish)
             time.sleep(0.02)

@@ -44,6 +44,9 @@ TEXT = 200_000
 """Number of characters that are sent at each tick besides what is shown."""
 
 
+BUFFERED = 40e6
+"""Number of bytes after which a page that does not read has stalled: more than a socket buffers."""
+
 SENT = 4e6
 """Number of bytes that a page gets during the measurement, after another one has stalled."""
 
@@ -78,13 +81,11 @@ class Memory(RunObserver):
         text = random.randbytes(TEXT // 2).hex()
         self.page.server.gui.set_panel_label(text)
         self.text.content = text
-        self.page._refresh(now=True)
+        self.page.refresh(now=True)
         time.sleep(0.02)
 
     def cycle_ended(self, status, reason):
-        scenes = self.page.server._websock_server._live_connections.values()
-        connections = [*scenes, *self.page.site._browsers]
-        if self.sums or any(one.transport.get_write_buffer_size() > 0 for one in connections):
+        if sum(self.received) > BUFFERED:
             gc.collect()
             self.sizes.append(tracemalloc.get_traced_memory()[0])
             self.sums.append(sum(self.received))

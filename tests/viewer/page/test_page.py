@@ -16,6 +16,8 @@ from bt_manip.exceptions import BtManipError
 from bt_manip.record import Recorder
 from bt_manip.runner import RunObserver
 from bt_manip.viewer import Page
+from bt_manip.viewer.page import SceneView
+from tests.viewer.page.conftest import wait_until
 
 
 def picking():
@@ -67,21 +69,19 @@ def test_textures_are_sent_with_their_shapes(make_run, page, connect):
     assert top.extents.tolist() == pytest.approx([1.5, 0.8, 0.03])
 
 
-def test_an_object_adds_and_removes_only_its_own_nodes(make_run, page, connect):
+def test_an_object_adds_and_removes_only_its_own_nodes(make_run, page, scene):
     run = make_run(picking())
-    cubes = []
+    cubes, others = [], []
 
     class Look(RunObserver):
         def after_tick(self):
-            page._refresh(now=True)
-            nodes = page.server.scene._handle_from_node_name
-            cubes.append({name for name in nodes if name.startswith("/cube")})
+            page.refresh(now=True)
+            cubes.append(any(name.startswith("/cube") for name in scene.see().nodes))
+            others.append({name for name in scene.nodes if not name.startswith("/cube")})
 
-    client = connect()
     run.execute([page, Look()])
     assert any(cubes) and not cubes[-1]
-    removed = {m["name"] for m in of_type(client.read(), "RemoveSceneNodeMessage")}
-    assert removed and all(name.startswith("/cube") for name in removed)
+    assert all(nodes == others[0] for nodes in others)
 
 
 MOVABLE = """
@@ -95,9 +95,9 @@ def test_no_two_nodes_have_the_same_name_in_turn(page, connect):
     model = mujoco.MjModel.from_xml_string(MOVABLE)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    client = connect()
+    client, view = connect(), SceneView(page.server)
     for number in range(3):
-        page._scene.bind(CellScene(model, data, {"thing": number}))
+        view.bind(CellScene(model, data, {"thing": number}))
     created = [m["name"] for m in of_type(client.read(), "FrameMessage")]
     assert "/thing" in created and len(set(created)) == len(created)
 
@@ -106,12 +106,13 @@ def test_only_changed_poses_are_sent_when_objects_come_and_go(page, connect):
     model = mujoco.MjModel.from_xml_string(MOVABLE)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    page._scene.bind(CellScene(model, data))
+    view = SceneView(page.server)
+    view.bind(CellScene(model, data))
     client = connect()
     client.read()
     data.xpos[1, 0] = 1.0
     for _ in range(2):
-        page._scene.bind(CellScene(model, data))
+        view.bind(CellScene(model, data))
     (moved,) = of_type(client.read(), "SetPositionMessage")
     assert moved["name"] == "/thing/thing" and moved["position"] == [1.0, 0.0, 0.0]
 
@@ -119,9 +120,9 @@ def test_only_changed_poses_are_sent_when_objects_come_and_go(page, connect):
 def test_a_page_that_nobody_has_opened_is_drawn_once_at_the_end(make_run, page, monkeypatch):
     calls = []
     for name in ("bind", "show"):
-        shown = getattr(page._scene, name)
+        shown = getattr(SceneView, name)
         monkeypatch.setattr(
-            page._scene, name, lambda *args, shown=shown, n=name: (calls.append(n), shown(*args))
+            SceneView, name, lambda *args, shown=shown, n=name: (calls.append(n), shown(*args))
         )
     make_run(picking(), cycles=2).execute([page])
     assert calls == ["bind", "show", "show"]  # `bind` shows, too
@@ -202,7 +203,7 @@ def test_the_clock_stands_still_after_the_run(make_run, page, connect):
     run.execute([page])
     page.begin_idle(run.station)
     run.station.cell.step()
-    page._refresh(now=True)
+    page.refresh(now=True)
     assert "0.06 s" in connect("page").see().find("status")["text"]
 
 
@@ -222,7 +223,7 @@ def test_one_can_look_back_while_the_run_is_paused(in_thread, page, connect):
     client.send(line, "seek", None)
     wait_until(lambda: page.shown_time is None)
     assert client.see().find("timeline")["shown"] is None
-    page.controls._toggle(None)
+    client.toggle()
     thread.join(30)
 
 
@@ -246,57 +247,52 @@ def in_thread(make_run, page):
         return run, thread
 
     yield start
-    page.controls._end(None)
+    page.controls.stopped = True
     for thread in threads:
         thread.join(30)
 
 
-def wait_until(condition):
-    deadline = time.monotonic() + 30.0  # [s] of a hopeless wait, not of a passing test
-    while not condition():
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
-
-
-def test_a_paused_run_stands_still_and_makes_single_ticks(in_thread, page):
-    controls = page.controls
-    controls._toggle(None)
+def test_a_paused_run_stands_still_and_makes_single_ticks(in_thread, client):
+    client.toggle()
     run, thread = in_thread(Sleep("rest", msec=100))
     time.sleep(0.3)
     assert run.station.cell.time == 0.0
     for tick in (1, 2):
-        controls._add_step(None)
+        client.press("Step")
         wait_until(lambda due=tick * 0.01: run.station.cell.time > due - 1e-9)
         time.sleep(0.2)
         assert run.station.cell.time == pytest.approx(tick * 0.01)
-    controls._toggle(None)
+    client.toggle()
     thread.join(30)
     assert run.station.cell.time >= 0.1
 
 
-def test_a_breakpoint_pauses_after_the_tick_in_which_its_node_starts(in_thread, page):
-    page.controls.breakpoints = frozenset(["second"])
-    run, thread = in_thread(Sequence("root", Sleep("first", msec=50), Sleep("second", msec=50)))
-    wait_until(lambda: page.controls.paused)
-    time.sleep(0.2)
-    assert run.station.cell.time == pytest.approx(0.06)
-    assert thread.is_alive()
-    page.controls._toggle(None)
+def test_breakpoints_pause_after_the_tick_in_which_their_node_starts(in_thread, page, client):
+    page.controls.breakpoints = frozenset(["second", "third"])
+    leaves = [Sleep(name, msec=50) for name in ("first", "second", "third")]
+    run, thread = in_thread(Sequence("root", leaves))
+    for node, due in (("second", 0.06), ("third", 0.11)):
+        wait_until(lambda: page.controls.paused)
+        time.sleep(0.2)
+        assert run.station.cell.time == pytest.approx(due)
+        assert client.see().find("status")["text"].endswith(f"s: paused at {node}")
+        assert thread.is_alive()
+        client.press("Continue")
     thread.join(30)
-    assert run.station.cell.time >= 0.1
+    assert run.station.cell.time >= 0.15
 
 
-def test_ticks_that_were_asked_for_are_not_made_by_the_next_run(in_thread, page):
-    controls = page.controls
-    controls._toggle(None)
-    _, thread = in_thread(Sleep("rest", msec=20))
+def test_ticks_that_were_asked_for_are_not_made_by_the_next_run(in_thread, page, client):
+    client.toggle()
     for _ in range(10):
-        controls._add_step(None)
+        client.press("Step")
+    _, thread = in_thread(Sleep("rest", msec=20))
     thread.join(30)
-    controls._toggle(None)
+    page.controls.breakpoints = frozenset(["rest"])
     run, _ = in_thread(Sleep("rest", msec=20))
+    wait_until(lambda: page.controls.paused)
     time.sleep(0.3)
-    assert controls.paused and run.station.cell.time == 0.0
+    assert page.controls.paused and run.station.cell.time == pytest.approx(0.01)
 
 
 @pytest.mark.parametrize("speed", [float("nan"), float("inf"), -1.0], ids=str)
@@ -308,7 +304,7 @@ def test_a_speed_that_is_no_positive_number_is_refused(speed):
 def test_a_paused_run_ends_at_an_interrupt_without_an_open_page(make_run, page):
     interrupted = threading.Event()
     run = make_run(Sleep("rest", msec=100))
-    page.controls._toggle(None)
+    page.controls.paused = True
     thread = threading.Thread(target=lambda: run.execute([page], stop=interrupted.is_set))
     thread.start()
     time.sleep(0.2)
@@ -318,10 +314,10 @@ def test_a_paused_run_ends_at_an_interrupt_without_an_open_page(make_run, page):
     assert not thread.is_alive() and run.station.cell.time < 0.02
 
 
-def test_a_paused_run_can_be_stopped(in_thread, page):
-    page.controls._toggle(None)
+def test_a_paused_run_can_be_stopped(in_thread, page, client):
+    client.toggle()
     _, thread = in_thread(Sleep("rest", msec=100), cycles=0)
     time.sleep(0.1)
-    page.controls._end(None)
+    client.press("Stop")
     thread.join(30)
     assert not thread.is_alive() and page.stopped

@@ -1,6 +1,5 @@
 """The page of a recording shows at each time what the page of the run had shown then."""
 
-import json
 import threading
 import time
 
@@ -12,9 +11,10 @@ from bt_manip.behaviours import MoveToConfiguration, RemoveObject, SpawnObject
 from bt_manip.bt import AlwaysFailure, Fallback, Script, Sequence, Sleep
 from bt_manip.cli.run_observers import page_panels
 from bt_manip.plugins import load_plugins
-from bt_manip.record import McapRecorder, Recording
+from bt_manip.record import McapRecorder, RecordedScene, Recording
 from bt_manip.runner import RunObserver
 from bt_manip.viewer import Page, Panel, ReplayPage
+from tests.viewer.page.conftest import Client, SceneClient, wait_until
 
 SHOWN = {
     "tree": ("nodes", "states", "failed"), "log": ("lines",), "blackboard": ("values",),
@@ -23,15 +23,19 @@ SHOWN = {
 """Properties of elements that are the same in a run and in its replay."""
 
 
-def texts_of(page):
-    """Return the contents of the elements, up to date."""
-    for panel in page._panels:
-        panel.draw()
+def shown_on(client):
+    """Return the properties of the elements, as browsers have them."""
     return [
-        rounded([element.props[name] for name in SHOWN[element.kind]])
-        for element in page.gui._elements.values()
-        if element.kind in SHOWN and element.props.get("samples") != []
+        rounded([element[name] for name in SHOWN[element["kind"]]])
+        for element in client.see().elements.values()
+        if element["kind"] in SHOWN and element.get("samples") != []
     ]
+
+
+def entities_in(scene):
+    """Return the names of the shown entities, of which one that has come again has a number."""
+    nodes = [name for name in scene.see().nodes if name.count("/") == 1 and name != "/WorldAxes"]
+    return {name[1:].partition(" (")[0] for name in nodes}
 
 
 def rounded(value):
@@ -43,17 +47,22 @@ def rounded(value):
 
 
 class States(RunObserver):
-    """Keep what the page of a run shows before each tick, and its nodes of entities."""
+    """Keep what the page of a run shows before each tick, and the entities of its scene."""
 
     def __init__(self, page):
         self.page, self.seen = page, {}
+        self.client, self.scene = Client(page), SceneClient(page)
+
+    def close(self):
+        self.client.close()
+        self.scene.close()
 
     def run_started(self, run):
         self.cell = run.station.cell
 
     def before_tick(self):
-        self.page._refresh(now=True)
-        self.seen[self.cell.time] = texts_of(self.page), set(self.page._scene._shown)
+        self.page.refresh(now=True)
+        self.seen[self.cell.time] = shown_on(self.client), entities_in(self.scene)
 
 
 @pytest.fixture(scope="module")
@@ -77,115 +86,121 @@ def recorded(make_run, panels, tmp_path_factory):
         Fallback("rescue", AlwaysFailure("never"), Sleep(msec=30)),
     )
     page = Page(panels, port=0, speed=None)
+    states = States(page)
     try:
-        states = States(page)
         make_run(root, cycles=2).execute([McapRecorder(path), page, states])
     finally:
+        states.close()
         page.close()
     return path, states.seen
 
 
 @pytest.fixture
-def replay(recorded, panels):
+def page(recorded, panels):
     page = ReplayPage(Recording(recorded[0]), panels, port=0)
     yield page
     page.close()
 
 
-def test_each_time_shows_what_the_run_had_shown(recorded, replay):
+def test_each_time_shows_what_the_run_had_shown(recorded, page, client, scene):
     _, seen = recorded
     times = list(seen)
     np.random.default_rng(0).shuffle(times)
     for moment in (*times, *sorted(times)[:5]):
-        replay.seek(moment)
+        page.seek(moment)
         texts, entities = seen[moment]
-        assert texts_of(replay) == texts
-        assert set(replay._scene._shown) == entities
+        assert shown_on(client) == texts
+        assert entities_in(scene) == entities
 
 
-def test_poses_are_the_recorded_ones(replay):
-    scene = replay._timeline.scene
+def test_poses_are_the_recorded_ones(recorded, page, scene):
+    recorded_scene = RecordedScene(Recording(recorded[0]))
     for moment in (0.3, 0.1, 0.2):
-        replay.seek(moment)
-        poses = dict(zip(scene.frames, scene.poses(), strict=True))
-        for name, nodes in replay._scene._frames.items():
-            for body, node in nodes.items():
-                found = np.concatenate([node.position, node.wxyz])
-                np.testing.assert_allclose(found, poses[body], atol=2e-5, err_msg=name)
+        page.seek(moment)
+        recorded_scene.seek(moment)
+        scene.see()
+        for frame, pose in zip(recorded_scene.frames, recorded_scene.poses(), strict=True):
+            entity, _, _ = frame.partition("/")
+            path = f"/{entity}/{frame.replace('/', ':')}"
+            if path in scene.nodes:
+                shown = np.concatenate([scene.nodes[path][key] for key in ("position", "wxyz")])
+                np.testing.assert_allclose(shown, pose, atol=2e-5, err_msg=frame)
 
 
 @pytest.fixture
-def playing(replay):
+def times(recorded):
+    return RecordedScene(Recording(recorded[0])).times
+
+
+@pytest.fixture
+def shown_time(client):
+    """Give a function that returns the shown time [s]."""
+    return lambda: client.see().find("timeline")["time"]
+
+
+@pytest.fixture
+def playing(page):
     """Serve the page in another thread."""
     done = threading.Event()
-    thread = threading.Thread(target=lambda: replay.serve(done.is_set))
+    thread = threading.Thread(target=lambda: page.serve(done.is_set))
     thread.start()
-    yield replay
+    yield page
     done.set()
     thread.join(30)
 
 
-def wait_until(condition):
-    deadline = time.monotonic() + 30.0  # [s] of a hopeless wait, not of a passing test
-    while not condition():
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
-
-
-def test_it_plays_to_the_end_and_then_once_more(playing):
-    scene, controls = playing._timeline.scene, playing.controls
-    end = scene.times[-1]
+def test_it_plays_to_the_end_and_then_once_more(playing, client, times, shown_time):
     time.sleep(0.2)
-    assert controls.paused and scene.time == 0.0
+    assert playing.controls.paused and shown_time() == 0.0
     for _ in range(2):
-        controls._toggle(None)
-        wait_until(lambda: 0.0 < scene.time < end)
-        wait_until(lambda: controls.paused)
-        assert scene.time == pytest.approx(end)
+        client.toggle()
+        wait_until(lambda: 0.0 < shown_time() < times[-1])
+        wait_until(lambda: playing.controls.paused)
+        wait_until(lambda: shown_time() == pytest.approx(times[-1]))
 
 
-def test_it_makes_single_ticks(playing):
-    scene, controls = playing._timeline.scene, playing.controls
+def test_it_makes_single_ticks(playing, client, times, shown_time):
     for tick in (1, 2, 3):
-        controls._add_step(None)
-        wait_until(lambda due=scene.times[tick]: scene.time == due)
-        assert controls.paused
+        client.press("Step")
+        wait_until(lambda due=times[tick]: shown_time() == pytest.approx(due))
+        assert playing.controls.paused
 
 
-def test_the_time_line_chooses_the_time(playing):
-    (line,) = (one for one in playing.gui._elements.values() if one.kind == "timeline")
+def test_the_time_line_chooses_the_time(playing, client, shown_time):
     for wanted in (0.25, 0.1):
-        data = json.dumps({"id": line.uid, "event": "seek", "value": wanted})
-        assert playing.gui.receive(data)
-        wait_until(lambda due=wanted: playing._timeline.scene.time == pytest.approx(due))
-        wait_until(lambda due=wanted: line.time == pytest.approx(due))
+        client.send(client.see().uid("timeline"), "seek", wanted)
+        wait_until(lambda due=wanted: shown_time() == pytest.approx(due))
 
 
-def test_the_time_line_has_the_whole_recording_at_any_time(replay):
-    (line,) = (one for one in replay.gui._elements.values() if one.kind == "timeline")
-    before = list(line.leaves), list(line.marks)
+def test_the_time_line_has_the_whole_recording_at_any_time(page, client, times):
+    line = client.see().find("timeline")
+    before = line["leaves"], line["marks"]
     assert {name for _, _, name in before[0]} >= {"rest", "MoveToConfiguration", ""}
     assert [text for _, kind, text in before[1] if kind == "cycle"] == ["cycle 1", "cycle 2"]
     assert any(kind == "failure" and "never" in text for _, kind, text in before[1])
     for moment in (0.5, 0.1):
-        replay.seek(moment)
-        assert (line.leaves, line.marks) == before
-    assert line.end == pytest.approx(replay._timeline.scene.times[-1])
+        page.seek(moment)
+        line = client.see().find("timeline")
+        assert (line["leaves"], line["marks"]) == before
+    assert line["end"] == pytest.approx(times[-1])
 
 
-def test_playing_pauses_at_a_breakpoint_but_moving_past_it_does_not(playing):
-    scene, controls = playing._timeline.scene, playing.controls
-    controls.breakpoints = frozenset(["rest"])
-    controls.want(float(scene.times[-1]))
-    wait_until(lambda: scene.time == scene.times[-1])
-    controls.want(0.0)
-    wait_until(lambda: scene.time == 0.0)
-    controls._toggle(None)
-    wait_until(lambda: "paused at rest" in controls._status.text)
-    assert 0.0 < scene.time < scene.times[-1]
-    controls._toggle(None)
-    controls._toggle(None)
-    wait_until(lambda: controls._status.text.endswith("s: paused"))
+def test_playing_pauses_at_a_breakpoint_but_moving_past_it_does_not(
+    playing, client, times, shown_time
+):
+    def status():
+        return client.see().find("status")["text"]
+
+    playing.controls.breakpoints = frozenset(["rest"])
+    for wanted in (times[-1], 0.0):
+        client.send(client.see().uid("timeline"), "seek", float(wanted))
+        wait_until(lambda due=wanted: shown_time() == pytest.approx(due))
+    client.toggle()
+    wait_until(lambda: "paused at rest" in status())
+    assert 0.0 < shown_time() < times[-1]
+    client.toggle()
+    client.toggle()
+    wait_until(lambda: status().endswith("s: paused"))
 
 
 def test_panels_that_need_a_run_are_left_out(recorded):
@@ -207,8 +222,11 @@ def test_the_page_says_that_a_recording_is_incomplete(recorded, panels, tmp_path
     end = chunk.chunk_start_offset + chunk.chunk_length
     (tmp_path / "cut.mcap").write_bytes(recorded[0].read_bytes()[: end + 5])
     page = ReplayPage(Recording(tmp_path / "cut.mcap"), panels, port=0, start=0.1)
+    client = Client(page).see()
     try:
-        assert page._timeline.scene.time == pytest.approx(0.1)
-        assert "incomplete: it was cut off after" in page.controls._status.note
+        assert client.find("timeline")["time"] == pytest.approx(0.1)
+        assert client.find("status")["text"] == "cycle 1, 0.10 s: paused"
+        assert "incomplete: it was cut off after" in client.find("status")["note"]
     finally:
+        client.close()
         page.close()
