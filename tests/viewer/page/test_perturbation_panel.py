@@ -10,23 +10,7 @@ from bt_manip.bt import Sequence, Sleep
 from bt_manip.runner import RunObserver
 from tests.viewer.page.conftest import wait_until
 
-<<<<<<< HEAD:tests/viewer/page/test_perturbation_panel.py
-
-@pytest.fixture
-def panel(page):
-    (panel,) = [panel for panel in page._panels if type(panel).__name__ == "PerturbationPanel"]
-    return panel
-
-
-def drag(panel, phase, position=(0.0, 0.0, 0.0)):
-    target = SimpleNamespace(position=np.array(position, dtype=float))
-    event = SimpleNamespace(phase=phase, client_id=1, target=target)
-    # As viser does, in another thread; this one may have the loop of a browser.
-    with ThreadPoolExecutor(1) as thread:
-        thread.submit(asyncio.run, panel._dragged(event)).result()
-=======
 HANDLE = "/handle"
->>>>>>> w-tests:tests/viewer/page/test_pull_panel.py
 
 
 class Hand(RunObserver):
