@@ -48,5 +48,6 @@ from .stopwatch import Stopwatch as Stopwatch
 from .tree_source import TreeSource as TreeSource
 from .tree_source import find_tree as find_tree
 from .variation import CHOSEN as CHOSEN
+from .variation import with_varied as with_varied
 from .xml_tree import known_behaviours as known_behaviours
 from .xml_tree import load_document as load_document

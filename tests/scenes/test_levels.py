@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from bt_manip import build_station
-from bt_manip.evaluation import varied
 from bt_manip.exceptions import BtManipError
-from bt_manip.runner import request_of
+from bt_manip.runner import request_of, with_varied
 from bt_manip.scenes import Level, levels_of, read_scene, table_and_basket, with_level
 
 SCENE = """
@@ -116,10 +115,11 @@ def test_levels_that_are_written_wrongly_are_refused_with_their_line(
 
 
 def test_a_level_is_a_parameter_and_given_settings_are_kept(parts):
-    request = request_of("pick_place", parts)
-    wide, _ = varied(request, parts, {"scene.pose": 2, "scene.size": 1})
+    varied = {"scene.pose": 2, "scene.size": 1}
+    wide, _ = with_varied(request_of("pick_place", parts, varied=varied), parts)
     assert wide.settings["region"] == "0.2;0.5;-0.4;0.4"
     assert quantities(wide.scene) == {("cube", "size")}
-    given = request_of("pick_place", parts, settings={"region": "0.3;0.3;0;0"})
-    assert varied(given, parts, {"scene.pose": 2})[0].settings["region"] == "0.3;0.3;0;0"
+    settings = {"region": "0.3;0.3;0;0"}
+    given = request_of("pick_place", parts, settings=settings, varied={"scene.pose": 2})
+    assert with_varied(given, parts)[0].settings == settings
     assert not table_and_basket().randomization and str(Level()) == "-"
