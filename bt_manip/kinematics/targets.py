@@ -110,8 +110,8 @@ class FreeAxisTarget(Target):
     Attributes:
         free_axis: Axis of the frame, `"x"`, `"y"`, `"z"` or a vector in the frame, about which the
             rotation is free; None fixes the rotation. It is stored as a unit vector.  # (3,)
-            cone: Half angle of the cone around the axis' direction within which the axis may tilt
-                [rad]; pi makes its direction free, too.
+        cone: Half angle of the cone around the axis' direction within which the axis may tilt
+            [rad]; pi makes its direction free, too.
     """
 
     free_axis: str | Sequence[float] | np.ndarray | None = field(default=None, kw_only=True)

@@ -204,7 +204,7 @@ def test_an_unknown_name_offers_the_nearest(cell):
 
 
 def test_an_entity_stands_in_one_place_only(cell):
-    with pytest.raises(CellError, match="already stands"):
+    with pytest.raises(CellError, match="already attached"):
         cell.add(cell.find("cube"))
 
 

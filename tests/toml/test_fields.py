@@ -150,7 +150,7 @@ def test_a_new_field_of_a_scene_is_one_line(tmp_path):
     whole = SceneFile(path, None).whole
     assert read_part(LoadedRobot, whole.table("robot")).payload == 2.0
     camera = read_part(TimedCamera, whole.table("camera"))
-    assert camera.fixture().parameters == {"exposure": 8}
+    assert camera.scene_object().parameters == {"exposure": 8}
     assert ("", "exposure", "whole number", "ms", "", "above 0", "Exposure") in rows(TimedCamera)
     read_part(TimedCamera, whole.table("wrong"))
     with pytest.raises(SceneError, match=":6: key 'wrong.exposure' is a positive number .ms., got"):

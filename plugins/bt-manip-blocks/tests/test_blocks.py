@@ -212,7 +212,7 @@ def test_slots_are_taken_one_after_another_until_the_row_is_full(station, trial)
 
 
 def test_what_is_no_block_and_what_is_no_tray_has_no_slot(trial):
-    assert trial(FindSlot(block="table", pose="{p}")).fails_with("no coloured block")
+    assert trial(FindSlot(block="table", pose="{p}")).fails_with("not a coloured block")
     assert trial(FindSlot(block="crane", pose="{p}")).fails_with("no 'crane'")
 
 

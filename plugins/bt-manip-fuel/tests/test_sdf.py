@@ -622,7 +622,7 @@ def test_what_is_wrong_is_one_error_with_its_line(tmp_path, inside, words):
         (link("a") + "\n" + link("b"), "no joint holds link 'b'"),
         (link("a") + link("b") + joint("j", "fixed", "a", "b") + "\n"
          + joint("k", "fixed", "b", "a"), "closes a loop"),
-        ("\n<pose>0 0 1 0 0 0</pose>" + link("a"), "the model's own pose is left out"),
+        ("\n<pose>0 0 1 0 0 0</pose>" + link("a"), "the model's own pose is ignored"),
         (link("a", "<visual name='v'><geometry>\n<heightmap/></geometry></visual>"),
          "the shape <heightmap> cannot be expressed"),
     ],
