@@ -23,7 +23,8 @@ STABLE = {
         "SetSpeed SwitchController WaitUntilAtRest WaitUntilUndisturbed ArmBehaviour "
         "RobotCondition ObjectCondition IsOn CellCondition"
     ),
-    "bt_manip.cell": "Cell",
+    "bt_manip.cell": "Cell ParametricEntity",
+    "bt_manip.parameters": "Parameter",
     "bt_manip.cell.objects": "Cube",
     "bt_manip.robots": (
         "Robot RobotDescription Gripper JointLimits panda read_description GraspCandidates Backend"
@@ -66,7 +67,7 @@ EXPERIMENTAL = {
     "bt_manip.cell": (
         "CellError OverlapError PhysicsDiverged Region Camera looking_at at_rest is_in is_on "
         "entity_of extent bottom_of why_not_on why_not_in as_object ContactEvent "
-        "ParametricEntity unique_name"
+        "unique_name"
     ),
     "bt_manip.cell.objects": (
         "Prop PrimitiveProp ModelObject DeclaredGrasp Box Cylinder Sphere Capsule ConvexMesh "
@@ -140,7 +141,6 @@ EXPERIMENTAL = {
         "GraspPlanner GripperClearance with_clearance SUFFICIENT_CLEARANCE holding_force"
     ),
     "bt_manip.robot_setup": "describe_robot try_robot why_not",
-    "bt_manip.parameters": "Parameter",
     "bt_manip.toml": "Key TomlTable documented read_part",
 }
 """Names that may still change in a minor version; the changelog says so."""
