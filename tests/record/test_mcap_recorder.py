@@ -8,6 +8,7 @@ import subprocess
 import sys
 import textwrap
 from datetime import datetime
+from io import BytesIO
 from pathlib import Path
 from time import sleep
 
@@ -21,13 +22,17 @@ from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from foxglove_schemas_protobuf.TriangleListPrimitive_pb2 import TriangleListPrimitive
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 from mcap.reader import make_reader
+from mcap.writer import CompressionType, Writer
 
+from bt_manip import build_station
 from bt_manip.behaviours import MoveToConfiguration, RemoveObject, SpawnObject
 from bt_manip.bt import AlwaysFailure, Fallback, Node, Script, Sequence, Sleep
 from bt_manip.exceptions import BtManipError
 from bt_manip.record import McapRecorder, Recorder, Recording, RecordingError
 from bt_manip.record.mcap import mcap_file, mcap_recorder
 from bt_manip.record.mcap.foxglove import SceneMessages, serialized_points
+from bt_manip.record.mcap.mcap_file import BlockWriter
+from bt_manip.record.mcap.mcap_recorder import tool_wrenches
 from bt_manip.runner import RunObserver
 from bt_manip.scenes import two_arms
 from tests.run_fixtures import Listener
@@ -165,6 +170,24 @@ def test_the_wrench_is_that_of_the_robot(recorded):
         assert len(state["grip_forces"]) == 2 and isinstance(state["held"], list)
 
 
+def test_wrenches_of_many_ticks_are_those_of_each_one(parts):
+    station = build_station(parts)
+    station.cell.step(30)
+    robot, data = station.robot, station.cell.data
+    wrench = robot.wrist_wrench()
+    body, site = robot.wrist_body_id, robot.tool_site_id
+    root = station.cell.model.body_rootid[body]
+    parts_ = (
+        data.cfrc_int[body],
+        data.subtree_com[root],
+        data.site_xpos[site],
+        data.site_xmat[site],
+    )
+    twice = np.tile(np.concatenate(parts_), 2)
+    expected = np.concatenate([wrench.force, wrench.torque])
+    np.testing.assert_allclose(tool_wrenches(twice), [expected, expected], rtol=1e-12, atol=1e-12)
+
+
 def test_the_events_of_the_run_are_recorded(recorded):
     path, _, events = recorded
     expected = [event for event in events if event.kind != "tick"]
@@ -293,6 +316,31 @@ def test_a_layout_that_cannot_be_written_does_not_end_the_run(make_run, tmp_path
     (tmp_path / "run.layout.json").mkdir()
     make_run(Sleep(msec=20)).execute([McapRecorder(tmp_path / "run.mcap")])
     assert Recording(tmp_path / "run.mcap").complete
+
+
+def test_blocks_of_messages_are_written_as_the_librarys_writer_writes_them_one_by_one():
+    times = [5, 3, 9, 9, 12, 1]
+    data = [bytes([t]) * 40 for t in times]
+    expected, found = BytesIO(), BytesIO()
+    library, ours = (
+        Writer(expected, 1 << 30, CompressionType.LZ4),
+        BlockWriter(found, 1 << 30, CompressionType.LZ4),
+    )
+    for writer in (library, ours):
+        writer.start("", "bt-manip")
+        writer.add_metadata("run", {"seed": "7"})
+        schema = writer.register_schema("s", "jsonschema", b"{}")
+        for topic in ("a", "b"):
+            channel = writer.register_channel(topic, "json", schema, {"joints": "[]"})
+            if writer is ours:
+                ours.add_messages(channel, times[:1], data[:1], [0])
+                ours.add_messages(channel, times[1:], data[1:], [7, 8, 9, 9, 9])
+            else:
+                for time, content, number in zip(times, data, [0, 7, 8, 9, 9, 9], strict=True):
+                    library.add_message(channel, time, content, time, number)
+            writer.flush()
+        writer.finish()
+    assert found.getvalue() == expected.getvalue()
 
 
 def test_a_full_disk_is_an_error_at_the_end_of_the_run(make_run):

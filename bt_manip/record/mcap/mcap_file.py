@@ -2,6 +2,7 @@
 
 import io
 import json
+import struct
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -10,6 +11,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from mcap.opcode import Opcode
+from mcap.records import MessageIndex
 from mcap.writer import CompressionType, Writer
 
 from bt_manip.record.files import check_exists, open_output, writing
@@ -40,6 +43,52 @@ class CountingWriter(io.BufferedWriter):
         return self._size
 
 
+PACK_HEAD = struct.Struct("<BQHIQQ").pack
+"""Serializes what a message has before its data: opcode, length, channel, sequence, two times."""
+
+HEAD_LENGTH = 31
+"""Length of the result of `PACK_HEAD` [bytes]; the length of a record leaves out the first 9."""
+
+
+class BlockWriter(Writer):
+    """The library's writer, which adds many messages at once to its chunk.
+
+    Its own `add_message` takes 5 us, which at 1 kHz is 5 % of a recorded run. The chunk
+    is private to the library: a test compares the files of both.
+    """
+
+    def add_messages(
+        self, channel: int, times: Sequence[int], data: Sequence[bytes], sequences: Sequence[int]
+    ) -> None:
+        """Add messages of a channel.
+
+        Args:
+            channel: The number of the channel.
+            times: Times of the messages [ns].
+            data: Their contents.
+            sequences: Their sequence numbers.
+        """
+        chunk: Any = getattr(self, "_Writer__chunk_builder")  # noqa: B009
+        total: Any = getattr(self, "_Writer__statistics")  # noqa: B009
+        entries = chunk.message_indices.setdefault(channel, MessageIndex(channel, [])).records
+        offset: int = chunk.count
+        records: list[bytes] = []
+        for time_ns, content, sequence in zip(times, data, sequences, strict=True):
+            length = HEAD_LENGTH + len(content)
+            head = PACK_HEAD(Opcode.MESSAGE, length - 9, channel, sequence, time_ns, time_ns)
+            records += head, content
+            entries.append((time_ns, offset))
+            offset += length
+        chunk.record_writer.write(b"".join(records))
+        first, last = min(times), max(times)
+        for count, known in ((chunk.num_messages, chunk), (total.message_count, total)):
+            known.message_start_time = min(first, known.message_start_time) if count else first
+            known.message_end_time = max(last, known.message_end_time)
+        chunk.num_messages += len(times)
+        total.message_count += len(times)
+        total.channel_message_counts[channel] += len(times)
+
+
 class McapFile:
     """Writes messages in chunks of equal simulated time, with an index at the end.
 
@@ -64,7 +113,7 @@ class McapFile:
         with writing(path, "recording"):
             self._file = CountingWriter(open_output(path))
         # Chunks end by time; joints compress hardly better with zstd, and much slower.
-        self._writer = Writer(self._file, 1 << 62, CompressionType.LZ4)
+        self._writer = BlockWriter(self._file, 1 << 62, CompressionType.LZ4)
         self._writer.start("", "bt-manip")
         self._to_json = json.JSONEncoder(separators=(",", ":"), allow_nan=False).encode
         self._schemas: dict[str, int] = {}
@@ -147,11 +196,9 @@ class McapFile:
     def _add(
         self, topic: str, times: Sequence[int], data: Sequence[bytes], sequences: Sequence[int]
     ) -> None:
-        if self._error is None:
+        if times and self._error is None:
             with self.lock:
-                channel, add = self._channels[topic], self._writer.add_message
-                for time_ns, content, sequence in zip(times, data, sequences, strict=True):
-                    add(channel, time_ns, content, time_ns, sequence)
+                self._writer.add_messages(self._channels[topic], times, data, sequences)
 
     def end_tick(self, nanoseconds: int) -> None:
         """Write the chunk if it is full at a simulated time [ns]."""

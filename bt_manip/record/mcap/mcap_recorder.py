@@ -6,6 +6,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
+import mujoco
 import numpy as np
 
 from bt_manip.arm import tool_path
@@ -155,6 +156,8 @@ class McapRecorder(RunObserver):
                 self._images.bind(self._cell)
             cell = self._cell
             self._scene = SceneMessages(cell.model, cell.data, cell.entities)
+            for robot in self._robots:
+                robot.bind()
         self._write_scene()
         self._add("/tf_static", self._scene.fixed_frames(self._now))
         self._file.add_json(CAMERAS, self._now, self._scene.cameras())
@@ -324,18 +327,28 @@ class RobotChannel:
         self._template, self._free = control_step_template(len(joints)), FREE
         self._copied: tuple[PendingSteps, int] = log.pending, 0  # how many of which
         self._steps = PendingSteps([], [], [])
-        self._ticks: list[tuple[float, bytes]] = []  # states after ticks
+        self._ticks: list[tuple[float, bytes, tuple[Any, ...]]] = []
+
+    def bind(self) -> None:
+        """Bind to the current model of the cell."""
+        robot, data = self._commanded.robot, self._cell.data
+        self._data = data
+        body, site = robot.wrist_body_id, robot.tool_site_id
+        root = self._cell.model.body_rootid[body]
+        self._wrist: Any = (
+            data.cfrc_int[body], data.subtree_com[root], data.site_xpos[site], data.site_xmat[site]
+        )  # fmt: skip
 
     def end_tick(self, time: float) -> None:
-        """Keep the state of wrist and gripper at a simulated time [s]."""
+        """Copy the state of wrist and gripper at a simulated time [s]."""
         commanded, gripper = self._commanded, self._commanded.gripper
-        wrench = commanded.robot.wrist_wrench()
+        # A step leaves out cfrc_int where the model has no force sensor.
+        mujoco.mj_rnePostConstraint(self._cell.model, self._data)
+        held = () if gripper is None else gripper.held
         forces, gripped, saturated = live_state(self._cell, commanded)
-        grip = ",".join(["%.17g"] * len(forces)) % tuple(forces)
-        names = json.dumps(() if gripper is None else gripper.held), json.dumps(gripped)
-        rest = saturated - self._saturated_before, commanded.arm.speed_scale
-        state = STATE % (*wrench.force, *wrench.torque, grip, *names, *rest)
-        self._ticks.append((time, state.encode()))
+        saturated -= self._saturated_before
+        state = forces, held, gripped, saturated, commanded.arm.speed_scale
+        self._ticks.append((time, b"".join(self._wrist), state))
 
     def _copy_steps(self, pending: PendingSteps) -> None:
         """Copy new pending steps of the log."""
@@ -359,9 +372,33 @@ class RobotChannel:
             self._steps = PendingSteps([], [], [])
         ticks = self._ticks[:]
         del self._ticks[: len(ticks)]
-        if ticks:
-            end_times, states = zip(*ticks, strict=True)
-            self._file.add_all(self._state, np.array(end_times), states)
+        if not ticks:
+            return
+        wrenches = tool_wrenches(np.frombuffer(b"".join(wrist for _, wrist, _ in ticks)))
+        texts = []
+        for (_, _, (forces, held, gripped, *rest)), wrench in zip(ticks, wrenches, strict=True):
+            grip = ",".join(["%.17g"] * len(forces)) % forces
+            names = json.dumps(held), json.dumps(gripped)
+            texts.append((STATE % (*wrench, grip, *names, *rest)).encode())
+        self._file.add_all(self._state, np.array([time for time, _, _ in ticks]), texts)
+
+
+def tool_wrenches(wrists: np.ndarray) -> list[list[float]]:
+    """Return the wrench of the last link on the gripper at each tick, as `Robot.wrist_wrench`.
+
+    Args:
+        wrists: MuJoCo's ``cfrc_int``, ``subtree_com``, ``site_xpos`` and ``site_xmat``, flat.
+
+    Returns:
+        Force and torque in the tool frame of each tick [N, N m].
+    """
+    torque, force, com, tool, rotation = np.split(wrists.reshape(-1, 21), (3, 6, 9, 12), axis=1)
+    x, y, z = (com - tool).T[:, :, None]
+    i, j, k = force.T[:, :, None]
+    torque = torque + np.hstack((y * k - z * j, z * i - x * k, x * j - y * i))  # lever x force
+    R_wt = rotation.reshape(-1, 3, 3)
+    in_tool = [np.einsum("nji,nj->ni", R_wt, vectors) for vectors in (force, torque)]
+    return np.concatenate(in_tool, axis=1).tolist()
 
 
 def nanoseconds(time: float) -> int:
