@@ -21,6 +21,9 @@ class FreeSpace:
     The arm keeps a clearance, except from bodies that are nearer at the start or at the end: there
     it keeps the distance of these configurations. From bodies that it touches at the start it may
     escape: penetration must not increase, and has to end within `ESCAPE_RANGE`.
+
+    Attributes:
+        clearance: Required distance of each pair of geoms [m].  # (ngeom, ngeom)
     """
 
     def __init__(
