@@ -30,6 +30,9 @@ class FreeSpace:
 
     Raises:
         MotionError: If the clearance is larger than `PADDING`.
+
+    Attributes:
+        clearance: Required distance of each pair of geoms [m].  # (ngeom, ngeom)
     """
 
     def __init__(

@@ -17,18 +17,31 @@ OTHERS = ("/WorldAxes", "/world", "/table", "/jog", "/planned path")
 """Starts of the names of nodes that need not be seen."""
 
 
+NAMES = """
+    () => Object.entries(__viserMutable.nodeRefFromName).filter(([, node]) => node).map(([n]) => n)
+"""
+"""Gives the names of the nodes that are there: the names of removed ones are kept."""
+
+
 def check_framing(window: Window, tree: str) -> None:
     """Check the picture of a running tree at each size of the window, and pause it."""
     names: list[str] = []
 
     def there() -> bool:
-        found = window.evaluate("() => Object.keys(__viserMutable.nodeRefFromName)")
+        found = window.evaluate(NAMES)
         names[:] = [name for name in found if name.count("/") == 1]
         names[:] = [name for name in names if not name.startswith(OTHERS)]
         return all(any(name.startswith(one) for name in names) for one in SHOWN[tree])
 
-    wait_until(there, lambda: f"{names}")
-    window.press("Pause")
+    def paused() -> bool:
+        wait_until(there, lambda: f"{names}")
+        window.press("Pause")
+        window.wait_for_text("s: paused")
+        if not there():  # an object has gone meanwhile
+            window.press("Continue")
+        return window.button("Continue").count() > 0 and there()
+
+    wait_until(paused)
     seen: list[float] = []
 
     def inside() -> bool:
