@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bt_manip.exceptions import MotionError
-from bt_manip.robots import POSITION_ROUNDING, RobotModel
+from bt_manip.robots import RobotModel
 from bt_manip.trajectories import (
     CONTROL_STEP,
     Samples,
@@ -15,7 +15,6 @@ from bt_manip.trajectories import (
     change_speed_scale,
     plan_stop,
     sample_times,
-    sampled_limit_use,
     time_scaling_state,
     trajectory_from_state,
 )
@@ -321,13 +320,10 @@ class TrajectoryFollower:
                 present one is.
         """
         rows = trajectory.sample(sample_times(trajectory.duration, CONTROL_STEP))
-        use, limits = sampled_limit_use(rows, model.limits), model.limits
-        beyond = np.maximum(limits.lower - rows[0], rows[0] - limits.upper).max()
-        here = np.maximum(limits.lower - self.q, self.q - limits.upper).max()
-        allowed = max(here, 0.0) + POSITION_ROUNDING
-        if not use._replace(position=0.0).inside or beyond > allowed:
+        use = model.limits.use(*rows)
+        if not use._replace(position=0.0).inside:
             raise MotionError(f"the planned motion exceeds a limit: {use}", reason="limits")
-        if problem := model.box_problem(rows[0]):
+        if problem := model.limits.leaving(rows[0]):
             raise MotionError(f"the planned motion leaves its bounds: {problem}", reason="limits")
         return rows
 

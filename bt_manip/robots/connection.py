@@ -18,9 +18,8 @@ import numpy as np
 
 from .connection_worker import ArmReading, Field, SharedReadings
 from .device import DeviceError, GripperState
-from .joint_limits import JointLimits
+from .motion_limits import MotionLimits
 from .payload import Payload
-from .robot_model import RobotModel
 
 START_TIME = 60.0
 """Longest wall time in which a process starts [s]."""
@@ -122,13 +121,13 @@ class ArmConnection(_Link):
         properties: What the device says about itself and its host.
     """
 
-    def __init__(self, factory: str, address: str, limits: JointLimits) -> None:
+    def __init__(self, factory: str, address: str, limits: MotionLimits) -> None:
         """Connect.
 
         Args:
             factory: ``"module:name"`` of a function that makes the `ArmDevice`.
             address: Its argument.
-            limits: Limits that every row is checked against.
+            limits: Limits that every setpoint is checked against until `set_limits`.
 
         Raises:
             DeviceError: If the arm cannot be reached.
@@ -248,9 +247,9 @@ class ArmConnection(_Link):
         arguments = payload.mass, np.array(payload.com), np.array(payload.inertia)
         self.pipe.send(("set_payload", *arguments))
 
-    def set_box(self, model: RobotModel) -> None:
-        """Set the bounds of the tool that every row is checked against, before the first motion."""
-        self.pipe.send(("set_box", model))
+    def set_limits(self, limits: MotionLimits) -> None:
+        """Set the limits that every setpoint is checked against, before the first motion."""
+        self.pipe.send(("set_limits", limits))
 
 
 class GripperConnection(_Link):

@@ -17,11 +17,7 @@ import numpy as np
 from bt_manip.exceptions import BtManipError, one_line
 
 from .device import ArmDevice, DeviceError, DeviceState, GripperDevice
-from .joint_limits import JointLimits
-from .robot_model import RobotModel
-
-ROW = 1e-3
-"""Time between two rows of references [s], the control step."""
+from .motion_limits import CONTROL_STEP, MotionLimits
 
 KEPT_ROWS = 8192
 """Rows whose readings the shared memory keeps."""
@@ -34,12 +30,6 @@ REST_TIME = 0.1
 
 MOVED = 0.02
 """Distance of a joint from the first reference from which it was moved by someone else [rad]."""
-
-LIMIT_TOLERANCE = 5e-3
-"""Part of the limits of acceleration and jerk by which differences of rows may exceed them."""
-
-BOX_TOLERANCE = 1e-3
-"""Distance outside its bounds at which the tool is accepted: the planner checks other rows [m]."""
 
 IDLE_PERIOD = 0.05
 """Time between two readings of a gripper [s]."""
@@ -115,16 +105,15 @@ class SharedReadings:
 class ArmWorker:
     """Streams references to an arm from a table that the parent sends ahead."""
 
-    def __init__(self, device: ArmDevice, pipe: Connection, limits: JointLimits) -> None:
+    def __init__(self, device: ArmDevice, pipe: Connection, limits: MotionLimits) -> None:
         """Keep the connected device."""
         self._device, self._pipe, self._limits = device, pipe, limits
-        self._rows_per_cycle = max(1, round(device.period / ROW))
+        self._rows_per_cycle = max(1, round(device.period / CONTROL_STEP))
         self._table = np.empty((0, len(limits.lower)))
         self._first = self._row = self._rested = 0
         self._time = 0.0  # [s] of the robot, of the last reading
         self._streaming = self._orphaned = False
         self._waiting: list[tuple[Any, ...]] = []  # commands for an arm at rest
-        self._model: RobotModel | None = None  # whose tool has bounds
         self._refused = ""  # a command that the device has refused
 
     def run(self, shared: SharedReadings) -> None:
@@ -189,8 +178,8 @@ class ArmWorker:
                     answer = self._splice(state, *arguments)
                     self._header[Field.STREAMING] = self._streaming
                     self._pipe.send(answer)
-                elif kind == "set_box":
-                    (self._model,) = arguments
+                elif kind == "set_limits":
+                    (self._limits,) = arguments
                 else:
                     self._waiting.append((kind, *arguments))
         except (EOFError, OSError):
@@ -229,11 +218,7 @@ class ArmWorker:
             if off[joint] > MOVED:
                 return "moved", f"joint {joint + 1} by {off[joint]:.3f} rad"
             before = np.repeat(rows[:1], 3, axis=0)
-        problem = rows_problem(before, rows, self._limits)
-        if not problem and self._model is not None:
-            whole = np.concatenate([before[-1:], rows])
-            problem = self._model.box_problem(whole, BOX_TOLERANCE)
-        if problem:
+        if problem := self._limits.setpoints_problem(before, rows):
             return "limits", problem
         if self._streaming:
             oldest = max(self._row - 3, self._first)  # for the differences of the next rows
@@ -250,37 +235,6 @@ class ArmWorker:
             return "problem", str(error)
         self._table, self._first, self._streaming, self._rested = rows, first, True, 0
         return "", ""
-
-
-def rows_problem(before: np.ndarray, rows: np.ndarray, limits: JointLimits) -> str:
-    """Return which limit rows exceed; empty if none.
-
-    Args:
-        before: The rows before them [rad].  # (3, nq)
-        rows: Positions `ROW` apart, at rest at the end [rad].  # (n, nq)
-        limits: The limits.
-    """
-    if rows.ndim != 2 or rows.shape[1] != len(limits.lower) or not len(rows):
-        return f"rows of shape {rows.shape}"
-    if not np.isfinite(rows).all():
-        return "a row is not finite"
-    q = np.concatenate([before, rows, rows[-1:], rows[-1:], rows[-1:]])
-    room = np.maximum(np.maximum(limits.lower - q[0], q[0] - limits.upper), 0.0) + 1e-6
-    v = np.diff(q, axis=0) / ROW
-    a, j = np.diff(v, axis=0) / ROW, np.diff(v, n=2, axis=0) / ROW**2
-    most = 1.0 + LIMIT_TOLERANCE
-    checks = (
-        ("position", np.maximum(limits.lower - room - q, q - limits.upper - room) > 0.0),
-        ("velocity", np.abs(v) > limits.velocity_at(q[:-1], v) * (1.0 + 1e-4) + 1e-6),
-        ("acceleration", np.abs(a) > limits.acceleration * most + 1e-4),
-        ("jerk", np.abs(j) > limits.jerk * most + 0.1),
-    )
-    for name, exceeded in checks:
-        if exceeded.any():
-            row, joint = (int(i) for i in np.argwhere(exceeded)[0])
-            where = "where it joins the present one" if row < 3 else f"in row {row - 3}"
-            return f"{name} of joint {joint + 1} {where}"
-    return ""
 
 
 def _made(factory: str, address: str) -> Any:
@@ -301,7 +255,7 @@ def _made(factory: str, address: str) -> Any:
 
 
 def serve_arm(
-    pipe: Connection, memory: Any, factory: str, address: str, limits: JointLimits
+    pipe: Connection, memory: Any, factory: str, address: str, limits: MotionLimits
 ) -> None:
     """Connect an arm and stream references to it until the parent ends."""
     try:

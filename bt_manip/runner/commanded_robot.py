@@ -190,8 +190,8 @@ class RobotEntities:
         """Connect the arm to the controllers; the cell must be compiled."""
         robot = self._robot
         model = robot.make_model()
-        if self.link is not None and model.bounds.box is not None:
-            self.link.set_box(model)
+        if self.link is not None:
+            self.link.set_limits(model.limits)
         world = CollisionWorld(robot, model)
         check_home(world)
         arm = Arm(

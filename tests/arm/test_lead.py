@@ -5,7 +5,6 @@ import pytest
 
 from bt_manip.exceptions import MotionError
 from bt_manip.robots import LateError
-from bt_manip.robots.connection_worker import rows_problem
 
 
 class Table:
@@ -25,7 +24,7 @@ class Table:
             raise LateError
         first = self.row + lead + 3
         self.extend(first)
-        problem = rows_problem(self.rows[first - 3 : first], rows, self.arm.model.limits)
+        problem = self.arm.model.limits.setpoints_problem(self.rows[first - 3 : first], rows)
         assert problem == ""
         self.rows = np.concatenate([self.rows[:first], rows])
         self.sent += 1

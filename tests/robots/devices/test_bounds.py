@@ -1,6 +1,7 @@
 """Bounds of joints and tool, in planning and in the process that speaks to the arm."""
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -80,9 +81,10 @@ def test_the_link_takes_no_motion_beyond_the_bounds(station, joint, by, named):
 
 def test_a_motion_that_goes_on_beyond_the_bounds_ends_in_the_planned_stop(station):
     arm = station.arm
-    arm.model.bounds = ArmBounds()  # planned as if there were none
+    limits = arm.model.limits
+    arm.model.limits = replace(limits, box=None)  # planned as if there were none
     arm.move_linear(lowered(arm, 0.2), speed=0.1)
-    arm.model.bounds = station.robot.bounds
+    arm.model.limits = limits
     lowest = rest(station)
     assert "z of the tool is 0.4" in arm.fault
     assert Z - SLACK < lowest < Z + 0.05

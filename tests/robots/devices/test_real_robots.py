@@ -18,7 +18,7 @@ from bt_manip.bt import NodeStatus, Tree
 from bt_manip.exceptions import BtManipError, MotionError
 from bt_manip.plugins import PluginSelection
 from bt_manip.robots import DeviceError
-from bt_manip.robots.connection_worker import rows_problem, serve_arm
+from bt_manip.robots.connection_worker import serve_arm
 from bt_manip.runner import RunLoop
 from bt_manip.testing import DEVICE_CONTRACT, recovers_from_a_problem
 
@@ -252,7 +252,7 @@ def test_pick_place_runs_whole_on_the_fake_arm(run, tmp_path):
 def moving_rows(rows, limits):
     """Return the written references from where the arm sets off; check their limits."""
     before = np.repeat(rows[:1], 3, axis=0)
-    assert rows_problem(before, rows, limits) == ""
+    assert limits.setpoints_problem(before, rows) == ""
     return np.abs(np.diff(rows, axis=0)).max(axis=1) / 1e-3
 
 
