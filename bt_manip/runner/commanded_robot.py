@@ -140,7 +140,7 @@ def make_robot(chosen: SceneRobot, parts: Parts, backend: BackendChoice | None =
         make_gripper = parts.grippers.maker(name, "close", "held_root")
         if backend is not None:
             kind: Any = parts.grippers.get(name)
-            make_gripper = kind.on_device(backend.link_gripper())
+            make_gripper = kind.on_device(backend.connect_gripper())
     return Robot(description, gripper=make_gripper, bounds=chosen.bounds)
 
 
@@ -168,10 +168,10 @@ class RobotEntities:
             backend.check_controller(chosen.controller)
         self._robot = make_robot(chosen, parts, backend)
         controllers = parts.controllers
-        self.link: ArmConnection | None = None
+        self.connection: ArmConnection | None = None
         if backend is not None:
-            self.link = backend.link_arm(self._robot.limits)
-            make: Any = partial(MeasuredArm, link=self.link)
+            self.connection = backend.connect_arm(self._robot.limits)
+            make: Any = partial(MeasuredArm, connection=self.connection)
             factories = dict.fromkeys(backend.backend.controllers, make)
         else:
             controllers.get(chosen.controller)  # raises if there is none
@@ -190,8 +190,8 @@ class RobotEntities:
         """Connect the arm to the controllers; the cell must be compiled."""
         robot = self._robot
         model = robot.make_model()
-        if self.link is not None:
-            self.link.set_limits(model.limits)
+        if self.connection is not None:
+            self.connection.set_limits(model.limits)
         world = CollisionWorld(robot, model)
         check_home(world)
         arm = Arm(

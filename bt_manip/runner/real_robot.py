@@ -16,8 +16,8 @@ from bt_manip.robots import (
     DeviceError,
     Gripper,
     GripperConnection,
-    JointLimits,
     LateError,
+    MotionLimits,
 )
 from bt_manip.scenes import Scene
 from bt_manip.trajectories import CONTROL_STEP
@@ -25,7 +25,7 @@ from bt_manip.trajectories import CONTROL_STEP
 REFRESH = 100
 """Control steps between two messages with the next part of a motion."""
 
-LEAD = 25
+LATENCY = 25
 """Control steps from such a message until it takes effect."""
 
 LATE = 5
@@ -69,7 +69,7 @@ class BackendChoice:
                 f"backend '{self.name}' has no controller '{name}'{did_you_mean(name, known)}"
             )
 
-    def link_arm(self, limits: JointLimits) -> ArmConnection:
+    def connect_arm(self, limits: MotionLimits) -> ArmConnection:
         """Connect the arm.
 
         Raises:
@@ -77,7 +77,7 @@ class BackendChoice:
         """
         return ArmConnection(self.backend.arm, self.address, limits)
 
-    def link_gripper(self) -> GripperConnection:
+    def connect_gripper(self) -> GripperConnection:
         """Connect and home the gripper.
 
         Raises:
@@ -125,25 +125,25 @@ class RealRobot:
     """
 
     def __init__(
-        self, choice: BackendChoice, link: ArmConnection, arm: Arm, gripper: Gripper | None
+        self, choice: BackendChoice, connection: ArmConnection, arm: Arm, gripper: Gripper | None
     ) -> None:
         """Put the simulated arm where the real one is.
 
         Args:
             choice: The backend.
-            link: The link to the arm.
+            connection: The connection to the arm.
             arm: The arm of the simulated cell.
             gripper: Its gripper.
         """
-        self.choice, self._link, self._arm, self._gripper = choice, link, arm, gripper
+        self.choice, self._connection, self._arm, self._gripper = choice, connection, arm, gripper
         self.late_ticks = self._sent_at = self._known_until = 0
         self._moved = False  # whether it was to move in the present tick
         self._more = False  # whether the motion goes on beyond what was sent
-        link.rows += link.behind
-        arm.robot.set_configuration(link.latest.q)
-        arm.link = link
+        connection.setpoint += connection.lag
+        arm.robot.set_configuration(connection.latest.q)
+        arm.connection = connection
         arm.follower.send = self._send
-        arm.reset(link.latest.q_ref)
+        arm.reset(connection.latest.q_ref)
 
     def wait(self, steps: int) -> int:
         """Wait for the end of a tick; return the control steps that have passed.
@@ -154,11 +154,11 @@ class RealRobot:
         Raises:
             DeviceError: If the robot does not go on.
         """
-        passed = self._link.wait(steps)
+        passed = self._connection.wait(steps)
         self._moved = self._arm.moving
         self.late_ticks += passed > steps + LATE
         for _ in range(passed - MOST):  # to catch up
-            self._link.rows += 1
+            self._connection.setpoint += 1
             self._arm.advance(CONTROL_STEP)
             self._arm.robot.mj_data.time += CONTROL_STEP
         return min(passed, MOST)
@@ -169,24 +169,24 @@ class RealRobot:
         Raises:
             DeviceError: If the gripper does not answer.
         """
-        arm, link = self._arm, self._link
+        arm, connection = self._arm, self._connection
         if self._gripper is not None:
             self._gripper.update()
-        astray = bool(np.abs(link.last.q_ref - arm.q).max() > ASTRAY)
-        if self._moved and link.problem:
-            arm.give_up(f"the arm has stopped: {link.problem}")
+        astray = bool(np.abs(connection.last.q_ref - arm.q).max() > ASTRAY)
+        if self._moved and connection.problem:
+            arm.give_up(f"the arm has stopped: {connection.problem}")
         elif self._moved and astray:
             arm.give_up(SILENT)
         elif arm.moving:
             self._send_on()
-        if not arm.moving and not link.streaming:
-            self._rest(link.latest.q_ref)
+        if not arm.moving and not connection.streaming:
+            self._rest(connection.latest.q_ref)
 
     def close(self) -> None:
         """End the connection, once the arm is at rest."""
-        self._link.close()
+        self._connection.close()
         if self._gripper is not None:
-            self._gripper.close_link()
+            self._gripper.close_connection()
 
     @property
     def report(self) -> dict[str, Any]:
@@ -195,29 +195,29 @@ class RealRobot:
         return {
             "backend": self.choice.name,
             "late_ticks": self.late_ticks,
-            "lost_cycles": self._link.lost_cycles,
-            "longest_gap_s": self._link.longest_gap,
+            "lost_cycles": self._connection.lost_cycles,
+            "longest_gap_s": self._connection.longest_gap,
             "assumed": sorted(gripper),
-            **self._link.properties,
+            **self._connection.properties,
         }
 
-    def _send(self, lead: int, rows: np.ndarray) -> None:
-        self._link.send(lead, rows)
-        self._more, self._sent_at = True, self._link.rows
-        self._known_until = self._link.rows + lead + SENT_AHEAD
+    def _send(self, latency: int, setpoints: np.ndarray) -> None:
+        self._connection.send(latency, setpoints)
+        self._more, self._sent_at = True, self._connection.setpoint
+        self._known_until = self._connection.setpoint + latency + SENT_AHEAD
 
     def _send_on(self) -> None:
         """Send the next part of the motion; without it the arm stops on its path."""
-        arm, link = self._arm, self._link
-        if not self._more or link.rows - self._sent_at < REFRESH:
+        arm, connection = self._arm, self._connection
+        if not self._more or connection.setpoint - self._sent_at < REFRESH:
             return
-        lead = link.behind + LEAD
-        if link.rows + lead > self._known_until:  # the arm stops by then
+        latency = connection.lag + LATENCY
+        if connection.setpoint + latency > self._known_until:  # the arm stops by then
             arm.give_up(SILENT)
             return
         with suppress(LateError):
             try:
-                self._more = arm.follower.send_on(lead, arm.model)
+                self._more = arm.follower.send_on(latency, arm.model)
             except DeviceError as error:
                 arm.give_up(str(error))
 

@@ -385,9 +385,9 @@ def make_station(request: RunRequest, parts: Parts, catalogue: Catalogue | None 
         )  # fmt: skip
     poses = None if source is None else ExpectedObjects(source, cell, catalogue)
     real = None
-    if backend is not None and (link := entities[0].link) is not None:
+    if backend is not None and (connection := entities[0].connection) is not None:
         only = next(iter(robots.values()))
-        real = RealRobot(backend, link, only.arm, only.gripper)
+        real = RealRobot(backend, connection, only.arm, only.gripper)
     for one in robots.values():
         one.arm.speed_factor = request.speed
         one.arm.follower.speed_scale *= request.speed

@@ -63,7 +63,7 @@ def stops_by_itself_when_nothing_more_arrives(station: Station) -> None:
 
 
 def refuses_a_change_that_comes_too_late(station: Station) -> None:
-    """Check that the motion goes on when a change of it arrives after its row."""
+    """Check that the motion goes on when a change of it arrives after its setpoint."""
     arm = station.arm
     goal = _set_off(station)
     _begun(station)
@@ -82,11 +82,11 @@ def refuses_what_exceeds_a_limit(station: Station) -> None:
     """Check that a jump is refused with its reason, and nothing moves."""
     arm = station.arm
     before = arm.q_ref
-    rows = np.concatenate([np.tile(before, (5, 1)), np.tile(before + 0.05, (5, 1))])
+    setpoints = np.concatenate([np.tile(before, (5, 1)), np.tile(before + 0.05, (5, 1))])
     send = arm.follower.send
     assert send is not None
     try:
-        send(50, rows)
+        send(50, setpoints)
     except DeviceError as error:
         assert "limit" in str(error), f"it says '{error}'"
         _assert_at(station, before)
@@ -147,7 +147,7 @@ def _begun(station: Station) -> RunLoop:
 def _ticks(station: Station) -> Iterator[None]:
     """Advance tick by tick until the arm is at rest."""
     loop, arm, end = RunLoop(station.resting()), station.arm, station.cell.time + LONGEST
-    while arm.busy or not arm.at_rest or (arm.link is not None and arm.link.streaming):
+    while arm.busy or not arm.at_rest or (arm.connection is not None and arm.connection.streaming):
         assert station.cell.time < end, f"the arm moves for more than {LONGEST:g} s"
         loop.step()
         yield

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bt_manip.record.report.run_report import CycleLimitUse, RobotCycle, TrackingPeak
-from bt_manip.robots import JointLimits
+from bt_manip.robots import MotionLimits
 from bt_manip.runner import StepBlock
 
 BEFORE_PEAK = 0.1
@@ -16,7 +16,7 @@ computed torque controller's default poles [s]."""
 
 
 def limit_use(
-    limits: JointLimits,
+    limits: MotionLimits,
     q_ref: np.ndarray,
     v_ref: np.ndarray,
     a_ref: np.ndarray,
@@ -67,7 +67,7 @@ class MotionStatistics:
     between cycles.
     """
 
-    def __init__(self, limits: JointLimits, dt: float) -> None:
+    def __init__(self, limits: MotionLimits, dt: float) -> None:
         """Initialise without steps.
 
         Args:

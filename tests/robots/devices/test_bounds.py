@@ -17,7 +17,7 @@ from bt_manip.scenes import Scene, SceneRobot, read_scene
 
 HERE = Path(__file__).parent
 Z = 0.45  # [m]; at home the tool is at 0.487
-SLACK = 1e-3  # [m] that the link accepts
+SLACK = 1e-3  # [m] that the connection accepts
 SCENE = Scene(
     (SceneRobot(pin.SE3.Identity(), bounds=ArmBounds(z=(Z, 2.0), joints={"joint1": (-0.5, 1.0)})),)
 )
@@ -40,7 +40,7 @@ def rest(station):
     for _ in range(1000):
         loop.step()
         lowest = min(lowest, arm.model.pose(station.robot.q).translation[2])
-        if not arm.busy and arm.at_rest and not arm.link.streaming:
+        if not arm.busy and arm.at_rest and not arm.connection.streaming:
             return lowest
     raise TimeoutError
 
@@ -70,13 +70,13 @@ def test_a_motion_whose_tool_leaves_its_bounds_is_refused_and_names_the_axis(sta
 @pytest.mark.parametrize(
     ("joint", "by", "named"), [(0, -0.6, "joint 1"), (1, 0.2, "z of the tool")]
 )
-def test_the_link_takes_no_motion_beyond_the_bounds(station, joint, by, named):
+def test_the_connection_takes_no_motion_beyond_the_bounds(station, joint, by, named):
     arm, s = station.arm, np.linspace(0.0, 1.0, 2000)[:, np.newaxis]
-    rows = np.tile(arm.q_ref, (len(s), 1))
-    rows[:, [joint]] += by * s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
+    setpoints = np.tile(arm.q_ref, (len(s), 1))
+    setpoints[:, [joint]] += by * s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
     with pytest.raises(DeviceError, match=f"exceeds a limit: .*{named}"):
-        arm.follower.send(50, rows)
-    assert not arm.link.streaming
+        arm.follower.send(50, setpoints)
+    assert not arm.connection.streaming
 
 
 def test_a_motion_that_goes_on_beyond_the_bounds_ends_in_the_planned_stop(station):
