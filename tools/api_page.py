@@ -26,7 +26,8 @@ STABLE = {
     "bt_manip.cell": "Cell",
     "bt_manip.cell.objects": "Cube",
     "bt_manip.robots": (
-        "Robot RobotDescription Gripper JointLimits panda read_description GraspCandidates Backend"
+        "Robot RobotDescription Gripper MotionLimits JointLimits panda read_description "
+        "GraspCandidates Backend"
     ),
     "bt_manip.planning": "PlanningProblem PlanningResult RRTConnect",
     "bt_manip.agents": "ActionKind ActionSpace",

@@ -24,7 +24,6 @@ from bt_manip.robots import (
     check_non_negative,
     check_number,
     check_pose,
-    check_position_limits,
     check_positive,
     check_speed,
     check_vector,
@@ -164,8 +163,7 @@ class Arm:
         """
         speed = check_speed(speed)
         target = check_configuration(q, self.model.nq)
-        limits = self.model.limits
-        target = check_position_limits(target, limits.lower, limits.upper, self.model.units)
+        target = self.model.limits.checked(target, self.model.units)
         self._move(ConfigurationRequest(target, speed), planner=planner, rng=rng)
 
     def move_to_pose(

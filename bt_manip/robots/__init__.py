@@ -15,7 +15,6 @@ from .checks import check_generator as check_generator
 from .checks import check_non_negative as check_non_negative
 from .checks import check_number as check_number
 from .checks import check_pose as check_pose
-from .checks import check_position_limits as check_position_limits
 from .checks import check_positive as check_positive
 from .checks import check_rotation as check_rotation
 from .checks import check_speed as check_speed

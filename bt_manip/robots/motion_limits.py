@@ -1,5 +1,6 @@
 """Limits of an arm's motions: one value that all who plan, time, check or send motions ask."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -8,7 +9,7 @@ import numpy as np
 
 from bt_manip.cell import escaped_name
 
-from .checks import POSITION_ROUNDING
+from .checks import POSITION_ROUNDING, invalid
 from .errors import RobotError
 from .model_building import find
 from .motors import effort_limit
@@ -34,7 +35,6 @@ _BOX_STEPS = 20
 """Control steps between two checks of the tool's position. A tool that accelerates by 20 m/s2 is
 less than 1 mm beside the line between two such positions, which is in the box where both are."""
 
-_AHEAD = 1e-3  # [s] a control step, after which a velocity is still to be inside its limit
 _MIN_SHARE = 0.025  # of the velocity limits that is left at the ends of the ranges
 
 
@@ -51,35 +51,6 @@ class VelocityNearLimits(NamedTuple):
     upper: np.ndarray  # [rad]  (nq,)
     least: np.ndarray  # [rad/s]  (nq,)
 
-    @classmethod
-    def described(
-        cls,
-        description: RobotDescription,
-        lower: np.ndarray,
-        upper: np.ndarray,
-        velocity: np.ndarray,
-    ) -> "VelocityNearLimits | None":
-        """Return the limits of a description, with its margin; None where it has none.
-
-        Args:
-            description: The robot's description.
-            lower: Lower position limits of the model [rad].  # (nq,)
-            upper: Upper position limits of the model [rad].  # (nq,)
-            velocity: Velocity limits with their margin [rad/s].  # (nq,)
-        """
-        if description.near_offset is None or description.near_deceleration is None:
-            return None
-        share = 1.0 - description.limit_margin
-        offset = share * np.array(description.near_offset)
-        a = share * share * np.array(description.near_deceleration)
-        # The limit at the position that the velocity leads to within a control step, solved for
-        # the velocity: the same formula with a greater offset and a wider range.
-        wider = _AHEAD * (offset + 0.5 * a * _AHEAD)
-        lower = lower if description.near_lower is None else np.array(description.near_lower)
-        upper = upper if description.near_upper is None else np.array(description.near_upper)
-        least = _MIN_SHARE * velocity
-        return cls(offset + a * _AHEAD, a, lower - wider, upper + wider, least)
-
     def bounds(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Return the velocity limits at positions, in the directions of velocities.
 
@@ -90,11 +61,6 @@ class VelocityNearLimits(NamedTuple):
         distance = np.where(v < 0.0, q - self.lower, self.upper - q)
         bound = np.sqrt(2.0 * self.deceleration * np.maximum(distance, 0.0)) - self.offset
         return np.maximum(bound, self.least)
-
-    def range(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the positions between which the formula gives at least `least`."""
-        distance = (self.offset + self.least) ** 2 / (2.0 * self.deceleration)
-        return self.lower + distance, self.upper - distance
 
 
 class Limited(NamedTuple):
@@ -185,6 +151,27 @@ class MotionLimits:
     def contain(self, q: np.ndarray, tolerance: float = 0.0) -> bool:
         """Return whether a configuration is inside the position limits."""
         return bool((q >= self.lower - tolerance).all() and (q <= self.upper + tolerance).all())
+
+    def checked(self, q: np.ndarray, units: Sequence[str] = ()) -> np.ndarray:
+        """Return a configuration, clipped where it exceeds a position limit by rounding only.
+
+        Args:
+            q: The configuration [rad].  # (nq,)
+            units: Unit of each joint, for messages; by default radians.
+
+        Raises:
+            MotionError: When it is outside the limits, naming the first such joint.
+        """
+        lower, upper = self.lower, self.upper
+        outside = ~((q >= lower - POSITION_ROUNDING) & (q <= upper + POSITION_ROUNDING))
+        if outside.any():
+            i = int(outside.argmax())
+            unit = units[i] if units else "rad"
+            raise invalid(
+                f"joint {i + 1} cannot go to {q[i]:.4f} {unit}: its limits are "
+                f"{lower[i]:.4f} to {upper[i]:.4f} {unit}"
+            )
+        return np.clip(q, lower, upper)
 
     def sampling_bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Return finite position limits to sample within, as the function of this name does."""
@@ -364,27 +351,24 @@ def read_limits(mj_model: mujoco.MjModel, description: RobotDescription) -> Moti
     """
     joints = [find(mj_model, "joint", escaped_name(name)) for name in description.arm_joints]
     limited = mj_model.jnt_limited[joints].astype(bool)
-    effort = description.effort
-    if effort is None:
-        effort = tuple(effort_limit(mj_model, joint) for joint in joints)
-        unbounded = [
-            name
-            for name, bound in zip(description.arm_joints, effort, strict=True)
-            if not np.isfinite(bound)
-        ]
-        if unbounded:
-            raise RobotError(
-                f"{description.where}: neither its model nor its description bounds the "
-                f"effort of {', '.join(unbounded)}; give `effort` in the description"
-            )
     lower = np.where(limited, mj_model.jnt_range[joints, 0], -np.inf)
     upper = np.where(limited, mj_model.jnt_range[joints, 1], np.inf)
     share = 1.0 - description.limit_margin
     velocity = share * np.array(description.velocity)
-    near = VelocityNearLimits.described(description, lower, upper, velocity)
-    if near is not None:
-        least, most = near.range()
-        lower, upper = np.maximum(lower, least), np.minimum(upper, most)
+    near = None
+    if description.near_offset is not None and description.near_deceleration is not None:
+        offset = share * np.array(description.near_offset)
+        a = share * share * np.array(description.near_deceleration)
+        # The limit at the position that the velocity leads to within a control step, solved for
+        # the velocity: the same formula with a greater offset and a wider range.
+        wider = CONTROL_STEP * (offset + 0.5 * a * CONTROL_STEP)
+        low = lower if description.near_lower is None else np.array(description.near_lower)
+        high = upper if description.near_upper is None else np.array(description.near_upper)
+        offset, least = offset + a * CONTROL_STEP, _MIN_SHARE * velocity
+        near = VelocityNearLimits(offset, a, low - wider, high + wider, least)
+        distance = (offset + least) ** 2 / (2.0 * a)  # where the formula gives `least`
+        lower = np.maximum(lower, near.lower + distance)
+        upper = np.minimum(upper, near.upper - distance)
         for name in np.array(description.arm_joints)[lower >= upper].tolist():
             raise RobotError(
                 f"{description.where}: [{NEAR_LIMITS}] leaves joint '{name}' no range; give a "
@@ -396,7 +380,23 @@ def read_limits(mj_model: mujoco.MjModel, description: RobotDescription) -> Moti
         velocity=velocity,
         acceleration=share * np.array(description.acceleration),
         jerk=share * np.array(description.jerk),
-        effort=np.array(effort),
+        effort=_efforts(mj_model, joints, description),
         near=near,
         tool=description.tool_limits,
     )
+
+
+def _efforts(
+    mj_model: mujoco.MjModel, joints: list[int], description: RobotDescription
+) -> np.ndarray:
+    """Return the effort limits of joints by id: those of the description, or of the model."""
+    if description.effort is not None:
+        return np.array(description.effort)
+    effort = np.array([effort_limit(mj_model, joint) for joint in joints])
+    unbounded = np.array(description.arm_joints)[~np.isfinite(effort)].tolist()
+    if unbounded:
+        raise RobotError(
+            f"{description.where}: neither its model nor its description bounds the "
+            f"effort of {', '.join(unbounded)}; give `effort` in the description"
+        )
+    return effort

@@ -15,7 +15,6 @@ from bt_manip.spatial import cross
 from .addresses import reader
 from .assembly import assemble, find_element
 from .bounds import ArmBounds
-from .checks import check_position_limits
 from .configurations import Configuration, find_configuration
 from .errors import GripperError, RobotError
 from .gripper import Gripper
@@ -80,7 +79,7 @@ class Robot(MonitoredEntity):
         if bounds is not None:
             self.limits = bounds.narrowed(self.limits, description)
         try:
-            check_position_limits(np.array(description.home), self.limits.lower, self.limits.upper)
+            self.limits.checked(np.array(description.home))
         except MotionError as error:
             raise RobotError(f"{self._where}: home: {error}") from None
         self._mjcf_root = root
