@@ -102,3 +102,15 @@ def test_a_trajectory_from_a_moving_state_starts_there_and_keeps_the_limits(targ
 def test_a_trajectory_of_another_version_is_refused():
     with pytest.raises(MotionError, match="'paced': the snapshot was written by another version"):
         trajectory_from_state({"kind": "paced", "whole": {}, "clock": {}})
+
+
+def test_a_state_with_the_limits_of_all_coordinates_is_still_read():
+    knots = np.column_stack([np.linspace(0.0, 1.0, 8)] * 3)
+    profile = profile_to_position((0.0, 0.0, 0.0), 1.0, (1.0, 2.0, 30.0))
+    path = SplinePath(knots, 2, np.array([[0.1], [0.2], [0.3]]))
+    trajectory = PathTrajectory(path, profile)
+    state = json.loads(json.dumps(trajectory.get_state()))
+    np.testing.assert_array_equal(trajectory_from_state(state).path.limits, path.limits)
+    del state["path"]["limits"]
+    state["limits"] = [[1.0, 1.0, limit] for limit in (0.1, 0.2, 0.3)]
+    np.testing.assert_array_equal(trajectory_from_state(state).path.limits, path.limits)
