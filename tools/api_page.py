@@ -26,8 +26,7 @@ STABLE = {
     "bt_manip.cell": "Cell",
     "bt_manip.cell.objects": "Cube",
     "bt_manip.robots": (
-        "Robot RobotDescription Gripper MotionLimits JointLimits panda read_description "
-        "GraspCandidates Backend"
+        "Robot RobotDescription Gripper JointLimits panda read_description GraspCandidates Backend"
     ),
     "bt_manip.planning": "PlanningProblem PlanningResult RRTConnect",
     "bt_manip.agents": "ActionKind ActionSpace",
@@ -75,9 +74,9 @@ EXPERIMENTAL = {
         "GreenBlock BlueBlock YellowBlock"
     ),
     "bt_manip.robots": (
-        "GripperError RobotError DeviceError GripperDescription Tolerance ToolLimits Payload "
-        "RobotModel verify GraspGenerator FoundGripper effort_limit ensure_motors ArmBounds "
-        "ArmDevice GripperDevice DeviceState GripperState"
+        "GripperError RobotError DeviceError GripperDescription MotionLimits Tolerance ToolLimits "
+        "Payload RobotModel verify GraspGenerator FoundGripper effort_limit ensure_motors "
+        "ArmBounds ArmDevice GripperDevice DeviceState GripperState"
     ),
     "bt_manip.planning": "Planner LineTo ArcTo TurnAbout edge_is_free shortcut",
     "bt_manip.agents": (
