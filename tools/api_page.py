@@ -75,9 +75,9 @@ EXPERIMENTAL = {
         "GreenBlock BlueBlock YellowBlock"
     ),
     "bt_manip.robots": (
-        "GripperError RobotError DeviceError GripperDescription Tolerance ToolLimits Payload "
-        "RobotModel verify GraspGenerator FoundGripper effort_limit ensure_motors ArmBounds "
-        "ArmDevice GripperDevice DeviceState GripperState"
+        "GripperError RobotError DeviceError GripperDescription MotionLimits Tolerance ToolLimits "
+        "Payload RobotModel verify GraspGenerator FoundGripper effort_limit ensure_motors "
+        "ArmBounds ArmDevice GripperDevice DeviceState GripperState"
     ),
     "bt_manip.planning": "Planner LineTo ArcTo TurnAbout edge_is_free shortcut",
     "bt_manip.agents": (

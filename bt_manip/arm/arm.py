@@ -24,7 +24,6 @@ from bt_manip.robots import (
     check_non_negative,
     check_number,
     check_pose,
-    check_position_limits,
     check_positive,
     check_speed,
     check_vector,
@@ -57,9 +56,9 @@ RECOVERY_TIMEOUT = 1.0  # [s] in which joints come to rest after a compliant sto
 SERVO_VELOCITY = 0.98  # of the velocity limits, for rounding
 SERVO_ACCELERATION = 0.7  # of the limits, with which it plans to brake: the rest is for the jerk
 AHEAD_SAMPLES = 8  # configurations of the rest of a motion whose tool poses are compared
-PLANNING_LEAD = 60  # control steps from a request until a real arm follows the planned motion
-STOPPING_LEAD = 15  # the same of a stop, which is planned in about 4 ms
-SEND_ATTEMPTS = 5  # to plan a change for a real arm in time, each with twice the lead
+PLANNING_LATENCY = 60  # control steps from a request until a real arm follows the planned motion
+STOPPING_LATENCY = 15  # the same of a stop, which is planned in about 4 ms
+SEND_ATTEMPTS = 5  # to plan a change for a real arm in time, each with twice the latency
 RETRY_INTERVAL = 20  # control steps after which a change of the speed scale is tried again
 
 
@@ -81,8 +80,9 @@ class Arm:
         blend_radius: Radius around the tool's target within which the next motion may begin before
             this one has come to rest [m]; then it is planned from the target. At 0 it replaces this
             one at once. The next motion, a stop and a reset set it to 0.
-        link: Sends the reference to a real arm; None in simulation. With a link, changes of the
-            motion take effect some control steps later, and there are no compliant stops.
+        connection: Sends the reference to a real arm; None in simulation. With a connection,
+            changes of the motion take effect some control steps later, and there are no compliant
+            stops.
         speed_factor: Factor of all speed scales, for a whole run.
         q: Reference position [rad], read-only and live.  # (nq,)
         v: Reference velocity [rad/s], read-only and live.  # (nq,)
@@ -119,7 +119,7 @@ class Arm:
         self.blend_radius = 0.0
         self._settling = 0  # control steps at rest in a compliant stop
         self._unchecked = 0  # control steps since external forces were checked
-        self.link: ArmConnection | None = None
+        self.connection: ArmConnection | None = None
         self.speed_factor = 1.0
         self.follower = TrajectoryFollower(robot.q)
         self.q, self.v, self.a = self.follower.q, self.follower.v, self.follower.a
@@ -135,7 +135,7 @@ class Arm:
 
         Called when another controller takes over: it starts without a position error.
         """
-        if not self.busy and self.link is None:
+        if not self.busy and self.connection is None:
             self.follower.hold_at(q)
 
     # Requests
@@ -163,8 +163,7 @@ class Arm:
         """
         speed = check_speed(speed)
         target = check_configuration(q, self.model.nq)
-        limits = self.model.limits
-        target = check_position_limits(target, limits.lower, limits.upper, self.model.units)
+        target = self.model.limits.checked(target, self.model.units)
         self._move(ConfigurationRequest(target, speed), planner=planner, rng=rng)
 
     def move_to_pose(
@@ -325,12 +324,12 @@ class Arm:
     @property
     def problem(self) -> str:
         """Why a real arm does not move, such as a reflex; empty in simulation and when ready."""
-        return "" if self.link is None else self.link.problem
+        return "" if self.connection is None else self.connection.problem
 
     @property
     def recoverable(self) -> bool:
         """Whether `recover` may clear the `problem` of a real arm."""
-        return self.link is not None and bool(self.problem) and self.link.recoverable
+        return self.connection is not None and bool(self.problem) and self.connection.recoverable
 
     def recover(self) -> None:
         """Clear errors and reflexes of a real arm; `problem` tells the result a little later.
@@ -338,11 +337,11 @@ class Arm:
         Raises:
             MotionError: When the arm cannot recover by itself.
         """
-        if self.link is None or not self.problem:
+        if self.connection is None or not self.problem:
             return
         if not self.recoverable:
             raise MotionError(f"the arm cannot recover: {self.problem}", reason="device")
-        self.link.recover()
+        self.connection.recover()
 
     def check_ready(self) -> None:
         """Check that a motion can be planned from where the arm is.
@@ -391,7 +390,7 @@ class Arm:
                 self.follower.hold_at(state.q)
             self.follower.follow(motion, self.model)
 
-        self._in_time(change, PLANNING_LEAD)
+        self._in_time(change, PLANNING_LATENCY)
         self.compliant = False
         contact = isinstance(request, ToolPathRequest | ServoRequest) and request.contact
         self.fault, self._guarded = "", self.world is not None and not contact
@@ -402,32 +401,32 @@ class Arm:
         if self.coordinator is not None and self.speed_scale < 1.0:
             self.coordinator.motion_changed(self)
 
-    def _in_time(self, change: Callable[[], None], lead: int) -> None:
-        """Change the motion; with a link, so early that the change arrives in time.
+    def _in_time(self, change: Callable[[], None], latency: int) -> None:
+        """Change the motion; with a connection, so early that the change arrives in time.
 
         Args:
             change: Plans the change and makes it.
-            lead: Control steps from now until it takes effect, at first.
+            latency: Control steps from now until it takes effect, at first.
 
         Raises:
             MotionError: When there is no such motion, or the arm cannot follow it; then nothing
                 changes.
         """
-        if self.link is None:
+        if self.connection is None:
             change()
             return
         try:
             for attempt in range(SEND_ATTEMPTS):
-                self.follower.lead = self.link.behind + lead * 2**attempt
+                self.follower.latency = self.connection.lag + latency * 2**attempt
                 with suppress(LateError):
                     change()
                     return
         except DeviceError as error:
             raise MotionError(str(error), reason="device") from error
         finally:
-            self.follower.lead = 0
+            self.follower.latency = 0
         raise MotionError(
-            f"planning takes longer than {lead * 2 ** (SEND_ATTEMPTS - 1)} ms: this computer is "
+            f"planning takes longer than {latency * 2 ** (SEND_ATTEMPTS - 1)} ms: this computer is "
             "too busy for the arm", reason="device",
         )  # fmt: skip
 
@@ -516,7 +515,9 @@ class Arm:
     def speed_scale(self, speed_scale: float) -> None:
         speed_scale = check_number(speed_scale, "speed scale", at_least=0.0, at_most=1.0)
         speed_scale *= self.speed_factor
-        self._in_time(lambda: self.follower.set_speed_scale(speed_scale, self.model), PLANNING_LEAD)
+        self._in_time(
+            lambda: self.follower.set_speed_scale(speed_scale, self.model), PLANNING_LATENCY
+        )
         if self.coordinator is not None:
             self.coordinator.motion_changed(self)
 
@@ -539,10 +540,10 @@ class Arm:
             fault: Why the arm stops by itself, where it does; kept as `fault`.
             compliant: Whether it yields to contact after the stop.
         """
-        self._in_time(lambda: self.follower.stop(self.model), STOPPING_LEAD)
+        self._in_time(lambda: self.follower.stop(self.model), STOPPING_LATENCY)
         if not fault:
             self.blend_radius = 0.0
-        if compliant and self.link is None:
+        if compliant and self.connection is None:
             self._recovering, self._settling = True, 0
         if self.coordinator is not None:
             self.coordinator.motion_changed(self)
@@ -553,13 +554,13 @@ class Arm:
         """Advance the reference by a control step [s]."""
         follower = self.follower
         if follower.trajectory is None:
-            if self._recovering and self.link is None:
+            if self._recovering and self.connection is None:
                 self._recover(dt)
             return
         follower.advance(dt)
         if (
             self._recovering
-            and self.link is None
+            and self.connection is None
             and np.abs(self.q - self.robot.q).max() > MAX_TRACKING_ERROR
         ):
             self._hold_compliantly()  # it is blocked: to go on would only press

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bt_manip.exceptions import MotionError
-from bt_manip.robots import POSITION_ROUNDING, RobotModel
+from bt_manip.robots import RobotModel
 from bt_manip.trajectories import (
     CONTROL_STEP,
     Samples,
@@ -15,13 +15,12 @@ from bt_manip.trajectories import (
     change_speed_scale,
     plan_stop,
     sample_times,
-    sampled_limit_use,
     time_scaling_state,
     trajectory_from_state,
 )
 
 PATH_SPACING = 0.02  # [rad] between the configurations that are kept of a travelled path
-SENT_AHEAD = 500  # rows of a motion that a real arm gets, before a stop planned ahead
+SENT_AHEAD = 500  # setpoints of a motion that a real arm gets, before a stop planned ahead
 PATH_MEMORY = 64  # configurations that are kept: 1.3 rad of the joint that moves most
 
 
@@ -81,13 +80,13 @@ class TrajectoryFollower:
         lagging: Whether the limits have not allowed (all of) the last change of the speed scale.
         step: Control steps since the trajectory was last sampled.
         dt: Duration of a control step, as of the last one [s].
-        lead: Control steps from now until a change of the motion takes effect; 0 in simulation. It
-            is set while a change is requested, which is then planned from the state at that time.
-        send: Called with a lead and the positions from there on, which end in a stop, before a
-            change is made; an exception leaves the motion as it was.  # (n, nq) [rad]
+        latency: Control steps from now until a change of the motion takes effect; 0 in simulation.
+            It is set while a change is requested, which is planned from the state at that time.
+        send: Called before a change is made, with the latency and the positions from there on,
+            which end in a stop; an exception leaves the motion as it was.  # (n, nq) [rad]
     """
 
-    lead = 0
+    latency = 0
     send: Callable[[int, np.ndarray], None] | None = None
 
     def __init__(self, q: np.ndarray) -> None:
@@ -105,7 +104,7 @@ class TrajectoryFollower:
         self.speed_scale = 1.0
         self._start = 0.0  # [s] in the trajectory, of the first sample
         self.dt = CONTROL_STEP
-        self._rows = np.empty((0, 3 * len(q)))
+        self._setpoints = np.empty((0, 3 * len(q)))
         self._travelled = np.array([q])
         self.step = self._last = 0
 
@@ -119,7 +118,7 @@ class TrajectoryFollower:
     @property
     def state(self) -> ArmState:
         """The state when a change takes effect; of the present one the arrays are live."""
-        if self.lead and self.trajectory is not None:
+        if self.latency and self.trajectory is not None:
             return self._state_ahead()
         return ArmState(
             self.q, self.v, self.a, self.trajectory, self.time, self.speed_scale, self.stopping
@@ -138,11 +137,12 @@ class TrajectoryFollower:
     @property
     def travelled(self) -> np.ndarray:
         """The path just travelled, oldest first, about `PATH_SPACING` apart [rad]."""  # (n, nq)
-        rows = self._rows[: self.step + 1, : len(self.q)]
+        setpoints = self._setpoints[: self.step + 1, : len(self.q)]
         # Distances add up from the last configuration that was kept.
-        steps = np.abs(np.diff(np.concatenate([self._travelled[-1:], rows]), axis=0)).max(axis=1)
+        path = np.concatenate([self._travelled[-1:], setpoints])
+        steps = np.abs(np.diff(path, axis=0)).max(axis=1)
         marks = np.floor(np.cumsum(steps) / PATH_SPACING)
-        kept = rows[np.diff(marks, prepend=0.0) > 0.0]
+        kept = setpoints[np.diff(marks, prepend=0.0) > 0.0]
         return np.concatenate([self._travelled, kept])[-PATH_MEMORY:]
 
     def ahead(self, times: np.ndarray) -> np.ndarray:
@@ -151,8 +151,8 @@ class TrajectoryFollower:
         if trajectory is None:
             return np.tile(self.q, (len(times), 1))
         if self.send is not None:  # the trajectory may begin later
-            rows = self.step + np.rint(times / self.dt).astype(int)
-            return self._rows[np.minimum(rows, self._last), : len(self.q)]
+            steps = self.step + np.rint(times / self.dt).astype(int)
+            return self._setpoints[np.minimum(steps, self._last), : len(self.q)]
         return trajectory.sample(np.minimum(self.time + times, trajectory.duration))[0]
 
     def follow(self, motion: PlannedMotion | None, model: RobotModel) -> None:
@@ -197,7 +197,7 @@ class TrajectoryFollower:
         if self.trajectory is not None and state.trajectory is None and not self.stopping:
             paused = _pause_at_end(self.trajectory)  # it rests by then
         elif paused is not None and state.trajectory is not None:
-            self.lead = self._last - self.step  # from rest only
+            self.latency = self._last - self.step  # from rest only
         if paused is not None:
             if speed_scale > 0.0:
                 nominal, s = paused
@@ -222,7 +222,7 @@ class TrajectoryFollower:
             self._start, self.dt = self.time, dt
             self._sample()
         self.step = step = self.step + 1
-        self._now[...] = self._rows[step]
+        self._now[...] = self._setpoints[step]
         if step == self._last:
             self._end()
 
@@ -248,7 +248,7 @@ class TrajectoryFollower:
         trajectory, paused = state["trajectory"], state["paused"]
         self.trajectory = None if trajectory is None else trajectory_from_state(trajectory)
         self._start, self.dt = state["start"], state["dt"]
-        self._rows = self._rows[:0]
+        self._setpoints = self._setpoints[:0]
         if self.trajectory is not None:
             self._sample()
         self.step, self._travelled = state["step"], np.array(state["travelled"])
@@ -258,57 +258,58 @@ class TrajectoryFollower:
 
     def _take(self, trajectory: Trajectory, model: RobotModel) -> None:
         """Follow a trajectory from its start, if it is inside the limits."""
-        rows = self._checked(trajectory, model)
-        if self.lead:
-            self._take_later(trajectory, np.concatenate(rows, axis=1), model)
+        setpoints = self._checked(trajectory, model)
+        if self.latency:
+            self._take_later(trajectory, np.concatenate(setpoints, axis=1), model)
             return
         self.trajectory, self._start = trajectory, 0.0
         if self.dt == CONTROL_STEP:
-            self._keep(rows)
+            self._keep(setpoints)
         else:
             self._sample()
 
-    def _take_later(self, trajectory: Trajectory, rows: np.ndarray, model: RobotModel) -> None:
-        """Follow a trajectory after the lead."""
-        lead, n = self.lead, len(self.q)
+    def _take_later(self, trajectory: Trajectory, setpoints: np.ndarray, model: RobotModel) -> None:
+        """Follow a trajectory after the latency."""
+        latency, n = self.latency, len(self.q)
         before = self._now[np.newaxis]
         if self.trajectory is not None:
-            before = self._rows[self.step : self.step + lead]
-        rest = np.repeat(before[-1:], lead - len(before[:lead]), axis=0)
+            before = self._setpoints[self.step : self.step + latency]
+        rest = np.repeat(before[-1:], latency - len(before[:latency]), axis=0)
         rest[:, n:] = 0.0
-        joined = np.concatenate([before[:lead], rest, rows])
-        start = -lead * self.dt
+        joined = np.concatenate([before[:latency], rest, setpoints])
+        start = -latency * self.dt
         if self.send is not None:
-            self.send(lead, _with_stop(joined[lead:, :n], trajectory, 0.0, model))
+            self.send(latency, _with_stop(joined[latency:, :n], trajectory, 0.0, model))
         self._travelled = self.travelled
-        self.trajectory, self._start, self._rows = trajectory, start, joined
+        self.trajectory, self._start, self._setpoints = trajectory, start, joined
         self.step, self._last = 0, len(joined) - 1
 
-    def send_on(self, lead: int, model: RobotModel) -> bool:
-        """Send what follows of the motion after a lead; return whether it goes on beyond that.
+    def send_on(self, latency: int, model: RobotModel) -> bool:
+        """Send what follows of the motion after a latency; return whether it goes on beyond that.
 
         Raises:
             Exception: Any of `send`.
         """
-        begin = self.step + lead
+        begin = self.step + latency
         if self.trajectory is None or self.send is None or begin >= self._last:
             return False
-        rows = self._rows[begin:, : len(self.q)]
-        self.send(lead, _with_stop(rows, self.trajectory, self._start + begin * self.dt, model))
-        return len(rows) > SENT_AHEAD + 1
+        setpoints = self._setpoints[begin:, : len(self.q)]
+        time = self._start + begin * self.dt
+        self.send(latency, _with_stop(setpoints, self.trajectory, time, model))
+        return len(setpoints) > SENT_AHEAD + 1
 
     def _state_ahead(self) -> ArmState:
-        """Return the state after the lead."""
-        row = self.step + self.lead
-        q, v, a = self._rows[min(row, self._last)].reshape(3, -1)
-        trajectory, time = self.trajectory, self._start + row * self.dt
-        if row >= self._last:
+        """Return the state after the latency."""
+        step = self.step + self.latency
+        q, v, a = self._setpoints[min(step, self._last)].reshape(3, -1)
+        trajectory, time = self.trajectory, self._start + step * self.dt
+        if step >= self._last:
             v, a, trajectory, time = np.zeros_like(q), np.zeros_like(q), None, 0.0
         return ArmState(q, v, a, trajectory, max(time, 0.0), self.speed_scale, self.stopping)
 
     def _let_end(self) -> None:
         """Drop a trajectory that is at rest when a change takes effect."""
-        if self.lead and self.trajectory is not None:
+        if self.latency and self.trajectory is not None:
             self.stopping = True  # it does not pause at its end
         else:
             self.trajectory, self.stopping = None, False
@@ -320,16 +321,13 @@ class TrajectoryFollower:
             MotionError: When it exceeds a limit. Positions may stay beyond theirs by as much as the
                 present one is.
         """
-        rows = trajectory.sample(sample_times(trajectory.duration, CONTROL_STEP))
-        use, limits = sampled_limit_use(rows, model.limits), model.limits
-        beyond = np.maximum(limits.lower - rows[0], rows[0] - limits.upper).max()
-        here = np.maximum(limits.lower - self.q, self.q - limits.upper).max()
-        allowed = max(here, 0.0) + POSITION_ROUNDING
-        if not use._replace(position=0.0).inside or beyond > allowed:
+        setpoints = trajectory.sample(sample_times(trajectory.duration, CONTROL_STEP))
+        use = model.limits.use(*setpoints)
+        if not use._replace(position=0.0).inside:
             raise MotionError(f"the planned motion exceeds a limit: {use}", reason="limits")
-        if problem := model.box_problem(rows[0]):
+        if problem := model.limits.leaving(setpoints[0]):
             raise MotionError(f"the planned motion leaves its bounds: {problem}", reason="limits")
-        return rows
+        return setpoints
 
     def _end(self) -> None:
         """Rest at the end of the trajectory, or paused in the middle of it."""
@@ -339,15 +337,15 @@ class TrajectoryFollower:
         self.stopping = self.lagging = False
 
     def _sample(self) -> None:
-        """Sample the rest of the trajectory at once, so that a control step copies one row."""
+        """Sample the rest of the trajectory at once, so that a control step copies one setpoint."""
         assert self.trajectory is not None
         times = self._start + sample_times(self.trajectory.duration - self._start, self.dt)
         self._keep(self.trajectory.sample(times))
 
-    def _keep(self, rows: Samples) -> None:
+    def _keep(self, setpoints: Samples) -> None:
         self._travelled = self.travelled
-        self._rows = np.concatenate(rows, axis=1)
-        self.step, self._last = 0, len(self._rows) - 1
+        self._setpoints = np.concatenate(setpoints, axis=1)
+        self.step, self._last = 0, len(self._setpoints) - 1
 
 
 def _pause_at_end(trajectory: Trajectory) -> tuple[Trajectory, float] | None:
@@ -358,12 +356,12 @@ def _pause_at_end(trajectory: Trajectory) -> tuple[Trajectory, float] | None:
 
 
 def _with_stop(q: np.ndarray, trajectory: Trajectory, time: float, model: RobotModel) -> np.ndarray:
-    """Return the first `SENT_AHEAD` rows of a motion, and a stop after them.
+    """Return the first `SENT_AHEAD` setpoints of a motion, and a stop after them.
 
     Args:
         q: Positions at the control steps of the rest of the motion [rad].  # (n, nq)
         trajectory: The motion.
-        time: Time in the trajectory of the first row [s].
+        time: Time in the trajectory of the first setpoint [s].
         model: The arm with its payload.
     """  # (m, nq)
     if len(q) <= SENT_AHEAD + 1:

@@ -25,12 +25,11 @@ from bt_manip.planning import (
     tool_paths,
     trajectory_is_free,
 )
-from bt_manip.robots import JointLimits, RobotModel
+from bt_manip.robots import MotionLimits, RobotModel
 from bt_manip.trajectories import (
     CONTROL_STEP,
     BlendedTrajectory,
     JointTrajectory,
-    KinematicLimits,
     SequenceTrajectory,
     SplinePath,
     TailTrajectory,
@@ -378,7 +377,7 @@ def _plan_servo(
 
 
 def _slowed_near_ends(
-    plan: Callable[[np.ndarray], JointTrajectory], v: np.ndarray, limits: JointLimits
+    plan: Callable[[np.ndarray], JointTrajectory], v: np.ndarray, limits: MotionLimits
 ) -> JointTrajectory:
     """Return a change of velocities, lowered where they exceed limits near the position limits.
 
@@ -390,9 +389,9 @@ def _slowed_near_ends(
         limits: Limits of the joints.
     """
     trajectory = plan(v)
-    for _ in range(0 if limits.near is None else SERVO_SLOWINGS):
-        rows = trajectory.sample(sample_times(trajectory.duration, CONTROL_STEP))
-        use = np.abs(rows[1] / limits.velocity_at(*rows[:2])).max(axis=0)
+    for _ in range(0 if limits.uniform else SERVO_SLOWINGS):
+        q, q_dot, _ = trajectory.sample(sample_times(trajectory.duration, CONTROL_STEP))
+        use = limits.velocity_use(q, q_dot)
         if use.max() <= 1.0:
             break
         v = v / np.maximum(1.0, SERVO_SLOWER * use)
@@ -422,13 +421,9 @@ def _plan_tool_path(
             curve = follow_tool_path(scene.ik, q, path)
         if scene.world is not None:
             check_tool_path(scene.world, curve, path)
-        bounds = path.limits(KinematicLimits.of_joints(model.limits), model.tool_limits)
-        curves.append((curve, bounds, path.grids))
+        curves.append((curve, path.grids))
         q = curve.end
-    parts = [
-        time_parameterize(curve, bounds, model, request.speed, grids)
-        for curve, bounds, grids in curves
-    ]
+    parts = [time_parameterize(curve, model, request.speed, grids) for curve, grids in curves]
     return stop, in_sequence(*parts) if parts else None
 
 

@@ -17,11 +17,11 @@ class MeasuredArm(Controller):
 
     kind = "measured_arm"
 
-    def _build(self, robot: Robot, link: ArmConnection) -> None:  # type: ignore[override]
-        """Read the arm's state from a link."""
+    def _build(self, robot: Robot, connection: ArmConnection) -> None:  # type: ignore[override]
+        """Read the arm's state from a connection."""
         super()._build(robot)
-        self._link = link
-        self._reading = link.latest
+        self._connection = connection
+        self._reading = connection.latest
         self._still = np.zeros_like(self._limit)
 
     def compute(
@@ -50,11 +50,11 @@ class MeasuredArm(Controller):
         payload = self.reference.payload
         if payload is not self._carried:
             self.payload = self._carried = payload
-            self._link.set_payload(payload)
+            self._connection.set_payload(payload)
 
     def after_substep(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
         """Write the measured state, and advance the reference."""
-        self._reading = reading = self._link.take()
+        self._reading = reading = self._connection.take()
         self.tau = reading.tau
         self._write_q(reading.q)
         self._write_v(reading.v)

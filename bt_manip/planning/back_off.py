@@ -8,7 +8,7 @@ import numpy as np
 from bt_manip.collision import CollisionWorld, FreeSpace
 from bt_manip.exceptions import MotionError
 from bt_manip.robots import RobotModel
-from bt_manip.trajectories import KinematicLimits, Trajectory, time_parameterize
+from bt_manip.trajectories import Trajectory, time_parameterize
 
 from .collision_check import TOOL_PATH_CLEARANCE, collision_error, describe_pair, sample_path
 from .path_simplification import smooth_paths
@@ -53,7 +53,7 @@ def plan_back_off(
             pair = space.nearest_pair(rows[blocked])
             message = f"the path back is blocked: {describe_pair(pair)}"
             raise collision_error(world, pair, message)
-    return time_parameterize(path, KinematicLimits.of_joints(model.limits), model, speed)
+    return time_parameterize(path, model, speed)
 
 
 def _waypoints(

@@ -8,7 +8,7 @@ import pinocchio as pin
 
 from bt_manip.collision import CollisionWorld
 from bt_manip.exceptions import MotionError
-from bt_manip.robots import JointLimits, RobotModel
+from bt_manip.robots import MotionLimits, RobotModel
 from bt_manip.trajectories import (
     CONTROL_STEP,
     EFFORT_FRACTION,
@@ -19,7 +19,6 @@ from bt_manip.trajectories import (
     effort_use,
     joint_profiles,
     sample_times,
-    sampled_limit_use,
 )
 
 from .collision_check import trajectory_is_free
@@ -71,7 +70,7 @@ def blend(
         blended = BlendedTrajectory(parts, [0.0, start, end])
         samples = blended.sample(sample_times(end, CONTROL_STEP))
         if (
-            sampled_limit_use(samples, model.limits).inside
+            model.limits.use(*samples).inside
             and tool_distance(model, _positions(transition), corner).max() <= radius
             and effort_use(transition, model) <= EFFORT_FRACTION
             and (world is None or trajectory_is_free(world, transition, second.end))
@@ -107,7 +106,7 @@ def _last_arrival(second: Trajectory, radius: float, model: RobotModel, corner: 
 
 
 def _transition(
-    first: Trajectory, start: float, second: Trajectory, arrival: float, limits: JointLimits
+    first: Trajectory, start: float, second: Trajectory, arrival: float, limits: MotionLimits
 ) -> JointTrajectory | None:
     """Return the fastest transition between two times of two motions; None where there is none."""
     state = [rows[0] for rows in first.sample(np.array([start]))]

@@ -7,7 +7,6 @@ import numpy as np
 from bt_manip.collision import PATH_STEP, CollisionPair, CollisionWorld, FreeSpace
 from bt_manip.robots import RobotModel
 from bt_manip.trajectories import (
-    KinematicLimits,
     Path,
     SequenceTrajectory,
     Trajectory,
@@ -101,10 +100,9 @@ def _smooth_trajectory(
     waypoints: np.ndarray, space: FreeSpace, model: RobotModel, speed: float
 ) -> Trajectory | None:
     """Follow waypoints with the widest corners that are free; None where no corners are."""
-    limits = KinematicLimits.of_joints(model.limits)
     for path in smooth_paths(waypoints):
         if _path_is_free(path, space):
-            trajectory = time_parameterize(path, limits, model, speed)
+            trajectory = time_parameterize(path, model, speed)
             if limit_use(trajectory, model.limits).inside:
                 return trajectory
     return None

@@ -4,7 +4,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from bt_manip.robots import JointLimits
+from bt_manip.robots import MotionLimits
 
 from .joint_segments import IsFree
 
@@ -23,7 +23,7 @@ class PlanningProblem(NamedTuple):
     start: np.ndarray
     goals: np.ndarray
     is_free: IsFree
-    limits: JointLimits
+    limits: MotionLimits
     rng: np.random.Generator
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:

@@ -18,7 +18,7 @@ from bt_manip.robots import (
     check_vector,
     invalid,
 )
-from bt_manip.trajectories import TOPP_GRIDS, KinematicLimits
+from bt_manip.trajectories import TOPP_GRIDS
 
 ARM_LENGTH = 0.3  # [m/rad] travel that a rotation counts as
 MIN_CORNER = 0.015  # share of the whole travel; the tool stops in narrower corners
@@ -257,8 +257,8 @@ class ToolPath:
         angles = np.cumsum([np.zeros(3), *turns], axis=0)
         return np.column_stack([[T.translation for T in poses], angles, fractions])
 
-    def limits(self, joints: KinematicLimits, tool: ToolLimits) -> KinematicLimits:
-        """Append the limits of `extra_columns` to those of the joints."""
+    def limits(self, tool: ToolLimits) -> np.ndarray:
+        """Return the limits of velocity, acceleration and jerk of `extra_columns`."""  # (3, k)
         slope = self.travel * max(segment.length / segment.travel for segment in self._segments)
         turning = self.travel * max(segment.angle / segment.travel for segment in self._segments)
 
@@ -267,13 +267,11 @@ class ToolPath:
 
         linear = (tool.velocity, tool.acceleration, tool.jerk)
         angular = (tool.angular_velocity, tool.angular_acceleration, tool.angular_jerk)
-        limits = joints
-        if not self.straight:
-            for velocity, acceleration, jerk in (linear, linear, linear, angular, angular, angular):
-                limits = limits.with_coordinate(
-                    velocity, _PER_AXIS * acceleration, _PER_AXIS * jerk
-                )
-        return limits.with_coordinate(*map(fraction_limit, linear, angular))
+        fraction = [*map(fraction_limit, linear, angular)]
+        if self.straight:
+            return np.array([fraction]).T
+        per_axis = np.array([[1.0], [_PER_AXIS], [_PER_AXIS]])
+        return np.column_stack([per_axis * np.array([*[linear] * 3, *[angular] * 3]).T, fraction])
 
     @property
     def grids(self) -> tuple[int, ...]:

@@ -7,7 +7,7 @@ import pinocchio as pin
 
 from bt_manip.exceptions import MotionError
 from bt_manip.kinematics import IKResult, InverseKinematics, null_space_step
-from bt_manip.robots import JointLimits
+from bt_manip.robots import MotionLimits
 from bt_manip.trajectories import SplinePath
 
 from .tool_path import ToolPath
@@ -49,7 +49,7 @@ def follow_tool_path(
     intervals = int(np.clip(np.ceil(intervals), MIN_INTERVALS, MAX_FIRST_INTERVALS))
     for _ in range(refinements):
         knots, deviation = _solve_knots(ik, q0, path, intervals)
-        curve = SplinePath(knots, ik.model.nq)
+        curve = SplinePath(knots, ik.model.nq, path.limits(ik.model.limits.tool))
         error = _limit_error(curve, ik.model.limits) or _deviation_error(
             curve, ik, path, intervals, deviation + PATH_TOLERANCE
         )
@@ -61,7 +61,7 @@ def follow_tool_path(
     raise MotionError(f"the {path.name} cannot be followed{error}", reason="line")
 
 
-def _limit_error(curve: SplinePath, limits: JointLimits) -> str:
+def _limit_error(curve: SplinePath, limits: MotionLimits) -> str:
     """Say which joint limit the spline exceeds between its knots; empty where it does not."""
     q = curve.evaluate(np.linspace(0.0, 1.0, LIMIT_SAMPLES), 0)[0][:, : curve.nq]
     outside = ((q < limits.lower - 1e-9) | (q > limits.upper + 1e-9)).any(axis=0)

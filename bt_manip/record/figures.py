@@ -11,7 +11,7 @@ import numpy as np
 
 from bt_manip.bt.nodes import NodeKind
 from bt_manip.record.report.run_report import CycleLimitUse, Phase, RobotCycle, TrackingPeak
-from bt_manip.robots import JointLimits
+from bt_manip.robots import MotionLimits
 from bt_manip.runner import RunEvent, RunObserver, StepBlock
 
 GRASP = "Grasp"
@@ -120,7 +120,7 @@ def _nodes(described: Sequence[Mapping[str, Any]]) -> dict[int, LoggedNode]:
 
 
 def limit_use(
-    limits: JointLimits,
+    limits: MotionLimits,
     q_ref: np.ndarray,
     v_ref: np.ndarray,
     a_ref: np.ndarray,
@@ -186,7 +186,7 @@ class MotionStatistics:
         dt: Time between two steps [s].
     """
 
-    def __init__(self, limits: JointLimits, dt: float) -> None:
+    def __init__(self, limits: MotionLimits, dt: float) -> None:
         self._limits = limits
         self._dt = dt
         self._last: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
@@ -282,7 +282,7 @@ class RobotFigures(MotionStatistics):
     def __init__(
         self,
         joints: Sequence[str],
-        limits: JointLimits,
+        limits: MotionLimits,
         dt: float,
         state: Callable[[], RobotState],
     ) -> None:

@@ -10,7 +10,7 @@ from bt_manip.exceptions import did_you_mean
 from bt_manip.toml import Key, KeyField, OtherKeys, TomlTable, documented
 
 from .errors import RobotError
-from .joint_limits import JointLimits
+from .motion_limits import MotionLimits
 from .robot_description import RobotDescription
 
 Range = tuple[float, float]
@@ -47,8 +47,8 @@ class ArmBounds:
             if bounds is not None and not bounds[0] < bounds[1]:
                 raise RobotError(f"the bounds of '{name}' go from low to high, got {list(bounds)}")
 
-    def narrowed(self, limits: JointLimits, description: RobotDescription) -> JointLimits:
-        """Return joint limits with the position limits inside these bounds.
+    def narrowed(self, limits: MotionLimits, description: RobotDescription) -> MotionLimits:
+        """Return limits of motions with the position limits and the tool inside these bounds.
 
         Args:
             limits: The arm's limits.
@@ -70,11 +70,7 @@ class ArmBounds:
                     f"{lower[i]:.4f} to {upper[i]:.4f}"
                 )
             lower[i], upper[i] = max(low, lower[i]), min(high, upper[i])
-        return replace(limits, lower=lower, upper=upper)
-
-    @property
-    def box(self) -> np.ndarray | None:
-        """Lowest and highest position of the tool in the world [m]; None: anywhere."""  # (2, 3)
-        if self.x is self.y is self.z is None:
-            return None
-        return np.array([axis or (-np.inf, np.inf) for axis in (self.x, self.y, self.z)]).T
+        box = None
+        if (self.x, self.y, self.z) != (None, None, None):
+            box = np.array([axis or (-np.inf, np.inf) for axis in (self.x, self.y, self.z)]).T
+        return replace(limits, lower=lower, upper=upper, box=box)

@@ -4,7 +4,6 @@ All checks raise `MotionError` with the reason ``"target"``: its message names t
 what would be right and shows what was given. Numbers written as text and booleans are no numbers.
 """
 
-from collections.abc import Sequence
 from math import inf, isfinite
 from typing import Any
 
@@ -80,31 +79,6 @@ def check_vector(value: Any, name: str, unit: str = "", *, size: int = 3) -> np.
 def check_configuration(q: Any, n: int) -> np.ndarray:
     """Return a configuration as a new array."""  # (n,)
     return check_vector(q, "configuration", "rad", size=n)
-
-
-def check_position_limits(
-    q: np.ndarray, lower: np.ndarray, upper: np.ndarray, units: Sequence[str] = ()
-) -> np.ndarray:
-    """Return a configuration, clipped where it exceeds a position limit by rounding only.
-
-    Args:
-        q: The configuration.  # (nq,)
-        lower: Lower position limits.  # (nq,)
-        upper: Upper position limits.  # (nq,)
-        units: Unit of each joint, for messages; by default radians.
-
-    Raises:
-        MotionError: When it is outside the limits, naming the first such joint.
-    """
-    outside = ~((q >= lower - POSITION_ROUNDING) & (q <= upper + POSITION_ROUNDING))
-    if outside.any():
-        i = int(outside.argmax())
-        unit = units[i] if units else "rad"
-        raise invalid(
-            f"joint {i + 1} cannot go to {q[i]:.4f} {unit}: its limits are "
-            f"{lower[i]:.4f} to {upper[i]:.4f} {unit}"
-        )
-    return np.clip(q, lower, upper)
 
 
 def check_pose(T: Any, name: str = "pose") -> pin.SE3:

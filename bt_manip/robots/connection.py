@@ -1,4 +1,4 @@
-"""Links to a real arm and its gripper, each in a process of its own."""
+"""Connections to a real arm and its gripper, each in a process of its own."""
 
 import contextlib
 import json
@@ -18,9 +18,8 @@ import numpy as np
 
 from .connection_worker import ArmReading, Field, SharedReadings
 from .device import DeviceError, GripperState
-from .joint_limits import JointLimits
+from .motion_limits import MotionLimits
 from .payload import Payload
-from .robot_model import RobotModel
 
 START_TIME = 60.0
 """Longest wall time in which a process starts [s]."""
@@ -32,7 +31,7 @@ HOMING_TIME = 30.0
 """Longest wall time in which a gripper is connected and homed [s]."""
 
 ANSWER_TIME = 3.0
-"""Longest wall time without an answer of a link [s]."""
+"""Longest wall time without an answer of a connection [s]."""
 
 _COMMAND = """
 import json, sys
@@ -43,11 +42,11 @@ main(int(sys.argv[2]))
 
 
 class LateError(Exception):
-    """A change of a motion came after the row at which it was to take effect."""
+    """A change of a motion came after the setpoint at which it was to take effect."""
 
 
-class _Link:
-    """A link to the process of a device, which ends with its pipe.
+class _DeviceConnection:
+    """A connection to the process of a device, which ends with its pipe.
 
     Attributes:
         pipe: The pipe.
@@ -111,24 +110,24 @@ class _Link:
         self._end()
 
 
-class ArmConnection(_Link):
+class ArmConnection(_DeviceConnection):
     """Sends references to an arm ahead of time, and reads what it measures.
 
-    References are rows `ROW` apart, counted since the arm was connected.
+    References are setpoints `CONTROL_STEP` apart, counted since the arm was connected.
 
     Attributes:
-        rows: Number of the last row whose reading was taken.
+        setpoint: Number of the last setpoint whose reading was taken.
         last: That reading.
         properties: What the device says about itself and its host.
     """
 
-    def __init__(self, factory: str, address: str, limits: JointLimits) -> None:
+    def __init__(self, factory: str, address: str, limits: MotionLimits) -> None:
         """Connect.
 
         Args:
             factory: ``"module:name"`` of a function that makes the `ArmDevice`.
             address: Its argument.
-            limits: Limits that every row is checked against.
+            limits: Limits that every setpoint is checked against until `set_limits`.
 
         Raises:
             DeviceError: If the arm cannot be reached.
@@ -143,8 +142,8 @@ class ArmConnection(_Link):
             )  # fmt: skip
         self._shared = SharedReadings(self._memory, joints)
         self.properties: dict[str, str] = self.about[0]
-        self.rows = 0
-        self.rows += self.wait(1)
+        self.setpoint = 0
+        self.setpoint += self.wait(1)
         self.last = self.latest
 
     # Readings
@@ -175,25 +174,25 @@ class ArmConnection(_Link):
         return int(self._shared.header[Field.LOST])
 
     @property
-    def behind(self) -> int:
-        """Rows that have passed since the last reading was taken."""
-        return int(self._shared.header[Field.ROWS]) - self.rows
+    def lag(self) -> int:
+        """Setpoints that have passed since the last reading was taken."""
+        return int(self._shared.header[Field.SETPOINT]) - self.setpoint
 
-    def wait(self, rows: int) -> int:
-        """Wait until this many rows have passed since the last reading was taken.
+    def wait(self, setpoints: int) -> int:
+        """Wait until this many setpoints have passed since the last reading was taken.
 
         Returns:
-            The rows that have passed.
+            The setpoints that have passed.
 
         Raises:
-            DeviceError: If the link does not go on.
+            DeviceError: If the connection does not go on.
         """
         header, began = self._shared.header, time.monotonic()
-        seen = header[Field.ROWS]
-        while (passed := self.behind) < rows:
+        seen = header[Field.SETPOINT]
+        while (passed := self.lag) < setpoints:
             time.sleep(2e-4)
-            if header[Field.ROWS] != seen:
-                seen, began = header[Field.ROWS], time.monotonic()
+            if header[Field.SETPOINT] != seen:
+                seen, began = header[Field.SETPOINT], time.monotonic()
             elif self.process.poll() is not None:
                 raise self.error("its process has ended unexpectedly")
             elif time.monotonic() - began > ANSWER_TIME:
@@ -201,31 +200,31 @@ class ArmConnection(_Link):
         return passed
 
     def take(self) -> ArmReading:
-        """Take the reading of the next row."""
-        self.rows += min(self.behind, 1)
-        self.last = self._shared.read(self.rows)
+        """Take the reading of the next setpoint."""
+        self.setpoint += min(self.lag, 1)
+        self.last = self._shared.read(self.setpoint)
         return self.last
 
     @property
     def latest(self) -> ArmReading:
         """The latest reading."""
-        return self._shared.read(int(self._shared.header[Field.ROWS]))
+        return self._shared.read(int(self._shared.header[Field.SETPOINT]))
 
     # Commands
 
-    def send(self, lead: int, rows: np.ndarray) -> None:
-        """Send rows that replace those from a future row on.
+    def send(self, latency: int, setpoints: np.ndarray) -> None:
+        """Send setpoints that replace those from a future one on.
 
         Args:
-            lead: Rows after the last taken reading at which they begin.
-            rows: Positions that end at rest [rad].  # (n, nq)
+            latency: Setpoints after the last taken reading at which they begin.
+            setpoints: Positions that end at rest [rad].  # (n, nq)
 
         Raises:
-            LateError: If that row has passed.
+            LateError: If that setpoint has passed.
             DeviceError: If the arm cannot follow them.
         """
         try:
-            self.pipe.send(("rows", self.rows + lead, np.ascontiguousarray(rows)))
+            self.pipe.send(("setpoints", self.setpoint + latency, np.ascontiguousarray(setpoints)))
         except OSError:
             raise self.error("its process has ended") from None
         problem, detail = self.receive()
@@ -248,12 +247,12 @@ class ArmConnection(_Link):
         arguments = payload.mass, np.array(payload.com), np.array(payload.inertia)
         self.pipe.send(("set_payload", *arguments))
 
-    def set_box(self, model: RobotModel) -> None:
-        """Set the bounds of the tool that every row is checked against, before the first motion."""
-        self.pipe.send(("set_box", model))
+    def set_limits(self, limits: MotionLimits) -> None:
+        """Set the limits that every setpoint is checked against, before the first motion."""
+        self.pipe.send(("set_limits", limits))
 
 
-class GripperConnection(_Link):
+class GripperConnection(_DeviceConnection):
     """Sends commands to a gripper, and reads its state.
 
     Attributes:

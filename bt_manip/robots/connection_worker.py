@@ -17,14 +17,10 @@ import numpy as np
 from bt_manip.exceptions import BtManipError, one_line
 
 from .device import ArmDevice, DeviceError, DeviceState, GripperDevice
-from .joint_limits import JointLimits
-from .robot_model import RobotModel
+from .motion_limits import CONTROL_STEP, MotionLimits
 
-ROW = 1e-3
-"""Time between two rows of references [s], the control step."""
-
-KEPT_ROWS = 8192
-"""Rows whose readings the shared memory keeps."""
+KEPT_SETPOINTS = 8192
+"""Setpoints whose readings the shared memory keeps."""
 
 HEADER = 64
 """Numbers before the readings; `Header` has their meaning."""
@@ -34,12 +30,6 @@ REST_TIME = 0.1
 
 MOVED = 0.02
 """Distance of a joint from the first reference from which it was moved by someone else [rad]."""
-
-LIMIT_TOLERANCE = 5e-3
-"""Part of the limits of acceleration and jerk by which differences of rows may exceed them."""
-
-BOX_TOLERANCE = 1e-3
-"""Distance outside its bounds at which the tool is accepted: the planner checks other rows [m]."""
 
 IDLE_PERIOD = 0.05
 """Time between two readings of a gripper [s]."""
@@ -51,7 +41,7 @@ TEXT = 400
 class Field:
     """Places in the header of the shared memory."""
 
-    ROWS, STREAMING, LONGEST, LOST, PROBLEM, RECOVERABLE = range(6)
+    SETPOINT, STREAMING, LONGEST, LOST, PROBLEM, RECOVERABLE = range(6)
 
 
 class ArmReading(NamedTuple):
@@ -73,29 +63,29 @@ class ArmReading(NamedTuple):
 
 
 class SharedReadings:
-    """The reading of each row, in memory that two processes share; one of them writes."""
+    """Readings of the latest setpoints, in memory of two processes, one of which writes."""
 
     def __init__(self, memory: Any, joints: int) -> None:
         """Use a memory of `size` bytes."""
-        numbers = np.frombuffer(memory, dtype=float, count=HEADER + KEPT_ROWS * 5 * joints)
+        numbers = np.frombuffer(memory, dtype=float, count=HEADER + KEPT_SETPOINTS * 5 * joints)
         self.header = numbers[:HEADER]
-        self._readings = numbers[HEADER:].reshape(KEPT_ROWS, 5, joints)
+        self._readings = numbers[HEADER:].reshape(KEPT_SETPOINTS, 5, joints)
         self._text = np.frombuffer(memory, dtype=np.uint8, offset=numbers.nbytes)
 
     @staticmethod
     def size(joints: int) -> int:
         """Return the size of the memory [bytes]."""
-        return 8 * (HEADER + KEPT_ROWS * 5 * joints) + TEXT
+        return 8 * (HEADER + KEPT_SETPOINTS * 5 * joints) + TEXT
 
     def write(self, number: int, state: DeviceState, q_ref: np.ndarray) -> None:
-        """Write the reading of a row."""
-        reading = self._readings[number % KEPT_ROWS]
+        """Write the reading of a setpoint."""
+        reading = self._readings[number % KEPT_SETPOINTS]
         reading[0], reading[1], reading[2] = state.q, state.v, state.tau
         reading[3], reading[4] = state.tau_external, q_ref
 
     def read(self, number: int) -> ArmReading:
-        """Return the reading of a row, a copy."""
-        return ArmReading(*self._readings[number % KEPT_ROWS].copy())
+        """Return the reading of a setpoint, a copy."""
+        return ArmReading(*self._readings[number % KEPT_SETPOINTS].copy())
 
     def set_problem(self, text: str, recoverable: bool) -> None:
         """Write why the arm does not move; empty if it does."""
@@ -115,16 +105,15 @@ class SharedReadings:
 class ArmWorker:
     """Streams references to an arm from a table that the parent sends ahead."""
 
-    def __init__(self, device: ArmDevice, pipe: Connection, limits: JointLimits) -> None:
+    def __init__(self, device: ArmDevice, pipe: Connection, limits: MotionLimits) -> None:
         """Keep the connected device."""
         self._device, self._pipe, self._limits = device, pipe, limits
-        self._rows_per_cycle = max(1, round(device.period / ROW))
+        self._setpoints_per_cycle = max(1, round(device.period / CONTROL_STEP))
         self._table = np.empty((0, len(limits.lower)))
-        self._first = self._row = self._rested = 0
+        self._first = self._setpoint = self._rested = 0
         self._time = 0.0  # [s] of the robot, of the last reading
         self._streaming = self._orphaned = False
         self._waiting: list[tuple[Any, ...]] = []  # commands for an arm at rest
-        self._model: RobotModel | None = None  # whose tool has bounds
         self._refused = ""  # a command that the device has refused
 
     def run(self, shared: SharedReadings) -> None:
@@ -143,35 +132,36 @@ class ArmWorker:
             self._time = state.time
             if self._streaming:
                 header[Field.LOST] += cycles - 1
-            before = self._row
-            self._row += cycles * self._rows_per_cycle
+            before = self._setpoint
+            self._setpoint += cycles * self._setpoints_per_cycle
             problem = state.problem or self._refused
             if problem and self._streaming:
                 self._end()
             held = state.q if state.q_held is None else state.q_held
-            for row in range(max(before, self._row - KEPT_ROWS) + 1, self._row + 1):
-                shared.write(row, state, self._reference(row) if self._streaming else held)
+            oldest = max(before, self._setpoint - KEPT_SETPOINTS) + 1
+            for number in range(oldest, self._setpoint + 1):
+                shared.write(number, state, self._reference(number) if self._streaming else held)
             if problem != shared.problem:
                 shared.set_problem(problem, state.recoverable or not state.problem)
             header[Field.STREAMING] = self._streaming
-            header[Field.ROWS] = self._row
+            header[Field.SETPOINT] = self._setpoint
             self._take_messages(state)
             if self._streaming:
-                self._device.write(self._reference(self._row))
-                self._rested = self._rested + 1 if self._row >= self._end_row else 0
+                self._device.write(self._reference(self._setpoint))
+                self._rested = self._rested + 1 if self._setpoint >= self._end_setpoint else 0
                 if self._rested * self._device.period > REST_TIME:
                     self._end()
             while self._waiting and not self._streaming:
                 self._command(*self._waiting.pop(0))
 
     @property
-    def _end_row(self) -> int:
+    def _end_setpoint(self) -> int:
         return self._first + len(self._table) - 1
 
-    def _reference(self, row: int) -> np.ndarray:
-        """Return the reference of a row."""
-        row = min(max(row - self._first, 0), len(self._table) - 1)
-        return np.asarray(self._table[row])
+    def _reference(self, number: int) -> np.ndarray:
+        """Return the setpoint of a number."""
+        place = min(max(number - self._first, 0), len(self._table) - 1)
+        return np.asarray(self._table[place])
 
     def _end(self) -> None:
         """End the motion."""
@@ -185,12 +175,12 @@ class ArmWorker:
         try:
             while not self._orphaned and self._pipe.poll():
                 kind, *arguments = self._pipe.recv()
-                if kind == "rows":
+                if kind == "setpoints":
                     answer = self._splice(state, *arguments)
                     self._header[Field.STREAMING] = self._streaming
                     self._pipe.send(answer)
-                elif kind == "set_box":
-                    (self._model,) = arguments
+                elif kind == "set_limits":
+                    (self._limits,) = arguments
                 else:
                     self._waiting.append((kind, *arguments))
         except (EOFError, OSError):
@@ -205,17 +195,17 @@ class ArmWorker:
         except DeviceError as error:
             self._refused = str(error)
 
-    def _splice(self, state: DeviceState, first: int, rows: np.ndarray) -> tuple[str, str]:
-        """Take rows from a future row on; return whether, and why not.
+    def _splice(self, state: DeviceState, first: int, setpoints: np.ndarray) -> tuple[str, str]:
+        """Take setpoints from a future one on; return whether, and why not.
 
         Args:
             state: The present state.
-            first: Number of the first row.
-            rows: Positions that end at rest [rad].  # (n, nq)
+            first: Number of the first setpoint.
+            setpoints: Positions that end at rest [rad].  # (n, nq)
         """
         if state.problem or self._refused:
             return "problem", state.problem or self._refused
-        if first <= self._row + self._rows_per_cycle:
+        if first <= self._setpoint + self._setpoints_per_cycle:
             return "late", ""
         begin = max(0, first - self._first)  # 0: in place of a motion that has not begun
         if self._streaming:
@@ -224,23 +214,19 @@ class ArmWorker:
             if begin > len(self._table):
                 before = np.repeat(self._table[-1:], 3, axis=0)
         else:
-            off = np.abs(state.q - rows[0])
+            off = np.abs(state.q - setpoints[0])
             joint = int(off.argmax())
             if off[joint] > MOVED:
                 return "moved", f"joint {joint + 1} by {off[joint]:.3f} rad"
-            before = np.repeat(rows[:1], 3, axis=0)
-        problem = rows_problem(before, rows, self._limits)
-        if not problem and self._model is not None:
-            whole = np.concatenate([before[-1:], rows])
-            problem = self._model.box_problem(whole, BOX_TOLERANCE)
-        if problem:
+            before = np.repeat(setpoints[:1], 3, axis=0)
+        if problem := self._limits.setpoints_problem(before, setpoints):
             return "limits", problem
         if self._streaming:
-            oldest = max(self._row - 3, self._first)  # for the differences of the next rows
-            oldest = min(oldest, first)
+            # Three before the present one are kept for the differences of the next ones.
+            oldest = min(max(self._setpoint - 3, self._first), first)
             kept = self._table[max(0, oldest - self._first) : begin]
-            held_rows = np.repeat(self._table[-1:], first - oldest - len(kept), axis=0)
-            self._first, self._table = oldest, np.concatenate([kept, held_rows, rows])
+            held = np.repeat(self._table[-1:], first - oldest - len(kept), axis=0)
+            self._first, self._table = oldest, np.concatenate([kept, held, setpoints])
             self._rested = 0
             return "", ""
         try:
@@ -248,39 +234,8 @@ class ArmWorker:
         except DeviceError as error:
             self._refused = str(error)
             return "problem", str(error)
-        self._table, self._first, self._streaming, self._rested = rows, first, True, 0
+        self._table, self._first, self._streaming, self._rested = setpoints, first, True, 0
         return "", ""
-
-
-def rows_problem(before: np.ndarray, rows: np.ndarray, limits: JointLimits) -> str:
-    """Return which limit rows exceed; empty if none.
-
-    Args:
-        before: The rows before them [rad].  # (3, nq)
-        rows: Positions `ROW` apart, at rest at the end [rad].  # (n, nq)
-        limits: The limits.
-    """
-    if rows.ndim != 2 or rows.shape[1] != len(limits.lower) or not len(rows):
-        return f"rows of shape {rows.shape}"
-    if not np.isfinite(rows).all():
-        return "a row is not finite"
-    q = np.concatenate([before, rows, rows[-1:], rows[-1:], rows[-1:]])
-    room = np.maximum(np.maximum(limits.lower - q[0], q[0] - limits.upper), 0.0) + 1e-6
-    v = np.diff(q, axis=0) / ROW
-    a, j = np.diff(v, axis=0) / ROW, np.diff(v, n=2, axis=0) / ROW**2
-    most = 1.0 + LIMIT_TOLERANCE
-    checks = (
-        ("position", np.maximum(limits.lower - room - q, q - limits.upper - room) > 0.0),
-        ("velocity", np.abs(v) > limits.velocity_at(q[:-1], v) * (1.0 + 1e-4) + 1e-6),
-        ("acceleration", np.abs(a) > limits.acceleration * most + 1e-4),
-        ("jerk", np.abs(j) > limits.jerk * most + 0.1),
-    )
-    for name, exceeded in checks:
-        if exceeded.any():
-            row, joint = (int(i) for i in np.argwhere(exceeded)[0])
-            where = "where it joins the present one" if row < 3 else f"in row {row - 3}"
-            return f"{name} of joint {joint + 1} {where}"
-    return ""
 
 
 def _made(factory: str, address: str) -> Any:
@@ -301,7 +256,7 @@ def _made(factory: str, address: str) -> Any:
 
 
 def serve_arm(
-    pipe: Connection, memory: Any, factory: str, address: str, limits: JointLimits
+    pipe: Connection, memory: Any, factory: str, address: str, limits: MotionLimits
 ) -> None:
     """Connect an arm and stream references to it until the parent ends."""
     try:

@@ -120,11 +120,11 @@ class Gripper(composer.Entity, abc.ABC):
         return None
 
     @classmethod
-    def on_device(cls, link: "GripperConnection") -> "Callable[[Robot], Gripper]":
+    def on_device(cls, connection: "GripperConnection") -> "Callable[[Robot], Gripper]":
         """Return a factory of grippers of this kind that command a real one.
 
         Args:
-            link: Speaks to the real gripper.
+            connection: Speaks to the real gripper.
 
         Raises:
             RobotError: If this kind has none; the default.
@@ -263,8 +263,12 @@ class Gripper(composer.Entity, abc.ABC):
     def update(self) -> None:
         """Read the state of a real gripper, before each tick; default: there is none."""
 
-    def close_link(self) -> None:
+    def close_connection(self) -> None:
         """End the connection to a real gripper; default: there is none."""
+        self.close_link()
+
+    def close_link(self) -> None:
+        """Do the same under the former name, for one release."""
 
     def follow_tool(self, T_wt: pin.SE3) -> None:
         """Write what a real gripper has measured into the physics; default: there is none.

@@ -7,8 +7,6 @@ import mujoco
 import numpy as np
 from dm_control import mjcf
 
-from .joint_limits import is_motor
-
 
 def ensure_motors(
     root: mjcf.RootElement,
@@ -98,4 +96,36 @@ def _pulls_only(tendon: Any, names: set[str]) -> bool:
     pulled = [getattr(child, "joint", None) for child in tendon.all_children()]
     return bool(pulled) and all(
         joint is not None and joint.full_identifier in names for joint in pulled
+    )
+
+
+def effort_limit(mj_model: mujoco.MjModel, target: int, kind: str = "joint") -> float:
+    """Return the maximum effort of the actuators of a target, infinite when unbounded.
+
+    Args:
+        mj_model: The model.
+        target: Id of a joint or a tendon.
+        kind: ``"joint"`` or ``"tendon"``.
+    """
+    bound = np.inf
+    if kind == "joint" and mj_model.jnt_actfrclimited[target]:
+        bound = float(np.abs(mj_model.jnt_actfrcrange[target]).min())
+    transmission = mujoco.mjtTrn.mjTRN_JOINT if kind == "joint" else mujoco.mjtTrn.mjTRN_TENDON
+    moves = mj_model.actuator_trntype == int(transmission)
+    for i in np.flatnonzero(moves & (mj_model.actuator_trnid[:, 0] == target)):
+        gear = abs(float(mj_model.actuator_gear[i, 0]))
+        if mj_model.actuator_forcelimited[i]:
+            bound = min(bound, gear * float(np.abs(mj_model.actuator_forcerange[i]).min()))
+        if mj_model.actuator_ctrllimited[i] and is_motor(mj_model, int(i)):
+            bound = min(bound, gear * float(np.abs(mj_model.actuator_ctrlrange[i]).min()))
+    return bound
+
+
+def is_motor(mj_model: mujoco.MjModel, actuator: int) -> bool:
+    """Return whether an actuator's force equals its control signal."""
+    return (
+        int(mj_model.actuator_gaintype[actuator]) == int(mujoco.mjtGain.mjGAIN_FIXED)
+        and int(mj_model.actuator_biastype[actuator]) == int(mujoco.mjtBias.mjBIAS_NONE)
+        and int(mj_model.actuator_dyntype[actuator]) == int(mujoco.mjtDyn.mjDYN_NONE)
+        and float(mj_model.actuator_gainprm[actuator, 0]) == 1.0
     )

@@ -15,11 +15,10 @@ from bt_manip.spatial import cross
 from .addresses import reader
 from .assembly import assemble, find_element
 from .bounds import ArmBounds
-from .checks import check_position_limits
 from .configurations import Configuration, find_configuration
 from .errors import GripperError, RobotError
 from .gripper import Gripper
-from .joint_limits import read_limits
+from .motion_limits import read_limits
 from .motors import ensure_motors
 from .robot_description import RobotDescription
 from .robot_model import RobotModel
@@ -76,10 +75,11 @@ class Robot(MonitoredEntity):
         self._where = description.where
         self.read_tau_external: Callable[[], np.ndarray] | None = None
         root, alone, hand, self.tool_site = assemble(description)
-        self.bounds = ArmBounds() if bounds is None else bounds
-        self.limits = self.bounds.narrowed(read_limits(alone, description), description)
+        self.limits = read_limits(alone, description)
+        if bounds is not None:
+            self.limits = bounds.narrowed(self.limits, description)
         try:
-            check_position_limits(np.array(description.home), self.limits.lower, self.limits.upper)
+            self.limits.checked(np.array(description.home))
         except MotionError as error:
             raise RobotError(f"{self._where}: home: {error}") from None
         self._mjcf_root = root
@@ -255,10 +255,8 @@ class Robot(MonitoredEntity):
             tool_frame=self.tool_site.full_identifier,
             limits=self.limits,
             home=self.description.home,
-            tool_limits=self.description.tool_limits,
             tolerance=self.description.tolerance,
             qpos=qpos,
-            bounds=self.bounds,
         )
 
 

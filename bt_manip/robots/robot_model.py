@@ -1,22 +1,19 @@
 """Kinematic and dynamic model of an arm, for planning and control."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import mujoco
 import numpy as np
 import pinocchio as pin
 
-from .bounds import ArmBounds
-from .joint_limits import JointLimits
 from .model_building import build_model
+from .motion_limits import MotionLimits
 from .payload import Payload
-from .robot_description import Tolerance, ToolLimits
+from .robot_description import Tolerance
 
 _FRICTION_VELOCITY = 0.01  # [rad/s] at which 76 % of dry friction are compensated, the tanh of 1
 _SAMPLES = 1000  # random configurations from which the reach is estimated
-_BOX_ROWS = 20
-"""Control steps between two checks of the tool's position. A tool that accelerates by 20 m/s2 is
-less than 1 mm beside the line between two such positions, which is in the box where both are."""
 
 _SLIDE = int(mujoco.mjtJoint.mjJNT_SLIDE)
 
@@ -32,10 +29,8 @@ class RobotModel:
         data: Pinocchio's data.
         units: Unit of each joint's position: ``"rad"``, or ``"m"`` for a slide.
         tool_frame_id: Id of the tool frame.
-        limits: Joint limits.
-        tool_limits: Limits of the tool's motion along a line.
+        limits: Limits of its motions.
         tolerance: Largest errors of the tool pose in inverse kinematics.
-        bounds: Bounds of its motions; those of the joints are in `limits`, too.
         damping: Viscous friction of each joint [N m s/rad].  # (nv,)
         friction: Dry friction of each joint [N m].  # (nv,)
         home: Configuration of the arm at the start [rad].  # (nq,)
@@ -53,12 +48,10 @@ class RobotModel:
         *,
         joints: Sequence[str],
         tool_frame: str,
-        limits: JointLimits,
+        limits: MotionLimits,
         home: Sequence[float],
-        tool_limits: ToolLimits,
         tolerance: Tolerance,
         qpos: np.ndarray,
-        bounds: ArmBounds,
     ) -> None:
         """Build the model of an arm from the compiled MuJoCo model.
 
@@ -66,12 +59,10 @@ class RobotModel:
             mj_model: The compiled model.
             joints: Full names of the arm's joints, from the base outwards.
             tool_frame: Full name of the tool's site.
-            limits: Joint limits.
+            limits: Limits of its motions.
             home: Configuration at the start [rad].  # (nq,)
-            tool_limits: Limits of the tool's motion along a line.
             tolerance: Largest errors of the tool pose in inverse kinematics.
             qpos: Positions at which all other joints are locked.
-            bounds: Bounds of its motions.
 
         Raises:
             RobotError: If a name is unknown or the joints do not form an arm.
@@ -82,8 +73,7 @@ class RobotModel:
         self.locked_qpos = qpos.copy()
         self.data = self.model.createData()
         self.tool_frame_id = self.model.getFrameId(tool_frame, pin.FrameType.OP_FRAME)
-        self.limits = limits
-        self.tool_limits, self.tolerance, self.bounds = tool_limits, tolerance, bounds
+        self.limits, self.tolerance = replace(limits, arm=self), tolerance
         dofs = [mj_model.joint(name).dofadr[0] for name in joints]
         slides = mj_model.jnt_type[[mj_model.joint(name).id for name in joints]] == _SLIDE
         self.units = tuple("m" if slide else "rad" for slide in slides)
@@ -114,6 +104,7 @@ class RobotModel:
             other.model.inertias[joint] = self._bare + frame.placement.act(payload.spatial_inertia)
         other.payload = payload
         other.data = other.model.createData()
+        other.limits = replace(self.limits, arm=other)
         return other
 
     @property
@@ -125,28 +116,6 @@ class RobotModel:
         """Return the pose T_wt of the tool in the world."""
         pin.forwardKinematics(self.model, self.data, q)
         return pin.updateFramePlacement(self.model, self.data, self.tool_frame_id)
-
-    def box_problem(self, rows: np.ndarray, tolerance: float = 1e-6) -> str:
-        """Return how the tool leaves its bounds in a motion; empty if it does not.
-
-        It may stay as far outside as it is at first.
-
-        Args:
-            rows: Configurations at the control steps [rad].  # (n, nq)
-            tolerance: Distance outside that is accepted [m].
-        """
-        if (box := self.bounds.box) is None:
-            return ""
-        checked = np.concatenate([rows[:-1:_BOX_ROWS], rows[-1:]])
-        p = np.array([self.pose(q).translation.copy() for q in checked])
-        outside = np.maximum(box[0] - p, p - box[1])
-        beyond = outside > np.maximum(outside[0], 0.0) + tolerance
-        if not beyond.any():
-            return ""
-        row, axis = np.argwhere(beyond)[0]
-        low, high = box[:, axis]
-        where = f"{'xyz'[axis]} of the tool is {p[row, axis]:.3f} m"
-        return f"{where}, its bounds are {low:g} to {high:g} m"
 
     def jacobian(self, q: np.ndarray) -> np.ndarray:
         """Return the tool's Jacobian: linear over angular velocity, in world axes."""

@@ -6,8 +6,8 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 
-from .joint_limits import sampling_bounds
 from .model_building import find
+from .motion_limits import sampling_bounds
 
 
 class Verification(NamedTuple):

@@ -31,7 +31,7 @@ from .hardware import Hardware
 REFRESH = 100
 """Control steps between two messages with the next part of a motion."""
 
-LEAD = 25
+LATENCY = 25
 """Control steps from such a message until it takes effect."""
 
 LATE = 5
@@ -104,15 +104,14 @@ class RealRobotBuilder(RobotBuilder):
 
     def __init__(self, chosen: SceneRobot, parts: Parts, backend: RealBackend) -> None:
         self._backend = backend
-        self._link: ArmConnection
+        self._connection: ArmConnection
         super().__init__(chosen, parts)
 
     def commanded(self, name: str, cell: Cell) -> CommandedRobot:
         """Return the robot with an arm whose motions the real arm executes."""
         robot = super().commanded(name, cell)
-        if robot.arm.model.bounds.box is not None:
-            self._link.set_box(robot.arm.model)
-        robot.arm.link = self._link
+        self._connection.set_limits(robot.arm.model.limits)
+        robot.arm.connection = self._connection
         return robot
 
     def _make_robot(self, parts: Parts) -> Robot:
@@ -127,8 +126,8 @@ class RealRobotBuilder(RobotBuilder):
 
     def _controller_factories(self, parts: Parts) -> dict[str, Any]:
         backend, limits = self._backend, self._robot.limits
-        self._link = ArmConnection(backend.backend.arm, backend.address, limits)
-        make = partial(MeasuredArm, link=self._link)
+        self._connection = ArmConnection(backend.backend.arm, backend.address, limits)
+        make = partial(MeasuredArm, connection=self._connection)
         return dict.fromkeys(backend.backend.controllers, make)
 
 
@@ -168,16 +167,17 @@ class RealRobot(Hardware):
 
     def __init__(self, cell: Cell, backend: RealBackend, robot: CommandedRobot) -> None:
         super().__init__(cell)
-        arm, link = robot.arm, robot.arm.link
-        assert link is not None
-        self._backend, self._link, self._arm, self._gripper = backend, link, arm, robot.gripper
+        arm, connection = robot.arm, robot.arm.connection
+        assert connection is not None
+        self._backend, self._connection = backend, connection
+        self._arm, self._gripper = arm, robot.gripper
         self.late_ticks = self._sent_at = self._known_until = 0
         self._moved = False  # whether it was to move in the present tick
         self._more = False  # whether the motion goes on beyond what was sent
-        link.rows += link.behind
-        arm.robot.set_configuration(link.latest.q)
+        connection.setpoint += connection.lag
+        arm.robot.set_configuration(connection.latest.q)
         arm.follower.send = self._send
-        arm.reset(link.latest.q_ref)
+        arm.reset(connection.latest.q_ref)
 
     def step(self, steps: int, then: Sequence[Callable[[], None]] = ()) -> None:
         """Wait for the robot to make control steps, and make as many as it has made in the cell.
@@ -185,11 +185,11 @@ class RealRobot(Hardware):
         Raises:
             DeviceError: If the robot does not go on, or its gripper does not answer.
         """
-        passed = self._link.wait(steps)
+        passed = self._connection.wait(steps)
         self._moved = self._arm.moving
         self.late_ticks += passed > steps + LATE
         for _ in range(passed - MOST):  # to catch up
-            self._link.rows += 1
+            self._connection.setpoint += 1
             self._arm.advance(CONTROL_STEP)
             self._arm.robot.mj_data.time += CONTROL_STEP
         super().step(min(passed, MOST), then)
@@ -197,24 +197,24 @@ class RealRobot(Hardware):
 
     def _follow(self) -> None:
         """Follow the robot after the control steps of a tick."""
-        arm, link = self._arm, self._link
+        arm, connection = self._arm, self._connection
         if self._gripper is not None:
             self._gripper.update()
-        astray = bool(np.abs(link.last.q_ref - arm.q).max() > ASTRAY)
-        if self._moved and link.problem:
-            arm.give_up(f"the arm has stopped: {link.problem}")
+        astray = bool(np.abs(connection.last.q_ref - arm.q).max() > ASTRAY)
+        if self._moved and connection.problem:
+            arm.give_up(f"the arm has stopped: {connection.problem}")
         elif self._moved and astray:
             arm.give_up(SILENT)
         elif arm.moving:
             self._send_on()
-        if not arm.moving and not link.streaming:
-            self._rest(link.latest.q_ref)
+        if not arm.moving and not connection.streaming:
+            self._rest(connection.latest.q_ref)
 
     def close(self) -> None:
         """End the connection, once the arm is at rest."""
-        self._link.close()
+        self._connection.close()
         if self._gripper is not None:
-            self._gripper.close_link()
+            self._gripper.close_connection()
 
     @property
     def report(self) -> dict[str, Any]:  # type: ignore[override]
@@ -223,29 +223,29 @@ class RealRobot(Hardware):
         return {
             "backend": self._backend.name,
             "late_ticks": self.late_ticks,
-            "lost_cycles": self._link.lost_cycles,
-            "longest_gap_s": self._link.longest_gap,
+            "lost_cycles": self._connection.lost_cycles,
+            "longest_gap_s": self._connection.longest_gap,
             "assumed": sorted(gripper),
-            **self._link.properties,
+            **self._connection.properties,
         }
 
-    def _send(self, lead: int, rows: np.ndarray) -> None:
-        self._link.send(lead, rows)
-        self._more, self._sent_at = True, self._link.rows
-        self._known_until = self._link.rows + lead + SENT_AHEAD
+    def _send(self, latency: int, setpoints: np.ndarray) -> None:
+        self._connection.send(latency, setpoints)
+        self._more, self._sent_at = True, self._connection.setpoint
+        self._known_until = self._connection.setpoint + latency + SENT_AHEAD
 
     def _send_on(self) -> None:
         """Send the next part of the motion; without it the arm stops on its path."""
-        arm, link = self._arm, self._link
-        if not self._more or link.rows - self._sent_at < REFRESH:
+        arm, connection = self._arm, self._connection
+        if not self._more or connection.setpoint - self._sent_at < REFRESH:
             return
-        lead = link.behind + LEAD
-        if link.rows + lead > self._known_until:  # the arm stops by then
+        latency = connection.lag + LATENCY
+        if connection.setpoint + latency > self._known_until:  # the arm stops by then
             arm.give_up(SILENT)
             return
         with suppress(LateError):
             try:
-                self._more = arm.follower.send_on(lead, arm.model)
+                self._more = arm.follower.send_on(latency, arm.model)
             except DeviceError as error:
                 arm.give_up(str(error))
 

@@ -61,7 +61,7 @@ def stops_by_itself_when_nothing_more_arrives(station: Station) -> None:
 
 
 def refuses_a_change_that_comes_too_late(station: Station) -> None:
-    """Check that the motion goes on when a change of it arrives after its row."""
+    """Check that the motion goes on when a change of it arrives after its setpoint."""
     arm = station.arm
     goal = _set_off(station)
     _begin_to_move(station)
@@ -80,11 +80,11 @@ def refuses_what_exceeds_a_limit(station: Station) -> None:
     """Check that a jump is refused with its reason, and nothing moves."""
     arm = station.arm
     before = arm.q_ref
-    rows = np.concatenate([np.tile(before, (5, 1)), np.tile(before + 0.05, (5, 1))])
+    setpoints = np.concatenate([np.tile(before, (5, 1)), np.tile(before + 0.05, (5, 1))])
     send = arm.follower.send
     assert send is not None
     try:
-        send(50, rows)
+        send(50, setpoints)
     except DeviceError as error:
         assert "limit" in str(error), f"it says '{error}'"
         _assert_at(station, before)
@@ -147,7 +147,7 @@ def _wait_for_rest(station: Station, measure: Callable[[], object] = lambda: Non
 
     def rests() -> bool:
         measure()
-        streaming = arm.link is not None and arm.link.streaming
+        streaming = arm.connection is not None and arm.connection.streaming
         return not arm.busy and arm.at_rest and not streaming
 
     _wait(station, rests, LONGEST, "the arm moves on")

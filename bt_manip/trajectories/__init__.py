@@ -1,14 +1,14 @@
 """Trajectories: time parameterization, time scaling, stops, and their limits."""
 
-from .kinematic_limits import KinematicLimits as KinematicLimits
-from .limit_check import CONTROL_STEP as CONTROL_STEP
+from bt_manip.robots import CONTROL_STEP as CONTROL_STEP
+
 from .limit_check import EFFORT_FRACTION as EFFORT_FRACTION
 from .limit_check import effort_use as effort_use
 from .limit_check import limit_use as limit_use
-from .limit_check import sampled_limit_use as sampled_limit_use
 from .motion_profile import MotionProfile as MotionProfile
 from .motion_profile import joint_profiles as joint_profiles
 from .motion_profile import velocity_profiles as velocity_profiles
+from .path_limits import PathLimits as PathLimits
 from .paths import Path as Path
 from .paths import SplinePath as SplinePath
 from .paths import StraightPath as StraightPath

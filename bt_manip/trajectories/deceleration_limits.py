@@ -13,9 +13,9 @@ import numpy as np
 
 from bt_manip.robots import RobotModel
 
-from .kinematic_limits import TINY, KinematicLimits
 from .motion_profile import MotionProfile
 from .path_constraints import PathDynamics
+from .path_limits import TINY, PathLimits
 
 STOP_EFFORT_FRACTION = 0.98  # of every effort limit: more than for motions, so that there is some
 # left to stop where a motion uses all of its own fraction
@@ -33,7 +33,7 @@ class LimitedPath(NamedTuple):
     """
 
     evaluate: Callable[[np.ndarray], Sequence[np.ndarray]]
-    limits: KinematicLimits
+    limits: PathLimits
     end: float
 
     def sample(self, profile: MotionProfile, times: np.ndarray) -> tuple[np.ndarray, ...]:

@@ -1,66 +1,23 @@
 """Largest used fractions of the limits of a trajectory."""
 
-from typing import NamedTuple
-
 import numpy as np
 
-from bt_manip.robots import JointLimits, RobotModel
+from bt_manip.robots import CONTROL_STEP, LimitUse, MotionLimits, RobotModel
 
 from .trajectory import Samples, Trajectory, sample_times
 
-CONTROL_STEP = 1e-3  # [s] control step at which references are sampled
 EFFORT_STEP = 4e-3  # [s] between inverse dynamics: efforts change little in that time
 SMOOTH_EFFORT_STEP = 16e-3
 """The same where acceleration is linear in time [s]: efforts between are at most 2e-4 larger."""
-ROUNDING = 1e-6  # relative excess of a limit that counts as rounding
 EFFORT_FRACTION = 0.95  # of every effort limit for motions: the rest is for the controller
 
 
-class LimitUse(NamedTuple):
-    """Largest used fraction of each kind of limit, over all joints and steps."""
-
-    position: float
-    velocity: float
-    acceleration: float
-    jerk: float
-
-    @property
-    def inside(self) -> bool:
-        """Whether no limit is exceeded by more than rounding."""
-        return max(self) <= 1.0 + ROUNDING
-
-
-def limit_use(trajectory: Trajectory, limits: JointLimits) -> LimitUse:
+def limit_use(trajectory: Trajectory, limits: MotionLimits) -> LimitUse:
     """Return the used fractions of a trajectory's limits, sampled at control steps.
 
     The jerk is the difference of accelerations per step, the last partial step included.
     """
-    samples = trajectory.sample(sample_times(trajectory.duration, CONTROL_STEP))
-    return sampled_limit_use(samples, limits)
-
-
-def sampled_limit_use(samples: Samples, limits: JointLimits) -> LimitUse:
-    """Return the used fractions of the limits for samples at control steps."""
-    q, v, a = samples
-    bounded = np.isfinite(limits.upper - limits.lower)
-    lower, upper = limits.lower[bounded], limits.upper[bounded]
-    position = _largest(q[:, bounded] - 0.5 * (upper + lower)) / (0.5 * (upper - lower))
-    moved = np.diff(q, axis=0) / CONTROL_STEP  # a jump of the position is a velocity too
-    velocity = np.maximum(
-        _largest(v / limits.velocity_at(q, v)),
-        _largest(moved / limits.velocity_at(q[:-1], moved)),
-    )
-    return LimitUse(
-        float(position.max(initial=0.0)),
-        float(velocity.max()),
-        float((_largest(a) / limits.acceleration).max()),
-        float((_largest(np.diff(a, axis=0) / CONTROL_STEP) / limits.jerk).max()),
-    )
-
-
-def _largest(values: np.ndarray) -> np.ndarray:
-    """Return the largest absolute value of each column; 0 without rows."""
-    return np.asarray(np.abs(values).max(axis=0, initial=0.0))
+    return limits.use(*trajectory.sample(sample_times(trajectory.duration, CONTROL_STEP)))
 
 
 def has_jump(samples: Samples, jerk: np.ndarray) -> bool:

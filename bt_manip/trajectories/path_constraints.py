@@ -12,8 +12,8 @@ import numpy as np
 from bt_manip.exceptions import MotionError
 from bt_manip.robots import RobotModel
 
-from .kinematic_limits import TINY, KinematicLimits
 from .limit_check import EFFORT_FRACTION
+from .path_limits import TINY, PathLimits
 from .paths import Path
 
 MAX_DAMPING = 0.9  # of the effort left for moving, at most, taken by damping
@@ -72,7 +72,7 @@ class PathConstraints:
         self,
         path: Path,
         s: np.ndarray,
-        limits: KinematicLimits,
+        limits: PathLimits,
         model: RobotModel | None,
     ) -> None:
         """Evaluate a path at points.
@@ -87,7 +87,7 @@ class PathConstraints:
             MotionError: When the arm cannot even hold itself on the path.
         """
         x, d1, d2 = path.evaluate(s)
-        velocity = limits.velocity_at(x, d1)
+        bounded = [(limit, slopes) for _, slopes, limit in limits.speeds(x, d1)]
         self.a, self.b, self.damped = d1, d2, False
         self._acceleration = np.broadcast_to(limits.acceleration, d1.shape)
         self._dynamics: PathDynamics | None = None
@@ -99,12 +99,13 @@ class PathConstraints:
             # joint is at its velocity limit.
             left = effort - model.friction - np.sign(d1[:, : model.nq]) * dynamics.gravity
             damping_limited = MAX_DAMPING * left / (model.damping + TINY)
-            velocity[:, : path.nq] = np.minimum(velocity[:, : path.nq], damping_limited)
+            bounded.append((damping_limited, d1[:, : model.nq]))
             full_damping = model.damping * model.limits.velocity
             self.damped = bool((full_damping > NEGLIGIBLE_DAMPING * effort).any())
             self.a = np.hstack([self.a, dynamics.mass])
             self.b = np.hstack([self.b, dynamics.coriolis])
-        self.max_s_dot = (velocity / (np.abs(d1) + TINY)).min(axis=1)
+        s_dots = [(limit / (np.abs(slopes) + TINY)).min(axis=1) for limit, slopes in bounded]
+        self.max_s_dot = np.min(s_dots, axis=0)
 
     def bounds(self, s_dot: np.ndarray) -> np.ndarray:
         """Return above and below, with the damping of given path velocities."""  # (2, n, k)

@@ -19,10 +19,12 @@ class Path(Protocol):
     Attributes:
         nq: Number of joints.
         end: Configuration at s = 1 [rad].  # (nq,)
+        limits: Limits of velocity, acceleration and jerk of the further coordinates.  # (3, m - nq)
     """
 
     nq: int
     end: np.ndarray
+    limits: np.ndarray
 
     def evaluate(self, s: np.ndarray, order: int = 2) -> list[np.ndarray]:
         """Return coordinates and derivatives by s up to an order."""  # (n, m >= nq) each
@@ -33,6 +35,8 @@ class Path(Protocol):
 
 class StraightPath:
     """The joint-space segment between two configurations."""
+
+    limits = np.empty((3, 0))
 
     def __init__(self, start: np.ndarray, end: np.ndarray) -> None:
         """Connect two configurations."""
@@ -54,15 +58,20 @@ class StraightPath:
 class SplinePath:
     """The quintic spline through knots at equal steps of s, with not-a-knot end conditions."""
 
-    def __init__(self, knots: np.ndarray, nq: int | None = None) -> None:
+    def __init__(
+        self, knots: np.ndarray, nq: int | None = None, limits: np.ndarray | None = None
+    ) -> None:
         """Interpolate.
 
         Args:
             knots: At least six configurations, each followed by any further coordinates.  # (n, m)
             nq: Number of joints; by default there are no further coordinates.
+            limits: As in `Path`; by default infinite.
         """
         self.knots = np.array(knots)
         self.nq = self.knots.shape[1] if nq is None else nq
+        further = self.knots.shape[1] - self.nq
+        self.limits = np.full((3, further), np.inf) if limits is None else limits
         self.end = self.knots[-1, : self.nq]
         self._breakpoints, splines = _unit_splines(len(self.knots))
         self._coefficients = splines @ self.knots  # (k, DEGREE + 1, m)
@@ -78,7 +87,12 @@ class SplinePath:
 
     def get_state(self) -> dict[str, Any]:
         """Return the path as plain data."""
-        return {"kind": "spline", "knots": self.knots.tolist(), "nq": self.nq}
+        return {
+            "kind": "spline",
+            "knots": self.knots.tolist(),
+            "nq": self.nq,
+            "limits": self.limits.tolist(),
+        }
 
 
 @lru_cache(maxsize=8)
@@ -118,4 +132,4 @@ def path_from_state(state: dict[str, Any]) -> Path:
     """Restore a path from plain data."""
     if state["kind"] == "straight":
         return StraightPath(np.array(state["start"]), np.array(state["end"]))
-    return SplinePath(np.array(state["knots"]), state["nq"])
+    return SplinePath(np.array(state["knots"]), state["nq"], np.array(state["limits"]))

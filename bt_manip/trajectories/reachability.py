@@ -8,7 +8,7 @@ one of them at each point.
 
 import numpy as np
 
-from .kinematic_limits import TINY
+from .path_limits import TINY
 
 KEPT = 0.5  # of x kept from one point to the next, at least: keeps a joint that hardly moves, but
 # bends, from stopping the whole motion

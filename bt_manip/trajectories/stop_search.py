@@ -15,8 +15,8 @@ import numpy as np
 from bt_manip.robots import RobotModel
 
 from .deceleration_limits import DecelerationLimits, JerkBounds, LimitedPath
-from .kinematic_limits import TINY, KinematicLimits
 from .motion_profile import MotionProfile, ScalarState, integrate_acceleration
+from .path_limits import TINY, PathLimits
 
 STOP_STEP = 1e-3  # [s] of constant path jerk
 MIN_STEP = 1e-4  # [s] for short stops
@@ -34,7 +34,7 @@ GUESS_EVERY = 2  # nodes that the forward pass takes at once
 GUESS_LEVELS = 8  # path velocities between which its lowest acceleration is interpolated
 
 
-def shortest_stop_time(v: np.ndarray, a: np.ndarray, limits: KinematicLimits) -> float:
+def shortest_stop_time(v: np.ndarray, a: np.ndarray, limits: PathLimits) -> float:
     """Return the longest of the times that each coordinate alone needs to stop [s].
 
     No stop on the path can be faster.

@@ -5,19 +5,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bt_manip.robots import RobotModel
+from bt_manip.robots import CONTROL_STEP, ROUNDING, RobotModel
 
 from .deceleration_limits import STOP_EFFORT_FRACTION, LimitedPath
-from .kinematic_limits import KinematicLimits
 from .limit_check import (
-    CONTROL_STEP,
     EFFORT_STEP,
-    ROUNDING,
     effort_use,
     has_jump,
     sampled_effort_use,
 )
 from .motion_profile import MotionProfile, ScalarState
+from .path_limits import PathLimits
 from .stop_search import shortest_stop_time, stop_profiles
 from .trajectory import (
     BlendedTrajectory,
@@ -64,7 +62,7 @@ def plan_stop(trajectory: Trajectory, t: float, model: RobotModel) -> Trajectory
     nominal, state = time_scaling_state(trajectory, t)
     problems = [_stop_in_time(nominal, state, model)]
     if isinstance(nominal, PathTrajectory):  # its limits change less along the path than over time
-        problems.insert(0, _stop_on_path(nominal, state))
+        problems.insert(0, _stop_on_path(nominal, state, model))
     return _first_stop(problems, model, tail) or tail
 
 
@@ -89,22 +87,20 @@ def stop_time_scaling(
 
 def _stop_in_time(nominal: Trajectory, state: ScalarState, model: RobotModel) -> _StopProblem:
     """Return the stop whose path parameter is the time of a trajectory."""
-    limits, evaluate = KinematicLimits.of_joints(model.limits), nominal.sample
+    others, evaluate = np.empty((3, 0)), nominal.sample
     if isinstance(nominal, PathTrajectory):
-        limits, evaluate = nominal.limits, nominal.sample_coordinates
-    path = LimitedPath(evaluate, limits, nominal.duration)
+        others, evaluate = nominal.path.limits, nominal.sample_coordinates
+    path = LimitedPath(evaluate, PathLimits(model.limits, others), nominal.duration)
     return _StopProblem(path, state, lambda profile: TimeScaledTrajectory(nominal, profile))
 
 
-def _stop_on_path(nominal: PathTrajectory, state: ScalarState) -> _StopProblem:
+def _stop_on_path(nominal: PathTrajectory, state: ScalarState, model: RobotModel) -> _StopProblem:
     """Return the stop on the geometric path of a trajectory."""
     t, t_dot, t_ddot = state
     s, s_dot, s_ddot = nominal.profile.at(t)
     start = s, s_dot * t_dot, s_ddot * t_dot * t_dot + s_dot * t_ddot
-    path = LimitedPath(nominal.path.evaluate, nominal.limits, 1.0)
-    return _StopProblem(
-        path, start, lambda profile: PathTrajectory(nominal.path, profile, nominal.limits)
-    )
+    path = LimitedPath(nominal.path.evaluate, PathLimits(model.limits, nominal.path.limits), 1.0)
+    return _StopProblem(path, start, lambda profile: PathTrajectory(nominal.path, profile))
 
 
 def _first_stop(
@@ -147,7 +143,7 @@ def _search(problem: _StopProblem, model: RobotModel, tail: Trajectory) -> Motio
 def _effort_inside(path: LimitedPath, profile: MotionProfile, model: RobotModel) -> float:
     """Return the largest used fraction of an effort limit; infinity outside other limits."""
     x, v, a = path.sample(profile, sample_times(profile.duration, CONTROL_STEP))
-    if max(path.limits.use(x, v, a, CONTROL_STEP)) > 1.0 + ROUNDING:
+    if max(path.limits.use(x, v, a)) > 1.0 + ROUNDING:
         return np.inf
     if has_jump((x, v, a), path.limits.jerk):
         return np.inf

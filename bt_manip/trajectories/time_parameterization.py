@@ -8,9 +8,9 @@ import numpy as np
 from bt_manip.exceptions import MotionError
 from bt_manip.robots import RobotModel
 
-from .kinematic_limits import KinematicLimits
 from .limit_check import EFFORT_FRACTION, effort_use
 from .motion_profile import MotionProfile, profile_to_position
+from .path_limits import PathLimits
 from .paths import Path, StraightPath
 from .topp import TOPP_GRIDS, TimeOptimalParameterization
 from .trajectory import PathTrajectory, Trajectory
@@ -44,22 +44,24 @@ def time_parameterize_segment(
     Raises:
         MotionError: When even holding the arm on the path exceeds an effort limit.
     """
-    path, limits = StraightPath(start, end), KinematicLimits.of_joints(model.limits)
+    path, limits = StraightPath(start, end), model.limits
     distance = np.abs(path.direction)
     moves = distance > 0.0
-    v, a, j = (float((limit[moves] / distance[moves]).min()) for limit in limits[:3])
+    v, a, j = (
+        float((limit[moves] / distance[moves]).min())
+        for limit in (limits.velocity, limits.acceleration, limits.jerk)
+    )
     profile = profile_to_position((0.0, 0.0, 0.0), 1.0, (v, a, j))
-    trajectory = PathTrajectory(path, profile.slowed(1.0 / speed), limits)
-    if limits.near is not None and trajectory.kinematic_use()[0] > 1.0:
-        return time_parameterize(path, limits, model, speed)
+    trajectory = PathTrajectory(path, profile.slowed(1.0 / speed))
+    if not limits.uniform and trajectory.kinematic_use(limits)[0] > 1.0:
+        return time_parameterize(path, model, speed)
     if effort_use(trajectory, model) <= EFFORT_FRACTION:
         return trajectory
-    return time_parameterize(path, limits, model, speed, effort_limited=True)
+    return time_parameterize(path, model, speed, effort_limited=True)
 
 
 def time_parameterize(
     path: Path,
-    limits: KinematicLimits,
     model: RobotModel,
     speed: float = 1.0,
     grids: Sequence[int] = TOPP_GRIDS,
@@ -70,7 +72,6 @@ def time_parameterize(
 
     Args:
         path: The path.
-        limits: Limits of its coordinates.
         model: The arm with its payload.
         speed: Fraction of the fastest speed, above 0 and at most 1.
         grids: Numbers of grid intervals; the next one where bends are too sharp for the first.
@@ -81,7 +82,7 @@ def time_parameterize(
     """
     # Few paths exceed effort limits at the speed that the kinematic limits allow.
     for constrained in (model,) if effort_limited else (None, model):
-        best = _fastest(path, limits, model, constrained, speed, grids)
+        best = _fastest(path, model, constrained, speed, grids)
         if best.effort <= EFFORT_FRACTION:
             return best.trajectory
     raise _effort_error(best.effort)
@@ -133,7 +134,6 @@ class _Candidate(NamedTuple):
 
 def _fastest(
     path: Path,
-    limits: KinematicLimits,
     model: RobotModel,
     constrained: RobotModel | None,
     speed: float,
@@ -148,7 +148,7 @@ def _fastest(
     found: list[_Candidate] = []
 
     def slow_down(profile: MotionProfile) -> _Candidate:
-        return _slowed(path, profile.slowed(1.0 / speed), limits, model, constrained is not None)
+        return _slowed(path, profile.slowed(1.0 / speed), model, constrained is not None)
 
     def has_found(duration: float) -> bool:
         return any(
@@ -157,7 +157,9 @@ def _fastest(
         )
 
     for grid in grids:
-        topp = TimeOptimalParameterization(path, limits, constrained, grid)
+        topp = TimeOptimalParameterization(
+            path, PathLimits(model.limits, path.limits), constrained, grid
+        )
         durations: list[float] = []
         for step in topp.smoothing_steps:
             profile = topp.profile(step)
@@ -204,7 +206,6 @@ def _tightened(
 def _slowed(
     path: Path,
     profile: MotionProfile,
-    limits: KinematicLimits,
     model: RobotModel,
     keep_efforts: bool,
 ) -> _Candidate:
@@ -213,14 +214,13 @@ def _slowed(
     Args:
         path: The path.
         profile: Path parameter over time.
-        limits: Limits of the path's coordinates.
         model: The arm with its payload.
         keep_efforts: Whether to slow it for effort limits too.
     """
     planned = profile.duration
     for iteration in range(SLOWING_ITERATIONS):
-        trajectory = PathTrajectory(path, profile, limits)
-        velocity, acceleration, jerk = trajectory.kinematic_use()
+        trajectory = PathTrajectory(path, profile)
+        velocity, acceleration, jerk = trajectory.kinematic_use(model.limits)
         use = BETWEEN_STEPS * max(velocity, acceleration**0.5, jerk ** (1 / 3))
         if use > 1.0:  # slowed in any case: its efforts need not be known
             profile = profile.slowed(1.0005 * use)
@@ -231,7 +231,7 @@ def _slowed(
         excess = (effort / EFFORT_FRACTION) ** 0.5
         profile = profile.slowed((1.0 + 2e-3 * 1.5**iteration) * excess)
     else:
-        trajectory = PathTrajectory(path, profile, limits)
+        trajectory = PathTrajectory(path, profile)
         effort = effort_use(trajectory, model)
     return _Candidate(trajectory, effort, profile.duration / planned)
 

@@ -11,17 +11,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bt_manip.robots import RobotModel
+from bt_manip.robots import CONTROL_STEP, RobotModel
 
-from .kinematic_limits import TINY
 from .limit_check import (
-    CONTROL_STEP,
     EFFORT_FRACTION,
     EFFORT_STEP,
     effort_use,
     has_jump,
     sampled_effort_use,
-    sampled_limit_use,
 )
 from .motion_profile import (
     MotionProfile,
@@ -31,6 +28,7 @@ from .motion_profile import (
     profile_to_velocity,
 )
 from .path_constraints import PathDynamics
+from .path_limits import TINY
 from .stopping import stop_time_scaling
 from .trajectory import TimeScaledTrajectory, Trajectory, sample_times
 
@@ -124,7 +122,7 @@ def _inside(
     """
     limits, times = model.limits, sample_times(min(changing, trajectory.duration), CONTROL_STEP)
     samples = trajectory.sample(times)
-    use = sampled_limit_use(samples, limits)._replace(position=0.0)
+    use = limits.use(*samples)._replace(position=0.0)
     backwards = trajectory.time_scaling.sample(times)[1].min() < 0.0
     if backwards or not use.inside or has_jump(samples, limits.jerk):
         return False

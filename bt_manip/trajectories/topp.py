@@ -9,12 +9,12 @@ from copy import copy
 
 import numpy as np
 
-from bt_manip.robots import RobotModel
+from bt_manip.robots import CONTROL_STEP, RobotModel
 
-from .kinematic_limits import TINY, KinematicLimits
-from .limit_check import CONTROL_STEP, EFFORT_FRACTION, effort_times, motor_efforts
+from .limit_check import EFFORT_FRACTION, effort_times, motor_efforts
 from .motion_profile import MotionProfile, integrate_acceleration
 from .path_constraints import PathConstraints
+from .path_limits import TINY, PathLimits
 from .paths import Path
 from .reachability import time_optimal_velocities
 from .trajectory import PathTrajectory, sample_times
@@ -37,7 +37,7 @@ class TimeOptimalParameterization:
     def __init__(
         self,
         path: Path,
-        limits: KinematicLimits,
+        limits: PathLimits,
         model: RobotModel | None,
         grid: int,
     ) -> None:
@@ -68,7 +68,7 @@ class TimeOptimalParameterization:
 
     def tightened(self, profile: MotionProfile) -> "TimeOptimalParameterization":
         """Return a parameterization with tighter constraints where a profile exceeds limits."""
-        trajectory = PathTrajectory(self._path, profile, self._limits)
+        trajectory = PathTrajectory(self._path, profile)
         times = sample_times(profile.duration, CONTROL_STEP)
         s, s_dot, _ = profile.sample(times)
         reached = np.interp(self._s, s, times)
@@ -86,9 +86,8 @@ class TimeOptimalParameterization:
             effort = AIM * EFFORT_FRACTION * self._model.limits.effort
             excess.append(_max_in_spans(_excess(tau, effort), instants, *span))
         jerk = np.abs(np.diff(a, axis=0, prepend=a[:1])) / CONTROL_STEP
-        use = np.hstack(
-            [np.abs(v) / self._limits.velocity_at(x, v), np.cbrt(jerk / self._limits.jerk)]
-        )
+        uses = [np.abs(speed / limit) for _, speed, limit in self._limits.speeds(x, v)]
+        use = np.hstack([*uses, np.cbrt(jerk / self._limits.jerk)])
         use = _max_in_spans(use, times, *span).max(axis=-1)
         slower = (np.interp(self._s, s, s_dot) / np.maximum(use, 1.0)) ** 2
         other = copy(self)

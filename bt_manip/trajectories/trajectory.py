@@ -6,10 +6,10 @@ from typing import Any, Protocol
 import numpy as np
 
 from bt_manip.exceptions import MotionError
-from bt_manip.robots import VelocityNearLimits
+from bt_manip.robots import CONTROL_STEP, MotionLimits
 
-from .kinematic_limits import KinematicLimits
 from .motion_profile import MotionProfile, ScalarState, check_duration
+from .path_limits import PathLimits
 from .paths import Path, path_from_state
 
 Samples = tuple[np.ndarray, np.ndarray, np.ndarray]  # q, v, a: (n, nq) each
@@ -73,15 +73,9 @@ class JointTrajectory:
 class PathTrajectory:
     """A path with a motion profile of its path parameter s(t)."""
 
-    def __init__(self, path: Path, profile: MotionProfile, limits: KinematicLimits) -> None:
-        """Combine path and profile.
-
-        Args:
-            path: The path.
-            profile: Path parameter over time.
-            limits: Limits of the path's coordinates.
-        """
-        self.path, self.profile, self.limits = path, profile, limits
+    def __init__(self, path: Path, profile: MotionProfile) -> None:
+        """Combine a path with its path parameter over time."""
+        self.path, self.profile = path, profile
         self.duration = profile.duration
         self.end = path.end
         if profile.end != 1.0:
@@ -93,10 +87,10 @@ class PathTrajectory:
         x, d1, d2 = self.path.evaluate(s[:, 0])
         return x, d1 * s_dot, d2 * (s_dot * s_dot) + d1 * s_ddot
 
-    def kinematic_use(self, step: float = 1e-3) -> tuple[float, float, float]:
+    def kinematic_use(self, limits: MotionLimits) -> tuple[float, float, float]:
         """Return the largest fractions of velocity, acceleration and jerk limits that are used."""
-        x, v, a = self.sample_coordinates(sample_times(self.duration, step))
-        return self.limits.use(x, v, a, step)
+        samples = self.sample_coordinates(sample_times(self.duration, CONTROL_STEP))
+        return PathLimits(limits, self.path.limits).use(*samples)
 
     def sample(self, times: np.ndarray) -> Samples:
         """Return q, v and a at the given times [s]."""
@@ -110,13 +104,10 @@ class PathTrajectory:
 
     def get_state(self) -> dict[str, Any]:
         """Return the trajectory as plain data."""
-        near = self.limits.near
         return {
             "kind": "path",
             "path": self.path.get_state(),
             "profile": self.profile.get_state(),
-            "limits": [limit.tolist() for limit in self.limits[:3]],
-            **({} if near is None else {"near": np.array(near).tolist()}),
         }
 
 
@@ -268,14 +259,10 @@ def trajectory_from_state(state: dict[str, Any]) -> Trajectory:
     match state:
         case {"kind": "joints", "profiles": profiles}:
             return JointTrajectory([MotionProfile.from_state(profile) for profile in profiles])
-        case {"kind": "path", "path": path, "profile": profile, "limits": limits}:
-            velocity, acceleration, jerk = map(np.array, limits)
-            near = VelocityNearLimits(*np.array(state["near"])) if "near" in state else None
-            return PathTrajectory(
-                path_from_state(path),
-                MotionProfile.from_state(profile),
-                KinematicLimits(velocity, acceleration, jerk, near),
-            )
+        case {"kind": "path", "path": path, "profile": profile}:
+            if limits := state.get("limits"):  # of all coordinates, from an older version
+                path = {**path, "limits": [row[path.get("nq", 0) :] for row in limits]}
+            return PathTrajectory(path_from_state(path), MotionProfile.from_state(profile))
         case {"kind": "sequence", "parts": parts}:
             return SequenceTrajectory([trajectory_from_state(part) for part in parts])
         case {"kind": "blended", "parts": parts, "starts": starts}:

@@ -177,7 +177,7 @@ def test_linear_motion_keeps_the_tool_within_its_limits(arm, watch):
     watch.rows = [watch.now()]
     arm.move_linear(down(0.5, 0.4, 0.4, 1.5))
     watch.run()
-    tool = arm.model.tool_limits
+    tool = arm.model.limits.tool
     velocities = np.array([arm.model.jacobian(q) @ v for q, v, _ in watch.rows])
     assert np.linalg.norm(velocities[:, :3], axis=1).max() <= tool.velocity * 1.001
     assert np.linalg.norm(velocities[:, 3:], axis=1).max() <= tool.angular_velocity * 1.001

@@ -8,7 +8,7 @@ import pytest
 from bt_manip.arm import Arm
 from bt_manip.exceptions import MotionError
 from bt_manip.robots import Robot, compile_alone, panda
-from bt_manip.trajectories import sampled_limit_use, trajectory_from_state
+from bt_manip.trajectories import plan_stop, trajectory_from_state
 from tests.measuring.random_commands import RandomCommands
 
 NEAR = replace(panda(), near_offset=(0.3,) * 7, near_deceleration=(4.0,) * 7, limit_margin=0.02)
@@ -29,13 +29,13 @@ def commands() -> RandomCommands:
 
 @pytest.mark.parametrize("seed", range(4))
 def test_motions_with_random_commands_keep_them(arm, commands, seed):
-    assert sampled_limit_use(commands.motion(seed)[:3], arm.model.limits).inside
+    assert arm.model.limits.use(*commands.motion(seed)[:3]).inside
 
 
 def test_motions_planned_with_constant_limits_exceed_them(arm):
     limits, commands = arm.model.limits, RandomCommands(CONSTANT)
     rows = [commands.motion(seed)[:3] for seed in range(4)]
-    assert not all(sampled_limit_use(row, limits).inside for row in rows)
+    assert not all(limits.use(*row).inside for row in rows)
 
 
 def test_a_motion_to_the_end_of_the_range_is_slowed_only_there(arm):
@@ -55,7 +55,10 @@ def test_a_motion_restored_from_plain_data_has_the_same_limits(arm):
     arm.reset(middle)
     arm.move_to_configuration(np.where(np.arange(7) == 0, limits.upper, middle))
     again = trajectory_from_state(arm.trajectory.get_state())
-    for array, other in zip(arm.trajectory.limits.near, again.limits.near, strict=True):
+    stops = (plan_stop(motion, 0.3, arm.model) for motion in (arm.trajectory, again))
+    for array, other in zip(
+        *(stop.sample(np.arange(0.0, 0.5, 1e-3)) for stop in stops), strict=True
+    ):
         np.testing.assert_array_equal(array, other)
 
 

@@ -26,7 +26,7 @@ class StubLink:
 
 
 @pytest.fixture
-def link():
+def connection():
     return StubLink()
 
 
@@ -36,8 +36,8 @@ def cell():
 
 
 @pytest.fixture
-def gripper(cell, link):
-    robot = Robot(panda(), gripper=TwoFingerGripper.on_device(link))
+def gripper(cell, connection):
+    robot = Robot(panda(), gripper=TwoFingerGripper.on_device(connection))
     cell.add(robot)
     cell.add(Cube(size=0.05), robot.tool_pose, name="cube", overlap=0.1)
     gripper = robot.gripper
@@ -46,9 +46,9 @@ def gripper(cell, link):
 
 
 @pytest.fixture
-def holding(gripper, link):
+def holding(gripper, connection):
     gripper.close(30.0)
-    link.done(0.049, True)
+    connection.done(0.049, True)
     gripper.update()
     return gripper
 
@@ -61,30 +61,30 @@ def test_it_holds_the_object_at_the_tool_which_moves_with_it(holding, cell):
     assert holding.held_root() == cell.body_id("cube")
 
 
-def test_commands_take_until_the_device_has_completed_them(gripper, link):
+def test_commands_take_until_the_device_has_completed_them(gripper, connection):
     gripper.close(30.0)
     gripper.update()
     assert gripper.moving and not gripper.steady and not gripper.closed_on_nothing
-    assert link.sent == [("grasp", 0.0, 0.1, 30.0)]
+    assert connection.sent == [("grasp", 0.0, 0.1, 30.0)]
 
 
 @pytest.mark.parametrize(("width", "flag"), [(0.0, True), (0.049, False)])
-def test_it_holds_nothing_without_the_flag_or_without_a_width(gripper, link, width, flag):
+def test_it_holds_nothing_without_the_flag_or_without_a_width(gripper, connection, width, flag):
     gripper.close(30.0)
-    link.done(width, flag)
+    connection.done(width, flag)
     gripper.update()
     assert gripper.closed_on_nothing and not gripper.held and gripper.forces == (0.0, 0.0)
 
 
-def test_an_object_that_slips_is_no_longer_held_and_its_pose_is_assumed(holding, link):
-    link.state = GripperState(0.02, True)  # the vendor still says that it is gripped
+def test_an_object_that_slips_is_no_longer_held_and_its_pose_is_assumed(holding, connection):
+    connection.state = GripperState(0.02, True)  # the vendor still says that it is gripped
     holding.update()
     assert holding.held == () and holding.assumed == {"cube"}
 
 
-def test_a_released_object_falls_before_the_gripper_counts_as_free(holding, link):
+def test_a_released_object_falls_before_the_gripper_counts_as_free(holding, connection):
     holding.open()
-    link.done(0.08, False)
+    connection.done(0.08, False)
     holding.update()
     assert holding.is_open and not holding.is_free and holding.assumed == {"cube"}
     for _ in range(50):

@@ -8,7 +8,7 @@ import numpy as np
 from bt_manip.arm import Arm
 from bt_manip.robots import RobotDescription
 from bt_manip.trajectories import (
-    KinematicLimits,
+    PathLimits,
     PathTrajectory,
     SequenceTrajectory,
     TailTrajectory,
@@ -94,11 +94,13 @@ def _shortest(arm: Arm) -> float:
     while isinstance(trajectory, TailTrajectory):
         trajectory, t = trajectory.trajectory, t + trajectory.start
     nominal, (s, s_dot, s_ddot) = time_scaling_state(trajectory, t)
-    limits, sample = KinematicLimits.of_joints(arm.model.limits), nominal.sample
+    others, sample = np.empty((3, 0)), nominal.sample
     if isinstance(nominal, PathTrajectory):
-        limits, sample = nominal.limits, nominal.sample_coordinates
+        others, sample = nominal.path.limits, nominal.sample_coordinates
     _, v, a = (rows[0] for rows in sample(np.array([s])))
-    return shortest_stop_time(v * s_dot, a * s_dot**2 + v * s_ddot, limits)
+    return shortest_stop_time(
+        v * s_dot, a * s_dot**2 + v * s_ddot, PathLimits(arm.model.limits, others)
+    )
 
 
 def _distance(path: np.ndarray, q: np.ndarray) -> float:

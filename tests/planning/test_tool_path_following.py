@@ -1,5 +1,7 @@
 """Motions along tool paths."""
 
+from dataclasses import replace
+
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -80,10 +82,11 @@ def test_a_path_is_followed_to_its_end_inside_all_limits(at_start, steps, blend)
 
 
 @pytest.mark.parametrize("blend", [0.0, 0.04])
-def test_the_tool_keeps_its_limits(at_start, blend):
+def test_the_tool_keeps_its_limits(at_start, blend, monkeypatch):
     arm = at_start
     limits = ToolLimits(velocity=0.25, acceleration=1.5, angular_velocity=0.6)
-    arm.model.tool_limits = limits
+    for model in (arm.model, arm.ik.model):
+        monkeypatch.setattr(model, "limits", replace(model.limits, tool=limits))
     arm.move_path([LineTo(CORNER), ArcTo([0.5, 0.2, 0.35], END), LineTo(START)], blend=blend)
     linear, angular = tool_motion(arm, planned(arm))
     speed = np.linalg.norm(linear, axis=1)

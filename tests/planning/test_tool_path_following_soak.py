@@ -51,7 +51,7 @@ def test_random_paths_are_inside_all_limits_or_refused_with_how_far_they_go(arm)
         assert effort_use(trajectory, arm.model) <= 0.96
         q, v, _ = trajectory.sample(np.arange(0.0, trajectory.duration, 2e-3))
         rates = np.array([arm.model.jacobian(x) @ u for x, u in zip(q, v, strict=True)])
-        limits = arm.model.tool_limits
+        limits = arm.model.limits.tool
         assert np.linalg.norm(rates[:, :3], axis=1).max() <= 1.001 * limits.velocity
         assert np.linalg.norm(rates[:, 3:], axis=1).max() <= 1.001 * limits.angular_velocity
         end = arm.model.pose(trajectory.end)

@@ -48,7 +48,7 @@ def move_about(station, seconds):
     middle, half = 0.5 * (limits.lower + limits.upper), 0.5 * RANGE * (limits.upper - limits.lower)
     end, replaced = cell.time + seconds, 0.0
     while cell.time < end or arm.busy:
-        resting = not arm.moving and not arm.link.streaming
+        resting = not arm.moving and not arm.connection.streaming
         if resting and (fault := arm.problem or arm.fault):
             found[fault] += 1
             arm.recover()

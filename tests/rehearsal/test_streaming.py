@@ -1,4 +1,4 @@
-"""Random motions reach the robot through the link, and its limits accept them."""
+"""Random motions reach the robot through the connection, and its limits accept them."""
 
 import os
 
@@ -14,7 +14,7 @@ CUBES = int(os.environ.get("CUBES", "3"))
 ARM = MENAGERIE / "franka_fr3" / "fr3.xml"
 MOTIONS = 20 if CUBES >= 20 else 4
 ATTEMPTS = 5  # where the machine is too busy to simulate without losing cycles
-LEAD = 30  # rows
+LATENCY = 30  # setpoints
 
 
 @pytest.fixture(scope="module")
@@ -30,58 +30,60 @@ def robot(start_robot):
 
 
 @pytest.fixture(scope="module")
-def link(robot, fr3):
+def connection(robot, fr3):
     alone = Robot(fr3)
     compile_alone(alone)
-    link = ArmConnection("bt_manip_franka.device:FrankaArm", robot.host, alone.limits)
-    yield link
-    link.close()
+    connection = ArmConnection("bt_manip_franka.device:FrankaArm", robot.host, alone.limits)
+    yield connection
+    connection.close()
 
 
-def take(link, rows):
-    link.wait(rows)
-    for _ in range(rows):
-        reading = link.take()
+def take(connection, setpoints):
+    connection.wait(setpoints)
+    for _ in range(setpoints):
+        reading = connection.take()
     return reading
 
 
-def stream(link, rows, rng):
-    """Send rows from rest to rest, and from a later one on again and again; return a reading."""
+def stream(connection, setpoints, rng):
+    """Send a motion, and again and again its rest from a later setpoint on; return a reading."""
     begun, late = None, 0
-    while not link.problem and (begun is None or link.rows + LEAD < begun + len(rows) - 1):
-        take(link, 1 + link.behind)
-        first = link.rows + LEAD
+    while not connection.problem and (
+        begun is None or connection.setpoint + LATENCY < begun + len(setpoints) - 1
+    ):
+        take(connection, 1 + connection.lag)
+        first = connection.setpoint + LATENCY
         try:
-            link.send(LEAD, rows if begun is None else rows[first - begun :])
+            connection.send(LATENCY, setpoints if begun is None else setpoints[first - begun :])
         except LateError:
             late += 1
             assert late < 20
             continue
-        except DeviceError:  # a reflex, which `link.problem` names
+        except DeviceError:  # a reflex, which `connection.problem` names
             break
         begun = first if begun is None else begun
-        take(link, int(rng.integers(100, 1000)))
-    return take(link, LEAD + 300)
+        take(connection, int(rng.integers(100, 1000)))
+    return take(connection, LATENCY + 300)
 
 
-def test_random_motions_with_stops_and_blends_are_accepted(robot, fr3, link):
+def test_random_motions_with_stops_and_blends_are_accepted(robot, fr3, connection):
     commands, rng, again = RandomCommands(fr3), np.random.default_rng(0), 0
     for seed in range(MOTIONS):
         motion = commands.motion(seed)
         for _ in range(ATTEMPTS):
             lost = robot.ask("communication")["lost"]
             robot.ask("move_by_hand", q=motion.q[0].tolist())
-            take(link, 50 + link.behind)
-            reading = stream(link, motion.q, rng)
-            if not link.problem:
+            take(connection, 50 + connection.lag)
+            reading = stream(connection, motion.q, rng)
+            if not connection.problem:
                 break
             # The controller extrapolates lost cycles, beyond limits that the motion almost uses.
-            assert robot.ask("communication")["lost"] > lost, f"motion {seed}: {link.problem}"
+            assert robot.ask("communication")["lost"] > lost, f"motion {seed}: {connection.problem}"
             again += 1
-            link.recover()
-            take(link, 500)
-        assert not link.problem
+            connection.recover()
+            take(connection, 500)
+        assert not connection.problem
         np.testing.assert_allclose(reading.q, motion.q[-1], atol=5e-3)  # friction
     found = robot.ask("communication")
     print(f"{MOTIONS} motions, {again} more after lost cycles; {found}", end=" ")
-    print(f"longest wall time of a cycle {link.longest_gap:.4f} s")
+    print(f"longest wall time of a cycle {connection.longest_gap:.4f} s")

@@ -5,7 +5,7 @@ import pinocchio as pin
 import pytest
 
 from bt_manip.exceptions import MotionError
-from bt_manip.robots import checks
+from bt_manip.robots import MotionLimits, checks
 
 
 @pytest.mark.parametrize("value", [0.5, np.float64(0.5), np.float32(0.5), np.array(0.5)])
@@ -78,7 +78,8 @@ def test_a_pose_with_an_invalid_rotation_or_position_is_refused():
 
 
 def test_the_first_joint_outside_its_limits_is_named():
-    lower, upper = -np.ones(3), np.ones(3)
-    checks.check_position_limits(np.ones(3), lower, upper)
+    one = np.ones(3)
+    limits = MotionLimits(-one, one, one, one, one, one)
+    limits.checked(one)
     with pytest.raises(MotionError, match="joint 2 cannot go to 1.5000 rad: its limits are -1.0"):
-        checks.check_position_limits(np.array([0.0, 1.5, -2.0]), lower, upper)
+        limits.checked(np.array([0.0, 1.5, -2.0]))

@@ -3,7 +3,7 @@
 import mujoco
 import numpy as np
 
-from bt_manip.robots import ArmBounds, JointLimits, RobotModel, Tolerance, ToolLimits
+from bt_manip.robots import MotionLimits, RobotModel, Tolerance
 
 PENDULUM = """
 <mujoco>
@@ -27,12 +27,10 @@ def pendulum(gravity=0.0, effort=10.0, acceleration=100.0, velocity=100.0, dampi
         model,
         joints=["j"],
         tool_frame="tip",
-        limits=JointLimits(
+        limits=MotionLimits(
             -10 * one, 10 * one, velocity * one, acceleration * one, jerk * one, effort * one
         ),
         home=[0.0],
-        tool_limits=ToolLimits(),
         tolerance=Tolerance(),
         qpos=model.qpos0,
-        bounds=ArmBounds(),
     )

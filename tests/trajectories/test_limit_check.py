@@ -44,3 +44,18 @@ def test_unlimited_joints_use_no_position_limit():
     endless = np.array([np.inf, 3.0])
     limits = JointLimits(-endless, endless, 2 * ONE, 5 * ONE, 100 * ONE, ONE)
     assert limit_use(Moving(), limits).position == pytest.approx(0.5)
+
+
+def test_the_first_setpoint_beyond_a_limit_is_named():
+    still = np.zeros((3, 2))
+    s = np.linspace(0.0, 1.0, 20000)[:, np.newaxis]
+    slow = s**3 * (10.0 - 15.0 * s + 6.0 * s**2) * np.array([0.0, 0.5])
+    smooth = slow[::10]
+    assert LIMITS.setpoints_problem(still, smooth) == ""
+    assert "position of joint 2 is 3.0" in LIMITS.setpoints_problem(still, 6.5 * slow)
+    assert "velocity of joint 2 in setpoint" in LIMITS.setpoints_problem(still, smooth[::5])
+    assert "acceleration of joint 2 in setpoint" in LIMITS.setpoints_problem(still, smooth[::3])
+    jump = LIMITS.setpoints_problem(still, smooth[1200:])
+    assert jump == "velocity of joint 2 where it joins the present one"
+    assert LIMITS.setpoints_problem(still, smooth * np.nan) == "a setpoint is not finite"
+    assert "shape (20000, 1)" in LIMITS.setpoints_problem(still, s)

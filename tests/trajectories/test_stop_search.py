@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from bt_manip.trajectories import KinematicLimits, StraightPath
+from bt_manip.robots import MotionLimits
+from bt_manip.trajectories import PathLimits, StraightPath
 from bt_manip.trajectories.deceleration_limits import LimitedPath
 from bt_manip.trajectories.stop_search import STOP_MARGINS, shortest_stop_time, stop_profiles
 
@@ -14,13 +15,16 @@ MOVING = (0.0, 1.0, 0.0)  # s, s_dot, s_ddot
 
 def straight(model):
     path = StraightPath(np.zeros(1), np.ones(1))
-    return LimitedPath(path.evaluate, KinematicLimits.of_joints(model.limits), 1.0)
+    return LimitedPath(path.evaluate, PathLimits(model.limits, path.limits), 1.0)
 
 
 def test_the_shortest_time_to_stop_is_that_of_the_textbook():
     # v / a to brake, and a / j for the acceleration to come and to go.
-    limits = KinematicLimits(np.ones(2), np.array([4.0, 5.0]), np.array([100.0, 100.0]))
-    shortest = shortest_stop_time(np.array([2.0, -1.0]), np.zeros(2), limits)
+    one = np.ones(2)
+    limits = MotionLimits(-one, one, one, np.array([4.0, 5.0]), 100.0 * one, one)
+    shortest = shortest_stop_time(
+        np.array([2.0, -1.0]), np.zeros(2), PathLimits(limits, np.empty((3, 0)))
+    )
     assert shortest == pytest.approx(2.0 / 4.0 + 4.0 / 100.0)
 
 

@@ -10,7 +10,6 @@ from bt_manip.trajectories import (
     at_speed_scale,
     plan_stop,
     sample_times,
-    sampled_limit_use,
     stopping,
 )
 from bt_manip.trajectories.limit_check import CONTROL_STEP, has_jump
@@ -72,7 +71,7 @@ def test_a_motion_that_has_hardly_begun_stops_without_a_jump(arm, state):
     if stop is not None:
         samples = stop.sample(sample_times(stop.duration, CONTROL_STEP))
         assert not has_jump(samples, limits.jerk)
-        assert sampled_limit_use(samples, limits).inside
+        assert limits.use(*samples).inside
 
 
 @pytest.mark.parametrize("share", [0.1, 0.4, 0.6, 0.9])

@@ -1,11 +1,12 @@
 """Trajectories of a pendulum, known by hand, and of the Panda."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from bt_manip.exceptions import MotionError
 from bt_manip.trajectories import (
-    KinematicLimits,
     SplinePath,
     StraightPath,
     effort_use,
@@ -51,20 +52,19 @@ def test_with_scarce_jerk_and_effort_it_is_nearly_as_fast_as_both_allow():
     # is a (t - r) t / 2 in the time t. A profile that is slowed for its jerk needs less effort.
     model = pendulum(effort=32.0 / 0.95, acceleration=20.0, jerk=500.0)
     path = StraightPath(np.zeros(1), 5.0 * np.ones(1))
-    duration = time_parameterize(path, KinematicLimits.of_joints(model.limits), model).duration
+    duration = time_parameterize(path, model).duration
     a, r = 16.0, 16.0 / 500.0
     optimum = r + np.sqrt(r**2 + 4 * 5.0 / a)
     assert optimum < duration < 1.05 * optimum
 
 
 def test_a_curved_path_is_followed_inside_all_limits_and_close_to_one(model, rng):
-    limits = KinematicLimits.of_joints(model.limits)
     for _ in range(5):
         a, b, c = rng.uniform(0.7 * model.limits.lower, 0.7 * model.limits.upper, (3, 7))
         s = np.linspace(0.0, 1.0, 15)[:, np.newaxis]
         path = SplinePath(a * (1 - s) ** 2 + 2 * b * s * (1 - s) + c * s**2)
-        trajectory = time_parameterize(path, limits, model)
-        use, effort = trajectory.kinematic_use(), effort_use(trajectory, model)
+        trajectory = time_parameterize(path, model)
+        use, effort = trajectory.kinematic_use(model.limits), effort_use(trajectory, model)
         assert max(use) <= 1.0 and effort <= 0.9501
         # Something binds: a velocity, an acceleration or an effort.
         assert max(use[0], use[1], effort / 0.95) > 0.93
@@ -73,16 +73,16 @@ def test_a_curved_path_is_followed_inside_all_limits_and_close_to_one(model, rng
 @pytest.mark.parametrize(("jerk", "longer"), [(1.0, 1.06), (0.05, 1.12)])
 def test_a_tight_corner_does_not_slow_the_rest_of_a_path(model, jerk, longer):
     pytest.importorskip("toppra")
-    limits = KinematicLimits.of_joints(model.limits)._replace(jerk=jerk * model.limits.jerk)
-    trajectory = time_parameterize(bent(model, 5), limits, model)
-    assert max(trajectory.kinematic_use()) <= 1.0
+    model = model.copy()
+    model.limits = replace(model.limits, jerk=jerk * model.limits.jerk)
+    trajectory = time_parameterize(bent(model, 5), model)
+    assert max(trajectory.kinematic_use(model.limits)) <= 1.0
     assert trajectory.duration <= longer * time_optimal_duration(trajectory, model)
 
 
 def test_at_a_tenth_of_the_speed_a_path_takes_ten_times_the_time(model):
     path = StraightPath(model.home, model.home + 0.4)
-    limits = KinematicLimits.of_joints(model.limits)
-    fast, slow = (time_parameterize(path, limits, model, speed).duration for speed in (1.0, 0.1))
+    fast, slow = (time_parameterize(path, model, speed).duration for speed in (1.0, 0.1))
     assert slow == pytest.approx(10 * fast, rel=0.02)
 
 

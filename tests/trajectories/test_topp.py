@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bt_manip.trajectories import (
-    KinematicLimits,
+    PathLimits,
     PathTrajectory,
     SplinePath,
     StraightPath,
@@ -17,9 +17,10 @@ from .pendulum import pendulum
 
 
 def timed(model, start=0.0, end=1.0):
-    path, limits = StraightPath([start], [end]), KinematicLimits.of_joints(model.limits)
+    path = StraightPath([start], [end])
+    limits = PathLimits(model.limits, path.limits)
     topp = TimeOptimalParameterization(path, limits, model, 120)
-    return PathTrajectory(path, topp.profile(topp.smoothing_steps[0]), limits)
+    return PathTrajectory(path, topp.profile(topp.smoothing_steps[0]))
 
 
 def test_with_an_acceleration_limit_only_the_duration_is_that_of_the_textbook():
@@ -44,9 +45,10 @@ def test_with_a_velocity_limit_it_cruises_at_that_velocity():
 def test_a_load_that_changes_between_grid_points_does_not_exceed_the_effort_limit():
     # 5.1 rad in 120 steps: in each, gravity changes by up to 0.8 N m, 3 % of the effort.
     model = pendulum(gravity=-9.81, effort=25.0, acceleration=20.0)
-    path, limits = StraightPath([-5.0], [0.1]), KinematicLimits.of_joints(model.limits)
+    path = StraightPath([-5.0], [0.1])
+    limits = PathLimits(model.limits, path.limits)
     topp = TimeOptimalParameterization(path, limits, model, 120)
-    plan = PathTrajectory(path, topp.profile(topp.smoothing_steps[0]), limits)
+    plan = PathTrajectory(path, topp.profile(topp.smoothing_steps[0]))
     fine = plan.sample(sample_times(plan.duration, 1e-3))
     assert sampled_effort_use(model, *fine) <= 0.951
 
@@ -63,13 +65,14 @@ def bent(model, sharpness):
 
 
 def test_tightening_slows_a_profile_only_where_it_exceeded_a_limit(model):
-    path, limits = bent(model, 5), KinematicLimits.of_joints(model.limits)
+    path = bent(model, 5)
+    limits = PathLimits(model.limits, path.limits)
     topp = TimeOptimalParameterization(path, limits, None, 120)
     node = topp.smoothing_steps[0]
     plan = topp.profile(node)
     again = topp.tightened(plan).profile(node)
     first, second = (
-        PathTrajectory(path, profile, limits).kinematic_use()[1] for profile in (plan, again)
+        PathTrajectory(path, profile).kinematic_use(model.limits)[1] for profile in (plan, again)
     )
     assert first > 1.5 and second < 1.2
     assert again.duration < 1.05 * plan.duration

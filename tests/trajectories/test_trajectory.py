@@ -18,7 +18,6 @@ from bt_manip.trajectories import (
     limit_use,
     trajectory_from_state,
 )
-from bt_manip.trajectories.kinematic_limits import KinematicLimits
 from bt_manip.trajectories.motion_profile import (
     joint_profiles,
     profile_to_position,
@@ -27,7 +26,6 @@ from bt_manip.trajectories.motion_profile import (
 
 ONE = np.ones(2)
 LIMITS = JointLimits(-3 * ONE, 3 * ONE, 2 * ONE, 5 * ONE, 100 * ONE, ONE)
-KINEMATIC = KinematicLimits.of_joints(LIMITS)
 REST = (np.zeros(2), np.zeros(2), np.zeros(2))
 MOVING = (np.array([0.1, -0.2]), np.array([1.5, -0.5]), np.array([2.0, -4.0]))
 
@@ -40,14 +38,12 @@ def joint_trajectory(start=MOVING, target=(1.0, 1.2)):
 def spline_trajectory():
     s = np.linspace(0.0, 1.0, 15)
     path = SplinePath(np.column_stack([np.sin(2 * s), np.cos(3 * s)]))
-    return PathTrajectory(
-        path, profile_to_position((0.0, 0.0, 0.0), 1.0, (0.6, 1.5, 20.0)), KINEMATIC
-    )
+    return PathTrajectory(path, profile_to_position((0.0, 0.0, 0.0), 1.0, (0.6, 1.5, 20.0)))
 
 
 def straight_trajectory():
     profile = profile_to_position((0.0, 0.0, 0.0), 1.0, (1.0, 2.0, 30.0))
-    return PathTrajectory(StraightPath(np.zeros(2), np.array([1.0, -0.5])), profile, KINEMATIC)
+    return PathTrajectory(StraightPath(np.zeros(2), np.array([1.0, -0.5])), profile)
 
 
 def sequence():
@@ -106,3 +102,15 @@ def test_a_trajectory_from_a_moving_state_starts_there_and_keeps_the_limits(targ
 def test_a_trajectory_of_another_version_is_refused():
     with pytest.raises(MotionError, match="'paced': the snapshot was written by another version"):
         trajectory_from_state({"kind": "paced", "whole": {}, "clock": {}})
+
+
+def test_a_state_with_the_limits_of_all_coordinates_is_still_read():
+    knots = np.column_stack([np.linspace(0.0, 1.0, 8)] * 3)
+    profile = profile_to_position((0.0, 0.0, 0.0), 1.0, (1.0, 2.0, 30.0))
+    path = SplinePath(knots, 2, np.array([[0.1], [0.2], [0.3]]))
+    trajectory = PathTrajectory(path, profile)
+    state = json.loads(json.dumps(trajectory.get_state()))
+    np.testing.assert_array_equal(trajectory_from_state(state).path.limits, path.limits)
+    del state["path"]["limits"]
+    state["limits"] = [[1.0, 1.0, limit] for limit in (0.1, 0.2, 0.3)]
+    np.testing.assert_array_equal(trajectory_from_state(state).path.limits, path.limits)

@@ -52,9 +52,9 @@ class TwoFingerGripper(DrivenFingers):
     """
 
     @classmethod
-    def on_device(cls, link: GripperConnection) -> Callable[[Robot], RealTwoFingerGripper]:
+    def on_device(cls, connection: GripperConnection) -> Callable[[Robot], RealTwoFingerGripper]:
         """Return a factory of this gripper with the fingers of a real gripper."""
-        return lambda robot: RealTwoFingerGripper(robot, link)
+        return lambda robot: RealTwoFingerGripper(robot, connection)
 
     def _build_observables(self) -> TwoFingerGripperObservables:
         return TwoFingerGripperObservables(self)

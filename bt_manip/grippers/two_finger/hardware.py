@@ -38,9 +38,9 @@ class RealTwoFingerGripper(DrivenFingers):
         assumed: Names of released objects, whose poses are assumed.
     """
 
-    def _build(self, robot: Robot, link: GripperConnection) -> None:  # type: ignore[override]
-        """Initialize the commands of a robot's gripper through a link."""
-        self._link, self._closing, self._busy = link, False, False
+    def _build(self, robot: Robot, connection: GripperConnection) -> None:  # type: ignore[override]
+        """Initialize the commands of a robot's gripper through a connection."""
+        self._connection, self._closing, self._busy = connection, False, False
         self._grasp_width = 0.0
         self._held: str | None = None
         self._T_to = pin.SE3.Identity()
@@ -53,13 +53,13 @@ class RealTwoFingerGripper(DrivenFingers):
     def open(self) -> None:
         """Open fully; the object falls when the device is open."""
         self._closing = False
-        self._link.command("move", self._open, SPEED)
+        self._connection.command("move", self._open, SPEED)
         self._busy = True
 
     def close(self, force: float) -> None:
         """Grip with a force [N]."""
         self._asked, self._closing, self._busy = self.check_force(force), True, True
-        self._link.command("grasp", 0.0, SPEED, self._asked)
+        self._connection.command("grasp", 0.0, SPEED, self._asked)
 
     def stop(self) -> None:
         """Do nothing: commands of the device cannot be interrupted."""
@@ -70,8 +70,8 @@ class RealTwoFingerGripper(DrivenFingers):
         Raises:
             DeviceError: If the connection is lost.
         """
-        self._link.update()
-        if self._link.busy:
+        self._connection.update()
+        if self._connection.busy:
             return
         if self._busy:
             self._busy = False
@@ -84,12 +84,12 @@ class RealTwoFingerGripper(DrivenFingers):
         elif self._held is not None and not self._grips():  # it slipped or was removed
             self._release()
 
-    def close_link(self) -> None:
+    def close_connection(self) -> None:
         """End the connection."""
-        self._link.close()
+        self._connection.close()
 
     def _grips(self) -> bool:
-        state = self._link.state
+        state = self._connection.state
         kept = abs(state.width - self._grasp_width) <= SLIPPED
         return state.is_grasped and kept and state.width > self._min + SLIPPED
 
@@ -98,7 +98,7 @@ class RealTwoFingerGripper(DrivenFingers):
     @property
     def width(self) -> float:
         """Measured distance between the fingers [m]."""
-        return self._link.state.width
+        return self._connection.state.width
 
     @property
     def moving(self) -> bool:
@@ -144,7 +144,7 @@ class RealTwoFingerGripper(DrivenFingers):
     @property
     def status(self) -> str:
         """The width, and the device's problem if any."""
-        problem = self._link.state.problem or self._link.problem
+        problem = self._connection.state.problem or self._connection.problem
         text = f"fingers {1e3 * self.width:.0f} of {1e3 * self._open:.0f} mm apart"
         return f"{text}: {problem}" if problem else text
 

@@ -314,8 +314,7 @@ class RobotChannel:
         self._file, self._cell, self._commanded = file, cell, commanded
         self._saturated_before = commanded.controller.saturated_steps
         joints, limits = commanded.robot.description.arm_joints, commanded.robot.limits
-        given = {k: values for k, values in vars(limits).items() if values is not None}
-        about = {"joints": list(joints), **{k: np.array(v).tolist() for k, v in given.items()}}
+        about = {"joints": list(joints), **limits.get_state()}
         self._joints = f"/robots/{commanded.name}/joints"
         self._state = f"/robots/{commanded.name}/state"
         file.add_topic(

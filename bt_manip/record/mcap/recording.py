@@ -25,7 +25,7 @@ from bt_manip.cell import NO_CONTACTS
 from bt_manip.exceptions import BtManipError, did_you_mean
 from bt_manip.record.mcap.mcap_recorder import TOPICS
 from bt_manip.record.mcap.protobuf import control_step_class
-from bt_manip.robots import JointLimits
+from bt_manip.robots import MotionLimits
 from bt_manip.runner import STEP_FIELDS, RunEvent, StepBlock, html_table
 
 _RECORD_HEAD = struct.Struct("<BQ")  # opcode and length
@@ -70,7 +70,7 @@ class Recording:
         self.complete = False
         self.topics: dict[str, str] = {}
         self.joints: dict[str, list[str]] = {}
-        self.limits: dict[str, JointLimits] = {}
+        self.limits: dict[str, MotionLimits] = {}
         self.end = 0.0
         with self.decoding():
             for record in self.records():
@@ -87,7 +87,7 @@ class Recording:
                         limits = {key: json.loads(text) for key, text in record.metadata.items()}
                         self.joints[robot] = limits.pop("joints")
                         if limits:
-                            self.limits[robot] = JointLimits(**limits)
+                            self.limits[robot] = MotionLimits(**limits)
                 elif isinstance(record, Chunk):
                     self.end = max(self.end, record.message_end_time / 1e9)
 

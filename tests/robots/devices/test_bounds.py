@@ -1,6 +1,7 @@
 """Bounds of joints and tool, in planning and in the process that speaks to the arm."""
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,7 @@ from bt_manip.scenes import Scene, SceneRobot, read_scene
 
 HERE = Path(__file__).parent
 Z = 0.45  # [m]; at home the tool is at 0.487
-SLACK = 1e-3  # [m] that the link accepts
+SLACK = 1e-3  # [m] that the connection accepts
 SCENE = Scene(
     (SceneRobot(pin.SE3.Identity(), bounds=ArmBounds(z=(Z, 2.0), joints={"joint1": (-0.5, 1.0)})),)
 )
@@ -38,7 +39,7 @@ def rest(station):
 
     def rests():
         heights.append(arm.model.pose(station.robot.q).translation[2])
-        return not arm.busy and arm.at_rest and not arm.link.streaming
+        return not arm.busy and arm.at_rest and not arm.connection.streaming
 
     station.step_until(rests, steps=10)
     return min(heights)
@@ -69,20 +70,21 @@ def test_a_motion_whose_tool_leaves_its_bounds_is_refused_and_names_the_axis(sta
 @pytest.mark.parametrize(
     ("joint", "by", "named"), [(0, -0.6, "joint 1"), (1, 0.2, "z of the tool")]
 )
-def test_the_link_takes_no_motion_beyond_the_bounds(station, joint, by, named):
+def test_the_connection_takes_no_motion_beyond_the_bounds(station, joint, by, named):
     arm, s = station.arm, np.linspace(0.0, 1.0, 2000)[:, np.newaxis]
-    rows = np.tile(arm.q_ref, (len(s), 1))
-    rows[:, [joint]] += by * s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
+    setpoints = np.tile(arm.q_ref, (len(s), 1))
+    setpoints[:, [joint]] += by * s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
     with pytest.raises(DeviceError, match=f"exceeds a limit: .*{named}"):
-        arm.follower.send(50, rows)
-    assert not arm.link.streaming
+        arm.follower.send(50, setpoints)
+    assert not arm.connection.streaming
 
 
 def test_a_motion_that_goes_on_beyond_the_bounds_ends_in_the_planned_stop(station):
     arm = station.arm
-    arm.model.bounds = ArmBounds()  # planned as if there were none
+    limits = arm.model.limits
+    arm.model.limits = replace(limits, box=None)  # planned as if there were none
     arm.move_linear(lowered(arm, 0.2), speed=0.1)
-    arm.model.bounds = station.robot.bounds
+    arm.model.limits = limits
     lowest = rest(station)
     assert "z of the tool is 0.4" in arm.fault
     assert Z - SLACK < lowest < Z + 0.05

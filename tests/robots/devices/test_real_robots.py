@@ -18,7 +18,7 @@ from bt_manip.bt import NodeStatus, Tree
 from bt_manip.exceptions import BtManipError, MotionError
 from bt_manip.plugins import PluginSelection
 from bt_manip.robots import DeviceError
-from bt_manip.robots.connection_worker import rows_problem, serve_arm
+from bt_manip.robots.connection_worker import serve_arm
 from bt_manip.testing import DEVICE_CONTRACT, recovers_from_a_problem
 
 HERE = Path(__file__).parent
@@ -201,13 +201,13 @@ def test_a_device_that_cannot_be_made_is_named_with_its_reason(parts, station, f
 @pytest.fixture
 def run(tmp_path):
     """Start a tree on the fake arm; give the process and the file of references."""
-    scene, rows = tmp_path / "scene.toml", tmp_path / "rows.npy"
+    scene, setpoints = tmp_path / "scene.toml", tmp_path / "rows.npy"
     scene.write_text(SCENE)
     started = []
 
     def start(*options):
         command = [sys.executable, "-m", "bt_manip", "run", "pick_place", "--scene", scene]
-        command += ["--plugins-dir", HERE, "--poses", "scene", "--backend", f"{FAKE},{rows}"]
+        command += ["--plugins-dir", HERE, "--poses", "scene", "--backend", f"{FAKE},{setpoints}"]
         environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(HERE), *sys.path])}
         started.append(
             subprocess.Popen(
@@ -218,7 +218,7 @@ def run(tmp_path):
                 text=True,
             )  # fmt: skip
         )
-        return started[-1], rows
+        return started[-1], setpoints
 
     yield start
     for process in started:
@@ -236,11 +236,11 @@ def test_pick_place_runs_whole_on_the_fake_arm(run, tmp_path):
     assert found["real"]["backend"] == "fake" and found["real"]["assumed"] == ["cube"]
 
 
-def moving_rows(rows, limits):
+def moving_setpoints(setpoints, limits):
     """Return the written references from where the arm sets off; check their limits."""
-    before = np.repeat(rows[:1], 3, axis=0)
-    assert rows_problem(before, rows, limits) == ""
-    return np.abs(np.diff(rows, axis=0)).max(axis=1) / 1e-3
+    before = np.repeat(setpoints[:1], 3, axis=0)
+    assert limits.setpoints_problem(before, setpoints) == ""
+    return np.abs(np.diff(setpoints, axis=0)).max(axis=1) / 1e-3
 
 
 @pytest.mark.parametrize(
@@ -260,7 +260,7 @@ def test_the_arm_rests_on_its_path_when_the_run_is_killed_or_interrupted(run, st
         time.sleep(0.05)
         if file.exists():
             break
-    speeds = moving_rows(np.load(file), station.robot.limits)
+    speeds = moving_setpoints(np.load(file), station.robot.limits)
     assert speeds.max() > 0.1  # it was moving
     assert not speeds[-20:].any()  # and rests
     if sign is signal.SIGKILL:
@@ -270,15 +270,16 @@ def test_the_arm_rests_on_its_path_when_the_run_is_killed_or_interrupted(run, st
 
 
 def test_a_motion_that_has_not_begun_is_replaced_by_one_that_begins_earlier(station):
-    link, s = station.arm.link, np.linspace(0.0, 1.0, 400)[:, np.newaxis]
-    rows = link.latest.q_ref + 0.01 * s**3 * (10.0 - 15.0 * s + 6.0 * s * s)  # a smooth step
-    for lead in (300, 100):
-        link.send(link.behind + lead, rows)
+    connection, s = station.arm.connection, np.linspace(0.0, 1.0, 400)[:, np.newaxis]
+    step = s**3 * (10.0 - 15.0 * s + 6.0 * s * s)  # a smooth one
+    setpoints = connection.latest.q_ref + 0.01 * step
+    for latency in (300, 100):
+        connection.send(connection.lag + latency, setpoints)
     steps(station, 70)
-    assert link.latest.q_ref == pytest.approx(rows[-1])
+    assert connection.latest.q_ref == pytest.approx(setpoints[-1])
 
 
 def test_an_arm_process_that_dies_is_named(station):  # the last one: it is the end of the arm
-    os.kill(station.arm.link.process.pid, signal.SIGKILL)
+    os.kill(station.arm.connection.process.pid, signal.SIGKILL)
     with pytest.raises(DeviceError, match="arm: its process has ended unexpectedly"):
         steps(station, 1000)

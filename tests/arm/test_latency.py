@@ -5,45 +5,48 @@ import pytest
 
 from bt_manip.exceptions import MotionError
 from bt_manip.robots import LateError
-from bt_manip.robots.connection_worker import rows_problem
 
 
 class Table:
-    """The table of a link: rows by number, spliced as in the process that speaks to the arm."""
+    """The setpoints of a connection, spliced as in the process that speaks to the arm."""
 
     def __init__(self, arm):
-        self.arm, self.row, self.behind, self.problem, self.streaming = arm, 0, 0, "", True
-        self.rows = np.tile(arm.q, (4, 1))  # from row -3
+        self.arm, self.setpoint, self.lag, self.problem, self.streaming = arm, 0, 0, "", True
+        self.setpoints = np.tile(arm.q, (4, 1))  # from setpoint -3
         self.sent = 0
         self.refuse = 0
         self.shortest = np.inf
-        arm.link, arm.follower.send = self, self.send
+        arm.connection, arm.follower.send = self, self.send
 
-    def send(self, lead, rows):
+    def send(self, latency, setpoints):
         if self.refuse:
             self.refuse -= 1
             raise LateError
-        first = self.row + lead + 3
+        first = self.setpoint + latency + 3
         self.extend(first)
-        problem = rows_problem(self.rows[first - 3 : first], rows, self.arm.model.limits)
+        problem = self.arm.model.limits.setpoints_problem(
+            self.setpoints[first - 3 : first], setpoints
+        )
         assert problem == ""
-        self.rows = np.concatenate([self.rows[:first], rows])
+        self.setpoints = np.concatenate([self.setpoints[:first], setpoints])
         self.sent += 1
-        self.shortest = min(self.shortest, lead)
+        self.shortest = min(self.shortest, latency)
 
     def extend(self, length):
-        missing = max(0, length - len(self.rows))
-        self.rows = np.concatenate([self.rows, np.repeat(self.rows[-1:], missing, axis=0)])
+        missing = max(0, length - len(self.setpoints))
+        self.setpoints = np.concatenate(
+            [self.setpoints, np.repeat(self.setpoints[-1:], missing, axis=0)]
+        )
 
     def advance(self, steps):
-        """Advance, with a refresh every 100 rows; check the reference."""
+        """Advance, with a refresh every 100 setpoints; check the reference."""
         for _ in range(steps):
             self.arm.advance(1e-3)
-            self.row += 1
-            if self.row % 100 == 0 and self.arm.moving:
+            self.setpoint += 1
+            if self.setpoint % 100 == 0 and self.arm.moving:
                 self.arm.follower.send_on(25, self.arm.model)
-            self.extend(self.row + 4)
-            np.testing.assert_allclose(self.rows[self.row + 3], self.arm.q, atol=1e-12)
+            self.extend(self.setpoint + 4)
+            np.testing.assert_allclose(self.setpoints[self.setpoint + 3], self.arm.q, atol=1e-12)
 
 
 @pytest.fixture
@@ -119,10 +122,10 @@ def test_a_motion_ends_in_a_stop_planned_ahead_when_nothing_more_is_sent(arm, ta
     start = arm.q_ref
     arm.speed_scale = 0.2
     arm.move_to_configuration(start + np.array([1.0, 0, 0, 0, 0, 0, 0]))
-    rest = table.rows[-1]
+    rest = table.setpoints[-1]
     assert 0.02 < rest[0] - start[0] < 0.9
-    assert np.abs(np.diff(table.rows[-2:], axis=0)).max() < 1e-6
-    assert len(table.rows) < 1000  # rows of 1 ms
+    assert np.abs(np.diff(table.setpoints[-2:], axis=0)).max() < 1e-6
+    assert len(table.setpoints) < 1000  # setpoints of 1 ms
 
 
 def test_there_are_no_compliant_stops_and_no_jumps_to_the_measured_joints(arm, table):
