@@ -121,7 +121,6 @@ class TreeError(BtManipError):
     """
 
     def __init__(self, message: str, problems: Iterable[object] = ()) -> None:
-        """Keep the findings beside the message."""
         super().__init__(message)
         self.problems = tuple(problems)
 
@@ -160,7 +159,6 @@ class MotionError(BtManipError):
     """
 
     def __init__(self, message: str, *, reason: str, fraction: float | None = None) -> None:
-        """Keep the reason and the fraction beside the message."""
         super().__init__(message)
         self.reason, self.fraction = reason, fraction
 
@@ -178,7 +176,6 @@ class NodeError(Exception):
     """
 
     def __init__(self, path: str, registration: str, message: str, culprit: str = "") -> None:
-        """Say which node raised what."""
         super().__init__(with_short_values(f"{path} [{registration}]: {message}"))
         self.path = path
         self.registration = registration

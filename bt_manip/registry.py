@@ -14,6 +14,9 @@ T = TypeVar("T")
 class UnknownPartError(BtManipError):
     """No part is registered under a requested name.
 
+    Args:
+        note: Possible other reason, appended to the message.
+
     Attributes:
         kind: Kind of the part: ``"robot"``, ``"object"``, ...
         name: The unknown name.
@@ -21,14 +24,6 @@ class UnknownPartError(BtManipError):
     """
 
     def __init__(self, kind: str, name: str, known: tuple[str, ...], note: str = "") -> None:
-        """Build the message, with the nearest names.
-
-        Args:
-            kind: Kind of the part.
-            name: The unknown name.
-            known: The registered names.
-            note: Possible other reason, appended to the message.
-        """
         super().__init__(f"unknown {kind} '{name}'" + did_you_mean(name, known) + note)
         self.kind = kind
         self.name = name
@@ -45,7 +40,6 @@ class PartFault(Exception):
     """
 
     def __init__(self, kind: str, name: str, plugin: str, problem: str) -> None:
-        """Build the message from the part and the problem."""
         super().__init__(f"{kind} '{name}' cannot be made: {problem}")
         self.plugin = plugin
 
@@ -55,14 +49,12 @@ class Registry(Generic[T]):
 
     Parts are never shared between runs: data is copied, and factories create new objects. So no run
     can change the parts of the next one.
+
+    Args:
+        kind: Kind of its parts, in the singular, for messages.
     """
 
     def __init__(self, kind: str) -> None:
-        """Create an empty registry.
-
-        Args:
-            kind: Kind of its parts, in the singular, for messages.
-        """
         self.kind = kind
         self.note = ""  # appended to the message on a miss
         self._items: dict[str, tuple[T, str]] = {}

@@ -71,6 +71,14 @@ class Arm:
     motion, which can be slowed down, paused and stopped at any time, and which stops by itself on
     an external force.
 
+    Args:
+        robot: A compiled robot.
+        model: Its model; by default made from the robot.
+        ik: Its inverse kinematics; by default made from the model.
+        world: Its collision world; by default no collisions are checked.
+        planner: Finds collision-free paths; by default `RRTConnect`.
+        guard: Detects external forces; by default none are detected.
+
     Attributes:
         follower: Owns the reference and the trajectory that it follows.
         coordinator: Coordinates it with other arms; None where there are none.
@@ -99,16 +107,6 @@ class Arm:
         planner: Planner | None = None,
         guard: ExternalForceGuard | None = None,
     ) -> None:
-        """Rest where the robot is.
-
-        Args:
-            robot: A compiled robot.
-            model: Its model; by default made from the robot.
-            ik: Its inverse kinematics; by default made from the model.
-            world: Its collision world; by default no collisions are checked.
-            planner: Finds collision-free paths; by default `RRTConnect`.
-            guard: Detects external forces; by default none are detected.
-        """
         self.robot, self.world, self.guard = robot, world, guard
         self.model = robot.make_model() if model is None else model
         self.ik = InverseKinematics(self.model) if ik is None else ik

@@ -35,14 +35,12 @@ class MultiArmCoordinator:
     - When the motion of an arm changes, because it is stopped or its speed scale changes, all
       pairs with it are checked again. Moving arms that would come too near to it are stopped; it
       is stopped itself where an arm at rest blocks it.
+
+    Args:
+        arms: The arms of one cell by the names of their robots; each has a collision world.
     """
 
     def __init__(self, arms: Mapping[str, Arm]) -> None:
-        """Coordinate arms.
-
-        Args:
-            arms: The arms of one cell by the names of their robots; each has a collision world.
-        """
         self._names = {arm: name for name, arm in arms.items()}
         geometry = {arm: RobotGeometry(arm.robot, arm.model) for arm in arms.values()}
         self._distances = {

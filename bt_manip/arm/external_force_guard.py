@@ -96,17 +96,15 @@ class ExternalForceGuard:
     acceleration by half a step; the impulse of that is subtracted too. External torques that are
     present when a motion begins, such as from a table under a gripped object, are tolerated.
 
+    Args:
+        robot: The robot with its measured motion and motor torques.
+        model: Its model, for friction and effort limits.
+
     Attributes:
         thresholds: External torque of each joint from which it is a contact [N m].  # (nq,)
     """
 
     def __init__(self, robot: Robot, model: RobotModel) -> None:
-        """Guard a robot.
-
-        Args:
-            robot: The robot with its measured motion and motor torques.
-            model: Its model, for friction and effort limits.
-        """
         self._robot = robot
         self.thresholds = torque_thresholds(model)
         self._tolerate(self.thresholds)

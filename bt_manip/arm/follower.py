@@ -69,6 +69,9 @@ class TrajectoryFollower:
     Scaling the time of a trajectory changes its speed, pauses it and stops it without leaving its
     path.
 
+    Args:
+        q: Configuration at which the arm rests at first [rad].  # (nq,)
+
     Attributes:
         q: Position [rad], read-only and live.  # (nq,)
         v: Velocity [rad/s], read-only and live.  # (nq,)
@@ -90,7 +93,6 @@ class TrajectoryFollower:
     send: Callable[[int, np.ndarray], None] | None = None
 
     def __init__(self, q: np.ndarray) -> None:
-        """Rest at a configuration [rad]."""
         self._now = np.zeros(3 * len(q))  # flat, because that is copied faster
         live = self._now.reshape(3, -1)
         live.setflags(write=False)

@@ -18,13 +18,24 @@ class Port(Parameter):
 
     Bounds hold for the values that the node reads.
 
+    Args:
+        doc: Its meaning, with the unit in brackets or as ``unit``.
+        parse: For classes of your own: makes a value of a text.
+        format: For classes of your own: makes such a text of a value.
+        **declared: Unit and bounds, as of `bt_manip.parameters.Parameter`: ``above=0.0``.
+
     Attributes:
         name: Its name in trees; a trailing underscore of the attribute is dropped where the name
             is a Python keyword (``in_ = Input(int)`` declares the port ``in``).
         attribute: Its name in Python.
-        type: The type of its values.
-        default: Its value if nothing is given, `MISSING` if it must be given.
+        type: The type of its values: ``str``, ``int``, ``float``, ``bool``, a list of these
+            (``list[float]``), an ``Enum``, or any class; nothing for a port that takes all.
+        default: Its value if nothing is given, `MISSING` if it must be given: a value, or a text as
+            in a tree document, ``"{key}"`` and ``"{=}"`` included.
         direction: ``input``, ``output`` or ``inout``.
+
+    Raises:
+        PortError: If the default does not fit the type.
     """
 
     direction = ""
@@ -42,22 +53,6 @@ class Port(Parameter):
         format: Callable[[Any], str] | None = None,
         **declared: Any,
     ) -> None:
-        """Declare a port.
-
-        Args:
-            type: ``str``, ``int``, ``float``, ``bool``, a list of these (``list[float]``), an
-                ``Enum``, or any class; nothing for a port that takes all.
-            default: Its value where none is given: a value, or a text as in a tree document,
-                ``"{key}"`` and ``"{=}"`` included.
-            doc: Its meaning, with the unit in brackets or as ``unit``.
-            name: Its name in trees, if it differs from the attribute's.
-            parse: For classes of your own: makes a value of a text.
-            format: For classes of your own: makes such a text of a value.
-            **declared: Unit and bounds, as of `bt_manip.parameters.Parameter`: ``above=0.0``.
-
-        Raises:
-            PortError: If the default does not fit the type.
-        """
         kind = port_type(type, parse=parse, format=format)
         _check_default(default, kind)
         super().__init__(doc, default=default, size=0, type=kind, name=name or "", **declared)

@@ -37,7 +37,6 @@ class EvaluationView:
     def __init__(
         self, evaluation: Evaluation, episodes: int, workers: int, before: Iterable[EpisodeResult]
     ) -> None:
-        """Count what is known before."""
         self._evaluation, self._workers = evaluation, workers
         self._planned = episodes * len(evaluation.points)
         self.total, self.rates = SuccessRate(), [SuccessRate() for _ in evaluation.points]

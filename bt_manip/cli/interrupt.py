@@ -28,7 +28,6 @@ class Interrupt:
     """
 
     def __init__(self) -> None:
-        """Create it; `install` makes it handle signals."""
         self.requested = False
         self.exit_code = SUCCESS
         self._mode = "held"

@@ -26,7 +26,6 @@ class NameCache:
     """
 
     def __init__(self, choice: PluginSelection) -> None:
-        """Open the cache for a choice of plugins."""
         stamp = repr([sys.version, sorted(choice.blocked), *_stamps(_files(choice))])
         self._stamp = hashlib.sha256(stamp.encode()).hexdigest()
         folders = repr([str(folder.absolute()) for folder in choice.folders])

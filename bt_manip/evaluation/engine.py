@@ -165,7 +165,6 @@ class ProcessPool:
     """Processes of this machine, each with a pipe of its own, so that one may die alone."""
 
     def __init__(self, make_worker: Callable[[], Worker[Any, Any]]) -> None:
-        """Keep the factory of a process's worker."""
         self._make_worker = make_worker
         self._processes: list[_Process] = []
 

@@ -109,14 +109,12 @@ class EpisodeWorker:
 
     Attributes:
         identity: What the results depend on besides the episode, as plain data.
+
+    Raises:
+        BtManipError: If the request is invalid, or this machine has other versions or files.
     """
 
     def __init__(self, evaluation: Evaluation) -> None:
-        """Load the plugins and prepare the first point.
-
-        Raises:
-            BtManipError: If the request is invalid, or this machine has other versions or files.
-        """
         os.environ.setdefault("MUJOCO_GL", "disable")
         self._evaluation = evaluation
         plugins = load_plugins(choice=evaluation.choice, warn=lambda message: None)

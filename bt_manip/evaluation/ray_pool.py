@@ -42,23 +42,21 @@ class RayPool:
 
     A local cluster listens on the loopback interface only, and has no dashboard.
 
+    Args:
+        make_worker: Makes the worker of an actor; it can be pickled.
+        address: ``HOST:PORT`` of the cluster, `AUTO` or `LOCAL`.
+        workers: Number of CPUs of a local cluster; 0: all of this machine.
+
     Attributes:
         cpus: Number of CPUs of the cluster: how many workers run at the same time.
+
+    Raises:
+        BtManipError: If Ray is missing, or there is no cluster at the address.
     """
 
     def __init__(
         self, make_worker: Callable[[], Worker[Any, Any]], address: str = LOCAL, workers: int = 0
     ) -> None:
-        """Connect to a cluster, or start one.
-
-        Args:
-            make_worker: Makes the worker of an actor; it can be pickled.
-            address: ``HOST:PORT`` of the cluster, `AUTO` or `LOCAL`.
-            workers: Number of CPUs of a local cluster; 0: all of this machine.
-
-        Raises:
-            BtManipError: If Ray is missing, or there is no cluster at the address.
-        """
         require_extra("ray", "--ray", "ray")
         os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
         if address == LOCAL:  # without it, the servers of the cluster listen everywhere

@@ -44,24 +44,22 @@ class ResultFolder:
 
     ``pyarrow.parquet.read_table(folder)`` or ``pandas.read_parquet(folder)`` reads it.
 
+    Args:
+        path: The folder.
+        identity: The `EpisodeWorker.identity`.
+        points: Values of the varied parameters, which become columns.
+
     Attributes:
         results: The results of earlier evaluations in this folder.
+
+    Raises:
+        BtManipError: If the folder cannot be written, is of another evaluation, or is being
+            written by another process.
     """
 
     def __init__(
         self, path: Path, identity: Mapping[str, Any], points: Sequence[ParameterSet]
     ) -> None:
-        """Create the folder, or continue one of the same evaluation.
-
-        Args:
-            path: The folder.
-            identity: The `EpisodeWorker.identity`.
-            points: Values of the varied parameters, which become columns.
-
-        Raises:
-            BtManipError: If the folder cannot be written, is of another evaluation, or is being
-                written by another process.
-        """
         self._path, self._points = path, points
         kept = path / IDENTITY
         with writing(path, "results"):

@@ -85,21 +85,19 @@ class StressResult:
 class StressTester:
     """Runs the episodes of one tree in this process; a station is built once for each seed.
 
+    Args:
+        tree: The tree as the user names it.
+        choice: The `bt_manip.plugins.PluginSelection`; None: that of the environment.
+        **options: Fields of `RunRequest`; controller and scene are the tree's by default.
+
     Attributes:
         faults: The registered faults.
+
+    Raises:
+        BtManipError: If a name is not registered.
     """
 
     def __init__(self, tree: str, *, choice: Any = None, **options: Any) -> None:
-        """Load the plugins and find the tree.
-
-        Args:
-            tree: The tree as the user names it.
-            choice: The `bt_manip.plugins.PluginSelection`; None: that of the environment.
-            **options: Fields of `RunRequest`; controller and scene are the tree's by default.
-
-        Raises:
-            BtManipError: If a name is not registered.
-        """
         self._tree = tree
         self._parts = parts = load_plugins(choice=choice, warn=lambda message: None).parts
         self.faults = parts.faults

@@ -22,15 +22,13 @@ class RRTConnect:
     Besides uniform samples, which drive exploration, samples are drawn from a normal distribution
     around a random node and clipped to the bounds: they find the way out of narrow passages, also
     along joint limits.
+
+    Args:
+        samples: Largest number of samples.
+        step: Distance between the configurations that are checked [rad].
     """
 
     def __init__(self, *, samples: int = SAMPLES, step: float = CHECKED_STEP) -> None:
-        """Set the bounds of the search.
-
-        Args:
-            samples: Largest number of samples.
-            step: Distance between the configurations that are checked [rad].
-        """
         self.samples, self.step = samples, step
 
     def plan(self, problem: PlanningProblem) -> PlanningResult:

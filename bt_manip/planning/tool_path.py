@@ -34,6 +34,11 @@ _PER_AXIS = 3.0**-0.5  # share of a vector limit that each axis gets: it holds i
 class Segment(ABC):
     """A piece of a path along which position and rotation change at constant rates.
 
+    Args:
+        start: Pose of the tool at the start.
+        length: As below.
+        turn: Rotation vector in the tool frame [rad].  # (3,)
+
     Attributes:
         straight: Whether it is a line.
         length: Length of the tool origin's path [m].
@@ -44,7 +49,6 @@ class Segment(ABC):
     straight = False
 
     def __init__(self, start: pin.SE3, length: float, turn: np.ndarray) -> None:
-        """Set the start, the length [m] and the rotation vector in the tool frame [rad]."""
         self._start, self._turn = start.copy(), turn
         self.length, self.angle = length, float(np.linalg.norm(turn))
         self.travel = max(self.length, ARM_LENGTH * self.angle)
@@ -191,6 +195,12 @@ class ToolPath:
     segment fades out while that along the second fades in: position and rotation have three
     continuous derivatives where lines meet.
 
+    Args:
+        segments: Segments of the motion, each starting where the previous one ends.
+        blend: Distance from a corner where blending starts [m]; at most half a segment.
+        first: Index of the first segment of this path.
+        end: Index of the first segment after it.
+
     Attributes:
         length: Length along the segments, corners included [m].
         angle: Sum of the angles of the segments [rad].
@@ -200,14 +210,6 @@ class ToolPath:
     """
 
     def __init__(self, segments: Sequence[Segment], blend: float, first: int, end: int) -> None:
-        """Select the segments of one path from those of a whole motion.
-
-        Args:
-            segments: Segments of the motion, each starting where the previous one ends.
-            blend: Distance from a corner where blending starts [m]; at most half a segment.
-            first: Index of the first segment of this path.
-            end: Index of the first segment after it.
-        """
         self._segments = own = segments[first:end]
         self._starts = [0.0, *accumulate(segment.travel for segment in own)]
         self.travel = self._starts[-1]

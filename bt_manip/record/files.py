@@ -204,14 +204,13 @@ def is_locked(target: Path) -> bool:
 
 
 class AppendedFile:
-    """A new file that grows; its content is always a sequence of complete appends."""
+    """A new file that grows; its content is always a sequence of complete appends.
+
+    Raises:
+        OSError: If it cannot be opened, or another process is writing it.
+    """
 
     def __init__(self, path: Path) -> None:
-        """Create the file, or empty an existing one.
-
-        Raises:
-            OSError: If it cannot be opened, or another process is writing it.
-        """
         self._file = open_output(path)
         self.size = 0
 

@@ -51,16 +51,14 @@ class _DeviceConnection:
     Attributes:
         pipe: The pipe.
         process: The process.
+
+    Raises:
+        DeviceError: If the device cannot be reached in time.
     """
 
     def __init__(
         self, what: str, address: str, limit: float, *message: Any, files: Sequence[int] = ()
     ) -> None:
-        """Start it and wait until the device is connected.
-
-        Raises:
-            DeviceError: If the device cannot be reached in time.
-        """
         self._what, self._address = what, address
         self.pipe, other = Pipe()
         with other:
@@ -115,23 +113,21 @@ class ArmConnection(_DeviceConnection):
 
     References are setpoints `CONTROL_STEP` apart, counted since the arm was connected.
 
+    Args:
+        factory: ``"module:name"`` of a function that makes the `ArmDevice`.
+        address: Its argument.
+        limits: Limits that every setpoint is checked against until `set_limits`.
+
     Attributes:
         setpoint: Number of the last setpoint whose reading was taken.
         last: That reading.
         properties: What the device says about itself and its host.
+
+    Raises:
+        DeviceError: If the arm cannot be reached.
     """
 
     def __init__(self, factory: str, address: str, limits: MotionLimits) -> None:
-        """Connect.
-
-        Args:
-            factory: ``"module:name"`` of a function that makes the `ArmDevice`.
-            address: Its argument.
-            limits: Limits that every setpoint is checked against until `set_limits`.
-
-        Raises:
-            DeviceError: If the arm cannot be reached.
-        """
         joints = len(limits.lower)
         with tempfile.TemporaryFile() as file:
             file.truncate(SharedReadings.size(joints))
@@ -255,21 +251,19 @@ class ArmConnection(_DeviceConnection):
 class GripperConnection(_DeviceConnection):
     """Sends commands to a gripper, and reads its state.
 
+    Args:
+        factory: ``"module:name"`` of a function that makes the `GripperDevice`.
+        address: Its argument.
+
     Attributes:
         state: The latest state.
         problem: Why the last command has failed; empty if it has not.
+
+    Raises:
+        DeviceError: If it cannot be reached.
     """
 
     def __init__(self, factory: str, address: str) -> None:
-        """Connect and home it.
-
-        Args:
-            factory: ``"module:name"`` of a function that makes the `GripperDevice`.
-            address: Its argument.
-
-        Raises:
-            DeviceError: If it cannot be reached.
-        """
         super().__init__("gripper", address, HOMING_TIME, "gripper", factory, address)
         self._sent = self._done = 0
         self.problem = ""

@@ -66,7 +66,6 @@ class SharedReadings:
     """Readings of the latest setpoints, in memory of two processes, one of which writes."""
 
     def __init__(self, memory: Any, joints: int) -> None:
-        """Use a memory of `size` bytes."""
         numbers = np.frombuffer(memory, dtype=float, count=HEADER + KEPT_SETPOINTS * 5 * joints)
         self.header = numbers[:HEADER]
         self._readings = numbers[HEADER:].reshape(KEPT_SETPOINTS, 5, joints)
@@ -106,7 +105,6 @@ class ArmWorker:
     """Streams references to an arm from a table that the parent sends ahead."""
 
     def __init__(self, device: ArmDevice, pipe: Connection, limits: MotionLimits) -> None:
-        """Keep the connected device."""
         self._device, self._pipe, self._limits = device, pipe, limits
         self._setpoints_per_cycle = max(1, round(device.period / CONTROL_STEP))
         self._table = np.empty((0, len(limits.lower)))

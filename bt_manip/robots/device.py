@@ -20,7 +20,6 @@ class DeviceError(BtManipError):
     """
 
     def __init__(self, what: str, where: str = "", remedy: str = "") -> None:
-        """Build the message."""
         place = f"{where}: " if where else ""
         super().__init__(f"{place}{what}" + (f" ({remedy})" if remedy else ""))
         self.what, self.where, self.remedy = what, where, remedy

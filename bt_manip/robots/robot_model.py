@@ -24,6 +24,12 @@ class RobotModel:
     The universe frame is MuJoCo's world frame. Methods write into `data`, so every user needs its
     own copy (`copy`).
 
+    Args:
+        mj_model: The compiled model.
+        joints: Full names of the arm's joints, from the base outwards.
+        tool_frame: Full name of the tool's site.
+        qpos: Positions at which all other joints are locked.
+
     Attributes:
         model: Pinocchio's model; its frames are MuJoCo's bodies and sites.
         data: Pinocchio's data.
@@ -40,6 +46,9 @@ class RobotModel:
             slides at zero [m].  # (nq,)
         levers: Largest distance of the tool from each joint: the sum of the links' lengths between
             them; 1 for a slide, whose effort is a force [m].  # (nq,)
+
+    Raises:
+        RobotError: If a name is unknown or the joints do not form an arm.
     """
 
     def __init__(
@@ -53,20 +62,6 @@ class RobotModel:
         tolerance: Tolerance,
         qpos: np.ndarray,
     ) -> None:
-        """Build the model of an arm from the compiled MuJoCo model.
-
-        Args:
-            mj_model: The compiled model.
-            joints: Full names of the arm's joints, from the base outwards.
-            tool_frame: Full name of the tool's site.
-            limits: Limits of its motions.
-            home: Configuration at the start [rad].  # (nq,)
-            tolerance: Largest errors of the tool pose in inverse kinematics.
-            qpos: Positions at which all other joints are locked.
-
-        Raises:
-            RobotError: If a name is unknown or the joints do not form an arm.
-        """
         self.model = build_model(mj_model, joints=joints, qpos=qpos)
         self.model.lowerPositionLimit = limits.lower
         self.model.upperPositionLimit = limits.upper

@@ -76,14 +76,13 @@ class CommandedRobot:
 
 
 class NoOnlyRobot:
-    """Stands for parts of the only robot where there are several: any use is an error."""
+    """Stands for parts of the only robot where there are several: any use is an error.
+
+    Args:
+        names: Names of the robots.
+    """
 
     def __init__(self, names: Iterable[str]) -> None:
-        """Keep the names for the message.
-
-        Args:
-            names: Names of the robots.
-        """
         vars(self)["_names"] = ", ".join(f"'{name}'" for name in names)
 
     def __getattr__(self, attribute: str) -> Any:

@@ -72,7 +72,6 @@ class EventStream:
     """
 
     def __init__(self, run: "Run") -> None:
-        """Begin without listeners."""
         self._run, self._cell, self._tree = run, run.station.cell, run.tree
         self._listeners: dict[str, list[Listener]] = {kind: [] for kind in KINDS}
         self._kinds: set[str] = set()  # that are wanted
@@ -283,17 +282,15 @@ class EventStream:
 class EventQueue(RunObserver):
     """Hands events to another thread; a full queue drops the oldest, so the run never waits.
 
+    Args:
+        size: Largest number of events in it.
+        kinds: Kinds of the events that it takes.
+
     Attributes:
         dropped: Number of dropped events.
     """
 
     def __init__(self, size: int = 10_000, kinds: Collection[str] = KINDS) -> None:
-        """Make an empty queue.
-
-        Args:
-            size: Largest number of events in it.
-            kinds: Kinds of the events that it takes.
-        """
         self.kinds = kinds
         self._events: deque[RunEvent] = deque(maxlen=size)
         self.dropped = 0

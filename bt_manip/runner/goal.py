@@ -22,7 +22,6 @@ class GoalJudge:
     """
 
     def __init__(self, tree: Tree, cell: Cell) -> None:
-        """Judge a tree in a cell; its behaviours are set up before the first cycle ends."""
         self._tree, self._cell = tree, cell
         self._goal = tree.goal
         self._kept: list[list[str]] = []

@@ -47,14 +47,13 @@ class Actor(Protocol):
 
 
 class Pacing:
-    """Slows simulated time down to wall time; the simulation itself stays the same."""
+    """Slows simulated time down to wall time; the simulation itself stays the same.
+
+    Args:
+        factor: Simulated seconds per second of wall time; None runs as fast as possible.
+    """
 
     def __init__(self, factor: float | None) -> None:
-        """Set the real-time factor.
-
-        Args:
-            factor: Simulated seconds per second of wall time; None runs as fast as possible.
-        """
         self.factor = factor
         self._wall = self._simulated = 0.0
 
@@ -82,14 +81,14 @@ class RunLoop:
       with RunLoop(run, observers) as loop:
           loop.cycle()
 
-    On an exception inside, the tree is halted and the arms are stopped, with observers.
+    On an exception inside, the tree is halted and the arms are stopped, with observers. Of these,
+    each `RunModifier` is called after all others.
 
     Attributes:
         run: The run.
     """
 
     def __init__(self, run: "Run", observers: Sequence[RunObserver] = ()) -> None:
-        """Prepare to call the observers, `RunModifier` after all others."""
         self.run = run
         self._station, self._cell = run.station, run.station.cell
         self._observers = sorted(observers, key=lambda one: isinstance(one, RunModifier))

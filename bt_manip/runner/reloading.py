@@ -20,21 +20,19 @@ class Reloader(RunModifier):
 
     Running nodes are halted, the blackboard stays, and the edited tree goes on from its root. A
     file with errors changes nothing.
+
+    Args:
+        source: The tree.
+        behaviours: The behaviours that it may name.
+        tell: Takes what has come of an edit, for people.
+
+    Raises:
+        BtManipError: When the tree is no document.
     """
 
     def __init__(
         self, source: TreeSource, behaviours: BehaviourRegistry, tell: Callable[[str], None]
     ) -> None:
-        """Get ready to watch the file of a tree.
-
-        Args:
-            source: The tree.
-            behaviours: The behaviours that it may name.
-            tell: Takes what has come of an edit, for people.
-
-        Raises:
-            BtManipError: When the tree is no document.
-        """
         if source.kind != "xml":
             raise BtManipError(
                 f"--watch: '{source.name}' is a Python function; only a tree's .xml can be watched"

@@ -35,7 +35,6 @@ class RunLog:
     """
 
     def __init__(self, run: "Run") -> None:
-        """Keep nothing yet."""
         self._tree, self._cell = run.tree, run.station.cell
         self._robots = run.station.robots
         self._steps: dict[str, StepLog] = {}

@@ -57,6 +57,10 @@ class StepLog:
     views that are bound once per compiled model. A step is joined as bytes, which takes a fifth of
     the time of writing rows of an array.
 
+    Args:
+        cell: The `bt_manip.cell.Cell`.
+        commanded: The `bt_manip.runner.CommandedRobot` in it.
+
     Attributes:
         pending: The steps since the last `take`. Another thread may read them: a step is complete
             when its contacts are there.
@@ -64,12 +68,6 @@ class StepLog:
     """
 
     def __init__(self, cell: Cell, commanded: CommandedRobot) -> None:
-        """Bind to the current model of a cell.
-
-        Args:
-            cell: The `bt_manip.cell.Cell`.
-            commanded: The `bt_manip.runner.CommandedRobot` in it.
-        """
         self._cell, self._robot = cell, commanded.robot
         self._arm, self._controllers = commanded.arm, commanded.controllers
         self._nq = len(self._robot.limits.lower)

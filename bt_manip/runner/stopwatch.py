@@ -22,15 +22,14 @@ WARM_UP = 10
 
 
 class Stopwatch(RunObserver):
-    """Measures the wall time of ``compute`` of the active controllers, and warns of slow ones."""
+    """Measures the wall time of ``compute`` of the active controllers, and warns of slow ones.
+
+    Args:
+        labels: The controllers to measure: how a warning calls them, by registered name.
+        warn: Takes one line for each slow controller.
+    """
 
     def __init__(self, labels: Mapping[str, str], warn: Callable[[str], None]) -> None:
-        """Choose the controllers.
-
-        Args:
-            labels: The controllers to measure: how a warning calls them, by registered name.
-            warn: Takes one line for each slow controller.
-        """
         self._labels, self._warn = labels, warn
         self._timings: dict[str, _Timing] = {}
         self._timed: list[tuple[Any, Any]] = []  # controllers, and the replaced compute
@@ -76,7 +75,6 @@ class _Timing:
     """
 
     def __init__(self, slow: float) -> None:
-        """Set from which wall time on a call is slow [s]."""
         self._limit, self._slow_calls = slow, 0
         self.counted, self.busy, self.wall = -WARM_UP, 0.0, 0.0
 

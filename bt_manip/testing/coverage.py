@@ -52,7 +52,6 @@ class TreeCoverage:
     """
 
     def __init__(self) -> None:
-        """Initialise without trees."""
         self._trees: dict[str, dict[str, _Node]] = {}
 
     def watch(self, tree: Tree) -> None:

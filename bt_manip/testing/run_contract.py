@@ -89,7 +89,6 @@ class _Watch(RunObserver):
     """
 
     def __init__(self, every: int = 0, digest: str = "") -> None:
-        """Initialise with the ticks between two states, and the digest to continue."""
         self._every, self._digest = every, digest
         self.digests: list[str] = []
         self.states: dict[int, str] = {}

@@ -28,7 +28,6 @@ class Situations:
     """
 
     def __init__(self, build: Callable[[], Station]) -> None:
-        """Initialise with the function that builds the station, called on first use."""
         self._build = build
         self._station: Station | None = None
         self._makers: dict[str, tuple[Make, str | None]] = {}

@@ -25,6 +25,12 @@ def status_of(status: Result) -> NodeStatus:
 class Stub:
     """Stub for a leaf: returns given results and counts its completions.
 
+    Args:
+        *results: Results of the first completion, the second, ...; the last one is repeated.
+            Default: ``SUCCESS``.
+        after: Simulated time before each result [s].
+        script: Script run on success, to write the outputs of the leaf: ``"n := 3"``.
+
     Attributes:
         config: Configuration for the substitution rules of `bt_manip.bt`.
         calls: Number of completions.
@@ -33,14 +39,6 @@ class Stub:
     def __init__(
         self, *results: Result | Sequence[Result], after: float = 0.0, script: str = ""
     ) -> None:
-        """Set the results.
-
-        Args:
-            *results: Results of the first completion, the second, ...; the last one is repeated.
-                Default: ``SUCCESS``.
-            after: Simulated time before each result [s].
-            script: Script run on success, to write the outputs of the leaf: ``"n := 3"``.
-        """
         names = [r for result in results for r in ([result] if isinstance(result, str | NodeStatus)
                                                    else result)]  # fmt: skip
         self._results = [status_of(r) for r in names or ["SUCCESS"]]

@@ -20,6 +20,10 @@ class Trial:
     A failed expectation raises an `AssertionError` with the node that decided, the tick, the status
     of all nodes, and the blackboard.
 
+    Args:
+        root: A behaviour, or a tree whose clock is the station's.
+        faults: Injects faults until the root ends or is halted.
+
     Attributes:
         station: The station.
         tree: The tree.
@@ -29,13 +33,6 @@ class Trial:
     def __init__(
         self, station: Station, root: Behaviour | Tree, *, faults: FaultInjector | None = None
     ) -> None:
-        """Set up the behaviours.
-
-        Args:
-            station: The station.
-            root: A behaviour, or a tree whose clock is the station's.
-            faults: Injects faults until the root ends or is halted.
-        """
         if not isinstance(root, Tree | Behaviour):
             raise TypeError(f"a trial is of a behaviour or a tree, got {root!r}")
         self.station = station

@@ -65,6 +65,11 @@ class DecelerationLimits:
     The path at s_dot = 1 is taken to be inside its limits where s is time: where it uses more than
     the requested fraction, it may go on doing so.
 
+    Args:
+        path: The path.
+        start: First path parameter.
+        model: The arm with its payload; None ignores efforts.
+
     Attributes:
         margin: Fraction of all limits that may be used.
         spacing: Step of s.
@@ -77,14 +82,6 @@ class DecelerationLimits:
         spacing: float,
         model: RobotModel | None,
     ) -> None:
-        """Set the path.
-
-        Args:
-            path: The path.
-            start: First path parameter.
-            spacing: Step of s.
-            model: The arm with its payload; None ignores efforts.
-        """
         self._path, self._start, self.spacing = path, start, spacing
         self._model = model
         self._m = len(path.limits.jerk)

@@ -25,14 +25,6 @@ class MotionProfile:
     """
 
     def __init__(self, segments: list[list[float]], duration: float, end: float) -> None:
-        """Set the segments.
-
-        Args:
-            segments: Start time, position, velocity, acceleration and jerk, at the start of each
-                segment.  # (n, 5)
-            duration: End of the last segment [s].
-            end: Position from then on.
-        """
         self.segments = segments = segments or [[0.0, end, 0.0, 0.0, 0.0]]
         self._starts = [segment[0] for segment in segments]
         table = np.array([*segments, [duration, end, 0.0, 0.0, 0.0]])

@@ -61,11 +61,20 @@ class PathDynamics(NamedTuple):
 class PathConstraints:
     """Constraints ``-below <= a u + b x <= above`` at points of a path.
 
+    Args:
+        path: The path.
+        s: Path parameters of the points.  # (n,)
+        limits: Limits of its coordinates.
+        model: The arm with its payload; None ignores efforts.
+
     Attributes:
         a: Multiplies the path acceleration u.  # (n, k)
         b: Multiplies the squared path velocity x.  # (n, k)
         max_s_dot: Greatest path velocity that velocity limits and damping allow.  # (n,)
         damped: Whether damping is more than negligible.
+
+    Raises:
+        MotionError: When the arm cannot even hold itself on the path.
     """
 
     def __init__(
@@ -75,17 +84,6 @@ class PathConstraints:
         limits: PathLimits,
         model: RobotModel | None,
     ) -> None:
-        """Evaluate a path at points.
-
-        Args:
-            path: The path.
-            s: Path parameters of the points.  # (n,)
-            limits: Limits of its coordinates.
-            model: The arm with its payload; None ignores efforts.
-
-        Raises:
-            MotionError: When the arm cannot even hold itself on the path.
-        """
         x, d1, d2 = path.evaluate(s)
         bounded = [(limit, slopes) for _, slopes, limit in limits.speeds(x, d1)]
         self.a, self.b, self.damped = d1, d2, False

@@ -11,18 +11,16 @@ TINY = 1e-9
 class PathLimits:
     """Limits of velocity, acceleration and jerk along a path.
 
+    Args:
+        arm: Limits of the arm's motions.
+        others: Velocity, acceleration and jerk of the coordinates after the joints.  # (3, k)
+
     Attributes:
         acceleration: Acceleration limits of all coordinates.  # (m,)
         jerk: Jerk limits of all coordinates.  # (m,)
     """
 
     def __init__(self, arm: MotionLimits, others: np.ndarray) -> None:
-        """Combine the limits of an arm with those of further coordinates.
-
-        Args:
-            arm: Limits of the arm's motions.
-            others: Velocity, acceleration and jerk of the coordinates after the joints.  # (3, k)
-        """
         self._arm, self._others = arm, others
         self.acceleration = np.append(arm.acceleration, others[1])
         self.jerk = np.append(arm.jerk, others[2])

@@ -39,7 +39,6 @@ class StraightPath:
     limits = np.empty((3, 0))
 
     def __init__(self, start: np.ndarray, end: np.ndarray) -> None:
-        """Connect two configurations."""
         self.start, self.end = np.array(start), np.array(end)
         self.nq = len(self.end)
         self.direction = self.end - self.start
@@ -56,18 +55,17 @@ class StraightPath:
 
 
 class SplinePath:
-    """The quintic spline through knots at equal steps of s, with not-a-knot end conditions."""
+    """The quintic spline through knots at equal steps of s, with not-a-knot end conditions.
+
+    Args:
+        knots: At least six configurations, each followed by any further coordinates.  # (n, m)
+        nq: Number of joints; by default there are no further coordinates.
+        limits: As in `Path`; by default infinite.
+    """
 
     def __init__(
         self, knots: np.ndarray, nq: int | None = None, limits: np.ndarray | None = None
     ) -> None:
-        """Interpolate.
-
-        Args:
-            knots: At least six configurations, each followed by any further coordinates.  # (n, m)
-            nq: Number of joints; by default there are no further coordinates.
-            limits: As in `Path`; by default infinite.
-        """
         self.knots = np.array(knots)
         self.nq = self.knots.shape[1] if nq is None else nq
         further = self.knots.shape[1] - self.nq

@@ -30,8 +30,17 @@ DAMPING_ITERATIONS = 8  # for the velocity at which damping is evaluated, where 
 class TimeOptimalParameterization:
     """The time-optimal profile from rest at s = 0 to rest at s = 1 on a uniform grid.
 
+    Args:
+        path: The path.
+        limits: Limits of its coordinates.
+        model: The arm with its payload; None ignores efforts.
+        grid: Number of intervals.
+
     Attributes:
         smoothing_steps: Steps to smooth with [s], from the fastest to the smoothest profile.
+
+    Raises:
+        MotionError: When the arm cannot even hold itself on the path.
     """
 
     def __init__(
@@ -41,17 +50,6 @@ class TimeOptimalParameterization:
         model: RobotModel | None,
         grid: int,
     ) -> None:
-        """Evaluate a path.
-
-        Args:
-            path: The path.
-            limits: Limits of its coordinates.
-            model: The arm with its payload; None ignores efforts.
-            grid: Number of intervals.
-
-        Raises:
-            MotionError: When the arm cannot even hold itself on the path.
-        """
         self._path, self._limits, self._model = path, limits, model
         ramp = float((limits.acceleration / limits.jerk)[: path.nq].max())
         self.smoothing_steps = sorted({max(MIN_SMOOTHING_STEP, part * ramp) for part in SMOOTHING})

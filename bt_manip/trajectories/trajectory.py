@@ -50,7 +50,6 @@ class JointTrajectory:
     """One motion profile per joint, all of the same duration (time-synchronized)."""
 
     def __init__(self, profiles: Sequence[MotionProfile]) -> None:
-        """Combine the profiles of all joints."""
         self._profiles = list(profiles)
         self.duration = max(profile.duration for profile in profiles)
         self.end = np.array([profile.end for profile in profiles])
@@ -74,7 +73,6 @@ class PathTrajectory:
     """A path with a motion profile of its path parameter s(t)."""
 
     def __init__(self, path: Path, profile: MotionProfile) -> None:
-        """Combine a path with its path parameter over time."""
         self.path, self.profile = path, profile
         self.duration = profile.duration
         self.end = path.end
@@ -115,7 +113,6 @@ class SequenceTrajectory:
     """Trajectories one after the other, each starting at rest at the end of the previous one."""
 
     def __init__(self, parts: Sequence[Trajectory]) -> None:
-        """Concatenate trajectories."""
         self.parts = list(parts)
         self._starts = np.concatenate([[0.0], np.cumsum([part.duration for part in parts])])
         self.duration = float(self._starts[-1])
@@ -150,15 +147,13 @@ class BlendedTrajectory(SequenceTrajectory):
     """Trajectories one after the other, each starting in the state of motion of the previous one.
 
     A part may be left before its end.
+
+    Args:
+        parts: The trajectories; the last one ends at rest.
+        starts: When each begins [s].
     """
 
     def __init__(self, parts: Sequence[Trajectory], starts: Sequence[float]) -> None:
-        """Concatenate trajectories.
-
-        Args:
-            parts: The trajectories; the last one ends at rest.
-            starts: When each begins [s].
-        """
         super().__init__(parts)
         self._starts[:-1] = starts
         self.duration = self._starts[-1] = starts[-1] + parts[-1].duration
@@ -170,10 +165,9 @@ class BlendedTrajectory(SequenceTrajectory):
 
 
 class TailTrajectory:
-    """The rest of a trajectory from a given time on."""
+    """The rest of a trajectory from a start time on [s]."""
 
     def __init__(self, trajectory: Trajectory, start: float) -> None:
-        """Cut off everything before the start time [s]."""
         self.trajectory, self.start = trajectory, start
         self.duration = max(0.0, trajectory.duration - start)
         self.end = trajectory.end
@@ -205,7 +199,6 @@ class TimeScaledTrajectory:
     """
 
     def __init__(self, nominal: Trajectory, time_scaling: MotionProfile) -> None:
-        """Combine a nominal trajectory with a time scaling."""
         self.nominal, self.time_scaling = nominal, time_scaling
         self.duration = _time_of(time_scaling, nominal.duration)
         self.end = nominal.end

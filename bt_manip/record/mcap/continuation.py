@@ -40,14 +40,12 @@ class Continuation:
         recording: The recording.
         time: Simulated time of the moment [s].
         fields: The request of the run, as plain data.
+
+    Raises:
+        BtManipError: If there is none, or the run cannot be continued.
     """
 
     def __init__(self, recording: Recording, time: float) -> None:
-        """Find the last snapshot before a moment [s].
-
-        Raises:
-            BtManipError: If there is none, or the run cannot be continued.
-        """
         self.recording, self.time = recording, time
         where = recording.path
         for key, option in (("faults", "--fault"), ("varied", "--vary")):

@@ -98,14 +98,12 @@ class RecordedRun:
         faults: Time, robot and reason of motions that were stopped.
         robots: Motion of the robots, by name.
         cycles: The cycles.
+
+    Raises:
+        BtManipError: If it is not that of a run.
     """
 
     def __init__(self, recording: Recording) -> None:
-        """Read the recording.
-
-        Raises:
-            BtManipError: If it is not that of a run.
-        """
         if "/tree/nodes" not in recording.topics:
             how = "" if recording.complete else ", and ended without an end"
             raise BtManipError(

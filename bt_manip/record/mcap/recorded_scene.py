@@ -40,14 +40,12 @@ class RecordedScene:
         ticks: Number of ticks that had begun at these times.
         frames: Names of the frames of all bodies with a visible shape or a camera, or fixed.
         index: The present index of `times`.
+
+    Raises:
+        BtManipError: If the recording has no complete chunk.
     """
 
     def __init__(self, recording: Recording) -> None:
-        """Read the file once.
-
-        Raises:
-            BtManipError: If the recording has no complete chunk.
-        """
         self._poses: list[bytes] = []
         self._appearances: dict[str, list[tuple[int, SceneUpdate]]] = {}
         self._shapes: dict[tuple[str, int], dict[str, list[VisualShape]]] = {}

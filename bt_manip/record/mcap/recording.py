@@ -56,14 +56,12 @@ class Recording:
         joints: Names of the joints, by robot.
         limits: Their limits, by robot; older recordings have none.
         end: Simulated time of the last message [s].
+
+    Raises:
+        BtManipError: If there is no such file, or it is no recording.
     """
 
     def __init__(self, path: Path | str) -> None:
-        """Read the content of the file.
-
-        Raises:
-            BtManipError: If there is no such file, or it is no recording.
-        """
         self.path = Path(path)
         self.identity: dict[str, Any] = {}
         self.date = self.tree_xml = ""

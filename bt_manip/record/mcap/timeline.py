@@ -18,14 +18,12 @@ class Timeline:
     Attributes:
         scene: The scene; its `index` is that of a state.
         times: Simulated time of each state [s].
+
+    Raises:
+        BtManipError: If the recording has no complete chunk.
     """
 
     def __init__(self, recording: Recording) -> None:
-        """Read the file twice: for a minute of simulated time, about a second.
-
-        Raises:
-            BtManipError: If the recording has no complete chunk.
-        """
         self.scene = RecordedScene(recording)
         self.times, ticks = self.scene.times, self.scene.ticks
         kinds = {topic: kind for kind, topic in TOPICS.items()}
