@@ -18,5 +18,12 @@ def test_the_page_names_every_fixture():
 
 def test_the_page_names_every_contract():
     text = PAGE.read_text()
-    for kind in ("behaviour", "object", "robot", "controller", "tree, scene", "kind of actions"):
+    for kind in (
+        "behaviour",
+        "object",
+        "robot",
+        "controller",
+        "tree, scene",
+        "kind of actions (bt-manip-learn)",
+    ):
         assert f"| {kind} |" in text
