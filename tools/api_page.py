@@ -35,7 +35,7 @@ STABLE = {
     "bt_manip.plugins": "load_plugins",
     "bt_manip.runner": "Station RunObserver prepare request_of",
     "bt_manip.scenes": "Scene SceneRobot SceneObject PoseSource",
-    "bt_manip.testing": "Stub Example contracts_of trees_of run_tree play assert_tower",
+    "bt_manip.testing": "Stub Example contracts_of trees_of run_tree play assert_tower Check",
     "bt_manip.grippers": "TwoFingerGripper two_finger_gripper find_fingers",
     "bt_manip.faults": "Fault parameter",
     "bt_manip.viewer": "Panel",
@@ -103,7 +103,7 @@ EXPERIMENTAL = {
     "bt_manip.scenes": "table_and_basket two_arms scene_of Level",
     "bt_manip.testing": (
         "Trial Situations built_in_situations AT_REST assert_stands_still assert_touches_only "
-        "DEVICE_CONTRACT recovers_from_a_problem Check"
+        "DEVICE_CONTRACT recovers_from_a_problem"
     ),
     "bt_manip.grippers": (
         "FoundFingers FingerTravel SuctionGripper suction_gripper GRIP_DEPTH Solid "
