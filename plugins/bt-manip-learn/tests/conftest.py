@@ -32,6 +32,15 @@ def opengl() -> str:
     return backend
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Leave the contracts that take seconds to soak, but for one kind of actions."""
+    for item in items:
+        kind, _, check = item.name.partition("[")[2].partition(": ")
+        if "cartesian_deltas" != kind and check.startswith(("goes on from its", "has the same")):
+            item.add_marker("soak")
+
+
 class Outcome(NamedTuple):
     """What a command came to."""
 
