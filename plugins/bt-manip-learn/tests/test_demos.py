@@ -174,3 +174,10 @@ def test_bad_exports_are_refused(bt_manip, tmp_path, options, problem):
     )
     code, out, err = bt_manip("demos", "export", tmp_path, *options)
     assert code == 2 and problem in err and out == ""
+
+
+def test_the_commands_have_the_options_of_all_commands(bt_manip, record):
+    for command in ("demos", "demos record", "demos export"):
+        assert "--block NAME" in bt_manip(*command.split(), "--help").out
+    code, _, err = record("--episodes", 1, "--block", "nobody")
+    assert code == 0 and "--block nobody: there is no such plugin" in err
