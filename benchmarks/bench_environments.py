@@ -17,9 +17,9 @@ import mujoco
 import numpy as np
 
 from bt_manip.cell import integration_state
-from bt_manip.envs import LearningTask
-from bt_manip.envs.vector_env import BatchEnvironment
 from bt_manip.runner import Run, RunObserver
+from bt_manip_learn.envs import LearningTask
+from bt_manip_learn.envs.vector_env import BatchEnvironment
 
 SEEDS = range(4)
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
@@ -157,12 +157,15 @@ def training(rounds: int = 3, steps: int = 4096) -> list[tuple[str, str, str]]:
     from stable_baselines3 import PPO
     from stable_baselines3.common.vec_env import SubprocVecEnv
 
-    from bt_manip.envs.stable_baselines import BatchVecEnv
+    from bt_manip_learn.envs.stable_baselines import BatchVecEnv
 
     torch.set_num_threads(1)
     options: dict[str, Any] = {"reward": "dense", "max_episode_steps": steps // 64}
     single = functools.partial(
-        gymnasium.make, "bt_manip.envs:bt_manip/PickPlace-v0", controller="native_pd", **options
+        gymnasium.make,
+        "bt_manip_learn.envs:bt_manip/PickPlace-v0",
+        controller="native_pd",
+        **options,
     )
     models = [
         PPO(

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from bt_manip.envs import LearningTask
 from bt_manip.plugins import load_plugins
+from bt_manip_learn.envs import LearningTask
 
 STEPS = 300
 """Steps of an episode that stalls, after those of the expert: it is cut there."""
@@ -92,7 +92,7 @@ def tasks() -> list[str]:
     """Return the trees that are environments without settings."""
     import gymnasium
 
-    from bt_manip.envs import environment_id
+    from bt_manip_learn.envs import environment_id
 
     return [t for t in load_plugins().parts.trees if environment_id(t) in gymnasium.registry]
 

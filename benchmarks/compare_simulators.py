@@ -51,7 +51,7 @@ def bt_manip(images: bool) -> tuple[Any, Physics, str, float]:
     """Make bt-manip's environment; return what times its physics, its name and time step, too."""
     import gymnasium
 
-    import bt_manip.envs  # noqa: F401  registers the ids
+    import bt_manip_learn.envs  # noqa: F401  registers the ids
 
     options = (
         {"kinds": ("rgb",), "cameras": ("overview",), "width": 128, "height": 128}
@@ -189,7 +189,7 @@ def expert(name: str, episodes: int) -> str:
 
 def expert_bt_manip(episodes: int) -> Iterator[tuple[int, bool, float]]:
     """Yield steps, success and time [s] of the tree; from a cube on the table to the basket."""
-    from bt_manip.envs import LearningTask
+    from bt_manip_learn.envs import LearningTask
 
     task = LearningTask("pick_place")
     for seed in range(episodes):

@@ -150,17 +150,6 @@ def register_faults(register: Callable[[str, type], None]) -> None:
 
 
 @hookimpl
-def register_actions(register: Callable[[str, Callable[[Any], Any]], None]) -> None:
-    """Bring torques and targets of joints, displacements of the tool, and parts of the tree."""
-    from bt_manip import agents
-
-    for make in (
-        agents.JointTorques, agents.JointTargets, agents.CartesianDeltas, agents.SubtreeChoice,
-    ):  # fmt: skip
-        register(make.kind, make)
-
-
-@hookimpl
 def register_pose_sources(register: Callable[[str, Callable[..., Any]], None]) -> None:
     """Bring the poses that a scene describes, confirmed by an operator or not."""
     from bt_manip.scenes import OperatorPoses, ScenePoses

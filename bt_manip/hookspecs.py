@@ -8,7 +8,7 @@ during runs. They may read everything but must not change anything, and may omit
 do not use.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -178,7 +178,18 @@ def register_actions(register: Callable[[str, Callable[[Any], Any]], None]) -> N
 
     Args:
         register: ``register(name, factory)``, where ``factory(episodes)`` returns a new
-            `bt_manip.agents.ActionKind` for a `bt_manip.agents.Episodes`.
+            `bt_manip_learn.agents.ActionKind` for a `bt_manip_learn.agents.Episodes`.
+    """
+
+
+@hookspec
+def register_contracts(register: Callable[[str, Callable[..., Iterable[Any]]], None]) -> None:
+    """Register contracts, which add checks to `bt_manip.testing.contracts_of`.
+
+    Args:
+        register: ``register(name, checks)``, where ``checks(parts, provides, settings)`` yields a
+            `bt_manip.testing.Check` for each check of the parts that a plugin provides: all
+            `Parts`, the plugin's names of parts by kind, and the settings of its trees by name.
     """
 
 

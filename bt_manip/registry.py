@@ -227,6 +227,7 @@ class Parts:
         panels: Factories, ``factory(page) -> Panel``.
         faults: Classes of faults, ``cls(**parameters) -> Fault``.
         actions: Factories, ``factory(episodes) -> ActionKind``.
+        contracts: Functions, ``checks(parts, provides, settings) -> Iterable[Check]``.
         policies: Kinds of learned policies, which leaves of trees run.
         backends: Real robots, `bt_manip.robots.Backend`.
         pose_sources: Factories, ``factory(expected) -> bt_manip.scenes.PoseSource``.
@@ -250,6 +251,7 @@ class Parts:
     recorders: Registry[Callable[..., Any]] = _registry("recorder")
     panels: Registry[Callable[..., Any]] = _registry("panel")
     faults: Registry[Callable[..., Any]] = _registry("fault")
+    contracts: Registry[Callable[..., Any]] = _registry("contract")
     policies: Registry[Any] = _registry("kind of policies")
     tree_defaults: dict[str, TreeDefaults] = field(default_factory=dict)
 

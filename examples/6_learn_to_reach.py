@@ -62,7 +62,7 @@ def learn(minutes: float) -> None:
     from stable_baselines3 import PPO
     from stable_baselines3.common.vec_env import VecNormalize
 
-    from bt_manip.envs.stable_baselines import BatchVecEnv
+    from bt_manip_learn.envs.stable_baselines import BatchVecEnv
 
     torch.set_num_threads(1)
     options = {"action": "cartesian_deltas", "reward": "dense", "discount": DISCOUNT}

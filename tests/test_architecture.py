@@ -26,10 +26,10 @@ LAYERS = (
     {"planning", "control", "grippers"},
     {"arm", "grasping"},
     {"behaviours"},
-    {"scenes", "runner", "agents"},
+    {"scenes", "runner"},
     {"viewer", "record", "groot", "faults"},
     {"plugins", "builtin"},
-    {"testing", "evaluation", "robot_setup", "demonstrations", "envs"},
+    {"testing", "evaluation", "robot_setup"},
     {"cli"},
 )  # fmt: skip
 """Packages and single modules by layer, from the lowest."""
@@ -53,20 +53,18 @@ WITHIN_LAYER = {
     ("kinematics", "collision"),
     ("grasping", "arm"),
     ("runner", "scenes"),
-    ("agents", "runner"),
-    ("agents", "scenes"),
     ("plugins", "builtin"),
     ("testing", "evaluation"),
-    ("testing", "envs"),
-    ("envs", "evaluation"),
-    ("demonstrations", "evaluation"),
     ("robot_setup", "testing"),
     ("groot", "record"),
     ("viewer", "record"),
 }
 """Imports inside a layer: which package, and what it may import."""
 
-BESIDE = {"__main__", "__init__"}
+MOVED = {"agents": "learn", "demonstrations": "learn", "envs": "learn"}
+"""Modules that say where their contents are now: ``bt_manip_learn.agents``."""
+
+BESIDE = {"__main__", "__init__", *MOVED}
 """Modules beside the layers."""
 
 
@@ -215,7 +213,7 @@ def test_the_hardware_alone_makes_control_steps():
 
 def test_no_module_imports_a_package_of_plugins():
     packages = [path.name for path in (REPOSITORY / "plugins").glob("*/bt_manip_*")]
-    assert "bt_manip_fuel" in packages
+    assert {"bt_manip_fuel", "bt_manip_learn"} <= {*packages}
     found = [
         f"{name} imports {package}"
         for name, path in modules().items()
@@ -223,6 +221,13 @@ def test_no_module_imports_a_package_of_plugins():
         if re.search(rf"^\s*(from|import) {package}\b", path.read_text(), re.MULTILINE)
     ]
     assert not found
+
+
+@pytest.mark.parametrize("name", MOVED)
+def test_the_import_of_what_has_moved_names_the_new_place(name):
+    new = rf"bt_manip_{MOVED[name]}\.{name}, of the package bt-manip-{MOVED[name]}"
+    with pytest.raises(ImportError, match=rf"bt_manip\.{name} is now {new}"):
+        importlib.import_module(f"bt_manip.{name}")
 
 
 def test_every_package_is_in_a_layer():
@@ -327,9 +332,8 @@ def test_public_constants_of_one_name_have_one_value():
 
 
 LAZY = (
-    "bt_manip", "bt_manip.demonstrations", "bt_manip.evaluation",
-    "bt_manip.plugins", "bt_manip.record", "bt_manip.testing", "bt_manip.viewer",
-    "bt_manip.viewer.page",
+    "bt_manip", "bt_manip.cli", "bt_manip.evaluation", "bt_manip.plugins", "bt_manip.record",
+    "bt_manip.testing", "bt_manip.viewer", "bt_manip.viewer.page",
 )  # fmt: skip
 """Packages that import what they export when it is first used."""
 

@@ -30,13 +30,13 @@ STABLE = {
         "Robot RobotDescription Gripper JointLimits panda read_description GraspCandidates Backend"
     ),
     "bt_manip.planning": "PlanningProblem PlanningResult RRTConnect",
-    "bt_manip.agents": "ActionKind ActionSpace",
+    "bt_manip_learn.agents": "ActionKind ActionSpace",
     "bt_manip.control": "Controller",
     "bt_manip.models": "ModelError MjcfModel ModelFormat ModelCache",
     "bt_manip.plugins": "load_plugins",
     "bt_manip.runner": "Station RunObserver prepare request_of",
     "bt_manip.scenes": "Scene SceneRobot SceneObject PoseSource",
-    "bt_manip.testing": "Stub Example contracts_of trees_of run_tree play assert_tower",
+    "bt_manip.testing": "Stub Example contracts_of trees_of run_tree play assert_tower Check",
     "bt_manip.grippers": "TwoFingerGripper two_finger_gripper find_fingers",
     "bt_manip.faults": "Fault parameter",
     "bt_manip.viewer": "Panel",
@@ -44,10 +44,10 @@ STABLE = {
 """Names that keep their meaning until the next major version."""
 
 EXPERIMENTAL = {
-    "bt_manip": "__version__ load_plugins load_tree",
+    "bt_manip": "__version__ load_plugins load_tree lazy_exports",
     "bt_manip.exceptions": (
         "PortError BlackboardError ScriptError UnknownBehaviourError NodeError did_you_mean "
-        "one_line shown"
+        "one_line shown ANY_BUT_INTERRUPT reason_of"
     ),
     "bt_manip.spatial": "quat_wxyz",
     "bt_manip.bt": (
@@ -56,7 +56,8 @@ EXPERIMENTAL = {
         "KeepRunningUntilFailure RunOnce Delay Timeout Precondition SkipUnlessUpdated "
         "WaitValueUpdate LoopBool LoopDouble LoopInt AlwaysSuccess AlwaysFailure "
         "ScriptCondition SetBlackboard UnsetBlackboard WasEntryUpdated Blackboard InOut Comment "
-        "as_written TreeWatch read_tree Reading ReadingOptions declare Stubs Libraries LeafMapping"
+        "as_written TreeWatch read_tree Reading ReadingOptions declare Stubs Libraries "
+        "LeafMapping Node NodeKind texts_of"
     ),
     "bt_manip.behaviours": (
         "IsAt FollowTarget Stop PlannedMove Recover pose_to_text pose_from_text pose_input "
@@ -67,7 +68,7 @@ EXPERIMENTAL = {
     "bt_manip.cell": (
         "CellError OverlapError PhysicsDiverged Region Camera looking_at at_rest is_in is_on "
         "entity_of extent bottom_of why_not_on why_not_in as_object ContactEvent "
-        "unique_name"
+        "unique_name FrameRenderer camera_number png"
     ),
     "bt_manip.cell.objects": (
         "Prop PrimitiveProp ModelObject DeclaredGrasp Box Cylinder Sphere Capsule ConvexMesh "
@@ -80,14 +81,14 @@ EXPERIMENTAL = {
         "ArmBounds ArmDevice GripperDevice DeviceState GripperState"
     ),
     "bt_manip.planning": "Planner LineTo ArcTo TurnAbout edge_is_free shortcut",
-    "bt_manip.agents": (
+    "bt_manip_learn.agents": (
         "Episodes Observations ObservationSpec Images JointTorques JointTargets CartesianDeltas "
         "SubtreeChoice action_kind goal_progress LossCheck differential_ik command_gripper "
-        "displaced end_velocity held_payload"
+        "displaced end_velocity held_payload ArmAction STEP"
     ),
     "bt_manip.control": (
         "ControlError ComputedTorque GravityCompensatedPD NativePD Reference Hold "
-        "ControllerManager gain_array"
+        "ControllerManager gain_array FEEDFORWARD_STEPS"
     ),
     "bt_manip.models": (
         "load_model find_model bundled_path FoundModel Progress terminal_progress "
@@ -97,7 +98,8 @@ EXPERIMENTAL = {
     "bt_manip.plugins": "Plugins",
     "bt_manip.runner": (
         "TreeResult RunRequest Run find_tree save_snapshot load_snapshot EventQueue RunEvent "
-        "KINDS TreeSource Interventions CommandedRobot RunLoop Actor RunModifier make_station"
+        "KINDS TreeSource Interventions CommandedRobot RunLoop Actor RunModifier make_station "
+        "load_source next_digest recorder_for"
     ),
     "bt_manip.scenes": "table_and_basket two_arms scene_of Level",
     "bt_manip.testing": (
@@ -105,33 +107,36 @@ EXPERIMENTAL = {
         "DEVICE_CONTRACT recovers_from_a_problem"
     ),
     "bt_manip.grippers": (
-        "FoundFingers FingerTravel SuctionGripper suction_gripper GRIP_DEPTH Solid"
+        "FoundFingers FingerTravel SuctionGripper suction_gripper GRIP_DEPTH Solid "
+        "NativeTwoFingerGripper"
     ),
     "bt_manip.faults": "FaultError FaultContext FaultInjector parse_fault",
-    "bt_manip.viewer": "render write_png NoOpenGLError Page",
+    "bt_manip.viewer": "render write_png NoOpenGLError Page use_offscreen_opengl",
     "bt_manip.evaluation": (
         "WorkerDiedError Evaluation EpisodeId EpisodeResult EpisodeWorker evaluate run_episodes "
         "Worker RayPool ResultFolder read_results SuccessRate wilson_interval PairedTable "
         "mcnemar_p_value newcombe_interval VariedParameter parse_parameter grid samples "
-        "StressTester StressEpisode plan_episodes"
+        "StressTester StressEpisode plan_episodes call_in_process parse_point"
     ),
     "bt_manip.record": (
         "RecordingError Recorder RunReport Trace read_report read_trace McapRecorder Recording "
         "RecordedRun RecordedScene VideoRecorder write_csv write_parquet write_mcap write_video "
-        "Continuation RecordedInterventions restore_snapshot"
+        "Continuation RecordedInterventions restore_snapshot FileInUseError check_writable "
+        "cpu_name identify identity_differences open_output parse_size reading versions "
+        "whole_file writing"
     ),
-    "bt_manip.registry": "Registry",
+    "bt_manip.registry": "Registry Parts",
     "bt_manip.kinematics": (
         "InverseKinematics IKProblem IKResult PoseTarget PositionTarget RotationTarget "
         "manipulability"
     ),
-    "bt_manip.envs": "LearningTask Outcome DmEnvironment",
-    "bt_manip.demonstrations": (
+    "bt_manip_learn.envs": "LearningTask Outcome DmEnvironment",
+    "bt_manip_learn.demonstrations": (
         "Demonstration DemonstrationStore DemonstrationRecorder read_demonstrations "
         "write_robomimic write_demonstration_table write_lerobot"
     ),
     "bt_manip.arm": "Arm",
-    "bt_manip.files": "read_bytes",
+    "bt_manip.files": "read_bytes read_text",
     "bt_manip.cell.randomization": "Randomization",
     "bt_manip.collision": "CollisionWorld FreeSpace CollisionPair",
     "bt_manip.trajectories": (
@@ -142,6 +147,10 @@ EXPERIMENTAL = {
     ),
     "bt_manip.robot_setup": "describe_robot try_robot why_not",
     "bt_manip.toml": "Key TomlTable documented read_part",
+    "bt_manip.cli": (
+        "COMMON FAILED SUCCESS StationOptions chosen complete_part exit_code_help "
+        "load_chosen_plugins run_tracked takes vary_option workers_option"
+    ),
 }
 """Names that may still change in a minor version; the changelog says so."""
 

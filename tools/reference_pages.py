@@ -44,6 +44,7 @@ PARTS = {
     "faults": "Faults",
     "actions": "Kinds of actions",
     "policies": "Kinds of policies",
+    "contracts": "Contracts",
     "backends": "Backends",
     "pose_sources": "Pose sources",
     "model_sources": "Model sources",

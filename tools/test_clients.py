@@ -16,10 +16,11 @@ from own_environment import REPOSITORY, OwnEnvironment
 CONSTRAINTS = REPOSITORY / "constraints.txt"
 LISTS = REPOSITORY / "tests" / "clients"
 ROBOMIMIC, LEROBOT = "robomimic==0.3.0", "lerobot==0.4.4"
-OURS = ("-e", f"{REPOSITORY}[learn]", "-e", f"{REPOSITORY}/plugins/bt-manip-impedance")
+PACKAGES = ("bt-manip-impedance", "bt-manip-learn")
+OURS = ("-e", f"{REPOSITORY}[learn]", *(f"-e{REPOSITORY}/plugins/{name}" for name in PACKAGES))
 TESTS = (
     "tests/clients",
-    "tests/demonstrations/test_export_lerobot.py",
+    "plugins/bt-manip-learn/tests/demonstrations/test_export_lerobot.py",
     "tests/evaluation/test_ray_pool.py",
 )
 

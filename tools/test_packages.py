@@ -1,18 +1,20 @@
 """Test each package of plugins/ where it finds what its users have, and nothing of this checkout.
 
 Every package gets a fresh environment: the third-party packages of the environment that this runs
-in, the wheel of bt-manip, and the package's own wheel. Its tests run from a copy outside of the
-repository.
+in, the wheel of bt-manip, the package's own wheel, and those of the packages of plugins/ that it
+requires, for its tests (extra `test`) too. Its tests run from a copy outside of the repository.
 
     .venv/bin/python tools/test_packages.py [FOLDER...]
 """
 
 import os
+import re
 import shutil
 import subprocess
 import sys
 import sysconfig
 import tempfile
+import tomllib
 import venv
 from pathlib import Path
 
@@ -37,12 +39,22 @@ def main(arguments: list[str]) -> int:
         for folder in folders:
             print(f"--- {folder.name}", flush=True)
             python = make_environment(work / folder.name / "env", ours)
-            install(python, build_wheel(folder, work / folder.name / "wheel"))
+            for each in (folder, *required(folder)):
+                install(python, build_wheel(each, work / folder.name / each.name))
             if not test(python, folder, work / folder.name / "tested"):
                 failed.append(folder.name)
     if failed:
         print(f"failed: {', '.join(failed)}", file=sys.stderr)
     return 1 if failed else 0
+
+
+def required(folder: Path) -> list[Path]:
+    """Give the folders of the packages of plugins/ that a package and its tests require."""
+    project = tomllib.loads((folder / "pyproject.toml").read_text())["project"]
+    extras = project.get("optional-dependencies", {})
+    lines = [*project["dependencies"], *extras.get("test", [])]
+    folders = (folder.resolve().parent / re.split(r"[^\w-]", line)[0] for line in lines)
+    return [one for one in folders if one.is_dir()]
 
 
 def build_wheel(source: Path, into: Path) -> Path:

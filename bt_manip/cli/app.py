@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 _FOUND = "bt_manip.commands"
 
 COMMANDS = {
-    "demos": "bt_manip.cli.demos:demos",
     "evaluate": "bt_manip.cli.evaluate:evaluate",
     "export": "bt_manip.cli.export:export",
     "list": "bt_manip.cli.listing:list_parts",
@@ -55,12 +54,14 @@ class LazyGroup(click.Group):
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Return a sub-command; built-in ones take precedence."""
-        if cmd_name not in COMMANDS:
-            found = _plugin_commands(ctx).get(cmd_name)
-            return None if found is None else found.load()
-        module, _, attribute = COMMANDS[cmd_name].partition(":")
-        command = getattr(importlib.import_module(module), attribute)
-        assert isinstance(command, click.Command)
+        if cmd_name in COMMANDS:
+            module, _, attribute = COMMANDS[cmd_name].partition(":")
+            command = getattr(importlib.import_module(module), attribute)
+            assert isinstance(command, click.Command)
+        elif cmd_name in _plugin_commands(ctx):
+            command = _plugin_commands(ctx)[cmd_name].load()
+        else:
+            return None
         add_plugin_options(command)
         return command
 

@@ -10,6 +10,7 @@ from bt_manip import lazy_exports
 
 if TYPE_CHECKING:
     from bt_manip.testing.behaviour_contract import Example as Example
+    from bt_manip.testing.contract_list import Check as Check
     from bt_manip.testing.contracts import contracts_of as contracts_of
     from bt_manip.testing.contracts import trees_of as trees_of
     from bt_manip.testing.device_contract import DEVICE_CONTRACT as DEVICE_CONTRACT
@@ -31,6 +32,7 @@ __getattr__ = lazy_exports(
     __name__,
     {
         "bt_manip.testing.behaviour_contract": "Example",
+        "bt_manip.testing.contract_list": "Check",
         "bt_manip.testing.contracts": "contracts_of trees_of",
         "bt_manip.testing.device_contract": "DEVICE_CONTRACT recovers_from_a_problem",
         "bt_manip.testing.end_states": "assert_stands_still assert_touches_only assert_tower",

@@ -11,11 +11,6 @@ from bt_manip.registry import Parts
 from bt_manip.scenes import find_scene
 from bt_manip.testing.behaviour_contract import BEHAVIOUR_CONTRACT, BehaviourCase, Example
 from bt_manip.testing.controller_contract import CONTROLLER_CONTRACT, ControllerCase
-from bt_manip.testing.environment_contract import (
-    ACTION_CONTRACT,
-    EnvironmentCase,
-    environments_go_on_from_their_states,
-)
 from bt_manip.testing.fault_contract import FAULT_CONTRACT, FaultCase
 from bt_manip.testing.object_contract import OBJECT_CONTRACT, ObjectCase
 from bt_manip.testing.robot_contract import ROBOT_CONTRACT, RobotCase
@@ -31,7 +26,7 @@ EXERCISE = "bt_manip.testing.exercise:exercise"
 
 
 class Check(NamedTuple):
-    """One check of one part."""
+    """One check of one part; `run` raises `AssertionError` if it fails."""
 
     id: str
     run: Callable[[Situations], None]
@@ -66,6 +61,8 @@ def checks_of(
         *_checks(plugins.parts, brought, examples, parameters),
         *_run_checks(plugins.parts, brought, settings),
     ]
+    for contract in plugins.parts.contracts:
+        checks += plugins.parts.contracts.get(contract)(plugins.parts, brought, settings)
     left_out = {c.id for c in checks if c.id in without or c.id.partition(":")[0] in without}
     return [check for check in checks if check.id not in left_out]
 
@@ -148,9 +145,7 @@ def _run_checks(
     brought: Mapping[str, tuple[str, ...]],
     settings: Mapping[str, Mapping[str, Any]],
 ) -> Iterator[Check]:
-    """Yield the checks of runs and environments: same bits in any order and from any state."""
-    for name in brought.get("actions", ()):
-        yield from _each(name, ACTION_CONTRACT, _given(EnvironmentCase(name, parts)))
+    """Yield the checks of runs: same bits in any order and from any state."""
     for name in brought.get("robots", ()):
         run = RunCase(name, "pick_place", parts, {"robot": name})
         yield from _each(name, RUN_CONTRACT, _given(run), long=True)
@@ -161,10 +156,6 @@ def _run_checks(
     for name in brought.get("trees", ()):
         title = f"tree {name}"
         options = {"settings": {key: str(value) for key, value in settings.get(name, {}).items()}}
-        for action in parts.actions:
-            case = EnvironmentCase(action, parts, name, options)
-            check = (environments_go_on_from_their_states,)
-            yield from _each(title, check, _given(case), long=True, after=f" with {action}")
         run = RunCase(title, name, parts, options)
         yield from _each(title, SHORT_RUN_CONTRACT, _given(run))
         yield from _each(title, RUN_CONTRACT, _given(run), long=True)
@@ -186,7 +177,6 @@ def _each(
     make_case: Callable[[Situations], Any],
     *,
     long: bool = False,
-    after: str = "",
 ) -> Iterator[Check]:
     """Yield the checks of a contract of one part."""
 
@@ -195,7 +185,7 @@ def _each(
 
     for check in contract:
         title = check.__name__.replace("_", " ")
-        yield Check(f"{name}: {title}{after}", partial(run, check), long)
+        yield Check(f"{name}: {title}", partial(run, check), long)
 
 
 def _no_example(name: str, missing: list[str], situations: Situations) -> None:

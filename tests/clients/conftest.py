@@ -23,4 +23,4 @@ else:
 
 @pytest.fixture(scope="session", autouse=True)
 def _registered():
-    import bt_manip.envs  # noqa: F401 (registers the environments)
+    import bt_manip_learn.envs  # noqa: F401 (registers the environments)

@@ -18,7 +18,7 @@ from robomimic.algo import RolloutPolicy, algo_factory  # noqa: E402
 from robomimic.config import config_factory  # noqa: E402
 from robomimic.envs.env_base import EnvType  # noqa: E402
 
-from bt_manip.envs.robomimic_env import RobomimicEnvironment  # noqa: E402
+from bt_manip_learn.envs.robomimic_env import RobomimicEnvironment  # noqa: E402
 
 DEMONSTRATIONS = 50
 EPOCHS = 20

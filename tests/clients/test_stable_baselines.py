@@ -16,7 +16,7 @@ from stable_baselines3.common.callbacks import BaseCallback, EvalCallback  # noq
 from stable_baselines3.common.env_checker import check_env  # noqa: E402
 from stable_baselines3.common.vec_env import DummyVecEnv, VecMonitor  # noqa: E402
 
-from bt_manip.envs.stable_baselines import BatchVecEnv  # noqa: E402
+from bt_manip_learn.envs.stable_baselines import BatchVecEnv  # noqa: E402
 
 ID = "bt_manip/PickPlace-v0"
 TASKS = ("PickPlace", "PressButton", "OpenDrawer")

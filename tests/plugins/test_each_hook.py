@@ -13,7 +13,6 @@ from bt_manip import build_station
 from bt_manip.bt import Sleep, Tree
 from bt_manip.cli.app import run_app
 from bt_manip.cli.interrupt import Interrupt
-from bt_manip.envs import LearningTask
 from bt_manip.exceptions import BtManipError
 from bt_manip.models import ModelError, load_model
 from bt_manip.planning import PlanningProblem
@@ -21,6 +20,7 @@ from bt_manip.plugins import PluginSelection, load_plugins
 from bt_manip.robots import GripperError, panda
 from bt_manip.runner import Run, RunRequest, TreeSource
 from bt_manip.spatial import pose
+from bt_manip.testing.contract_list import checks_of
 from bt_manip.viewer import Page
 
 PAGES = Path(__file__).resolve().parents[2] / "docs" / "plugins" / "hooks"
@@ -269,6 +269,8 @@ def test_register_policies_lets_leaves_run_policies_of_a_kind(parts_of):
 
 
 def test_register_actions_makes_kinds_by_which_agents_act(parts_of):
+    from bt_manip_learn.envs import LearningTask
+
     task = LearningTask("pick_place", action="joint_velocities", parts=parts_of("register_actions"))
     task.reset(0)
     arm = task.episodes.station.arm
@@ -281,6 +283,15 @@ def test_register_actions_makes_kinds_by_which_agents_act(parts_of):
     np.testing.assert_allclose(task.action.recorded(), v, atol=1e-6)
     with pytest.raises(BtManipError, match="unknown action kind 'joint_velocity'; did you mean"):
         LearningTask("pick_place", action="joint_velocity", parts=task.episodes.parts)
+
+
+def test_register_contracts_adds_checks_of_all_plugins(example):
+    choice = PluginSelection(folders=(example("register_contracts"),))
+    plugins = load_plugins(entry_points=(), warn=pytest.fail, choice=choice)
+    nothing = {"examples": {}, "parameters": {}, "settings": {}}
+    checks = {one.id: one for one in checks_of(plugins, "builtin", **nothing)}
+    checks["tree pick_place: has a goal"].run(None)
+    assert "tree pick_place: goes on from its state" in checks
 
 
 NOTES = """

@@ -6,7 +6,6 @@ from typing import ClassVar
 import numpy as np
 from dm_control import composer, mjcf
 
-from bt_manip.agents import ActionSpace, JointTargets
 from bt_manip.behaviours import ArmBehaviour, CellBehaviour, Hover, MoveHome, SpawnObject
 from bt_manip.bt import Action, Condition, Input, Sequence, Sleep, Status
 from bt_manip.control import ComputedTorque
@@ -257,45 +256,3 @@ def counting():
 def steady():
     """Return a tree that keeps the contract."""
     return Sequence("task", SpawnObject(object="{o}"), Sleep("rest", msec=200))
-
-
-class Tires(JointTargets):
-    """Move less from step to step, and keep no state of it."""
-
-    kind = "tires"
-    strength = 1.0
-
-    def command(self, action):
-        self.strength *= 0.9
-        super().command(np.asarray(action) * self.strength)
-
-
-class TiresForever(Tires):
-    """Move less from step to step, in all episodes."""
-
-    def get_state(self):
-        return super().get_state(), type(self).strength
-
-    def set_state(self, state):
-        super().set_state(state[0])
-
-    def command(self, action):
-        type(self).strength *= 0.9
-        super().command(action)
-
-
-class Unbounded(JointTargets):
-    """Have no bounds."""
-
-    def __init__(self, episodes):
-        super().__init__(episodes)
-        self.space = self.space._replace(high=self.space.high * np.inf)
-
-
-class Unnamed(JointTargets):
-    """Name one number of eight."""
-
-    def __init__(self, episodes):
-        super().__init__(episodes)
-        low, high, *_ = self.space
-        self.space = ActionSpace(low, high, ("target",), ("rad",))

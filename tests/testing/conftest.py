@@ -12,14 +12,12 @@ BESIDE_ANOTHER = "holding a cube, another on the table"
 LONG = {
     "goes on from its state": {
         "Drop", "FollowTarget", "PlaceAt", "PlaceOn", "gravity_compensated_pd", "native_pd",
-        "joint_targets", "joint_torques", "subtree_choice",
         "scene two_arms", "scene varied_pick", "tree pick_place_cluttered", "tree two_arms",
     },
     "halts in every state": {
         "BackOff", "Drop", "FollowTarget", "Hover", "Lift", "MoveArc", "MoveHome", "MoveLinear",
         "MoveThrough", "MoveToPose", "PlaceAt", "PlaceOn", "Reach", "Retreat",
     },
-    "has the same episodes in any order": {"joint_targets", "joint_torques", "subtree_choice"},
     "runs the same again": {"FollowTarget", "PlaceAt", "PlaceOn"},
 }  # fmt: skip
 """Parts by check that takes tenths of a second for each."""

@@ -1,19 +1,15 @@
 """Each check of a contract finds what it is there for, and says what it found."""
 
-from dataclasses import replace
-
 import pytest
 
 from bt_manip.robots import panda
 from bt_manip.testing import behaviour_contract as behaviours
 from bt_manip.testing import controller_contract as controllers
-from bt_manip.testing import environment_contract as environments
 from bt_manip.testing import object_contract as objects
 from bt_manip.testing import robot_contract as robots
 from bt_manip.testing import run_contract as runs
 from bt_manip.testing.behaviour_contract import BehaviourCase, Example
 from bt_manip.testing.controller_contract import ControllerCase
-from bt_manip.testing.environment_contract import EnvironmentCase
 from bt_manip.testing.object_contract import ObjectCase
 from bt_manip.testing.robot_contract import RobotCase
 from bt_manip.testing.run_contract import RunCase
@@ -119,20 +115,3 @@ def test_a_tree_whose_episodes_depend_on_others_is_found(parts, monkeypatch):
     with pytest.raises(AssertionError, match=r"the episodes \[0, 1\] of 'counting' differ in rev"):
         runs.has_the_same_episodes_in_any_process(runs_of(parts, "counting"))
     runs.has_the_same_episodes_in_any_process(runs_of(parts, "steady"))
-
-
-@pytest.mark.parametrize(
-    ("check", "cls", "message"),
-    [
-        (environments.describes_its_actions, broken.Unbounded, "has the bounds"),
-        (environments.describes_its_actions, broken.Unnamed, "1 names and 1 units"),
-        (environments.goes_on_from_its_state, broken.Tires,
-         "the same environment of 'pick_place' continues differently from its state after actions"),
-        (environments.has_the_same_episodes_in_any_order, broken.TiresForever,
-         "episode 0 of 'pick_place' depends on those before it"),
-    ],
-)  # fmt: skip
-def test_a_broken_kind_of_actions_is_found(parts, check, cls, message):
-    parts = replace(parts, actions=parts.actions.with_part("broken", cls))
-    with pytest.raises(AssertionError, match=message):
-        check(EnvironmentCase("broken", parts))

@@ -18,5 +18,5 @@ def test_the_page_names_every_fixture():
 
 def test_the_page_names_every_contract():
     text = PAGE.read_text()
-    for kind in ("behaviour", "object", "robot", "controller", "tree, scene", "kind of actions"):
+    for kind in ("behaviour", "object", "robot", "controller", "tree, scene"):
         assert f"| {kind} |" in text

@@ -225,12 +225,16 @@ RUNS = """
     from pathlib import Path
 
     from bt_manip import hookimpl
-    from bt_manip.agents import JointTargets
     from bt_manip.scenes import table_and_basket
+    from bt_manip.testing import Check
 
     @hookimpl
-    def register_actions(register):
-        register("targets", JointTargets)
+    def register_contracts(register):
+        register("mine", check_trees)
+
+    def check_trees(parts, provides, settings):
+        for name in provides["trees"]:
+            yield Check(f"tree {name}: has a name", lambda situations: None)
 
     @hookimpl
     def register_scenes(register):
@@ -242,7 +246,7 @@ RUNS = """
     """
 
 
-def test_one_line_holds_trees_scenes_and_actions_of_a_plugin_to_their_contracts(
+def test_one_line_holds_trees_and_scenes_of_a_plugin_to_contracts_of_all_plugins(
     session, monkeypatch, pytester
 ):
     folder = pytester.path / "plugins"
@@ -255,14 +259,13 @@ def test_one_line_holds_trees_scenes_and_actions_of_a_plugin_to_their_contracts(
         from bt_manip.testing.contracts import contracts_of
         test_runs = contracts_of("runs")
         """
-    session("-k", "tree", test_it=line).assert_outcomes(passed=1, deselected=4)
+    session("-k", "tree", test_it=line).assert_outcomes(passed=2, deselected=1)
     result = session("--collect-only", "-q", "-m", "soak or not soak")
     result.stdout.fnmatch_lines_random(
         [
-            "*targets: describes its actions?",
             "*scene place: goes on from its state at any time?",
             "*tree rest: has the same episodes in any process?",
-            "*tree rest: environments go on from their states with targets?",
+            "*tree rest: has a name?",
         ]
     )
 

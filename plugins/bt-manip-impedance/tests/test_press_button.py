@@ -5,11 +5,11 @@ import itertools
 import pytest
 
 from bt_manip import build_station
-from bt_manip.agents import Episodes, goal_progress
 from bt_manip.bt import BehaviourRegistry, NodeStatus, load_tree
 from bt_manip.plugins import load_plugins
 from bt_manip.runner import request_of
 from bt_manip_impedance import Press, WasPressed
+from bt_manip_learn.agents import Episodes, goal_progress
 
 
 @pytest.fixture(scope="module")

@@ -5,9 +5,9 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from bt_manip.agents import Images, Observations
 from bt_manip.cell import Cell
 from bt_manip.runner import CommandedRobot
+from bt_manip_learn.agents import Images, Observations
 
 from .policy_process import LoadedPolicy
 

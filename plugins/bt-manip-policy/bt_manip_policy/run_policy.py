@@ -6,17 +6,17 @@ from typing import Any
 
 import numpy as np
 
-from bt_manip.agents import (
+from bt_manip.behaviours import ArmBehaviour
+from bt_manip.bt import Input, Status
+from bt_manip.exceptions import PortError, did_you_mean, shown
+from bt_manip.registry import Registry
+from bt_manip_learn.agents import (
     command_gripper,
     differential_ik,
     displaced,
     end_velocity,
     held_payload,
 )
-from bt_manip.behaviours import ArmBehaviour
-from bt_manip.bt import Input, Status
-from bt_manip.exceptions import PortError, did_you_mean, shown
-from bt_manip.registry import Registry
 
 from .ensembling import ensembled, older
 from .policy_inputs import PolicyInputs, with_history
@@ -24,7 +24,7 @@ from .policy_kind import PolicyKind
 from .policy_process import LoadedPolicy, shared_process
 
 ACTIONS = ("joint_targets", "cartesian_deltas")
-"""Kinds of actions, as in `bt_manip.agents`, that can be run in a tree."""
+"""Kinds of actions, as in `bt_manip_learn.agents`, that can be run in a tree."""
 
 
 class RunPolicy(ArmBehaviour):
@@ -32,7 +32,7 @@ class RunPolicy(ArmBehaviour):
 
     Each action is executed by `Arm.servo`, within all limits, and the arm stops by itself on an
     external force. A halted policy leaves the arm at rest. In contrast, actions of environments
-    move along cubics (`bt_manip.agents`), which reproduce recorded targets but respect fewer
+    move along cubics (`bt_manip_learn.agents`), which reproduce recorded targets but respect fewer
     limits.
     """
 

@@ -18,7 +18,7 @@ import onnx
 import torch
 from torch import nn
 
-from bt_manip.demonstrations import read_demonstrations
+from bt_manip_learn.demonstrations import read_demonstrations
 
 INPUTS = {  # observations of the policy, and their names in the demonstrations
     "robot_tool_position": "robot_tool_position",

@@ -1,0 +1,1 @@
+"""Learning from and for the trees of bt-manip: agents, environments, demonstrations."""

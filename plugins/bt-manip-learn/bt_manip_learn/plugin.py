@@ -1,0 +1,29 @@
+"""Hooks of this package."""
+
+from collections.abc import Callable
+from typing import Any
+
+from bt_manip import hookimpl
+
+
+@hookimpl
+def register_actions(register: Callable[[str, Callable[[Any], Any]], None]) -> None:
+    """Register torques and targets of joints, displacements of the tool, and parts of the tree."""
+    from bt_manip_learn import agents
+
+    for make in (
+        agents.JointTorques, agents.JointTargets, agents.CartesianDeltas, agents.SubtreeChoice,
+    ):  # fmt: skip
+        register(make.kind, make)
+
+
+@hookimpl
+def register_contracts(register: Callable[[str, Callable[..., Any]], None]) -> None:
+    """Register the checks of kinds of actions, and of the environments of trees."""
+    register("environments", _environment_checks)
+
+
+def _environment_checks(*arguments: Any) -> Any:
+    from bt_manip_learn.environment_contract import environment_checks
+
+    return environment_checks(*arguments)

@@ -1,0 +1,56 @@
+"""Episodes start where the tree first commands a robot, and depend on their seed only."""
+
+import numpy as np
+import pytest
+
+from bt_manip.plugins import load_plugins
+from bt_manip.runner import request_of
+from bt_manip_learn.agents import Episodes, action_kind
+
+
+@pytest.fixture(scope="module")
+def episodes(parts):
+    return Episodes(request_of("pick_place", parts), parts)
+
+
+def test_what_the_tree_does_before_it_commands_a_robot_is_done(episodes):
+    episodes.reset(0)
+    assert "cube" in episodes.station.cell.objects
+    assert not episodes.station.robot.v.any()
+
+
+def test_an_episode_does_not_depend_on_those_before_it(episodes, parts):
+    episodes.reset(5)
+    episodes.expert_step()
+    episodes.reset(3)
+    episodes.expert_step()
+    fresh = Episodes(request_of("pick_place", parts), parts)
+    fresh.reset(3)
+    fresh.expert_step()
+    assert episodes.station.cell.state_bytes() == fresh.station.cell.state_bytes()
+
+
+@pytest.mark.parametrize("name", load_plugins().parts.actions)
+def test_actions_of_every_kind_make_a_step(episodes, name):
+    episodes.reset(2)
+    kind = action_kind(name, episodes)
+    start = episodes.station.cell.time
+    for _ in range(3):
+        kind.step(kind.space.low if kind.space.shape else 0)
+    assert episodes.station.cell.time == pytest.approx(start + 0.15)
+
+
+def test_a_state_continues_bit_for_bit(episodes, parts):
+    episodes.reset(4)
+    kind = action_kind("joint_targets", episodes)
+    target = np.append(episodes.station.robot.q + 0.05, 1.0)
+    for _ in range(3):
+        kind.step(target)
+    state = {"episode": episodes.get_state(), "action": kind.get_state()}
+    kind.step(target)
+    other = Episodes(request_of("pick_place", parts), parts)
+    other.set_state(state["episode"])
+    again = action_kind("joint_targets", other)
+    again.set_state(state["action"])
+    again.step(target)
+    assert other.station.cell.state_bytes() == episodes.station.cell.state_bytes()

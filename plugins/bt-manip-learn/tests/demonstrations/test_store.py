@@ -1,0 +1,86 @@
+"""A folder of demonstrations holds whole episodes of one identity."""
+
+import json
+
+import numpy as np
+import pytest
+
+from bt_manip.exceptions import BtManipError
+from bt_manip_learn.demonstrations import DemonstrationStore, read_demonstrations
+
+from .conftest import IDENTITY
+
+
+def test_a_demonstration_is_read_as_it_was_written(store, make_demonstration):
+    written, read = make_demonstration(1), store.read(1)
+    assert len(read) == len(written)
+    for name in ("episode", "success", "reason", "digest", "leaves"):
+        assert getattr(read, name) == getattr(written, name)
+    for name in ("rewards", "dones", "states", "statuses"):
+        there = getattr(written, name)
+        np.testing.assert_array_equal(getattr(read, name), there)
+        assert getattr(read, name).dtype == there.dtype
+    for group in ("observations", "actions"):
+        assert getattr(read, group).keys() == getattr(written, group).keys()
+        for name, array in getattr(written, group).items():
+            np.testing.assert_array_equal(getattr(read, group)[name], array)
+
+
+def test_iterating_leaves_out_failed_episodes_without_steps(store):
+    assert store.episodes() == [0, 1, 2, 3]
+    assert [one.episode for one in read_demonstrations(store.folder)] == [0, 1, 3]
+    assert not store.read(2).success
+    assert store.read(2).reason == "pick/Grasp: it slipped"
+
+
+def test_the_same_demonstration_gives_the_same_bytes(store, make_demonstration):
+    before = store.path(1).read_bytes()
+    store.write(make_demonstration(1))
+    assert store.path(1).read_bytes() == before
+
+
+def test_unfinished_files_are_ignored(store):
+    (store.folder / ".episode_000004.h5.1a2b3c4d.part").write_bytes(b"half of it")
+    assert store.episodes() == [0, 1, 2, 3]
+
+
+def test_the_manifest_has_the_outcome_of_each_episode(store):
+    store.write_outcomes()
+    manifest = json.loads((store.folder / "manifest.json").read_text())
+    assert manifest["tree"] == "pick"
+    outcomes = manifest["episodes"]
+    assert [one["episode"] for one in outcomes] == [0, 1, 2, 3]
+    assert [one["success"] for one in outcomes] == [True, True, False, True]
+    assert [one["steps"] for one in outcomes] == [5, 5, 0, 5]
+    assert outcomes[1]["digest"] == store.read(1).digest
+
+
+def test_a_folder_is_opened_again_with_the_same_identity_only(store):
+    store.write_outcomes()
+    assert DemonstrationStore.create(store.folder, IDENTITY).episodes() == [0, 1, 2, 3]
+    with pytest.raises(BtManipError, match="holds demonstrations that differ in tree: choose"):
+        DemonstrationStore.create(store.folder, {**IDENTITY, "tree": "place"})
+
+
+def test_a_folder_with_other_files_is_refused(tmp_path):
+    (tmp_path / "notes.txt").touch()
+    with pytest.raises(BtManipError, match="holds other files: choose an empty folder"):
+        DemonstrationStore.create(tmp_path, IDENTITY)
+
+
+def test_other_folders_and_files_are_refused_with_the_reason(store, tmp_path):
+    with pytest.raises(BtManipError, match="cannot be read: No such file"):
+        read_demonstrations(tmp_path)
+    store.path(1).write_bytes(b"not HDF5")
+    with pytest.raises(BtManipError, match="demonstration '.*episode_000001.h5' cannot be read"):
+        store.read(1)
+    (store.folder / "manifest.json").write_text('{"format": "bt-manip demonstrations"}')
+    with pytest.raises(BtManipError, match="is not a manifest of demonstrations"):
+        read_demonstrations(store.folder)
+
+
+def test_an_episode_whose_processes_died_is_a_failed_one(store):
+    store.write_lost(4, BtManipError("its process ended with exit code 0"))
+    assert (store.read(4).success, store.read(4).reason) == (
+        False, "its process ended with exit code 0",
+    )  # fmt: skip

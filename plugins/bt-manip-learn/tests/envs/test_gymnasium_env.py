@@ -1,0 +1,168 @@
+"""Trees are environments of Gymnasium that keep its rules."""
+
+import inspect
+import json
+import subprocess
+import sys
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+
+from bt_manip.exceptions import BtManipError
+from bt_manip.plugins import load_plugins
+from bt_manip_learn.envs import environment_id
+
+ID = "bt_manip/PickPlace-v0"
+ACTIONS = tuple(load_plugins().parts.actions)
+
+pytestmark = pytest.mark.filterwarnings("ignore:.*WARN.*:UserWarning")
+
+
+@pytest.fixture(scope="module")
+def env():
+    env = gymnasium.make(ID, action="joint_targets", reward="dense", disable_env_checker=True)
+    yield env
+    env.close()
+
+
+def digest(env, seed, steps=10):
+    """Return the sums of the observations of random steps."""
+    observation, _ = env.reset(seed=seed)
+    env.action_space.seed(seed)
+    sums = [sum(float(x.sum()) for x in observation.values())]
+    for _ in range(steps):
+        observation, *_ = env.step(env.action_space.sample())
+        sums.append(sum(float(x.sum()) for x in observation.values()))
+    return sums
+
+
+@pytest.mark.parametrize("action", ACTIONS)
+def test_gymnasium_accepts_the_environment(action):
+    env = gymnasium.make(ID, action=action, reward="dense", disable_env_checker=True)
+    check_env(env.unwrapped, skip_render_check=True)
+    env.close()
+
+
+def test_another_process_has_the_same_observations_and_imports_gymnasium_only_for_these(env):
+    code = (
+        "import bt_manip, bt_manip_learn.agents, json, sys\n"
+        "assert 'gymnasium' not in sys.modules\n"
+        "import gymnasium\n"
+        f"env = gymnasium.make('bt_manip_learn.envs:{ID}', disable_env_checker=True)\n"
+        f"{inspect.getsource(digest)}\n"
+        "print(json.dumps(digest(env, 7)))\n"
+    )
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert json.loads(found.stdout) == digest(env, 7)
+    assert digest(env, 8) != digest(env, 7)
+
+
+def test_an_episode_after_another_is_the_next_one(env):
+    env.reset(seed=3)
+    second, info = env.reset()
+    assert (info["seed"], info["episode_number"]) == (3, 1)
+    env.reset(seed=4)
+    again, _ = env.reset(seed=3, options={"episode": 1})
+    assert all(np.array_equal(second[name], again[name]) for name in second)
+
+
+def test_a_state_continues_bit_for_bit(env):
+    env.reset(seed=5)
+    env.action_space.seed(5)
+    actions = [env.action_space.sample() for _ in range(4)]
+    env.step(actions[0])
+    env.step(actions[1])
+    state = env.unwrapped.get_state()
+    expected = [env.step(action)[0] for action in actions[2:]]
+    env.reset(seed=6)
+    env.reset(options={"state": json.loads(json.dumps(state))})
+    found = [env.step(action)[0] for action in actions[2:]]
+    for a, b in zip(expected, found, strict=True):
+        assert all(np.array_equal(a[name], b[name]) for name in a)
+
+
+def test_an_episode_with_joint_torques_continues_from_its_state():
+    env = gymnasium.make(ID, action="joint_torques", disable_env_checker=True)
+    env.reset(seed=5)
+    actions = [0.1 * env.action_space.sample() for _ in range(3)]
+    env.step(actions[0])
+    state = json.loads(json.dumps(env.unwrapped.get_state()))
+    expected = [env.step(action)[0]["robot_joint_positions"] for action in actions[1:]]
+    env.reset(options={"state": state})
+    found = [env.step(action)[0]["robot_joint_positions"] for action in actions[1:]]
+    assert np.array_equal(found, expected)
+
+
+@pytest.mark.parametrize("action", ACTIONS)
+def test_a_random_policy_neither_crashes_nor_meets_nan(action):
+    run_random_policy(ID, action, 50)
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("action", ACTIONS)
+@pytest.mark.parametrize("tree", load_plugins().parts.trees)
+def test_every_tree_is_an_environment_for_long(tree, action):
+    env = gymnasium.make(environment_id(tree), action=action, disable_env_checker=True)
+    check_env(env.unwrapped, skip_render_check=True)
+    run_random_policy(environment_id(tree), action, 10_000)
+
+
+def run_random_policy(id, action, steps):
+    env = gymnasium.make(id, action=action, reward="dense", disable_env_checker=True)
+    env.reset(seed=0)
+    env.action_space.seed(0)
+    for _ in range(steps):
+        observation, reward, terminated, truncated, _ = env.step(env.action_space.sample())
+        assert -1.0 <= reward <= 2.0
+        assert all(np.isfinite(x).all() for x in observation.values())
+        if terminated or truncated:
+            env.reset()
+    env.close()
+
+
+def test_a_choice_of_subtrees_can_succeed():
+    env = gymnasium.make(ID, action="subtree_choice", reward="dense", disable_env_checker=True)
+    _, info = env.reset(seed=0)
+    choices = env.unwrapped.task.action.space.choices
+    rewards = []
+    for part in ("attempt/pick", "attempt/Drop::21"):
+        number = next(i for i, name in enumerate(choices) if name == part)
+        for _ in range(100):
+            _, reward, terminated, _, info = env.step(number)
+            rewards.append(reward)
+            if terminated or env.unwrapped.task.action.status.name != "RUNNING":
+                break
+    assert info["is_success"] and rewards[-1] > 1.0 > max(rewards[:-1])
+    assert sum(rewards[:-1]) > 0.0  # progress, before success
+
+
+def test_an_object_out_of_reach_ends_the_episode(env):
+    from bt_manip.spatial import pose
+
+    env.reset(seed=0)
+    env.unwrapped.task.episodes.station.cell.move("cube", pose((0.0, 3.0, 0.025)))
+    _, _, terminated, _, info = env.step(env.action_space.sample())
+    assert terminated and not info["is_success"] and "cube" in info["failure"]
+
+
+def test_impossible_options_are_refused():
+    with pytest.raises(
+        BtManipError, match="unknown action kind 'joint_torque'; did you mean 'joint_torques'"
+    ):
+        gymnasium.make(ID, action="joint_torque")
+    with pytest.raises(BtManipError, match="a reward is"):
+        gymnasium.make(ID, reward="much")
+
+
+@pytest.mark.soak
+def test_vectorized_environments_have_the_observations_of_single_ones(env):
+    many = gymnasium.make_vec(
+        f"bt_manip_learn.envs:{ID}", num_envs=2, vectorization_mode="async", action="joint_targets"
+    )
+    observations, _ = many.reset(seed=5)
+    many.step(many.action_space.sample())
+    single, _ = env.reset(seed=6)
+    many.close()
+    assert all(np.array_equal(observations[name][1], single[name]) for name in single)

@@ -1,0 +1,225 @@
+"""Gymnasium's own wrappers and vector environments take the environments as they are."""
+
+import copy
+import pickle
+import warnings
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium import wrappers
+from gymnasium.wrappers import vector
+
+import bt_manip_learn.envs  # noqa: F401 (registers the environments)
+from bt_manip.exceptions import BtManipError
+from bt_manip_learn.envs.gymnasium_env import GymnasiumEnvironment
+
+ID = "bt_manip/PickPlace-v0"
+
+pytestmark = pytest.mark.filterwarnings("ignore:.*WARN.*:UserWarning")
+
+
+def make(**options):
+    return gymnasium.make(ID, max_episode_steps=3, **options)
+
+
+@pytest.fixture(scope="module")
+def env():
+    made = make()
+    yield made
+    made.close()
+
+
+def run(env, steps=7):
+    """Make steps over the ends of episodes; return the last infos of the episodes."""
+    env.reset(seed=0)
+    env.action_space.seed(0)
+    infos = []
+    for _ in range(steps):
+        *_, terminated, truncated, info = env.step(env.action_space.sample())
+        if terminated or truncated:
+            infos.append(info)
+            env.reset()
+    return infos
+
+
+def test_statistics_of_episodes_are_recorded(env):
+    infos = run(wrappers.RecordEpisodeStatistics(env))
+    assert [(one["episode"]["l"], one["episode_number"]) for one in infos] == [(3, 0), (3, 1)]
+
+
+@pytest.mark.parametrize(
+    "wrap",
+    [
+        wrappers.FlattenObservation,
+        wrappers.NormalizeReward,
+        wrappers.TimeAwareObservation,
+        lambda env: wrappers.FilterObservation(env, ["cube_position", "robot_joint_positions"]),
+        lambda env: wrappers.FrameStackObservation(wrappers.FlattenObservation(env), 2),
+        lambda env: wrappers.NormalizeObservation(wrappers.FlattenObservation(env)),
+        lambda env: wrappers.RescaleAction(env, -0.5, 0.5),
+        wrappers.ClipAction,
+        wrappers.Autoreset,
+    ],
+)
+def test_wrappers_give_what_their_spaces_promise(env, wrap):
+    wrapped = wrap(env)
+    observation, _ = wrapped.reset(seed=0)
+    for _ in range(2):
+        assert wrapped.observation_space.contains(observation)
+        observation, *_ = wrapped.step(wrapped.action_space.sample())
+
+
+def test_vector_environments_record_statistics():
+    many = gymnasium.make_vec(ID, num_envs=2, max_episode_steps=3, vectorization_mode="sync")
+    many = vector.RecordEpisodeStatistics(many)
+    many.reset(seed=0)
+    many.action_space.seed(0)
+    lengths = []
+    for _ in range(7):
+        *_, info = many.step(many.action_space.sample())
+        if "episode" in info:
+            lengths += info["episode"]["l"][info["_episode"]].tolist()
+    many.close()
+    assert lengths == [3, 3, 3, 3]  # the fourth step resets
+
+
+def test_info_has_no_key_of_gymnasiums_own(env):
+    _, info = env.reset(seed=0)
+    *_, after = env.step(env.action_space.sample())
+    reserved = {"episode", "final_obs", "final_info", "terminal_observation", "_final_obs"}
+    assert not reserved & {*info, *after}
+    assert info["is_success"] is False and info["failure"] == ""
+
+
+# Actions
+
+
+def test_actions_are_scaled_to_one_unless_physical_units_are_asked_for():
+    scaled, physical = make(), make(physical_units=True)
+    assert (scaled.action_space.low == -1).all() and (scaled.action_space.high == 1).all()
+    space = physical.unwrapped.task.action.space
+    np.testing.assert_array_equal(physical.action_space.high, space.high)
+    q = np.append(physical.unwrapped.task.episodes.station.robot.q, 1.0)
+    for env, action in ((scaled, space.normalized(q + 0.01)), (physical, q + 0.01)):
+        env.reset(seed=0)
+        env.step(action.astype(np.float32))
+    found = [one.unwrapped.task.episodes.station.robot.q for one in (scaled, physical)]
+    np.testing.assert_allclose(*found, atol=1e-6)
+
+
+def test_an_action_of_another_size_is_refused(env):
+    env.reset(seed=0)
+    with pytest.raises(BtManipError, match="8 finite numbers"):
+        env.unwrapped.step(np.zeros(1))
+
+
+# Options
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"rewards": "dense"}, "an environment has no option 'rewards'; did you mean 'reward'"),
+        ({"render_mod": "rgb_array"}, "no option 'render_mod'; did you mean 'render_mode'"),
+        ({"images": {"camera": ("overview",)}}, "images have no option 'camera'; .* 'cameras'"),
+        ({"images": {"cameras": ("overvew",)}}, "no camera 'overvew'; did you mean 'overview'"),
+        ({"images": {"kinds": (), "cameras": ("overvew",)}}, "no camera 'overvew'"),
+    ],
+)
+def test_a_misspelt_option_is_named(options, message):
+    with pytest.raises(BtManipError, match=message):
+        GymnasiumEnvironment("pick_place", **options)
+
+
+def test_a_misspelt_option_of_reset_is_named(env):
+    with pytest.raises(BtManipError, match="reset has no option 'episodes'; .* 'episode'"):
+        env.reset(options={"episodes": 3})
+
+
+def test_images_without_kinds_are_in_colour(opengl):
+    env = GymnasiumEnvironment("pick_place", images={"cameras": ("overview",), "width": 64})
+    assert env.observation_space["overview_rgb"].shape == (128, 64, 3)
+    env.close()
+
+
+def test_ids_exist_for_trees_that_need_no_arguments_only():
+    ids = [one for one in gymnasium.registry if one.startswith("bt_manip/")]
+    assert ID in ids
+    assert "bt_manip/PickPlacePolicy-v0" not in ids  # the file of the policy has no default
+
+
+# Copies
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])
+def test_a_copy_continues_the_episode_and_those_after_it(copied):
+    env = make()
+    env.reset(seed=4)
+    env.action_space.seed(4)
+    env.step(env.action_space.sample())
+    other = copied(env)
+    for _ in range(2):
+        action = env.action_space.sample()
+        assert (other.action_space.sample() == action).all()
+        (a, *rest), (b, *others) = env.step(action), other.step(action)
+        assert rest == others and all(np.array_equal(a[name], b[name]) for name in a)
+    assert rest[2]  # truncated: the wrapper's count of steps is copied too
+    assert env.reset()[1] == other.reset()[1]
+
+
+def test_an_environment_that_records_says_why_it_cannot_be_copied(tmp_path):
+    env = GymnasiumEnvironment("pick_place", record=str(tmp_path / "run.mcap"))
+    with pytest.raises(BtManipError, match="would write the same files"):
+        copy.deepcopy(env)
+
+
+# Goals
+
+
+def test_a_goal_conditioned_environment_rewards_positions_of_the_object():
+    env = GymnasiumEnvironment("pick_place", goal_conditioned=True)
+    observation, _ = env.reset(seed=0)
+    assert set(observation) == {"observation", "achieved_goal", "desired_goal"}
+    assert env.observation_space.contains(observation)
+    cell = env.task.episodes.station.cell
+    np.testing.assert_allclose(observation["achieved_goal"], cell.pose("cube").translation)
+    achieved, desired = observation["achieved_goal"], observation["desired_goal"]
+    rewards = env.compute_reward(
+        np.stack([achieved, desired, desired + [0.5, 0, 0]]), np.stack([desired] * 3), [{}] * 3
+    )
+    assert rewards.tolist() == [-1.0, 0.0, -1.0]
+    after, reward, *_, info = env.step(np.zeros(env.action_space.shape, np.float32))
+    assert reward == env.compute_reward(after["achieved_goal"], after["desired_goal"], info) == -1.0
+
+
+def test_the_expert_reaches_the_goal_position():
+    env = GymnasiumEnvironment("pick_place", goal_conditioned=True)
+    observation, _ = env.reset(seed=0)
+    episodes, desired = env.task.episodes, observation["desired_goal"]
+    while not episodes.success:
+        episodes.expert_step()
+    achieved = episodes.station.cell.pose("cube").translation
+    assert env.compute_reward(achieved, desired, {}) == 0.0
+
+
+@pytest.mark.parametrize("wrong", [{"images": {}}, {"reward": "dense"}])
+def test_goals_do_not_go_with_images_or_another_reward(wrong):
+    with pytest.raises(BtManipError, match="leave out 'images' and 'reward'"):
+        GymnasiumEnvironment("pick_place", goal_conditioned=True, **wrong)
+
+
+def test_a_goal_that_is_no_position_is_refused():
+    pytest.importorskip("bt_manip_impedance", reason="the plugin is not installed")
+    with pytest.raises(BtManipError, match="not a position: 'IsOpen'"):
+        GymnasiumEnvironment("open_drawer", goal_conditioned=True)
+
+
+def test_gymnasiums_checker_warns_of_nothing_but_unbounded_observations():
+    from gymnasium.utils.env_checker import check_env
+
+    with warnings.catch_warnings(record=True) as found:
+        warnings.simplefilter("always")
+        check_env(make().unwrapped, skip_render_check=True)
+    texts = [str(one.message) for one in found]
+    assert all("observation space m" in text or "spec" in text for text in texts), texts

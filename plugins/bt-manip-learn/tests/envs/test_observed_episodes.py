@@ -1,0 +1,159 @@
+"""Episodes of environments are recorded, disturbed and watched like runs of trees."""
+
+import json
+
+import gymnasium
+import numpy as np
+import pytest
+
+import bt_manip_learn.envs  # noqa: F401 (registers the environments)
+from bt_manip.exceptions import BtManipError
+from bt_manip.record import Continuation, Recorder, Recording
+from bt_manip.runner import KINDS, RunObserver
+from bt_manip_learn.envs import LearningTask
+
+FAULT = "vanish at=SpawnObject after=0.2"
+
+
+class Log(RunObserver):
+    """Keeps the kinds and data of events, and the runs that have ended."""
+
+    kinds = KINDS
+
+    def __init__(self) -> None:
+        self.events, self.ended = [], 0
+
+    def handle(self, event) -> None:
+        self.events.append((event.kind, event.data))
+
+    def run_ended(self) -> None:
+        self.ended += 1
+
+
+def hold(task: LearningTask) -> np.ndarray:
+    """Return the action that keeps the arm where it is, with an open gripper."""
+    return np.append(task.episodes.station.robot.q, -1.0)
+
+
+def cycles(path) -> list[dict]:
+    return [event.data for event in Recording(path).events("cycle")]
+
+
+def test_each_episode_of_an_environment_is_a_recording(tmp_path):
+    env = gymnasium.make(
+        "bt_manip/PickPlace-v0", record=str(tmp_path / "run-{episode}.mcap"), faults=(FAULT,),
+        physical_units=True,
+    )  # fmt: skip
+    task = env.unwrapped.task
+    env.reset(seed=3)
+    failed, steps = False, 0
+    while not failed:
+        *_, failed, _, info = env.step(hold(task))
+        steps += 1
+    assert info["failure"] == "'cube' has left the cell"
+    env.reset()
+    env.step(hold(task))
+    env.close()
+    first, second = tmp_path / "run-0.mcap", tmp_path / "run-1.mcap"
+    ends = [(one["status"], one["reason"]) for one in cycles(first)]
+    assert ends == [("RUNNING", ""), ("FAILURE", "'cube' has left the cell")]
+    assert [one["status"] for one in cycles(second)] == ["RUNNING"]  # it has no end
+    recording = Recording(first)
+    identity = recording.identity
+    assert (identity["seed"], identity["agent"], identity["tree"]) == (
+        3, "joint_targets", "pick_place",
+    )  # fmt: skip
+    assert identity["faults"] == [FAULT]
+    assert recording.end == pytest.approx(0.05 * steps, abs=0.02)
+    assert len(recording.control_steps()["t"]) == pytest.approx(50 * steps, abs=20)
+
+
+def test_an_agents_episode_cannot_be_continued_by_the_tree(tmp_path):
+    task = LearningTask("pick_place", record=str(tmp_path / "run.mcap"))
+    task.reset(0)
+    task.step(hold(task))
+    task.close()
+    with pytest.raises(BtManipError, match="in which an agent acted"):
+        Continuation(Recording(tmp_path / "run.mcap"), 0.02)
+
+
+def test_a_name_without_a_number_records_the_first_episode_only(tmp_path):
+    task = LearningTask("pick_place", record=str(tmp_path / "run.mcap"))
+    for episode in (4, 5):
+        task.reset(0, episode)
+        task.step(hold(task))
+    task.close()
+    assert [path.name for path in tmp_path.glob("*.mcap")] == ["run.mcap"]
+    assert [one["cycle"] for one in cycles(tmp_path / "run.mcap")] == [4]
+
+
+def test_a_restored_state_ends_the_recording(tmp_path):
+    path = tmp_path / "run.mcap"
+    task = LearningTask("pick_place", record=str(path))
+    task.reset(0)
+    task.step(hold(task))
+    state = json.loads(json.dumps(task.get_state()))
+    task.step(hold(task))
+    task.set_state(state)
+    end = Recording(path).end
+    task.step(hold(task))
+    assert Recording(path).end == end == pytest.approx(0.1, abs=0.02)
+
+
+def test_observers_see_an_agents_episode_as_a_cycle():
+    log = Log()
+    task = LearningTask("pick_place", observers=(log,))
+    task.reset(0, 2)
+    task.step(hold(task))
+    task.reset(0, 3)
+    kinds = {kind for kind, _ in log.events}
+    assert {"tree", "status", "cycle", "entity", "blackboard", "contact", "tick"} <= kinds
+    assert [data["cycle"] for kind, data in log.events if kind == "cycle"] == [2, 3]
+    assert log.ended == 1
+    task.close()
+    assert log.ended == 2
+
+
+def test_a_state_that_diverges_in_the_grip_ends_the_episode_with_its_reason():
+    recorder = Recorder("pick_place", 0)
+    task = LearningTask("pick_place", observers=(recorder,))
+    task.reset(0)
+    gripper = task.episodes.station.gripper
+    while not gripper.held:
+        task.episodes.expert_step()
+    task.step(np.append(task.episodes.station.robot.q, 1.0))
+    task.episodes.station.cell.data.qvel[:] = np.nan
+    outcome = task.step(hold(task))
+    assert not outcome.success and outcome.failure.startswith("MuJoCo warned")
+    (cycle,) = recorder.report().cycles
+    assert (cycle.status, cycle.reason) == ("FAILURE", outcome.failure)
+    assert (cycle.object, cycle.placed, cycle.goal) == ("cube", False, False)
+    task.close()
+
+
+def test_an_agents_episode_is_watched_on_the_page(parts):
+    pytest.importorskip("viser", reason="the extra [view] is not installed")
+    from bt_manip.viewer import Page
+
+    panels = {name: parts.panels.get(name) for name in parts.panels.in_order()}
+    page = Page(panels, port=0, speed=None)
+    try:
+        task = LearningTask("pick_place", observers=(page,), faults=(FAULT,))
+        task.reset(0)
+        while not task.step(hold(task)).failure:
+            pass
+        page.refresh(now=True)
+        (shown,) = (one[-1] for one in json.loads(page.gui.snapshot()[1]) if "status" in one)
+        assert "cycle 1" in shown["text"] and "FAILURE" in shown["text"]
+    finally:
+        page.close()
+
+
+def test_observed_episodes_have_the_same_states():
+    plain, observed = LearningTask("pick_place"), LearningTask("pick_place", observers=(Log(),))
+    for task in (plain, observed):
+        task.reset(1)
+        for _ in range(3):
+            task.step(hold(task) + 0.02)
+    states = [task.episodes.station.cell.state_bytes() for task in (plain, observed)]
+    assert states[0] == states[1]

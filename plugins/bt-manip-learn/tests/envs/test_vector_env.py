@@ -1,0 +1,167 @@
+"""A batch of environments has the bits of single ones."""
+
+import gymnasium
+import numpy as np
+import pytest
+
+from bt_manip.exceptions import BtManipError
+from bt_manip_learn.envs.vector_env import BatchEnvironment
+
+ID = "bt_manip/PickPlace-v0"
+COMMON = {"reward": "dense", "controller": "native_pd"}
+
+
+def make_batch(n, name=ID, **options):
+    options = {**COMMON, **options}
+    return gymnasium.make_vec(name, num_envs=n, vectorization_mode="vector_entry_point", **options)
+
+
+def assert_same_bits(
+    steps, n=8, action="joint_targets", mode="NextStep", limit=20, name=ID, **options
+):
+    """Compare a batch with `SyncVectorEnv`, which steps single environments."""
+    mode = gymnasium.vector.AutoresetMode(mode)
+    batch = make_batch(
+        n, name, action=action, max_episode_steps=limit, autoreset_mode=mode, **options
+    )
+    singles = gymnasium.make_vec(
+        name, num_envs=n, vectorization_mode="sync", action=action, max_episode_steps=limit,
+        vector_kwargs={"autoreset_mode": mode}, disable_env_checker=True, **COMMON,
+    )  # fmt: skip
+    try:
+        same(batch.reset(seed=5), singles.reset(seed=5))
+        rng, ends = np.random.default_rng(1), 0
+        for _ in range(steps):
+            actions = rng.uniform(-1.0, 1.0, batch.action_space.shape).astype(np.float32)
+            found, expected = batch.step(actions), singles.step(actions)
+            same(found, expected)
+            ends += int(found[2].sum() + found[3].sum())
+        return ends
+    finally:
+        batch.close()
+        singles.close()
+
+
+def same(a, b, where="result"):
+    """Assert that two results are equal, bit for bit."""
+    assert type(a) is type(b), where
+    if isinstance(a, dict):
+        assert a.keys() == b.keys(), where
+        for key in a:
+            same(a[key], b[key], f"{where} {key}")
+    elif isinstance(a, tuple | list) or (isinstance(a, np.ndarray) and a.dtype == object):
+        assert len(a) == len(b), where
+        for i, (one, other) in enumerate(zip(a, b, strict=True)):
+            same(one, other, f"{where}[{i}]")
+    elif isinstance(a, np.ndarray):
+        assert a.dtype == b.dtype and a.shape == b.shape, where
+        assert a.tobytes() == b.tobytes(), f"{where}: {a} {b}"
+    else:
+        assert a == b, where
+
+
+@pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
+def test_a_batch_has_the_bits_of_single_environments_over_resets(mode):
+    assert assert_same_bits(12, n=2, limit=5, mode=mode) >= 4
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("action", ["joint_targets", "cartesian_deltas"])
+@pytest.mark.parametrize("threads", [1, 2])
+def test_eight_environments_have_the_bits_of_single_ones_over_500_steps(action, threads):
+    assert assert_same_bits(500, action=action, limit=60, threads=threads) >= 64
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("name", ["PickPlaceCluttered", "TwoArms"])
+def test_batches_of_more_objects_and_arms_have_the_bits_of_single_environments(name):
+    assert assert_same_bits(100, n=2, limit=25, name=f"bt_manip/{name}-v0") >= 6
+
+
+def test_a_mask_resets_some_environments_and_leaves_the_others():
+    batch = make_batch(2, autoreset_mode="Disabled", max_episode_steps=2)
+    first, _ = batch.reset(seed=3)
+    still = np.zeros(batch.action_space.shape, np.float32)
+    batch.step(still)
+    before, *_, truncated, _ = batch.step(still)
+    assert truncated.all()
+    with pytest.raises(BtManipError, match="reset it with 'reset_mask'"):
+        batch.step(still)
+    mask = np.array([True, False])
+    after, info = batch.reset(seed=[3, None], options={"reset_mask": mask})
+    for name in first:
+        assert after[name][0].tobytes() == first[name][0].tobytes()
+        assert after[name][1].tobytes() == before[name][1].tobytes()
+    assert info["_seed"].tolist() == [True, False]
+    batch.close()
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"action": "joint_torques"}, "'joint_torques' act between control steps"),
+        ({"action": "subtree_choice"}, "'subtree_choice' act between control steps"),
+        ({"controller": "computed_torque"}, "'computed_torque' is not 'native_pd'"),
+        ({"record": "run.mcap"}, "act in control steps"),
+        ({"num_envs": 0}, "at least one environment"),
+        ({"reward": "thick"}, "a reward is sparse or dense"),
+    ],
+)
+def test_tasks_that_cannot_be_batched_are_refused_with_the_reason(options, message):
+    options = {"n": options.pop("num_envs", 2), **options}
+    with pytest.raises(BtManipError, match=message):
+        make_batch(**options)
+
+
+def test_images_are_refused(opengl):
+    with pytest.raises(BtManipError, match="images are rendered one by one"):
+        make_batch(2, images={"kinds": ["depth"]})
+
+
+def test_a_task_whose_objects_act_in_control_steps_is_refused():
+    with pytest.raises(BtManipError, match="'button' acts in control steps"):
+        BatchEnvironment("press_button", num_envs=2)
+
+
+def test_a_task_whose_model_changes_from_episode_to_episode_is_refused():
+    batch = BatchEnvironment("open_drawer", num_envs=2)
+    with pytest.raises(BtManipError, match="episodes in a batch share one model"):
+        batch.reset(seed=0)
+    batch.close()
+
+
+def test_an_action_that_is_not_finite_is_refused_before_anything_moves():
+    batch = make_batch(2)
+    batch.reset(seed=0)
+    actions = np.zeros(batch.action_space.shape, np.float32)
+    actions[1, 0] = np.nan
+    with pytest.raises(BtManipError, match="action of environment 1"):
+        batch.step(actions)
+    after, *_ = batch.step(np.zeros_like(actions))
+    other = make_batch(2)
+    other.reset(seed=0)
+    expected, *_ = other.step(np.zeros_like(actions))
+    same(after, expected)
+    batch.close()
+    other.close()
+
+
+def test_an_environment_whose_physics_diverge_ends_and_the_others_go_on():
+    batch, calm = make_batch(2), make_batch(2)
+    still = np.zeros(batch.action_space.shape, np.float32)
+    for one in (batch, calm):
+        one.reset(seed=0)
+        before, *_ = one.step(still)
+    batch.simulations[1].bind("qvel")[0] = 1e12
+    after, _, ends, _, info = batch.step(still)
+    expected, *_ = calm.step(still)
+    assert ends.tolist() == [False, True]
+    assert info["failure"][1].startswith("MuJoCo warned at ")
+    for name in before:
+        assert after[name][0].tobytes() == expected[name][0].tobytes()
+        assert after[name][1].tobytes() == before[name][1].tobytes()  # the last ones before
+    started, *_, info = batch.step(still)
+    assert info["episode_number"].tolist() == [0, 1]
+    assert np.isfinite(started["cube_position"]).all()
+    batch.close()
+    calm.close()

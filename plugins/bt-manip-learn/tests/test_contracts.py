@@ -1,0 +1,86 @@
+"""Kinds of actions keep their contract, which finds those that do not."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bt_manip.testing import contracts_of
+from bt_manip_learn import environment_contract as environments
+from bt_manip_learn.agents import ActionSpace, JointTargets
+from bt_manip_learn.environment_contract import EnvironmentCase
+
+test_contracts = contracts_of("learn")
+
+
+class Tires(JointTargets):
+    """Move less from step to step, and keep no state of it."""
+
+    kind = "tires"
+    strength = 1.0
+
+    def command(self, action):
+        self.strength *= 0.9
+        super().command(np.asarray(action) * self.strength)
+
+
+class TiresForever(Tires):
+    """Move less from step to step, in all episodes."""
+
+    def get_state(self):
+        return super().get_state(), type(self).strength
+
+    def set_state(self, state):
+        super().set_state(state[0])
+
+    def command(self, action):
+        type(self).strength *= 0.9
+        super().command(action)
+
+
+class Unbounded(JointTargets):
+    """Have no bounds."""
+
+    def __init__(self, episodes):
+        super().__init__(episodes)
+        self.space = self.space._replace(high=self.space.high * np.inf)
+
+
+class Unnamed(JointTargets):
+    """Name one number of eight."""
+
+    def __init__(self, episodes):
+        super().__init__(episodes)
+        low, high, *_ = self.space
+        self.space = ActionSpace(low, high, ("target",), ("rad",))
+
+
+@pytest.mark.parametrize(
+    ("check", "cls", "message"),
+    [
+        (environments.describes_its_actions, Unbounded, "has the bounds"),
+        (environments.describes_its_actions, Unnamed, "1 names and 1 units"),
+        (environments.goes_on_from_its_state, Tires,
+         "the same environment of 'pick_place' continues differently from its state after actions"),
+        (environments.has_the_same_episodes_in_any_order, TiresForever,
+         "episode 0 of 'pick_place' depends on those before it"),
+    ],
+)  # fmt: skip
+def test_a_broken_kind_of_actions_is_found(parts, check, cls, message):
+    parts = replace(parts, actions=parts.actions.with_part("broken", cls))
+    with pytest.raises(AssertionError, match=message):
+        check(EnvironmentCase("broken", parts))
+
+
+def test_kinds_of_actions_and_trees_of_any_plugin_are_checked(parts):
+    provides = {"actions": ("targets",), "trees": ("rest",)}
+    checks = {one.id: one.long for one in environments.environment_checks(parts, provides, {})}
+    assert (
+        checks.items()
+        >= {
+            "targets: describes its actions": False,
+            "targets: goes on from its state": False,
+            "targets: has the same episodes in any order": False,
+            "tree rest: environments go on from their states with joint_targets": True,
+        }.items()
+    )

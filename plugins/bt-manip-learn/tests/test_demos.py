@@ -1,0 +1,183 @@
+"""``bt-manip demos``: the folder that it writes, resuming, and its exports."""
+
+import json
+import subprocess
+import sys
+import time
+
+import h5py
+import pytest
+
+from bt_manip_learn.demonstrations import read_demonstrations
+
+TREE = """
+import os
+
+from bt_manip.behaviours import Hover, ObjectExists, SpawnObject
+from bt_manip.bt import Action, Sequence, Tree
+
+
+def tree(goal="{cube}"):
+    spawn, hover = SpawnObject(object="{cube}"), Hover(object="{cube}", height=0.3)
+    return Tree(Sequence("task", spawn, hover), goal=ObjectExists(object=goal))
+
+
+def aimless():
+    return tree("nothing")
+
+
+class Leave(Action):
+    def update(self):
+        os._exit(0)
+
+
+def leaving():
+    return Tree(Sequence("task", tree().root, Leave()))
+
+
+def gone():
+    return Tree(Leave())
+"""
+
+
+@pytest.fixture
+def path(tmp_path):
+    path = tmp_path / "small.py"
+    path.write_text(TREE)
+    return path
+
+
+@pytest.fixture
+def record(bt_manip, path, tmp_path):
+    folder = tmp_path / "demos"
+    return lambda *options, name="tree": bt_manip(
+        "demos", f"{path}:{name}", "--to", folder, "--workers", 1, *options
+    )
+
+
+def digests(folder):
+    manifest = json.loads((folder / "manifest.json").read_text())
+    return {one["episode"]: one["digest"] for one in manifest["episodes"]}
+
+
+def test_episodes_are_recorded_and_exported(record, bt_manip, tmp_path):
+    folder = tmp_path / "demos"
+    code, out, err = record("--episodes", 2)
+    assert (code, err) == (0, "")
+    assert out == f"{folder}: 2 of 2 succeeded, 2 steps\n"
+    assert [one.episode for one in read_demonstrations(folder)] == [0, 1]
+    for form, file in (("robomimic", tmp_path / "d.hdf5"), ("parquet", tmp_path / "d.parquet")):
+        code, out, err = bt_manip("demos", "export", folder, "--format", form, "-o", file)
+        assert (code, out, err) == (0, f"{file}: 2 demonstrations\n", "")
+    with h5py.File(tmp_path / "d.hdf5") as file:
+        assert file["data"].attrs["total"] == 2
+        assert "cube_position" in file["data/demo_0/obs"]
+    words = "--format", "robomimic", "-o", tmp_path / "d.hdf5", "--observations", "robot"
+    assert bt_manip("demos", "export", folder, *words).code == 0
+    with h5py.File(tmp_path / "d.hdf5") as file:
+        assert {name.partition("_")[0] for name in file["data/demo_0/obs"]} == {"robot"}
+    manifest = json.loads((folder / "manifest.json").read_text())
+    assert manifest["task"] == "tree"
+
+
+def test_the_same_command_continues_and_others_are_refused(record, tmp_path):
+    folder = tmp_path / "demos"
+    assert record("--episodes", 1).code == 0
+    first = digests(folder)
+    written = (folder / "episode_000000.h5").stat().st_mtime_ns
+    assert record("--episodes", 2).code == 0
+    assert digests(folder).items() > first.items()
+    assert (folder / "episode_000000.h5").stat().st_mtime_ns == written
+    code, _, err = record("--episodes", 2, "--seed", 7)
+    assert code == 2 and "holds demonstrations that differ in seed: choose" in err
+
+
+def test_a_folder_is_recorded_by_one_process_at_a_time(record, tmp_path):
+    assert record("--episodes", 1).code == 0
+    store = read_demonstrations(tmp_path / "demos")
+    with store.recording():
+        code, out, err = record("--episodes", 2)
+        assert (code, out) == (2, "") and store.episodes() == [0]
+        assert err == f"Error: '{store.folder}' is being recorded by another process\n"
+        assert [one.episode for one in store] == [0]
+    assert {path.name for path in store.folder.iterdir()} == {"manifest.json", "episode_000000.h5"}
+
+
+def test_failed_episodes_are_named_with_the_reason(record):
+    code, out, _ = record("--episodes", 1, name="aimless")
+    assert code == 1
+    assert out.startswith("episode 0 failed: the cell has no object 'nothing'\n")
+    assert out.endswith("0 of 1 succeeded, 0 steps\n")
+
+
+def test_an_episode_that_ends_its_process_failed(record):
+    code, out, err = record("--episodes", 1, name="leaving")
+    assert (code, err) == (1, "")
+    assert out.startswith("episode 0 failed: its process ended with exit code 0\n")
+
+
+def test_a_tree_that_ends_its_process_before_it_moves_is_refused(record):
+    code, out, err = record("--episodes", 1, name="gone")
+    assert (code, out) == (2, "")
+    assert err == "Error: the first episode: its process ended with exit code 0\n"
+
+
+@pytest.mark.soak
+def test_a_killed_command_goes_on_with_the_same_digests(bt_manip, path, tmp_path):
+    def options(folder):
+        tree, to = f"{path}:aimless", str(tmp_path / folder)
+        return ["demos", tree, "--all", "--episodes", "5", "--workers", "1", "--to", to]
+
+    with subprocess.Popen([sys.executable, "-m", "bt_manip", *options("killed")]) as process:
+        deadline = time.monotonic() + 60.0
+        while len([*tmp_path.glob("killed/episode_*.h5")]) < 2:
+            assert time.monotonic() < deadline and process.poll() is None
+            time.sleep(0.001)
+        process.kill()
+    kept = {p: p.stat().st_mtime_ns for p in tmp_path.glob("killed/episode_*.h5")}
+    assert len(kept) < 5
+    for folder in ("killed", "whole"):
+        assert bt_manip(*options(folder)).code == 1
+    assert digests(tmp_path / "killed") == digests(tmp_path / "whole")
+    assert all(path.stat().st_mtime_ns == written for path, written in kept.items())
+
+
+@pytest.mark.parametrize(
+    ("options", "problem"),
+    [
+        (("--images", "overvew"), "Error: there is no camera 'overvew'"),
+        (("--images", "overview", "--size", "big"), "Error: size is WIDTHxHEIGHT"),
+        (("--robot", "pand"), "Error: unknown robot 'pand'; did you mean 'panda'"),
+        (("--episodes", "0"), "Invalid value for '--episodes'"),
+    ],
+)
+def test_bad_input_is_one_line_and_leaves_no_folder(record, tmp_path, options, problem):
+    code, out, err = record(*options)
+    assert code == 2 and problem in err and out == ""
+    assert not (tmp_path / "demos").exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "problem"),
+    [
+        (("--format", "lerobot", "-o", "x"), "--python belongs to --format lerobot"),
+        (
+            ("--format", "parquet", "-o", "/nowhere/x"),
+            "Error: export '/nowhere/x' cannot be written",
+        ),
+        (("--format", "hdf5", "-o", "x"), "Invalid value for '--format'"),
+    ],
+)
+def test_bad_exports_are_refused(bt_manip, tmp_path, options, problem):
+    (tmp_path / "manifest.json").write_text(
+        json.dumps({"format": "bt-manip demonstrations", "version": 1})
+    )
+    code, out, err = bt_manip("demos", "export", tmp_path, *options)
+    assert code == 2 and problem in err and out == ""
+
+
+def test_the_commands_have_the_options_of_all_commands(bt_manip, record):
+    for command in ("demos", "demos record", "demos export"):
+        assert "--block NAME" in bt_manip(*command.split(), "--help").out
+    code, _, err = record("--episodes", 1, "--block", "nobody")
+    assert code == 0 and "--block nobody: there is no such plugin" in err
