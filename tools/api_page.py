@@ -55,7 +55,8 @@ EXPERIMENTAL = {
         "KeepRunningUntilFailure RunOnce Delay Timeout Precondition SkipUnlessUpdated "
         "WaitValueUpdate LoopBool LoopDouble LoopInt AlwaysSuccess AlwaysFailure "
         "ScriptCondition SetBlackboard UnsetBlackboard WasEntryUpdated Blackboard InOut Comment "
-        "as_written TreeWatch read_tree Reading ReadingOptions declare Stubs Libraries LeafMapping"
+        "as_written TreeWatch read_tree Reading ReadingOptions declare Stubs Libraries LeafMapping "
+        "Node instance_to_xml tree_instances"
     ),
     "bt_manip.behaviours": (
         "IsAt FollowTarget Stop PlannedMove Recover pose_to_text pose_from_text pose_input "
@@ -96,7 +97,8 @@ EXPERIMENTAL = {
     "bt_manip.plugins": "Plugins",
     "bt_manip.runner": (
         "TreeResult RunRequest Run find_tree save_snapshot load_snapshot EventQueue RunEvent "
-        "KINDS TreeSource Interventions CommandedRobot RunLoop Actor RunModifier make_station"
+        "KINDS TreeSource Interventions CommandedRobot RunLoop Actor RunModifier make_station "
+        "RunView"
     ),
     "bt_manip.scenes": "table_and_basket two_arms scene_of Level",
     "bt_manip.testing": (
@@ -117,7 +119,7 @@ EXPERIMENTAL = {
     "bt_manip.record": (
         "RecordingError Recorder RunReport Trace read_report read_trace McapRecorder Recording "
         "RecordedRun RecordedScene VideoRecorder write_csv write_parquet write_mcap write_video "
-        "Continuation RecordedInterventions restore_snapshot"
+        "Continuation RecordedInterventions restore_snapshot check_exists open_output"
     ),
     "bt_manip.registry": "Registry",
     "bt_manip.kinematics": (
