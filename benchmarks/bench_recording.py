@@ -11,11 +11,11 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from bt_manip.groot import GrootPublisher
 from bt_manip.plugins import load_plugins
 from bt_manip.record import McapRecorder, Recorder
 from bt_manip.runner import EventQueue, Run, RunObserver, RunRequest, find_tree, prepare
 from bt_manip.viewer import Page
+from bt_manip_groot.publisher import GrootPublisher
 
 CYCLES = 3
 REPEATS = 15

@@ -8,6 +8,7 @@ import warnings
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
+from bt_manip.packages import name_moved_modules
 from bt_manip.registry import set_loader
 
 if TYPE_CHECKING:
@@ -61,3 +62,4 @@ def _installed_parts() -> Any:
 
 
 set_loader(_installed_parts)
+name_moved_modules()

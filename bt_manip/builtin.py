@@ -160,15 +160,12 @@ def register_pose_sources(register: Callable[[str, Callable[..., Any]], None]) -
 
 @hookimpl
 def register_recorders(register: Callable[[str, Callable[[Path | None], Any]], None]) -> None:
-    """Bring the trace of the joints, the recording of everything, videos, and logs for Groot2."""
-    from bt_manip.groot import BtlogRecorder, SqliteRecorder
+    """Bring the trace of the joints, the recording of everything, and videos."""
     from bt_manip.record import McapRecorder, Trace, VideoRecorder
 
     register("trace", Trace)
     register("mcap", McapRecorder)
     register("video", VideoRecorder)
-    register("btlog", BtlogRecorder)
-    register("db3", SqliteRecorder)
 
 
 @hookimpl

@@ -151,6 +151,32 @@ def register_recorders(register: Callable[[str, Callable[[Path | None], Any]], N
 
 
 @hookspec
+def register_views(register: Callable[[str, Callable[..., Any]], None]) -> None:
+    """Register views of runs, which an option of ``bt-manip run`` opens: ``--NAME``.
+
+    The command line calls this hook alone, also for ``--help``, of the modules in which its name
+    stands: such a module, and the hook, import nothing expensive.
+
+    Args:
+        register: ``register(name, factory)``, where ``factory(tell, stays)`` makes a
+            `bt_manip.runner.RunView`: ``tell(line)`` prints a line, and ``stays`` says whether the
+            view is for several runs, one after the other. The first line of its documentation is
+            the help of ``--NAME``. Keyword-only arguments are its options ``--NAME-KEY``, declared
+            by a `bt_manip.parameters.Parameter`, or by their default alone.
+    """
+
+
+@hookspec
+def register_export_formats(register: Callable[[str, Callable[..., None]], None]) -> None:
+    """Register formats into which ``bt-manip export`` converts recordings, beside its own.
+
+    Args:
+        register: ``register(name, write)``, where the name is the suffix of the files, and
+            ``write(recording, path)`` converts a `bt_manip.record.Recording`.
+    """
+
+
+@hookspec
 def register_panels(register: Callable[[str, Callable[[Any], Any]], None]) -> None:
     """Register panels of the page of a run (``bt-manip run --view``).
 

@@ -7,6 +7,7 @@ from functools import partial
 from typing import Any, Generic, TypeVar
 
 from bt_manip.exceptions import BtManipError, did_you_mean
+from bt_manip.packages import missing
 
 T = TypeVar("T")
 
@@ -24,7 +25,9 @@ class UnknownPartError(BtManipError):
     """
 
     def __init__(self, kind: str, name: str, known: tuple[str, ...], note: str = "") -> None:
-        super().__init__(f"unknown {kind} '{name}'" + did_you_mean(name, known) + note)
+        package = missing(name)
+        hint = f"; it {package}" if package else did_you_mean(name, known)
+        super().__init__(f"unknown {kind} '{name}'{hint}{note}")
         self.kind = kind
         self.name = name
         self.known = known
@@ -224,6 +227,8 @@ class Parts:
         model_formats: Formats of model files, `bt_manip.models.ModelFormat`.
         model_caches: Factories, ``factory() -> bt_manip.models.ModelCache``.
         recorders: Factories, ``factory(path) -> RunObserver``.
+        views: Factories, ``factory(tell, stays, **options) -> bt_manip.runner.RunView``.
+        export_formats: Functions, ``write(recording, path)``.
         panels: Factories, ``factory(page) -> Panel``.
         faults: Classes of faults, ``cls(**parameters) -> Fault``.
         actions: Factories, ``factory(episodes) -> ActionKind``.
@@ -249,6 +254,8 @@ class Parts:
     model_formats: Registry[Any] = _registry("model format")
     model_caches: Registry[Callable[..., Any]] = _registry("model cache")
     recorders: Registry[Callable[..., Any]] = _registry("recorder")
+    views: Registry[Callable[..., Any]] = _registry("view")
+    export_formats: Registry[Callable[..., None]] = _registry("export format")
     panels: Registry[Callable[..., Any]] = _registry("panel")
     faults: Registry[Callable[..., Any]] = _registry("fault")
     contracts: Registry[Callable[..., Any]] = _registry("contract")

@@ -19,7 +19,7 @@ PACKAGE = REPOSITORY / "bt_manip"
 LAYERS = (
     {
         "bt", "models", "parameters", "toml",
-        "exceptions", "files", "hookspecs", "registry", "spatial", "version",
+        "exceptions", "files", "hookspecs", "packages", "registry", "spatial", "version",
     },
     {"robots", "cell"},
     {"kinematics", "collision", "trajectories"},
@@ -27,7 +27,7 @@ LAYERS = (
     {"arm", "grasping"},
     {"behaviours"},
     {"scenes", "runner"},
-    {"viewer", "record", "groot", "faults"},
+    {"viewer", "record", "faults"},
     {"plugins", "builtin"},
     {"testing", "evaluation", "robot_setup"},
     {"cli"},
@@ -42,6 +42,7 @@ WITHIN_LAYER = {
     ("bt", "parameters"),
     ("toml", "parameters"),
     ("registry", "exceptions"),
+    ("registry", "packages"),
     ("models", "registry"),
     ("bt", "files"),
     ("bt", "toml"),
@@ -56,7 +57,6 @@ WITHIN_LAYER = {
     ("plugins", "builtin"),
     ("testing", "evaluation"),
     ("robot_setup", "testing"),
-    ("groot", "record"),
     ("viewer", "record"),
 }
 """Imports inside a layer: which package, and what it may import."""

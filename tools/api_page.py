@@ -57,7 +57,7 @@ EXPERIMENTAL = {
         "WaitValueUpdate LoopBool LoopDouble LoopInt AlwaysSuccess AlwaysFailure "
         "ScriptCondition SetBlackboard UnsetBlackboard WasEntryUpdated Blackboard InOut Comment "
         "as_written TreeWatch read_tree Reading ReadingOptions declare Stubs Libraries "
-        "LeafMapping Node NodeKind texts_of"
+        "LeafMapping Node NodeKind texts_of instance_to_xml tree_instances"
     ),
     "bt_manip.behaviours": (
         "IsAt FollowTarget Stop PlannedMove Recover pose_to_text pose_from_text pose_input "
@@ -99,7 +99,7 @@ EXPERIMENTAL = {
     "bt_manip.runner": (
         "TreeResult RunRequest Run find_tree save_snapshot load_snapshot EventQueue RunEvent "
         "KINDS TreeSource Interventions CommandedRobot RunLoop Actor RunModifier make_station "
-        "load_source next_digest recorder_for"
+        "load_source next_digest recorder_for RunView"
     ),
     "bt_manip.scenes": "table_and_basket two_arms scene_of Level",
     "bt_manip.testing": (
@@ -123,7 +123,7 @@ EXPERIMENTAL = {
         "RecordedRun RecordedScene VideoRecorder write_csv write_parquet write_mcap write_video "
         "Continuation RecordedInterventions restore_snapshot FileInUseError check_writable "
         "cpu_name identify identity_differences open_output parse_size reading versions "
-        "whole_file writing"
+        "whole_file writing check_exists"
     ),
     "bt_manip.registry": "Registry Parts",
     "bt_manip.kinematics": (

@@ -41,6 +41,8 @@ PARTS = {
     "planners": "Planners",
     "scenes": "Scenes",
     "recorders": "Recorders",
+    "export_formats": "Export formats",
+    "views": "Views",
     "faults": "Faults",
     "actions": "Kinds of actions",
     "policies": "Kinds of policies",

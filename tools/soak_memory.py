@@ -20,9 +20,10 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+REPOSITORY = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(REPOSITORY / "plugins" / "bt-manip-groot" / "tests"))
 
-from tests.groot.client import Client, free_ports
+from client import Client, free_ports  # noqa: E402
 
 CHROMIUM = (
     "--headless=new", "--no-sandbox", "--remote-debugging-port=0", "--enable-unsafe-swiftshader",

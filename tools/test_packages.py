@@ -95,9 +95,9 @@ def test(python: Path, package: Path, copy: Path) -> bool:
         shutil.copy(package / file, copy)
     shutil.copytree(package / "tests", copy / "tests", ignore=shutil.ignore_patterns("__*"))
     environment = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"}
-    menagerie = REPOSITORY.parent / "shared" / "menagerie"
-    if menagerie.is_dir():
-        environment.setdefault("MENAGERIE_ROOT", str(menagerie))
+    for variable, name in (("MENAGERIE_ROOT", "menagerie"), ("BTCPP_ROOT", "btcpp")):
+        if (place := REPOSITORY.parent / "shared" / name).is_dir():
+            environment.setdefault(variable, str(place))
 
     def run(*command: str) -> bool:
         return subprocess.run([str(python), *command], cwd=copy, env=environment).returncode == 0

@@ -5,8 +5,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 import click
+from click.shell_completion import CompletionItem
 
+from bt_manip.cli.completion import complete_part
+from bt_manip.cli.plugin_options import load_chosen_plugins
 from bt_manip.exceptions import require_extra
+from bt_manip.packages import missing
 
 
 class ExportFormat(NamedTuple):
@@ -32,23 +36,24 @@ FORMATS = {
     "parquet": ExportFormat("bt_manip.record:write_parquet", ("pyarrow",)),
     "npz": ExportFormat("bt_manip.record:write_trace"),
     "mcap": ExportFormat("bt_manip.record:write_mcap"),
-    "btlog": ExportFormat("bt_manip.groot:write_btlog"),
-    "db3": ExportFormat("bt_manip.groot:write_sqlite"),
     "mp4": VIDEO_FORMAT,
     "gif": VIDEO_FORMAT,
 }
-"""All formats by name; a new one is a line here."""
+"""The built-in formats by name; a new one is a line here, or a plugin's."""
 
 
-def _complete(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[str]:
-    return [name for name in FORMATS if name.startswith(incomplete)]
+def _complete(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    others = complete_part("export_formats")(ctx, param, incomplete)
+    items = [CompletionItem(name) for name in FORMATS if name.startswith(incomplete)]
+    return items + [one for one in others if one.type != "file"]
 
 
 @click.command()
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option(
     "--to", "form", metavar="FORMAT", shell_complete=_complete,
-    help=f"{', '.join(FORMATS)}.  [default: the suffix of --out]",
+    help=f"{', '.join(FORMATS)}, or a plugin's (see: bt-manip list export_formats).  [default: "
+    "the suffix of --out]",
 )  # fmt: skip
 @click.option(
     "-o", "--out", type=click.Path(path_type=Path), metavar="OUT",
@@ -70,15 +75,17 @@ def export(
     fps: float | None,
     overlay: bool | None,
 ) -> None:
-    """Convert a recording to a table, a trace, a complete recording, a log of Groot2, or a video.
+    """Convert a recording to a table, a trace, a complete recording, or a video.
 
     FILE is a recording of bt-manip run --record FILE.mcap; what can be read of a cut one is used.
-    csv and parquet have a row for each control step; btlog and db3 open in Groot2.
+    csv and parquet have a row for each control step.
     """
     form = form or (out.suffix[1:] if out is not None else "")
-    if form not in FORMATS:
-        raise click.UsageError(f"--to or the suffix of --out is one of {', '.join(FORMATS)}")
-    chosen = FORMATS[form]
+    others = {} if form in FORMATS else load_chosen_plugins().parts.export_formats.copies()
+    if form not in FORMATS and form not in others:
+        known = f"--to or the suffix of --out is one of {', '.join([*FORMATS, *others])}"
+        raise click.UsageError(f"{form} {package}" if (package := missing(form)) else known)
+    chosen = FORMATS.get(form, ExportFormat(""))
     options = {"camera": camera, "size": size, "fps": fps, "overlay": overlay}
     given = {name: value for name, value in options.items() if value is not None}
     for name in given:
@@ -93,6 +100,10 @@ def export(
 
     use_offscreen_opengl()
     check_writable(out, "export", source=None if form == "mcap" else file)
-    module, _, function = chosen.write.partition(":")
-    getattr(importlib.import_module(module), function)(Recording(file), out, **given)
+    if form in others:
+        write = others[form]
+    else:
+        module, _, function = chosen.write.partition(":")
+        write = getattr(importlib.import_module(module), function)
+    write(Recording(file), out, **given)
     click.echo(f"{out}: {out.stat().st_size / 1e6:.2f} MB")

@@ -18,9 +18,8 @@ from bt_manip.cli.run_options import RunOptions, make_request
 from bt_manip.exceptions import BtManipError, require_extra
 
 if TYPE_CHECKING:
-    from bt_manip.groot import GrootPublisher
     from bt_manip.plugins import Plugins
-    from bt_manip.runner import RunLoop, RunRequest, Station
+    from bt_manip.runner import RunLoop, RunRequest, RunView, Station
     from bt_manip.viewer import Page
     from bt_manip.viewer.page import RunChoice
 
@@ -96,7 +95,7 @@ class PageSession:
         self._station: Station | None = None
         self._built: tuple[Any, ...] = ()
         self._loop: RunLoop | None = None  # between runs; None while the cell stands still
-        self._publisher: GrootPublisher | None = None  # for Groot2, of all runs
+        self._views: dict[str, RunView] = {}  # of plugins, of all runs
         self._request: RunRequest | None = None  # whose tree is shown before the first run
         self._is_new = False  # nothing has moved in the station since it was built
         self.last: RunJob | None = None
@@ -124,13 +123,9 @@ class PageSession:
         Raises:
             BtManipError: For bad input.
         """
-        if options.groot and self._publisher is None:
-            from bt_manip.groot import GrootPublisher
-
-            self._publisher = GrootPublisher(options.groot_port, self._tell, stays=True)
         job = self.last = RunJob(
             options, self._interrupt, open_page=self._await_page, station=station,
-            publisher=self._publisher,
+            views=self._views,
         )  # fmt: skip
         code = job.execute()
         if job.run is not None:
@@ -172,8 +167,8 @@ class PageSession:
         """Stop the servers."""
         if self._page is not None:
             self._page.close()
-        if self._publisher is not None:
-            self._publisher.close()
+        for view in self._views.values():
+            view.close()
 
     # Internal
 

@@ -1,7 +1,6 @@
 """Commands of plugins: listed without importing them, imported when they run."""
 
 import ast
-import importlib.machinery
 import importlib.metadata
 import traceback
 from collections.abc import Mapping
@@ -10,7 +9,7 @@ from pathlib import Path
 
 import click
 
-from bt_manip.plugins import PREFIX, PluginSelection, names_of
+from bt_manip.plugins import PREFIX, PluginSelection, names_of, source_of
 
 COMMAND_GROUP = "bt_manip.commands"
 """Entry-point group: the name of each command, and where its click command is defined."""
@@ -38,7 +37,7 @@ class PluginCommand:
 
     def summary(self) -> str:
         """Return the first line of its help, read from its source file without importing it."""
-        path = _source(self.point.module)
+        path = source_of(self.point.module)
         return _docstring(path, self.point.attr) if path is not None else ""
 
     def load(self) -> click.Command:
@@ -83,18 +82,6 @@ def blame(error: BaseException, choice: PluginSelection) -> PluginCommand | None
         if package in owners:
             return owners[package]
     return None
-
-
-def _source(module: str) -> Path | None:
-    """Return a module's file without importing its packages."""
-    places: list[str] | None = None
-    parts = module.split(".")
-    for i in range(len(parts)):
-        spec = importlib.machinery.PathFinder.find_spec(".".join(parts[: i + 1]), places)
-        if spec is None:
-            return None
-        places = list(spec.submodule_search_locations or ())
-    return Path(spec.origin) if spec is not None and spec.origin else None
 
 
 def _docstring(path: Path, function: str) -> str:

@@ -10,6 +10,7 @@ from bt_manip.cli.interrupt import Interrupt
 from bt_manip.cli.options import takes
 from bt_manip.cli.run_options import RunOptions
 from bt_manip.cli.streams import unfailing
+from bt_manip.cli.view_options import ViewingCommand
 
 OF_ONE_RUN = (
     "window", "view", "report", "trace", "records", "faults", "snapshots", "resume", "varied",
@@ -25,7 +26,8 @@ _EPILOG = exit_code_help({
 
 
 @click.command(
-    epilog=f"{_EPILOG} Output that cannot be printed, as to a closed pipe, changes none of them."
+    cls=ViewingCommand,
+    epilog=f"{_EPILOG} Output that cannot be printed, as to a closed pipe, changes none of them.",
 )
 @click.argument("tree", shell_complete=complete_part("trees"))
 @takes(RunOptions)
@@ -42,7 +44,10 @@ def run(interrupt: Interrupt, options: RunOptions) -> int:
         return execute_run(options, interrupt)
 
 
-@click.command(epilog=exit_code_help({**COMMON, INTERRUPTED: "after Ctrl-C, which ends it"}))
+@click.command(
+    cls=ViewingCommand,
+    epilog=exit_code_help({**COMMON, INTERRUPTED: "after Ctrl-C, which ends it"}),
+)
 @click.argument("tree", required=False, default="", shell_complete=complete_part("trees"))
 @takes(RunOptions, without=OF_ONE_RUN)
 @click.pass_obj

@@ -23,10 +23,9 @@ from bt_manip.registry import Parts
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from bt_manip.groot import GrootPublisher
     from bt_manip.plugins import Plugins
     from bt_manip.record import Continuation, Recorder, ReportFile, RunReport
-    from bt_manip.runner import Run, RunObserver, RunRequest, Station
+    from bt_manip.runner import Run, RunObserver, RunRequest, RunView, Station
     from bt_manip.viewer import Page, Window
 
 
@@ -47,7 +46,7 @@ class RunJob:
         *,
         open_page: "Callable[[RunRequest, Plugins], Page] | None" = None,
         station: "Station | None" = None,
-        publisher: "GrootPublisher | None" = None,
+        views: "dict[str, RunView] | None" = None,
     ) -> None:
         """Keep the options.
 
@@ -56,13 +55,14 @@ class RunJob:
             interrupt: The handler of Ctrl-C.
             open_page: Returns the page on which the run is shown; None for none.
             station: As for `bt_manip.runner.prepare`.
-            publisher: The publisher for Groot2 if it stays after this run.
+            views: The views of plugins that stay after this run, by name; the run adds those that
+                it opens. None: they end with this run.
         """
         self.options = options
         self._interrupt = interrupt
         self._open_page = open_page
         self._station = station
-        self._publisher = publisher
+        self._views = views
         self.run: Run | None = None
         self.report: RunReport | None = None
         self.error = ""
@@ -121,7 +121,7 @@ class RunJob:
             resumed = read_snapshot(options.resume)
         request = make_request(options, parts, resumed)
         # Slow imports come last: the errors above are reported at once.
-        from bt_manip.cli.run_observers import extra_observers
+        from bt_manip.cli.run_observers import extra_observers, plugin_views
         from bt_manip.plugins import guarded
         from bt_manip.record import Recorder, Trace
         from bt_manip.runner import prepare
@@ -156,12 +156,7 @@ class RunJob:
 
             self._window = Window()
             observers.append(guarded(self._window, "the window", print_warning))
-        if options.groot:
-            from bt_manip.groot import GrootPublisher
-
-            publisher = self._publisher or GrootPublisher(options.groot_port, self._tell)
-            observers.append(guarded(publisher, "the publisher for Groot2", print_warning))
-            self._tell(f"Groot2 can connect to 127.0.0.1, port {options.groot_port}.")
+        observers += plugin_views(plugins, options.views, self._tell, self._views)
         if self._open_page is not None:
             self._page = self._open_page(request, plugins)
             observers.append(guarded(self._page, "the page", print_warning))

@@ -1,6 +1,6 @@
 """Observers of a run from plugins and options."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +11,7 @@ from bt_manip.parameters import parameters_of, read_words
 from bt_manip.plugins import BUILTIN, Plugin, Plugins, guarded, plugin_observers
 from bt_manip.record import check_writable
 from bt_manip.registry import Registry
-from bt_manip.runner import RunObserver, Stopwatch, recorder_name
+from bt_manip.runner import RunObserver, RunView, Stopwatch, recorder_name
 
 
 def extra_observers(plugins: Plugins, records: Iterable[str]) -> list[RunObserver]:
@@ -31,6 +31,37 @@ def extra_observers(plugins: Plugins, records: Iterable[str]) -> list[RunObserve
     labels = {n: f"controller '{n}' of {owner.label}" for n, owner in owners.items() if owner}
     if labels:
         observers.append(Stopwatch(labels, print_warning))
+    return observers
+
+
+def plugin_views(
+    plugins: Plugins,
+    chosen: Mapping[str, Mapping[str, Any]],
+    tell: Callable[[str], None],
+    staying: dict[str, RunView] | None,
+) -> list[RunObserver]:
+    """Return the chosen views of plugins; exceptions in a view do not end the run.
+
+    Args:
+        plugins: All plugins.
+        chosen: The options of each view, by the name of the view.
+        tell: Prints a line.
+        staying: The views that stay after the run; new ones are added. None: views end with it.
+
+    Raises:
+        BtManipError: If a view cannot be opened.
+    """
+    views, made = plugins.parts.views, {} if staying is None else staying
+    observers: list[RunObserver] = []
+    for name, options in chosen.items():
+        owner = _owner(plugins, views.owner(name))
+        if name not in made:
+            make = views.maker(name, "run_started", "close", expected="a RunView")
+            made[name] = make(tell, staying is not None, **options)
+        label, hint = f"view '{name}'", ""
+        if owner is not None:
+            label, hint = f"{label} of {owner.label}", owner.way_out
+        observers.append(guarded(made[name], label, print_warning, hint))
     return observers
 
 

@@ -1,7 +1,7 @@
 """The options of ``bt-manip run``, and the run that they request."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from bt_manip.robots import Configuration
     from bt_manip.runner import ParameterSet, RunRequest
 
+
+ViewOptions = Mapping[str, Mapping[str, Any]]
+"""Values of the options of views, by the name of the view."""
 
 REAL_SPEED = 0.1
 """Default factor of all speeds on a real robot."""
@@ -51,7 +54,7 @@ class RunOptions(StationOptions):
     real_time: float | None = option(
         "--real-time", type=click.FloatRange(min=0.0), metavar="X",
         help="Simulated seconds per second of wall time; 0 is as fast as possible.  "
-        "[default: 1 with --window, --view or --groot, else 0]",
+        "[default: 1 with a view, else 0]",
     )  # fmt: skip
     window: bool = option(
         "--window", is_flag=True,
@@ -60,14 +63,6 @@ class RunOptions(StationOptions):
     view: bool = option(
         "--view", is_flag=True,
         help="Show the run on a page in the browser, which stays up after the run.",
-    )  # fmt: skip
-    groot: bool = option(
-        "--groot", is_flag=True,
-        help="Let Groot2 on this computer monitor the run, set breakpoints and replace statuses.",
-    )  # fmt: skip
-    groot_port: int = option(
-        "--groot-port", type=click.IntRange(1, 65534), default=1667, show_default=True,
-        metavar="PORT", help="Port to which Groot2 connects; the next one must be free, too.",
     )  # fmt: skip
     report: Path | None = option(
         "--report", type=click.Path(path_type=Path), metavar="FILE",
@@ -117,14 +112,16 @@ class RunOptions(StationOptions):
     watch: bool = option("--watch", is_flag=True, help="Reload the tree whenever its file changes.")
     quiet: bool = option("--quiet", is_flag=True, help="Print nothing but warnings and errors.")
     foreign: ForeignTrees = options_of(ForeignTrees)
+    views: ViewOptions = field(default_factory=dict)
+    """The options of the plugins' views that are chosen, by name."""
     continued: "Continuation | None" = None
     """The recorded run to go on with; then the options of the request are those of this run."""
 
     @property
     def speed(self) -> float:
         """Simulated seconds per second of wall time at first; 0 is as fast as possible."""
-        shown = self.window or self.view or self.groot
-        return float(shown) if self.real_time is None else self.real_time
+        shown = self.window or self.view or self.views
+        return float(bool(shown)) if self.real_time is None else self.real_time
 
 
 def make_request(

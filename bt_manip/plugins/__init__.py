@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from bt_manip.plugins.plugin import PluginWarning as PluginWarning
     from bt_manip.plugins.scaffold import write_plugin as write_plugin
     from bt_manip.plugins.stations import build_station as build_station
+    from bt_manip.plugins.views import source_of as source_of
+    from bt_manip.plugins.views import view_factories as view_factories
     from bt_manip.plugins.watching import guarded as guarded
     from bt_manip.plugins.watching import plugin_observers as plugin_observers
 
@@ -29,6 +31,7 @@ __getattr__ = lazy_exports(
         "bt_manip.plugins.plugin": "BUILTIN Plugin Plugins PluginWarning",
         "bt_manip.plugins.scaffold": "write_plugin",
         "bt_manip.plugins.stations": "build_station",
+        "bt_manip.plugins.views": "source_of view_factories",
         "bt_manip.plugins.watching": "guarded plugin_observers",
     },
 )

@@ -17,6 +17,7 @@ from .loop import RunLoop as RunLoop
 from .notebook import html_table as html_table
 from .observer import RunModifier as RunModifier
 from .observer import RunObserver as RunObserver
+from .observer import RunView as RunView
 from .observer import recorder_for as recorder_for
 from .observer import recorder_name as recorder_name
 from .perturbations import MAX_FORCE as MAX_FORCE

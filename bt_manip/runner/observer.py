@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bt_manip.exceptions import BtManipError
+from bt_manip.packages import missing
 from bt_manip.registry import Registry
 
 if TYPE_CHECKING:
@@ -80,6 +81,13 @@ class RunObserver:
         """Close files and windows; called once, however the run ends."""
 
 
+class RunView(RunObserver):
+    """Shows runs, one or several one after the other; made before the first of them."""
+
+    def close(self) -> None:
+        """Release what a view that stays keeps after a run; not called for one that does not."""
+
+
 class RunModifier(RunObserver):
     """Changes a run between two ticks: injected faults, an edited tree, repeated interventions.
 
@@ -109,5 +117,7 @@ def recorder_name(suffix: str, recorders: Registry[Any]) -> str:
         names |= dict.fromkeys([known] if isinstance(known, str) else known, name)
     if suffix not in names:
         known = ", ".join(sorted(names))
-        raise BtManipError(f"no recorder writes '{suffix}' files, known are {known}")
+        package = missing(suffix)
+        hint = f"; {suffix} {package}" if package else f", known are {known}"
+        raise BtManipError(f"no recorder writes '{suffix}' files{hint}")
     return names[suffix]

@@ -231,6 +231,28 @@ def test_register_recorders_writes_files_about_a_run(run, tmp_path):
     assert (heights > 1.0).all()
 
 
+def test_register_views_opens_views_by_options(run, example, capfd):
+    assert "The tool is 1." not in run("register_views")
+    shown = run("register_views", "--height", "--height-digits", "2", "--real-time", "0")
+    assert re.search(r"The tool is 1\.\d\d m high\.", shown)
+    folder = str(example("register_views"))
+    assert run_app(Interrupt(), ["run", "--plugins-dir", folder, "--help"]) == 0
+    shown = " ".join(capfd.readouterr().out.split())
+    assert "--height Print the height of the tool after each cycle." in shown
+    wrong = ["run", "pick_place", "--plugins-dir", folder, "--height-digits", "13"]
+    assert run_app(Interrupt(), wrong) == 2
+    assert "must be a whole number from 1 to 12, got '13'" in capfd.readouterr().err
+
+
+def test_register_export_formats_converts_recordings(run, example, tmp_path, capfd):
+    pytest.importorskip("mcap", reason="the extra [record] is not installed")
+    run("register_export_formats", "--record", tmp_path / "run.mcap")
+    folder = example("register_export_formats")
+    command = ["export", tmp_path / "run.mcap", "--to", "times", "--plugins-dir", folder]
+    assert run_app(Interrupt(), [str(one) for one in command]) == 0
+    assert len((tmp_path / "run.times").read_text().splitlines()) >= 2
+
+
 def test_register_panels_shows_a_panel_on_the_page(parts_of):
     pytest.importorskip("viser", reason="the extra [view] is not installed")
     parts = parts_of("register_panels")

@@ -1,8 +1,6 @@
 """What is exported is what was recorded."""
 
 import re
-import sqlite3
-from contextlib import closing
 from pathlib import Path
 
 import av
@@ -15,7 +13,6 @@ from bt_manip.behaviours import MoveToConfiguration, RemoveObject, SpawnObject
 from bt_manip.bt import Node, Sequence, Sleep
 from bt_manip.cell import FrameRenderer, camera_number
 from bt_manip.exceptions import BtManipError
-from bt_manip.groot import BtlogRecorder, SqliteRecorder
 from bt_manip.record import (
     McapRecorder,
     RecordedScene,
@@ -60,11 +57,10 @@ class Cube(RunObserver):
 
 @pytest.fixture(scope="module")
 def recorded(make_run, tmp_path_factory):
-    """Record a run once as MCAP and as logs; give the recording, its folder and what was seen."""
+    """Record a run once; give the recording, its folder and what was seen."""
     folder = tmp_path_factory.mktemp("recorded")
     cube = Cube()
-    logs = BtlogRecorder(folder / "live.btlog"), SqliteRecorder(folder / "live.db3")
-    make_run(coming_and_going()).execute([cube, *logs, McapRecorder(folder / "run.mcap")])
+    make_run(coming_and_going()).execute([cube, McapRecorder(folder / "run.mcap")])
     return Recording(folder / "run.mcap"), folder, cube
 
 
@@ -176,26 +172,6 @@ def test_a_recording_may_be_replaced_by_its_complete_form(recorded, tmp_path):
     path.write_bytes(recording.path.read_bytes()[:-1000])
     write_mcap(Recording(path), path)
     assert Recording(path).complete and Recording(path).end == recording.end
-
-
-def test_logs_for_groot_are_those_of_the_run(recorded, tmp_path):
-    recording, folder, _ = recorded
-    BtlogRecorder(tmp_path / "run.btlog").write_recording(recording)
-    SqliteRecorder(tmp_path / "run.db3").write_recording(recording)
-    live, exported = (path.read_bytes() for path in (folder / "live.btlog", tmp_path / "run.btlog"))
-    start = 23 + int.from_bytes(live[19:23], "little")  # of the wall time of the start
-    assert exported[:start] == live[:start] and exported[start + 8 :] == live[start + 8 :]
-    assert len(live) > start + 8 + 10 * 9
-    rows = []
-    for path in (folder / "live.db3", tmp_path / "run.db3"):
-        with closing(sqlite3.connect(path)) as database:
-            changes = database.execute(
-                "SELECT timestamp, node_uid, duration, state FROM Transitions ORDER BY timestamp"
-            ).fetchall()
-            nodes = database.execute("SELECT * FROM Nodes").fetchall()
-            xml = database.execute("SELECT xml_tree FROM Definitions").fetchall()
-        rows.append(([(t - changes[0][0], *rest) for t, *rest in changes], nodes, xml))
-    assert rows[0] == rows[1]
 
 
 @pytest.fixture(scope="module")

@@ -9,8 +9,7 @@ from typing import Any
 
 from bt_manip.bt import Node, NodeStatus
 from bt_manip.runner import Interventions
-
-from .messages import RequestError, field_of
+from bt_manip_groot.messages import RequestError, field_of
 
 BREAKPOINT, REPLACE = 0, 1
 """Modes of a hook: wait until it is unlocked, or only replace the status."""

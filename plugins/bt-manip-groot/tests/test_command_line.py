@@ -9,7 +9,7 @@ import time
 
 import pytest
 
-from tests.groot.client import Client, free_ports, hook
+from .client import Client, free_ports, hook
 
 TREE = (
     '<root BTCPP_format="4"><BehaviorTree ID="Main">'
@@ -62,3 +62,18 @@ def test_a_port_that_is_taken_is_bad_input(command):
         )
     assert done.returncode == 2
     assert f"port {port} of 127.0.0.1 cannot be used: Address already in use" in done.stderr
+
+
+def test_help_lists_the_options_of_the_view():
+    command = [sys.executable, "-m", "bt_manip", "run", "--help"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert "Let Groot2 on this computer monitor the run" in done.stdout
+    assert "--groot-port PORT" in done.stdout
+
+
+@pytest.mark.parametrize("port", ["0", "65535", "x"])
+def test_a_port_that_there_is_not_is_bad_input(command, port):
+    options = ["--groot", "--groot-port", port]
+    done = subprocess.run([*command, *options], capture_output=True, text=True)
+    assert done.returncode == 2
+    assert "must be a whole number from 1 to 65534" in done.stderr

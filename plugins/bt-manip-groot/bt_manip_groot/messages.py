@@ -44,7 +44,7 @@ def field_of(data: Any, name: str, kind: type[Any], below: int = 0) -> Any:
 
 def pack(value: Any) -> bytes:
     """Encode a value as MessagePack as the engine does: sorted keys, the shortest exact numbers."""
-    import msgpack  # of the extra [groot]
+    import msgpack
 
     if isinstance(value, dict):
         items = sorted(value.items())

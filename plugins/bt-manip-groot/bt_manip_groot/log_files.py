@@ -14,8 +14,7 @@ from bt_manip.bt import NodeStatus, instance_to_xml
 from bt_manip.exceptions import BtManipError
 from bt_manip.record import RecordingError, check_exists, open_output
 from bt_manip.runner import Run, RunEvent, RunObserver
-
-from .messages import HIGHEST_UID, transition
+from bt_manip_groot.messages import HIGHEST_UID, transition
 
 if TYPE_CHECKING:
     from bt_manip.record import Recording

@@ -1,6 +1,5 @@
 """The publisher answers as that of BehaviorTree.CPP, and leaves the run alone."""
 
-import importlib.util
 import json
 import random
 import socket
@@ -16,12 +15,12 @@ from bt_manip import build_station
 from bt_manip.behaviours import MoveHome, MoveToConfiguration
 from bt_manip.bt import BehaviourRegistry, Sequence, Sleep, Tree, parse_tree
 from bt_manip.exceptions import BtManipError
-from bt_manip.groot import GrootPublisher
 from bt_manip.record import Recorder
 from bt_manip.runner import Run, RunObserver, RunRequest, TreeSource
-from tests.conformance.leaves import corpus_registry
-from tests.conformance.options import options_in, parse_options
-from tests.groot.client import Client, free_ports, hook
+from bt_manip_groot.publisher import GrootPublisher
+
+from .client import Client, free_ports, hook
+from .conftest import sample_tree
 
 TICKS_BEFORE = {1: 1, 2: 1, 3: 1, 4: 1, 8: 1, 9: 5}
 """Ticks of the tree before some requests of the transcript, by their index."""
@@ -48,8 +47,7 @@ def decoded(request, parts):
 
 def test_the_transcript_of_groot2_gets_the_same_replies(groot2, watch):
     document = (groot2 / "demo.xml").read_text()
-    options = parse_options(options_in(document))
-    tree = parse_tree(document, corpus_registry([]), blackboard=options.blackboard())
+    tree = sample_tree(document)
     watched = watch(tree)
     client, steps = watched.client, watched.steps
     uuids = set()
@@ -171,12 +169,6 @@ def test_a_port_that_is_taken_is_named():
         with pytest.raises(BtManipError, match=f"port {port + 1} .*--groot-port"):
             GrootPublisher(port)
     GrootPublisher(port).close()
-
-
-def test_without_the_packages_one_line_names_the_extra(monkeypatch):
-    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
-    with pytest.raises(BtManipError, match=r"pip install 'bt-manip\[groot\]'"):
-        GrootPublisher()
 
 
 def messages(number):

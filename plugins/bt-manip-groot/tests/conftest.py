@@ -7,17 +7,40 @@ from pathlib import Path
 import pytest
 
 from bt_manip import build_station
-from bt_manip.groot import GrootPublisher
+from bt_manip.bt import Action, BehaviourRegistry, Blackboard, Input, Status, Tree, parse_tree
 from bt_manip.runner import Run, RunObserver, RunRequest, TreeSource
-from tests.groot.client import Client, free_ports
+from bt_manip_groot.publisher import GrootPublisher
 
-REPOSITORY = Path(__file__).resolve().parents[2]
+from .client import Client, free_ports
+
+
+class Scripted(Action):
+    """Walks a list of outcomes, as the leaf of this name in the engine's sample."""
+
+    outcomes = Input(str, default="S")
+    mode = Input(str, default="hold")
+    _ticks = 0
+
+    def update(self) -> Status:
+        letters = self.outcomes.split(",")
+        self._ticks += 1
+        last = (self._ticks - 1) % len(letters) if self.mode == "cycle" else -1
+        return {"S": Status.SUCCESS, "F": Status.FAILURE, "R": Status.RUNNING}[letters[last]]
+
+
+def sample_tree(document: str) -> Tree:
+    """Give the tree of the engine's sample, with the entries that its blackboard begins with."""
+    registry = BehaviourRegistry()
+    registry.register(Scripted)
+    blackboard = Blackboard()
+    blackboard["x"], blackboard["name"] = 1, "panda"
+    return parse_tree(document, registry, blackboard=blackboard)
 
 
 @pytest.fixture(scope="session")
 def groot2() -> Path:
     """Give the folder with the engine's transcript and log files, or skip the test."""
-    root = Path(os.environ.get("BTCPP_ROOT", REPOSITORY.parent / "shared" / "btcpp"))
+    root = Path(os.environ.get("BTCPP_ROOT", "shared/btcpp"))
     if not (root / "groot2").is_dir():
         pytest.skip(f"no transcript of BehaviorTree.CPP at {root}")
     return root / "groot2"
@@ -96,9 +119,3 @@ def watch(parts):
     yield start
     for one in started:
         one.stop()
-
-
-@pytest.fixture(autouse=True)
-def tests_share_stations(shared_stations, station_pool, monkeypatch) -> None:
-    """Let runs and tests have the stations of the tests before."""
-    monkeypatch.setattr("bt_manip.plugins.stations.make_station", station_pool.build)

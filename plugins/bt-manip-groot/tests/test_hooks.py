@@ -8,8 +8,9 @@ from py_trees.behaviours import Running
 
 from bt_manip.behaviours import MoveHome, MoveToConfiguration
 from bt_manip.bt import Action, AlwaysSuccess, Fallback, Sequence, Sleep, Status, Tree
-from bt_manip.groot import publisher as publisher_module
-from tests.groot.client import hook, unlock
+from bt_manip_groot import publisher as publisher_module
+
+from .client import hook, unlock
 
 IDLE, RUNNING, SUCCESS, FAILURE = range(4)
 

@@ -3,6 +3,8 @@
 import os
 import sqlite3
 import struct
+import subprocess
+import sys
 from contextlib import closing
 from pathlib import Path
 from typing import ClassVar
@@ -10,13 +12,14 @@ from typing import ClassVar
 import pytest
 
 from bt_manip import build_station
-from bt_manip.bt import NodeStatus, Sequence, Sleep, Tree, instance_to_xml, parse_tree
+from bt_manip.behaviours import MoveToConfiguration, RemoveObject, SpawnObject
+from bt_manip.bt import NodeStatus, Sequence, Sleep, Tree, instance_to_xml
 from bt_manip.exceptions import BtManipError
-from bt_manip.groot import BtlogRecorder, SqliteRecorder
-from bt_manip.record import RecordingError
+from bt_manip.record import McapRecorder, RecordingError
 from bt_manip.runner import Run, RunObserver, RunRequest, TreeSource
-from tests.conformance.leaves import corpus_registry
-from tests.conformance.options import options_in, parse_options
+from bt_manip_groot.log_files import BtlogRecorder, SqliteRecorder
+
+from .conftest import sample_tree
 
 
 def read_btlog(path):
@@ -65,8 +68,7 @@ def logs(parts, groot2, tmp_path_factory):
     """Log the 40 ticks of the sample tree; give both files."""
     folder = tmp_path_factory.mktemp("logs")
     document = (groot2 / "demo.xml").read_text()
-    options = parse_options(options_in(document))
-    tree = parse_tree(document, corpus_registry([]), blackboard=options.blackboard())
+    tree = sample_tree(document)
     paths = folder / "demo.btlog", folder / "demo.db3"
     paths[1].write_text("an older file")
     observers = Interventions(), BtlogRecorder(paths[0]), SqliteRecorder(paths[1])
@@ -143,3 +145,44 @@ def test_a_database_does_not_replace_a_pipe(parts, tmp_path):
 def test_a_log_needs_a_path(recorder):
     with pytest.raises(BtManipError, match=rf"--record FILE\{recorder.suffix}"):
         recorder(None)
+
+
+@pytest.fixture(scope="module")
+def recorded(parts, tmp_path_factory):
+    """Record a run as MCAP and as logs; give the folder."""
+    folder = tmp_path_factory.mktemp("recorded")
+    logs = BtlogRecorder(folder / "live.btlog"), SqliteRecorder(folder / "live.db3")
+    tree = Tree(
+        Sequence(
+            "root",
+            SpawnObject("come", object="{cube}"),
+            MoveToConfiguration("turn", configuration=[1.0, -0.7, 0.1, -2.3, 0.0, 1.6, 0.8]),
+            Sleep("rest", msec=50),
+            RemoveObject("go", object="{cube}"),
+            Sleep("end", msec=50),
+        )
+    )
+    run(parts, tree, *logs, McapRecorder(folder / "run.mcap"))
+    return folder
+
+
+def test_logs_of_a_recording_are_those_of_the_run(recorded, tmp_path):
+    for name in ("run.btlog", "run.db3"):
+        command = ["export", recorded / "run.mcap", "-o", tmp_path / name]
+        assert subprocess.run([sys.executable, "-m", "bt_manip", *command]).returncode == 0
+    live, exported = (
+        path.read_bytes() for path in (recorded / "live.btlog", tmp_path / "run.btlog")
+    )
+    start = 23 + int.from_bytes(live[19:23], "little")  # of the wall time of the start
+    assert exported[:start] == live[:start] and exported[start + 8 :] == live[start + 8 :]
+    assert len(live) > start + 8 + 10 * 9
+    rows = []
+    for path in (recorded / "live.db3", tmp_path / "run.db3"):
+        changes = read_database(
+            path,
+            "SELECT timestamp, node_uid, duration, state FROM Transitions ORDER BY timestamp",
+        )
+        nodes = read_database(path, "SELECT * FROM Nodes")
+        xml = read_database(path, "SELECT xml_tree FROM Definitions")
+        rows.append(([(t - changes[0][0], *rest) for t, *rest in changes], nodes, xml))
+    assert rows[0] == rows[1]

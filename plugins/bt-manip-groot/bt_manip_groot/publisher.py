@@ -11,11 +11,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from bt_manip.bt import Node, NodeStatus, Tree, instance_to_xml, tree_instances
-from bt_manip.exceptions import BtManipError, require_extra
-from bt_manip.runner import Run, RunEvent, RunObserver
-
-from .hooks import HookTable, key_of
-from .messages import (
+from bt_manip.exceptions import BtManipError
+from bt_manip.runner import Run, RunEvent, RunView
+from bt_manip_groot.hooks import HookTable, key_of
+from bt_manip_groot.messages import (
     HEADER_LENGTH,
     HIGHEST_UID,
     PROTOCOL_VERSION,
@@ -84,7 +83,7 @@ class TreeImage:
         )
 
 
-class GrootPublisher(RunObserver):
+class GrootPublisher(RunView):
     """Answers the requests of Groot2 on loopback, in a thread of its own.
 
     The run's thread leaves the statuses of the nodes here after each tick and takes the hooks
@@ -98,7 +97,7 @@ class GrootPublisher(RunObserver):
             until `close`.
 
     Raises:
-        BtManipError: If a package is missing, or a port is taken.
+        BtManipError: If a port is taken.
     """
 
     kinds = ("tree", "status", "blackboard", "cycle", "tick")
@@ -110,7 +109,6 @@ class GrootPublisher(RunObserver):
         *,
         stays: bool = False,
     ) -> None:
-        require_extra("groot", "--groot", "zmq", "msgpack")
         import zmq
 
         self._tell, self._stays = tell, stays

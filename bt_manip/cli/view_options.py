@@ -1,0 +1,100 @@
+"""The options of ``bt-manip run`` that views of plugins bring: ``--NAME`` and ``--NAME-KEY``."""
+
+import inspect
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import click
+
+from bt_manip.cli.plugin_options import chosen, plugin_options
+from bt_manip.packages import missing
+from bt_manip.parameters import Parameter, parameters_of
+from bt_manip.plugins import PluginSelection, view_factories
+
+_VIEWS = "bt_manip.views"
+_BEFORE = ("real_time", "window", "view")
+"""Options that ``--help`` lists before those of views."""
+
+
+class ViewingCommand(click.Command):
+    """A command with the options of views; the chosen views are its argument ``views``.
+
+    ``views`` has the values of each chosen view's options, by the name of the view.
+    """
+
+    def get_params(self, ctx: click.Context) -> list[click.Parameter]:
+        """Return all options, those of views too."""
+        own = super().get_params(ctx)
+        place = 1 + max(i for i, one in enumerate(own) if one.name in _BEFORE)
+        views = ctx.meta.get(_VIEWS, {})
+        return [*own[:place], *(one for some in views.values() for one in some), *own[place:]]
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Parse the command line, with the options of the views that are installed."""
+        factories = view_factories(_chosen(ctx, args))
+        views = {name: _options(name, make) for name, make in factories.items()}
+        ctx.meta[_VIEWS] = views
+        try:
+            rest = super().parse_args(ctx, args)
+        except click.NoSuchOption as error:
+            if package := missing(error.option_name):
+                raise click.UsageError(f"{error.option_name} {package}", ctx) from None
+            raise
+        found: dict[str, Mapping[str, Any]] = {}
+        for name, (flag, *others) in views.items():
+            values = {one.metavar_key: ctx.params.pop(one.name, None) for one in others}
+            if ctx.params.pop(flag.name, False):
+                found[name] = {key: value for key, value in values.items() if value is not None}
+        ctx.params["views"] = found
+        return rest
+
+
+class _ViewOption(click.Option):
+    """An option of a view; ``metavar_key`` is the name of the factory's argument."""
+
+    metavar_key = ""
+    name: str
+
+
+def _chosen(ctx: click.Context, args: list[str]) -> PluginSelection:
+    """Return the choice of plugins, that of a command line which is not parsed yet, too."""
+    first = plugin_options(click.Command("", add_help_option=False))
+    reading = click.Context(first, ignore_unknown_options=True, allow_extra_args=True)
+    given, _, _ = first.make_parser(reading).parse_args(list(args))
+    folders = [Path(one) for one in given.get("plugins_dir") or () if Path(one).is_dir()]
+    return chosen(ctx).extended(given.get("block") or (), folders)
+
+
+def _options(name: str, make: Callable[..., Any]) -> list[_ViewOption]:
+    """Return the options of a view: the one that opens it, and its parameters."""
+    plain = name.replace("_", "-")
+    summary = (inspect.getdoc(make) or "").partition("\n\n")[0]
+    options = [_ViewOption([f"--{plain}", f"view_{_identifier(name)}"], is_flag=True, help=summary)]
+    for key, parameter in parameters_of(make, keyword_only=True).items():
+        option = _ViewOption(
+            [f"--{plain}-{key.replace('_', '-')}", f"view_{_identifier(name)}_{key}"],
+            help=parameter.described,
+            type=str,  # read by the callback
+            metavar=key.upper(),
+            default=None if parameter.mandatory else parameter.default,
+            show_default=True,
+            callback=_reader(parameter),
+        )
+        option.metavar_key = key
+        options.append(option)
+    return options
+
+
+def _identifier(name: str) -> str:
+    return name.replace("-", "_")
+
+
+def _reader(parameter: Parameter) -> Callable[[click.Context, click.Parameter, Any], Any]:
+    def read(ctx: click.Context, option: click.Parameter, value: Any) -> Any:
+        try:
+            return parameter.read(value) if isinstance(value, str) else value
+        except ValueError as error:
+            raise click.BadParameter(str(error), ctx, option) from None
+
+    return read

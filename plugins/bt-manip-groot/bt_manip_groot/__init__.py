@@ -1,0 +1,1 @@
+"""Groot2 for bt-manip: a publisher for its live monitor, and its log files."""
