@@ -61,10 +61,8 @@ WITHIN_LAYER = {
 }
 """Imports inside a layer: which package, and what it may import."""
 
-MOVED = {"agents": "learn", "demonstrations": "learn", "envs": "learn"}
-"""Modules that say where their contents are now: ``bt_manip_learn.agents``."""
 
-BESIDE = {"__main__", "__init__", *MOVED}
+BESIDE = {"__main__", "__init__"}
 """Modules beside the layers."""
 
 
@@ -221,13 +219,6 @@ def test_no_module_imports_a_package_of_plugins():
         if re.search(rf"^\s*(from|import) {package}\b", path.read_text(), re.MULTILINE)
     ]
     assert not found
-
-
-@pytest.mark.parametrize("name", MOVED)
-def test_the_import_of_what_has_moved_names_the_new_place(name):
-    new = rf"bt_manip_{MOVED[name]}\.{name}, of the package bt-manip-{MOVED[name]}"
-    with pytest.raises(ImportError, match=rf"bt_manip\.{name} is now {new}"):
-        importlib.import_module(f"bt_manip.{name}")
 
 
 def test_every_package_is_in_a_layer():
