@@ -69,7 +69,7 @@ def test_a_video_has_the_options_of_its_recorder(opengl, bt_manip, recording):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ((), "--to or the suffix of --out is one of csv, parquet, npz, mcap, btlog, db3, mp4, gif"),
+        ((), "--to or the suffix of --out is one of csv, parquet, npz, mcap, mp4, gif"),
         (("-o", "run.txt"), "--to or the suffix of --out is one of csv"),
         (("--to", "csv", "--fps", "3"), "--fps is an option of mp4 and gif"),
         (("--to", "csv", "-o", "missing/run.csv"), "there is no folder 'missing'"),
