@@ -28,16 +28,12 @@ class ViewingCommand(click.Command):
         """Return all options, those of views too."""
         own = super().get_params(ctx)
         place = 1 + max(i for i, one in enumerate(own) if one.name in _BEFORE)
-        views = ctx.meta.get(_VIEWS, {})
+        views = self._views(ctx, [])
         return [*own[:place], *(one for some in views.values() for one in some), *own[place:]]
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Parse the command line, with the options of the views that are installed."""
-        from bt_manip.plugins import view_factories
-
-        factories = view_factories(_chosen(ctx, args))
-        views = {name: _options(name, make) for name, make in factories.items()}
-        ctx.meta[_VIEWS] = views
+        views = self._views(ctx, args)
         try:
             rest = super().parse_args(ctx, args)
         except click.NoSuchOption as error:
@@ -51,6 +47,16 @@ class ViewingCommand(click.Command):
                 found[name] = {key: value for key, value in values.items() if value is not None}
         ctx.params["views"] = found
         return rest
+
+    def _views(self, ctx: click.Context, args: list[str]) -> "dict[str, list[_ViewOption]]":
+        """Return the options of each view, which are searched once for a command line."""
+        if _VIEWS not in ctx.meta:
+            from bt_manip.plugins import view_factories
+
+            factories = view_factories(_chosen(ctx, args))
+            ctx.meta[_VIEWS] = {name: _options(name, make) for name, make in factories.items()}
+        found: dict[str, list[_ViewOption]] = ctx.meta[_VIEWS]
+        return found
 
 
 class _ViewOption(click.Option):
