@@ -1,16 +1,17 @@
 """The options of ``bt-manip run`` that views of plugins bring: ``--NAME`` and ``--NAME-KEY``."""
 
-import inspect
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from bt_manip.cli.plugin_options import chosen, plugin_options
 from bt_manip.packages import missing
-from bt_manip.parameters import Parameter, parameters_of
-from bt_manip.plugins import PluginSelection, view_factories
+
+if TYPE_CHECKING:
+    from bt_manip.parameters import Parameter
+    from bt_manip.plugins import PluginSelection
 
 _VIEWS = "bt_manip.views"
 _BEFORE = ("real_time", "window", "view")
@@ -27,14 +28,12 @@ class ViewingCommand(click.Command):
         """Return all options, those of views too."""
         own = super().get_params(ctx)
         place = 1 + max(i for i, one in enumerate(own) if one.name in _BEFORE)
-        views = ctx.meta.get(_VIEWS, {})
+        views = self._views(ctx, [])
         return [*own[:place], *(one for some in views.values() for one in some), *own[place:]]
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Parse the command line, with the options of the views that are installed."""
-        factories = view_factories(_chosen(ctx, args))
-        views = {name: _options(name, make) for name, make in factories.items()}
-        ctx.meta[_VIEWS] = views
+        views = self._views(ctx, args)
         try:
             rest = super().parse_args(ctx, args)
         except click.NoSuchOption as error:
@@ -49,6 +48,16 @@ class ViewingCommand(click.Command):
         ctx.params["views"] = found
         return rest
 
+    def _views(self, ctx: click.Context, args: list[str]) -> "dict[str, list[_ViewOption]]":
+        """Return the options of each view, which are searched once for a command line."""
+        if _VIEWS not in ctx.meta:
+            from bt_manip.plugins import view_factories
+
+            factories = view_factories(_chosen(ctx, args))
+            ctx.meta[_VIEWS] = {name: _options(name, make) for name, make in factories.items()}
+        found: dict[str, list[_ViewOption]] = ctx.meta[_VIEWS]
+        return found
+
 
 class _ViewOption(click.Option):
     """An option of a view; ``metavar_key`` is the name of the factory's argument."""
@@ -57,7 +66,7 @@ class _ViewOption(click.Option):
     name: str
 
 
-def _chosen(ctx: click.Context, args: list[str]) -> PluginSelection:
+def _chosen(ctx: click.Context, args: list[str]) -> "PluginSelection":
     """Return the choice of plugins, that of a command line which is not parsed yet, too."""
     first = plugin_options(click.Command("", add_help_option=False))
     reading = click.Context(first, ignore_unknown_options=True, allow_extra_args=True)
@@ -68,8 +77,10 @@ def _chosen(ctx: click.Context, args: list[str]) -> PluginSelection:
 
 def _options(name: str, make: Callable[..., Any]) -> list[_ViewOption]:
     """Return the options of a view: the one that opens it, and its parameters."""
+    from bt_manip.parameters import parameters_of
+
     plain = name.replace("_", "-")
-    summary = (inspect.getdoc(make) or "").partition("\n\n")[0]
+    summary = " ".join((make.__doc__ or "").partition("\n\n")[0].split())
     options = [_ViewOption([f"--{plain}", f"view_{_identifier(name)}"], is_flag=True, help=summary)]
     for key, parameter in parameters_of(make, keyword_only=True).items():
         option = _ViewOption(
@@ -90,7 +101,7 @@ def _identifier(name: str) -> str:
     return name.replace("-", "_")
 
 
-def _reader(parameter: Parameter) -> Callable[[click.Context, click.Parameter, Any], Any]:
+def _reader(parameter: "Parameter") -> Callable[[click.Context, click.Parameter, Any], Any]:
     def read(ctx: click.Context, option: click.Parameter, value: Any) -> Any:
         try:
             return parameter.read(value) if isinstance(value, str) else value
