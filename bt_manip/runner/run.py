@@ -79,7 +79,7 @@ class Run:
         self.stop, request = stop, self.request
         with RunLoop(self, observers) as loop:
             while request.cycles == 0 or self.cycle < request.cycles:
-                if loop.cycle(self.cycle, stop=stop) is None:
+                if loop.cycle(self.cycle, stop=lambda: self.stop()) is None:
                     return
 
     def begin_episode(self, episode: int, seed: int | None = None) -> None:

@@ -119,7 +119,7 @@ def test_a_process_that_leaves_does_not_end_its_run(tmp_path, bt_manip):
     assert "ended without an end" in report.error
     shown = bt_manip("report", tmp_path / "r.mcap")
     assert "The recording ended without an end, at " in shown.out
-    assert "ended without an end" in (tmp_path / "r.html").read_text()
+    assert "This recording is incomplete:" in (tmp_path / "r.html").read_text()
 
 
 def test_a_killed_run_leaves_the_cycles_that_had_ended(killed):

@@ -97,7 +97,7 @@ def test_the_parameters_of_a_fault_are_listed_with_bounds_and_unit(bt_manip):
 def test_the_ports_of_a_behaviour_are_listed_with_bounds_and_unit(bt_manip):
     out = bt_manip("list", "behaviours", "MoveHome").out
     assert "  speed (input, double, above 0 and at most 1, default 1.0): Fraction of the arm" in out
-    assert "  wait (input, double, at least 0, default 10.0): Longest simulated time" in out
+    assert "  wait (input, double, at least 0, default 10.0): Timeout for another robot" in out
 
 
 def test_tasks_are_listed_with_the_robots_that_can_do_them(bt_manip):

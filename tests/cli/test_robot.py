@@ -62,7 +62,7 @@ def test_check_exits_with_1_if_there_are_findings(bt_manip, described, tmp_path)
     wrong.write_text(text.replace("velocity = [1.5", "velocity = [-1.5"))
     code, out, err = bt_manip("robot", "check", wrong)
     assert code == 1
-    assert "key 'velocity' is a number above 0, got -1.5" in out
+    assert "key 'velocity' is a positive number [rad/s], got -1.5" in out
     assert err == f"{wrong}: 1 finding\n"
 
 

@@ -107,7 +107,7 @@ BROKEN = {
         @hookimpl
         def register_objects(register): register("odd", Odd)
         """,
-        "object 'odd' calls its kind 'od', by which a snapshot could not make it again; "
+        "object 'odd' has the kind 'od', from which a snapshot could not recreate it; "
         "did you mean 'odd'?",
     ),
     "name of another plugin's part": (
