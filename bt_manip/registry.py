@@ -26,7 +26,8 @@ class UnknownPartError(BtManipError):
 
     def __init__(self, kind: str, name: str, known: tuple[str, ...], note: str = "") -> None:
         package = missing(name)
-        hint = f"; it {package}" if package else did_you_mean(name, known)
+        nearest = did_you_mean(name, known) or "; no plugin brings one"
+        hint = f"; it {package}" if package else nearest
         super().__init__(f"unknown {kind} '{name}'{hint}{note}")
         self.kind = kind
         self.name = name

@@ -13,7 +13,7 @@ from .run import Run
 from .station import Station, make_station
 from .tree_source import Clock, TreeSource
 from .variation import with_varied
-from .xml_tree import READING, Warn, known_behaviours, load_document
+from .xml_tree import READING, Warn, load_document
 
 
 def prepare(
@@ -84,7 +84,7 @@ def load_source(
     """
     if source.kind == "python":
         return make_tree(source, settings, clock)
-    return load_document(source, known_behaviours(parts), settings, clock, warn, reading=reading)
+    return load_document(source, parts, settings, clock, warn, reading=reading)
 
 
 def prepare_station(request: RunRequest, parts: Parts) -> Station:

@@ -22,7 +22,7 @@ Warn = Callable[[str], None]
 
 def load_document(
     source: TreeSource,
-    behaviours: BehaviourRegistry,
+    parts: Parts,
     settings: Mapping[str, str],
     clock: Clock,
     warn: Warn,
@@ -36,7 +36,7 @@ def load_document(
 
     Args:
         source: Where the document is.
-        behaviours: The behaviours that it may name.
+        parts: The registered parts, whose behaviours it may name.
         settings: Values for some of its keys, as text.
         clock: The clock that the tree's waits count [s].
         warn: Takes what is strange in the document without being wrong.
@@ -46,7 +46,7 @@ def load_document(
         BtManipError: When the document is wrong, or a setting does not fit it.
     """
     assert source.path is not None
-    found = read_tree(source.path, behaviours, reading, clock=clock)
+    found = read_tree(source.path, known_behaviours(parts), reading, clock=clock)
     for warning in found.warnings:
         warn(str(warning))
     tree = found.usable_tree()

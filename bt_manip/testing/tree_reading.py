@@ -7,7 +7,7 @@ from typing import Any
 from bt_manip.bt import ReadingOptions, Rule, Tree, find_rule
 from bt_manip.exceptions import BtManipError, did_you_mean
 from bt_manip.registry import Parts
-from bt_manip.runner import find_tree, known_behaviours, load_document, make_tree
+from bt_manip.runner import find_tree, load_document, make_tree
 from bt_manip.testing.stubs import Stub
 
 Substitute = Mapping[str, "Stub | Rule"]
@@ -47,9 +47,8 @@ def read_test_tree(
     rules = {pattern: _rule(rule) for pattern, rule in (substitute or {}).items()}
 
     def read(rules: Mapping[str, Rule]) -> Tree:
-        known = known_behaviours(parts)
         options = ReadingOptions(dialect="auto", substitutions=rules)
-        return load_document(source, known, texts, clock, warn=lambda _: None, reading=options)
+        return load_document(source, parts, texts, clock, warn=lambda _: None, reading=options)
 
     tree = read(rules)
     idle = _idle(rules, tree)

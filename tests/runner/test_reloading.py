@@ -8,6 +8,7 @@ import pytest
 
 from bt_manip.bt import BehaviourRegistry
 from bt_manip.exceptions import BtManipError
+from bt_manip.registry import Parts
 from bt_manip.runner import Hardware, Run, RunObserver, RunRequest, TreeSource
 from bt_manip.runner.reloading import Reloader
 from bt_manip.runner.xml_tree import load_document
@@ -55,7 +56,7 @@ def run(tmp_path, edited):
     cell, told = Cell(), []
     source = TreeSource("task", "xml", path=path)
     behaviours = BehaviourRegistry()
-    tree = load_document(source, behaviours, {"note": "wild"}, lambda: cell.time, told.append)
+    tree = load_document(source, Parts(), {"note": "wild"}, lambda: cell.time, told.append)
     randomizer = SimpleNamespace(begin=lambda cycle: None)
     station = SimpleNamespace(cell=cell, randomizer=randomizer, robots={}, hardware=Hardware(cell))
 
