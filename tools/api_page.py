@@ -34,7 +34,7 @@ STABLE = {
     "bt_manip.control": "Controller",
     "bt_manip.models": "ModelError MjcfModel ModelFormat ModelCache",
     "bt_manip.plugins": "load_plugins",
-    "bt_manip.runner": "Station RunObserver prepare request_of",
+    "bt_manip.runner": "Station RunObserver RunView prepare request_of",
     "bt_manip.scenes": "Scene SceneRobot SceneObject PoseSource",
     "bt_manip.testing": "Stub Example contracts_of trees_of run_tree play assert_tower Check",
     "bt_manip.grippers": "TwoFingerGripper two_finger_gripper find_fingers",
@@ -99,7 +99,7 @@ EXPERIMENTAL = {
     "bt_manip.runner": (
         "TreeResult RunRequest Run find_tree save_snapshot load_snapshot EventQueue RunEvent "
         "KINDS TreeSource Interventions CommandedRobot RunLoop Actor RunModifier make_station "
-        "load_source next_digest recorder_for RunView"
+        "load_source next_digest recorder_for"
     ),
     "bt_manip.scenes": "table_and_basket two_arms scene_of Level",
     "bt_manip.testing": (
