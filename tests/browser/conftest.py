@@ -293,7 +293,11 @@ class Window:
             " const v = nodeRefFromName[name].getWorldPosition(camera.position.clone());"
             " return nodeRefFromName[''].worldToLocal(v).toArray(); }"
         )
+        self._await_node(node)
         return np.array(self.evaluate(script, node))
+
+    def _await_node(self, node: str) -> None:
+        self.frame.wait_for_function("name => __viserMutable.nodeRefFromName[name]", arg=node)
 
     def drag(self, start: tuple[float, float], end: tuple[float, float]) -> None:
         """Drag with the left button of the mouse from one point of the page to another."""
@@ -310,6 +314,7 @@ class Window:
             node: Name of a node of the scene.
             offset: From its origin to the point, in the frame of the world [m].
         """
+        self._await_node(node)
         x, y = self.evaluate(
             "([name, [x, y, z]]) => {"
             " const { nodeRefFromName, camera } = __viserMutable;"
