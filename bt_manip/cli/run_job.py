@@ -32,6 +32,13 @@ if TYPE_CHECKING:
 class RunJob:
     """One run from its options to its report.
 
+    Args:
+        interrupt: The handler of Ctrl-C.
+        open_page: Returns the page on which the run is shown; None for none.
+        station: As for `bt_manip.runner.prepare`.
+        views: The views of plugins that stay after this run, by name; the run adds those that
+            it opens. None: they end with this run.
+
     Attributes:
         options: The options.
         run: The run, once it is prepared.
@@ -48,16 +55,6 @@ class RunJob:
         station: "Station | None" = None,
         views: "dict[str, RunView] | None" = None,
     ) -> None:
-        """Keep the options.
-
-        Args:
-            options: The options.
-            interrupt: The handler of Ctrl-C.
-            open_page: Returns the page on which the run is shown; None for none.
-            station: As for `bt_manip.runner.prepare`.
-            views: The views of plugins that stay after this run, by name; the run adds those that
-                it opens. None: they end with this run.
-        """
         self.options = options
         self._interrupt = interrupt
         self._open_page = open_page
