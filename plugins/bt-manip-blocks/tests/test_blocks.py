@@ -232,7 +232,7 @@ def test_rows_of_a_tray_are_where_it_says():
         (lambda: ColouredBlock(size=0.0), "size must be"),
         (lambda: SortingTray(colours=("red", "red")), "one row for each"),
         (lambda: SortingTray(colours=("rde",)), "no colour 'rde'"),
-        (lambda: SortingTray(slots=0), "at least one block"),
+        (lambda: SortingTray(slots=0), "slots must be a whole number of at least 1, got 0"),
         (lambda: SortingTray().row("violet"), "no row for 'violet'"),
     ],
 )
