@@ -46,8 +46,8 @@ STABLE = {
 EXPERIMENTAL = {
     "bt_manip": "__version__ load_plugins load_tree lazy_exports",
     "bt_manip.exceptions": (
-        "PortError BlackboardError ScriptError UnknownBehaviourError NodeError did_you_mean "
-        "one_line shown ANY_BUT_INTERRUPT reason_of"
+        "PortError BoundsError BlackboardError ScriptError UnknownBehaviourError NodeError "
+        "did_you_mean one_line shown ANY_BUT_INTERRUPT reason_of"
     ),
     "bt_manip.spatial": "quat_wxyz",
     "bt_manip.bt": (
@@ -148,7 +148,7 @@ EXPERIMENTAL = {
     "bt_manip.robot_setup": "describe_robot try_robot why_not",
     "bt_manip.toml": "Key TomlTable documented read_part",
     "bt_manip.cli": (
-        "COMMON FAILED SUCCESS StationOptions chosen complete_part exit_code_help "
+        "FAILED SUCCESS StationOptions chosen complete_part exit_code_help "
         "load_chosen_plugins run_tracked takes vary_option workers_option"
     ),
 }

@@ -9,7 +9,6 @@ from bt_manip import lazy_exports
 
 if TYPE_CHECKING:
     from bt_manip.cli.completion import complete_part as complete_part
-    from bt_manip.cli.exit_codes import COMMON as COMMON
     from bt_manip.cli.exit_codes import FAILED as FAILED
     from bt_manip.cli.exit_codes import SUCCESS as SUCCESS
     from bt_manip.cli.exit_codes import exit_code_help as exit_code_help
@@ -25,7 +24,7 @@ __getattr__ = lazy_exports(
     __name__,
     {
         "bt_manip.cli.completion": "complete_part",
-        "bt_manip.cli.exit_codes": "COMMON FAILED SUCCESS exit_code_help",
+        "bt_manip.cli.exit_codes": "FAILED SUCCESS exit_code_help",
         "bt_manip.cli.options": "StationOptions takes vary_option workers_option",
         "bt_manip.cli.plugin_options": "chosen load_chosen_plugins",
         "bt_manip.cli.tracked_episodes": "run_tracked",

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import click
 
 from bt_manip.cli.completion import complete_part
-from bt_manip.cli.exit_codes import COMMON, FAILED, INTERRUPTED, SUCCESS, exit_code_help
+from bt_manip.cli.exit_codes import FAILED, INTERRUPTED, SUCCESS, exit_code_help
 from bt_manip.cli.options import Function, StationOptions, takes, vary_option, workers_option
 from bt_manip.cli.plugin_options import chosen, load_chosen_plugins
 from bt_manip.exceptions import require_extra
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 SHOWN = 10
 """Number of episodes in which only one of two fails that are listed with their commands."""
 
-_EPILOG = exit_code_help({SUCCESS: "every episode succeeded", FAILED: "one did not", **COMMON})
+_EPILOG = exit_code_help({SUCCESS: "every episode succeeded", FAILED: "one did not"})
 
 _OPTIONS: tuple[Callable[[Function], Function], ...] = (
     click.option(

@@ -20,6 +20,12 @@ COMMON: Mapping[int, str] = {BAD_INPUT: "bad input", INTERRUPTED: "interrupted"}
 """Meanings that most commands share."""
 
 
-def exit_code_help(meanings: Mapping[int, str]) -> str:
-    """Return the sentence about exit codes in the help of a command."""
+def exit_code_help(meanings: Mapping[int, str], *, common: Mapping[int, str] = COMMON) -> str:
+    """Return the sentence about exit codes in the help of a command.
+
+    Args:
+        meanings: The meanings of a command's exit codes.
+        common: Meanings of exit codes that it shares with other commands.
+    """
+    meanings = {**common, **meanings}
     return f"Exit codes: {', '.join(f'{code} {meanings[code]}' for code in sorted(meanings))}."

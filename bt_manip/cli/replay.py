@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from bt_manip.cli.exit_codes import BAD_INPUT, COMMON, SUCCESS, exit_code_help
+from bt_manip.cli.exit_codes import BAD_INPUT, SUCCESS, exit_code_help
 from bt_manip.cli.foreign_trees import ForeignTrees
 from bt_manip.cli.interrupt import Interrupt
 from bt_manip.cli.options import given_options, takes
@@ -23,7 +23,9 @@ RECORDED = ("tree", "cycles", "seed", "robot", "controller", "scene", "planner",
 
 
 @click.command(
-    epilog=exit_code_help({SUCCESS: "after Ctrl-C, which ends it", BAD_INPUT: COMMON[BAD_INPUT]})
+    epilog=exit_code_help(
+        {SUCCESS: "after Ctrl-C, which ends it", BAD_INPUT: "bad input"}, common={}
+    )
     + " With --continue they are those of bt-manip run."
 )
 @click.argument("recording", type=click.Path(path_type=Path), metavar="FILE.mcap")

@@ -5,7 +5,7 @@ from dataclasses import replace
 import click
 
 from bt_manip.cli.completion import complete_part
-from bt_manip.cli.exit_codes import COMMON, FAILED, FAULT, INTERRUPTED, SUCCESS, exit_code_help
+from bt_manip.cli.exit_codes import FAILED, FAULT, INTERRUPTED, SUCCESS, exit_code_help
 from bt_manip.cli.interrupt import Interrupt
 from bt_manip.cli.options import takes
 from bt_manip.cli.run_options import RunOptions
@@ -21,7 +21,6 @@ _EPILOG = exit_code_help({
     SUCCESS: "every cycle succeeded",
     FAILED: "a cycle failed",
     FAULT: "an internal fault (a plugin raised, the physics diverged, a file could not be written)",
-    **COMMON,
 })  # fmt: skip
 
 
@@ -46,7 +45,7 @@ def run(interrupt: Interrupt, options: RunOptions) -> int:
 
 @click.command(
     cls=ViewingCommand,
-    epilog=exit_code_help({**COMMON, INTERRUPTED: "after Ctrl-C, which ends it"}),
+    epilog=exit_code_help({INTERRUPTED: "after Ctrl-C, which ends it"}),
 )
 @click.argument("tree", required=False, default="", shell_complete=complete_part("trees"))
 @takes(RunOptions, without=OF_ONE_RUN)

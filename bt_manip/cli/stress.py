@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from bt_manip.cli.completion import complete_part
-from bt_manip.cli.exit_codes import COMMON, FAILED, SUCCESS, exit_code_help
+from bt_manip.cli.exit_codes import FAILED, SUCCESS, exit_code_help
 from bt_manip.cli.options import StationOptions, takes, workers_option
 from bt_manip.cli.plugin_options import chosen, load_chosen_plugins
 
@@ -25,7 +25,6 @@ BEGIN, END = "<!-- stress -->", "<!-- /stress -->"
         {
             SUCCESS: "every cycle ended honestly and the next one reached its goal",
             FAILED: "one did not",
-            **COMMON,
         }
     )  # fmt: skip
 )

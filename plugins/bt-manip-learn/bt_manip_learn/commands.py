@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import click
 
 from bt_manip.cli import (
-    COMMON,
     FAILED,
     SUCCESS,
     StationOptions,
@@ -73,9 +72,7 @@ def demos() -> None:
     """
 
 
-@demos.command(
-    epilog=exit_code_help({SUCCESS: "every episode succeeded", FAILED: "one failed", **COMMON})
-)
+@demos.command(epilog=exit_code_help({SUCCESS: "every episode succeeded", FAILED: "one failed"}))
 @click.argument("tree", shell_complete=complete_part("trees"))
 @click.option(
     "--episodes", type=click.IntRange(min=1), default=10, show_default=True, metavar="N",
