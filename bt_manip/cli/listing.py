@@ -162,7 +162,7 @@ def _describe(plugins: "Plugins", kind: str, name: str) -> None:
 
 
 def _parameters(kind: str, part: Any) -> "Mapping[str, Parameter]":
-    """Return what can be given to a part by name, as declared."""
+    """Return the declared ports or parameters of a part by name."""
     if kind == "recorders":
         return parameters_of(part, keyword_only=True)
     if kind == "faults":

@@ -299,6 +299,8 @@ class PageSession:
         assert self._page is not None
         if self._station is not None:
             self._page.begin_idle(self._station)
+            if self._loop is not None:
+                self._loop.close()
             self._loop = RunLoop(self._station.resting())
             self._loop.open()
 
