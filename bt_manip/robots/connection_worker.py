@@ -7,6 +7,7 @@ memory that both processes share, so that a busy parent never delays a cycle.
 
 import gc
 import mmap
+import signal
 import time
 from multiprocessing.connection import Connection
 from pkgutil import resolve_name
@@ -14,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bt_manip.exceptions import BtManipError, one_line
+from bt_manip.exceptions import ANY_BUT_INTERRUPT, BtManipError, one_line
 
 from .device import ArmDevice, DeviceError, DeviceState, GripperDevice
 from .motion_limits import CONTROL_STEP, MotionLimits
@@ -27,6 +28,15 @@ HEADER = 64
 
 REST_TIME = 0.1
 """Time at rest after which a motion is ended [s]."""
+
+LONGEST_LOSS = 0.02
+"""Robot's time without a reading after which a motion is stopped [s]."""
+
+LONGEST_PAUSE = 1.0
+"""Robot's time that passes between two readings at rest, at most [s]."""
+
+GUARD_TOLERANCE = 0.05
+"""Part of the limits by which a reference may exceed them against those written before it."""
 
 MOVED = 0.02
 """Distance of a joint from the first reference from which it was moved by someone else [rad]."""
@@ -102,7 +112,12 @@ class SharedReadings:
 
 
 class ArmWorker:
-    """Streams references to an arm from a table that the parent sends ahead."""
+    """Streams references to an arm from a table that the parent sends ahead.
+
+    Every table ends at rest. After a fault that the device does not report itself, such as an
+    invalid reading, the motion goes on to this end while new setpoints are refused. Setpoints are
+    passed over only as far as the vendor's controller extrapolates the reference.
+    """
 
     def __init__(self, device: ArmDevice, pipe: Connection, limits: MotionLimits) -> None:
         self._device, self._pipe, self._limits = device, pipe, limits
@@ -110,31 +125,34 @@ class ArmWorker:
         self._table = np.empty((0, len(limits.lower)))
         self._first = self._setpoint = self._rested = 0
         self._time = 0.0  # [s] of the robot, of the last reading
+        self._repeated = 0  # readings with the same time, one after the other
         self._streaming = self._orphaned = False
         self._waiting: list[tuple[Any, ...]] = []  # commands for an arm at rest
-        self._refused = ""  # a command that the device has refused
+        self._refused = ""  # why the arm has to recover, where the device does not say it
+        self._state: DeviceState | None = None  # the last valid reading
+        self._written = np.empty((0, len(limits.lower)))  # the last two references
+        self._passed = 1  # setpoints from the one to the other
+
+    def end(self, *_: Any) -> None:
+        """End, once the arm is at rest."""
+        self._orphaned = True
 
     def run(self, shared: SharedReadings) -> None:
         """Make cycles until the parent has ended and the arm is at rest."""
         header, last = shared.header, time.perf_counter()
         self._header = header
         while not (self._orphaned and not self._streaming):
-            state = self._device.read()
+            state = self._read()
             now = time.perf_counter()
             if self._streaming:
                 header[Field.LONGEST] = max(header[Field.LONGEST], now - last)
             last = now
-            cycles = 1
-            if state.time and self._time:  # lost cycles have passed for the robot, too
-                cycles = max(1, round((state.time - self._time) / self._device.period))
-            self._time = state.time
-            if self._streaming:
-                header[Field.LOST] += cycles - 1
+            cycles = self._cycles(state.time)
             before = self._setpoint
             self._setpoint += cycles * self._setpoints_per_cycle
-            problem = state.problem or self._refused
-            if problem and self._streaming:
+            if state.problem and self._streaming:
                 self._end()
+            problem = state.problem or self._refused
             held = state.q if state.q_held is None else state.q_held
             oldest = max(before, self._setpoint - KEPT_SETPOINTS) + 1
             for number in range(oldest, self._setpoint + 1):
@@ -145,12 +163,91 @@ class ArmWorker:
             header[Field.SETPOINT] = self._setpoint
             self._take_messages(state)
             if self._streaming:
-                self._device.write(self._reference(self._setpoint))
-                self._rested = self._rested + 1 if self._setpoint >= self._end_setpoint else 0
-                if self._rested * self._device.period > REST_TIME:
-                    self._end()
+                self._write(cycles)
             while self._waiting and not self._streaming:
                 self._command(*self._waiting.pop(0))
+
+    def _read(self) -> DeviceState:
+        """Return the device's reading; the last valid one, and a fault, where it is invalid."""
+        try:
+            state = self._device.read()
+            problem = state_problem(state, len(self._limits.lower))
+            if not problem:
+                self._state = state
+                return state
+        except ANY_BUT_INTERRUPT as error:
+            problem = f"the reading failed: {type(error).__name__}: {one_line(error)}"
+            time.sleep(self._device.period)  # what a reading waits for
+        if self._state is None:
+            raise DeviceError(problem)
+        self._refused = self._refused or problem
+        return self._state._replace(problem="", time=0.0)
+
+    def _cycles(self, now: float) -> int:
+        """Return the cycles that count as passed with a reading; a clock that jumps is a fault.
+
+        Args:
+            now: The robot's time of the reading [s]; 0 where it has none.
+        """
+        before, self._time = self._time, now
+        if not now or not before:
+            return 1
+        period = self._device.period
+        cycles = (now - before) / period
+        if not self._streaming:
+            return max(1, round(min(cycles, LONGEST_PAUSE / period)))
+        lost = round(min(cycles, 1e9)) - 1
+        self._repeated = self._repeated + 1 if lost < 0 else 0
+        self._header[Field.LOST] += max(lost, 0)
+        if abs(now - before) > LONGEST_LOSS + period or self._repeated * period > LONGEST_LOSS:
+            change = f"went from {before:.4f} to {now:.4f} s"
+            self._refused = self._refused or f"the robot's clock {change} in a cycle of a motion"
+        return 1 + max(lost, 0) if lost <= self._device.extrapolated_cycles else 1
+
+    def _write(self, cycles: int) -> None:
+        """Write the present reference, where it is within the limits; end the motion at rest.
+
+        Args:
+            cycles: Cycles since the last reference.
+        """
+        q, passed = self._reference(self._setpoint), cycles * self._setpoints_per_cycle
+        problem = self._guard(q, passed)
+        if not problem:
+            try:
+                self._device.write(q)
+            except ANY_BUT_INTERRUPT as error:
+                problem = f"{type(error).__name__}: {one_line(error)}"
+        if problem:
+            self._refused = self._refused or f"a reference could not be written: {problem}"
+            self._end()
+            return
+        self._written, self._passed = np.stack([self._written[-1], q]), passed
+        self._rested = self._rested + 1 if self._setpoint >= self._end_setpoint else 0
+        if self._rested * self._device.period > REST_TIME:
+            self._end()
+
+    def _guard(self, q: np.ndarray, passed: int) -> str:
+        """Return which limit a reference exceeds against the last two that were written.
+
+        Args:
+            q: The reference [rad].  # (nq,)
+            passed: Setpoints since the last one.
+        """
+        dt, dt_before = passed * CONTROL_STEP, self._passed * CONTROL_STEP
+        v, v_before = (
+            (q - self._written[-1]) / dt,
+            (self._written[-1] - self._written[0]) / dt_before,
+        )
+        a, limits = (v - v_before) / (0.5 * (dt + dt_before)), self._limits
+        for what, values, most in (
+            ("velocity", v, limits.velocity),
+            ("acceleration", a, limits.acceleration),
+        ):
+            exceeded = np.abs(values) > most * (1.0 + GUARD_TOLERANCE) + 1e-3
+            if exceeded.any():
+                joint = int(exceeded.argmax())
+                return f"{what} of joint {joint + 1}: {values[joint]:.3g}"
+        return ""
 
     @property
     def _end_setpoint(self) -> int:
@@ -166,8 +263,8 @@ class ArmWorker:
         self._streaming, self._rested = False, 0
         try:
             self._device.finish()
-        except DeviceError as error:
-            self._refused = str(error)
+        except Exception as error:
+            self._refused = self._refused or f"the motion could not be ended: {one_line(error)}"
 
     def _take_messages(self, state: DeviceState) -> None:
         try:
@@ -190,8 +287,8 @@ class ArmWorker:
             if kind == "recover":
                 self._refused = ""
             getattr(self._device, kind)(*arguments)
-        except DeviceError as error:
-            self._refused = str(error)
+        except Exception as error:
+            self._refused = one_line(error)
 
     def _splice(self, state: DeviceState, first: int, setpoints: np.ndarray) -> tuple[str, str]:
         """Take setpoints from a future one on; return whether, and why not.
@@ -229,11 +326,41 @@ class ArmWorker:
             return "", ""
         try:
             self._device.start()
-        except DeviceError as error:
-            self._refused = str(error)
-            return "problem", str(error)
+        except Exception as error:
+            self._refused = one_line(error)
+            return "problem", self._refused
         self._table, self._first, self._streaming, self._rested = setpoints, first, True, 0
+        self._time, self._repeated = 0.0, 0  # a start may take more than a cycle
+        self._written, self._passed = np.repeat(setpoints[:1], 2, axis=0), 1
         return "", ""
+
+
+def state_problem(state: Any, joints: int) -> str:
+    """Return what is wrong with a reading of a device; empty if it is valid.
+
+    Args:
+        state: What `ArmDevice.read` has returned.
+        joints: The number of joints.
+    """
+    if not isinstance(state, DeviceState):
+        return f"a reading is no DeviceState but {type(state).__name__}"
+    for name in ("q", "v", "tau", "tau_external", "q_held"):
+        values = getattr(state, name)
+        if name == "q_held" and values is None:
+            continue
+        try:
+            array = np.asarray(values, dtype=float)
+        except (TypeError, ValueError):
+            return f"a reading has a '{name}' that is no array of numbers"
+        if name == "q" and array.shape != (joints,):
+            return f"the arm has {array.size} joints, the robot of the run has {joints}"
+        if array.shape != (joints,):
+            return f"a reading has a '{name}' of shape {array.shape}, not ({joints},)"
+        if not np.isfinite(array).all():
+            return f"a reading has a '{name}' that is not finite"
+    if not np.isfinite(state.time):
+        return "a reading has a 'time' that is not finite"
+    return ""
 
 
 def _made(factory: str, address: str) -> Any:
@@ -263,17 +390,18 @@ def serve_arm(
         pipe.send(("error", str(error)))
         return
     try:
-        state = device.read()
         joints = len(limits.lower)
-        if len(state.q) != joints:
-            text = f"the arm has {len(state.q)} joints, the robot of the run has {joints}"
-            pipe.send(("error", f"{address}: {text}"))
+        if problem := state_problem(device.read(), joints):
+            pipe.send(("error", f"{address}: {problem}"))
             return
         pipe.send(("connected", device.properties))
+        worker = ArmWorker(device, pipe, limits)
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, worker.end)
         gc.collect()
         gc.freeze()
         gc.disable()  # a collection would be a gap
-        ArmWorker(device, pipe, limits).run(SharedReadings(memory, joints))
+        worker.run(SharedReadings(memory, joints))
     finally:
         device.close()
 
@@ -288,8 +416,7 @@ def main(descriptor: int) -> None:
             return
         file, *arguments = arguments
         joints = len(arguments[-1].lower)
-        with mmap.mmap(file, SharedReadings.size(joints)) as memory:
-            serve_arm(pipe, memory, *arguments)
+        serve_arm(pipe, mmap.mmap(file, SharedReadings.size(joints)), *arguments)
 
 
 def serve_gripper(pipe: Connection, factory: str, address: str) -> None:

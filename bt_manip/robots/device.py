@@ -41,8 +41,8 @@ class DeviceState(NamedTuple):
         recoverable: Whether `ArmDevice.recover` clears the problem.
         q_held: Configuration that the vendor's controller holds [rad], from which references start;
             None: the measured one.  # (nq,)
-        time: The robot's own time [s]. Where it is not a period later than at the last reading,
-            cycles were lost, for which the vendor's controller extrapolates the reference.
+        time: The robot's own time [s]; 0 if it tells none. Where it is more than a period later
+            than at the last reading, cycles were lost.
     """
 
     q: np.ndarray
@@ -64,11 +64,19 @@ class ArmDevice(abc.ABC):
     arm itself, such as a reflex or a lost connection, is in ``DeviceState.problem`` instead, and
     ends the motion.
 
+    Other exceptions, readings that are not finite or of another size, and a clock that stands still
+    or jumps by more than 20 ms stop the motion on its path within a second, with the reason as
+    `bt_manip.arm.Arm.problem`; where a reference cannot be written, `finish` is called at once.
+
     Attributes:
         period: Time between two readings while references are written [s].
+        extrapolated_cycles: Lost cycles for which the vendor's controller extrapolates the
+            reference: the setpoints of as many are passed over. After more, the motion goes on
+            where it was.
     """
 
     period: float = 1e-3
+    extrapolated_cycles: int = 0
 
     @property
     def properties(self) -> Mapping[str, str]:

@@ -33,6 +33,7 @@ class FrankaArm(ArmDevice):
     """A Franka Research 3 by libfranka, `bt_manip_franka.address.Address`."""
 
     period = 1e-3
+    extrapolated_cycles = 20
 
     def __init__(self, address: str) -> None:
         """Parse the address; `connect` connects."""
