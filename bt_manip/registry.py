@@ -6,8 +6,8 @@ from dataclasses import dataclass, field, fields
 from functools import partial
 from typing import Any, Generic, TypeVar
 
-from bt_manip.exceptions import BtManipError, did_you_mean
-from bt_manip.packages import missing
+from bt_manip.exceptions import BtManipError
+from bt_manip.packages import suggestion
 
 T = TypeVar("T")
 
@@ -25,9 +25,7 @@ class UnknownPartError(BtManipError):
     """
 
     def __init__(self, kind: str, name: str, known: tuple[str, ...], note: str = "") -> None:
-        package = missing(name)
-        nearest = did_you_mean(name, known) or "; no plugin brings one"
-        hint = f"; it {package}" if package else nearest
+        hint = suggestion(kind, name, known) or "; no plugin brings one"
         super().__init__(f"unknown {kind} '{name}'{hint}{note}")
         self.kind = kind
         self.name = name

@@ -16,6 +16,7 @@ from bt_manip.cli.completion import (
 )
 from bt_manip.cli.plugin_options import load_chosen_plugins
 from bt_manip.exceptions import BtManipError, did_you_mean
+from bt_manip.packages import suggestion
 from bt_manip.parameters import parameters_of
 
 if TYPE_CHECKING:
@@ -86,7 +87,7 @@ def _describe_any(plugins: "Plugins", name: str) -> None:
     found = [kind for kind in LISTED if name in names[kind]]
     if not found:
         known = {*LISTED, *(one for some in names.values() for one in some)}
-        raise BtManipError(f"there is no kind or part '{name}'{did_you_mean(name, sorted(known))}")
+        raise BtManipError(f"there is no kind or part '{name}'{suggestion(None, name, known)}")
     for kind in found:
         if len(found) > 1:
             click.echo(f"{kind}:")
@@ -146,7 +147,7 @@ def _describe(plugins: "Plugins", kind: str, name: str) -> None:
     """
     rows = {row[0]: row for row in _rows(plugins, kind)}
     if name not in rows:
-        raise BtManipError(f"{kind}: there is no '{name}'{did_you_mean(name, rows)}")
+        raise BtManipError(f"{kind}: there is no '{name}'{suggestion(None, name, rows)}")
     _, origin, summary = rows[name]
     click.echo(f"{name} ({origin})")
     part: Any = None
