@@ -106,7 +106,7 @@ def test_examples_tutorials_templates_and_plugins_import_documented_names_only()
 
 GUIDES = (
     "README.md", "docs/start.md", "docs/authoring-python.md", "docs/testing.md", "docs/howto",
-    "docs/plugins", "templates", "examples",
+    "docs/plugins", "plugins/bt-manip-learn/README.md", "templates", "examples",
 )  # fmt: skip
 """Where users learn what to import."""
 
