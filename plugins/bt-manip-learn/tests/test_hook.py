@@ -7,18 +7,19 @@ import numpy as np
 import pytest
 
 from bt_manip.exceptions import BtManipError
-from bt_manip.plugins import PluginSelection, load_plugins
+from bt_manip.plugins import load_plugins
 from bt_manip_learn.envs import LearningTask
 
 README = Path(__file__).resolve().parents[1] / "README.md"
 
 
 @pytest.fixture
-def parts(tmp_path):
+def parts(tmp_path, monkeypatch):
     """Load the example."""
     (code,) = re.findall(r"```python\n(.*?register_actions.*?)```", README.read_text(), re.DOTALL)
     (tmp_path / "of_register_actions.py").write_text(code)
-    return load_plugins(warn=pytest.fail, choice=PluginSelection(folders=(tmp_path,))).parts
+    monkeypatch.setenv("BT_MANIP_PLUGINS_DIR", str(tmp_path))
+    return load_plugins(warn=pytest.fail).parts
 
 
 def test_register_actions_makes_kinds_by_which_agents_act(parts):
