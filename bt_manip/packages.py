@@ -50,6 +50,7 @@ PACKAGES: dict[str, dict[str, str]] = {
         "action kind": "cartesian_deltas joint_targets joint_torques subtree_choice",
         "contract": "environments",
         "hook": "register_actions",
+        "kind of parts": "actions",
         "module": "bt_manip.agents bt_manip.demonstrations bt_manip.envs",
     },
     "bt-manip-menagerie": {"robot": "fr3 iiwa14 menagerie_panda ur5e xarm7"},
@@ -58,6 +59,7 @@ PACKAGES: dict[str, dict[str, str]] = {
         "kind of policies": "onnx",
         "tree": "pick_place_policy",
         "hook": "register_policies",
+        "kind of parts": "policies",
     },
     "bt-manip-roadmap": {"planner": "lazy_roadmap"},
 }

@@ -39,7 +39,8 @@ def registered() -> dict[str, dict[str, set[str]]]:
         if plugin.package:
             module = vars(importlib.import_module(plugin.module))
             hooks = {name for name, value in module.items() if hasattr(value, "bt_manip_spec")}
-            names |= {"hook": hooks} if hooks else {}
+            kinds_of = {name.removeprefix("register_") for name in hooks}
+            names |= {"hook": hooks, "kind of parts": kinds_of} if hooks else {}
     for command in entry_points(group="bt_manip.commands"):
         found[command.dist.name]["command"].add(command.name)
     return {package: dict(names) for package, names in found.items()}
@@ -91,6 +92,7 @@ BLOCKED = ",".join(package.removeprefix("bt-manip-") for package in PACKAGES)
         ("run pick_place --backend franka=host", "franka"),
         ("list robots ur5e", "menagerie"),
         ("list drawer", "impedance"),
+        ("list actions", "learn"),
         ("models path fuel:a/b", "fuel"),
         ("models list fuel", "fuel"),
     ],
