@@ -78,7 +78,7 @@ def load_plugins(
         found = replace(_found(point), blocked=choice.blocks(names_of(point)))
         imported.append((found, None) if found.blocked else _import(point, parts, hooks, taken))
     for found, module in imported:
-        plugin = found if module is None else _register(found, module, parts, hooks)
+        plugin = found if found.status != "ok" else _register(found, module, parts, hooks)
         plugins.append(plugin)
         if plugin.problem:
             warn(plugin.warning)

@@ -1,6 +1,7 @@
 """A plugin declares a hook for parts of its own, which other plugins register."""
 
 import sys
+from importlib.metadata import EntryPoint
 
 import pytest
 
@@ -92,3 +93,12 @@ def test_a_hook_is_declared_once_and_in_this_form(load, code, problem):
     first = DECLARES if "lamps(register):" in code and "robots" not in code else USES.format(1)
     _, warned = load(a=first, b=code)
     assert problem in warned
+
+
+def test_an_entry_point_that_names_nothing_is_a_broken_plugin():
+    point = EntryPoint("nothing", "bt_manip_learn.no_such_module:x", "bt_manip")
+    none = EntryPoint("none", "builtins:None", "bt_manip")
+    warned: list[str] = []
+    plugins = load_plugins(entry_points=(point, none), warn=warned.append)
+    assert [plugin.status for plugin in plugins.plugins] == ["ok", "broken", "broken"]
+    assert "it implements no hook" in warned[0]
