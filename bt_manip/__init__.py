@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from bt_manip.bt import load_tree as load_tree
     from bt_manip.hookspecs import hookimpl as hookimpl
     from bt_manip.plugins import build_station as build_station
+    from bt_manip.plugins import hookspec as hookspec
     from bt_manip.plugins import load_plugins as load_plugins
     from bt_manip.version import __version__ as __version__
 
@@ -49,7 +50,7 @@ __getattr__ = lazy_exports(
     {
         "bt_manip.bt": "load_tree",
         "bt_manip.hookspecs": "hookimpl",
-        "bt_manip.plugins": "build_station load_plugins",
+        "bt_manip.plugins": "build_station hookspec load_plugins",
         "bt_manip.version": "__version__",
     },
 )

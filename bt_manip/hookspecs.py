@@ -199,16 +199,6 @@ def register_faults(register: Callable[[str, type], None]) -> None:
 
 
 @hookspec
-def register_actions(register: Callable[[str, Callable[[Any], Any]], None]) -> None:
-    """Register kinds of actions, by which agents act in episodes and environments.
-
-    Args:
-        register: ``register(name, factory)``, where ``factory(episodes)`` returns a new
-            `bt_manip_learn.agents.ActionKind` for a `bt_manip_learn.agents.Episodes`.
-    """
-
-
-@hookspec
 def register_contracts(register: Callable[[str, Callable[..., Iterable[Any]]], None]) -> None:
     """Register contracts, which add checks to `bt_manip.testing.contracts_of`.
 
@@ -216,15 +206,6 @@ def register_contracts(register: Callable[[str, Callable[..., Iterable[Any]]], N
         register: ``register(name, checks)``, where ``checks(parts, provides, settings)`` yields a
             `bt_manip.testing.Check` for each check of the parts that a plugin provides: all
             `Parts`, the plugin's names of parts by kind, and the settings of its trees by name.
-    """
-
-
-@hookspec
-def register_policies(register: Callable[[str, Any], None]) -> None:
-    """Register kinds of learned policies, which `RunPolicy` of bt-manip-policy runs in trees.
-
-    Args:
-        register: ``register(name, kind)`` with a `bt_manip_policy.PolicyKind`.
     """
 
 
@@ -302,7 +283,7 @@ def cycle_ended(station: Any, tree: Any, cycle: int, status: str, reason: str) -
 
 
 REGISTERING = tuple(name for name in vars() if name.startswith("register_"))
-"""Names of the hooks that register parts."""
+"""Names of the hooks that register parts; plugins declare further ones."""
 
 OBSERVING = (
     "after_compile",

@@ -1,24 +1,105 @@
-"""The packages that bring options, formats and modules which are not in this one."""
+"""Names in packages that may be missing, to tell users which one to install."""
 
 import sys
+from collections.abc import Iterable
 from typing import Any
 
-PACKAGES = {
-    "bt-manip-groot": "--groot --groot-port .btlog .db3 btlog db3 bt_manip.groot",
-    "bt-manip-learn": "demos bt_manip.agents bt_manip.demonstrations bt_manip.envs",
+from bt_manip.exceptions import did_you_mean
+
+PACKAGES: dict[str, dict[str, str]] = {
+    "bt-manip-blocks": {
+        "object": "coloured_block sorting_tray",
+        "behaviour": "AreSorted AreStacked ChooseBase ChooseBlock FindSlot ScatterBlocks",
+        "scene": "table_and_tray",
+        "tree": "sort_blocks stack_blocks",
+    },
+    "bt-manip-everyday": {
+        "object": "blue_can bowl coffee_mug green_can red_can yellow_can",
+        "behaviour": "HoldsExactly ReadSentence",
+        "scene": "cans_into_box mug_on_shelf",
+        "tree": "cans_into_box mug_on_shelf",
+    },
+    "bt-manip-franka": {"backend": "franka"},
+    "bt-manip-fuel": {
+        "model source": "fuel http https",
+        "model format": "sdf",
+        "model cache": "fuel",
+        "file": ".sdf .world model.config sdf",
+    },
+    "bt-manip-groot": {
+        "option": "--groot --groot-port",
+        "view": "groot",
+        "recorder": "btlog db3",
+        "export format": "btlog db3",
+        "file": ".btlog .db3",
+        "module": "bt_manip.groot",
+    },
+    "bt-manip-hands": {"robot": "ur5e_allegro", "gripper": "hand"},
+    "bt-manip-impedance": {
+        "object": "drawer push_button",
+        "controller": "cartesian_impedance joint_impedance",
+        "behaviour": (
+            "FindFreeEnd HoldOut Insert IsHandedOver IsInserted IsOpen IsReleased Press PullOpen "
+            "ReachHandle WasPressed"
+        ),
+        "scene": "button_on_table hand_over open_drawer peg_in_hole peg_on_table press_button",
+        "tree": "hand_over insert_peg open_drawer peg_in_hole press_button",
+    },
+    "bt-manip-learn": {
+        "command": "demos",
+        "action kind": "cartesian_deltas joint_targets joint_torques subtree_choice",
+        "contract": "environments",
+        "hook": "register_actions",
+        "kind of parts": "actions",
+        "module": "bt_manip.agents bt_manip.demonstrations bt_manip.envs",
+    },
+    "bt-manip-menagerie": {"robot": "fr3 iiwa14 menagerie_panda ur5e xarm7"},
+    "bt-manip-policy": {
+        "behaviour": "IsAbove RunPolicy",
+        "kind of policies": "onnx",
+        "tree": "pick_place_policy",
+        "hook": "register_policies",
+        "kind of parts": "policies",
+    },
+    "bt-manip-roadmap": {"planner": "lazy_roadmap"},
 }
-"""By package: options, suffixes, formats, and former modules, separated by blanks."""
+"""By package and kind: names separated by blanks.
 
-PACKAGE_OF = {name: package for package, names in PACKAGES.items() for name in names.split()}
-"""The package of each of these names."""
+Kinds of parts are those of `bt_manip.registry.Registry`. Files are known by suffix, whole
+name or root element; modules are those that were part of ``bt_manip``.
+"""
 
 
-def missing(name: str) -> str:
-    """Return the end of a message about a name: its package, and how to install it; or nothing."""
-    package = PACKAGE_OF.get(name)
-    if package is None:
-        return ""
-    return f"needs the package {package}: pip install ./plugins/{package}"
+def missing(kind: str | None, name: str) -> str:
+    """Return the end of an error message: the package of an unknown name, and its installation.
+
+    Args:
+        kind: A kind of `PACKAGES`; None for any.
+        name: The name.
+
+    Returns:
+        ``"needs the package ..."``, or an empty string if no package has it.
+    """
+    for package, kinds in PACKAGES.items():
+        names = " ".join(kinds.values()) if kind is None else kinds.get(kind, "")
+        if name in names.split():
+            return f"needs the package {package}: pip install ./plugins/{package}"
+    return ""
+
+
+def suggestion(kind: str | None, name: str, valid: Iterable[str]) -> str:
+    """Return the package of an unknown name, or the nearest valid names, for an error message.
+
+    Args:
+        kind: A kind of `PACKAGES`; None for any.
+        name: The unknown name.
+        valid: The known names.
+
+    Returns:
+        ``"; it needs the package ..."``, or what `did_you_mean` returns.
+    """
+    package = missing(kind, name)
+    return f"; it {package}" if package else did_you_mean(name, valid)
 
 
 class MovedModules:
@@ -27,10 +108,12 @@ class MovedModules:
     @staticmethod
     def find_spec(name: str, path: Any = None, target: Any = None) -> None:
         """Find nothing; raise an ImportError for a module that has moved."""
-        if name in PACKAGE_OF:
-            package, last = PACKAGE_OF[name].replace("-", "_"), name.rpartition(".")[2]
-            new = package if package.endswith(last) else f"{package}.{last}"
-            raise ModuleNotFoundError(f"{name} is now {new}, and {missing(name)}", name=name)
+        for package, kinds in PACKAGES.items():
+            if name in kinds.get("module", "").split():
+                root, last = package.replace("-", "_"), name.rpartition(".")[2]
+                new = root if root.endswith(last) else f"{root}.{last}"
+                problem = f"{name} is now {new}, and {missing('module', name)}"
+                raise ModuleNotFoundError(problem, name=name)
 
 
 def name_moved_modules() -> None:

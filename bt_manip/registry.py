@@ -6,8 +6,8 @@ from dataclasses import dataclass, field, fields
 from functools import partial
 from typing import Any, Generic, TypeVar
 
-from bt_manip.exceptions import BtManipError, did_you_mean
-from bt_manip.packages import missing
+from bt_manip.exceptions import BtManipError
+from bt_manip.packages import suggestion
 
 T = TypeVar("T")
 
@@ -25,9 +25,7 @@ class UnknownPartError(BtManipError):
     """
 
     def __init__(self, kind: str, name: str, known: tuple[str, ...], note: str = "") -> None:
-        package = missing(name)
-        nearest = did_you_mean(name, known) or "; no plugin brings one"
-        hint = f"; it {package}" if package else nearest
+        hint = suggestion(kind, name, known) or "; no plugin brings one"
         super().__init__(f"unknown {kind} '{name}'{hint}{note}")
         self.kind = kind
         self.name = name
@@ -232,12 +230,11 @@ class Parts:
         export_formats: Functions, ``write(recording, path)``.
         panels: Factories, ``factory(page) -> Panel``.
         faults: Classes of faults, ``cls(**parameters) -> Fault``.
-        actions: Factories, ``factory(episodes) -> ActionKind``.
         contracts: Functions, ``checks(parts, provides, settings) -> Iterable[Check]``.
-        policies: Kinds of learned policies, which leaves of trees run.
         backends: Real robots, `bt_manip.robots.Backend`.
         pose_sources: Factories, ``factory(expected) -> bt_manip.scenes.PoseSource``.
         tree_defaults: Required scene and controller of trees, by the name of the tree.
+        declared: Parts of the kinds that plugins declare, by kind.
     """
 
     trees: Registry[str] = _registry("tree")
@@ -248,7 +245,6 @@ class Parts:
     controllers: Registry[Callable[..., Any]] = _registry("controller")
     planners: Registry[Callable[..., Any]] = _registry("planner")
     scenes: Registry[Callable[..., Any]] = _registry("scene")
-    actions: Registry[Callable[..., Any]] = _registry("action kind")
     backends: Registry[Any] = _registry("backend")
     pose_sources: Registry[Callable[..., Any]] = _registry("pose source")
     model_sources: Registry[Callable[..., Any]] = _registry("model source")
@@ -260,16 +256,25 @@ class Parts:
     panels: Registry[Callable[..., Any]] = _registry("panel")
     faults: Registry[Callable[..., Any]] = _registry("fault")
     contracts: Registry[Callable[..., Any]] = _registry("contract")
-    policies: Registry[Any] = _registry("kind of policies")
     tree_defaults: dict[str, TreeDefaults] = field(default_factory=dict)
+    declared: dict[str, Registry[Any]] = field(default_factory=dict)
 
     def by_kind(self) -> Mapping[str, Registry[Any]]:
-        """Return the registries by the names of their fields, ``"objects"`` and so on."""
-        return {kind: getattr(self, kind) for kind in PART_KINDS}
+        """Return all registries by kind, ``"objects"`` and so on."""
+        values = {one.name: getattr(self, one.name) for one in fields(self)}
+        own = {kind: value for kind, value in values.items() if isinstance(value, Registry)}
+        return own | self.declared
 
+    def of(self, kind: str) -> Registry[Any]:
+        """Return the registry of a kind, such as one that a plugin declares.
 
-PART_KINDS = tuple(one.name for one in fields(Parts) if one.name != "tree_defaults")
-"""Kinds of parts, by the names of the fields of `Parts`."""
+        Raises:
+            UnknownPartError: If no plugin declares it.
+        """
+        kinds = self.by_kind()
+        if kind not in kinds:
+            raise UnknownPartError("kind of parts", kind, tuple(kinds))
+        return kinds[kind]
 
 
 _load: Callable[[], Parts]

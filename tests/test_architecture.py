@@ -42,7 +42,10 @@ WITHIN_LAYER = {
     ("bt", "parameters"),
     ("toml", "parameters"),
     ("registry", "exceptions"),
+    ("packages", "exceptions"),
     ("registry", "packages"),
+    ("bt", "packages"),
+    ("models", "packages"),
     ("models", "registry"),
     ("bt", "files"),
     ("bt", "toml"),
@@ -209,16 +212,18 @@ def test_the_hardware_alone_makes_control_steps():
     assert found == STEPPING
 
 
-def test_no_module_imports_a_package_of_plugins():
-    packages = [path.name for path in (REPOSITORY / "plugins").glob("*/bt_manip_*")]
-    assert {"bt_manip_fuel", "bt_manip_learn"} <= {*packages}
+def test_one_table_alone_names_packages_of_plugins():
+    packages = [path.parent.name for path in (REPOSITORY / "plugins").glob("*/pyproject.toml")]
+    assert {"bt-manip-fuel", "bt-manip-learn"} <= {*packages}
+    pattern = re.compile(rf"\b({'|'.join(packages)})\b".replace("-", "[-_]"))
     found = [
-        f"{name} imports {package}"
-        for name, path in modules().items()
-        for package in packages
-        if re.search(rf"^\s*(from|import) {package}\b", path.read_text(), re.MULTILINE)
+        f"{path.relative_to(REPOSITORY)}:{line}: {named[0]}"
+        for path in modules().values()
+        if path != PACKAGE / "packages.py"
+        for line, text in enumerate(path.read_text().splitlines(), 1)
+        for named in pattern.finditer(text)
     ]
-    assert not found
+    assert not found, "\n".join(found)
 
 
 def test_every_package_is_in_a_layer():

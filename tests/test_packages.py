@@ -1,32 +1,118 @@
-"""Whoever asks for what a package brings that is not installed is told its name."""
+"""Whoever asks for a name in a package that is missing is told the package."""
 
 import importlib
+from collections import defaultdict
+from importlib.metadata import entry_points
+from pathlib import Path
 
 import pytest
 
+from bt_manip.bt import BehaviourRegistry, parse_tree
 from bt_manip.cli.app import run_app
 from bt_manip.cli.interrupt import Interrupt
-from bt_manip.packages import MovedModules
+from bt_manip.exceptions import TreeError
+from bt_manip.packages import PACKAGES, MovedModules, missing
+from bt_manip.parameters import parameters_of
+from bt_manip.plugins import load_plugins
+from bt_manip.runner import RunRequest, make_station
 
-INSTALL = "needs the package bt-manip-groot: pip install ./plugins/bt-manip-groot"
+INSTALL = "needs the package {0}: pip install ./plugins/{0}"
+
+
+def registered() -> dict[str, dict[str, set[str]]]:
+    """Return the names that each package of the repository registers, by kind."""
+    plugins = load_plugins()
+    kinds = {field: registry.kind for field, registry in plugins.parts.by_kind().items()}
+    parts, found = plugins.parts, defaultdict(lambda: defaultdict(set))
+    for plugin in plugins.plugins:
+        names = found[plugin.package]
+        for field, provided in plugin.provides.items():
+            names[kinds[field]] |= {*provided}
+        for name in plugin.provides.get("recorders", ()):
+            names["file"].add(parts.recorders.get(name).suffix)
+        for name in plugin.provides.get("views", ()):
+            keys = parameters_of(parts.views.get(name), keyword_only=True)
+            names["option"] |= {f"--{name}", *(f"--{name}-{key}" for key in keys)}
+        for name in plugin.provides.get("model_formats", ()):
+            form = parts.model_formats.get(name)
+            names["file"] |= {*form.suffixes, form.tag} - {""}
+        if plugin.package:
+            module = vars(importlib.import_module(plugin.module))
+            hooks = {name for name, value in module.items() if hasattr(value, "bt_manip_spec")}
+            kinds_of = {name.removeprefix("register_") for name in hooks}
+            names |= {"hook": hooks, "kind of parts": kinds_of} if hooks else {}
+    for command in entry_points(group="bt_manip.commands"):
+        found[command.dist.name]["command"].add(command.name)
+    return {package: dict(names) for package, names in found.items()}
+
+
+def test_the_table_has_the_names_that_each_package_registers():
+    named = {package: {k: {*v.split()} for k, v in of.items()} for package, of in PACKAGES.items()}
+    assert named["bt-manip-fuel"]["file"] > {"model.config"}
+    named["bt-manip-fuel"]["file"].remove("model.config")  # by which a folder is recognised
+    for kinds in named.values():
+        kinds.pop("module", None)
+    here = Path(__file__).resolve().parents[1] / "plugins"
+    packages = {path.parent.name for path in here.glob("*/pyproject.toml")}
+    assert {name: kinds for name, kinds in registered().items() if name in packages} == named
+
+
+def test_no_name_of_a_kind_is_in_two_packages():
+    names = [
+        (kind, name)
+        for kinds in PACKAGES.values()
+        for kind, text in kinds.items()
+        for name in text.split()
+    ]
+    assert len(names) == len({*names})
+    assert missing(None, "ur5e") == missing("robot", "ur5e") == INSTALL.format("bt-manip-menagerie")
+    assert missing("tree", "ur5e") == missing("nothing", "ur5e") == missing(None, "ur") == ""
+
+
+BLOCKED = ",".join(package.removeprefix("bt-manip-") for package in PACKAGES)
 
 
 @pytest.mark.parametrize(
-    "arguments",
+    ("arguments", "package"),
     [
-        ["run", "pick_place", "--groot"],
-        ["run", "pick_place", "--groot-port", "1667"],
-        ["view", "--groot"],
-        ["run", "pick_place", "--record", "run.btlog"],
-        ["run", "pick_place", "--record", "db3=run.db3"],
-        ["export", "run.mcap", "--to", "btlog"],
+        ("run pick_place --groot", "groot"),
+        ("run pick_place --groot-port 1667", "groot"),
+        ("view --groot", "groot"),
+        ("run pick_place --record run.btlog", "groot"),
+        ("run pick_place --record db3=run.db3", "groot"),
+        ("export run.mcap --to btlog", "groot"),
+        ("demos", "learn"),
+        ("demos info DIR", "learn"),
+        ("run pick_place --robot ur5e", "menagerie"),
+        ("run pick_place --robot ur5e_allegro", "hands"),
+        ("run sort_blocks", "blocks"),
+        ("run pick_place --scene peg_on_table", "impedance"),
+        ("run pick_place --controller joint_impedance", "impedance"),
+        ("run pick_place --planner lazy_roadmap", "roadmap"),
+        ("run pick_place --backend franka=host", "franka"),
+        ("list robots ur5e", "menagerie"),
+        ("list drawer", "impedance"),
+        ("list actions", "learn"),
+        ("models path fuel:a/b", "fuel"),
+        ("models list fuel", "fuel"),
     ],
-    ids=" ".join,
 )
-def test_options_and_formats_name_the_package(arguments, capfd, tmp_path, monkeypatch):
+def test_the_command_line_names_the_package(arguments, package, capfd, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    assert run_app(Interrupt(), [*arguments, "--block", "groot"]) == 2
-    assert INSTALL in capfd.readouterr().err
+    monkeypatch.setenv("BT_MANIP_BLOCK", BLOCKED)
+    assert run_app(Interrupt(), arguments.split()) == 2
+    assert INSTALL.format(f"bt-manip-{package}") in capfd.readouterr().err
+
+
+def test_objects_and_behaviours_of_trees_name_the_package():
+    parts = load_plugins(entry_points=()).parts
+    station = make_station(RunRequest(robot="panda"), parts)
+    with pytest.raises(Exception, match=INSTALL.format("bt-manip-everyday")):
+        station.models.get("bowl")
+    text = '<root BTCPP_format="4"><BehaviorTree ID="Main"><Press/></BehaviorTree></root>'
+    with pytest.raises(TreeError, match="no node is named 'Press'; it needs") as caught:
+        parse_tree(text, BehaviourRegistry())
+    assert INSTALL.format("bt-manip-impedance") in str(caught.value)
 
 
 @pytest.mark.parametrize(
@@ -39,7 +125,7 @@ def test_options_and_formats_name_the_package(arguments, capfd, tmp_path, monkey
     ],
 )
 def test_the_import_of_a_former_module_names_the_new_one_and_its_package(former, new, package):
-    message = f"bt_manip.{former} is now {new}, and needs the package {package}: pip install ./pl"
+    message = f"bt_manip.{former} is now {new}, and {INSTALL.format(package)}"
     with pytest.raises(ImportError, match=message):
         importlib.import_module(f"bt_manip.{former}")
     assert MovedModules.find_spec("bt_manip.nothing") is None

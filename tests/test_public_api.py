@@ -8,6 +8,7 @@ import re
 import subprocess
 from importlib.metadata import version
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 
@@ -61,7 +62,9 @@ def shown_code(*paths: str) -> list[tuple[str, str]]:
         if path.suffix == ".py":
             found.append((name, path.read_text()))
         elif path.suffix == ".md":
-            found += [(name, block) for block in BLOCK.findall(path.read_text())]
+            text = path.read_text()
+            for block in BLOCK.finditer(text):  # on its lines of the page
+                found.append((name, "\n" * text.count("\n", 0, block.start(1)) + block[1]))
     return found
 
 
@@ -69,19 +72,41 @@ ROOTS = {package.split(".")[0] for package in api_page.names()}
 """Import names of the distributions that the API page lists."""
 
 
-def imported(code: str) -> list[tuple[str, str]]:
+BY_TEXT = ("setattr", "import_module", "importorskip")
+"""Functions that take a module, or a name in one, as text."""
+
+
+class Used(NamedTuple):
+    """A name of another module, empty for the module itself, and the line that uses it."""
+
+    line: int
+    module: str
+    name: str
+
+
+def imported(code: str) -> list[Used]:
+    """Give what code takes from packages of the API page: by imports, attributes and texts."""
     try:
-        tree = ast.parse(code)
+        nodes = list(ast.walk(ast.parse(code)))
     except SyntaxError:  # an excerpt
         return []
-    return [
-        (node.module, alias.name)
-        for node in ast.walk(tree)
-        if isinstance(node, ast.ImportFrom)
-        and node.module is not None
-        and node.module.split(".")[0] in ROOTS
-        for alias in node.names
-    ]
+    found, modules = [], {}
+    for node in nodes:
+        if isinstance(node, ast.ImportFrom) and node.module is not None:
+            found += [Used(node.lineno, node.module, alias.name) for alias in node.names]
+            for alias in node.names:
+                modules[alias.asname or alias.name] = f"{node.module}.{alias.name}"
+        elif isinstance(node, ast.Import):
+            found += [Used(node.lineno, alias.name, "") for alias in node.names]
+        elif isinstance(node, ast.Call) and ast.unparse(node.func).endswith(BY_TEXT):
+            texts = [one.value for one in node.args[:1] if isinstance(one, ast.Constant)]
+            found += [Used(node.lineno, *str(text).rpartition(".")[::2]) for text in texts]
+    for node in nodes:
+        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
+            module = modules.get(node.value.id)
+            if module in api_page.names():
+                found.append(Used(node.lineno, module, node.attr))
+    return [one for one in found if one.module.split(".")[0] in ROOTS]
 
 
 WITH_A_CLIENT = "bt_manip_learn.envs.stable_baselines"
@@ -92,21 +117,21 @@ def test_examples_tutorials_templates_and_plugins_import_documented_names_only()
     documented = api_page.names()
     code = shown_code("docs", "examples", "templates", "plugins", "README.md")
     assert len(code) > 50
-    private = {
-        f"{where}: from {module} import {name}"
+    private = [
+        f"{where}:{line}: {module} {name} is private".replace("  ", " ")
         for where, text in code
-        for module, name in imported(text)
+        for line, module, name in imported(text)
         if name not in documented.get(module, {})
-        and f"{module}.{name}" not in documented
+        and f"{module}.{name}".rstrip(".") not in documented
         and module != WITH_A_CLIENT
         and module.split(".")[0] not in where.replace("-", "_").split("/")  # a package's own
-    }
-    assert not private, "\n".join(sorted(private))
+    ]
+    assert not private, "\n".join(private)
 
 
 GUIDES = (
     "README.md", "docs/start.md", "docs/authoring-python.md", "docs/testing.md", "docs/howto",
-    "docs/plugins", "templates", "examples",
+    "docs/plugins", "plugins/bt-manip-learn/README.md", "templates", "examples",
 )  # fmt: skip
 """Where users learn what to import."""
 
@@ -126,7 +151,7 @@ def named_nodes() -> set[str]:
 
 def test_the_stable_names_are_those_that_guides_import_and_nodes_that_they_or_trees_name():
     """Errors are stable if a guide catches them; the other ones are `BtManipError` to users."""
-    guides = {pair for _, text in shown_code(*GUIDES) for pair in imported(text)}
+    guides = {one[1:] for _, text in shown_code(*GUIDES) for one in imported(text)}
     nodes, expected, stable = named_nodes(), set(), set()
     for package, names in api_page.names().items():
         for name, stability in names.items():

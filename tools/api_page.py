@@ -44,7 +44,7 @@ STABLE = {
 """Names that keep their meaning until the next major version."""
 
 EXPERIMENTAL = {
-    "bt_manip": "__version__ load_plugins load_tree lazy_exports",
+    "bt_manip": "__version__ hookspec load_plugins load_tree lazy_exports",
     "bt_manip.exceptions": (
         "PortError BoundsError BlackboardError ScriptError UnknownBehaviourError NodeError "
         "did_you_mean one_line shown ANY_BUT_INTERRUPT reason_of"

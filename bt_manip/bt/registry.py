@@ -37,7 +37,8 @@ from bt_manip.bt.nodes.decorators.repeat import Repeat, RetryUntilSuccessful
 from bt_manip.bt.nodes.decorators.timing import Delay, Timeout
 from bt_manip.bt.nodes.node import Node
 from bt_manip.bt.nodes.subtree import SubTree
-from bt_manip.exceptions import TreeError, UnknownBehaviourError, did_you_mean
+from bt_manip.exceptions import TreeError, UnknownBehaviourError
+from bt_manip.packages import suggestion
 
 FORBIDDEN = frozenset(" \t\n\r<>&\"'/\\:*?|.")
 """Characters that no name of a behaviour, tree or port has."""
@@ -124,7 +125,7 @@ class BehaviourRegistry:
             return self._classes[name]
         except KeyError:
             raise UnknownBehaviourError(
-                f"no behaviour is named '{name}'" + did_you_mean(name, self._classes)
+                f"no behaviour is named '{name}'" + suggestion("behaviour", name, self._classes)
             ) from None
 
     def names(self, *, built_in: bool = True) -> list[str]:

@@ -15,6 +15,7 @@ from bt_manip.cli.interrupt import Interrupt
 from bt_manip.cli.plugin_options import add_plugin_options, chosen, plugin_options
 from bt_manip.cli.streams import unfailing
 from bt_manip.exceptions import BtManipError, with_short_values
+from bt_manip.packages import missing
 
 if TYPE_CHECKING:
     from bt_manip.cli.plugin_commands import PluginCommand
@@ -61,6 +62,9 @@ class LazyGroup(click.Group):
         elif cmd_name in _plugin_commands(ctx):
             command = _plugin_commands(ctx)[cmd_name].load()
         else:
+            package = missing("command", cmd_name)
+            if package and not ctx.resilient_parsing:  # of the shell's completion
+                raise click.UsageError(f"the command '{cmd_name}' {package}", ctx)
             return None
         add_plugin_options(command)
         return command

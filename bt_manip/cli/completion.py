@@ -11,7 +11,6 @@ from click.shell_completion import CompletionItem
 
 from bt_manip.cli.plugin_options import chosen
 from bt_manip.exceptions import BtManipError
-from bt_manip.registry import PART_KINDS
 
 if TYPE_CHECKING:
     from bt_manip.cli.name_cache import NameCache
@@ -19,10 +18,6 @@ if TYPE_CHECKING:
 
 Items = list[CompletionItem]
 Complete = Callable[[click.Context, click.Parameter, str], Items]
-
-
-LISTED = (*PART_KINDS, "plugins")
-"""Kinds of parts that can be listed."""
 
 
 def complete_part(kind: str) -> Complete:
@@ -41,7 +36,7 @@ def complete_part(kind: str) -> Complete:
 
 def complete_kind(ctx: click.Context, _: click.Parameter, incomplete: str) -> Items:
     """Complete the KIND or NAME of ``bt-manip list``; names once no kind fits."""
-    kinds = _matching(LISTED, incomplete)
+    kinds = _matching(_kinds(ctx), incomplete)
     if kinds or not incomplete:
         return kinds
     return _matching(_cache(ctx).get("all names", lambda: _all_names(ctx)), incomplete)
@@ -50,7 +45,7 @@ def complete_kind(ctx: click.Context, _: click.Parameter, incomplete: str) -> It
 def complete_listed(ctx: click.Context, _: click.Parameter, incomplete: str) -> Items:
     """Complete the NAME of ``bt-manip list KIND NAME``."""
     kind = ctx.params.get("kind")
-    return _matching(_names(ctx, kind), incomplete) if kind in LISTED else []
+    return _matching(_names(ctx, kind), incomplete) if kind in _kinds(ctx) else []
 
 
 def complete_model_caches(ctx: click.Context, _: click.Parameter, incomplete: str) -> Items:
@@ -72,6 +67,11 @@ def complete_key(ctx: click.Context, _: click.Parameter, incomplete: str) -> Ite
     return _matching((f"{key}=" for key in keys), incomplete)
 
 
+def listed(plugins: "Plugins") -> tuple[str, ...]:
+    """Return the kinds of parts that can be listed."""
+    return (*plugins.parts.by_kind(), "plugins")
+
+
 def part_names(plugins: "Plugins", kind: str) -> list[str]:
     """Return the names of all parts of a kind, of all nodes of the language for behaviours."""
     kind = "trees" if kind == "tasks" else kind
@@ -84,6 +84,10 @@ def part_names(plugins: "Plugins", kind: str) -> list[str]:
     return list(plugins.parts.by_kind()[kind].names())
 
 
+def _kinds(ctx: click.Context) -> list[str]:
+    return _cache(ctx).get("kinds", lambda: ([*listed(_plugins(ctx))], ()))
+
+
 def _names(ctx: click.Context, kind: str) -> list[str]:
     """Return the names of all parts of a kind, from the cache where it is valid."""
     return _cache(ctx).get(kind, lambda: (part_names(_plugins(ctx), kind), ()))
@@ -91,7 +95,7 @@ def _names(ctx: click.Context, kind: str) -> list[str]:
 
 def _all_names(ctx: click.Context) -> tuple[list[str], tuple[()]]:
     plugins = _plugins(ctx)
-    return sorted({name for kind in LISTED for name in part_names(plugins, kind)}), ()
+    return sorted({name for kind in listed(plugins) for name in part_names(plugins, kind)}), ()
 
 
 def _keys(tree: str, plugins: "Plugins") -> tuple[list[str], list[Path]]:

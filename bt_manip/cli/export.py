@@ -84,7 +84,8 @@ def export(
     others = {} if form in FORMATS else load_chosen_plugins().parts.export_formats.copies()
     if form not in FORMATS and form not in others:
         known = f"--to or the suffix of --out is one of {', '.join([*FORMATS, *others])}"
-        raise click.UsageError(f"{form} {package}" if (package := missing(form)) else known)
+        package = missing("export format", form)
+        raise click.UsageError(f"{form} {package}" if package else known)
     chosen = FORMATS.get(form, ExportFormat(""))
     options = {"camera": camera, "size": size, "fps": fps, "overlay": overlay}
     given = {name: value for name, value in options.items() if value is not None}

@@ -8,14 +8,15 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from bt_manip.cli.completion import (
-    LISTED,
     complete_kind,
     complete_listed,
     complete_part,
+    listed,
     part_names,
 )
 from bt_manip.cli.plugin_options import load_chosen_plugins
 from bt_manip.exceptions import BtManipError, did_you_mean
+from bt_manip.packages import suggestion
 from bt_manip.parameters import parameters_of
 
 if TYPE_CHECKING:
@@ -44,11 +45,11 @@ def list_parts(kind: str | None, name: str | None, robots: tuple[str, ...], epis
     Without a KIND, everything is listed. With a NAME, only that part, with its documentation and
     its ports or parameters; a KIND before it chooses between parts of the same name.
 
-    Kinds: trees, behaviours, objects, robots, grippers, controllers, planners, scenes, actions,
-    backends, pose_sources, model_sources, model_formats, model_caches, recorders, views,
-    export_formats, panels, faults, contracts, policies, plugins. The kind tasks lists which robot
-    can do which tree, with the reason where not: the station is built, starts are sampled, and the
-    first motion of each is planned.
+    Kinds: trees, behaviours, objects, robots, grippers, controllers, planners, scenes, backends,
+    pose_sources, model_sources, model_formats, model_caches, recorders, views, export_formats,
+    panels, faults, contracts, plugins, and those that plugins declare. The kind tasks lists which
+    robot can do which tree, with the reason where not: the station is built, starts are sampled,
+    and the first motion of each is planned.
     """
     os.environ.setdefault("MUJOCO_GL", "disable")
     if (robots or episodes) and kind != TASKS:
@@ -56,9 +57,9 @@ def list_parts(kind: str | None, name: str | None, robots: tuple[str, ...], epis
     plugins = load_chosen_plugins()
     if kind == TASKS:
         _list_tasks(plugins, name, robots, episodes)
-    elif kind is not None and kind not in LISTED:
+    elif kind is not None and kind not in listed(plugins):
         if name is not None:
-            raise BtManipError(f"there is no kind '{kind}'{did_you_mean(kind, LISTED)}")
+            raise BtManipError(f"there is no kind '{kind}'{did_you_mean(kind, listed(plugins))}")
         _describe_any(plugins, kind)
     elif kind and name:
         _describe(plugins, kind, name)
@@ -68,7 +69,7 @@ def list_parts(kind: str | None, name: str | None, robots: tuple[str, ...], epis
 
 def _list(plugins: "Plugins", kind: str | None) -> None:
     """Print the parts of a kind, or of all kinds."""
-    for chosen in [kind] if kind else LISTED:
+    for chosen in [kind] if kind else listed(plugins):
         if kind is None:
             click.echo(f"{chosen}:")
         indent = "  " if kind is None else ""
@@ -82,11 +83,11 @@ def _describe_any(plugins: "Plugins", name: str) -> None:
     Raises:
         BtManipError: If there is neither a kind nor a part of this name.
     """
-    names = {kind: part_names(plugins, kind) for kind in LISTED}
-    found = [kind for kind in LISTED if name in names[kind]]
+    names = {kind: part_names(plugins, kind) for kind in listed(plugins)}
+    found = [kind for kind in names if name in names[kind]]
     if not found:
-        known = {*LISTED, *(one for some in names.values() for one in some)}
-        raise BtManipError(f"there is no kind or part '{name}'{did_you_mean(name, sorted(known))}")
+        known = {*names, *(one for some in names.values() for one in some)}
+        raise BtManipError(f"there is no kind or part '{name}'{suggestion(None, name, known)}")
     for kind in found:
         if len(found) > 1:
             click.echo(f"{kind}:")
@@ -146,7 +147,7 @@ def _describe(plugins: "Plugins", kind: str, name: str) -> None:
     """
     rows = {row[0]: row for row in _rows(plugins, kind)}
     if name not in rows:
-        raise BtManipError(f"{kind}: there is no '{name}'{did_you_mean(name, rows)}")
+        raise BtManipError(f"{kind}: there is no '{name}'{suggestion(None, name, rows)}")
     _, origin, summary = rows[name]
     click.echo(f"{name} ({origin})")
     part: Any = None
@@ -204,7 +205,7 @@ def _summary(part: Any) -> str:
         return part
     if suffixes := getattr(part, "suffixes", ()):  # a model format
         return ", ".join(suffixes)
-    if not callable(part):  # a robot's description, or a kind of policies
+    if not callable(part):  # such as a robot's description
         return str(getattr(part, "model", "") or getattr(part, "make", ""))
     # Not that of a base class, which getdoc() would give.
     return inspect.cleandoc(part.__doc__ or "").partition("\n")[0]

@@ -9,7 +9,8 @@ import click
 
 from bt_manip.cli.completion import complete_model_caches
 from bt_manip.cli.plugin_options import load_chosen_plugins
-from bt_manip.exceptions import BtManipError, did_you_mean
+from bt_manip.exceptions import BtManipError
+from bt_manip.packages import suggestion
 from bt_manip.registry import Parts
 
 if TYPE_CHECKING:
@@ -34,13 +35,12 @@ def list_models(source: str | None) -> None:
     also those that would be downloaded, marked '*'. The models of Fuel are listed at
     https://app.gazebosim.org.
     """
-    from bt_manip.models import bundled_names, check_fuel_plugin
+    from bt_manip.models import bundled_names
 
     caches = _caches()
     known = sorted([BUNDLED, *caches])
     if source is not None and source not in known:
-        check_fuel_plugin(source, kind=source)
-        what = did_you_mean(source, known)
+        what = suggestion("model cache", source, known)
         raise BtManipError(f"there is no source '{source}' of local models{what}")
     for chosen in [source] if source else known:
         found: Iterable[str]
@@ -144,10 +144,9 @@ def _facts(model: "MjcfModel", address: str) -> Iterator[tuple[str, str]]:
 def _clear(address: str) -> list[Path]:
     cache = _cache_of(address)
     if cache is None:
-        from bt_manip.models import check_fuel_plugin
+        from bt_manip.models import check_package
 
-        kind = address.partition(":")[0]
-        check_fuel_plugin(address, kind=kind)
+        check_package(address, "model source", address.partition(":")[0])
         kinds = " and ".join(f"{name}:" for name in _caches())
         raise BtManipError(f"'{address}': only models of {kinds} are downloaded")
     return cache.remove(address)

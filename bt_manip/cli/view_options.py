@@ -37,7 +37,7 @@ class ViewingCommand(click.Command):
         try:
             rest = super().parse_args(ctx, args)
         except click.NoSuchOption as error:
-            if package := missing(error.option_name):
+            if package := missing("option", error.option_name):
                 raise click.UsageError(f"{error.option_name} {package}", ctx) from None
             raise
         found: dict[str, Mapping[str, Any]] = {}

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from dm_control import composer, mjcf
 
-from bt_manip.exceptions import did_you_mean
+from bt_manip.packages import suggestion
 from bt_manip.robots import Robot
 
 from .controller import Controller
@@ -69,9 +69,8 @@ class ControllerManager(composer.Entity):
         """
         if name not in self._made:
             if name not in self._factories:
-                raise ControlError(
-                    f"no controller is called '{name}'{did_you_mean(name, self._factories)}"
-                )
+                near = suggestion("controller", name, self._factories)
+                raise ControlError(f"no controller is called '{name}'{near}")
             made = self._factories[name](self._robot)
             if self._compiled:
                 made.share_model(self.controller)

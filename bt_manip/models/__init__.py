@@ -3,7 +3,7 @@
 from .address import Source as Source
 from .address import built_in_sources as built_in_sources
 from .address import bundled_names as bundled_names
-from .address import check_fuel_plugin as check_fuel_plugin
+from .address import check_package as check_package
 from .address import find_model as find_model
 from .address import is_address as is_address
 from .address import load_model as load_model

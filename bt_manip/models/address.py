@@ -13,11 +13,10 @@ from bt_manip.models.formats import ModelFormat, built_in_formats, recognise, ro
 from bt_manip.models.found_model import FoundModel, MjcfModel, model_name
 from bt_manip.models.menagerie import menagerie_file
 from bt_manip.models.packages import find_package_file
+from bt_manip.packages import missing
 from bt_manip.registry import installed_parts
 
 _SUFFIXES = (".xml", ".urdf", ".sdf", ".obj", ".stl", ".dae")
-_FUEL_PLUGIN = "bt-manip-fuel"  # package with SDFormat and the models of Gazebo Fuel
-_FUEL_KINDS = ("fuel", "http", "https")
 _SCHEME = re.compile(r"([A-Za-z][A-Za-z0-9+.-]+):")  # a single letter is a drive
 
 
@@ -72,7 +71,7 @@ def find_model(
 
     Args:
         address: ``bundled:cube``, a path, ``package://NAME/PATH``, ``menagerie:NAME``, or an
-            address of a plugin's source, such as ``fuel:OWNER/NAME`` of bt-manip-fuel.
+            address of a plugin's source, such as ``fuel:OWNER/NAME``.
         progress: Called with the progress of a download.
         sources: Functions that find models, by the kind of address; default: `built_in_sources`,
             and those of installed plugins.
@@ -92,7 +91,7 @@ def find_model(
     if scheme not in known and sources is None:
         known = installed_parts().model_sources.copies()
     if scheme not in known:
-        check_fuel_plugin(address, kind=scheme)
+        check_package(address, "model source", scheme)
         near = did_you_mean(f"{scheme}:", (f"{other}:" for other in known))
         raise ModelError(f"'{address}': unknown kind of address '{scheme}:'{near}")
     found = known[scheme](text, progress)
@@ -146,7 +145,9 @@ def _file(address: str, path: Path, formats: Mapping[str, ModelFormat] | None) -
     if found is None and formats is None:
         found = recognise(path, installed_parts().model_formats.copies())
     if found is None:
-        check_fuel_plugin(address, path=path)
+        inside = [file.name for file in path.glob("*")]  # of a folder
+        names = inside or (path.suffix.lower(), root_tag(path))
+        check_package(address, "file", *names)
         if path.is_dir():
             raise ModelError(f"'{address}': a folder without model.config")
         raise ModelError(
@@ -156,25 +157,17 @@ def _file(address: str, path: Path, formats: Mapping[str, ModelFormat] | None) -
     return FoundModel(str(path), model_name(name), found[1], found[0])
 
 
-def check_fuel_plugin(address: str, kind: str = "", path: Path | None = None) -> None:
-    """Raise an error that names the package if a model needs bt-manip-fuel.
+def check_package(address: str, kind: str, *names: str) -> None:
+    """Raise an error that names the package, if a missing one brings the models of an address.
 
     Args:
         address: The address, for the message.
-        kind: Kind of the address, if no source has it.
-        path: The existing file or folder, if no format has it.
+        kind: Kind of the names, see `bt_manip.packages.PACKAGES`.
+        *names: Unknown names: the kind of address; or suffix, root element or files of a path.
 
     Raises:
-        ModelError: If it is a model of Fuel or SDFormat.
+        ModelError: If a package of the repository brings one of the names.
     """
-    what = "Gazebo Fuel" if kind in _FUEL_KINDS else ""
-    if path is not None and (
-        path.suffix.lower() in (".sdf", ".world")
-        or (path / "model.config").is_file()
-        or root_tag(path) == "sdf"
-    ):
-        what = "SDFormat"
-    if what:
-        raise ModelError(
-            f"'{address}': {what} needs the package {_FUEL_PLUGIN}: pip install {_FUEL_PLUGIN}"
-        )
+    for name in names:
+        if package := missing(kind, name):
+            raise ModelError(f"'{address}' {package}")

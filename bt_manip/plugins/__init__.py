@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from bt_manip import lazy_exports
 
 if TYPE_CHECKING:
+    from bt_manip.plugins.declared_hooks import hookspec as hookspec
     from bt_manip.plugins.entry_points import PREFIX as PREFIX
     from bt_manip.plugins.entry_points import PluginSelection as PluginSelection
     from bt_manip.plugins.entry_points import names_of as names_of
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 __getattr__ = lazy_exports(
     __name__,
     {
+        "bt_manip.plugins.declared_hooks": "hookspec",
         "bt_manip.plugins.entry_points": "PREFIX PluginSelection names_of",
         "bt_manip.plugins.loading": "load_plugins",
         "bt_manip.plugins.plugin": "BUILTIN Plugin Plugins PluginWarning",

@@ -3,7 +3,8 @@
 pluggy does not isolate plugins: an import error or exception in one of them stops all others, and
 misspelt hooks are not reported. Here each plugin is loaded, checked and called separately, and its
 parts are registered only after all of its hooks have returned. After a failure, nothing of the
-plugin is registered, and one warning names it.
+plugin is registered, and one warning names it. All plugins are imported before any hook is called,
+because plugins may implement hooks that others declare.
 """
 
 import contextlib
@@ -22,10 +23,14 @@ import pluggy
 
 from bt_manip import hookspecs
 from bt_manip.exceptions import BtManipError, did_you_mean
+from bt_manip.packages import suggestion
+from bt_manip.plugins.declared_hooks import declare_hooks
 from bt_manip.plugins.entry_points import PluginSelection, in_folders, installed, names_of
 from bt_manip.plugins.plugin import BUILTIN, Implementation, Plugin, Plugins, PluginWarning
 from bt_manip.plugins.registrar import Registrar
 from bt_manip.registry import Parts
+
+Hooks = dict[str, Callable[..., None]]
 
 
 def load_plugins(
@@ -65,12 +70,15 @@ def load_plugins(
     points = sorted(entry_points, key=lambda p: (p.name, p.value))
     points += in_folders(choice.folders)
     parts = Parts()
-    plugins = [_builtin(builtin, parts)]
+    hooks = {name: getattr(hookspecs, name) for name in hookspecs.REGISTERING + hookspecs.OBSERVING}
+    plugins = [_builtin(builtin, parts, hooks)]
+    taken = {BUILTIN}
+    imported = []
     for point in points:
-        if choice.blocks(names_of(point)):
-            plugins.append(replace(_found(point), blocked=True))
-            continue
-        plugin = _load(point, parts, [p.name for p in plugins if not p.blocked])
+        found = replace(_found(point), blocked=choice.blocks(names_of(point)))
+        imported.append((found, None) if found.blocked else _import(point, parts, hooks, taken))
+    for found, module in imported:
+        plugin = found if found.status != "ok" else _register(found, module, parts, hooks)
         plugins.append(plugin)
         if plugin.problem:
             warn(plugin.warning)
@@ -91,46 +99,60 @@ def _missing(plugins: Iterable[Plugin]) -> str:
     return note + (f" (blocked: plugin {', '.join(blocked)})" if blocked else "")
 
 
-def _builtin(plugin: object, parts: Parts) -> Plugin:
+def _builtin(plugin: object, parts: Parts, hooks: Hooks) -> Plugin:
     """Collect the built-in parts; errors in them are bugs and are not caught."""
     version = version_of("bt-manip")
     registrar = Registrar(BUILTIN, parts)
-    observers = _call_hooks(plugin, registrar)
+    observers = _call_hooks(plugin, registrar, hooks)
     provides, module = registrar.merge(), _module_of(plugin)
     source = _file_of(plugin)
     return Plugin(BUILTIN, version, source, provides, observers, module=module, package="bt-manip")
 
 
-def _load(point: EntryPoint, parts: Parts, taken: list[str]) -> Plugin:
-    """Load one plugin; after a failure return it with its problem, without registered parts."""
-    found = _found(point)
-    registrar = Registrar(point.name, parts)
+def _import(
+    point: EntryPoint, parts: Parts, hooks: Hooks, taken: set[str]
+) -> tuple[Plugin, object | None]:
+    """Import one plugin, and add the hooks that it declares; after a failure, it has a problem."""
+    found, plugin = _found(point), None
     try:
         if point.name in taken:
             raise BtManipError("another plugin has the same name")
+        taken.add(point.name)
         # The output of a plugin must not mix with the output of the command.
         with contextlib.redirect_stdout(sys.stderr):
             plugin = point.load()
             found = replace(found, source=_file_of(plugin) or found.source)
-            observers = _call_hooks(plugin, registrar)
+            declare_hooks(plugin, parts, hooks)
+        return found, plugin
+    except (Exception, SystemExit) as error:
+        return replace(found, problem=_describe(error)), None
+
+
+def _register(found: Plugin, plugin: object, parts: Parts, hooks: Hooks) -> Plugin:
+    """Register the parts of one plugin; after a failure, it has a problem and no parts."""
+    registrar = Registrar(found.name, parts)
+    try:
+        with contextlib.redirect_stdout(sys.stderr):
+            observers = _call_hooks(plugin, registrar, hooks)
         return replace(found, provides=registrar.merge(), observers=observers)
     except (Exception, SystemExit) as error:
         return replace(found, problem=_describe(error))
 
 
-def _call_hooks(plugin: object, registrar: Registrar) -> tuple[Implementation, ...]:
+def _call_hooks(plugin: object, registrar: Registrar, hooks: Hooks) -> tuple[Implementation, ...]:
     """Call the registering hooks of a plugin; return its observing ones."""
     observers = []
-    for found in _implementations(plugin):
+    for found in _implementations(plugin, hooks):
         if found.name in hookspecs.OBSERVING:
             observers.append(found)
         else:
-            register = registrar.register(found.name.removeprefix("register_"))
+            check = getattr(hooks[found.name], "check", None)
+            register = registrar.register(found.name.removeprefix("register_"), check)
             found.function(**{argument: register for argument in found.arguments})
     return tuple(observers)
 
 
-def _implementations(plugin: object) -> list[Implementation]:
+def _implementations(plugin: object, hooks: Hooks) -> list[Implementation]:
     """Return the hook implementations of a plugin, in the order of the specifications.
 
     Raises:
@@ -138,8 +160,10 @@ def _implementations(plugin: object) -> list[Implementation]:
             wraps others; or if there is no hook.
     """
     manager = pluggy.PluginManager(hookspecs.GROUP)
-    manager.add_hookspecs(hookspecs)
-    known = (*hookspecs.REGISTERING, *hookspecs.OBSERVING)
+    specifications = ModuleType("specifications")
+    vars(specifications).update(hooks)
+    manager.add_hookspecs(specifications)
+    optional = False
     for attribute in dir(plugin):
         options = manager.parse_hookimpl_opts(plugin, attribute)
         if options is None:
@@ -147,35 +171,38 @@ def _implementations(plugin: object) -> list[Implementation]:
         name = options.get("specname") or attribute
         if name in hookspecs.RENAMED:
             raise BtManipError(f"the hook '{name}' is now called '{hookspecs.RENAMED[name]}'")
-        if name not in known:
-            raise BtManipError(f"there is no hook '{name}'{did_you_mean(name, known)}")
+        if name not in hooks and options.get("optionalhook"):
+            optional = True
+            continue
+        if name not in hooks:
+            raise BtManipError(f"there is no hook '{name}'{suggestion('hook', name, hooks)}")
         if options.get("wrapper") or options.get("hookwrapper"):
             raise BtManipError(f"'{name}' wraps other plugins' hooks; hooks only register")
-        _check_function(name, getattr(plugin, attribute))
+        _check_function(hooks[name], name, getattr(plugin, attribute))
     manager.register(plugin)
     found = [
         Implementation(name, impl.function, tuple(_taken(impl.function)))
-        for name in known
+        for name in hooks
         for impl in getattr(manager.hook, name).get_hookimpls()
     ]
-    if not found:
+    if not found and not optional:
         raise BtManipError("it implements no hook; mark its functions with bt_manip.hookimpl")
     return found
 
 
-def _check_function(name: str, function: Callable[..., Any]) -> None:
+def _check_function(hook: Callable[..., None], name: str, function: Callable[..., Any]) -> None:
     """Raise an error if a function cannot be called as a hook."""
     if inspect.isgeneratorfunction(function) or inspect.isasyncgenfunction(function):
         raise BtManipError(f"'{name}' has a yield in it; a hook is a plain function")
     if inspect.iscoroutinefunction(function):
         raise BtManipError(f"'{name}' is async; a hook is a plain function")
-    offered = tuple(inspect.signature(getattr(hookspecs, name)).parameters)
+    offered = tuple(inspect.signature(hook).parameters)
     taken = _taken(function)
     for argument in taken:
         if argument not in offered:
             what = did_you_mean(argument, offered)
             raise BtManipError(f"'{name}' is not given '{argument}', which it takes{what}")
-    if name in hookspecs.REGISTERING and not taken:
+    if name not in hookspecs.OBSERVING and not taken:
         raise BtManipError(f"'{name}' does not take 'register', which it is called with")
 
 

@@ -22,13 +22,21 @@ class Registrar:
         self._items: dict[str, dict[str, Any]] = {kind: {} for kind in self._parts}
         self._open = True
 
-    def register(self, kind: str) -> Callable[..., None]:
+    def register(
+        self, kind: str, check: Callable[[str, Any], None] | None = None
+    ) -> Callable[..., None]:
         """Return the function ``register`` of the hook for a kind of parts.
 
         It raises `BtManipError` for invalid arguments.
+
+        Args:
+            kind: The kind, in the plural.
+            check: Check of parts of a declared kind, see `hookspec`.
         """
         add_factory = partial(self._add_factory, kind)
         take: Callable[..., None] = getattr(self, f"_register_{kind}", add_factory)
+        if check is not None:
+            take = partial(self._add_checked, kind, check)
         signature = inspect.signature(take)
 
         def register(*arguments: Any, **named: Any) -> None:
@@ -67,6 +75,12 @@ class Registrar:
         if name in self._items[kind]:
             raise BtManipError(f"it registers {registry.kind} '{name}' twice")
         self._items[kind][name] = item
+
+    def _add_checked(
+        self, kind: str, check: Callable[[str, Any], None], name: str, part: Any
+    ) -> None:
+        check(name, part)
+        self._add(kind, name, part)
 
     def _add_factory(self, kind: str, name: str, factory: Callable[..., Any]) -> None:
         if not callable(factory):
@@ -107,11 +121,6 @@ class Registrar:
         if not hasattr(description, "name") or not hasattr(description, "arm_joints"):
             raise BtManipError(f"a robot is a RobotDescription, got {description!r}")
         self._add("robots", description.name, description)
-
-    def _register_policies(self, name: str, kind: Any) -> None:
-        if not isinstance(getattr(kind, "make", None), str):
-            raise BtManipError(f"a kind of policies is a PolicyKind, got {kind!r}")
-        self._add("policies", name, kind)
 
     def _register_backends(self, name: str, backend: Any) -> None:
         from bt_manip.robots import Backend

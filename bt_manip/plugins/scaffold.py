@@ -97,7 +97,7 @@ def _check_free(name: str, part: str, kind: str, plugins: Plugins) -> None:
     there = plugins.find(name)
     if there is not None:
         raise BtManipError(f"{there.label} is installed already; choose another name")
-    plugins.parts.by_kind()[f"{kind}s"].check(part)
+    plugins.parts.of(f"{kind}s").check(part)
     if kind == "behaviour":
         from bt_manip.bt import BehaviourRegistry
 

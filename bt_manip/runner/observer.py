@@ -117,7 +117,7 @@ def recorder_name(suffix: str, recorders: Registry[Any]) -> str:
         names |= dict.fromkeys([known] if isinstance(known, str) else known, name)
     if suffix not in names:
         known = ", ".join(sorted(names))
-        package = missing(suffix)
+        package = missing("file", suffix)
         hint = f"; {suffix} {package}" if package else f", known are {known}"
         raise BtManipError(f"no recorder writes '{suffix}' files{hint}")
     return names[suffix]

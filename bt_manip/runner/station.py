@@ -134,7 +134,7 @@ class Station:
 
     @property
     def infrastructure(self) -> dict[str, Any]:
-        """Keyword arguments of the behaviours' ``setup``.
+        """Keyword arguments of the behaviours' ``setup``, with the parts of declared kinds.
 
         Where there are several robots, ``robot``, ``arm``, ``controllers`` and ``gripper``
         raise when they are used.
@@ -142,6 +142,7 @@ class Station:
         only = self.first if len(self.robots) == 1 else None
         none = NoOnlyRobot(self.robots)
         return {
+            **self.parts.declared,
             "cell": self.cell,
             "robots": self.robots,
             "robot": only.robot if only else none,
@@ -151,7 +152,6 @@ class Station:
             "rng": self.rng,
             "models": self.models,
             "planners": self.parts.planners,
-            "policies": self.parts.policies,
             "poses": self.poses,
         }
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Literal
 
 from bt_manip.exceptions import BtManipError, did_you_mean
+from bt_manip.packages import missing
 
 Clock = Callable[[], float]
 """Clock of a tree's timers [s]."""
@@ -86,6 +87,8 @@ def _not_found(text: str, registered: Mapping[str, str]) -> str:
                 Path(path), ".py"
             )
         return f"'{function}' in '{text}' is not the name of a function"
+    if package := missing("tree", text):
+        return f"unknown tree '{text}'; it {package}"
     return (
         f"unknown tree '{text}'"
         + did_you_mean(text, registered)

@@ -13,7 +13,8 @@ from dm_control import composer
 
 from bt_manip.cell import Cell, CellError
 from bt_manip.cell.objects import Catalogue
-from bt_manip.exceptions import BtManipError, did_you_mean
+from bt_manip.exceptions import BtManipError
+from bt_manip.packages import suggestion
 from bt_manip.registry import Registry
 
 from .objects import support_height
@@ -175,7 +176,7 @@ def make_pose_source(
     if name == PHYSICS:
         return None
     if name not in sources:
-        near = did_you_mean(name, (PHYSICS, *sources))
+        near = suggestion("pose source", name, (PHYSICS, *sources))
         raise BtManipError(f"unknown pose source '{name}'{near}")
     make = sources.maker(name, "pose", "taken", expected="a bt_manip.scenes.PoseSource")
     expected = [scene_object for scene_object in objects if scene_object.expected]

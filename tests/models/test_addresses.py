@@ -52,9 +52,9 @@ def test_models_of_fuel_and_sdf_name_the_package_that_reads_them(
     address, gazebo_files, monkeypatch
 ):
     monkeypatch.setenv("BT_MANIP_BLOCK", "fuel")
-    with pytest.raises(ModelError, match="pip install bt-manip-fuel") as caught:
+    with pytest.raises(ModelError, match="pip install ./plugins/bt-manip-fuel") as caught:
         load_model(address)
-    assert str(caught.value).startswith(f"'{address}': ")
+    assert str(caught.value).startswith(f"'{address}' needs the package")
 
 
 def test_sources_and_formats_of_installed_plugins_are_the_default(tmp_path, monkeypatch):

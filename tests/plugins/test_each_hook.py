@@ -285,28 +285,6 @@ def after_tick(station):
     assert "it moves" not in run("register_faults", body=body, extra=extra)
 
 
-def test_register_policies_lets_leaves_run_policies_of_a_kind(parts_of):
-    kind = parts_of("register_policies").policies.get("act")
-    assert (kind.make, kind.load_time) == ("my_policies.act:ActPolicy", 20.0)
-
-
-def test_register_actions_makes_kinds_by_which_agents_act(parts_of):
-    from bt_manip_learn.envs import LearningTask
-
-    task = LearningTask("pick_place", action="joint_velocities", parts=parts_of("register_actions"))
-    task.reset(0)
-    arm = task.episodes.station.arm
-    start = arm.q.copy()
-    v = np.zeros(arm.model.nq)
-    v[0] = 0.2
-    for _ in range(20):
-        task.step(v)
-    assert (arm.q - start)[0] == pytest.approx(0.2, abs=0.03)  # a second with 0.2 rad/s
-    np.testing.assert_allclose(task.action.recorded(), v, atol=1e-6)
-    with pytest.raises(BtManipError, match="unknown action kind 'joint_velocity'; did you mean"):
-        LearningTask("pick_place", action="joint_velocity", parts=task.episodes.parts)
-
-
 def test_register_contracts_adds_checks_of_all_plugins(example):
     choice = PluginSelection(folders=(example("register_contracts"),))
     plugins = load_plugins(entry_points=(), warn=pytest.fail, choice=choice)

@@ -28,6 +28,7 @@ from bt_manip.bt.xml.source import Attribute, Element, Text
 from bt_manip.bt.xml.specs import NodeSpec, SubTreeUse, TreeSpec
 from bt_manip.bt.xml.static_checks import check_attributes, check_node
 from bt_manip.exceptions import ScriptError, shortened
+from bt_manip.packages import missing
 
 SCRIPTS = tuple(CONDITIONS.values())
 
@@ -170,6 +171,8 @@ class _TreeReader:
             return None
         if name not in self._registry:
             near = hint(name, [*self._registry.names(), *EXPLICIT_OR_SUBTREE])
+            if package := missing("behaviour", name):
+                near = f"; it {package}"
             if name in self._context.document.trees:
                 near = f'; to tick the tree of that name write <SubTree ID="{name}"/>'
             place = element.place_of("ID") if explicit else element.place

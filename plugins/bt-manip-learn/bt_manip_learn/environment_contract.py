@@ -119,7 +119,7 @@ def environment_checks(
             yield Check(f"{name}: {title}", make(check, EnvironmentCase(name, parts)))
     for name in provides.get("trees", ()):
         options = {"settings": {key: str(value) for key, value in settings.get(name, {}).items()}}
-        for action in parts.actions:
+        for action in parts.of("actions"):
             case = EnvironmentCase(action, parts, name, options)
             title = f"tree {name}: environments go on from their states with {action}"
             yield Check(title, make(environments_go_on_from_their_states, case), long=True)

@@ -1,13 +1,14 @@
-"""Hooks of this package."""
+"""Hooks that this package declares and implements."""
 
 from collections.abc import Callable
 from typing import Any
 
 from bt_manip import hookimpl
+from bt_manip_learn.hooks import register_actions as register_actions
 
 
-@hookimpl
-def register_actions(register: Callable[[str, Callable[[Any], Any]], None]) -> None:
+@hookimpl(specname="register_actions")
+def register_own_actions(register: Callable[[str, Callable[[Any], Any]], None]) -> None:
     """Register torques and targets of joints, displacements of the tool, and parts of the tree."""
     from bt_manip_learn import agents
 

@@ -67,7 +67,7 @@ class Unnamed(JointTargets):
     ],
 )  # fmt: skip
 def test_a_broken_kind_of_actions_is_found(parts, check, cls, message):
-    parts = replace(parts, actions=parts.actions.with_part("broken", cls))
+    parts = replace(parts, declared={"actions": parts.of("actions").with_part("broken", cls)})
     with pytest.raises(AssertionError, match=message):
         check(EnvironmentCase("broken", parts))
 

@@ -1,8 +1,9 @@
-"""The parts that this package registers."""
+"""The hook that this package declares, and the parts that it registers."""
 
 from pathlib import Path
 
 from bt_manip import hookimpl
+from bt_manip_policy.hooks import register_policies as register_policies
 
 TREES = Path(__file__).parent / "trees"
 
@@ -17,8 +18,8 @@ def register_behaviours(register):
     register(IsAbove)
 
 
-@hookimpl
-def register_policies(register):
+@hookimpl(specname="register_policies")
+def register_own_policies(register):
     """Register policies in ONNX files."""
     from bt_manip_policy.policy_kind import ONNX
 

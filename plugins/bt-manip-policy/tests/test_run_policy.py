@@ -30,8 +30,8 @@ TOOL = {"robot_tool_position": (3,)}
 @pytest.fixture(scope="module")
 def built():
     parts = load_plugins().parts
-    parts.policies.add("quick", replace(ONNX, load_time=0.5, time=0.5), "tests")
-    parts.policies.add("summing", PolicyKind("summing_policy:Policy"), "tests")
+    parts.of("policies").add("quick", replace(ONNX, load_time=0.5, time=0.5), "tests")
+    parts.of("policies").add("summing", PolicyKind("summing_policy:Policy"), "tests")
     station = build_station(parts)
     return station, station.get_state()
 

@@ -118,5 +118,5 @@ def action_kind(name: str, episodes: Episodes) -> ActionKind:
     Raises:
         UnknownPartError: If no kind has this name.
     """
-    make = episodes.parts.actions.maker(name, "space", "step", expected="an ActionKind")
+    make = episodes.parts.of("actions").maker(name, "space", "step", expected="an ActionKind")
     return make(episodes)

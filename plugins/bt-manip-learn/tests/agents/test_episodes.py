@@ -30,7 +30,7 @@ def test_an_episode_does_not_depend_on_those_before_it(episodes, parts):
     assert episodes.station.cell.state_bytes() == fresh.station.cell.state_bytes()
 
 
-@pytest.mark.parametrize("name", load_plugins().parts.actions)
+@pytest.mark.parametrize("name", load_plugins().parts.of("actions"))
 def test_actions_of_every_kind_make_a_step(episodes, name):
     episodes.reset(2)
     kind = action_kind(name, episodes)

@@ -15,7 +15,7 @@ from bt_manip.plugins import load_plugins
 from bt_manip_learn.envs import environment_id
 
 ID = "bt_manip/PickPlace-v0"
-ACTIONS = tuple(load_plugins().parts.actions)
+ACTIONS = tuple(load_plugins().parts.of("actions"))
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*WARN.*:UserWarning")
 
