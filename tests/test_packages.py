@@ -29,6 +29,12 @@ def test_options_and_formats_name_the_package(arguments, capfd, tmp_path, monkey
     assert INSTALL in capfd.readouterr().err
 
 
+def test_a_command_names_the_package(capfd):
+    assert run_app(Interrupt(), ["--block", "learn", "demos", "pick_place"]) == 2
+    install = "'demos' needs the package bt-manip-learn: pip install ./plugins/bt-manip-learn"
+    assert install in capfd.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("former", "new", "package"),
     [

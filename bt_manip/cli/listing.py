@@ -45,7 +45,7 @@ def list_parts(kind: str | None, name: str | None, robots: tuple[str, ...], epis
     its ports or parameters; a KIND before it chooses between parts of the same name.
 
     Kinds: trees, behaviours, objects, robots, grippers, controllers, planners, scenes, actions,
-    backends, pose_sources, model_sources, model_formats, model_caches, recorders, views,
+    backends, pose_sources, model_sources, model_formats, model_caches, recorders, views, commands,
     export_formats, panels, faults, contracts, policies, plugins. The kind tasks lists which robot
     can do which tree, with the reason where not: the station is built, starts are sampled, and the
     first motion of each is planned.

@@ -8,6 +8,7 @@ import click
 
 from bt_manip.cli.completion import complete_part
 from bt_manip.cli.exit_codes import FAILED, SUCCESS
+from bt_manip.cli.plugin_group import PluginGroup
 from bt_manip.cli.plugin_options import load_chosen_plugins
 from bt_manip.exceptions import BtManipError, with_short_values
 
@@ -21,7 +22,7 @@ _cycles = click.option(
 )  # fmt: skip
 
 
-@click.group()
+@click.group(cls=PluginGroup)
 def robot() -> None:
     """Describe a robot from its model, check and show descriptions."""
 
