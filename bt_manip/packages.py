@@ -6,8 +6,9 @@ from typing import Any
 PACKAGES = {
     "bt-manip-groot": "--groot --groot-port .btlog .db3 btlog db3 bt_manip.groot",
     "bt-manip-learn": "demos bt_manip.agents bt_manip.demonstrations bt_manip.envs",
+    "bt-manip-setup": "robot bt_manip.robot_setup",
 }
-"""By package: options, suffixes, formats, and former modules, separated by blanks."""
+"""By package: commands, options, suffixes, formats, and former modules, separated by blanks."""
 
 PACKAGE_OF = {name: package for package, names in PACKAGES.items() for name in names.split()}
 """The package of each of these names."""
@@ -29,7 +30,8 @@ class MovedModules:
         """Find nothing; raise an ImportError for a module that has moved."""
         if name in PACKAGE_OF:
             package, last = PACKAGE_OF[name].replace("-", "_"), name.rpartition(".")[2]
-            new = package if package.endswith(last) else f"{package}.{last}"
+            same = last.endswith(package.rpartition("_")[2])  # such as robot_setup
+            new = package if same else f"{package}.{last}"
             raise ModuleNotFoundError(f"{name} is now {new}, and {missing(name)}", name=name)
 
 

@@ -42,6 +42,7 @@ def test_a_command_names_the_package(capfd):
         ("agents", "bt_manip_learn.agents", "bt-manip-learn"),
         ("demonstrations", "bt_manip_learn.demonstrations", "bt-manip-learn"),
         ("envs", "bt_manip_learn.envs", "bt-manip-learn"),
+        ("robot_setup", "bt_manip_setup", "bt-manip-setup"),
     ],
 )
 def test_the_import_of_a_former_module_names_the_new_one_and_its_package(former, new, package):

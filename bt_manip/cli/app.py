@@ -26,7 +26,6 @@ COMMANDS = {
     "plugins": "bt_manip.cli.plugins:show_plugins",
     "replay": "bt_manip.cli.replay:replay",
     "report": "bt_manip.cli.report:report",
-    "robot": "bt_manip.cli.robot:robot",
     "run": "bt_manip.cli.run:run",
     "scene": "bt_manip.cli.scene:scene",
     "stress": "bt_manip.cli.stress:stress",

@@ -101,7 +101,7 @@ def _list_tasks(
     Raises:
         BtManipError: If there is no such task or robot.
     """
-    from bt_manip.robot_setup import why_not
+    from bt_manip.evaluation import why_not
     from bt_manip.scenes import find_robot
 
     parts = plugins.parts

@@ -13,7 +13,6 @@ from bt_manip import spatial
 from bt_manip.cell import escaped_name, literal_name
 from bt_manip.collision import CollisionWorld, permanent_self_collisions
 from bt_manip.grippers import (
-    DEFAULT_LENGTH,
     find_fingers,
     suction_gripper,
     two_finger_gripper,
@@ -52,7 +51,7 @@ _TOOL_LIMITS = ToolLimits(velocity=1.0, acceleration=5.0, jerk=500.0)
 _MAX_FRICTION = 5.0  # [N] at the fingers, from dry friction of the gripper's joints
 _MAX_MASS = 3.0  # [kg] effective mass of a finger, with the armature of its joints
 _FINGER_ARMATURE = 0.005  # [kg m2] in place of a larger armature
-_CUP_DIAMETER, _CUP_PRESSURE = 0.03, 6e4  # [m], [Pa] of a built cup
+_CUP_DIAMETER, _CUP_LENGTH, _CUP_PRESSURE = 0.03, 0.05, 6e4  # [m], [m], [Pa] of a built cup
 _SAME = 1e-6  # largest difference of equal rotations
 _ALONG = 0.9  # least cosine of directions that count as parallel
 
@@ -195,8 +194,10 @@ def _built_cup(mount: str) -> dict[str, Any]:
     """Return the tool and a suction cup built at the mount."""
     return {
         "tool_frame": mount,
-        "T_ft": spatial.pose((0.0, 0.0, DEFAULT_LENGTH)),
-        "gripper": suction_gripper(diameter=_CUP_DIAMETER, pressure=_CUP_PRESSURE),
+        "T_ft": spatial.pose((0.0, 0.0, _CUP_LENGTH)),
+        "gripper": suction_gripper(
+            diameter=_CUP_DIAMETER, pressure=_CUP_PRESSURE, length=_CUP_LENGTH
+        ),
     }
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import pinocchio as pin
 
+from bt_manip import build_station
 from bt_manip.behaviours import (
     ArmBehaviour,
     Grasp,
@@ -22,7 +23,6 @@ from bt_manip.bt import NodeStatus, Sequence
 from bt_manip.cell import Region
 from bt_manip.cell.objects import Box
 from bt_manip.exceptions import BtManipError, without_numbers
-from bt_manip.plugins import build_station
 from bt_manip.registry import Parts
 from bt_manip.robots import Robot, RobotDescription
 from bt_manip.runner import RunObserver, Station, prepare, request_of
@@ -31,7 +31,7 @@ from bt_manip.scenes import table_and_basket
 from .inspection import tool_findings
 
 if TYPE_CHECKING:
-    from bt_manip.bt.nodes import TreeNode
+    from bt_manip.bt import Node
     from bt_manip.runner import Run
 
 
@@ -188,7 +188,7 @@ class _Watch(RunObserver):
         """Clear the failures of the last cycle."""
         self._in_cycle = []
 
-    def _node_changed(self, node: "TreeNode", old: NodeStatus, new: NodeStatus) -> None:
+    def _node_changed(self, node: "Node", old: NodeStatus, new: NodeStatus) -> None:
         if new is NodeStatus.FAILURE and isinstance(node, ArmBehaviour):
             self._in_cycle.append(f"{node.name}: {node.feedback_message}")
 
