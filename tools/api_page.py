@@ -79,8 +79,8 @@ EXPERIMENTAL = {
     "bt_manip.robots": (
         "GripperError RobotError DeviceError GripperDescription MotionLimits Tolerance ToolLimits "
         "Payload RobotModel verify GraspGenerator FoundGripper effort_limit ensure_motors "
-        "ArmBounds ArmDevice GripperDevice DeviceState GripperState MENAGERIE assemble compile_alone "
-        "description_text element_names model_file read_gripper read_model site_pose"
+        "ArmBounds ArmDevice GripperDevice DeviceState GripperState MENAGERIE assemble "
+        "compile_alone description_text element_names model_file read_gripper read_model site_pose"
     ),
     "bt_manip.planning": "Planner LineTo ArcTo TurnAbout edge_is_free shortcut",
     "bt_manip_learn.agents": (

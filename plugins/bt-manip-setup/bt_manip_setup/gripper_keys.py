@@ -1,0 +1,305 @@
+"""The keys ``[gripper]`` and ``[tool]`` of a description."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+
+from bt_manip import spatial
+from bt_manip.cell import escaped_name, literal_name
+from bt_manip.grippers import find_fingers, suction_gripper, two_finger_gripper
+from bt_manip.registry import Parts
+from bt_manip.robots import (
+    MENAGERIE,
+    FoundGripper,
+    Gripper,
+    GripperDescription,
+    RobotDescription,
+    RobotError,
+    assemble,
+    site_pose,
+)
+
+from .known_grippers import CUP, find_gripper
+
+CHOSEN = "CHOSEN, not in the model: replace by the data sheet's"
+"""Begins the comment on a value that the model does not have."""
+
+_FORCE, _FINGER_SPEED = 50.0, 0.1  # [N], [m/s] if the model has none
+_PADS = {"solref": [0.004, 1.0], "solimp": [0.95, 0.99, 0.001]}
+_MAX_FRICTION = 5.0  # [N] at the fingers, from dry friction of the gripper's joints
+_MAX_MASS = 3.0  # [kg] effective mass of a finger, with the armature of its joints
+_FINGER_ARMATURE = 0.005  # [kg m2] in place of a larger armature
+_CUP_DIAMETER, _CUP_LENGTH, _CUP_PRESSURE = 0.03, 0.05, 6e4  # [m], [m], [Pa] of a built cup
+_SAME = 1e-6  # largest difference of equal rotations
+_ALONG = 0.9  # least cosine of directions that count as parallel
+
+
+def with_gripper(
+    description: RobotDescription,
+    parts: Parts,
+    arm: mujoco.MjModel,
+    given: str | None,
+    *,
+    mount: str,
+    tool_frame: str | None,
+    has_fingers: bool,
+) -> tuple[RobotDescription, dict[str, str]]:
+    """Return a description with gripper and tool frame, and comments on these keys.
+
+    A registered gripper keeps its parameters; that of another model, or of the arm's, is measured.
+    Without any gripper the description stays as it is.
+
+    Args:
+        description: The description of the arm.
+        parts: The registered parts, among them the kinds of grippers.
+        arm: The arm's model, compiled alone.
+        given: Name or model of a gripper; None: that of the arm's model, if it has one.
+        mount: Site or body at which a gripper is mounted.
+        tool_frame: Site or body between the fingers; None: measured.
+        has_fingers: Whether the arm's model has joints beyond the arm.
+
+    Raises:
+        RobotError: If the gripper cannot be found; the message names the option to give it.
+    """
+    if given is None and not has_fingers and _cup(arm) is None:
+        return description, {}
+    known = None
+    if given is not None:
+        given, known = find_gripper(given, parts)
+    if given == CUP:
+        notes = {"gripper": "CHOSEN: a cup of 3 cm, built at the mount."}
+        return replace(description, **_built_cup(mount)), notes
+    if given is not None and known is not None:
+        notes = {"gripper": f"Gripper of the registered robot {known.name}."}
+        return replace(description, **_registered(arm, description, known, given)), notes
+    try:
+        return _measured(description, given, mount, tool_frame, parts)
+    except RobotError as error:
+        joints = ",".join(description.arm_joints)
+        kinds = ", ".join(sorted({*parts.grippers} - {"two_finger", "suction"}))
+        others = kinds and f"; for another kind ({kinds}) give a registered gripper's name"
+        raise RobotError(f"{error}{others} (the arm: --joints {joints})") from error
+
+
+def _built_cup(mount: str) -> dict[str, Any]:
+    """Return the tool and a suction cup built at the mount."""
+    return {
+        "tool_frame": mount,
+        "T_ft": spatial.pose((0.0, 0.0, _CUP_LENGTH)),
+        "gripper": suction_gripper(
+            diameter=_CUP_DIAMETER, pressure=_CUP_PRESSURE, length=_CUP_LENGTH
+        ),
+    }
+
+
+def _registered(
+    model: mujoco.MjModel, description: RobotDescription, known: RobotDescription, given: str
+) -> dict[str, Any]:
+    """Return the tool and the gripper of a registered robot, for the mount of another arm.
+
+    Args:
+        model: The arm, compiled alone.
+        description: Its description, with the mount as the tool frame.
+        known: The registered robot.
+        given: The gripper as given by the user: a name or a model.
+    """
+    gripper, mount = known.gripper, description.tool_frame
+    assert gripper is not None and gripper.model is not None
+    is_file = given.startswith(MENAGERIE) or Path(given).is_file()
+    carried = replace(
+        gripper,
+        model=given if is_file else gripper.model,
+        mount=mount,
+        T_mg=_outwards(model, description, mount) * gripper.T_mg,
+        file=None,
+    )
+    return {"tool_frame": known.tool_frame, "T_ft": known.T_ft, "gripper": carried}
+
+
+def _cup(model: mujoco.MjModel) -> int | None:
+    """Return the body of the first adhesion actuator; None without one."""
+    cups = np.flatnonzero(model.actuator_trntype == int(mujoco.mjtTrn.mjTRN_BODY))
+    return int(model.actuator_trnid[cups[0], 0]) if cups.size else None
+
+
+def _measured(
+    description: RobotDescription,
+    model: str | None,
+    mount: str,
+    tool_frame: str | None,
+    parts: Parts,
+) -> tuple[RobotDescription, dict[str, str]]:
+    """Return the description with the gripper and the tool frame, and comments on them."""
+    names = [escaped_name(joint) for joint in description.arm_joints]
+    carried = None if model is None else GripperDescription(model=model, mount=mount)
+    assembled = assemble(replace(description, gripper=carried))
+    prefix = "" if model is None else assembled.gripper.full_identifier
+
+    def local(full: str) -> str:
+        return literal_name(full.removeprefix(prefix))
+
+    cup = _cup(assembled.alone)
+    if cup is not None:
+        sites = np.flatnonzero(assembled.alone.site_bodyid == cup)
+        if tool_frame is None and len(sites) != 1:
+            body = local(assembled.alone.body(cup).name)
+            raise RobotError(
+                f"{model or description.model}: the suction cup '{body}' has {len(sites)} sites: "
+                "name the one at its lip whose z axis is the cup's (--tool-frame)"
+            )
+        frame = tool_frame or local(assembled.alone.site(sites[0]).name)
+        gripper = suction_gripper(model=model, mount=mount if model else None)
+        return replace(description, tool_frame=frame, gripper=gripper), {}
+    tool = None
+    if tool_frame is not None:
+        site = assembled.tool_site
+        tool = site.parent.full_identifier, site_pose(assembled.alone, site)
+    try:
+        found = find_fingers(assembled.alone, names, tool=tool, where=model or description.model)
+    except RobotError:
+        other = _of_another_kind(assembled.alone, names, parts)
+        if other is None:
+            raise
+        kind, hand = other
+        known = {key: _renamed(value, local) for key, value in hand.parameters.items()}
+        gripper = GripperDescription(
+            kind=kind,
+            max_force=hand.max_force,
+            parameters=known,
+            model=model,
+            mount=mount if model else None,
+            T_mg=pin.SE3.Identity()
+            if model is None
+            else _standing(assembled.alone, description, hand),
+        )
+        described = replace(
+            description, gripper=gripper, tool_frame=local(hand.body), T_ft=hand.T_bt
+        )
+        return described, dict(hand.notes)
+    notes = {"gripper": "Measured on the model.", "gripper.max_speed": f"{CHOSEN} [m/s]."}
+    notes["gripper.max_force"] = "Force of the model's actuator at each finger [N]."
+    force = found.max_force
+    if force is None:
+        force, notes["gripper.max_force"] = _FORCE, f"{CHOSEN} [N]."
+    travel, changes = found.travel, {}
+    if travel.friction > _MAX_FRICTION:
+        changes["frictionloss"] = 0.0
+        notes["gripper.frictionloss"] = (
+            f"The model's dry friction would take {travel.friction:.0f} N of the fingers."
+        )
+    if travel.mass > _MAX_MASS:
+        changes["armature"] = _FINGER_ARMATURE
+        notes["gripper.armature"] = (
+            f"With the model's armature, the effective mass of a finger is {travel.mass:.0f} kg."
+        )
+    R_wt = _rotation(assembled.alone, found.body, found.T_bt)
+    gripper = two_finger_gripper(
+        joints=[local(joint) for joint in found.joints],
+        fingers=[local(finger) for finger in found.fingers],
+        motor=None if found.motor is None else local(found.motor),
+        open_width=float(np.floor(1e4 * travel.open_width) / 1e4),
+        max_speed=_FINGER_SPEED,
+        max_force=float(f"{force:.2g}"),
+        pads=_PADS,
+        model=model,
+        mount=mount if model else None,
+        T_mg=None if model is None else _outwards(assembled.alone, description, mount, R_wt[:, 2]),
+        **changes,
+    )
+    if tool_frame is None:
+        notes["tool"] = "Between the finger pads; z is the direction of approach."
+        description = replace(description, tool_frame=local(found.body), T_ft=found.T_bt)
+    elif tool is not None:
+        turn = pin.SE3(_rotation(assembled.alone, *tool).T @ R_wt, np.zeros(3))
+        if not turn.isIdentity(_SAME):
+            notes["tool"] = "The rotation makes z the direction of approach of the fingers."
+            description = replace(description, T_ft=turn)
+    return replace(description, gripper=gripper), notes
+
+
+def _rotation(model: mujoco.MjModel, body: str, T: pin.SE3) -> np.ndarray:
+    """Return the rotation in the world of a frame given by its pose in a body."""  # (3, 3)
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    return np.array(data.body(body).xmat.reshape(3, 3) @ T.rotation)
+
+
+def _of_another_kind(
+    model: mujoco.MjModel, arm_joints: Sequence[str], parts: Parts
+) -> tuple[str, FoundGripper] | None:
+    """Return the first registered gripper kind that recognises its gripper in a model."""
+    for name in parts.grippers:
+        kind = parts.grippers.get(name)
+        if isinstance(kind, type) and issubclass(kind, Gripper):
+            found = kind.found_in(model, arm_joints)
+            if found is not None:
+                return name, found
+    return None
+
+
+def _renamed(value: Any, local: Callable[[str], str]) -> Any:
+    """Return a parameter with names as in the model file."""
+    if isinstance(value, str):
+        return local(value)
+    return [_renamed(item, local) for item in value] if isinstance(value, list) else value
+
+
+def _standing(model: mujoco.MjModel, description: RobotDescription, found: FoundGripper) -> pin.SE3:
+    """Return the pose in its mount of a gripper that stands on it, z outwards."""
+    body = model.body(found.body).id
+    own = (model.geom_bodyid == body) & (model.geom_contype | model.geom_conaffinity != 0)
+    low = 0.0
+    for geom in np.flatnonzero(own):
+        R = np.zeros(9)
+        mujoco.mju_quat2Mat(R, model.geom_quat[geom])
+        middle, half = model.geom_aabb[geom, :3], model.geom_aabb[geom, 3:]
+        z = R.reshape(3, 3)[2]
+        low = min(low, float(model.geom_pos[geom, 2] + z @ middle - np.abs(z) @ half))
+    turn = _outwards(model, description, description.tool_frame)
+    return turn * spatial.pose((0.0, 0.0, round(-low, 3)))
+
+
+def _outwards(
+    model: mujoco.MjModel,
+    description: RobotDescription,
+    mount: str,
+    approach: np.ndarray | None = None,
+) -> pin.SE3:
+    """Return the rotation in a mount that turns a direction away from the arm.
+
+    Away is along the axis of the last joint, from the last links to the mount. If the z axis of the
+    mount is not parallel to it, away is that z axis.
+
+    Args:
+        model: The arm, compiled alone.
+        description: Its description.
+        mount: Name of the mount.
+        approach: The direction in the world, approximately; default: the mount's z
+            axis.  # (3,)
+    """
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    joints = [model.joint(escaped_name(name)).id for name in description.arm_joints]
+    site = mujoco.mj_name2id(model, int(mujoco.mjtObj.mjOBJ_SITE), escaped_name(mount))
+    at, R = (
+        (data.site_xpos[site], data.site_xmat[site])
+        if site >= 0
+        else (data.body(escaped_name(mount)).xpos, data.body(escaped_name(mount)).xmat)
+    )
+    R_wm = R.reshape(3, 3)
+    outwards = R_wm[:, 2]
+    axis = data.xaxis[joints[-1]]
+    if abs(axis @ outwards) > _ALONG:
+        along = [float((at - data.xanchor[j]) @ axis) for j in reversed(joints)]
+        outwards = np.sign(next((d for d in along if abs(d) > 1e-3), 1.0)) * axis
+    if approach is None:
+        approach = R_wm[:, 2]
+    elif approach @ outwards > _ALONG:
+        return pin.SE3.Identity()
+    turn = pin.Quaternion.FromTwoVectors(R_wm.T @ approach, R_wm.T @ outwards)
+    return pin.SE3(turn.matrix(), np.zeros(3))
