@@ -68,8 +68,8 @@ def _files(choice: PluginSelection) -> Iterator[Path]:
     modules = {"bt_manip"}
     for point in installed():
         modules.add(point.module.partition(".")[0])
-        if point.dist is not None and (metadata := getattr(point.dist, "_path", None)):
-            yield Path(metadata)
+        if point.folder is not None:
+            yield point.folder
     for module in sorted(modules):
         with contextlib.suppress(ImportError, ValueError):
             spec = importlib.util.find_spec(module)

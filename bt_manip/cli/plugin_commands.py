@@ -5,7 +5,6 @@ import importlib
 import traceback
 from collections.abc import Mapping
 from dataclasses import dataclass
-from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +14,7 @@ from bt_manip.cli.plugin_options import print_warning
 from bt_manip.plugins import (
     COMMAND_GROUP,
     PREFIX,
+    PluginPoint,
     PluginSelection,
     call_single_hook,
     installed,
@@ -39,7 +39,7 @@ class PluginCommand:
         group: Name of the group of commands to which it belongs; empty: the program.
     """
 
-    point: EntryPoint
+    point: PluginPoint
     name: str
     target: str | click.Command
     group: str = ""
@@ -103,7 +103,7 @@ def plugin_commands(choice: PluginSelection) -> Mapping[str, PluginCommand]:
     """Return the commands of plugins by group and name; of duplicates, the first."""
 
     def command(
-        point: EntryPoint, name: str, target: str | click.Command, group: str = ""
+        point: PluginPoint, name: str, target: str | click.Command, group: str = ""
     ) -> tuple[str, PluginCommand]:
         found = PluginCommand(point, name, target, group)
         return found.words, found

@@ -10,6 +10,7 @@ from bt_manip import lazy_exports
 if TYPE_CHECKING:
     from bt_manip.plugins.entry_points import COMMAND_GROUP as COMMAND_GROUP
     from bt_manip.plugins.entry_points import PREFIX as PREFIX
+    from bt_manip.plugins.entry_points import PluginPoint as PluginPoint
     from bt_manip.plugins.entry_points import PluginSelection as PluginSelection
     from bt_manip.plugins.entry_points import installed as installed
     from bt_manip.plugins.entry_points import label_of as label_of
@@ -31,7 +32,7 @@ __getattr__ = lazy_exports(
     __name__,
     {
         "bt_manip.plugins.entry_points": (
-            "COMMAND_GROUP PREFIX PluginSelection installed label_of names_of"
+            "COMMAND_GROUP PREFIX PluginPoint PluginSelection installed label_of names_of"
         ),
         "bt_manip.plugins.loading": "load_plugins",
         "bt_manip.plugins.plugin": "BUILTIN Plugin Plugins PluginWarning",

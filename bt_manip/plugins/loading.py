@@ -22,7 +22,13 @@ import pluggy
 
 from bt_manip import hookspecs
 from bt_manip.exceptions import BtManipError, did_you_mean
-from bt_manip.plugins.entry_points import PluginSelection, in_folders, installed, names_of
+from bt_manip.plugins.entry_points import (
+    PluginPoint,
+    PluginSelection,
+    in_folders,
+    installed,
+    names_of,
+)
 from bt_manip.plugins.plugin import BUILTIN, Implementation, Plugin, Plugins, PluginWarning
 from bt_manip.plugins.registrar import Registrar
 from bt_manip.registry import Parts
@@ -30,7 +36,7 @@ from bt_manip.registry import Parts
 
 def load_plugins(
     *,
-    entry_points: Iterable[EntryPoint] | None = None,
+    entry_points: Iterable[PluginPoint | EntryPoint] | None = None,
     builtin: object | None = None,
     warn: Callable[[str], None] | None = None,
     choice: PluginSelection | None = None,
@@ -101,7 +107,7 @@ def _builtin(plugin: object, parts: Parts) -> Plugin:
     return Plugin(BUILTIN, version, source, provides, observers, module=module, package="bt-manip")
 
 
-def _load(point: EntryPoint, parts: Parts, taken: list[str]) -> Plugin:
+def _load(point: PluginPoint | EntryPoint, parts: Parts, taken: list[str]) -> Plugin:
     """Load one plugin; after a failure return it with its problem, without registered parts."""
     found = _found(point)
     registrar = Registrar(point.name, parts)
@@ -189,7 +195,7 @@ def _taken(function: Callable[..., Any]) -> list[str]:
     ]
 
 
-def _found(point: EntryPoint) -> Plugin:
+def _found(point: PluginPoint | EntryPoint) -> Plugin:
     """Return the description of an unloaded plugin."""
     dist = point.dist
     version, package = ("", "") if dist is None else (str(dist.version), str(dist.name))

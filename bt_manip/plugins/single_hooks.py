@@ -3,13 +3,13 @@
 import contextlib
 import importlib.machinery
 from collections.abc import Callable
-from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import Any, TypeVar
 
 from bt_manip.exceptions import BtManipError
 from bt_manip.plugins.entry_points import (
     FilePlugin,
+    PluginPoint,
     PluginSelection,
     in_folders,
     installed,
@@ -55,7 +55,7 @@ def view_factories(choice: PluginSelection) -> dict[str, Callable[..., Any]]:
     return call_single_hook("register_views", choice, lambda _, name, factory: (name, factory))
 
 
-def _registered(point: EntryPoint, hook: str, item: Callable[..., tuple[str, T]]) -> dict[str, T]:
+def _registered(point: PluginPoint, hook: str, item: Callable[..., tuple[str, T]]) -> dict[str, T]:
     registered: dict[str, T] = {}
 
     def register(*arguments: Any, **named: Any) -> None:
@@ -66,7 +66,7 @@ def _registered(point: EntryPoint, hook: str, item: Callable[..., tuple[str, T]]
     return registered
 
 
-def _mentions(point: EntryPoint, hook: str) -> bool:
+def _mentions(point: PluginPoint, hook: str) -> bool:
     path = Path(point.value) if isinstance(point, FilePlugin) else source_of(point.module)
     try:
         return path is not None and hook.encode() in path.read_bytes()

@@ -173,7 +173,7 @@ def test_help_loads_none_of_twenty_plugins(site):
         "from bt_manip.cli.app import run_app\n"
         "from bt_manip.cli.interrupt import Interrupt\n"
         "assert run_app(Interrupt(), ['--help']) == 0\n"
-        "dear = {'mujoco', 'numpy', 'bt_manip.plugins.loading'}\n"
+        "dear = {'mujoco', 'numpy', 'importlib.metadata', 'bt_manip.plugins.loading'}\n"
         "assert not dear & set(sys.modules), dear & set(sys.modules)\n"
         "modules = [m for m in sys.modules if m.startswith('bt_manip_many')]\n"
         "assert all(m.endswith('_plugin') for m in modules), modules\n"
