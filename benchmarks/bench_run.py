@@ -212,13 +212,15 @@ def help_with_plugins(count: int = 20) -> float:
     with tempfile.TemporaryDirectory() as temporary:
         for i in range(count):
             name = f"bt_manip_many{i}"
-            Path(temporary, f"{name}.py").write_text("import mujoco\n\n\ndef main():\n    pass\n")
+            Path(temporary, f"{name}_main.py").write_text("import mujoco\n")
+            Path(temporary, f"{name}.py").write_text(
+                "from bt_manip import hookimpl\n\n\n@hookimpl\ndef register_commands(register):\n"
+                f"    register('many{i}', '{name}_main:main')\n"
+            )
             info = Path(temporary, f"{name}-1.0.dist-info")
             info.mkdir()
             (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n")
-            (info / "entry_points.txt").write_text(
-                f"[bt_manip]\nmany{i} = {name}\n[bt_manip.commands]\nmany{i} = {name}:main\n"
-            )
+            (info / "entry_points.txt").write_text(f"[bt_manip]\nmany{i} = {name}\n")
         return command("--help", PYTHONPATH=temporary)
 
 

@@ -167,6 +167,21 @@ def register_views(register: Callable[[str, Callable[..., Any]], None]) -> None:
 
 
 @hookspec
+def register_commands(register: Callable[..., None]) -> None:
+    """Register commands of the program, or of one of its groups, such as ``tree``.
+
+    The command line calls this hook alone, also for ``--help``, of the modules in which its name
+    stands: such a module, and the hook, import nothing expensive.
+
+    Args:
+        register: ``register(name, target, group="")``, where the target is the place of a click
+            command, ``"module:function"``, or the command itself. Of a place, the module is
+            imported only when the command runs. Its group is the name of a group of commands, if it
+            is not a command of the program. Commands that exist are not replaced.
+    """
+
+
+@hookspec
 def register_export_formats(register: Callable[[str, Callable[..., None]], None]) -> None:
     """Register formats into which ``bt-manip export`` converts recordings, beside its own.
 

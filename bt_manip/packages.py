@@ -62,6 +62,7 @@ PACKAGES: dict[str, dict[str, str]] = {
         "kind of parts": "policies",
     },
     "bt-manip-roadmap": {"planner": "lazy_roadmap"},
+    "bt-manip-setup": {"command": "robot", "module": "bt_manip.robot_setup"},
 }
 """By package and kind: names separated by blanks.
 
@@ -111,7 +112,8 @@ class MovedModules:
         for package, kinds in PACKAGES.items():
             if name in kinds.get("module", "").split():
                 root, last = package.replace("-", "_"), name.rpartition(".")[2]
-                new = root if root.endswith(last) else f"{root}.{last}"
+                same = last.endswith(root.rpartition("_")[2])  # such as robot_setup
+                new = root if same else f"{root}.{last}"
                 problem = f"{name} is now {new}, and {missing('module', name)}"
                 raise ModuleNotFoundError(problem, name=name)
 

@@ -227,6 +227,8 @@ class Parts:
         model_caches: Factories, ``factory() -> bt_manip.models.ModelCache``.
         recorders: Factories, ``factory(path) -> RunObserver``.
         views: Factories, ``factory(tell, stays, **options) -> bt_manip.runner.RunView``.
+        commands: Places of commands, ``module:function``, by the group, if any, and the name:
+            ``tree-draw``.
         export_formats: Functions, ``write(recording, path)``.
         panels: Factories, ``factory(page) -> Panel``.
         faults: Classes of faults, ``cls(**parameters) -> Fault``.
@@ -252,6 +254,7 @@ class Parts:
     model_caches: Registry[Callable[..., Any]] = _registry("model cache")
     recorders: Registry[Callable[..., Any]] = _registry("recorder")
     views: Registry[Callable[..., Any]] = _registry("view")
+    commands: Registry[str] = _registry("command")
     export_formats: Registry[Callable[..., None]] = _registry("export format")
     panels: Registry[Callable[..., Any]] = _registry("panel")
     faults: Registry[Callable[..., Any]] = _registry("fault")

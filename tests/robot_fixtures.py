@@ -1,4 +1,4 @@
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -13,7 +13,6 @@ from bt_manip.cell import Cell
 from bt_manip.collision import CollisionWorld
 from bt_manip.grippers import TwoFingerGripper
 from bt_manip.kinematics import InverseKinematics
-from bt_manip.robot_setup import reach
 from bt_manip.robots import (
     Robot,
     RobotDescription,
@@ -107,15 +106,6 @@ def rail_robot() -> Robot:
     robot = Robot(description, gripper=TwoFingerGripper)
     compile_alone(robot)
     return robot
-
-
-@pytest.fixture(scope="module")
-def coarse_reach() -> Iterator[None]:
-    """Measure the reach of new robots at a quarter of the positions."""
-    with pytest.MonkeyPatch.context() as patch:
-        for name in ("_RADII", "_HEIGHTS"):
-            patch.setattr(reach, name, getattr(reach, name)[1::2])
-        yield
 
 
 @pytest.fixture

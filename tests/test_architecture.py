@@ -29,7 +29,7 @@ LAYERS = (
     {"scenes", "runner"},
     {"viewer", "record", "faults"},
     {"plugins", "builtin"},
-    {"testing", "evaluation", "robot_setup"},
+    {"testing", "evaluation"},
     {"cli"},
 )  # fmt: skip
 """Packages and single modules by layer, from the lowest."""
@@ -59,7 +59,6 @@ WITHIN_LAYER = {
     ("runner", "scenes"),
     ("plugins", "builtin"),
     ("testing", "evaluation"),
-    ("robot_setup", "testing"),
     ("viewer", "record"),
 }
 """Imports inside a layer: which package, and what it may import."""

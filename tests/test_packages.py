@@ -115,6 +115,12 @@ def test_objects_and_behaviours_of_trees_name_the_package():
     assert INSTALL.format("bt-manip-impedance") in str(caught.value)
 
 
+def test_a_command_names_the_package(capfd):
+    assert run_app(Interrupt(), ["--block", "learn", "demos", "pick_place"]) == 2
+    install = "'demos' needs the package bt-manip-learn: pip install ./plugins/bt-manip-learn"
+    assert install in capfd.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("former", "new", "package"),
     [
@@ -122,6 +128,7 @@ def test_objects_and_behaviours_of_trees_name_the_package():
         ("agents", "bt_manip_learn.agents", "bt-manip-learn"),
         ("demonstrations", "bt_manip_learn.demonstrations", "bt-manip-learn"),
         ("envs", "bt_manip_learn.envs", "bt-manip-learn"),
+        ("robot_setup", "bt_manip_setup", "bt-manip-setup"),
     ],
 )
 def test_the_import_of_a_former_module_names_the_new_one_and_its_package(former, new, package):

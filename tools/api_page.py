@@ -47,7 +47,7 @@ EXPERIMENTAL = {
     "bt_manip": "__version__ hookspec load_plugins load_tree lazy_exports",
     "bt_manip.exceptions": (
         "PortError BoundsError BlackboardError ScriptError UnknownBehaviourError NodeError "
-        "did_you_mean one_line shown ANY_BUT_INTERRUPT reason_of"
+        "did_you_mean one_line shown ANY_BUT_INTERRUPT reason_of with_short_values without_numbers"
     ),
     "bt_manip.spatial": "quat_wxyz",
     "bt_manip.bt": (
@@ -68,17 +68,19 @@ EXPERIMENTAL = {
     "bt_manip.cell": (
         "CellError OverlapError PhysicsDiverged Region Camera looking_at at_rest is_in is_on "
         "entity_of extent bottom_of why_not_on why_not_in as_object ContactEvent "
-        "unique_name FrameRenderer camera_number png"
+        "unique_name FrameRenderer camera_number png write_png NoOpenGLError literal_name "
+        "escaped_name"
     ),
     "bt_manip.cell.objects": (
         "Prop PrimitiveProp ModelObject DeclaredGrasp Box Cylinder Sphere Capsule ConvexMesh "
         "Block Bottle Can Mug Peg HoleBoard Basket Bin Tray Table Shelf Wall RedBlock "
-        "GreenBlock BlueBlock YellowBlock"
+        "GreenBlock BlueBlock YellowBlock geom_box"
     ),
     "bt_manip.robots": (
         "GripperError RobotError DeviceError GripperDescription MotionLimits Tolerance ToolLimits "
         "Payload RobotModel verify GraspGenerator FoundGripper effort_limit ensure_motors "
-        "ArmBounds ArmDevice GripperDevice DeviceState GripperState"
+        "ArmBounds ArmDevice GripperDevice DeviceState GripperState MENAGERIE assemble "
+        "compile_alone description_text element_names model_file read_gripper read_model site_pose"
     ),
     "bt_manip.planning": "Planner LineTo ArcTo TurnAbout edge_is_free shortcut",
     "bt_manip_learn.agents": (
@@ -93,7 +95,7 @@ EXPERIMENTAL = {
     "bt_manip.models": (
         "load_model find_model bundled_path FoundModel Progress terminal_progress "
         "check_downloads model_name find_package_file read_xml read_png image_of_obj Mesh "
-        "read_mesh Assets SOLREF"
+        "read_mesh Assets SOLREF menagerie_grippers"
     ),
     "bt_manip.plugins": "Plugins",
     "bt_manip.runner": (
@@ -101,10 +103,10 @@ EXPERIMENTAL = {
         "KINDS TreeSource Interventions CommandedRobot RunLoop Actor RunModifier make_station "
         "load_source next_digest recorder_for"
     ),
-    "bt_manip.scenes": "table_and_basket two_arms scene_of Level",
+    "bt_manip.scenes": "table_and_basket two_arms scene_of find_robot Level",
     "bt_manip.testing": (
         "Trial Situations built_in_situations AT_REST assert_stands_still assert_touches_only "
-        "DEVICE_CONTRACT recovers_from_a_problem"
+        "DEVICE_CONTRACT ROBOT_CONTRACT RobotCase recovers_from_a_problem"
     ),
     "bt_manip.grippers": (
         "FoundFingers FingerTravel SuctionGripper suction_gripper GRIP_DEPTH Solid "
@@ -116,7 +118,7 @@ EXPERIMENTAL = {
         "WorkerDiedError Evaluation EpisodeId EpisodeResult EpisodeWorker evaluate run_episodes "
         "Worker RayPool ResultFolder read_results SuccessRate wilson_interval PairedTable "
         "mcnemar_p_value newcombe_interval VariedParameter parse_parameter grid samples "
-        "StressTester StressEpisode plan_episodes call_in_process parse_point"
+        "StressTester StressEpisode plan_episodes call_in_process parse_point why_not"
     ),
     "bt_manip.record": (
         "RecordingError Recorder RunReport Trace read_report read_trace McapRecorder Recording "
@@ -138,17 +140,20 @@ EXPERIMENTAL = {
     "bt_manip.arm": "Arm",
     "bt_manip.files": "read_bytes read_text",
     "bt_manip.cell.randomization": "Randomization",
-    "bt_manip.collision": "CollisionWorld FreeSpace CollisionPair",
+    "bt_manip.collision": (
+        "CollisionWorld FreeSpace CollisionPair hull_points moved_bodies permanent_self_collisions "
+        "self_collisions"
+    ),
     "bt_manip.trajectories": (
         "Trajectory PathTrajectory SplinePath StraightPath time_parameterize plan_stop limit_use"
     ),
     "bt_manip.grasping": (
         "GraspPlanner GripperClearance with_clearance SUFFICIENT_CLEARANCE holding_force"
     ),
-    "bt_manip.robot_setup": "describe_robot try_robot why_not",
+    "bt_manip_setup": "describe_robot check_description try_robot",
     "bt_manip.toml": "Key TomlTable documented read_part",
     "bt_manip.cli": (
-        "FAILED SUCCESS StationOptions chosen complete_part exit_code_help "
+        "FAILED SUCCESS PluginGroup StationOptions chosen complete_part exit_code_help "
         "load_chosen_plugins run_tracked takes vary_option workers_option"
     ),
 }

@@ -43,6 +43,7 @@ PARTS = {
     "recorders": "Recorders",
     "export_formats": "Export formats",
     "views": "Views",
+    "commands": "Commands",
     "faults": "Faults",
     "actions": "Kinds of actions",
     "policies": "Kinds of policies",

@@ -12,10 +12,9 @@ from pathlib import Path
 
 os.environ.setdefault("MUJOCO_GL", "disable")
 
-from bt_manip.evaluation import EpisodeId, EpisodeWorker, Evaluation, run_episodes
+from bt_manip.evaluation import EpisodeId, EpisodeWorker, Evaluation, run_episodes, why_not
 from bt_manip.exceptions import one_line
 from bt_manip.plugins import load_plugins
-from bt_manip.robot_setup import why_not
 
 TASKS = (
     "pick_place", "pick_place_cluttered", "stack_blocks", "sort_blocks", "mug_on_shelf",

@@ -22,6 +22,13 @@ REPOSITORY = Path(__file__).resolve().parents[1]
 OURS = ("bt_manip", "_bt_manip", "__editable__")
 """What the names of installed files of this project begin with."""
 
+MODELS = {
+    "MENAGERIE_ROOT": "menagerie",
+    "MENAGERIE_MORE_ROOT": "menagerie_more",
+    "BTCPP_ROOT": "btcpp",
+}
+"""Environment variables of folders beside the checkout."""
+
 PYTEST = ("-m", "pytest", "-q", "-p", "no:cacheprovider", "--import-mode=importlib")
 PYTEST += ("-n", "2", "--dist", "loadfile")
 PYTEST += ("-m", "not soak", "-o", "markers=soak")  # what takes minutes has its own time
@@ -95,7 +102,7 @@ def test(python: Path, package: Path, copy: Path) -> bool:
         shutil.copy(package / file, copy)
     shutil.copytree(package / "tests", copy / "tests", ignore=shutil.ignore_patterns("__*"))
     environment = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"}
-    for variable, name in (("MENAGERIE_ROOT", "menagerie"), ("BTCPP_ROOT", "btcpp")):
+    for variable, name in MODELS.items():
         if (place := REPOSITORY.parent / "shared" / name).is_dir():
             environment.setdefault(variable, str(place))
 

@@ -5,22 +5,17 @@ import importlib
 import os
 import sys
 import traceback
-from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Collection
 
 import click
 
 from bt_manip.cli.exit_codes import BAD_INPUT, FAULT, INTERRUPTED, SUCCESS
 from bt_manip.cli.interrupt import Interrupt
-from bt_manip.cli.plugin_options import add_plugin_options, chosen, plugin_options
+from bt_manip.cli.plugin_group import PluginGroup
+from bt_manip.cli.plugin_options import chosen, plugin_options
 from bt_manip.cli.streams import unfailing
 from bt_manip.exceptions import BtManipError, with_short_values
 from bt_manip.packages import missing
-
-if TYPE_CHECKING:
-    from bt_manip.cli.plugin_commands import PluginCommand
-
-_FOUND = "bt_manip.commands"
 
 COMMANDS = {
     "evaluate": "bt_manip.cli.evaluate:evaluate",
@@ -31,7 +26,6 @@ COMMANDS = {
     "plugins": "bt_manip.cli.plugins:show_plugins",
     "replay": "bt_manip.cli.replay:replay",
     "report": "bt_manip.cli.report:report",
-    "robot": "bt_manip.cli.robot:robot",
     "run": "bt_manip.cli.run:run",
     "scene": "bt_manip.cli.scene:scene",
     "stress": "bt_manip.cli.stress:stress",
@@ -42,58 +36,35 @@ COMMANDS = {
 """Module and attribute of each sub-command; it is imported when it is needed."""
 
 
-class LazyGroup(click.Group):
-    """A group that imports a sub-command when it is needed.
+class Program(PluginGroup):
+    """The program: commands of `COMMANDS` are imported when they are needed."""
 
-    Plugins register sub-commands by the entry-point group ``bt_manip.commands``. Their summaries
-    are read from their source files, so that ``--help`` imports none of them.
-    """
+    plugin_group = ""
 
-    def list_commands(self, ctx: click.Context) -> list[str]:
-        """Return the names of the sub-commands."""
-        return sorted({*COMMANDS, *_plugin_commands(ctx)})
+    def own_names(self) -> Collection[str]:
+        """Return the names of the built-in commands."""
+        return COMMANDS
 
-    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Return a sub-command; built-in ones take precedence."""
-        if cmd_name in COMMANDS:
-            module, _, attribute = COMMANDS[cmd_name].partition(":")
-            command = getattr(importlib.import_module(module), attribute)
-            assert isinstance(command, click.Command)
-        elif cmd_name in _plugin_commands(ctx):
-            command = _plugin_commands(ctx)[cmd_name].load()
-        else:
-            package = missing("command", cmd_name)
-            if package and not ctx.resilient_parsing:  # of the shell's completion
-                raise click.UsageError(f"the command '{cmd_name}' {package}", ctx)
-            return None
-        add_plugin_options(command)
+    def own_command(self, name: str) -> click.Command:
+        """Import a built-in command."""
+        module, _, attribute = COMMANDS[name].partition(":")
+        command = getattr(importlib.import_module(module), attribute)
+        assert isinstance(command, click.Command)
         return command
 
-    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """List the sub-commands with the first line of their help."""
-        rows, plugins = [], _plugin_commands(ctx)
-        for name in self.list_commands(ctx):
-            if name in COMMANDS:
-                command = self.get_command(ctx, name)
-                assert command is not None
-                rows.append((name, command.get_short_help_str(formatter.width)))
-            else:
-                summary = plugins[name].summary()
-                rows.append((name, f"{summary} ({plugins[name].package})".lstrip()))
-        with formatter.section("Commands"):
-            formatter.write_dl(rows)
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Return the sub-command; the error about one of a package tells how to install it."""
+        try:
+            return super().resolve_command(ctx, args)
+        except click.UsageError:
+            if package := missing("command", args[0]):
+                raise click.UsageError(f"the command '{args[0]}' {package}", ctx) from None
+            raise
 
 
-def _plugin_commands(ctx: click.Context) -> Mapping[str, "PluginCommand"]:
-    """Return the commands of plugins; packages are searched once per command line."""
-    if _FOUND not in ctx.meta:
-        from bt_manip.cli.plugin_commands import plugin_commands
-
-        ctx.meta[_FOUND] = plugin_commands(chosen(ctx))
-    return ctx.meta[_FOUND]
-
-
-@click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(cls=Program, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(package_name="bt-manip")
 @plugin_options
 @click.pass_context
@@ -165,6 +136,4 @@ def _print_fault(error: Exception) -> None:
     command = blame(error, chosen())
     if command is not None:
         what = f"{type(error).__name__}: {error}"
-        click.echo(
-            f"Error: the command '{command.point.name}' of {command.package}: {what}", err=True
-        )
+        click.echo(f"Error: the command '{command.words}' of {command.package}: {what}", err=True)

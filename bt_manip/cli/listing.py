@@ -46,10 +46,10 @@ def list_parts(kind: str | None, name: str | None, robots: tuple[str, ...], epis
     its ports or parameters; a KIND before it chooses between parts of the same name.
 
     Kinds: trees, behaviours, objects, robots, grippers, controllers, planners, scenes, backends,
-    pose_sources, model_sources, model_formats, model_caches, recorders, views, export_formats,
-    panels, faults, contracts, plugins, and those that plugins declare. The kind tasks lists which
-    robot can do which tree, with the reason where not: the station is built, starts are sampled,
-    and the first motion of each is planned.
+    pose_sources, model_sources, model_formats, model_caches, recorders, views, commands,
+    export_formats, panels, faults, contracts, plugins, and those that plugins declare. The kind
+    tasks lists which robot can do which tree, with the reason where not: the station is built,
+    starts are sampled, and the first motion of each is planned.
     """
     os.environ.setdefault("MUJOCO_GL", "disable")
     if (robots or episodes) and kind != TASKS:
@@ -102,7 +102,7 @@ def _list_tasks(
     Raises:
         BtManipError: If there is no such task or robot.
     """
-    from bt_manip.robot_setup import why_not
+    from bt_manip.evaluation import why_not
     from bt_manip.scenes import find_robot
 
     parts = plugins.parts

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from bt_manip.cli.completion import complete_model_caches
+from bt_manip.cli.plugin_group import PluginGroup
 from bt_manip.cli.plugin_options import load_chosen_plugins
 from bt_manip.exceptions import BtManipError
 from bt_manip.packages import suggestion
@@ -20,7 +21,7 @@ BUNDLED = "bundled"
 _PARTS = "bt_manip.models.parts"
 
 
-@click.group()
+@click.group(cls=PluginGroup)
 def models() -> None:
     """List, download and show models."""
     os.environ.setdefault("MUJOCO_GL", "disable")

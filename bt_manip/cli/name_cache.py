@@ -13,10 +13,7 @@ from typing import Any
 
 from bt_manip.exceptions import BtManipError
 from bt_manip.files import cache_root
-from bt_manip.plugins import PluginSelection
-
-ENTRY_POINTS = "bt_manip"
-"""Group of entry points of plugins, as `bt_manip.hookspecs.GROUP`."""
+from bt_manip.plugins import PluginSelection, installed
 
 
 class NameCache:
@@ -68,13 +65,11 @@ class NameCache:
 
 def _files(choice: PluginSelection) -> Iterator[Path]:
     """Yield the files of bt-manip, of all plugins, and what installed them."""
-    from importlib.metadata import entry_points
-
     modules = {"bt_manip"}
-    for point in entry_points(group=ENTRY_POINTS):
+    for point in installed():
         modules.add(point.module.partition(".")[0])
-        if point.dist is not None and (metadata := getattr(point.dist, "_path", None)):
-            yield Path(metadata)
+        if point.folder is not None:
+            yield point.folder
     for module in sorted(modules):
         with contextlib.suppress(ImportError, ValueError):
             spec = importlib.util.find_spec(module)

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import click
 
+from bt_manip.cli.plugin_group import PluginGroup
 from bt_manip.cli.plugin_options import load_chosen_plugins
 
 PLUGIN_KINDS = (
@@ -13,7 +14,7 @@ PLUGIN_KINDS = (
 )  # fmt: skip
 
 
-@click.group()
+@click.group(cls=PluginGroup)
 def new() -> None:
     """Create a package from a template."""
 

@@ -72,16 +72,15 @@ def load_chosen_plugins() -> "Plugins":
 
 def warn_of_unknown(plugins: "Plugins") -> None:
     """Print a warning for each name after ``--block`` that no plugin has."""
-    from bt_manip.cli.plugin_commands import plugin_commands
     from bt_manip.exceptions import did_you_mean
-    from bt_manip.plugins import PluginSelection, names_of
+    from bt_manip.plugins import COMMAND_GROUP, installed, names_of
 
     ctx = click.get_current_context(silent=True)
     wanted = () if ctx is None else ctx.meta.get(_BLOCKED, ())
     if not wanted:
         return
     known = set().union(*(plugin.names for plugin in plugins.plugins))
-    known = known.union(*(names_of(c.point) for c in plugin_commands(PluginSelection()).values()))
+    known = known.union(*map(names_of, installed(COMMAND_GROUP)))
     for name in wanted:
         if name == BUILTIN:
             print_warning(f"--block {name}: built-in parts cannot be blocked")

@@ -8,6 +8,7 @@ import click
 
 from bt_manip.cli.completion import complete_part
 from bt_manip.cli.exit_codes import BAD_INPUT, SUCCESS
+from bt_manip.cli.plugin_group import PluginGroup
 from bt_manip.cli.plugin_options import load_chosen_plugins
 from bt_manip.exceptions import BtManipError, with_short_values
 from bt_manip.registry import Parts
@@ -24,7 +25,7 @@ _robot = click.option(
 )  # fmt: skip
 
 
-@click.group()
+@click.group(cls=PluginGroup)
 def scene() -> None:
     """Check and show scenes: the robots and objects that a run starts with."""
     os.environ.setdefault("MUJOCO_GL", "disable")

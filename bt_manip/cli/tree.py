@@ -12,6 +12,7 @@ from bt_manip.cli.completion import complete_part
 from bt_manip.cli.exit_codes import BAD_INPUT, SUCCESS
 from bt_manip.cli.foreign_trees import ForeignTrees
 from bt_manip.cli.options import takes
+from bt_manip.cli.plugin_group import PluginGroup
 from bt_manip.cli.plugin_options import load_chosen_plugins
 from bt_manip.exceptions import BtManipError
 from bt_manip.files import read_bytes
@@ -37,7 +38,7 @@ _output = click.option(
 )
 
 
-@click.group()
+@click.group(cls=PluginGroup)
 def tree() -> None:
     """Check, show, format and convert trees."""
 

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from bt_manip.evaluation.episode import EpisodeResult as EpisodeResult
     from bt_manip.evaluation.episode import EpisodeWorker as EpisodeWorker
     from bt_manip.evaluation.episode import Evaluation as Evaluation
+    from bt_manip.evaluation.feasibility import why_not as why_not
     from bt_manip.evaluation.paired import PairedTable as PairedTable
     from bt_manip.evaluation.paired import mcnemar_p_value as mcnemar_p_value
     from bt_manip.evaluation.paired import newcombe_interval as newcombe_interval
@@ -49,6 +50,7 @@ __getattr__ = lazy_exports(
             "ProcessPool Worker WorkerDiedError call_in_process run_episodes"
         ),
         "bt_manip.evaluation.episode": "EpisodeId EpisodeResult EpisodeWorker Evaluation",
+        "bt_manip.evaluation.feasibility": "why_not",
         "bt_manip.evaluation.paired": "PairedTable mcnemar_p_value newcombe_interval",
         "bt_manip.evaluation.ray_pool": "RayPool",
         "bt_manip.evaluation.results": "ResultFolder read_results",

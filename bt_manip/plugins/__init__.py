@@ -9,8 +9,12 @@ from bt_manip import lazy_exports
 
 if TYPE_CHECKING:
     from bt_manip.plugins.declared_hooks import hookspec as hookspec
+    from bt_manip.plugins.entry_points import COMMAND_GROUP as COMMAND_GROUP
     from bt_manip.plugins.entry_points import PREFIX as PREFIX
+    from bt_manip.plugins.entry_points import PluginPoint as PluginPoint
     from bt_manip.plugins.entry_points import PluginSelection as PluginSelection
+    from bt_manip.plugins.entry_points import installed as installed
+    from bt_manip.plugins.entry_points import label_of as label_of
     from bt_manip.plugins.entry_points import names_of as names_of
     from bt_manip.plugins.loading import load_plugins as load_plugins
     from bt_manip.plugins.plugin import BUILTIN as BUILTIN
@@ -18,9 +22,10 @@ if TYPE_CHECKING:
     from bt_manip.plugins.plugin import Plugins as Plugins
     from bt_manip.plugins.plugin import PluginWarning as PluginWarning
     from bt_manip.plugins.scaffold import write_plugin as write_plugin
+    from bt_manip.plugins.single_hooks import call_single_hook as call_single_hook
+    from bt_manip.plugins.single_hooks import source_of as source_of
+    from bt_manip.plugins.single_hooks import view_factories as view_factories
     from bt_manip.plugins.stations import build_station as build_station
-    from bt_manip.plugins.views import source_of as source_of
-    from bt_manip.plugins.views import view_factories as view_factories
     from bt_manip.plugins.watching import guarded as guarded
     from bt_manip.plugins.watching import plugin_observers as plugin_observers
 
@@ -28,12 +33,14 @@ __getattr__ = lazy_exports(
     __name__,
     {
         "bt_manip.plugins.declared_hooks": "hookspec",
-        "bt_manip.plugins.entry_points": "PREFIX PluginSelection names_of",
+        "bt_manip.plugins.entry_points": (
+            "COMMAND_GROUP PREFIX PluginPoint PluginSelection installed label_of names_of"
+        ),
         "bt_manip.plugins.loading": "load_plugins",
         "bt_manip.plugins.plugin": "BUILTIN Plugin Plugins PluginWarning",
         "bt_manip.plugins.scaffold": "write_plugin",
+        "bt_manip.plugins.single_hooks": "call_single_hook source_of view_factories",
         "bt_manip.plugins.stations": "build_station",
-        "bt_manip.plugins.views": "source_of view_factories",
         "bt_manip.plugins.watching": "guarded plugin_observers",
     },
 )

@@ -1,16 +1,26 @@
 """Entry points of plugins: installed packages, and single files in a folder."""
 
+import contextlib
 import importlib.util
 import os
 import re
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from importlib.metadata import EntryPoint, entry_points
+from functools import reduce
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from bt_manip.exceptions import BtManipError
+
+if TYPE_CHECKING:
+    from importlib.metadata import Distribution, EntryPoint
+
+GROUP = "bt_manip"
+"""Entry-point group of plugins."""
+
+COMMAND_GROUP = "bt_manip.commands"
+"""Deprecated entry-point group: the name of each command, and ``module:function``."""
 
 PREFIX = "bt-manip-"
 """Conventional prefix of the names of plugin packages."""
@@ -55,7 +65,45 @@ class PluginSelection:
         return not self.blocked.isdisjoint(names)
 
 
-class FilePlugin(EntryPoint):
+@dataclass(frozen=True)
+class PluginPoint:
+    """Entry point of a plugin, with the interface of `importlib.metadata.EntryPoint`.
+
+    Importing `importlib.metadata` and reading all entry points would add a third to the time of
+    ``bt-manip run --help``.
+
+    Attributes:
+        name: Name of the plugin.
+        value: Place of the plugin: ``module``, or ``module:attribute``.
+        group: The group.
+        folder: Folder with the metadata of its package; None for a single file.
+    """
+
+    name: str
+    value: str
+    group: str = GROUP
+    folder: Path | None = None
+
+    @property
+    def module(self) -> str:
+        """Name of the module."""
+        return self.value.partition(":")[0].strip()
+
+    @property
+    def dist(self) -> "Distribution | None":
+        """Its package."""
+        from importlib.metadata import Distribution
+
+        return None if self.folder is None else Distribution.at(self.folder)
+
+    def load(self) -> Any:
+        """Import it."""
+        attributes = self.value.partition(":")[2].strip()
+        module = importlib.import_module(self.module)
+        return reduce(getattr, filter(None, attributes.split(".")), module)
+
+
+class FilePlugin(PluginPoint):
     """Single-file plugin, loaded by its path, not through ``sys.path``.
 
     Args:
@@ -63,7 +111,7 @@ class FilePlugin(EntryPoint):
     """
 
     def __init__(self, path: Path) -> None:
-        super().__init__(path.stem, str(path), "bt_manip")
+        super().__init__(path.stem, str(path))
 
     @property
     def module(self) -> str:
@@ -87,20 +135,72 @@ class FilePlugin(EntryPoint):
         return module
 
 
-def installed() -> tuple[EntryPoint, ...]:
-    """Return the entry points of installed plugins."""
-    from bt_manip import hookspecs  # imports pluggy, which is not needed for names
+def installed(group: str = GROUP) -> tuple[PluginPoint, ...]:
+    """Return the entry points of installed packages in a group.
 
-    return tuple(entry_points(group=hookspecs.GROUP))
+    Args:
+        group: ``bt_manip``, or a group whose name begins with it.
+    """
+    found: dict[str, tuple[Path, str]] = {}
+    for folder in _metadata_folders():
+        text = _text(folder / "entry_points.txt")
+        if f"[{GROUP}" in text:
+            found.setdefault(_normalized(_field(folder, "Name")), (folder, text))
+    return tuple(
+        PluginPoint(name.strip(), value.strip(), group, folder)
+        for folder, text in found.values()
+        for name, value in _section(text, group)
+    )
 
 
-def in_folders(folders: Iterable[Path]) -> tuple[EntryPoint, ...]:
+def label_of(point: "PluginPoint | EntryPoint") -> str:
+    """Return the name and version of a plugin's package, or the name of its file."""
+    folder = getattr(point, "folder", None)
+    if folder is None:
+        return Path(point.value).name
+    return f"{_field(folder, 'Name')} {_field(folder, 'Version')}"
+
+
+def _metadata_folders() -> Iterator[Path]:
+    """Yield the folders with the metadata of installed packages; the first of a name counts."""
+    for place in sys.path:
+        with contextlib.suppress(OSError):
+            names = sorted(os.listdir(place or "."))
+            yield from (Path(place, n) for n in names if n.endswith((".dist-info", ".egg-info")))
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError):
+        return ""
+
+
+def _section(text: str, group: str) -> Iterator[tuple[str, str]]:
+    """Yield names and values of a section of ``entry_points.txt``."""
+    inside = False
+    for line in map(str.strip, text.splitlines()):
+        if line.startswith("["):
+            inside = line == f"[{group}]"
+        elif inside and "=" in line and not line.startswith(("#", ";")):
+            name, _, value = line.partition("=")
+            yield name, value
+
+
+def _field(folder: Path, name: str) -> str:
+    """Return a field of a package's metadata."""
+    text = _text(folder / "METADATA") or _text(folder / "PKG-INFO")
+    match = re.search(rf"^{name}: *(.*)$", text, re.MULTILINE)
+    return match[1].strip() if match else ""
+
+
+def in_folders(folders: Iterable[Path]) -> tuple[PluginPoint, ...]:
     """Return the single-file plugins: each ``*.py`` whose name does not begin with ``_``.
 
     Raises:
         BtManipError: If there is no such folder.
     """
-    found: list[EntryPoint] = []
+    found: list[PluginPoint] = []
     for folder in folders:
         if not folder.is_dir():
             raise BtManipError(f"no folder '{folder}' to take plugins from")
@@ -109,7 +209,7 @@ def in_folders(folders: Iterable[Path]) -> tuple[EntryPoint, ...]:
     return tuple(found)
 
 
-def names_of(point: EntryPoint) -> set[str]:
+def names_of(point: "PluginPoint | EntryPoint") -> set[str]:
     """Return the names that block a plugin: its own and its package's, with and without prefix."""
     return block_names(point.name, "" if point.dist is None else str(point.dist.name))
 
@@ -118,5 +218,9 @@ def block_names(name: str, package: str) -> set[str]:
     """Return the names that block a plugin; the package name may be empty."""
     if not package:
         return {name}
-    plain = re.sub(r"[-_.]+", "-", package).lower()
+    plain = _normalized(package)
     return {name, package, plain, plain.removeprefix(PREFIX)}
+
+
+def _normalized(package: str) -> str:
+    return re.sub(r"[-_.]+", "-", package).lower()

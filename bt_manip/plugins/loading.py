@@ -25,7 +25,13 @@ from bt_manip import hookspecs
 from bt_manip.exceptions import BtManipError, did_you_mean
 from bt_manip.packages import suggestion
 from bt_manip.plugins.declared_hooks import declare_hooks
-from bt_manip.plugins.entry_points import PluginSelection, in_folders, installed, names_of
+from bt_manip.plugins.entry_points import (
+    PluginPoint,
+    PluginSelection,
+    in_folders,
+    installed,
+    names_of,
+)
 from bt_manip.plugins.plugin import BUILTIN, Implementation, Plugin, Plugins, PluginWarning
 from bt_manip.plugins.registrar import Registrar
 from bt_manip.registry import Parts
@@ -35,7 +41,7 @@ Hooks = dict[str, Callable[..., None]]
 
 def load_plugins(
     *,
-    entry_points: Iterable[EntryPoint] | None = None,
+    entry_points: Iterable[PluginPoint | EntryPoint] | None = None,
     builtin: object | None = None,
     warn: Callable[[str], None] | None = None,
     choice: PluginSelection | None = None,
@@ -110,7 +116,7 @@ def _builtin(plugin: object, parts: Parts, hooks: Hooks) -> Plugin:
 
 
 def _import(
-    point: EntryPoint, parts: Parts, hooks: Hooks, taken: set[str]
+    point: PluginPoint | EntryPoint, parts: Parts, hooks: Hooks, taken: set[str]
 ) -> tuple[Plugin, object | None]:
     """Import one plugin, and add the hooks that it declares; after a failure, it has a problem."""
     found, plugin = _found(point), None
@@ -216,7 +222,7 @@ def _taken(function: Callable[..., Any]) -> list[str]:
     ]
 
 
-def _found(point: EntryPoint) -> Plugin:
+def _found(point: PluginPoint | EntryPoint) -> Plugin:
     """Return the description of an unloaded plugin."""
     dist = point.dist
     version, package = ("", "") if dist is None else (str(dist.version), str(dist.name))

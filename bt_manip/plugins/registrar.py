@@ -122,6 +122,15 @@ class Registrar:
             raise BtManipError(f"a robot is a RobotDescription, got {description!r}")
         self._add("robots", description.name, description)
 
+    def _register_commands(self, name: str, target: Any, group: str = "") -> None:
+        callback = getattr(target, "callback", None)  # of a click command
+        if callback is not None:
+            target = f"{callback.__module__}:{callback.__name__}"
+        if not isinstance(target, str) or not target.partition(":")[2].isidentifier():
+            problem = f"a click command or its place 'module:function', got {target!r}"
+            raise BtManipError(f"the target of command '{name}' is {problem}")
+        self._add("commands", f"{group}-{name}" if group else name, target)
+
     def _register_backends(self, name: str, backend: Any) -> None:
         from bt_manip.robots import Backend
 

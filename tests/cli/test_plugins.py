@@ -48,10 +48,32 @@ def site(tmp_path, monkeypatch, loaded_plugins):
     return install
 
 
-def greeting(site, name: str, body: str = "click.echo(f'hello {name}')", extra: str = ""):
+HOOK = """
+    from bt_manip import hookimpl
+
+    @hookimpl
+    def register_commands(register):
+        register({arguments})
+"""
+
+
+def hook(site, name: str, arguments: str):
+    """Install a package whose plugin registers a command."""
+    module = f"{name.replace('-', '_')}_plugin"
+    source, short = HOOK.format(arguments=arguments), name.removeprefix("bt-manip-")
+    folder = site(name, "", f"[bt_manip]\n{short} = {module}\n")
+    (folder / f"{module}.py").write_text(textwrap.dedent(source))
+    return folder
+
+
+def greeting(
+    site, name: str, body: str = "click.echo(f'hello {name}')", extra: str = "", group: str = ""
+):
     module = name.replace("-", "_")
+    folder = hook(site, name, f"'greet', '{module}:greet', '{group}'")
     source = COMMAND.format(body=body, extra=extra)
-    return site(name, source, f"[bt_manip.commands]\ngreet = {module}:greet\n")
+    (folder / f"{module}.py").write_text(textwrap.dedent(source))
+    return folder
 
 
 def test_a_command_of_a_plugin_is_listed_with_its_first_line_and_runs(bt_manip, site):
@@ -62,6 +84,44 @@ def test_a_command_of_a_plugin_is_listed_with_its_first_line_and_runs(bt_manip, 
     assert "Greet somebody." in line and "bt-manip-polite1" in out
     assert "bt_manip_polite1" not in sys.modules
     assert bt_manip("greet", "Ada") == (0, "hello Ada\n", "")
+
+
+def test_a_command_of_a_plugin_joins_a_group(bt_manip, site):
+    greeting(site, "bt-manip-polite5", group="tree")
+    assert "Greet somebody. (bt-manip-polite5 2.5)" in " ".join(bt_manip("tree", "-h").out.split())
+    assert bt_manip("tree", "greet", "Ada") == (0, "hello Ada\n", "")
+    assert bt_manip("greet", "Ada").code == 2
+    listed = bt_manip("list", "commands").out
+    assert "tree-greet" in listed and "bt_manip_polite5:greet" in listed
+    greeting(site, "bt-manip-polite5", group="tree", extra="import surely_not_there")
+    err = bt_manip("tree", "greet", "Ada").err
+    assert "the command 'tree greet' of bt-manip-polite5 2.5 cannot be loaded" in err
+
+
+def test_a_single_file_registers_a_command(bt_manip, tmp_path):
+    source = COMMAND.format(body="click.echo(f'hello {name}')", extra="")
+    hook = HOOK.format(arguments="'greet', greet")
+    (tmp_path / "polite6.py").write_text(textwrap.dedent(source) + textwrap.dedent(hook))
+    assert bt_manip("--plugins-dir", tmp_path, "greet", "Ada") == (0, "hello Ada\n", "")
+    assert "Greet somebody. (polite6.py)" in bt_manip("--plugins-dir", tmp_path, "--help").out
+    assert bt_manip("greet", "Ada").code == 2
+    shown = bt_manip("plugins", "--plugins-dir", tmp_path, "--check")
+    assert shown.code == 0 and "nothing is wrong" in shown.out
+
+
+def test_a_command_of_an_entry_point_runs_with_a_warning_that_names_the_hook(bt_manip, site):
+    source = COMMAND.format(body="click.echo(f'hello {name}')", extra="")
+    points = "[bt_manip.commands]\ngreet = bt_manip_polite7:greet\n"
+    site("bt-manip-polite7", source, points)
+    assert "Greet somebody. (bt-manip-polite7 2.5)" in " ".join(bt_manip("--help").out.split())
+    code, out, err = bt_manip("greet", "Ada")
+    assert (code, out) == (0, "hello Ada\n")
+    (line,) = err.splitlines()
+    assert line.startswith(
+        "Warning: the package bt-manip-polite7 2.5 registers the command 'greet'"
+    )
+    assert "deprecated: use the hook register_commands" in line
+    assert bt_manip("--block", "polite7", "greet", "Ada").code == 2
 
 
 def test_a_blocked_command_is_not_there(bt_manip, site, monkeypatch):
@@ -84,7 +144,7 @@ def test_a_command_that_does_not_import_is_3_and_says_whose_it_is(bt_manip, site
 
 
 def test_what_is_no_command_is_3(bt_manip, site):
-    site("bt-manip-odd", "greet = 3", "[bt_manip.commands]\ngreet = bt_manip_odd:greet\n")
+    hook(site, "bt-manip-odd", "'greet', 'sys:maxsize'")
     code, _, err = bt_manip("greet")
     assert code == 3 and "is not a click command" in err
 
@@ -98,27 +158,25 @@ def test_a_command_that_raises_is_3_and_says_whose_it_is(bt_manip, site):
 
 
 def test_no_plugin_takes_the_place_of_a_built_in_command(bt_manip, site):
-    site("bt-manip-thief", "list = 3", "[bt_manip.commands]\nlist = bt_manip_thief:list\n")
+    hook(site, "bt-manip-thief", "'list', 'sys:maxsize'")
     assert "table_and_basket" in bt_manip("list", "scenes").out
 
 
 def test_help_loads_none_of_twenty_plugins(site):
     for i in range(20):
-        name = f"bt-manip-many{i}"
         heavy = "import mujoco\n" if i == 7 else ""
-        folder = site(
-            name, f"{heavy}raise RuntimeError('loaded')\n",
-            f"[bt_manip]\nmany{i} = bt_manip_many{i}\n"
-            f"[bt_manip.commands]\nmany{i} = bt_manip_many{i}:main\n",
-        )  # fmt: skip
+        module = f"bt_manip_many{i}"
+        folder = hook(site, f"bt-manip-many{i}", f"'many{i}', '{module}:main'")
+        (folder / f"{module}.py").write_text(f"{heavy}raise RuntimeError('loaded')\n")
     code = (
         "import sys\n"
         "from bt_manip.cli.app import run_app\n"
         "from bt_manip.cli.interrupt import Interrupt\n"
         "assert run_app(Interrupt(), ['--help']) == 0\n"
-        "dear = {'mujoco', 'numpy', 'pluggy', 'bt_manip.plugins.loading'}\n"
+        "dear = {'mujoco', 'numpy', 'importlib.metadata', 'bt_manip.plugins.loading'}\n"
         "assert not dear & set(sys.modules), dear & set(sys.modules)\n"
-        "assert not [m for m in sys.modules if m.startswith('bt_manip_many')]\n"
+        "modules = [m for m in sys.modules if m.startswith('bt_manip_many')]\n"
+        "assert all(m.endswith('_plugin') for m in modules), modules\n"
     )
     environment = {**os.environ, "PYTHONPATH": str(folder)}
     done = subprocess.run(

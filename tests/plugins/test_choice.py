@@ -1,7 +1,7 @@
 """A user chooses which plugins are loaded, and from where."""
 
 import os
-from importlib.metadata import EntryPoint
+from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -9,7 +9,7 @@ import pytest
 
 from bt_manip.exceptions import BtManipError
 from bt_manip.plugins import PluginSelection, load_plugins
-from bt_manip.plugins.entry_points import names_of
+from bt_manip.plugins.entry_points import installed, label_of, names_of
 
 BALL = """
     @hookimpl
@@ -109,3 +109,28 @@ def test_an_entry_point_and_a_file_of_one_name_do_not_both_come_in(plugin, tmp_p
         entry_points=[point], warn=warnings.append, choice=PluginSelection(folders=(folder,))
     )
     assert len(warnings) == 1 and "another plugin has the same name" in warnings[0]
+
+
+def test_installed_plugins_are_those_of_importlib_metadata():
+    points = entry_points(group="bt_manip")
+    known = {(p.name, p.value, p.dist.name, p.dist.version) for p in points}
+    found = installed()
+    assert {(p.name, p.value, *label_of(p).split()) for p in found} == known
+    assert {p.dist.name for p in found} == {name for _, _, name, _ in known}
+    assert {p.load() for p in found} == {p.load() for p in points}
+
+
+def test_entry_points_are_read_by_group_and_hidden_by_the_first_package_of_a_name(
+    tmp_path, monkeypatch
+):
+    for place, name, value in (("one", "Gear_Box", "box:a.b"), ("two", "gear-box", "other")):
+        info = tmp_path / place / f"{name}-1.0.dist-info"
+        info.mkdir(parents=True)
+        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n")
+        points = f"[console_scripts]\ngear = no:main\n\n# ours\n[bt_manip]\ngear = {value}\n"
+        (info / "entry_points.txt").write_text(points)
+    monkeypatch.setattr("sys.path", [str(tmp_path / "one"), str(tmp_path / "two"), "nowhere"])
+    (point,) = installed()
+    assert (point.name, point.value, point.module) == ("gear", "box:a.b", "box")
+    assert names_of(point) == {"gear", "Gear_Box", "gear-box"}
+    assert installed("bt_manip.commands") == ()

@@ -244,6 +244,14 @@ def test_register_views_opens_views_by_options(run, example, capfd):
     assert "must be a whole number from 1 to 12, got '13'" in capfd.readouterr().err
 
 
+def test_register_commands_adds_a_command(example, capfd):
+    folder = str(example("register_commands"))
+    assert run_app(Interrupt(), ["--plugins-dir", folder, "payload", "0.5"]) == 0
+    assert capfd.readouterr().out == "1 kg\n"
+    assert run_app(Interrupt(), ["--plugins-dir", folder, "--help"]) == 0
+    assert "Print the payload to declare" in capfd.readouterr().out
+
+
 def test_register_export_formats_converts_recordings(run, example, tmp_path, capfd):
     pytest.importorskip("mcap", reason="the extra [record] is not installed")
     run("register_export_formats", "--record", tmp_path / "run.mcap")

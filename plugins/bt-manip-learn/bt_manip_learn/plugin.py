@@ -19,6 +19,12 @@ def register_own_actions(register: Callable[[str, Callable[[Any], Any]], None]) 
 
 
 @hookimpl
+def register_commands(register: Callable[..., None]) -> None:
+    """Register ``bt-manip demos``."""
+    register("demos", "bt_manip_learn.commands:demos")
+
+
+@hookimpl
 def register_contracts(register: Callable[[str, Callable[..., Any]], None]) -> None:
     """Register the checks of kinds of actions, and of the environments of trees."""
     register("environments", _environment_checks)

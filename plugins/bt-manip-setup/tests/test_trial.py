@@ -5,8 +5,8 @@ from dataclasses import replace
 import pytest
 
 from bt_manip import spatial
-from bt_manip.robot_setup import try_robot
 from bt_manip.robots import panda
+from bt_manip_setup import try_robot
 
 GRIPPER = panda().gripper
 

@@ -4,11 +4,11 @@ import json
 
 import pytest
 
-from bt_manip.cli.app import run_app
-from bt_manip.cli.interrupt import Interrupt
 from bt_manip.models import bundled_path
-from bt_manip.robot_setup import check_description, describe_robot
 from bt_manip.robots import description_text
+from bt_manip_setup import check_description, describe_robot
+
+from .program import run_program
 
 CYCLES = 20
 LINES = {
@@ -44,8 +44,8 @@ def test_a_description_without_findings_picks(good, parts, tmp_path_factory, spo
     if findings:
         return
     report = path.with_suffix(".json")
-    command = ["run", "pick_place", "--robot", str(path), "--cycles", str(CYCLES), "--quiet"]
-    run_app(Interrupt(), [*command, "--seed", "7", "--report", str(report)])
+    command = ["run", "pick_place", "--robot", path, "--cycles", CYCLES, "--quiet"]
+    run_program(*command, "--seed", 7, "--report", report)
     cycles = json.loads(report.read_text())["cycles"]
     assert len(cycles) == CYCLES
     assert sum(cycle["status"] != "SUCCESS" for cycle in cycles) <= 1

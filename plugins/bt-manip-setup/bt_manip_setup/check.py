@@ -19,9 +19,9 @@ from bt_manip.robots import (
     read_gripper,
     read_model,
 )
-from bt_manip.testing import ROBOT_CONTRACT, RobotCase
+from bt_manip.testing import ROBOT_CONTRACT
 
-from .inspection import ReachMap, make_robot, reach_map, tool_findings
+from .inspection import ReachMap, compiled, reach_map, robot_case, tool_findings
 from .joint_data import light_joints
 from .reach import GRASP_HEIGHT
 from .trial import CYCLES, Checked, try_robot
@@ -47,7 +47,8 @@ def check_description(path: Path, parts: Parts, cycles: int = CYCLES) -> Checked
     if findings:
         return Checked(findings, [])
     try:
-        robot = make_robot(description, parts)
+        case = robot_case(description, parts)
+        robot = compiled(case)
     except BtManipError as error:
         return Checked([str(error), *tool_findings(description)], [])
     findings += _home_findings(robot)
@@ -55,10 +56,6 @@ def check_description(path: Path, parts: Parts, cycles: int = CYCLES) -> Checked
     model = robot.make_model()
     reached = reach_map(robot, model)
     findings += _reach_findings(description, reached)
-    case = RobotCase(description)
-    if description.gripper is not None:
-        make = parts.grippers.maker(description.gripper.kind, "close", "held_root")
-        case = RobotCase(description, make)
     facts = [*reached.lines(), *_light_joints(description, model)]
     try:
         case.stand()

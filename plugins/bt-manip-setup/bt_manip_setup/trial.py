@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import pinocchio as pin
 
+from bt_manip import build_station
 from bt_manip.behaviours import (
     ArmBehaviour,
     Grasp,
@@ -22,7 +23,6 @@ from bt_manip.bt import NodeStatus, Sequence
 from bt_manip.cell import Region
 from bt_manip.cell.objects import Box
 from bt_manip.exceptions import BtManipError, without_numbers
-from bt_manip.plugins import build_station
 from bt_manip.registry import Parts
 from bt_manip.robots import Robot, RobotDescription
 from bt_manip.runner import RunObserver, Station, prepare, request_of
@@ -31,7 +31,7 @@ from bt_manip.scenes import table_and_basket
 from .inspection import tool_findings
 
 if TYPE_CHECKING:
-    from bt_manip.bt.nodes import TreeNode
+    from bt_manip.bt import Node
     from bt_manip.runner import Run
 
 
@@ -97,8 +97,8 @@ def try_robot(description: RobotDescription, parts: Parts, cycles: int = CYCLES)
         whole = table_and_basket()
         table = replace(whole, objects=tuple(f for f in whole.objects if f.name == "table"))
         air = _grasp_in_the_air(build_station(parts, robot=description, scene=table))
-        station = build_station(parts, robot=description, seed=_SEED)
-        run = prepare(request_of(_TASK, parts, cycles=cycles, seed=_SEED), parts, station=station)
+        request = request_of(_TASK, parts, robot=description, cycles=cycles, seed=_SEED)
+        run = prepare(request, parts)
         run.execute([watch], stop=lambda: watch.failed >= _MAX_FAILED)
     except BtManipError as error:
         reason = _finding(where, "the pick and place task", str(error))
@@ -188,7 +188,7 @@ class _Watch(RunObserver):
         """Clear the failures of the last cycle."""
         self._in_cycle = []
 
-    def _node_changed(self, node: "TreeNode", old: NodeStatus, new: NodeStatus) -> None:
+    def _node_changed(self, node: "Node", old: NodeStatus, new: NodeStatus) -> None:
         if new is NodeStatus.FAILURE and isinstance(node, ArmBehaviour):
             self._in_cycle.append(f"{node.name}: {node.feedback_message}")
 

@@ -1,9 +1,9 @@
-"""Description of a robot from its model."""
+"""The keys ``[gripper]`` and ``[tool]`` of a description."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -11,192 +11,89 @@ import pinocchio as pin
 
 from bt_manip import spatial
 from bt_manip.cell import escaped_name, literal_name
-from bt_manip.collision import CollisionWorld, permanent_self_collisions
-from bt_manip.grippers import (
-    DEFAULT_LENGTH,
-    find_fingers,
-    suction_gripper,
-    two_finger_gripper,
-)
+from bt_manip.grippers import find_fingers, suction_gripper, two_finger_gripper
 from bt_manip.registry import Parts
 from bt_manip.robots import (
     MENAGERIE,
     FoundGripper,
     Gripper,
     GripperDescription,
-    Robot,
     RobotDescription,
     RobotError,
-    Tolerance,
-    ToolLimits,
     assemble,
-    model_file,
-    read_model,
     site_pose,
 )
 
-from .arm_chain import ArmChain, find_arm, find_mount
-from .inspection import make_robot, stands_on
-from .joint_data import chosen_armature, estimate_efforts, joint_data
 from .known_grippers import CUP, find_gripper
-from .placement import find_home, place_base
-from .reach import DownwardReach
+
+CHOSEN = "CHOSEN, not in the model: replace by the data sheet's"
+"""Begins the comment on a value that the model does not have."""
 
 _FORCE, _FINGER_SPEED = 50.0, 0.1  # [N], [m/s] if the model has none
 _PADS = {"solref": [0.004, 1.0], "solimp": [0.95, 0.99, 0.001]}
-_ANY_EFFORT = 1e4  # [N m] placeholder until efforts are estimated
-_FEW_JOINTS = Tolerance(position=1e-4, rotation=5e-3)
-"""For arms with fewer than six joints, which cannot follow a gripped object that tilts."""
-
-_TOOL_LIMITS = ToolLimits(velocity=1.0, acceleration=5.0, jerk=500.0)
 _MAX_FRICTION = 5.0  # [N] at the fingers, from dry friction of the gripper's joints
 _MAX_MASS = 3.0  # [kg] effective mass of a finger, with the armature of its joints
 _FINGER_ARMATURE = 0.005  # [kg m2] in place of a larger armature
-_CUP_DIAMETER, _CUP_PRESSURE = 0.03, 6e4  # [m], [Pa] of a built cup
+_CUP_DIAMETER, _CUP_LENGTH, _CUP_PRESSURE = 0.03, 0.05, 6e4  # [m], [m], [Pa] of a built cup
 _SAME = 1e-6  # largest difference of equal rotations
 _ALONG = 0.9  # least cosine of directions that count as parallel
 
-_CHOSEN = "CHOSEN, not in the model: replace by the data sheet's"
 
-
-class Draft(NamedTuple):
-    """The description of a robot, with comments on its keys.
-
-    Attributes:
-        description: The description.
-        notes: Comments by key.
-        robot: The robot, compiled alone.
-        share: Share of the positions of the pick and place task within reach.
-    """
-
-    description: RobotDescription
-    notes: dict[str, str]
-    robot: Robot
-    share: float
-
-
-def describe_robot(
-    model: str,
+def with_gripper(
+    description: RobotDescription,
     parts: Parts,
+    arm: mujoco.MjModel,
+    given: str | None,
     *,
-    name: str,
-    gripper: str | None = None,
-    joints: Sequence[str] | None = None,
-    mount: str | None = None,
-    tool_frame: str | None = None,
-) -> Draft:
-    """Describe a robot from its model, for the pick and place task.
+    mount: str,
+    tool_frame: str | None,
+    has_fingers: bool,
+) -> tuple[RobotDescription, dict[str, str]]:
+    """Return a description with gripper and tool frame, and comments on these keys.
+
+    A registered gripper keeps its parameters; that of another model, or of the arm's, is measured.
+    Without any gripper the description stays as it is.
 
     Args:
-        model: Path of the arm's MJCF or URDF file, or ``menagerie:NAME/ENTRY``.
+        description: The description of the arm.
         parts: The registered parts, among them the kinds of grippers.
-        name: Name of the robot.
-        gripper: Model of a gripper, if the arm's model has none; or a name of
-            `gripper_names`.
-        joints: Names of the arm's joints; default: found in the model.
-        mount: Site or body at which the gripper is mounted; default: found in the model.
-        tool_frame: Site or body between the fingers whose z axis is the direction of approach;
-            default: measured.
+        arm: The arm's model, compiled alone.
+        given: Name or model of a gripper; None: that of the arm's model, if it has one.
+        mount: Site or body at which a gripper is mounted.
+        tool_frame: Site or body between the fingers; None: measured.
+        has_fingers: Whether the arm's model has joints beyond the arm.
 
     Raises:
-        RobotError: If a part cannot be found; the message names the option to give it.
+        RobotError: If the gripper cannot be found; the message names the option to give it.
     """
-    _, alone = read_model(model, model)
-    arm = find_arm(alone, joints)
-    if gripper is not None and arm.fingers:
-        own = literal_name(alone.joint(arm.fingers[0]).name)
-        raise RobotError(
-            f"{model} has a gripper of its own, with joint '{own}': leave out --gripper, or choose "
-            "a model of the arm without it"
-        )
-    data = joint_data(alone, arm.joints, model_file(model, model))
-    at = find_mount(alone, arm, mount)
-    description = RobotDescription(
-        name=name,
-        model=model,
-        arm_joints=tuple(literal_name(alone.joint(j).name) for j in arm.joints),
-        tool_frame=tool_frame or at,
-        home=tuple(_middle(alone, arm).tolist()),
-        velocity=data.velocity,
-        acceleration=data.acceleration,
-        jerk=data.jerk,
-        effort=tuple(_ANY_EFFORT if bound is None else bound for bound in data.effort),
-        tool_limits=_TOOL_LIMITS,
-        tolerance=_FEW_JOINTS if len(arm.joints) < 6 else Tolerance(),
-    )
-    notes = {
-        "acceleration": f"{_CHOSEN} if it has any [rad/s2].",
-        "jerk": "CHOSEN: the acceleration is reached in 20 ms [rad/s3].",
-        "tool_limits": "CHOSEN: limits of the tool along a line [m/s], [m/s2], [m/s3].",
-        "tolerance": "CHOSEN: five joints cannot follow a gripped object that tilts [m], [rad].",
-        "velocity": "From the model [rad/s]." if data.velocity_known else f"{_CHOSEN} [rad/s].",
-    }
+    if given is None and not has_fingers and _cup(arm) is None:
+        return description, {}
     known = None
-    if gripper is not None:
-        gripper, known = find_gripper(gripper, parts)
-    if gripper == CUP:
-        description = replace(description, **_built_cup(at))
-        notes["gripper"] = "CHOSEN: a cup of 3 cm, built at the mount."
-    elif gripper is not None and known is not None:
-        description = replace(description, **_registered(alone, description, known, gripper))
-        notes["gripper"] = f"Gripper of the registered robot {known.name}."
-    elif gripper is not None or arm.fingers or _cup(alone) is not None:
-        try:
-            description, more = _with_gripper(description, gripper, at, tool_frame, parts)
-        except RobotError as error:
-            joints_of_arm = ",".join(description.arm_joints)
-            kinds = ", ".join(sorted({*parts.grippers} - {"two_finger", "suction"}))
-            others = kinds and f"; for another kind ({kinds}) give a registered gripper's name"
-            raise RobotError(f"{error}{others} (the arm: --joints {joints_of_arm})") from error
-        notes |= more
-    robot = make_robot(description, parts)
-    overlaps = permanent_self_collisions(CollisionWorld(robot, robot.make_model()))
-    if overlaps:
-        description = replace(description, exclude=tuple(overlaps))
-        notes["exclude"] = "Bodies that overlap in every configuration of the model."
-        robot = make_robot(description, parts)
-    effort = None
-    if None in data.effort:
-        estimated = estimate_efforts(robot.make_model())
-        effort = tuple(
-            guess if bound is None else bound
-            for guess, bound in zip(estimated, data.effort, strict=True)
-        )
-        notes["effort"] = f"{_CHOSEN} [N m]; enough to hold and accelerate the arm."
-    downward = DownwardReach(robot, robot.make_model())
-    reach = downward.measure()
-    if not reach.reached(-np.inf).any():
-        find_home(downward, reach, pin.SE3.Identity())  # raises, with the remedy
-    placement = place_base(robot, reach)
-    home = find_home(downward, reach, placement.T_rb)
-    notes["home"] = "The tool points down over the middle of its reach."
-    description = replace(
-        description,
-        T_rb=placement.T_rb,
-        pedestal=placement.pedestal,
-        home=tuple(np.round(home, 4).tolist()),
-        effort=effort,
-    )
-    notes["base"] = f"The base stands {stands_on(description)}: the table suits the reach so."
-    robot = make_robot(description, parts)
-    own = robot.mj_model.dof_armature[robot.dof_adr]
-    armature = chosen_armature(robot.make_model(), own)
-    if armature is not None:
-        description = replace(description, armature=armature)
-        notes["armature"] = (
-            f"{_CHOSEN} [kg m2].\nJoints of almost no inertia have 1e-3 kg m2 for each N m of "
-            "their effort limit, the others the model's."
-        )
-        robot = make_robot(description, parts)
-    return Draft(description, notes, robot, placement.share)
+    if given is not None:
+        given, known = find_gripper(given, parts)
+    if given == CUP:
+        notes = {"gripper": "CHOSEN: a cup of 3 cm, built at the mount."}
+        return replace(description, **_built_cup(mount)), notes
+    if given is not None and known is not None:
+        notes = {"gripper": f"Gripper of the registered robot {known.name}."}
+        return replace(description, **_registered(arm, description, known, given)), notes
+    try:
+        return _measured(description, given, mount, tool_frame, parts)
+    except RobotError as error:
+        joints = ",".join(description.arm_joints)
+        kinds = ", ".join(sorted({*parts.grippers} - {"two_finger", "suction"}))
+        others = kinds and f"; for another kind ({kinds}) give a registered gripper's name"
+        raise RobotError(f"{error}{others} (the arm: --joints {joints})") from error
 
 
 def _built_cup(mount: str) -> dict[str, Any]:
     """Return the tool and a suction cup built at the mount."""
     return {
         "tool_frame": mount,
-        "T_ft": spatial.pose((0.0, 0.0, DEFAULT_LENGTH)),
-        "gripper": suction_gripper(diameter=_CUP_DIAMETER, pressure=_CUP_PRESSURE),
+        "T_ft": spatial.pose((0.0, 0.0, _CUP_LENGTH)),
+        "gripper": suction_gripper(
+            diameter=_CUP_DIAMETER, pressure=_CUP_PRESSURE, length=_CUP_LENGTH
+        ),
     }
 
 
@@ -230,12 +127,7 @@ def _cup(model: mujoco.MjModel) -> int | None:
     return int(model.actuator_trnid[cups[0], 0]) if cups.size else None
 
 
-def _middle(model: mujoco.MjModel, arm: ArmChain) -> np.ndarray:
-    joints = list(arm.joints)
-    return np.where(model.jnt_limited[joints], model.jnt_range[joints].mean(axis=1), 0.0)
-
-
-def _with_gripper(
+def _measured(
     description: RobotDescription,
     model: str | None,
     mount: str,
@@ -289,11 +181,11 @@ def _with_gripper(
             description, gripper=gripper, tool_frame=local(hand.body), T_ft=hand.T_bt
         )
         return described, dict(hand.notes)
-    notes = {"gripper": "Measured on the model.", "gripper.max_speed": f"{_CHOSEN} [m/s]."}
+    notes = {"gripper": "Measured on the model.", "gripper.max_speed": f"{CHOSEN} [m/s]."}
     notes["gripper.max_force"] = "Force of the model's actuator at each finger [N]."
     force = found.max_force
     if force is None:
-        force, notes["gripper.max_force"] = _FORCE, f"{_CHOSEN} [N]."
+        force, notes["gripper.max_force"] = _FORCE, f"{CHOSEN} [N]."
     travel, changes = found.travel, {}
     if travel.friction > _MAX_FRICTION:
         changes["frictionloss"] = 0.0

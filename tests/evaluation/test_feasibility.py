@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from bt_manip.robot_setup import why_not
+from bt_manip.evaluation import why_not
 from bt_manip.robots import panda
 from bt_manip.spatial import pose
 

@@ -21,6 +21,7 @@ from bt_manip.robots import (
     compile_alone,
 )
 from bt_manip.spatial import quat_wxyz
+from bt_manip.testing import RobotCase
 
 from .reach import GRASP_HEIGHT, DownwardReach
 
@@ -72,9 +73,32 @@ def make_robot(description: RobotDescription, parts: Parts) -> Robot:
     Raises:
         BtManipError: If its gripper kind is not registered, or it does not match its model.
     """
-    gripper = description.gripper
-    make = parts.grippers.maker(gripper.kind, "close", "held_root") if gripper else None
-    robot = Robot(description, gripper=make)
+    return compiled(robot_case(description, parts))
+
+
+def robot_case(description: RobotDescription, parts: Parts) -> RobotCase:
+    """Return a described robot with its kind of gripper, as its contract takes it.
+
+    Args:
+        description: The description.
+        parts: The registered parts, among them the kind of its gripper.
+
+    Raises:
+        BtManipError: If its gripper kind is not registered.
+    """
+    if description.gripper is None:
+        return RobotCase(description)
+    make = parts.grippers.maker(description.gripper.kind, "close", "held_root")
+    return RobotCase(description, make)
+
+
+def compiled(case: RobotCase) -> Robot:
+    """Return the robot of a case, compiled alone.
+
+    Raises:
+        BtManipError: If its gripper does not match its model.
+    """
+    robot = Robot(case.description, gripper=case.gripper)
     compile_alone(robot)
     return robot
 

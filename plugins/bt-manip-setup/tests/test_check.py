@@ -5,9 +5,10 @@ from collections.abc import Callable
 import pytest
 
 from bt_manip.models import bundled_path
-from bt_manip.robot_setup import check_description
-from bt_manip.robot_setup.trial import Checked
-from tests.measuring.small_arm import write_small_arm
+from bt_manip_setup import check_description
+from bt_manip_setup.trial import Checked
+
+from .small_arm import write_small_arm
 
 PANDA = f"""
 model = "{bundled_path("panda/panda.xml")}"

@@ -6,9 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from bt_manip.cli.completion import complete_part
-from bt_manip.cli.exit_codes import FAILED, SUCCESS
-from bt_manip.cli.plugin_options import load_chosen_plugins
+from bt_manip.cli import FAILED, SUCCESS, PluginGroup, complete_part, load_chosen_plugins
 from bt_manip.exceptions import BtManipError, with_short_values
 
 if TYPE_CHECKING:
@@ -21,7 +19,7 @@ _cycles = click.option(
 )  # fmt: skip
 
 
-@click.group()
+@click.group(cls=PluginGroup)
 def robot() -> None:
     """Describe a robot from its model, check and show descriptions."""
 
@@ -65,8 +63,8 @@ def new(
     if output.exists() and not overwrite:
         raise click.UsageError(f"{output} exists: --overwrite replaces it, -o names another file")
     os.environ.setdefault("MUJOCO_GL", "disable")
-    from bt_manip.robot_setup import describe_robot, gripper_names, try_robot
     from bt_manip.robots import description_text
+    from bt_manip_setup import describe_robot, gripper_names, try_robot
 
     parts = load_chosen_plugins().parts
     draft = describe_robot(
@@ -119,7 +117,7 @@ def check(file: Path, cycles: int, picture: Path | None) -> int:
     payload, the reach, and the agreement with MuJoCo. A robot without findings is tried: it grasps
     a cube on a post and runs pick_place. Exits with 1 if there are findings.
     """
-    from bt_manip.robot_setup import check_description
+    from bt_manip_setup import check_description
 
     checked = check_description(file, load_chosen_plugins().parts, cycles)
     for line in checked.findings:
@@ -142,8 +140,8 @@ def show(name: str, picture: Path | None) -> None:
 
     ROBOT is a registered name or path.toml.
     """
-    from bt_manip.robot_setup import make_robot, summary
     from bt_manip.scenes import find_robot
+    from bt_manip_setup import make_robot, summary
 
     parts = load_chosen_plugins().parts
     robot = make_robot(find_robot(name, parts.robots), parts)
@@ -156,7 +154,7 @@ def show(name: str, picture: Path | None) -> None:
 def _draw(robot: "Robot", path: Path) -> None:
     """Save a picture of a robot, or say why there is none."""
     from bt_manip.cell import NoOpenGLError, write_png
-    from bt_manip.robot_setup import picture
+    from bt_manip_setup import picture
 
     try:
         write_png(path, picture(robot))

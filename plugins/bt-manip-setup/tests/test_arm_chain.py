@@ -1,8 +1,8 @@
 import mujoco
 import pytest
 
-from bt_manip.robot_setup.arm_chain import find_arm, find_mount
 from bt_manip.robots import RobotError
+from bt_manip_setup.arm_chain import find_arm, find_mount
 
 SHAPE = '<geom type="capsule" fromto="0 0 0 0 0 0.2" size="0.02"/>'
 FINGER = '<geom type="box" size="0.005 0.01 0.02" pos="0 0 0.02"/>'

@@ -6,11 +6,10 @@ from typing import Any
 
 import pytest
 
-from bt_manip.cli.app import run_app
-from bt_manip.cli.interrupt import Interrupt
 from bt_manip.models import bundled_path
 
 from .assembled_arms import SIX_JOINTS, write_jaw_arm, write_mimic_arm, write_mobile_arm
+from .program import run_program
 
 GRIPPER = "robotiq_2f85/2f85.xml"
 MENAGERIE = {
@@ -41,14 +40,9 @@ def pick(
     """Describe a robot from its model and return the cycles of pick_place with it."""
     file, report = folder / "robot.toml", folder / "report.json"
     carried = [] if gripper is None else ["--gripper", str(gripper)]
-    assert (
-        run_app(
-            Interrupt(), ["robot", "new", str(model), *carried, "--cycles", "0", "-o", str(file)]
-        )
-        == 0
-    )
-    command = ["run", "pick_place", "--robot", str(file), "--cycles", str(cycles), "--quiet"]
-    run_app(Interrupt(), [*command, "--report", str(report)])
+    assert run_program("robot", "new", model, *carried, "--cycles", 0, "-o", file) == 0
+    command = ["run", "pick_place", "--robot", file, "--cycles", cycles, "--quiet"]
+    run_program(*command, "--report", report)
     return list(json.loads(report.read_text())["cycles"])
 
 
@@ -94,8 +88,7 @@ def test_a_chosen_arm_of_a_larger_robot_picks(tmp_path, capsys):
     """Its platform, torso and head are locked."""
     model, file = write_mobile_arm(tmp_path), tmp_path / "arm.toml"
     joints = ",".join(f"joint{i}" for i in range(1, 7))
-    command = ["robot", "new", str(model), "--joints", joints, "--cycles", "1", "-o", str(file)]
-    assert run_app(Interrupt(), command) == 0
+    assert run_program("robot", "new", model, "--joints", joints, "--cycles", 1, "-o", file) == 0
     assert "pick_place: 1 of 1 cycles" in capsys.readouterr().err
 
 

@@ -11,18 +11,19 @@ import pytest
 
 from bt_manip.collision import CollisionWorld, self_collisions
 from bt_manip.models import bundled_path
-from bt_manip.robot_setup import check_description, describe_robot, gripper_names
-from bt_manip.robot_setup.describe import Draft
-from bt_manip.robot_setup.known_grippers import find_gripper
-from bt_manip.robot_setup.placement import find_home
-from bt_manip.robot_setup.reach import RadialReach
 from bt_manip.robots import RobotError, Tolerance, description_text, read_description
-from tests.measuring.small_arm import write_small_arm
+from bt_manip_setup import check_description, describe_robot, gripper_names
+from bt_manip_setup.describe import Draft
+from bt_manip_setup.known_grippers import find_gripper
+from bt_manip_setup.placement import find_home
+from bt_manip_setup.reach import RadialReach
+
+from .small_arm import write_small_arm
 
 PANDA = str(bundled_path("panda/panda.xml"))
-SIX_JOINTS = Path(__file__).parents[1] / "grippers" / "models" / "six_joints.urdf"
-FIVE_JOINTS = Path(__file__).parents[1] / "robots" / "models" / "five_joints.xml"
-TWO_LINK = Path(__file__).parents[1] / "robots" / "models" / "two_link.urdf"
+MODELS = Path(__file__).parent / "models"
+SIX_JOINTS, FIVE_JOINTS = MODELS / "six_joints.urdf", MODELS / "five_joints.xml"
+TWO_LINK = MODELS / "two_link.urdf"
 
 
 @pytest.fixture(scope="module")
