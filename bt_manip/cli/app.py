@@ -15,6 +15,7 @@ from bt_manip.cli.interrupt import Interrupt
 from bt_manip.cli.plugin_options import add_plugin_options, chosen, plugin_options
 from bt_manip.cli.streams import unfailing
 from bt_manip.exceptions import BtManipError, with_short_values
+from bt_manip.packages import missing
 
 if TYPE_CHECKING:
     from bt_manip.cli.plugin_commands import PluginCommand
@@ -28,15 +29,12 @@ COMMANDS = {
     "models": "bt_manip.cli.models:models",
     "new": "bt_manip.cli.new:new",
     "plugins": "bt_manip.cli.plugins:show_plugins",
-    "replay": "bt_manip.cli.replay:replay",
-    "report": "bt_manip.cli.report:report",
     "robot": "bt_manip.cli.robot:robot",
     "run": "bt_manip.cli.run:run",
     "scene": "bt_manip.cli.scene:scene",
     "stress": "bt_manip.cli.stress:stress",
     "sweep": "bt_manip.cli.evaluate:sweep",
     "tree": "bt_manip.cli.tree:tree",
-    "view": "bt_manip.cli.run:view",
 }
 """Module and attribute of each sub-command; it is imported when it is needed."""
 
@@ -60,6 +58,8 @@ class LazyGroup(click.Group):
             assert isinstance(command, click.Command)
         elif cmd_name in _plugin_commands(ctx):
             command = _plugin_commands(ctx)[cmd_name].load()
+        elif package := missing(cmd_name):
+            raise click.UsageError(f"'{cmd_name}' {package}", ctx)
         else:
             return None
         add_plugin_options(command)

@@ -1,6 +1,6 @@
 """Observers of a run from plugins and options."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +11,7 @@ from bt_manip.parameters import parameters_of, read_words
 from bt_manip.plugins import BUILTIN, Plugin, Plugins, guarded, plugin_observers
 from bt_manip.record import check_writable
 from bt_manip.registry import Registry
-from bt_manip.runner import RunObserver, RunView, Stopwatch, recorder_name
+from bt_manip.runner import RunObserver, Stopwatch, recorder_name
 
 
 def extra_observers(plugins: Plugins, records: Iterable[str]) -> list[RunObserver]:
@@ -32,69 +32,6 @@ def extra_observers(plugins: Plugins, records: Iterable[str]) -> list[RunObserve
     if labels:
         observers.append(Stopwatch(labels, print_warning))
     return observers
-
-
-def plugin_views(
-    plugins: Plugins,
-    chosen: Mapping[str, Mapping[str, Any]],
-    tell: Callable[[str], None],
-    staying: dict[str, RunView] | None,
-) -> list[RunObserver]:
-    """Return the chosen views of plugins; exceptions in a view do not end the run.
-
-    Args:
-        plugins: All plugins.
-        chosen: The options of each view, by the name of the view.
-        tell: Prints a line.
-        staying: The views that stay after the run; new ones are added. None: views end with it.
-
-    Raises:
-        BtManipError: If a view cannot be opened.
-    """
-    views, made = plugins.parts.views, {} if staying is None else staying
-    observers: list[RunObserver] = []
-    for name, options in chosen.items():
-        owner = _owner(plugins, views.owner(name))
-        if name not in made:
-            make = views.maker(name, "run_started", "close", expected="a RunView")
-            made[name] = make(tell, staying is not None, **options)
-        label, hint = f"view '{name}'", ""
-        if owner is not None:
-            label, hint = f"{label} of {owner.label}", owner.way_out
-        observers.append(guarded(made[name], label, print_warning, hint))
-    return observers
-
-
-def page_panels(plugins: Plugins) -> dict[str, Callable[[Any], Any]]:
-    """Return the makers of the panels of the page; exceptions in a panel do not end the run.
-
-    Args:
-        plugins: All plugins.
-    """
-    return {name: _panel_maker(plugins, name) for name in plugins.parts.panels.in_order()}
-
-
-def _panel_maker(plugins: Plugins, name: str) -> Callable[[Any], Any]:
-    from bt_manip.viewer import Panel
-
-    panels = plugins.parts.panels
-    owner = _owner(plugins, panels.owner(name))
-    label, hint = f"panel '{name}'", ""
-    if owner is not None:
-        label, hint = f"{label} of {owner.label}", owner.way_out
-
-    def make(page: Any) -> Any:
-        try:
-            panel = panels.maker(name, "start", "draw", expected="a Panel")(page)
-        except (Exception, SystemExit) as error:
-            print_warning(f"{label} is left out: {error}{hint}")
-            return Panel(page)
-        return guarded(panel, label, print_warning, hint, base=Panel)
-
-    kind: Any = panels.get(name)
-    make.place = getattr(kind, "place", Panel.place)  # type: ignore[attr-defined]
-    make.needs_run = getattr(kind, "needs_run", Panel.needs_run)  # type: ignore[attr-defined]
-    return make
 
 
 def _recorder(plugins: Plugins, text: str) -> RunObserver:

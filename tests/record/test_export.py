@@ -6,6 +6,7 @@ from pathlib import Path
 import av
 import numpy as np
 import pytest
+from bt_manip.record.video.export_video import SceneModel, frame_times
 from mcap.reader import make_reader
 from pyarrow import csv, parquet
 
@@ -23,7 +24,6 @@ from bt_manip.record import (
     write_parquet,
     write_video,
 )
-from bt_manip.record.video.export_video import SceneModel, frame_times
 from bt_manip.runner import RunObserver
 
 
