@@ -17,14 +17,11 @@ from bt_manip.cli.plugin_options import print_warning
 from bt_manip.cli.record_option import is_rendered
 from bt_manip.cli.run_options import RunOptions, make_request
 from bt_manip.exceptions import ANY_BUT_INTERRUPT, BtManipError, NodeError, reason_of
-from bt_manip.registry import Parts
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from bt_manip.cli.session import Session
     from bt_manip.plugins import Plugins
-    from bt_manip.record import Continuation, Recorder, ReportFile, RunReport
+    from bt_manip.record import Recorder, ReportFile, RunReport
     from bt_manip.runner import Run, RunObserver, Station
     from bt_manip.viewer import Window
 
@@ -71,7 +68,7 @@ class RunJob:
         with interrupt.held():
             try:
                 with interrupt.raised(), _garbage_collection_off():
-                    self.run, observers = self._prepare()
+                    self.run, observers = self._prepare(self._options)
                 started = True
                 with interrupt.patient():
                     self.run.execute(observers, stop=lambda: interrupt.requested)
@@ -118,90 +115,43 @@ class RunJob:
         assert self.report is not None
         return next_step(self._options, self.report, is_terminal=is_terminal)
 
-    def _prepare(self) -> tuple["Run", list["RunObserver"]]:
+    def _prepare(self, options: RunOptions) -> tuple["Run", list["RunObserver"]]:
         """Return the run and its observers; all bad input is found here."""
         session = self._session
-        options = replace(self._options, window=self._can_open_window())
-        self._plugins = plugins = session.plugins
-        parts = plugins.parts
+        options = replace(options, window=self._can_open_window(options))
+        self._plugins = session.plugins
         resumed = None
         if options.resume is not None:
             from bt_manip.record import read_snapshot
 
             resumed = read_snapshot(options.resume)
-        request = session.requested = make_request(options, parts, resumed, by_view=session.stays)
+        parts, by_view = self._plugins.parts, session.stays
+        request = session.requested = make_request(options, parts, resumed, by_view=by_view)
         # Slow imports come last: the errors above are reported at once.
-        from bt_manip.cli.run_observers import extra_observers
-        from bt_manip.plugins import guarded
-        from bt_manip.record import Recorder, Trace
+        from bt_manip.cli.run_observers import observers_of
+        from bt_manip.record import Recorder, restore_snapshot
         from bt_manip.runner import prepare
 
-        prepared = prepare(request, parts, print_warning, self._station)
-        foreign = options.foreign.fields()
-        prepared.identity.update(plugins=plugins.versions, foreign=foreign)
+        run = prepare(request, parts, print_warning, self._station)
+        run.identity.update(plugins=self._plugins.versions, foreign=options.foreign.fields())
         if options.episode is not None:
-            prepared.begin_episode(options.episode)
+            run.begin_episode(options.episode)
         self._recorder = Recorder(request.tree.name, request.seed, file=self._open_report())
-        # First: a trace in use by others ends the run before its report is begun.
-        observers: list[RunObserver] = [Trace(options.trace)] if options.trace else []
-        observers.append(self._recorder)
-        if options.snapshots or resumed is not None:
-            from bt_manip.record import SnapshotWriter, restore_snapshot
-
-            if resumed is not None:
-                restore_snapshot(options.resume, resumed, prepared, self._recorder)
-            observers += [SnapshotWriter(*one, print_warning) for one in options.snapshots]
+        if resumed is not None:
+            restore_snapshot(options.resume, resumed, run, self._recorder)
         if options.continued is not None:
-            observers += self._continue(options.continued, prepared, self._recorder)
-        observers += extra_observers(plugins, options.records)
-        if options.watch:
-            from bt_manip.runner import Reloader, known_behaviours
-
-            observers.append(Reloader(request.tree, known_behaviours(parts), session.tell))
-        if not options.quiet:
-            view = _terminal(session.console, options.cycles)
-            observers.append(guarded(view, "the view in the terminal", print_warning))
+            for warning in options.continued.differences(run):
+                print_warning(warning)
+            state = options.continued.simulate(run)
+            restore_snapshot(options.continued.recording.path, state, run, self._recorder)
         if options.window:
             from bt_manip.viewer import Window
 
             self._window = Window()
-            observers.append(guarded(self._window, "the window", print_warning))
-        observers += session.open_views()
-        if options.faults:
-            observers.append(self._fault_injector(prepared, parts))
+        observers = observers_of(run, options, session, self._recorder, self._window)
         for observer in observers:
-            observer.check(prepared)
-        return prepared, observers
-
-    def _fault_injector(self, run: "Run", parts: Parts) -> "RunObserver":
-        """Return an observer that injects the requested faults.
-
-        Raises:
-            BtManipError: If a fault is described wrongly.
-        """
-        from bt_manip.faults import FaultInjector, parse_fault
-
-        planned = [parse_fault(text, parts.faults) for text in run.request.faults]
-        for one in planned:
-            one.nodes(run.tree)
-        return FaultInjector(planned, parts.faults, run.request.seed, warn=print_warning)
-
-    @staticmethod
-    def _continue(
-        continued: "Continuation", run: "Run", recorder: "Recorder"
-    ) -> list["RunObserver"]:
-        """Restore the moment of a recorded run; return the repetition of its interventions.
-
-        Raises:
-            BtManipError: If the run is not the recorded one.
-        """
-        from bt_manip.record import RecordedInterventions, restore_snapshot
-
-        for warning in continued.differences(run):
-            print_warning(warning)
-        path = continued.recording.path
-        restore_snapshot(path, continued.simulate(run), run, recorder)
-        return [RecordedInterventions(continued.recording)]
+            observer.check(run)
+        return run, observers
 
     def _fault(self, error: BaseException) -> int:
         """Print an exception with the plugin that it came from; return the exit code."""
@@ -293,17 +243,18 @@ class RunJob:
         if step := self.next_step(is_terminal=console.is_terminal):
             self._session.tell(step)
 
-    def _can_open_window(self) -> bool:
+    @staticmethod
+    def _can_open_window(options: RunOptions) -> bool:
         """Whether there will be a window; without one, mujoco is imported without OpenGL."""
         from bt_manip.viewer import NoDisplayError, require_display, use_offscreen_opengl
 
-        if self._options.window:
+        if options.window:
             try:
                 require_display()
                 return True
             except NoDisplayError as error:
                 print_warning(f"--window: {error}; the run has no window")
-        if any(map(is_rendered, self._options.records)):
+        if any(map(is_rendered, options.records)):
             use_offscreen_opengl()
         os.environ.setdefault("MUJOCO_GL", "disable")
         return False
@@ -323,13 +274,3 @@ def _garbage_collection_off() -> Iterator[None]:
         gc.freeze()
     finally:
         gc.enable()
-
-
-def _terminal(console: "Console", cycles: int) -> "RunObserver":
-    if console.is_terminal and not console.is_dumb_terminal:
-        from bt_manip.viewer import TerminalView
-
-        return TerminalView(console, cycles=cycles)
-    from bt_manip.viewer import PlainView
-
-    return PlainView(console, cycles=cycles)

@@ -36,8 +36,8 @@ def execute_run(options: RunOptions, interrupt: Interrupt, *, begin: bool = True
     Raises:
         BtManipError: For bad input; nothing is simulated or written then.
     """
-    code = INTERRUPTED
-    with unfailing("stdout"), interrupt.held(), closing(Session(options, interrupt)) as session:
+    session, code = Session(options, interrupt), INTERRUPTED
+    with unfailing("stdout"), interrupt.held(), closing(session):
         with suppress(KeyboardInterrupt):
             if begin:
                 code = session.begin()
@@ -214,7 +214,8 @@ class Session:
     # Internal
 
     def _execute(self, options: RunOptions, station: "Station | None") -> int:
-        job = self.last = RunJob(self, options, self._interrupt, station)
+        job = RunJob(self, options, self._interrupt, station)
+        self.last = job
         code = job.execute()
         if job.run is not None:
             self.station, self._built = job.run.station, job.run.request.station

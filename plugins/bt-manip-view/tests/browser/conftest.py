@@ -15,10 +15,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-pytest.importorskip("viser", reason="the extra [view] is not installed")
 playwright_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 
-from PIL import Image  # noqa: E402, of the extra [view]
+from PIL import Image
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 

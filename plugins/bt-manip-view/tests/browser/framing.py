@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tests.browser.conftest import CORNERS, SIZE, Window, wait_until
+from .conftest import CORNERS, SIZE, Window, wait_until
 
 SIZES = [(1400, 900), (1280, 720), (700, 900)]
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.browser.framing import check_framing
+from .framing import check_framing
 
 
 @pytest.mark.soak

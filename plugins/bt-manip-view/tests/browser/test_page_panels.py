@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.browser.conftest import Program, wait_until
+from .conftest import Program, wait_until
 
 TREE = """<root BTCPP_format="4"><BehaviorTree ID="Main"><Sequence name="task">
   <SpawnObject name="spawn" region="0.3;0.3;-0.2;-0.2" object="{cube}"/>

@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
-from bt_manip.viewer.html import run_page
 
 from bt_manip.bt import AlwaysFailure, Fallback, Sleep
 from bt_manip.record import McapRecorder, RecordedScene, Recording
-from tests.browser.conftest import POSITION, Window, wait_until
+from bt_manip_view import run_page
+
+from .conftest import POSITION, Window, wait_until
 
 RANGE = "() => { const x = Bokeh.documents[0].roots()[{i}].x_range; return [x.start, x.end]; }"
 

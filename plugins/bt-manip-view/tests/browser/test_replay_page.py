@@ -3,7 +3,8 @@
 import pytest
 
 from bt_manip.record import RecordedScene, Recording
-from tests.browser.conftest import POSITION, Window, wait_until
+
+from .conftest import POSITION, Window, wait_until
 
 
 @pytest.fixture(scope="module")

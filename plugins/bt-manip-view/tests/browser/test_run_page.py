@@ -8,8 +8,9 @@ import pytest
 
 from bt_manip.runner import RunRequest, find_tree, prepare
 from bt_manip.viewer import render
-from tests.browser.conftest import Program, Window, wait_until
-from tests.browser.framing import check_framing
+
+from .conftest import Program, Window, wait_until
+from .framing import check_framing
 
 CAMERA = """
     () => {

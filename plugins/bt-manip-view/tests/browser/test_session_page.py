@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.browser.conftest import Window, wait_until
+from .conftest import Window, wait_until
 
 TOOL = 0.1034
 """Distance of the Panda's tool from its hand [m]."""

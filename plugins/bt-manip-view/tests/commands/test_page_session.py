@@ -5,14 +5,11 @@ import time
 from dataclasses import replace
 
 import pytest
+from bt_manip.cli.page_session import SAVED, PageSession
+from bt_manip.viewer.page import RunChoice
 
-pytest.importorskip("viser", reason="the extra [view] is not installed")
-
-from bt_manip.cli.page_session import SAVED, PageSession  # noqa: E402
-from bt_manip.viewer.page import RunChoice  # noqa: E402
-
-from bt_manip.cli.interrupt import Interrupt  # noqa: E402
-from bt_manip.cli.run_options import RunOptions  # noqa: E402
+from bt_manip.cli.interrupt import Interrupt
+from bt_manip.cli.run_options import RunOptions
 
 MOVE = """
 <root BTCPP_format="4">

@@ -13,8 +13,6 @@ import pytest
 from bt_manip.cli.app import run_app
 from bt_manip.cli.interrupt import SIGNALS, Interrupt
 
-pytest.importorskip("viser", reason="the extra [view] is not installed")
-
 
 @pytest.fixture(scope="session")
 def recording(tmp_path_factory):

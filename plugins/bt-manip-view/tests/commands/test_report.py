@@ -4,8 +4,6 @@ import importlib.util
 
 import pytest
 
-pytest.importorskip("viser", reason="the extra [view] is not installed")
-
 
 def test_the_report_is_written_beside_the_recording_or_to_the_given_file(bt_manip, trees, tmp_path):
     assert bt_manip("run", f"{trees}:failing", "--record", tmp_path / "run.mcap").code == 1

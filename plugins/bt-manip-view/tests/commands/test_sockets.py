@@ -8,9 +8,6 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("viser", reason="the extra [view] is not installed")
-pytest.importorskip("mcap", reason="the extra [record] is not installed")
-
 LOOPBACK = ("0100007F", "0" * 24 + "01000000", "0000000000000000FFFF00000100007F")
 """127.0.0.1, ::1, and 127.0.0.1 as an IPv6 address, as the kernel writes them."""
 

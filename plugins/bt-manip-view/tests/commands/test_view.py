@@ -11,8 +11,6 @@ import urllib.request
 
 import pytest
 
-pytest.importorskip("viser", reason="the extra [view] is not installed")
-
 
 def test_without_viser_one_line_names_the_extra(bt_manip, trees, monkeypatch):
     find = importlib.util.find_spec

@@ -4,20 +4,17 @@ import json
 import re
 from base64 import b64decode
 
+import msgspec
 import pytest
+import zstandard
 from lxml import html
 
-pytest.importorskip("viser", reason="the extra [view] is not installed")
-
-import msgspec  # noqa: E402
-import zstandard  # noqa: E402
-from bt_manip.viewer.html import run_page  # noqa: E402
-from bt_manip.viewer.html.plots import Plots  # noqa: E402
-
-from bt_manip.bt import AlwaysFailure, Fallback, Sequence, Sleep  # noqa: E402
-from bt_manip.cli.app import run_app  # noqa: E402
-from bt_manip.cli.interrupt import Interrupt  # noqa: E402
-from bt_manip.record import McapRecorder, RecordedRun, Recording  # noqa: E402
+from bt_manip.bt import AlwaysFailure, Fallback, Sequence, Sleep
+from bt_manip.cli.app import run_app
+from bt_manip.cli.interrupt import Interrupt
+from bt_manip.record import McapRecorder, RecordedRun, Recording
+from bt_manip_view import run_page
+from bt_manip_view.html.plots import Plots
 
 HOSTILE = "</script><script>alert(1)</script>"
 MARKUP = "<img src=x onerror=alert(2)>'\"&amp;"

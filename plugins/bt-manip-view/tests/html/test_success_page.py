@@ -5,13 +5,11 @@ import json
 import numpy as np
 import pytest
 
-pytest.importorskip("viser", reason="the extra [view] is not installed")
-
-from bt_manip.evaluation.success_map import MAP_BINS, cells, map_axes
-from bt_manip.evaluation.success_page import BINS, quantities, rates_by_value
-
-from bt_manip.evaluation import EpisodeResult, results_page
+from bt_manip.evaluation import EpisodeResult
 from bt_manip.exceptions import BtManipError
+from bt_manip_view import results_page
+from bt_manip_view.html.success_map import MAP_BINS, cells, map_axes
+from bt_manip_view.html.success_page import BINS, quantities, rates_by_value
 
 POINTS = [{"speed": 0.5, "robot": "panda"}, {"speed": 1.0, "robot": "ur5e"}]
 IDENTITY = {"tree": "<pick>", "seed": 3, "points": POINTS}

@@ -1,9 +1,9 @@
 """Thinned lines keep their peaks, thinned time lines their intervals."""
 
 import numpy as np
-from bt_manip.viewer.html.thinning import merge, thin
 
 from bt_manip.record import Interval
+from bt_manip_view.html.thinning import merge, thin
 
 
 def test_a_short_line_stays_as_it_is():

@@ -11,13 +11,11 @@ from typing import Any
 import msgspec
 import numpy as np
 import pytest
+import viser
+import websockets.sync.client
+import zstandard
 
-viser = pytest.importorskip("viser", reason="the extra [view] is not installed")
-
-import websockets.sync.client  # noqa: E402
-import zstandard  # noqa: E402
-
-from bt_manip.viewer import Page  # noqa: E402
+from bt_manip_view import Page
 
 PROTOCOLS = {"scene": f"viser-v{viser.__version__}", "page": "bt-manip"}
 

@@ -5,8 +5,6 @@ import io
 
 import numpy as np
 import pytest
-from bt_manip.viewer.page import camera_panel
-from bt_manip.viewer.page.camera_panel import NO_CAMERA, PICTURE_SIZE
 from PIL import Image
 
 from bt_manip.behaviours import SpawnObject
@@ -14,6 +12,8 @@ from bt_manip.bt import Sequence, Sleep
 from bt_manip.cell import FrameRenderer, camera_number
 from bt_manip.record import Recorder
 from bt_manip.runner import RunObserver
+from bt_manip_view.page import camera_panel
+from bt_manip_view.page.camera_panel import NO_CAMERA, PICTURE_SIZE
 
 
 def root():

@@ -6,12 +6,13 @@ import msgspec
 import numpy as np
 import pytest
 import trimesh
-from bt_manip.viewer.page.framing import FRAMED_SHARE, NOT_FRAMED, rotated
-from tests.viewer.page.conftest import CAMERA, wait_until
 
 from bt_manip import build_station
 from bt_manip.cell import CellScene
-from bt_manip.viewer import Page
+from bt_manip_view import Page
+from bt_manip_view.page.framing import FRAMED_SHARE, NOT_FRAMED, rotated
+
+from .conftest import CAMERA, wait_until
 
 
 @pytest.fixture(scope="module")

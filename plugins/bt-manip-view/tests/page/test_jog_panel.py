@@ -9,7 +9,7 @@ from bt_manip.bt import Sleep, Tree
 from bt_manip.exceptions import BtManipError
 from bt_manip.runner import Run, RunRequest, TreeSource
 from bt_manip.scenes import two_arms
-from bt_manip.viewer import Page
+from bt_manip_view import Page
 
 HANDLE = "/jog/panda"
 

@@ -13,12 +13,13 @@ import viser
 import websockets.exceptions
 from bt_manip.viewer.page import Gui
 from bt_manip.viewer.page import server as page_server
-from tests.viewer.page.conftest import CAMERA
 
 from bt_manip.behaviours import MoveHome, RemoveObject, SpawnObject
 from bt_manip.bt import Sequence, Sleep
 from bt_manip.record import Recorder
 from bt_manip.runner import RunObserver
+
+from .conftest import CAMERA
 
 FIELDS = {
     "ViewerCameraMessage": (

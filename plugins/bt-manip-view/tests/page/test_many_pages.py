@@ -11,11 +11,12 @@ import tracemalloc
 import numpy as np
 import pytest
 from bt_manip.viewer.page import server as page_server
-from tests.viewer.page.conftest import PROTOCOLS
 
 from bt_manip.behaviours import RemoveObject, SpawnObject
 from bt_manip.bt import Sequence, Sleep
 from bt_manip.runner import RunObserver
+
+from .conftest import PROTOCOLS
 
 READERS = """
 import asyncio, sys, websockets

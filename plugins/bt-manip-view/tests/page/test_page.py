@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 import trimesh
 from bt_manip.viewer.page import SceneView
-from tests.viewer.page.conftest import wait_until
 
 from bt_manip.behaviours import IsHolding, MoveHome, RemoveObject, SpawnObject
 from bt_manip.bt import AlwaysFailure, Fallback, Script, Sequence, Sleep
@@ -17,7 +16,9 @@ from bt_manip.cell import CellScene
 from bt_manip.exceptions import BtManipError
 from bt_manip.record import Recorder
 from bt_manip.runner import RunObserver
-from bt_manip.viewer import Page
+from bt_manip_view import Page
+
+from .conftest import wait_until
 
 
 def picking():

@@ -4,18 +4,16 @@ import json
 
 import pytest
 
-pytest.importorskip("viser", reason="the extra [view] is not installed")
-
 from bt_manip import build_station
 from bt_manip.bt import Sleep, Tree
-from bt_manip.cli.run_observers import page_panels
 from bt_manip.plugins import PluginSelection, load_plugins
 from bt_manip.runner import Run, RunRequest, TreeSource
-from bt_manip.viewer import Page
+from bt_manip_view import Page
+from bt_manip_view.page.plugin_panels import page_panels
 
 PLUGIN = """
 from bt_manip import hookimpl
-from bt_manip.viewer import Panel
+from bt_manip_view import Panel
 
 class Broken(Panel):
     {}

@@ -4,11 +4,12 @@ import time
 
 import numpy as np
 import pytest
-from tests.viewer.page.conftest import wait_until
 
 from bt_manip.behaviours import RemoveObject, SpawnObject
 from bt_manip.bt import Sequence, Sleep
 from bt_manip.runner import RunObserver
+
+from .conftest import wait_until
 
 HANDLE = "/handle"
 

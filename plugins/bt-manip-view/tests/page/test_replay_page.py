@@ -6,15 +6,16 @@ import time
 import numpy as np
 import pytest
 from mcap.reader import make_reader
-from tests.viewer.page.conftest import Client, SceneClient, wait_until
 
 from bt_manip.behaviours import MoveToConfiguration, RemoveObject, SpawnObject
 from bt_manip.bt import AlwaysFailure, Fallback, Script, Sequence, Sleep
-from bt_manip.cli.run_observers import page_panels
 from bt_manip.plugins import load_plugins
 from bt_manip.record import McapRecorder, RecordedScene, Recording
 from bt_manip.runner import RunObserver
-from bt_manip.viewer import Page, Panel, ReplayPage
+from bt_manip_view import Page, Panel, ReplayPage
+from bt_manip_view.page.plugin_panels import page_panels
+
+from .conftest import Client, SceneClient, wait_until
 
 SHOWN = {
     "tree": ("nodes", "states", "failed"), "log": ("lines",), "blackboard": ("values",),

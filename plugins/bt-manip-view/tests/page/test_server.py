@@ -8,8 +8,9 @@ from urllib.request import urlopen
 
 import pytest
 import websockets.exceptions
-from bt_manip.viewer.page.server import close_server, is_local, open_server
 from websockets import Headers
+
+from bt_manip_view.page.server import close_server, is_local, open_server
 
 
 def answer(url: str, *lines: str) -> bytes:

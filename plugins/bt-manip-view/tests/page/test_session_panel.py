@@ -1,10 +1,10 @@
 """The next run is chosen on the page."""
 
 import pytest
-from bt_manip.viewer.page import RunChoice, SessionPanel
 
 from bt_manip.bt import Sleep
-from bt_manip.viewer import Page
+from bt_manip_view import Page
+from bt_manip_view.page.session_panel import RunChoice, SessionPanel
 
 NAMES = {"tree": ("pick", "stack"), "scene": ("table", "tray"), "robot": ("panda", "ur5e")}
 

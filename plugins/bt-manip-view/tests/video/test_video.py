@@ -12,15 +12,16 @@ import av
 import mujoco
 import numpy as np
 import pytest
-from bt_manip.record.video.video_recorder import VideoFile
 
 from bt_manip.behaviours import MoveToConfiguration
 from bt_manip.bt import Sleep
 from bt_manip.cell import NoOpenGLError
 from bt_manip.exceptions import BtManipError
-from bt_manip.record import RecordingError, VideoRecorder
+from bt_manip.record import RecordingError
 from bt_manip.runner import RunObserver
 from bt_manip.viewer import render
+from bt_manip_view import VideoRecorder
+from bt_manip_view.video.video_recorder import VideoFile
 
 pytestmark = pytest.mark.usefixtures("shared_stations")
 
@@ -155,7 +156,7 @@ def test_a_killed_run_leaves_what_plays(tmp_path):
     path = tmp_path / "cut.mp4"
     code = f"""
         import os, signal, numpy, pathlib
-        from bt_manip.record.video.video_recorder import VideoFile
+        from bt_manip_view.video.video_recorder import VideoFile
         video = VideoFile(pathlib.Path({str(path)!r}), 64, 48, 25.0)
         for i in range(80):
             video.add(i / 25, numpy.full((48, 64, 3), 3 * i, dtype=numpy.uint8))
