@@ -66,6 +66,7 @@ class Session:
         station: The station of the last run, or the one that was built last; None before.
         requested: Request of the last run, or of that station; None before.
         last: The last run; None before the first one.
+        views: The opened views, by name.
     """
 
     def __init__(self, options: RunOptions, interrupt: Interrupt) -> None:
@@ -74,7 +75,7 @@ class Session:
         self.requested: RunRequest | None = None
         self.last: RunJob | None = None
         self._interrupt = interrupt
-        self._views: dict[str, RunView] = {}
+        self.views: dict[str, RunView] = {}
         self._built: tuple[Any, ...] = ()  # key of the station
 
     # For views
@@ -163,12 +164,12 @@ class Session:
 
         parts = self.plugins.parts
         for name, given in self.options.views.items():
-            if name not in self._views:
+            if name not in self.views:
                 make = parts.views.maker(name, "run_started", "close", expected="a RunView")
-                self._views[name] = make(self, **given)
+                self.views[name] = make(self, **given)
             owner = self.plugins.find(parts.views.owner(name))
             label, hint = (f" of {owner.label}", owner.way_out) if owner else ("", "")
-            yield guarded(self._views[name], f"view '{name}'{label}", print_warning, hint)
+            yield guarded(self.views[name], f"view '{name}'{label}", print_warning, hint)
 
     # For the command
 
@@ -201,14 +202,14 @@ class Session:
         Raises:
             KeyboardInterrupt: When interrupted while a station is built, or for the second time.
         """
-        for view in self._views.values():
+        for view in self.views.values():
             if hasattr(view, "serve") and not self.interrupted:
                 with self._interrupt.patient():
                     view.serve(self)
 
     def close(self) -> None:
         """Close the views that stay."""
-        for view in self._views.values() if self._views and self.stays else ():
+        for view in self.views.values() if self.views and self.stays else ():
             view.close()
 
     # Internal

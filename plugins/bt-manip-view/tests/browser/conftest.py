@@ -17,9 +17,9 @@ import pytest
 
 playwright_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 
-from PIL import Image
+from PIL import Image  # noqa: E402
 
-REPOSITORY = Path(__file__).resolve().parents[2]
+REPOSITORY = Path(__file__).resolve().parents[4]
 
 ARTEFACTS = Path(os.environ.get("BT_MANIP_ARTEFACTS", REPOSITORY / ".ci" / "artefacts"))
 """Where the screenshots are kept."""

@@ -1,6 +1,5 @@
 """bt-manip replay: a recording on a page; bad input is one line."""
 
-import importlib.util
 import re
 import signal
 import subprocess
@@ -11,7 +10,6 @@ import click
 import pytest
 
 from bt_manip.cli.app import run_app
-from bt_manip.cli.interrupt import SIGNALS, Interrupt
 
 
 @pytest.fixture(scope="session")
@@ -29,19 +27,6 @@ def recording(tmp_path_factory):
     tree = Tree(Sleep("rest", msec=50), clock=station.clock)
     Run(RunRequest(TreeSource("test", "python")), tree, station).execute([McapRecorder(Path(path))])
     return path
-
-
-@pytest.mark.parametrize("package, extra", [("mcap", "record"), ("viser", "view")])
-def test_without_a_package_one_line_names_the_extra(
-    bt_manip, recording, monkeypatch, package, extra
-):
-    find = importlib.util.find_spec
-    monkeypatch.setattr(
-        importlib.util, "find_spec", lambda name, *rest: None if name == package else find(name)
-    )
-    done = bt_manip("replay", recording)
-    assert done.code == 2
-    assert done.err == f"Error: replay needs {package}: pip install 'bt-manip[{extra}]'\n"
 
 
 def test_bad_input_is_one_line(bt_manip, recording, tmp_path):
@@ -75,18 +60,6 @@ def test_the_page_is_served_until_ctrl_c(recording):
         assert (process.returncode, out, err) == (0, "", "")
     finally:
         process.kill()
-
-
-@pytest.fixture
-def interrupt():
-    """Handle signals as the program does."""
-    interrupt, handlers = Interrupt(), {}
-    for name in SIGNALS:
-        handlers[getattr(signal, name)] = signal.getsignal(getattr(signal, name))
-    interrupt.install()
-    yield interrupt
-    for number, handler in handlers.items():
-        signal.signal(number, handler)
 
 
 def test_ctrl_c_ends_it_in_order_as_soon_as_the_address_is_printed(

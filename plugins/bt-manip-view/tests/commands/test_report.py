@@ -1,7 +1,5 @@
 """bt-manip report: one HTML file of a recording."""
 
-import importlib.util
-
 import pytest
 
 
@@ -61,13 +59,3 @@ def test_a_file_that_cannot_be_written_is_refused(bt_manip, tmp_path):
     done = bt_manip("report", path, "-o", tmp_path / "no" / "report.html")
     assert (done.code, done.err.count("\n")) == (2, 1)
     assert path.read_bytes() == b"\x89MCAP0\r\n"
-
-
-@pytest.mark.parametrize(("package", "extra"), [("mcap", "record"), ("bokeh", "view")])
-def test_a_missing_package_is_named_with_its_extra(bt_manip, monkeypatch, package, extra):
-    find = importlib.util.find_spec
-    monkeypatch.setattr(
-        importlib.util, "find_spec", lambda name, *rest: None if name == package else find(name)
-    )
-    code, _, err = bt_manip("report", "run.mcap")
-    assert (code, err) == (2, f"Error: report needs {package}: pip install 'bt-manip[{extra}]'\n")

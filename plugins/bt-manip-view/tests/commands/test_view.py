@@ -1,6 +1,5 @@
 """``--view``: the page is announced, stays up after the run, and Ctrl-C ends it."""
 
-import importlib.util
 import json
 import re
 import signal
@@ -10,16 +9,6 @@ import time
 import urllib.request
 
 import pytest
-
-
-def test_without_viser_one_line_names_the_extra(bt_manip, trees, monkeypatch):
-    find = importlib.util.find_spec
-    monkeypatch.setattr(
-        importlib.util, "find_spec", lambda name, *rest: None if name == "viser" else find(name)
-    )
-    done = bt_manip("run", f"{trees}:quick", "--view")
-    assert done.code == 2
-    assert done.err == "Error: --view needs viser: pip install 'bt-manip[view]'\n"
 
 
 def test_the_page_stays_up_after_the_run_until_ctrl_c(trees, tmp_path):

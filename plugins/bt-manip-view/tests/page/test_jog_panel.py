@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from bt_manip.viewer.page import JogPanel
 
 from bt_manip import build_station
 from bt_manip.bt import Sleep, Tree
@@ -10,6 +9,7 @@ from bt_manip.exceptions import BtManipError
 from bt_manip.runner import Run, RunRequest, TreeSource
 from bt_manip.scenes import two_arms
 from bt_manip_view import Page
+from bt_manip_view.page.jog_panel import JogPanel
 
 HANDLE = "/jog/panda"
 

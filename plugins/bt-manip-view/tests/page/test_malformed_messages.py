@@ -11,13 +11,13 @@ import msgspec
 import pytest
 import viser
 import websockets.exceptions
-from bt_manip.viewer.page import Gui
-from bt_manip.viewer.page import server as page_server
 
 from bt_manip.behaviours import MoveHome, RemoveObject, SpawnObject
 from bt_manip.bt import Sequence, Sleep
 from bt_manip.record import Recorder
 from bt_manip.runner import RunObserver
+from bt_manip_view.page import server as page_server
+from bt_manip_view.page.gui import Gui
 
 from .conftest import CAMERA
 

@@ -10,11 +10,11 @@ import tracemalloc
 
 import numpy as np
 import pytest
-from bt_manip.viewer.page import server as page_server
 
 from bt_manip.behaviours import RemoveObject, SpawnObject
 from bt_manip.bt import Sequence, Sleep
 from bt_manip.runner import RunObserver
+from bt_manip_view.page import server as page_server
 
 from .conftest import PROTOCOLS
 

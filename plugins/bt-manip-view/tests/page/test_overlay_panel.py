@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from bt_manip.viewer.page import overlay_panel
 
 from bt_manip.arm.tool_path import PATH_SAMPLES
 from bt_manip.behaviours import Hover, MoveToConfiguration, Reach, RemoveObject, SpawnObject
 from bt_manip.bt import Sequence, Sleep
 from bt_manip.runner import RunObserver
+from bt_manip_view.page import overlay_panel
 from bt_manip_view.page.overlay_panel import FORCE_SCALE
 
 READY = "0;0.3;0;-1.8;0;2.1;0.8"

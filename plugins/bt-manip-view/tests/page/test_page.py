@@ -8,7 +8,6 @@ import mujoco
 import numpy as np
 import pytest
 import trimesh
-from bt_manip.viewer.page import SceneView
 
 from bt_manip.behaviours import IsHolding, MoveHome, RemoveObject, SpawnObject
 from bt_manip.bt import AlwaysFailure, Fallback, Script, Sequence, Sleep
@@ -17,6 +16,7 @@ from bt_manip.exceptions import BtManipError
 from bt_manip.record import Recorder
 from bt_manip.runner import RunObserver
 from bt_manip_view import Page
+from bt_manip_view.page.scene import SceneView
 
 from .conftest import wait_until
 

@@ -1,6 +1,7 @@
 """Panels of plugins are isolated: one that raises costs a warning, page and run go on."""
 
 import json
+from importlib.metadata import EntryPoint
 
 import pytest
 
@@ -10,6 +11,9 @@ from bt_manip.plugins import PluginSelection, load_plugins
 from bt_manip.runner import Run, RunRequest, TreeSource
 from bt_manip_view import Page
 from bt_manip_view.page.plugin_panels import page_panels
+
+VIEW = [EntryPoint("view", "bt_manip_view.plugin", "bt_manip")]
+"""The entry point of this package."""
 
 PLUGIN = """
 from bt_manip import hookimpl
@@ -31,7 +35,7 @@ def watched_run(tmp_path, capsys):
     def run(body: str):
         (tmp_path / "bad_panel.py").write_text(PLUGIN.format(body))
         plugins = load_plugins(
-            entry_points=(), warn=pytest.fail, choice=PluginSelection(folders=(tmp_path,))
+            entry_points=VIEW, warn=pytest.fail, choice=PluginSelection(folders=(tmp_path,))
         )
         page = Page(page_panels(plugins), port=0, speed=None)
         try:

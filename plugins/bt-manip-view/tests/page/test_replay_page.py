@@ -2,6 +2,7 @@
 
 import threading
 import time
+from importlib.metadata import EntryPoint
 
 import numpy as np
 import pytest
@@ -22,6 +23,9 @@ SHOWN = {
     "plot": ("samples",),
 }  # fmt: skip
 """Properties of elements that are the same in a run and in its replay."""
+
+VIEW = [EntryPoint("view", "bt_manip_view.plugin", "bt_manip")]
+"""The entry point of this package."""
 
 
 def shown_on(client):
@@ -69,7 +73,7 @@ class States(RunObserver):
 @pytest.fixture(scope="module")
 def panels():
     """Give the panels that do not need a run, guarded as those of the command line."""
-    makers = page_panels(load_plugins(entry_points=()))
+    makers = page_panels(load_plugins(entry_points=VIEW))
     return {name: maker for name, maker in makers.items() if not maker.needs_run}
 
 

@@ -1,6 +1,5 @@
 """A video shows the camera's images at their simulated times, and plays after a kill."""
 
-import importlib.util
 import os
 import signal
 import subprocess
@@ -22,8 +21,6 @@ from bt_manip.runner import RunObserver
 from bt_manip.viewer import render
 from bt_manip_view import VideoRecorder
 from bt_manip_view.video.video_recorder import VideoFile
-
-pytestmark = pytest.mark.usefixtures("shared_stations")
 
 WIDTH, HEIGHT = 160, 100
 SIZE = f"{WIDTH}x{HEIGHT}"
@@ -193,12 +190,6 @@ def test_an_impossible_video_is_refused(name, options, message):
     with pytest.raises(BtManipError) as error:
         VideoRecorder(name and Path(name), **options)
     assert message in str(error.value)
-
-
-def test_without_the_package_the_message_names_the_extra(monkeypatch):
-    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
-    with pytest.raises(BtManipError, match=r"a video needs av: pip install 'bt-manip\[record\]'"):
-        VideoRecorder(Path("a.mp4"))
 
 
 def test_an_unknown_camera_is_found_before_the_run(make_run, tmp_path):
