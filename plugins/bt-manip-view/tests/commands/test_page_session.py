@@ -57,7 +57,7 @@ class User:
         return [(uid, props) for _, uid, _, found, props in changes[1:] if found == kind]
 
     def use(self, kind, label, event, value=None):
-        (uid,) = [uid for uid, one in self.elements(kind) if one["label"].startswith(label)]
+        (uid,) = [uid for uid, one in self.elements(kind) if label in one["label"]]
         message = {"id": uid, "event": event, "value": value}
         assert self._gui.receive(json.dumps(message))
 
@@ -101,7 +101,7 @@ def serve(session, monkeypatch):
             step if callable(step) or step is None else lambda step=step: asked.append(step)
             for step in steps
         ]
-        session.steps = deque([one for call in calls for one in (call, None)])
+        session.steps = deque([None, *(one for call in calls for one in (call, None))])
         session.serve()
 
     return serve
