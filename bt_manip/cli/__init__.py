@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from bt_manip import lazy_exports
 
 if TYPE_CHECKING:
+    from bt_manip.cli.app import run_app as run_app
     from bt_manip.cli.completion import complete_part as complete_part
     from bt_manip.cli.cycle_table import print_cycles as print_cycles
     from bt_manip.cli.exit_codes import BAD_INPUT as BAD_INPUT
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
 __getattr__ = lazy_exports(
     __name__,
     {
+        "bt_manip.cli.app": "run_app",
         "bt_manip.cli.completion": "complete_part",
         "bt_manip.cli.cycle_table": "print_cycles",
         "bt_manip.cli.exit_codes": "BAD_INPUT FAILED INTERRUPTED SUCCESS exit_code_help",

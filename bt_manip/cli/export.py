@@ -83,7 +83,7 @@ def export(
     given = {name: value for name, value in options.items() if value is not None}
     for name in given:
         if form not in others or name not in parameters_of(others[form], keyword_only=True):
-            raise click.UsageError(f"--{name} is no option of {form}, but of videos")
+            raise click.UsageError(f"--{name} is an option of mp4 and gif")
     if out is None:
         out = file.with_suffix(".complete.mcap" if form == "mcap" else f".{form}")
     require_extra("record", "export", "mcap", "foxglove_schemas_protobuf", *chosen.packages)

@@ -8,10 +8,8 @@ from typing import Any
 
 from bt_manip.cli import Session
 from bt_manip.exceptions import BtManipError
-from bt_manip.registry import TreeDefaults
 from bt_manip.robots import save_configuration
-from bt_manip.runner import SCENE, TICK, Pacing, Run, RunLoop, RunRequest, RunView, prepare
-from bt_manip.scenes import seed_of
+from bt_manip.runner import TICK, Pacing, Run, RunLoop, RunRequest, RunView, prepare
 
 from .page.jog_panel import JogPanel
 from .page.page import Page
@@ -208,7 +206,9 @@ def _selection(page: Any, session: Session) -> SessionPanel:
     }
 
     def scene_of(tree: str) -> str:
-        wanted = parts.tree_defaults.get(tree, TreeDefaults()).scene
-        return session.options.scene or wanted or SCENE
+        return str(session.request(tree=tree).scene)
 
-    return SessionPanel(page, names, first, scene_of, lambda scene: seed_of(scene, parts))
+    def seed_of(scene: str) -> int:
+        return session.request(scene=scene, seed=None).seed
+
+    return SessionPanel(page, names, first, scene_of, seed_of)

@@ -11,8 +11,7 @@ from typing import Any, NamedTuple
 import pytest
 
 from bt_manip.bt import Node, Tree
-from bt_manip.cli.app import run_app
-from bt_manip.cli.interrupt import Interrupt
+from bt_manip.cli import Interrupt, run_app
 from bt_manip.registry import Parts
 from bt_manip.runner import Run, RunRequest, TreeSource, make_station
 from bt_manip.scenes import Scene

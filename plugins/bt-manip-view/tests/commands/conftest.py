@@ -4,7 +4,9 @@ import signal
 
 import pytest
 
-from bt_manip.cli.interrupt import SIGNALS, Interrupt
+from bt_manip.cli import Interrupt
+
+SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGXCPU")
 
 
 @pytest.fixture

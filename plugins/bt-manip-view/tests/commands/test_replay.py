@@ -9,7 +9,7 @@ import urllib.request
 import click
 import pytest
 
-from bt_manip.cli.app import run_app
+from bt_manip.cli import run_app
 
 
 @pytest.fixture(scope="session")

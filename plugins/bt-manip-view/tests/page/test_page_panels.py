@@ -7,7 +7,7 @@ import pytest
 
 from bt_manip import build_station
 from bt_manip.bt import Sleep, Tree
-from bt_manip.plugins import PluginSelection, load_plugins
+from bt_manip.plugins import load_plugins
 from bt_manip.runner import Run, RunRequest, TreeSource
 from bt_manip_view import Page
 from bt_manip_view.page.plugin_panels import page_panels
@@ -29,14 +29,13 @@ def register_panels(register):
 
 
 @pytest.fixture
-def watched_run(tmp_path, capsys):
+def watched_run(tmp_path, capsys, monkeypatch):
     """Execute a run with a plugin's panel of this body; return kinds of elements, and warnings."""
 
     def run(body: str):
         (tmp_path / "bad_panel.py").write_text(PLUGIN.format(body))
-        plugins = load_plugins(
-            entry_points=VIEW, warn=pytest.fail, choice=PluginSelection(folders=(tmp_path,))
-        )
+        monkeypatch.setenv("BT_MANIP_PLUGINS_DIR", str(tmp_path))
+        plugins = load_plugins(entry_points=VIEW, warn=pytest.fail)
         page = Page(page_panels(plugins), port=0, speed=None)
         try:
             station = build_station(plugins.parts)

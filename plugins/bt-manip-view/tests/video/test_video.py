@@ -14,11 +14,10 @@ import pytest
 
 from bt_manip.behaviours import MoveToConfiguration
 from bt_manip.bt import Sleep
-from bt_manip.cell import NoOpenGLError
 from bt_manip.exceptions import BtManipError
 from bt_manip.record import RecordingError
 from bt_manip.runner import RunObserver
-from bt_manip.viewer import render
+from bt_manip.viewer import NoOpenGLError, render
 from bt_manip_view import VideoRecorder
 from bt_manip_view.video.video_recorder import VideoFile
 
