@@ -147,7 +147,8 @@ EXPERIMENTAL = {
         "Trajectory PathTrajectory SplinePath StraightPath time_parameterize plan_stop limit_use"
     ),
     "bt_manip.grasping": (
-        "GraspPlanner GripperClearance with_clearance SUFFICIENT_CLEARANCE holding_force CheckedGrasps"
+        "GraspPlanner GripperClearance with_clearance SUFFICIENT_CLEARANCE holding_force "
+        "CheckedGrasps"
     ),
     "bt_manip.robot_setup": "describe_robot try_robot why_not",
     "bt_manip.toml": "Key TomlTable documented read_part",

@@ -13,6 +13,7 @@ from .panel import Panel
 from .scene import SceneView
 from .server import HOST, close_server, open_server, processor_time
 from .site import Site
+from .viser_internals import connections
 
 POSE_PERIOD = 1.0 / 20.0
 """Wall time between two updates of poses [s]."""
@@ -75,7 +76,7 @@ class ScenePage:
     @property
     def is_open(self) -> bool:
         """Whether any browser shows the page."""
-        return self.site.is_open or bool(self.server._websock_server._live_connections)
+        return self.site.is_open or bool(connections(self.server))
 
     def on_click(self, entity: str, call: Callable[[], None]) -> None:
         """Call a function, from another thread, when an entity of the scene is clicked."""

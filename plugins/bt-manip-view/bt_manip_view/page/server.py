@@ -15,10 +15,16 @@ from urllib.parse import urlsplit
 
 import msgspec
 import viser
-import viser._messages as viser_messages
 import websockets.asyncio.server
 
 from .site import PROTOCOL, Site
+from .viser_internals import (
+    check_message,
+    connections,
+    ignore_unused_messages,
+    protocol,
+    thread_of,
+)
 
 HOST = "127.0.0.1"
 """The only address on which the page is served."""
@@ -37,17 +43,6 @@ REST = 5e-4
 
 STALLED = 20.0
 """Time after which a browser that does not read is disconnected [s]."""
-
-UNUSED = (
-    viser_messages.ShareUrlRequest,  # would connect to a server of viser
-    viser_messages.ShareUrlDisconnect,
-    viser_messages.FileTransferStartUpload,
-    viser_messages.FileTransferPart,
-    viser_messages.GuiUpdateMessage,  # the page has the inputs
-    viser_messages.GuiFormDirtyMessage,  # would be forwarded to all browsers unchecked
-    viser_messages.GuiFormSubmitMessage,
-)
-"""Messages of viser without effect here."""
 
 _serving = threading.Lock()
 
@@ -69,9 +64,7 @@ def open_server(port: int = PORT, site: Site | None = None) -> viser.ViserServer
     # viser prints its addresses.
     with _serving, _checked_connections(site), contextlib.redirect_stdout(io.StringIO()):
         server = viser.ViserServer(host=HOST, port=port, verbose=False)
-    sockets = server._websock_server
-    for kind in UNUSED:
-        sockets.unregister_handler(kind)
+    ignore_unused_messages(server)
     # Valid messages that fail would print a traceback.
     server.get_event_loop().set_exception_handler(lambda loop, context: None)
     return server
@@ -79,16 +72,16 @@ def open_server(port: int = PORT, site: Site | None = None) -> viser.ViserServer
 
 def processor_time(server: viser.ViserServer) -> float:
     """Return the processor time of the server's thread [s]; 0 if it cannot be measured."""
-    thread: Any = server._websock_server._server_thread
-    if not thread.is_alive() or not hasattr(time, "pthread_getcpuclockid"):
+    thread = thread_of(server)
+    measurable = hasattr(time, "pthread_getcpuclockid")
+    if thread is None or thread.ident is None or not thread.is_alive() or not measurable:
         return 0.0
     return time.clock_gettime(time.pthread_getcpuclockid(thread.ident))
 
 
 def close_server(server: viser.ViserServer) -> None:
     """Stop a server without the line that viser prints."""
-    connections = server._websock_server._live_connections  # a closing handshake takes seconds
-    for connection in list(connections.values()):
+    for connection in list(connections(server)):  # a closing handshake takes seconds
         server.get_event_loop().call_soon_threadsafe(connection.transport.abort)
     with contextlib.redirect_stdout(io.StringIO()):
         server.stop()
@@ -118,12 +111,8 @@ def is_valid(data: Any) -> bool:
     """Return whether data are a message of viser with fields of the right types."""
     try:
         message = msgspec.msgpack.decode(data)
-        kind = getattr(viser_messages, message["type"])
-        if not issubclass(kind, viser_messages.Message) or not _is_finite(message):
-            return False
-        fields = {key: value for key, value in message.items() if key != "type"}
-        msgspec.convert(fields, kind)
-        return fields.keys() <= kind.__dataclass_fields__.keys()
+        check_message(message)
+        return _is_finite(message)
     except Exception:  # no data may end the connection
         return False
 
@@ -142,7 +131,7 @@ def _checked_connections(site: Site | None) -> Iterator[None]:
     """Make servers started meanwhile check connections; viser has no option for this."""
     module: Any = websockets.asyncio.server
     serve = module.serve
-    protocols = [f"viser-v{viser.__version__}"] + ([PROTOCOL] if site else [])
+    protocols = [protocol()] + ([PROTOCOL] if site else [])
 
     def checked(
         handler: Callable[..., Any],

@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
-import viser
 import websockets.exceptions
 from websockets import Headers
 from websockets.http11 import Response
 
 from .gui import Gui
+from .viser_internals import client_html
 
 PROTOCOL = "bt-manip"
 """Subprotocol of the page's sockets; the scene's sockets use that of viser."""
@@ -41,9 +41,6 @@ PAGE_POLICY = (
 
 FRAMED = "frame-ancestors 'self'"
 """Content security policy of the scene: only the page may frame it."""
-
-HIDDEN = "<style>[data-floating-window],.mantine-Notifications-root{display:none!important}</style>"
-"""Hides viser's own panel; the page has the inputs."""
 
 LONGEST_QUEUE = 1 << 20
 """Pending bytes above which a browser gets the whole state instead."""
@@ -160,5 +157,4 @@ def _packed(data: bytes) -> bytes:
 @functools.cache
 def _scene() -> bytes:
     """Return viser's client without its panel, compressed."""
-    html = (Path(viser.__file__).parent / "client" / "build" / "index.html").read_text()
-    return _packed(html.replace("</head>", f"{HIDDEN}</head>", 1).encode())
+    return _packed(client_html().encode())

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from bt_manip.arm.tool_path import PATH_SAMPLES
 from bt_manip.behaviours import Hover, MoveToConfiguration, Reach, RemoveObject, SpawnObject
 from bt_manip.bt import Sequence, Sleep
 from bt_manip.runner import RunObserver
@@ -44,7 +43,7 @@ def test_the_path_is_drawn_from_begin_to_end_of_a_motion_and_removed(make_run, p
     assert len(moving) > 20 and all(points is not None for points, _ in moving)
     assert len(at_rest) > 2 and all(points is None for points in at_rest)
     points = moving[0][0]
-    assert points.shape == (PATH_SAMPLES - 1, 2, 3)
+    assert points.shape == (49, 2, 3)  # between the 50 points of a path
     corners = np.concatenate([points[:, 0], points[-1:, 1]])
     assert np.linalg.norm(corners[-1] - watch.seen[-1][2]) < 2e-3
     spacing = np.linalg.norm(np.diff(corners, axis=0), axis=1).max()
