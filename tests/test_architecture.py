@@ -57,7 +57,6 @@ WITHIN_LAYER = {
     ("plugins", "builtin"),
     ("testing", "evaluation"),
     ("robot_setup", "testing"),
-    ("viewer", "record"),
 }
 """Imports inside a layer: which package, and what it may import."""
 
