@@ -33,7 +33,7 @@ def view_factories(choice: PluginSelection) -> dict[str, Callable[..., Any]]:
     with contextlib.suppress(BtManipError):  # no such folder
         points += in_folders(choice.folders)
     for point in points:
-        if not choice.blocks(names_of(point)) and _brings_views(point):
+        if _brings_views(point) and not choice.blocks(names_of(point)):  # reads its metadata
             views: dict[str, Callable[..., Any]] = {}
             with contextlib.suppress(Exception, SystemExit):
                 getattr(point.load(), HOOK)(views.__setitem__)
