@@ -3,14 +3,17 @@
 import itertools
 from contextlib import closing
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
 
 from bt_manip.cell import PLANE_THICKNESS, WORLD, Arena, FrameRenderer, camera_number
-from bt_manip.record import RecordedScene, Recording, running_leaves
 
 from .video_recorder import PIXEL_SAMPLES, SHADOW_SIZE, VideoFile, check_video, overlay_text
+
+if TYPE_CHECKING:
+    from bt_manip.record import RecordedScene, Recording
 
 SAME_TIME = 1e-9
 """Largest difference of equal times [s]."""
@@ -30,7 +33,7 @@ class SceneModel:
     now, are transparent.
     """
 
-    def __init__(self, scene: RecordedScene) -> None:
+    def __init__(self, scene: "RecordedScene") -> None:
         self._scene = scene
         spec = mujoco.MjSpec.from_string(Arena().mjcf_model.to_xml_string())
         for camera in spec.cameras:
@@ -101,7 +104,7 @@ class SceneModel:
 
 
 def write_video(
-    recording: Recording,
+    recording: "Recording",
     path: Path,
     *,
     camera: str = "overview",
@@ -122,6 +125,8 @@ def write_video(
     Raises:
         BtManipError: If something of this is impossible, or the video cannot be written.
     """
+    from bt_manip.record import RecordedScene, running_leaves  # slow, and plugins load this module
+
     _, extent = check_video(path, size, fps)
     scene = RecordedScene(recording)
     with recording.decoding():

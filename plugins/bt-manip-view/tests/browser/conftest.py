@@ -19,9 +19,7 @@ playwright_api = pytest.importorskip("playwright.sync_api", reason="playwright i
 
 from PIL import Image  # noqa: E402
 
-REPOSITORY = Path(__file__).resolve().parents[4]
-
-ARTEFACTS = Path(os.environ.get("BT_MANIP_ARTEFACTS", REPOSITORY / ".ci" / "artefacts"))
+ARTEFACTS = Path(os.environ.get("BT_MANIP_ARTEFACTS", ".ci/artefacts"))
 """Where the screenshots are kept."""
 
 PATIENCE = 90.0
