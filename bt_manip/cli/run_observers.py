@@ -9,7 +9,7 @@ from bt_manip.cli.run_options import RunOptions
 from bt_manip.exceptions import BtManipError
 from bt_manip.parameters import parameters_of, read_words
 from bt_manip.plugins import BUILTIN, Plugin, Plugins, guarded, plugin_observers
-from bt_manip.record import RecordedInterventions, SnapshotWriter, Trace, check_writable
+from bt_manip.record import SnapshotWriter, Trace, check_writable
 from bt_manip.registry import Parts, Registry
 from bt_manip.runner import Reloader, Run, RunObserver, Stopwatch, known_behaviours, recorder_name
 
@@ -45,6 +45,8 @@ def observers_of(
     observers += [recorder]
     observers += [SnapshotWriter(*one, print_warning) for one in options.snapshots]
     if options.continued is not None:
+        from bt_manip.record import RecordedInterventions  # needs the extra 'record'
+
         observers += [RecordedInterventions(options.continued.recording)]
     observers += [_recorder(plugins, text) for text in options.records]
     observers += plugin_observers(plugins, print_warning)

@@ -10,12 +10,6 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from bt_manip.bt import Node, Tree
-from bt_manip.cli import Interrupt, run_app
-from bt_manip.registry import Parts
-from bt_manip.runner import Run, RunRequest, TreeSource, make_station
-from bt_manip.scenes import Scene
-
 PROBE = "import mujoco as m; m.Renderer(m.MjModel.from_xml_string('<mujoco/>'), 16, 16).close()"
 
 TREES = """
@@ -55,6 +49,14 @@ def draws(backend: str) -> bool:
 if "MUJOCO_GL" not in os.environ:  # dm_control reads it when it is imported
     os.environ["MUJOCO_GL"] = next(filter(draws, ("egl", "osmesa")), "disable")
 BACKEND = os.environ["MUJOCO_GL"]
+
+import dm_control.mujoco  # noqa: E402, F401 it reads MUJOCO_GL
+
+from bt_manip.bt import Node, Tree  # noqa: E402
+from bt_manip.cli import Interrupt, run_app  # noqa: E402
+from bt_manip.registry import Parts  # noqa: E402
+from bt_manip.runner import Run, RunRequest, TreeSource, make_station  # noqa: E402
+from bt_manip.scenes import Scene  # noqa: E402
 
 
 @pytest.fixture(autouse=True)
