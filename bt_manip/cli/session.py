@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from bt_manip.plugins import Plugins
-    from bt_manip.runner import RunObserver, RunRequest, RunView, Station
+    from bt_manip.runner import RunObserver, RunRequest, Station
 
 
 def execute_run(options: RunOptions, interrupt: Interrupt, *, begin: bool = True) -> int:
@@ -75,7 +75,7 @@ class Session:
         self.requested: RunRequest | None = None
         self.last: RunJob | None = None
         self._interrupt = interrupt
-        self.views: dict[str, RunView] = {}
+        self.views: dict[str, Any] = {}  # of RunViews
         self._built: tuple[Any, ...] = ()  # key of the station
 
     # For views
@@ -88,8 +88,7 @@ class Session:
     @cached_property
     def stays(self) -> bool:
         """Whether a chosen view controls runs: it paces them, and starts others after the first."""
-        views = self.plugins.parts.views
-        return any(getattr(views.get(name), "controls_runs", False) for name in self.options.views)
+        return any(map(self._controls_runs, self.options.views))
 
     @property
     def interrupted(self) -> bool:
@@ -202,8 +201,8 @@ class Session:
         Raises:
             KeyboardInterrupt: When interrupted while a station is built, or for the second time.
         """
-        for view in self.views.values():
-            if hasattr(view, "serve") and not self.interrupted:
+        for name, view in self.views.items():
+            if self._controls_runs(name) and not self.interrupted:
                 with self._interrupt.patient():
                     view.serve(self)
 
@@ -213,6 +212,9 @@ class Session:
             view.close()
 
     # Internal
+
+    def _controls_runs(self, name: str) -> bool:
+        return getattr(self.plugins.parts.views.get(name), "controls_runs", False)
 
     def _execute(self, options: RunOptions, station: "Station | None") -> int:
         job = RunJob(self, options, self._interrupt, station)
