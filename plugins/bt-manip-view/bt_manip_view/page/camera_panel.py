@@ -90,7 +90,7 @@ class CameraPanel(Panel):
     # Internal
 
     def _render(self) -> None:
-        from PIL import Image  # of the extra [view]: panels are registered without it, too
+        from PIL import Image  # not when plugins are loaded
 
         model = self._cell.model
         self._message.content = ""

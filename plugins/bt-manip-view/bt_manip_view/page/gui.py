@@ -199,7 +199,7 @@ class Gui:
 
     def flush(self) -> bytes | None:
         """Return the changes since the last call as JSON, or None without changes."""
-        import msgspec  # in the extra 'view', which loading this module does not need
+        import msgspec  # not when plugins are loaded
 
         with self._lock:
             new = [e for uid in sorted(self._new) if (e := self._elements.get(uid)) is not None]
