@@ -14,8 +14,8 @@ from typing import Any
 from bt_manip.plugins import load_plugins
 from bt_manip.record import McapRecorder, Recorder
 from bt_manip.runner import EventQueue, Run, RunObserver, RunRequest, find_tree, prepare
-from bt_manip.viewer import Page
 from bt_manip_groot.publisher import GrootPublisher
+from bt_manip_view import Page
 
 CYCLES = 3
 REPEATS = 15

@@ -8,7 +8,7 @@ import warnings
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from bt_manip.packages import name_moved_modules
+from bt_manip.packages import MovedModules, name_moved_modules
 from bt_manip.registry import set_loader
 
 if TYPE_CHECKING:
@@ -31,6 +31,8 @@ def lazy_exports(package: str, exports: Mapping[str, str]) -> Callable[[str], An
 
     Type checkers read the same imports under ``if TYPE_CHECKING``; a test compares the two.
 
+    Names that have moved into another package raise an ImportError that says so.
+
     Args:
         package: Full name of the package.
         exports: The names exported from each module, separated by blanks.
@@ -39,6 +41,7 @@ def lazy_exports(package: str, exports: Mapping[str, str]) -> Callable[[str], An
 
     def get(name: str) -> Any:
         if name not in modules:
+            MovedModules.find_spec(f"{package}.{name}")
             raise AttributeError(f"module '{package}' has no attribute {name!r}")
         return getattr(importlib.import_module(modules[name]), name)
 

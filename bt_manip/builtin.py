@@ -160,35 +160,8 @@ def register_pose_sources(register: Callable[[str, Callable[..., Any]], None]) -
 
 @hookimpl
 def register_recorders(register: Callable[[str, Callable[[Path | None], Any]], None]) -> None:
-    """Bring the trace of the joints, the recording of everything, and videos."""
-    from bt_manip.record import McapRecorder, Trace, VideoRecorder
+    """Bring the trace of the joints, and the recording of everything."""
+    from bt_manip.record import McapRecorder, Trace
 
     register("trace", Trace)
     register("mcap", McapRecorder)
-    register("video", VideoRecorder)
-
-
-@hookimpl
-def register_panels(register: Callable[[str, Callable[[Any], Any]], None]) -> None:
-    """Register the tree, the timeline and the tabs."""
-    from bt_manip.viewer.page import (
-        BlackboardPanel,
-        CameraPanel,
-        ErrorPlot,
-        LogPanel,
-        NodePanel,
-        OverlayPanel,
-        PerturbationPanel,
-        TimelinePanel,
-        TreePanel,
-    )
-
-    register("tree", TreePanel)
-    register("timeline", TimelinePanel)
-    register("node", NodePanel)
-    register("log", LogPanel)
-    register("tracking_error", ErrorPlot)
-    register("blackboard", BlackboardPanel)
-    register("overlays", OverlayPanel)
-    register("pull", PerturbationPanel)
-    register("camera", CameraPanel)

@@ -158,11 +158,13 @@ def register_views(register: Callable[[str, Callable[..., Any]], None]) -> None:
     stands: such a module, and the hook, import nothing expensive.
 
     Args:
-        register: ``register(name, factory)``, where ``factory(tell, stays)`` makes a
-            `bt_manip.runner.RunView`: ``tell(line)`` prints a line, and ``stays`` says whether the
-            view is for several runs, one after the other. The first line of its documentation is
-            the help of ``--NAME``. Keyword-only arguments are its options ``--NAME-KEY``, declared
-            by a `bt_manip.parameters.Parameter`, or by their default alone.
+        register: ``register(name, factory)``, where ``factory(session)`` makes a
+            `bt_manip.runner.RunView` for the runs of a `bt_manip.cli.Session`. An attribute
+            ``controls_runs = True`` of the factory says that the view paces runs itself, and that
+            its ``serve(session)`` starts others after the first one. The first line of its
+            documentation is the help of ``--NAME``. Keyword-only arguments are its options
+            ``--NAME-KEY``, declared by a `bt_manip.parameters.Parameter`, or by their default
+            alone.
     """
 
 
@@ -187,19 +189,19 @@ def register_export_formats(register: Callable[[str, Callable[..., None]], None]
 
     Args:
         register: ``register(name, write)``, where the name is the suffix of the files, and
-            ``write(recording, path)`` converts a `bt_manip.record.Recording`.
+            ``write(recording, path)`` converts a `bt_manip.record.Recording`. Keyword-only
+            arguments ``camera``, ``size``, ``fps`` and ``overlay`` are the options of these names.
     """
 
 
 @hookspec
 def register_panels(register: Callable[[str, Callable[[Any], Any]], None]) -> None:
-    """Register panels of the page of a run (``bt-manip run --view``).
+    """Register panels of the page of a run, where a package brings one (``--view``).
 
     Args:
         register: ``register(name, factory)``, where ``factory(page)`` adds the inputs of a new
-            `bt_manip.viewer.Panel` to a `bt_manip.viewer.Page` and returns the panel. It gets a tab
-            with this name, unless an attribute ``place`` of the factory is ``left``, ``below`` or
-            ``bar``.
+            panel to the page and returns the panel. It gets a tab with this name, unless an
+            attribute ``place`` of the factory is ``left``, ``below``, ``over`` or ``bar``.
     """
 
 

@@ -63,6 +63,21 @@ PACKAGES: dict[str, dict[str, str]] = {
     },
     "bt-manip-roadmap": {"planner": "lazy_roadmap"},
     "bt-manip-setup": {"command": "robot", "module": "bt_manip.robot_setup"},
+    "bt-manip-view": {
+        "option": "--view --view-port",
+        "command": "view replay report",
+        "view": "view",
+        "panel": "blackboard camera log node overlays pull timeline tracking_error tree",
+        "recorder": "video",
+        "export format": "mp4 gif",
+        "file": ".mp4 .gif",
+        "module": (
+            "bt_manip.viewer.page bt_manip.viewer.html bt_manip.record.video "
+            "bt_manip.viewer.Page bt_manip.viewer.Panel bt_manip.viewer.ReplayPage "
+            "bt_manip.record.VideoRecorder bt_manip.record.write_video "
+            "bt_manip.evaluation.results_page"
+        ),
+    },
 }
 """By package and kind: names separated by blanks.
 
@@ -108,7 +123,7 @@ class MovedModules:
 
     @staticmethod
     def find_spec(name: str, path: Any = None, target: Any = None) -> None:
-        """Find nothing; raise an ImportError for a module that has moved."""
+        """Find nothing; raise an ImportError for a module, or a name in one, that has moved."""
         for package, kinds in PACKAGES.items():
             if name in kinds.get("module", "").split():
                 root, last = package.replace("-", "_"), name.rpartition(".")[2]

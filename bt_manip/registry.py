@@ -226,7 +226,7 @@ class Parts:
         model_formats: Formats of model files, `bt_manip.models.ModelFormat`.
         model_caches: Factories, ``factory() -> bt_manip.models.ModelCache``.
         recorders: Factories, ``factory(path) -> RunObserver``.
-        views: Factories, ``factory(tell, stays, **options) -> bt_manip.runner.RunView``.
+        views: Factories, ``factory(session, **options) -> bt_manip.runner.RunView``.
         commands: Places of commands, ``module:function``, by the group, if any, and the name:
             ``tree-draw``.
         export_formats: Functions, ``write(recording, path)``.

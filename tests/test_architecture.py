@@ -59,7 +59,6 @@ WITHIN_LAYER = {
     ("runner", "scenes"),
     ("plugins", "builtin"),
     ("testing", "evaluation"),
-    ("viewer", "record"),
 }
 """Imports inside a layer: which package, and what it may import."""
 
@@ -328,7 +327,7 @@ def test_public_constants_of_one_name_have_one_value():
 
 LAZY = (
     "bt_manip", "bt_manip.cli", "bt_manip.evaluation", "bt_manip.plugins", "bt_manip.record",
-    "bt_manip.testing", "bt_manip.viewer", "bt_manip.viewer.page",
+    "bt_manip.testing", "bt_manip.viewer",
 )  # fmt: skip
 """Packages that import what they export when it is first used."""
 
@@ -394,7 +393,6 @@ TESTS_WITH_PRIVATE_NAMES = {
     "plugins/bt-manip-franka/tests/simulated_robot.py",  # extends the simulator of libfranka
     "tests/bt/test_decorators.py",  # timers that pile up are not seen otherwise
     "tests/cell/test_mjcf_writer.py",  # what is written anew is not seen otherwise
-    "tests/cli/test_page_session.py",  # PageSession has no interface but the page
     "tests/collision/test_conservative_advancement.py",  # inflates bodies as other robots are
     "tests/conformance/leaves.py",  # a leaf of the reference
     "tests/conformance/runner.py",  # fires timers between ticks

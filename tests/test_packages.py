@@ -2,7 +2,6 @@
 
 import importlib
 from collections import defaultdict
-from importlib.metadata import entry_points
 from pathlib import Path
 
 import pytest
@@ -29,7 +28,8 @@ def registered() -> dict[str, dict[str, set[str]]]:
         for field, provided in plugin.provides.items():
             names[kinds[field]] |= {*provided}
         for name in plugin.provides.get("recorders", ()):
-            names["file"].add(parts.recorders.get(name).suffix)
+            suffix = parts.recorders.get(name).suffix
+            names["file"] |= {suffix} if isinstance(suffix, str) else {*suffix}
         for name in plugin.provides.get("views", ()):
             keys = parameters_of(parts.views.get(name), keyword_only=True)
             names["option"] |= {f"--{name}", *(f"--{name}-{key}" for key in keys)}
@@ -41,8 +41,6 @@ def registered() -> dict[str, dict[str, set[str]]]:
             hooks = {name for name, value in module.items() if hasattr(value, "bt_manip_spec")}
             kinds_of = {name.removeprefix("register_") for name in hooks}
             names |= {"hook": hooks, "kind of parts": kinds_of} if hooks else {}
-    for command in entry_points(group="bt_manip.commands"):
-        found[command.dist.name]["command"].add(command.name)
     return {package: dict(names) for package, names in found.items()}
 
 
@@ -77,10 +75,17 @@ BLOCKED = ",".join(package.removeprefix("bt-manip-") for package in PACKAGES)
     [
         ("run pick_place --groot", "groot"),
         ("run pick_place --groot-port 1667", "groot"),
-        ("view --groot", "groot"),
         ("run pick_place --record run.btlog", "groot"),
         ("run pick_place --record db3=run.db3", "groot"),
         ("export run.mcap --to btlog", "groot"),
+        ("run pick_place --view", "view"),
+        ("run pick_place --view-port 0", "view"),
+        ("view", "view"),
+        ("replay run.mcap", "view"),
+        ("report run.json", "view"),
+        ("run pick_place --record run.mp4", "view"),
+        ("run pick_place --record video=run.mp4", "view"),
+        ("export run.mcap --to gif", "view"),
         ("demos", "learn"),
         ("demos info DIR", "learn"),
         ("run pick_place --robot ur5e", "menagerie"),
@@ -129,6 +134,9 @@ def test_a_command_names_the_package(capfd):
         ("demonstrations", "bt_manip_learn.demonstrations", "bt-manip-learn"),
         ("envs", "bt_manip_learn.envs", "bt-manip-learn"),
         ("robot_setup", "bt_manip_setup", "bt-manip-setup"),
+        ("viewer.page", "bt_manip_view.page", "bt-manip-view"),
+        ("viewer.html", "bt_manip_view.html", "bt-manip-view"),
+        ("record.video", "bt_manip_view.video", "bt-manip-view"),
     ],
 )
 def test_the_import_of_a_former_module_names_the_new_one_and_its_package(former, new, package):
@@ -136,3 +144,13 @@ def test_the_import_of_a_former_module_names_the_new_one_and_its_package(former,
     with pytest.raises(ImportError, match=message):
         importlib.import_module(f"bt_manip.{former}")
     assert MovedModules.find_spec("bt_manip.nothing") is None
+
+
+@pytest.mark.parametrize(
+    ("module", "name"),
+    [("viewer", "Page"), ("record", "VideoRecorder"), ("evaluation", "results_page")],
+)
+def test_a_name_that_has_moved_names_the_new_one_and_its_package(module, name):
+    message = f"bt_manip.{module}.{name} is now bt_manip_view.{name}, and needs the package bt-man"
+    with pytest.raises(ImportError, match=message):
+        exec(f"from bt_manip.{module} import {name}")

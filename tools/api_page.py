@@ -39,7 +39,7 @@ STABLE = {
     "bt_manip.testing": "Stub Example contracts_of trees_of run_tree play assert_tower Check",
     "bt_manip.grippers": "TwoFingerGripper two_finger_gripper find_fingers",
     "bt_manip.faults": "Fault parameter",
-    "bt_manip.viewer": "Panel",
+    "bt_manip_view": "Panel",
 }
 """Names that keep their meaning until the next major version."""
 
@@ -69,7 +69,8 @@ EXPERIMENTAL = {
         "CellError OverlapError PhysicsDiverged Region Camera looking_at at_rest is_in is_on "
         "entity_of extent bottom_of why_not_on why_not_in as_object ContactEvent "
         "unique_name FrameRenderer camera_number png write_png NoOpenGLError literal_name "
-        "escaped_name"
+        "escaped_name Arena CellScene SceneSource VisualShape TexturedMesh Triangles OVERVIEW "
+        "WORLD PLANE_THICKNESS"
     ),
     "bt_manip.cell.objects": (
         "Prop PrimitiveProp ModelObject DeclaredGrasp Box Cylinder Sphere Capsule ConvexMesh "
@@ -80,7 +81,8 @@ EXPERIMENTAL = {
         "GripperError RobotError DeviceError GripperDescription MotionLimits Tolerance ToolLimits "
         "Payload RobotModel verify GraspGenerator FoundGripper effort_limit ensure_motors "
         "ArmBounds ArmDevice GripperDevice DeviceState GripperState MENAGERIE assemble "
-        "compile_alone description_text element_names model_file read_gripper read_model site_pose"
+        "compile_alone description_text element_names model_file read_gripper read_model site_pose "
+        "GraspCandidate save_configuration"
     ),
     "bt_manip.planning": "Planner LineTo ArcTo TurnAbout edge_is_free shortcut",
     "bt_manip_learn.agents": (
@@ -97,11 +99,11 @@ EXPERIMENTAL = {
         "check_downloads model_name find_package_file read_xml read_png image_of_obj Mesh "
         "read_mesh Assets SOLREF menagerie_grippers"
     ),
-    "bt_manip.plugins": "Plugins",
+    "bt_manip.plugins": "Plugins guarded",
     "bt_manip.runner": (
         "TreeResult RunRequest Run find_tree save_snapshot load_snapshot EventQueue RunEvent "
         "KINDS TreeSource Interventions CommandedRobot RunLoop Actor RunModifier make_station "
-        "load_source next_digest recorder_for"
+        "load_source next_digest recorder_for EventStream Pacing MAX_FORCE TICK log_line"
     ),
     "bt_manip.scenes": "table_and_basket two_arms scene_of find_robot Level",
     "bt_manip.testing": (
@@ -113,7 +115,9 @@ EXPERIMENTAL = {
         "NativeTwoFingerGripper"
     ),
     "bt_manip.faults": "FaultError FaultContext FaultInjector parse_fault",
-    "bt_manip.viewer": "render write_png NoOpenGLError Page use_offscreen_opengl",
+    "bt_manip.viewer": (
+        "render write_png NoOpenGLError use_offscreen_opengl print_wrapped FREE_CAMERA"
+    ),
     "bt_manip.evaluation": (
         "WorkerDiedError Evaluation EpisodeId EpisodeResult EpisodeWorker evaluate run_episodes "
         "Worker RayPool ResultFolder read_results SuccessRate wilson_interval PairedTable "
@@ -122,10 +126,10 @@ EXPERIMENTAL = {
     ),
     "bt_manip.record": (
         "RecordingError Recorder RunReport Trace read_report read_trace McapRecorder Recording "
-        "RecordedRun RecordedScene VideoRecorder write_csv write_parquet write_mcap write_video "
+        "RecordedRun RecordedScene write_csv write_parquet write_mcap "
         "Continuation RecordedInterventions restore_snapshot FileInUseError check_writable "
         "cpu_name identify identity_differences open_output parse_size reading versions "
-        "whole_file writing check_exists"
+        "whole_file writing check_exists CycleFigures Interval Timeline running_leaves"
     ),
     "bt_manip.registry": "Registry Parts",
     "bt_manip.kinematics": (
@@ -137,7 +141,7 @@ EXPERIMENTAL = {
         "Demonstration DemonstrationStore DemonstrationRecorder read_demonstrations "
         "write_robomimic write_demonstration_table write_lerobot"
     ),
-    "bt_manip.arm": "Arm",
+    "bt_manip.arm": "Arm tool_path",
     "bt_manip.files": "read_bytes read_text",
     "bt_manip.cell.randomization": "Randomization",
     "bt_manip.collision": (
@@ -148,14 +152,18 @@ EXPERIMENTAL = {
         "Trajectory PathTrajectory SplinePath StraightPath time_parameterize plan_stop limit_use"
     ),
     "bt_manip.grasping": (
-        "GraspPlanner GripperClearance with_clearance SUFFICIENT_CLEARANCE holding_force"
+        "GraspPlanner GripperClearance with_clearance SUFFICIENT_CLEARANCE holding_force "
+        "CheckedGrasps"
     ),
     "bt_manip_setup": "describe_robot check_description try_robot",
     "bt_manip.toml": "Key TomlTable documented read_part",
     "bt_manip.cli": (
-        "FAILED SUCCESS PluginGroup StationOptions chosen complete_part exit_code_help "
-        "load_chosen_plugins run_tracked takes vary_option workers_option"
+        "BAD_INPUT FAILED INTERRUPTED SUCCESS Interrupt PluginGroup RunOptions Session "
+        "StationOptions ViewingCommand chosen complete_part execute_run exit_code_help "
+        "given_options load_chosen_plugins print_cycles print_warning run_app run_tracked takes "
+        "vary_option workers_option"
     ),
+    "bt_manip_view": "Page ReplayPage VideoRecorder results_page run_page write_video",
 }
 """Names that may still change in a minor version; the changelog says so."""
 

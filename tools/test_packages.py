@@ -106,6 +106,8 @@ def test(python: Path, package: Path, copy: Path) -> bool:
         if (place := REPOSITORY.parent / "shared" / name).is_dir():
             environment.setdefault(variable, str(place))
 
+    environment.setdefault("BT_MANIP_ARTEFACTS", str(REPOSITORY / ".ci" / "artefacts"))
+
     def run(*command: str) -> bool:
         return subprocess.run([str(python), *command], cwd=copy, env=environment).returncode == 0
 

@@ -24,14 +24,11 @@ COMMANDS = {
     "models": "bt_manip.cli.models:models",
     "new": "bt_manip.cli.new:new",
     "plugins": "bt_manip.cli.plugins:show_plugins",
-    "replay": "bt_manip.cli.replay:replay",
-    "report": "bt_manip.cli.report:report",
     "run": "bt_manip.cli.run:run",
     "scene": "bt_manip.cli.scene:scene",
     "stress": "bt_manip.cli.stress:stress",
     "sweep": "bt_manip.cli.evaluate:sweep",
     "tree": "bt_manip.cli.tree:tree",
-    "view": "bt_manip.cli.run:view",
 }
 """Module and attribute of each sub-command; it is imported when it is needed."""
 

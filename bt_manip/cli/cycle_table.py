@@ -76,16 +76,13 @@ def print_cycles(console: Console, report: RunReport) -> None:
     print_wrapped(console, summary(report))
 
 
-def next_step(
-    options: RunOptions, report: RunReport, *, is_terminal: bool = False, on_page: bool = False
-) -> str:
+def next_step(options: RunOptions, report: RunReport, *, is_terminal: bool = False) -> str:
     """Return a line that says what to do next, or an empty text.
 
     Args:
         options: The options of the run.
         report: Its report.
         is_terminal: Whether the line is printed to a terminal.
-        on_page: Whether it is for the page instead.
     """
     files = [record_target(text)[1] for text in options.records]
     recordings = [file for file in files if file.endswith(".mcap") and Path(file).exists()]
@@ -93,15 +90,13 @@ def next_step(
         file = shlex.quote(recordings[0])
         return f"To watch the recording: bt-manip replay {file}, or bt-manip report {file}"
     if report.status == "FAILURE" and not files:
-        view = "" if options.view else " --view"
+        view = "" if "view" in options.views else " --view"
         return f"To watch the failure: the same command with --record run.mcap{view}"
-    if on_page:
-        return ""
     untried = {
         "--window": not options.window,
-        "--view": not options.view,
+        "--view": "view" not in options.views,
         "--cycles 10": options.cycles == 1,
-        "--real-time 1": options.real_time is None and not (options.window or options.view),
+        "--real-time 1": options.real_time is None and not (options.window or options.views),
     }
     wanted = ", ".join(option for option, is_new in untried.items() if is_new)
     if wanted and report.status == "SUCCESS" and is_terminal:

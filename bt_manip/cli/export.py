@@ -11,33 +11,26 @@ from bt_manip.cli.completion import complete_part
 from bt_manip.cli.plugin_options import load_chosen_plugins
 from bt_manip.exceptions import require_extra
 from bt_manip.packages import missing
+from bt_manip.parameters import parameters_of
 
 
 class ExportFormat(NamedTuple):
     """A format of ``bt-manip export``; its name is the suffix of its files.
 
     Attributes:
-        write: Module and function, called with the recording, the path and the given options.
+        write: Module and function, called with the recording and the path.
         packages: What it needs beside the packages of recordings.
-        options: Its options.
     """
 
     write: str
     packages: tuple[str, ...] = ()
-    options: tuple[str, ...] = ()
 
-
-VIDEO_FORMAT = ExportFormat(
-    "bt_manip.record:write_video", ("av",), ("camera", "size", "fps", "overlay")
-)
 
 FORMATS = {
     "csv": ExportFormat("bt_manip.record:write_csv", ("pyarrow",)),
     "parquet": ExportFormat("bt_manip.record:write_parquet", ("pyarrow",)),
     "npz": ExportFormat("bt_manip.record:write_trace"),
     "mcap": ExportFormat("bt_manip.record:write_mcap"),
-    "mp4": VIDEO_FORMAT,
-    "gif": VIDEO_FORMAT,
 }
 """The built-in formats by name; a new one is a line here, or a plugin's."""
 
@@ -90,9 +83,8 @@ def export(
     options = {"camera": camera, "size": size, "fps": fps, "overlay": overlay}
     given = {name: value for name, value in options.items() if value is not None}
     for name in given:
-        if name not in chosen.options:
-            having = [other for other, one in FORMATS.items() if name in one.options]
-            raise click.UsageError(f"--{name} is an option of {' and '.join(having)}")
+        if form not in others or name not in parameters_of(others[form], keyword_only=True):
+            raise click.UsageError(f"--{name} is an option of mp4 and gif")
     if out is None:
         out = file.with_suffix(".complete.mcap" if form == "mcap" else f".{form}")
     require_extra("record", "export", "mcap", "foxglove_schemas_protobuf", *chosen.packages)

@@ -1,100 +1,100 @@
-"""Observers of a run from plugins and options."""
+"""The observers of a run."""
 
-from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from bt_manip.cli.plugin_options import print_warning
 from bt_manip.cli.record_option import record_target
+from bt_manip.cli.run_options import RunOptions
 from bt_manip.exceptions import BtManipError
 from bt_manip.parameters import parameters_of, read_words
 from bt_manip.plugins import BUILTIN, Plugin, Plugins, guarded, plugin_observers
-from bt_manip.record import check_writable
-from bt_manip.registry import Registry
-from bt_manip.runner import RunObserver, RunView, Stopwatch, recorder_name
+from bt_manip.record import SnapshotWriter, Trace, check_writable
+from bt_manip.registry import Parts, Registry
+from bt_manip.runner import Reloader, Run, RunObserver, Stopwatch, known_behaviours, recorder_name
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from bt_manip.cli.session import Session
 
 
-def extra_observers(plugins: Plugins, records: Iterable[str]) -> list[RunObserver]:
-    """Return the requested recorders, the plugins' observers and the stopwatch of controllers.
+def observers_of(
+    run: Run,
+    options: RunOptions,
+    session: "Session",
+    recorder: RunObserver,
+    window: RunObserver | None,
+) -> list[RunObserver]:
+    """Return the observers of a run, in the order of their calls; views are opened.
 
     Args:
-        plugins: All plugins.
-        records: The values of ``--record``.
+        run: The run.
+        options: Its options.
+        session: Its session, which has the views.
+        recorder: The recorder of its report.
+        window: The window, if there is one.
 
     Raises:
-        BtManipError: If there is no such recorder, or it cannot write its file.
+        BtManipError: If an option asks for an observer that there is not, or it cannot write its
+            file.
     """
-    observers = [_recorder(plugins, text) for text in records]
+    plugins = session.plugins
+    # First: a trace in use by others ends the run before its report is begun.
+    observers: list[RunObserver] = [Trace(options.trace)] if options.trace else []
+    observers += [recorder]
+    observers += [SnapshotWriter(*one, print_warning) for one in options.snapshots]
+    if options.continued is not None:
+        from bt_manip.record import RecordedInterventions  # needs the extra 'record'
+
+        observers += [RecordedInterventions(options.continued.recording)]
+    observers += [_recorder(plugins, text) for text in options.records]
     observers += plugin_observers(plugins, print_warning)
+    observers += _stopwatch(plugins)
+    if options.watch:
+        known = known_behaviours(plugins.parts)
+        observers += [Reloader(run.request.tree, known, session.tell)]
+    if not options.quiet:
+        view = _terminal(session.console, options.cycles)
+        observers += [guarded(view, "the view in the terminal", print_warning)]
+    if window is not None:
+        observers += [guarded(window, "the window", print_warning)]
+    observers += session.open_views()
+    if options.faults:
+        observers += [_fault_injector(run, plugins.parts)]
+    return observers
+
+
+def _stopwatch(plugins: Plugins) -> list[RunObserver]:
+    """Return a stopwatch of the plugins' controllers, if there are any."""
     controllers = plugins.parts.controllers
     owners = {name: _owner(plugins, controllers.owner(name)) for name in controllers.names()}
     labels = {n: f"controller '{n}' of {owner.label}" for n, owner in owners.items() if owner}
-    if labels:
-        observers.append(Stopwatch(labels, print_warning))
-    return observers
+    return [Stopwatch(labels, print_warning)] if labels else []
 
 
-def plugin_views(
-    plugins: Plugins,
-    chosen: Mapping[str, Mapping[str, Any]],
-    tell: Callable[[str], None],
-    staying: dict[str, RunView] | None,
-) -> list[RunObserver]:
-    """Return the chosen views of plugins; exceptions in a view do not end the run.
+def _terminal(console: "Console", cycles: int) -> RunObserver:
+    if console.is_terminal and not console.is_dumb_terminal:
+        from bt_manip.viewer import TerminalView
 
-    Args:
-        plugins: All plugins.
-        chosen: The options of each view, by the name of the view.
-        tell: Prints a line.
-        staying: The views that stay after the run; new ones are added. None: views end with it.
+        return TerminalView(console, cycles=cycles)
+    from bt_manip.viewer import PlainView
+
+    return PlainView(console, cycles=cycles)
+
+
+def _fault_injector(run: Run, parts: Parts) -> RunObserver:
+    """Return an observer that injects the requested faults.
 
     Raises:
-        BtManipError: If a view cannot be opened.
+        BtManipError: If a fault is described wrongly.
     """
-    views, made = plugins.parts.views, {} if staying is None else staying
-    observers: list[RunObserver] = []
-    for name, options in chosen.items():
-        owner = _owner(plugins, views.owner(name))
-        if name not in made:
-            make = views.maker(name, "run_started", "close", expected="a RunView")
-            made[name] = make(tell, staying is not None, **options)
-        label, hint = f"view '{name}'", ""
-        if owner is not None:
-            label, hint = f"{label} of {owner.label}", owner.way_out
-        observers.append(guarded(made[name], label, print_warning, hint))
-    return observers
+    from bt_manip.faults import FaultInjector, parse_fault
 
-
-def page_panels(plugins: Plugins) -> dict[str, Callable[[Any], Any]]:
-    """Return the makers of the panels of the page; exceptions in a panel do not end the run.
-
-    Args:
-        plugins: All plugins.
-    """
-    return {name: _panel_maker(plugins, name) for name in plugins.parts.panels.in_order()}
-
-
-def _panel_maker(plugins: Plugins, name: str) -> Callable[[Any], Any]:
-    from bt_manip.viewer import Panel
-
-    panels = plugins.parts.panels
-    owner = _owner(plugins, panels.owner(name))
-    label, hint = f"panel '{name}'", ""
-    if owner is not None:
-        label, hint = f"{label} of {owner.label}", owner.way_out
-
-    def make(page: Any) -> Any:
-        try:
-            panel = panels.maker(name, "start", "draw", expected="a Panel")(page)
-        except (Exception, SystemExit) as error:
-            print_warning(f"{label} is left out: {error}{hint}")
-            return Panel(page)
-        return guarded(panel, label, print_warning, hint, base=Panel)
-
-    kind: Any = panels.get(name)
-    make.place = getattr(kind, "place", Panel.place)  # type: ignore[attr-defined]
-    make.needs_run = getattr(kind, "needs_run", Panel.needs_run)  # type: ignore[attr-defined]
-    return make
+    planned = [parse_fault(text, parts.faults) for text in run.request.faults]
+    for one in planned:
+        one.nodes(run.tree)
+    return FaultInjector(planned, parts.faults, run.request.seed, warn=print_warning)
 
 
 def _recorder(plugins: Plugins, text: str) -> RunObserver:

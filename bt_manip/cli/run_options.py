@@ -1,6 +1,6 @@
 """The options of ``bt-manip run``, and the run that they request."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from bt_manip.robots import Configuration
     from bt_manip.runner import ParameterSet, RunRequest
 
+
+RECORDED = ("tree", "cycles", "seed", "robot", "controller", "scene", "planner", "settings")
+"""Fields of a recorded request that are options of ``bt-manip run``."""
 
 ViewOptions = Mapping[str, Mapping[str, Any]]
 """Values of the options of views, by the name of the view."""
@@ -59,10 +62,6 @@ class RunOptions(StationOptions):
     window: bool = option(
         "--window", is_flag=True,
         help="Show the cell in a window, which stays open after the run.",
-    )  # fmt: skip
-    view: bool = option(
-        "--view", is_flag=True,
-        help="Show the run on a page in the browser, which stays up after the run.",
     )  # fmt: skip
     report: Path | None = option(
         "--report", type=click.Path(path_type=Path), metavar="FILE",
@@ -117,15 +116,31 @@ class RunOptions(StationOptions):
     continued: "Continuation | None" = None
     """The recorded run to go on with; then the options of the request are those of this run."""
 
+    def continuing(self, continued: "Continuation") -> "RunOptions":
+        """Return the options of a recorded run that goes on, watched as these options say."""
+        recording, fields = continued.recording, continued.fields
+        with recording.decoding():
+            return replace(
+                self,
+                **{key: fields[key] for key in RECORDED},
+                tick_ms=1e3 * fields["tick"],
+                foreign=ForeignTrees.of(recording.identity.get("foreign", {})),
+                continued=continued,
+            )
+
     @property
     def speed(self) -> float:
         """Simulated seconds per second of wall time at first; 0 is as fast as possible."""
-        shown = self.window or self.view or self.views
+        shown = self.window or self.views
         return float(bool(shown)) if self.real_time is None else self.real_time
 
 
 def make_request(
-    options: RunOptions, parts: Parts, resumed: Mapping[str, Any] | None = None
+    options: RunOptions,
+    parts: Parts,
+    resumed: Mapping[str, Any] | None = None,
+    *,
+    by_view: bool = False,
 ) -> "RunRequest":
     """Return the run that options ask for.
 
@@ -133,15 +148,19 @@ def make_request(
         options: The options.
         parts: The registered parts.
         resumed: The snapshot that it continues from.
+        by_view: Whether a view controls the run: it paces it, and may save the first configurations
+            in a file that is not there yet.
 
     Raises:
-        BtManipError: If there is no such tree, or an option is out of range.
+        BtManipError: If there is no such tree, an option is out of range, options do not go
+            together, or a requested file cannot be written.
     """
     from bt_manip.runner import request_of
     from bt_manip.scenes import seed_of
 
+    _check(options)
     watched: dict[str, Any] = {
-        "real_time": None if options.view else options.speed or None,  # the page has a control
+        "real_time": None if by_view else options.speed or None,
         "reading": options.foreign.reading(),
     }
     if options.continued is not None:
@@ -155,11 +174,11 @@ def make_request(
         cycles=options.cycles,
         seed=options.seed,
         tick=options.tick_ms / 1e3,
-        configurations=_configurations(options),
+        configurations=_configurations(options.configurations, may_lack=by_view),
         poses=options.poses or ("operator" if options.backend else None),
         backend=options.backend,
-        speed=_speed_factor(options),
-        varied=_varied(options),
+        speed=_speed_factor(options.speed_factor, options.backend),
+        varied=_varied(options.varied),
         **watched,
     )
     if options.seed is not None:
@@ -169,22 +188,22 @@ def make_request(
     return replace(request, seed=seed)
 
 
-def _varied(options: RunOptions) -> "ParameterSet":
+def _varied(texts: Collection[str]) -> "ParameterSet":
     """Return the values of ``--vary``."""
-    if not options.varied:
+    if not texts:
         return {}
     from bt_manip.evaluation import parse_point
 
-    return parse_point(options.varied)
+    return parse_point(texts)
 
 
-def _speed_factor(options: RunOptions) -> float:
-    if options.speed_factor is not None:
-        return options.speed_factor
-    return REAL_SPEED if options.backend else 1.0
+def _speed_factor(factor: float | None, backend: str) -> float:
+    if factor is not None:
+        return factor
+    return REAL_SPEED if backend else 1.0
 
 
-def check_options(options: RunOptions) -> None:
+def _check(options: RunOptions) -> None:
     """Check that options go together, and that all requested files can be written.
 
     Raises:
@@ -214,11 +233,10 @@ def check_options(options: RunOptions) -> None:
             raise BtManipError(f"{other} and {what} cannot both be '{path}'")
 
 
-def _configurations(options: RunOptions) -> "Mapping[str, Configuration]":
-    """Return the named configurations; the page can save some in a file that is not there yet."""
+def _configurations(path: Path | None, *, may_lack: bool) -> "Mapping[str, Configuration]":
+    """Return the named configurations of a file, none of one that is not there and may lack."""
     from bt_manip.robots import load_configurations
 
-    path = options.configurations
-    if path is None or (options.view and not path.exists()):
+    if path is None or (may_lack and not path.exists()):
         return {}
     return load_configurations(path)

@@ -1,6 +1,6 @@
 """The options of ``bt-manip run`` that views of plugins bring: ``--NAME`` and ``--NAME-KEY``."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from bt_manip.plugins import PluginSelection
 
 _VIEWS = "bt_manip.views"
-_BEFORE = ("real_time", "window", "view")
+_BEFORE = ("real_time", "window")
 """Options that ``--help`` lists before those of views."""
 
 
@@ -22,14 +22,22 @@ class ViewingCommand(click.Command):
     """A command with the options of views; the chosen views are its argument ``views``.
 
     ``views`` has the values of each chosen view's options, by the name of the view.
+
+    Args:
+        always: Names of views that are chosen without an option.
     """
+
+    def __init__(self, *arguments: Any, always: Collection[str] = (), **named: Any) -> None:
+        super().__init__(*arguments, **named)
+        self._always = always
 
     def get_params(self, ctx: click.Context) -> list[click.Parameter]:
         """Return all options, those of views too."""
         own = super().get_params(ctx)
         place = 1 + max(i for i, one in enumerate(own) if one.name in _BEFORE)
         views = self._views(ctx, [])
-        return [*own[:place], *(one for some in views.values() for one in some), *own[place:]]
+        brought = [one for name, some in views.items() for one in some[name in self._always :]]
+        return [*own[:place], *brought, *own[place:]]
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Parse the command line, with the options of the views that are installed."""
@@ -43,7 +51,7 @@ class ViewingCommand(click.Command):
         found: dict[str, Mapping[str, Any]] = {}
         for name, (flag, *others) in views.items():
             values = {one.metavar_key: ctx.params.pop(one.name, None) for one in others}
-            if ctx.params.pop(flag.name, False):
+            if ctx.params.pop(flag.name, name in self._always):
                 found[name] = {key: value for key, value in values.items() if value is not None}
         ctx.params["views"] = found
         return rest

@@ -36,7 +36,6 @@ if TYPE_CHECKING:
     from bt_manip.evaluation.success import Failure as Failure
     from bt_manip.evaluation.success import SuccessRate as SuccessRate
     from bt_manip.evaluation.success import wilson_interval as wilson_interval
-    from bt_manip.evaluation.success_page import results_page as results_page
     from bt_manip.evaluation.variation import VariedParameter as VariedParameter
     from bt_manip.evaluation.variation import grid as grid
     from bt_manip.evaluation.variation import parse_parameter as parse_parameter
@@ -60,7 +59,6 @@ __getattr__ = lazy_exports(
         ),
         "bt_manip.evaluation.stress_table": "LEGEND StressTable",
         "bt_manip.evaluation.success": "Failure SuccessRate wilson_interval",
-        "bt_manip.evaluation.success_page": "results_page",
         "bt_manip.evaluation.variation": "VariedParameter grid parse_parameter parse_point samples",
     },
 )

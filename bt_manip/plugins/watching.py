@@ -4,7 +4,9 @@ import traceback
 from collections.abc import Callable, Collection
 from typing import Any, TypeVar
 
+from bt_manip.exceptions import BtManipError
 from bt_manip.plugins.plugin import Plugin, Plugins
+from bt_manip.record import RecordingError
 from bt_manip.runner import Run, RunObserver
 
 T = TypeVar("T")
@@ -62,6 +64,9 @@ class HookObserver(RunObserver):
 def guarded(observer: T, label: str, warn: Warn, hint: str = "", base: Any = RunObserver) -> T:
     """Wrap an observer so that after an exception it is not called again and the run continues.
 
+    Bad input that its `check` finds, and a `bt_manip.record.RecordingError`, end the run: what was
+    asked for cannot be done.
+
     Args:
         observer: The observer.
         label: Its name, for the message.
@@ -106,6 +111,9 @@ class _Guard:
         try:
             getattr(self._observer, name)(*arguments)
         except (Exception, SystemExit) as error:
+            is_bad_input = name == "check" and isinstance(error, BtManipError)
+            if is_bad_input or isinstance(error, RecordingError):
+                raise
             self._works = False
             if not quiet:
                 what = f"{type(error).__name__}: {' '.join(str(error).split())}".rstrip(": ")

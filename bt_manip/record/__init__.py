@@ -1,4 +1,4 @@
-"""Records of a run: reports, recordings, videos and tables; writing and reading them.
+"""Records of a run: reports, recordings and tables; writing and reading them.
 
 Each name is imported on first use: a report does not need the physics.
 """
@@ -52,8 +52,6 @@ if TYPE_CHECKING:
     from bt_manip.record.tables.trace import Trace as Trace
     from bt_manip.record.tables.trace import read_trace as read_trace
     from bt_manip.record.tables.trace import write_trace as write_trace
-    from bt_manip.record.video.export_video import write_video as write_video
-    from bt_manip.record.video.video_recorder import VideoRecorder as VideoRecorder
 
 __getattr__ = lazy_exports(
     __name__,
@@ -80,7 +78,5 @@ __getattr__ = lazy_exports(
         "bt_manip.record.report.run_snapshot": "SnapshotWriter read_snapshot restore_snapshot",
         "bt_manip.record.tables.export_table": "write_csv write_parquet",
         "bt_manip.record.tables.trace": "Trace read_trace write_trace",
-        "bt_manip.record.video.export_video": "write_video",
-        "bt_manip.record.video.video_recorder": "VideoRecorder",
     },
 )

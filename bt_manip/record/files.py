@@ -41,29 +41,34 @@ def check_writable(path: Path, what: str, *, source: Path | None = None) -> None
     Raises:
         BtManipError: When it cannot be written.
     """
-    target = _target(path)
-    problem = ""
-    if source is not None and target == _target(source):
-        problem = "it would replace the recording"
-    elif target.is_dir():
-        problem = "it is a folder"
-    elif not target.parent.exists():
-        problem = f"there is no folder '{path.parent}'"
-    elif not target.parent.is_dir():
-        problem = f"'{path.parent}' is not a folder"
-    elif target.exists() and not os.access(target, os.W_OK):
-        problem = "the file is read-only"
-    elif is_locked(target):
-        problem = IN_USE
-    elif not is_special(target):
-        part = _part(target)
-        try:
-            part.touch(exist_ok=False)
-            part.unlink()
-        except OSError as error:
-            problem = error.strerror or str(error)
+    try:
+        problem = _problem(path, source)
+    except OSError as error:  # such as a name that is too long
+        problem = error.strerror or str(error)
     if problem:
         raise BtManipError(f"{what} '{path}' cannot be written: {problem}")
+
+
+def _problem(path: Path, source: Path | None) -> str:
+    """Return why a file cannot be written; empty if it can."""
+    target = _target(path)
+    if source is not None and target == _target(source):
+        return "it would replace the recording"
+    if target.is_dir():
+        return "it is a folder"
+    if not target.parent.exists():
+        return f"there is no folder '{path.parent}'"
+    if not target.parent.is_dir():
+        return f"'{path.parent}' is not a folder"
+    if target.exists() and not os.access(target, os.W_OK):
+        return "the file is read-only"
+    if is_locked(target):
+        return IN_USE
+    if not is_special(target):
+        part = _part(target)
+        part.touch(exist_ok=False)
+        part.unlink()
+    return ""
 
 
 @contextmanager

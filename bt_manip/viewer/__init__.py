@@ -14,11 +14,9 @@ if TYPE_CHECKING:
     from bt_manip.viewer.display import NoDisplayError as NoDisplayError
     from bt_manip.viewer.display import require_display as require_display
     from bt_manip.viewer.display import use_offscreen_opengl as use_offscreen_opengl
-    from bt_manip.viewer.page import Page as Page
-    from bt_manip.viewer.page import Panel as Panel
-    from bt_manip.viewer.page import ReplayPage as ReplayPage
     from bt_manip.viewer.plain_view import PlainView as PlainView
     from bt_manip.viewer.terminal_view import TerminalView as TerminalView
+    from bt_manip.viewer.window import FREE_CAMERA as FREE_CAMERA
     from bt_manip.viewer.window import Window as Window
     from bt_manip.viewer.wrapping import print_wrapped as print_wrapped
 
@@ -27,10 +25,9 @@ __getattr__ = lazy_exports(
     {
         "bt_manip.cell": "NoOpenGLError render write_png",
         "bt_manip.viewer.display": "NoDisplayError require_display use_offscreen_opengl",
-        "bt_manip.viewer.page": "Page Panel ReplayPage",
         "bt_manip.viewer.plain_view": "PlainView",
         "bt_manip.viewer.terminal_view": "TerminalView",
-        "bt_manip.viewer.window": "Window",
+        "bt_manip.viewer.window": "FREE_CAMERA Window",
         "bt_manip.viewer.wrapping": "print_wrapped",
     },
 )

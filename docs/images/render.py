@@ -14,9 +14,9 @@ import numpy as np
 
 from bt_manip.models import bundled_path
 from bt_manip.plugins import load_plugins
-from bt_manip.record import VideoRecorder
 from bt_manip.runner import Run, RunRequest, Station, find_tree, prepare
 from bt_manip.viewer import NoOpenGLError, render, write_png
+from bt_manip_view import VideoRecorder
 
 HERE = Path(__file__).resolve().parent
 SEED = 3  # the cube lies on the near side, and its shadow falls on the table

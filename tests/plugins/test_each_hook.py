@@ -21,7 +21,6 @@ from bt_manip.robots import GripperError, panda
 from bt_manip.runner import Run, RunRequest, TreeSource
 from bt_manip.spatial import pose
 from bt_manip.testing.contract_list import checks_of
-from bt_manip.viewer import Page
 
 PAGES = Path(__file__).resolve().parents[2] / "docs" / "plugins" / "hooks"
 WAIT = """<root BTCPP_format="4"><BehaviorTree ID="Main">{}</BehaviorTree></root>"""
@@ -262,7 +261,8 @@ def test_register_export_formats_converts_recordings(run, example, tmp_path, cap
 
 
 def test_register_panels_shows_a_panel_on_the_page(parts_of):
-    pytest.importorskip("viser", reason="the extra [view] is not installed")
+    from bt_manip_view import Page
+
     parts = parts_of("register_panels")
     page = Page({"tool": parts.panels.get("tool")}, port=0, speed=None)
     try:

@@ -8,6 +8,7 @@ import sys
 import lz4.frame
 import pytest
 import zstandard
+from bt_manip.record.video.export_video import SceneModel
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from mcap.data_stream import RecordBuilder
@@ -19,7 +20,6 @@ from bt_manip.exceptions import BtManipError
 from bt_manip.record import Continuation, RecordedRun, RecordedScene, Recording, Timeline
 from bt_manip.record.mcap.mcap_recorder import SNAPSHOTS
 from bt_manip.record.mcap.protobuf import control_step_class
-from bt_manip.record.video.export_video import SceneModel
 
 
 def rewrite(source, target, topic, data, *, metadata=None):

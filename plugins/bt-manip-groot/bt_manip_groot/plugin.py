@@ -7,12 +7,12 @@ from bt_manip import hookimpl
 from bt_manip.parameters import Parameter
 
 if TYPE_CHECKING:
+    from bt_manip.cli import Session
     from bt_manip_groot.publisher import GrootPublisher
 
 
 def groot(
-    tell: Callable[[str], None],
-    stays: bool,
+    session: "Session",
     *,
     port: Annotated[
         int,
@@ -26,8 +26,8 @@ def groot(
     """Let Groot2 on this computer monitor the run, set breakpoints and replace statuses."""
     from bt_manip_groot.publisher import GrootPublisher
 
-    publisher = GrootPublisher(port, tell, stays=stays)
-    tell(f"Groot2 can connect to 127.0.0.1, port {port}.")
+    publisher = GrootPublisher(port, session.tell, stays=session.stays)
+    session.tell(f"Groot2 can connect to 127.0.0.1, port {port}.")
     return publisher
 
 

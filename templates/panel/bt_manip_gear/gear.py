@@ -1,7 +1,7 @@
 """The panel."""
 
 import numpy as np
-from bt_manip.viewer import Panel
+from bt_manip_view import Panel
 
 
 class Gear(Panel):

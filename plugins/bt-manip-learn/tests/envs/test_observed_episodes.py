@@ -132,8 +132,7 @@ def test_a_state_that_diverges_in_the_grip_ends_the_episode_with_its_reason():
 
 
 def test_an_agents_episode_is_watched_on_the_page(parts):
-    pytest.importorskip("viser", reason="the extra [view] is not installed")
-    from bt_manip.viewer import Page
+    from bt_manip_view import Page
 
     panels = {name: parts.panels.get(name) for name in parts.panels.in_order()}
     page = Page(panels, port=0, speed=None)

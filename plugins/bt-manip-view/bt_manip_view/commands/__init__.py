@@ -1,0 +1,1 @@
+"""The commands ``view``, ``replay`` and ``report``."""

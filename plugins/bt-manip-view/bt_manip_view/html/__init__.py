@@ -1,0 +1,1 @@
+"""Pages in one HTML file: of a recorded run, and of an evaluation."""

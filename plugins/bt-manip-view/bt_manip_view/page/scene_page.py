@@ -1,0 +1,143 @@
+"""Common base of the page of a run and the page of a recording."""
+
+import contextlib
+import time
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+from bt_manip.runner import RunEvent
+
+from .controls import Controls
+from .gui import Gui
+from .panel import Panel
+from .scene import SceneView
+from .server import HOST, close_server, open_server, processor_time
+from .site import Site
+from .viser_internals import connections
+
+POSE_PERIOD = 1.0 / 20.0
+"""Wall time between two updates of poses [s]."""
+
+PANEL_PERIOD = 1.0 / 10.0
+"""Wall time between two updates of panels [s]."""
+
+UPDATE_SHARE = 0.04
+"""Largest share of wall time for updates; with more browsers, updates are rarer."""
+
+LONGEST_PERIOD = 2.0
+"""Longest wall time between two updates [s]."""
+
+MakePanel = Callable[[Any], Panel]
+"""Factory of a panel of a page; see the hook ``register_panels``."""
+
+
+class ScenePage:
+    """Scene, controls and panels in the browser, served by a separate thread.
+
+    Args:
+        make_controls: Makes the controls in the `Gui`.
+        panels: Factories of the panels by name.
+        port: The first port to try; 0: chosen by the system.
+
+    Attributes:
+        url: Address of the page.
+        gui: The inputs and texts around the scene.
+        bar: The container at the top.
+        tabs: The container of the tabs.
+        server: The ``viser.ViserServer`` of the scene.
+        controls: The controls.
+        shown_time: The displayed simulated time [s]; None: the present.
+    """
+
+    def __init__(
+        self, make_controls: Callable[[Any], Controls], panels: Mapping[str, MakePanel], port: int
+    ) -> None:
+        self.gui = Gui()
+        self.shown_time: float | None = None
+        self.site = Site(self.gui)
+        self.server = open_server(port, self.site)
+        self.url = f"http://{HOST}:{self.server.get_port()}"
+        self._scene = SceneView(self.server)
+        self.bar, self.tabs = self.gui.add("bar"), self.gui.add("tabs")
+        self._places = {"bar": self.bar, "left": self.gui.add("left")}
+        self._places |= {name: self.gui.add(name) for name in ("below", "over")}
+        with self.bar:
+            self.controls = make_controls(self.gui)
+        self._panels: list[Panel] = [self.controls, *self._make(panels)]
+        self._next = self._next_panels = self._served = 0.0
+
+    def close(self) -> None:
+        """Stop the server."""
+        for panel in self._panels:
+            panel.close()
+        self.site.close()
+        close_server(self.server)
+
+    @property
+    def is_open(self) -> bool:
+        """Whether any browser shows the page."""
+        return self.site.is_open or bool(connections(self.server))
+
+    def on_click(self, entity: str, call: Callable[[], None]) -> None:
+        """Call a function, from another thread, when an entity of the scene is clicked."""
+        self._scene.on_click(entity, call)
+
+    def show_frames(self, shown: bool) -> None:
+        """Show or hide the axes of all bodies of the scene."""
+        self._scene.show_frames(shown)
+
+    def show_time(self, time: float | None) -> None:
+        """Show another simulated time [s]; None: the present."""
+
+    def refresh(self, *, now: bool = False) -> None:
+        """Update scene and panels where the last update is old enough, or at once (`now`)."""
+        time_now = time.perf_counter()
+        if not now and time_now < self._next:
+            return
+        start = time.thread_time()
+        with self.server.atomic():  # wakes the server's thread once
+            self._catch_up()
+            self._show_scene()
+            if now or time_now >= self._next_panels:
+                late = min(max(time_now - self._next_panels, 0.0), PANEL_PERIOD)
+                self._next_panels = time_now - late + PANEL_PERIOD
+                for panel in self._panels:
+                    panel.draw()
+                self._publish()
+        served, self._served = self._served, processor_time(self.server)
+        used = time.thread_time() - start + self._served - served
+        self._next = time_now + max(POSE_PERIOD, min(used / UPDATE_SHARE, LONGEST_PERIOD))
+
+    # For subclasses
+
+    def _make(self, panels: Mapping[str, MakePanel]) -> Iterator[Panel]:
+        """Make the panels, each in its container."""
+        for name, make in panels.items():
+            container = self._places.get(getattr(make, "place", Panel.place))
+            if container is None:
+                with self.tabs:
+                    container = self.gui.add("tab", label=name.replace("_", " ").capitalize())
+            with container:
+                yield make(self)
+
+    def _show_tree(self, name: str) -> None:
+        """Show the name of the running tree, and clear the panels."""
+        self.controls.task = name.rpartition("/")[2]
+        for panel in self._panels:
+            panel.reset()
+
+    def handle(self, event: RunEvent) -> None:
+        """Pass an event to the panels."""
+        for panel in self._panels:
+            panel.handle(event)
+
+    def _catch_up(self) -> None:
+        """Bring scene and panels to the present state before drawing."""
+
+    def _show_scene(self) -> None:
+        """Send the changed poses."""
+        self._scene.update()
+
+    def _publish(self) -> None:
+        with contextlib.suppress(RuntimeError):  # the server is being stopped
+            self.server.get_event_loop().call_soon_threadsafe(self.site.publish)

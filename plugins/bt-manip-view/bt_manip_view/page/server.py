@@ -1,0 +1,186 @@
+"""Web server of page and scene: loopback only, refuses other sites and invalid messages."""
+
+import asyncio
+import contextlib
+import http
+import io
+import logging
+import math
+import threading
+import time
+import warnings
+from collections.abc import Callable, Iterator
+from typing import Any
+from urllib.parse import urlsplit
+
+import msgspec
+import viser
+import websockets.asyncio.server
+
+from .site import PROTOCOL, Site
+from .viser_internals import (
+    check_message,
+    connections,
+    ignore_unused_messages,
+    protocol,
+    thread_of,
+)
+
+HOST = "127.0.0.1"
+"""The only address on which the page is served."""
+
+PORT = 8080
+"""The first port to try."""
+
+LOCAL_NAMES = ("127.0.0.1", "localhost", "::1")
+"""Accepted names in the header Host; with ``ssh -L`` the port differs."""
+
+LARGEST_MESSAGE = 1 << 18
+"""Size above which a browser's message closes its connection [bytes]; viser: 50 MB."""
+
+REST = 5e-4
+"""Pause after each message, so that a flood of messages does not starve the run [s]."""
+
+STALLED = 20.0
+"""Time after which a browser that does not read is disconnected [s]."""
+
+_serving = threading.Lock()
+
+
+def open_server(port: int = PORT, site: Site | None = None) -> viser.ViserServer:
+    """Start viser on loopback in its own thread.
+
+    Connections whose Host is not this computer, or whose Origin is another site, are closed before
+    anything is sent. Other pages cannot frame this one. Invalid messages are ignored.
+
+    Args:
+        port: The first port to try; 0: chosen by the system.
+        site: The page around the scene; without one, nothing is sent to browsers.
+    """
+    # viser prints a line, and websockets a traceback, for each unusable connection.
+    logging.getLogger("websockets.server").setLevel(logging.CRITICAL)
+    # viser warns if a browser disconnects while its camera is being moved.
+    warnings.filterwarnings("ignore", "Queued a .* on a closed connection", UserWarning)
+    # viser prints its addresses.
+    with _serving, _checked_connections(site), contextlib.redirect_stdout(io.StringIO()):
+        server = viser.ViserServer(host=HOST, port=port, verbose=False)
+    ignore_unused_messages(server)
+    # Valid messages that fail would print a traceback.
+    server.get_event_loop().set_exception_handler(lambda loop, context: None)
+    return server
+
+
+def processor_time(server: viser.ViserServer) -> float:
+    """Return the processor time of the server's thread [s]; 0 if it cannot be measured."""
+    thread = thread_of(server)
+    measurable = hasattr(time, "pthread_getcpuclockid")
+    if thread is None or thread.ident is None or not thread.is_alive() or not measurable:
+        return 0.0
+    return time.clock_gettime(time.pthread_getcpuclockid(thread.ident))
+
+
+def close_server(server: viser.ViserServer) -> None:
+    """Stop a server without the line that viser prints."""
+    for connection in list(connections(server)):  # a closing handshake takes seconds
+        server.get_event_loop().call_soon_threadsafe(connection.transport.abort)
+    with contextlib.redirect_stdout(io.StringIO()):
+        server.stop()
+
+
+def is_local(headers: Any) -> bool:
+    """Return whether a request comes from a page of this server, or not from a page.
+
+    A page of another site can reach the server by address, with its own Origin, or by a name that
+    resolves to loopback, with that name as Host (DNS rebinding).
+
+    Args:
+        headers: The ``websockets.Headers`` of the request.
+    """
+    hosts, origins = headers.get_all("Host"), headers.get_all("Origin")
+    if len(hosts) != 1 or len(origins) > 1:
+        return False
+    try:
+        if urlsplit(f"//{hosts[0]}").hostname not in LOCAL_NAMES:
+            return False
+        return not origins or urlsplit(origins[0]).netloc.lower() == hosts[0].lower()
+    except ValueError:
+        return False
+
+
+def is_valid(data: Any) -> bool:
+    """Return whether data are a message of viser with fields of the right types."""
+    try:
+        message = msgspec.msgpack.decode(data)
+        check_message(message)
+        return _is_finite(message)
+    except Exception:  # no data may end the connection
+        return False
+
+
+def _is_finite(value: Any) -> bool:
+    """Return whether all numbers of a message are finite."""
+    if isinstance(value, dict):
+        return all(map(_is_finite, value.values()))
+    if isinstance(value, list):
+        return all(map(_is_finite, value))
+    return not isinstance(value, float) or math.isfinite(value)
+
+
+@contextlib.contextmanager
+def _checked_connections(site: Site | None) -> Iterator[None]:
+    """Make servers started meanwhile check connections; viser has no option for this."""
+    module: Any = websockets.asyncio.server
+    serve = module.serve
+    protocols = [protocol()] + ([PROTOCOL] if site else [])
+
+    def checked(
+        handler: Callable[..., Any],
+        *args: Any,
+        process_request: Callable[..., Any],
+        **options: Any,
+    ) -> Any:
+        def process(connection: Any, request: Any) -> Any:
+            headers = request.headers
+            asked = headers.get_all("Sec-WebSocket-Protocol")
+            if is_local(headers) and site is not None and "Upgrade" not in headers:
+                return site.response(request.path, "gzip" in headers.get("Accept-Encoding", ""))
+            if is_local(headers) and len(asked) == 1 and asked[0] in protocols:
+                return process_request(connection, request)
+            connection.transport.abort()
+            return connection.respond(http.HTTPStatus.FORBIDDEN, "")
+
+        async def handle(connection: Any) -> None:
+            receive, send = connection.recv, connection.send
+            of_page = connection.subprotocol == PROTOCOL
+
+            async def receive_valid() -> Any:
+                while True:
+                    data = await receive()
+                    await asyncio.sleep(REST)
+                    if of_page or is_valid(data):
+                        return data
+
+            async def send_in_time(data: bytes, **options: Any) -> None:
+                try:
+                    await asyncio.wait_for(send(data, **options), STALLED)
+                except TimeoutError:
+                    connection.transport.abort()
+                    raise
+
+            connection.recv, connection.send = receive_valid, send_in_time
+            if site is not None and of_page:
+                await site.serve(connection)
+            else:
+                await handler(connection)
+
+        options |= {
+            "max_size": LARGEST_MESSAGE,
+            "select_subprotocol": lambda _, asked: asked[0] if asked[0] in protocols else None,
+        }
+        return serve(handle, *args, process_request=process, **options)
+
+    module.serve = checked
+    try:
+        yield
+    finally:
+        module.serve = serve

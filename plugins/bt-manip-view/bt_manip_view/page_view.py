@@ -1,0 +1,214 @@
+"""The view ``--view``: runs that are chosen on a page, and the cell between them."""
+
+import contextlib
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from bt_manip.cli import Session
+from bt_manip.exceptions import BtManipError
+from bt_manip.robots import save_configuration
+from bt_manip.runner import TICK, Pacing, Run, RunLoop, RunRequest, RunView, prepare
+
+from .page.jog_panel import JogPanel
+from .page.page import Page
+from .page.plugin_panels import page_panels
+from .page.server import PORT
+from .page.session_panel import RunChoice, SessionPanel
+
+FIRST_LOOK = 10.0
+"""Longest wait for a browser before the first run [s]."""
+
+RESULT_WIDTH = 46
+"""Characters of a line of the result on the page."""
+
+SAVED = Path("configurations.toml")
+"""File of the configurations that are saved on the page, unless an option names one."""
+
+
+class PageView(Page, RunView):
+    """The page of a session: shows its runs, starts further ones, and jogs the robot between them.
+
+    A run continues in the cell as it is. After a reset, and where scene, robot or seed are others,
+    it begins as from the command line: with a new cell.
+
+    Args:
+        session: The session.
+        port: The first port to try; 0: chosen by the system.
+    """
+
+    def __init__(self, session: Session, port: int = PORT) -> None:
+        self._session = session
+        self._is_looked_at = False  # or was waited for
+        self._is_new = False  # nothing has moved in the station since it was built
+        self._loop: RunLoop | None = None  # between runs; None while the cell stands still
+
+        def make_selection(page: Any) -> SessionPanel:
+            self._selection = _selection(page, session)
+            return self._selection
+
+        def make_jog(page: Any) -> JogPanel:
+            self._jog = JogPanel(page, self._save)
+            return self._jog
+
+        make_selection.place = SessionPanel.place  # type: ignore[attr-defined]
+        panels = {"run": make_selection, **page_panels(session.plugins), "jog": make_jog}
+        super().__init__(panels, port=port, speed=session.options.speed or None)
+        session.tell(f"The page of the run: {self.url}")
+
+    def check(self, run: Run) -> None:
+        """Wait before the first run until a browser shows the page, but not long."""
+        if FIRST_LOOK and not self._is_looked_at:
+            self._session.tell(
+                f"The run begins when it is open, at the latest in {FIRST_LOOK:.0f} s."
+            )
+            self.wait_until_open(FIRST_LOOK, lambda: self._session.interrupted)
+        self._is_looked_at = True
+
+    def serve(self, session: Session) -> None:
+        """Serve the page until Ctrl-C.
+
+        Raises:
+            KeyboardInterrupt: When interrupted while a cell is built, or for the second time.
+        """
+        session.tell(f"The page stays up at {self.url}; press Ctrl-C to leave.")
+        self._is_looked_at = True
+        if session.last is None:
+            self._is_new = True
+            self._rest()
+            self._show_tree_of(session.request())
+        else:
+            self._show_result()
+            self._rest()
+        pacing, time = Pacing(1.0), 0.0  # also where the cell stands still
+        while not session.interrupted:
+            if (asked := self._selection.take()) is not None:
+                self._obey(*asked)
+                pacing.start(time)
+            self._idle_tick()
+            time += TICK
+            pacing.wait(time)
+        self._leave_idle()
+
+    # Internal
+
+    def _obey(self, action: str, choice: RunChoice) -> None:
+        """Execute a request of the page; errors are shown there."""
+        session, chosen = self._session, choice._asdict()
+        try:
+            request = session.request(**chosen)
+            same = session.has_station_of(request)
+            error = ""
+            if action == "run":
+                self._selection.tell("preparing the run")
+                error = self._execute(in_place=same and not self._is_new, **chosen)
+            elif action == "reset" or not same:
+                self._selection.tell("building the cell")
+                session.build(request)
+                self._is_new = True
+                self._rest()
+            if action == "show":
+                self._show_tree_of(request)
+            self._selection.tell(error, error=True)
+        except BtManipError as error:
+            self._selection.tell(str(error), error=True)
+        except (Exception, SystemExit) as error:  # of a plugin
+            self._selection.tell(f"{type(error).__name__}: {error}", error=True)
+
+    def _execute(self, *, in_place: bool, **chosen: Any) -> str:
+        """Execute a run; return the internal fault that ended it, or an empty text."""
+        self.controls.stopped = False
+        self._leave_idle()
+        before = self._session.last
+        try:
+            self._session.run(in_place=in_place, **chosen)
+        finally:
+            job = self._session.last
+            if job is not None and job is not before and job.run is not None:
+                self._is_new = False
+            self._rest()
+        self._show_result()
+        assert job is not None
+        return job.error
+
+    def _show_result(self) -> None:
+        """Show the lines that a run ends with in the terminal, and what can be done next."""
+        job = self._session.last
+        if job is None or job.report is None:
+            return
+        report = job.report
+        keep = (
+            f"To keep it: bt-manip run {report.tree} --seed {report.seed} --record run.mcap; then "
+            "bt-manip replay run.mcap, or bt-manip report run.mcap."
+        )
+        text = f"{job.lines(RESULT_WIDTH)}\n{job.next_step() or keep}"
+        again = "Run starts it again; another seed places the objects elsewhere."
+        self._selection.show_result(report.status, f"{text}\n\n{again}")
+
+    def _show_tree_of(self, request: RunRequest) -> None:
+        """Show the tree of a request that does not run yet; a mistake is shown when it runs."""
+        parts, station = self._session.plugins.parts, self._session.station
+        with contextlib.suppress(BtManipError):
+            self.show_prepared(prepare(request, parts, station=station))
+
+    def _rest(self) -> None:
+        """Show the station, in which no tree runs."""
+        self._leave_idle()
+        if (station := self._session.station) is not None:
+            self.begin_idle(station)
+            self._loop = RunLoop(station.resting())
+            self._loop.open()
+
+    def _leave_idle(self) -> None:
+        loop, self._loop = self._loop, None
+        if loop is not None:
+            loop.close()
+
+    def _idle_tick(self) -> None:
+        """Advance by a tick; the cell stands still after an exception, until the next request."""
+        try:
+            if self._loop is None:
+                self.tick()
+            else:
+                self._loop.advance(self)
+            self._is_new &= not self._jog.moved
+        except (Exception, SystemExit) as error:
+            self._loop = None
+            text = f"the cell stands still: {error}; Reset builds it anew"
+            self._selection.tell(text, error=True)
+
+    def _save(self, name: str, q: Sequence[float]) -> str:
+        """Save a configuration for the runs of this page and of others."""
+        session = self._session
+        path = session.options.configurations or SAVED
+        save_configuration(path, name, q)
+        session.options = replace(session.options, configurations=path)
+        return (
+            f"'{name}' is saved in {path.absolute()}; MoveToConfiguration finds it on this page, "
+            f"and after bt-manip run TREE --configurations {path}"
+        )
+
+
+def _selection(page: Any, session: Session) -> SessionPanel:
+    """Return the panel that selects runs; at first, it shows the run of the command."""
+    parts, request = session.plugins.parts, session.requested
+    assert request is not None
+    first = RunChoice(
+        session.options.tree, str(request.scene), str(request.robot), request.seed, request.cycles
+    )
+    known = {
+        "tree": parts.trees.names(), "scene": parts.scenes.names(), "robot": parts.robots.names()
+    }  # fmt: skip
+    names = {
+        kind: tuple(dict.fromkeys([getattr(first, kind), *registered]))
+        for kind, registered in known.items()
+    }
+
+    def scene_of(tree: str) -> str:
+        return str(session.request(tree=tree).scene)
+
+    def seed_of(scene: str) -> int:
+        return session.request(scene=scene, seed=None).seed
+
+    return SessionPanel(page, names, first, scene_of, seed_of)

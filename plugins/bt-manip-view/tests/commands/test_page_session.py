@@ -1,0 +1,261 @@
+"""Runs that are chosen on the page are the runs of the command line."""
+
+import json
+import signal
+import time
+from collections import deque
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from bt_manip.cli import RunOptions, Session
+from bt_manip_view.page.session_panel import RunChoice, SessionPanel
+
+SAVED = Path("configurations.toml")
+
+MOVE = """
+<root BTCPP_format="4">
+  <BehaviorTree ID="Main">
+    <Sequence><MoveToConfiguration configuration="0;-0.7;0;-2.2;0;1.6;0.8"/></Sequence>
+  </BehaviorTree>
+</root>
+"""
+SAVED_MOVE = MOVE.replace("0;-0.7;0;-2.2;0;1.6;0.8", "above")
+
+
+@pytest.fixture
+def tree(tmp_path):
+    path = tmp_path / "tree.xml"
+    path.write_text(MOVE)
+    return str(path)
+
+
+class Visit(Session):
+    """A session that does a step before each tick between runs, and ends after the last one."""
+
+    steps: deque = deque()
+
+    @property
+    def interrupted(self):
+        if super().interrupted or not self.steps:
+            return True
+        step = self.steps.popleft()
+        if step is not None:
+            step()
+        return False
+
+
+class User:
+    """Uses the inputs of the page, and reads it, as a browser does."""
+
+    def __init__(self, gui):
+        self._gui = gui
+
+    def elements(self, kind):
+        changes = json.loads(self._gui.snapshot()[1])
+        return [(uid, props) for _, uid, _, found, props in changes[1:] if found == kind]
+
+    def use(self, kind, label, event, value=None):
+        (uid,) = [uid for uid, one in self.elements(kind) if label in one["label"]]
+        message = {"id": uid, "event": event, "value": value}
+        assert self._gui.receive(json.dumps(message))
+
+    def jog(self, value):
+        """Move the slider of the first joint."""
+        self.use("slider", "joint1", "value", value)
+
+    @property
+    def text(self):
+        return "".join(one["content"] for _, one in self.elements("html"))
+
+
+@pytest.fixture
+def options(tree):
+    return RunOptions(tree=tree, real_time=0.0, quiet=True, views={"view": {"port": 0}})
+
+
+@pytest.fixture
+def session(options, interrupt, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    session = Visit(options, interrupt)
+    with interrupt.held():
+        session.show()
+        yield session
+    session.close()
+
+
+@pytest.fixture
+def user(session):
+    return User(session.views["view"].gui)
+
+
+@pytest.fixture
+def serve(session, monkeypatch):
+    """Serve the page to somebody who asks for one thing after the other, then leave."""
+    asked = deque(maxlen=1)
+    monkeypatch.setattr(SessionPanel, "take", lambda _: asked.pop() if asked else None)
+
+    def serve(*steps):
+        calls = [
+            step if callable(step) or step is None else lambda step=step: asked.append(step)
+            for step in steps
+        ]
+        session.steps = deque([None, *(one for call in calls for one in (call, None))])
+        session.serve()
+
+    return serve
+
+
+def choice(tree, scene="table_and_basket", robot="panda", seed=0, cycles=1):
+    return RunChoice(tree, scene, robot, seed, cycles)
+
+
+WHILE = (None,) * 50
+"""Ticks in which the arm comes to the end of a motion."""
+
+
+def test_a_run_after_jogging_and_reset_has_the_digest_of_the_command_line(
+    session, serve, user, tree, tmp_path, bt_manip
+):
+    report = tmp_path / "report.json"
+    assert bt_manip("run", tree, "--report", report, "--seed", "3").code == 0
+    expected = json.loads(report.read_text())["state_digest"]
+    chosen = choice(tree, seed=3)
+    serve(("run", chosen))
+    assert session.last.report.state_digest == expected
+    serve(lambda: user.jog(0.4), *WHILE, ("reset", chosen), ("run", chosen))
+    assert session.last.report.state_digest == expected
+
+
+def test_a_run_begins_where_the_arm_was_jogged(session, serve, user, tree):
+    before = session.station
+    serve(lambda: user.jog(0.4), *WHILE, ("run", choice(tree)))
+    assert session.last.run.station is before
+    assert session.last.report.status == "SUCCESS"
+    assert session.last.report.state_digest
+
+
+def test_a_jogged_arm_is_at_home_after_a_reset(session, serve, user, tree):
+    serve(lambda: user.jog(0.4), *WHILE)
+    assert session.station.robot.q[0] > 0.1
+    serve(("reset", choice(tree)))
+    assert abs(session.station.robot.q[0]) < 1e-3
+
+
+def test_another_scene_or_robot_is_shown_at_once(session, serve, tree):
+    serve(("show", choice(tree, scene="two_arms")))
+    assert list(session.station.robots) == ["left", "right"]
+
+
+def test_the_same_cell_is_kept_when_another_tree_is_chosen(session, serve):
+    before = session.station
+    serve(("show", choice("pick_place")))
+    assert session.station is before
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"tree": "no.xml"}, "no tree file"),
+        ({"scene": "no_scene"}, "unknown scene"),
+        ({"robot": "no_robot"}, "unknown robot"),
+        ({"scene": "two_arms"}, "left"),
+    ],
+)
+def test_a_mistake_is_shown_and_the_session_goes_on(session, serve, user, tree, wrong, message):
+    serve(("run", choice(tree)._replace(**wrong)))
+    assert message in user.text
+    serve(("reset", choice(tree)), ("run", choice(tree)))
+    assert session.last.report.status == "SUCCESS"
+    assert 'class="error"' not in user.text
+
+
+def test_an_exception_of_a_behaviour_is_shown_and_the_session_goes_on(
+    session, serve, user, trees, tree, capfd
+):
+    serve(("run", choice(f"{trees}:loud")))
+    assert "so loud" in user.text
+    serve(("run", choice(tree)))
+    assert session.last.report.status == "SUCCESS"
+    capfd.readouterr()
+
+
+def test_a_saved_configuration_can_be_named_by_the_next_tree(
+    session, serve, user, tmp_path, bt_manip
+):
+    tree = tmp_path / "saved.xml"
+    tree.write_text(SAVED_MOVE)
+
+    def save():
+        user.use("text", "Save as", "value", "above")
+        user.use("button", "Save configuration", "click")
+
+    serve(lambda: user.jog(0.4), *WHILE, *WHILE, save)
+    assert (tmp_path / SAVED).is_file()
+    assert str(tmp_path / SAVED) in user.text
+    serve(("reset", choice(str(tree))), ("run", choice(str(tree))))
+    assert session.last.report.status == "SUCCESS"
+    assert session.station.robot.q[0] == pytest.approx(0.4, abs=2e-3)
+    assert bt_manip("run", tree, "--configurations", SAVED).code == 0
+
+
+def test_configurations_can_be_saved_in_a_new_file(session, serve, user, tree, tmp_path):
+    file = tmp_path / "new.toml"
+    session.options = replace(session.options, configurations=file)
+    serve(("run", choice(tree)))
+    assert session.last.report.status == "SUCCESS"
+
+    def save():
+        user.use("text", "Save as", "value", "here")
+        user.use("button", "Save configuration", "click")
+
+    serve(save)
+    assert "here = [" in file.read_text()
+
+
+def test_a_cell_that_raises_stands_still_until_the_next_request(
+    session, serve, user, tree, monkeypatch
+):
+    def fail(*_, **__):
+        raise ValueError("the physics diverged")
+
+    monkeypatch.setattr(session.station.cell, "step", fail)
+    start = time.perf_counter()
+    serve(*[None] * 20)
+    assert time.perf_counter() - start > 0.3  # 40 ticks in real time, not as fast as possible
+    assert "the physics diverged" in user.text
+    serve(("reset", choice(tree)))
+    assert session.station.cell.time > 0.0
+
+
+def test_a_plugin_that_exits_does_not_end_the_session(session, serve, user, tree, monkeypatch):
+    def leave(*_, **__):
+        raise SystemExit("no license")
+
+    monkeypatch.setattr(session.plugins.parts.controllers, "get", leave)
+    serve(("reset", choice(tree)))
+    assert "SystemExit: no license" in user.text
+    monkeypatch.setattr(session.station.cell, "step", leave)
+    serve(None)
+    assert "stands still: no license" in user.text
+
+
+def test_an_interrupt_ends_a_page_whose_cell_hangs(session, serve, monkeypatch):
+    def hang(*_, **__):
+        signal.raise_signal(signal.SIGINT)
+        time.sleep(60.0)
+
+    monkeypatch.setattr(session.station.cell, "step", hang)
+    start = time.perf_counter()
+    serve(None)
+    assert time.perf_counter() - start < 30.0
+
+
+def test_an_interrupt_while_a_cell_is_built_ends_the_session(session, serve, tree, monkeypatch):
+    def interrupted(*_):
+        signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr(session.plugins.parts.controllers, "get", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        serve(("reset", choice(tree)))

@@ -1,0 +1,70 @@
+"""bt-manip replay: a recording on a page; bad input is one line."""
+
+import re
+import signal
+import subprocess
+import sys
+import urllib.request
+
+import click
+import pytest
+
+from bt_manip.cli import run_app
+
+
+@pytest.fixture(scope="session")
+def recording(tmp_path_factory):
+    """Record a short run."""
+    from pathlib import Path
+
+    from bt_manip import build_station
+    from bt_manip.bt import Sleep, Tree
+    from bt_manip.record import McapRecorder
+    from bt_manip.runner import Run, RunRequest, TreeSource
+
+    path = tmp_path_factory.mktemp("recording") / "run.mcap"
+    station = build_station()
+    tree = Tree(Sleep("rest", msec=50), clock=station.clock)
+    Run(RunRequest(TreeSource("test", "python")), tree, station).execute([McapRecorder(Path(path))])
+    return path
+
+
+def test_bad_input_is_one_line(bt_manip, recording, tmp_path):
+    (tmp_path / "text.mcap").write_text("no recording")
+    (tmp_path / "cut.mcap").write_bytes(recording.read_bytes()[:500])
+    for name, message in (
+        ("missing.mcap", "cannot read .*missing.mcap': No such file or directory"),
+        ("text.mcap", "text.mcap is no MCAP file"),
+        ("cut.mcap", "cut.mcap has no complete chunk: it has no scene"),
+    ):
+        code, out, err = bt_manip("replay", tmp_path / name)
+        assert (code, out) == (2, "")
+        assert re.fullmatch(f"Error: .*{message}\n", err)
+    assert bt_manip("replay", recording, "--speed", "0").code == 2
+    late = bt_manip("replay", recording, "--from", "9")
+    assert (late.code, late.err) == (2, f"Error: {recording} ends at 0.060 s, before 9 s\n")
+
+
+def test_the_page_is_served_until_ctrl_c(recording):
+    process = subprocess.Popen(
+        [sys.executable, "-m", "bt_manip", "replay", recording, "--from", "0.02", "--port", "0"],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    assert process.stdout is not None
+    try:
+        line = process.stdout.readline()
+        (url,) = re.findall(r"http://127\.0\.0\.1:\d+", line)
+        assert urllib.request.urlopen(url, timeout=30).status == 200
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=30)
+        assert (process.returncode, out, err) == (0, "", "")
+    finally:
+        process.kill()
+
+
+def test_ctrl_c_ends_it_in_order_as_soon_as_the_address_is_printed(
+    recording, interrupt, monkeypatch, capfd
+):
+    monkeypatch.setattr(click, "echo", lambda line: signal.raise_signal(signal.SIGINT))
+    assert run_app(interrupt, ["replay", str(recording), "--port", "0"]) == 0
+    assert capfd.readouterr() == ("", "")

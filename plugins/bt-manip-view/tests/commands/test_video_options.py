@@ -1,0 +1,79 @@
+"""Videos of bt-manip run --record and of bt-manip export, and their options."""
+
+import os
+import subprocess
+import sys
+
+import av
+import pytest
+
+
+@pytest.fixture
+def recording(bt_manip, trees, tmp_path):
+    path = tmp_path / "run.mcap"
+    assert bt_manip("run", f"{trees}:quick", "--record", path).code == 0
+    return path
+
+
+def test_words_after_the_file_are_options_of_the_recorder(opengl, bt_manip, trees, tmp_path):
+    path = tmp_path / "a run.mp4"
+    options = "camera=panda/wrist size=64x48 fps=100"
+    code, _, err = bt_manip("run", f"{trees}:quick", "--record", f"{path} {options}")
+    assert (code, err) == (0, "")
+    with av.open(path) as video:
+        assert len(list(video.decode(video=0))) >= 3
+        assert video.streams.video[0].width == 64
+
+
+def test_without_a_choice_of_opengl_a_video_is_rendered_offscreen(opengl, trees, tmp_path):
+    path = tmp_path / "run.mp4"
+    unset = {k: v for k, v in os.environ.items() if k not in ("MUJOCO_GL", "DISPLAY")}
+    arguments = ["run", f"{trees}:quick", "--record", f"{path} size=64x48"]
+    done = subprocess.run(
+        [sys.executable, "-m", "bt_manip", *arguments], env=unset, capture_output=True, text=True
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert path.stat().st_size > 1000
+
+
+@pytest.mark.parametrize(
+    ("record", "message"),
+    [
+        ("run.mp4 camera=overveiw", "there is no camera 'overveiw'; did you mean 'overview'?"),
+        ("run.mp4 size=65x48", "width and height of a .mp4 video are even, got 65x48"),
+        ("run.mp4 sise=64x48", "recorder 'video' has no parameter 'sise'; did you mean 'size'?"),
+        ("video", "a video needs a file to be written to"),
+    ],
+)
+def test_bad_options_of_a_recorder_are_bad_input(bt_manip, trees, tmp_path, record, message):
+    text = record.replace("run.", f"{tmp_path}/run.")
+    code, _, err = bt_manip("run", f"{trees}:quick", "--record", text)
+    assert code == 2 and message in err
+    assert not [path for path in tmp_path.iterdir() if path.stem == "run"]
+
+
+def test_the_options_of_the_recorder_are_listed_with_their_defaults(bt_manip):
+    out = bt_manip("list", "recorders", "video").out
+    assert out.startswith("video (view)") and "  size (text, default 1280x720): Width" in out
+    assert "  fps (positive number, default 25): Frames per simulated second [Hz]\n" in out
+    assert "  overlay (true or false, default true): Whether" in out
+
+
+def test_a_video_has_the_options_of_its_recorder(opengl, bt_manip, recording):
+    options = ("--size", "64x48", "--fps", "10", "--camera", "panda/wrist", "--overlay")
+    assert bt_manip("export", recording, "--to", "mp4", *options).code == 0
+    assert recording.with_suffix(".mp4").stat().st_size > 1000
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((), "is one of csv, parquet, npz, mcap"),
+        (("--to", "mp4", "--size", "63x48"), "width and height of a .mp4 video are even, got 63"),
+        (("--to", "mp4", "--camera", "overveiw"), "no camera 'overveiw'; did you mean 'overview'?"),
+        (("--to", "mp4", "--fps", "0"), "up to 1000 frames per second, got 0"),
+    ],
+)
+def test_bad_input_is_said(bt_manip, recording, arguments, message):
+    code, _, err = bt_manip("export", recording, *arguments)
+    assert code == 2 and message in " ".join(err.split())

@@ -1,0 +1,201 @@
+"""Between runs, sliders, a handle and buttons move the arm through its own motions."""
+
+import numpy as np
+import pytest
+
+from bt_manip import build_station
+from bt_manip.bt import Sleep, Tree
+from bt_manip.exceptions import BtManipError
+from bt_manip.runner import Run, RunRequest, TreeSource
+from bt_manip.scenes import two_arms
+from bt_manip_view import Page
+from bt_manip_view.page.jog_panel import JogPanel
+
+HANDLE = "/jog/panda"
+
+
+@pytest.fixture
+def saved():
+    return {}
+
+
+@pytest.fixture
+def panels():
+    return []
+
+
+@pytest.fixture
+def page(saved, panels):
+    def save(name, q):
+        if not name:
+            raise BtManipError("it has no name")
+        saved[name] = q
+        return f"'{name}' is saved"
+
+    def make(page):
+        panels.append(JogPanel(page, save))
+        return panels[-1]
+
+    page = Page({"jog": make}, port=0, speed=None)
+    yield page
+    page.close()
+
+
+@pytest.fixture
+def station(page, parts):
+    station = build_station(parts)
+    page.begin_idle(station)
+    return station
+
+
+@pytest.fixture
+def jog(panels, station):
+    return panels[0]
+
+
+class User:
+    """Does what a person does on an open page."""
+
+    def __init__(self, page, client, scene, station):
+        self.page, self.client, self.scene, self._station = page, client, scene, station
+
+    @property
+    def sliders(self):
+        return [one for one in self.client.see().elements.values() if one["kind"] == "slider"]
+
+    @property
+    def handle(self):
+        return self.scene.see().nodes[HANDLE]
+
+    def set_slider(self, i, value):
+        self.client.set("slider", self.sliders[i]["label"], value)
+
+    def press(self, command):
+        self.client.send(self.client.see().uid("button_group"), "click", command)
+
+    def save_as(self, name):
+        self.client.set("text", "Save as", name)
+        self.client.press("Save configuration")
+
+    def wait(self, seconds=3.0):
+        for _ in range(round(seconds / 0.01)):
+            self.page.tick()
+            self._station.cell.step(10)
+        self.page.refresh(now=True)
+
+
+@pytest.fixture
+def user(page, client, scene, station):
+    return User(page, client, scene, station)
+
+
+def test_a_slider_moves_its_joint_slowly_and_no_other(user, station):
+    start = station.robot.q.copy()
+    user.set_slider(1, -0.4)
+    fastest = 0.0
+    for _ in range(300):
+        user.wait(0.01)
+        fastest = max(fastest, float(np.abs(station.arm.v).max()))
+    expected = start.copy()
+    expected[1] = -0.4
+    assert station.robot.q == pytest.approx(expected, abs=2e-3)
+    assert 0.1 < fastest < 0.26 * station.arm.model.limits.velocity[1]
+
+
+def test_sliders_follow_the_measured_joints(user, station):
+    station.arm.move_to_configuration([0.3, -0.6, 0.2, -2.0, 0.1, 1.7, 0.5])
+    user.wait(2.0)
+    shown = [slider["value"] for slider in user.sliders]
+    assert shown == pytest.approx(station.robot.q, abs=2e-3)
+    assert shown[0] == pytest.approx(0.3, abs=2e-3)
+
+
+def test_a_slider_stays_where_it_was_put_until_the_arm_is_there(user, jog):
+    user.set_slider(0, 1.0)
+    user.wait(0.5)
+    assert user.sliders[0]["value"] == 1.0
+    assert jog.moved
+
+
+def test_a_target_in_collision_is_refused_with_the_reason(user, station, jog):
+    start = station.robot.q.copy()
+    user.set_slider(1, 1.7)  # into the table
+    user.wait(0.5)
+    assert not station.arm.busy
+    assert station.robot.q == pytest.approx(start, abs=1e-3)
+    assert "table" in user.client.text() and not jog.moved
+
+
+def test_the_handle_moves_the_tool(user, station):
+    goal = station.arm.model.pose(station.arm.q).translation + [0.05, 0.1, 0.05]
+    user.scene.see().drag(HANDLE, goal, start=True)
+    user.scene.drag(HANDLE)
+    user.wait()
+    reached = station.arm.model.pose(station.robot.q).translation
+    assert reached == pytest.approx(goal, abs=2e-3)
+
+
+def test_an_unreachable_handle_is_refused_and_returns(user, station):
+    user.scene.see().drag(HANDLE, [3.0, 0.0, 1.0], start=True)
+    user.wait(0.2)
+    assert "unreachable" in user.client.text()
+    assert user.handle["position"] == (3.0, 0.0, 1.0)  # still held
+    user.scene.drag(HANDLE)
+    user.wait(0.2)
+    tool = station.arm.model.pose(station.arm.q).translation
+    assert user.handle["position"] == pytest.approx(tool, abs=1e-3)
+
+
+def test_the_gripper_closes_and_opens(user, station):
+    user.press("Close")
+    user.wait(1.0)
+    assert station.gripper.closed_on_nothing
+    user.press("Open")
+    user.wait(1.0)
+    assert station.gripper.is_open
+
+
+def test_a_configuration_is_saved_by_name(user, station, saved):
+    user.set_slider(0, 0.5)
+    user.wait()
+    user.save_as("above_bin")
+    user.wait(0.1)
+    assert saved["above_bin"][0] == pytest.approx(0.5)
+    assert station.robot.configuration("above_bin")[0] == pytest.approx(0.5)
+    assert "is saved" in user.client.text()
+    user.save_as("")
+    user.wait(0.1)
+    assert "it has no name" in user.client.text()
+
+
+def test_nothing_can_be_jogged_while_a_tree_runs(user, page, station):
+    def offered():
+        buttons = user.client.see().find("button_group"), user.client.find("text", "Save as")
+        return [
+            *(not one["disabled"] for one in user.sliders), user.handle["visible"],
+            *(one["visible"] for one in buttons),
+        ]  # fmt: skip
+
+    tree = Tree(Sleep("rest", msec=30), clock=station.clock)
+    run = Run(RunRequest(TreeSource("test", "python")), tree, station)
+    q = station.robot.q.copy()
+    user.set_slider(0, 0.5)
+    run.execute([page])
+    assert not any(offered())
+    page.begin_idle(station)
+    user.wait(0.5)
+    assert station.robot.q == pytest.approx(q, abs=1e-3)
+    assert all(offered())
+
+
+def test_another_cell_with_the_same_robot_keeps_its_nodes(page, station, scene, parts):
+    def change(station):
+        """Return the names of the nodes that another cell adds or removes."""
+        page.begin_idle(station)
+        kinds = "FrameMessage", "MeshMessage", "GlbMessage", "RemoveSceneNodeMessage"
+        changed = {m["name"] for m in scene.read() if m["type"] in kinds}
+        return {name for name in changed if not name.startswith("/jog")}
+
+    assert any(name.startswith("/panda/") for name in change(station))
+    assert not change(build_station(parts, seed=1))
+    assert any(name.startswith("/left/") for name in change(build_station(parts, scene=two_arms())))

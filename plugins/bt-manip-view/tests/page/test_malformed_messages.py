@@ -1,0 +1,229 @@
+"""Whatever a page sends, or does not read: the run stays as it is."""
+
+import json
+import random
+import socket
+import threading
+import time
+from urllib.parse import urlsplit
+
+import msgspec
+import pytest
+import viser
+import websockets.exceptions
+
+from bt_manip.behaviours import MoveHome, RemoveObject, SpawnObject
+from bt_manip.bt import Sequence, Sleep
+from bt_manip.record import Recorder
+from bt_manip.runner import RunObserver
+from bt_manip_view.page import server as page_server
+from bt_manip_view.page.gui import Gui
+
+from .conftest import CAMERA
+
+FIELDS = {
+    "ViewerCameraMessage": (
+        "wxyz", "position", "fov", "near", "far", "image_height", "image_width", "look_at",
+        "up_direction",
+    ),
+    "GuiUpdateMessage": ("uuid", "updates"),
+    "GuiButtonHoldMessage": ("uuid", "frequency"),
+    "GuiFormSubmitMessage": ("uuid",),
+    "GuiFormDirtyMessage": ("uuid",),
+    "CommandTriggerMessage": ("uuid",),
+    "TransformControlsUpdateMessage": ("name", "wxyz", "position", "owner"),
+    "TransformControlsDragStartMessage": ("name", "owner"),
+    "SceneNodeClickMessage": (
+        "name", "instance_index", "ray_origin", "ray_direction", "screen_pos", "modifier", "owner",
+    ),
+    "ScenePointerMessage": (
+        "event_type", "ray_origin", "ray_direction", "screen_pos", "modifier",
+    ),
+    "FileTransferStartUpload": (
+        "source_component_uuid", "transfer_uuid", "filename", "mime_type", "part_count",
+        "size_bytes",
+    ),
+    "FileTransferPart": ("source_component_uuid", "transfer_uuid", "part_index", "content"),
+    "GetRenderResponseMessage": ("payload", "render_uuid"),
+    "ShareUrlRequest": (),
+    "MeshMessage": ("name", "props"),
+    "Message": (),
+    "no such type": ("uuid",),
+}  # fmt: skip
+
+NESTED = b"\x91" * 100_000
+VALUES = (0, -1, 10**18, 1.5, float("nan"), float("inf"), None, True, "", "x" * 20_000, [], [0] * 3,
+          ["a"] * 4, {}, {"value": None})  # fmt: skip
+
+
+def scene_messages(number):
+    """Give malformed messages of many kinds for the scene."""
+    rng = random.Random(1)
+    encode = msgspec.msgpack.encode
+    fixed = [b"", "text", b"\xc1", NESTED, b"\x81\xa4type" + NESTED, b"\xff" * 200_000, encode([]),
+             encode({"type": 3}), encode({"type": "x" * 100_000}), encode({1: 2})]  # fmt: skip
+    for index in range(number):
+        if index < len(fixed):
+            yield fixed[index]
+            continue
+        kind = rng.choice(list(FIELDS))
+        values = (*VALUES, b"x", [float("nan")] * 4)
+        message = {name: rng.choice(values) for name in FIELDS[kind] if rng.random() < 0.95}
+        data = encode({"type": kind, **message})
+        if rng.random() < 0.2:
+            data = data[: rng.randrange(len(data))] + rng.randbytes(rng.randrange(20))
+        yield data
+
+
+def page_messages(number, elements):
+    """Give malformed messages for the elements of the page, and values that they do not offer."""
+    rng = random.Random(2)
+    fixed = [b"", "", "null", "[]", "3", '"text"', b"\xff" * 200_000, "[" * 100_000,
+             '{"id":' * 20_000, '{"id": 1}', '{"event": "click"}', "{" * 1000]  # fmt: skip
+    # What they offer is chosen by valid messages, which are left out here.
+    events = ("value", "click", "breakpoint", "seek", "", "set", "no event")
+    for index in range(number):
+        if index < len(fixed):
+            yield fixed[index]
+            continue
+        element = rng.choice([*elements])
+        value = rng.choice(VALUES)
+        event = rng.choice(events)
+        if Gui().add(**elements[element]).accepts(value) or value is None or event in ("seek",):
+            value = {"not": ["offered"]}
+        uid = rng.choice((element, element, element, *VALUES))
+        text = json.dumps({"id": uid, "event": rng.choice((event, event, *VALUES)), "value": value})
+        yield text[: rng.randrange(len(text))] if rng.random() < 0.2 else text
+
+
+def moving():
+    return Sequence(
+        SpawnObject(object="{cube}"), MoveHome(), Sleep(msec=500), RemoveObject(object="{cube}")
+    )
+
+
+def digest_of(make_run, *observers):
+    recorder = Recorder("test", 0)
+    make_run(moving()).execute([recorder, *observers])
+    return recorder.report().state_digest
+
+
+def attack(make_run, page, connect, messages, what):
+    """Watch a run while messages arrive; return its digest, and how many were sent."""
+    sent = []
+
+    class Attack(RunObserver):
+        """Sends messages while the run goes on."""
+
+        def run_started(self, run):
+            self.thread = threading.Thread(target=self.send)
+            self.thread.start()
+
+        def send(self):
+            client = self.open()
+            for message in messages:
+                try:
+                    client.connection.send(message)
+                    client.connection.ping(ack_on_close=True).wait(5)  # until it has been read
+                except websockets.exceptions.ConnectionClosed:
+                    client = self.open()
+                sent.append(message)
+
+        def open(self):
+            client = connect(what)
+            if what == "scene":
+                client.connection.send(msgspec.msgpack.encode(CAMERA))
+            return client
+
+        def before_tick(self):
+            time.sleep(0.02 if self.thread.is_alive() else 0.0)  # the run lasts as long
+
+        def run_ended(self):
+            self.thread.join()
+
+    digest = digest_of(make_run, Attack(), page)
+    return digest, len(sent)
+
+
+@pytest.mark.parametrize("number", [500, pytest.param(10_000, marks=pytest.mark.soak)])
+@pytest.mark.parametrize("what", ["scene", "page"])
+def test_malformed_messages_leave_the_run_and_the_page_as_they_are(
+    make_run, page, connect, capfd, number, what
+):
+    before, scene = values_of(connect), connect()
+    elements = connect("page").see().elements
+    messages = scene_messages(number) if what == "scene" else page_messages(number, elements)
+    digest, sent = attack(make_run, page, connect, messages, what)
+    assert sent == number
+    assert values_of(connect) == before and not page.controls.breakpoints and not page.stopped
+    answers = [message["type"] for message in scene.read()]
+    assert not [kind for kind in answers if kind.startswith(("ShareUrl", "FileTransfer"))]
+    assert connect().read() and connect("page").see().elements
+    assert digest == digest_of(make_run)
+    assert capfd.readouterr().err == ""
+
+
+def values_of(connect):
+    elements = connect("page").see().elements.values()
+    return {one["label"]: one["value"] for one in elements if "value" in one}
+
+
+def test_a_valid_message_that_is_sent_like_those_changes_the_run(make_run, page, connect):
+    stop = connect("page").see().uid("button", "Stop")
+    press = json.dumps({"id": stop, "event": "click", "value": None})
+    digest, sent = attack(make_run, page, connect, [press], "page")
+    assert sent == 1 and page.stopped
+    assert digest != digest_of(make_run)
+
+
+def test_a_message_that_is_too_large_closes_only_its_page(page, connect):
+    large, other = connect("page"), connect()
+    large.connection.send(b"x" * (page_server.LARGEST_MESSAGE + 1))
+    with pytest.raises(websockets.exceptions.ConnectionClosed):
+        while True:
+            large.connection.recv(30)
+    assert other.read()
+
+
+def test_the_inputs_of_a_page_accept_only_values_that_they_offer():
+    gui = Gui()
+    offers = {
+        gui.add_dropdown("Speed", ("1/2", "1")): ["1/2", "no speed", 1, None],
+        gui.add_text("Name", ""): ["arm", "x" * 20_000, 3],
+        gui.add_slider("q", -1.0, 1.0, 0.1, 0.0): [0.5, 1.5, "0.5", True, float("nan"), [0.5]],
+        gui.add_number("Seed", 0, low=0): [7, -1, "7", float("inf")],
+        gui.add_checkbox("Shown", True): [False, 0, "no"],
+        gui.add_html(""): [],
+    }  # fmt: skip
+    for one, values in offers.items():
+        taken = [
+            gui.receive(json.dumps({"id": one.uid, "event": "value", "value": v})) for v in values
+        ]
+        assert taken == [index == 0 for index in range(len(values))], one.kind
+        one.disabled = True
+        assert not gui.receive(json.dumps({"id": one.uid, "event": "value", "value": values[:1]}))
+
+
+@pytest.mark.parametrize("protocol", [f"viser-v{viser.__version__}", "bt-manip"])
+def test_a_page_that_stops_reading_is_disconnected(page, monkeypatch, protocol):
+    monkeypatch.setattr(page_server, "STALLED", 0.5)
+    address = urlsplit(page.url)
+    with socket.create_connection((address.hostname, address.port), timeout=10) as client:
+        lines = (
+            "GET / HTTP/1.1", f"Host: {address.netloc}", "Upgrade: websocket",
+            "Connection: Upgrade", "Sec-WebSocket-Version: 13",
+            "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==",
+            f"Sec-WebSocket-Protocol: {protocol}", "", "",
+        )  # fmt: skip
+        client.sendall("\r\n".join(lines).encode())
+        assert client.recv(12) == b"HTTP/1.1 101"
+        deadline = time.monotonic() + 60.0  # [s] of a hopeless wait, not of a passing test
+        while not page.is_open:
+            assert time.monotonic() < deadline
+        text = page.gui.add_html("")
+        while page.is_open:
+            assert time.monotonic() < deadline
+            page.server.gui.set_panel_label(random.randbytes(200_000).hex())
+            text.content = random.randbytes(200_000).hex()
+            page.server.get_event_loop().call_soon_threadsafe(page.site.publish)
+            time.sleep(0.02)

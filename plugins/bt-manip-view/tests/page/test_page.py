@@ -1,0 +1,324 @@
+"""A run on the page is the same run: the page shows it, and pauses it on request."""
+
+import io
+import threading
+import time
+
+import mujoco
+import numpy as np
+import pytest
+import trimesh
+
+from bt_manip.behaviours import IsHolding, MoveHome, RemoveObject, SpawnObject
+from bt_manip.bt import AlwaysFailure, Fallback, Script, Sequence, Sleep
+from bt_manip.cell import CellScene
+from bt_manip.exceptions import BtManipError
+from bt_manip.record import Recorder
+from bt_manip.runner import RunObserver
+from bt_manip_view import Page
+from bt_manip_view.page.scene import SceneView
+
+from .conftest import wait_until
+
+
+def picking():
+    return Sequence(
+        "root",
+        SpawnObject(object="{cube}"),
+        Sleep(msec=50),
+        MoveHome(),
+        RemoveObject(object="{cube}"),
+    )
+
+
+def of_type(messages, kind):
+    return [message for message in messages if message["type"] == kind]
+
+
+def test_a_watched_run_keeps_its_digest(make_run, page, connect):
+    def digest(*observers):
+        recorder = Recorder("test", 0)
+        make_run(picking()).execute([recorder, *observers])
+        return recorder.report().state_digest
+
+    connect()  # never reads
+    connect("page")
+    assert digest() == digest(page)
+
+
+def test_the_visible_geometry_is_sent_once_with_the_poses(make_run, page, connect):
+    client = connect()
+    make_run(picking()).execute([page])
+    messages = client.read()
+    names = [message["name"] for message in of_type(messages, "MeshMessage")]
+    assert any(name.startswith("/panda/") for name in names)
+    assert any(name.startswith("/table") for name in names)
+    assert len(set(names)) == len(names)
+    moved = {message["name"] for message in of_type(messages, "SetPositionMessage")}
+    assert any(name.startswith("/panda/") for name in moved)
+
+
+def test_textures_are_sent_with_their_shapes(make_run, page, connect):
+    client = connect()
+    make_run(picking()).execute([page])
+    sent = {m["name"]: m["props"]["glb_data"] for m in of_type(client.read(), "GlbMessage")}
+    data = next(data for name, data in sent.items() if name.startswith("/table/"))
+    (top,) = trimesh.load(io.BytesIO(data), file_type="glb").geometry.values()
+    pixels = np.asarray(top.visual.material.baseColorTexture)
+    assert pixels.shape == (256, 256, 3) and pixels.std() > 3.0
+    assert top.visual.uv.shape == (24, 2)
+    assert top.extents.tolist() == pytest.approx([1.5, 0.8, 0.03])
+
+
+def test_an_object_adds_and_removes_only_its_own_nodes(make_run, page, scene):
+    run = make_run(picking())
+    cubes, others = [], []
+
+    class Look(RunObserver):
+        def after_tick(self):
+            page.refresh(now=True)
+            cubes.append(any(name.startswith("/cube") for name in scene.see().nodes))
+            others.append({name for name in scene.nodes if not name.startswith("/cube")})
+
+    run.execute([page, Look()])
+    assert any(cubes) and not cubes[-1]
+    assert all(nodes == others[0] for nodes in others)
+
+
+MOVABLE = """
+<mujoco><worldbody>
+  <body name="thing/"><freejoint/><geom type="box" size=".1 .1 .1" pos="0 0 1"/></body>
+</worldbody></mujoco>"""
+
+
+def test_no_two_nodes_have_the_same_name_in_turn(page, connect):
+    """A page would keep the pose of the first, and so would the replay of a report."""
+    model = mujoco.MjModel.from_xml_string(MOVABLE)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    client, view = connect(), SceneView(page.server)
+    for number in range(3):
+        view.bind(CellScene(model, data, {"thing": number}))
+    created = [m["name"] for m in of_type(client.read(), "FrameMessage")]
+    assert "/thing" in created and len(set(created)) == len(created)
+
+
+def test_only_changed_poses_are_sent_when_objects_come_and_go(page, connect):
+    model = mujoco.MjModel.from_xml_string(MOVABLE)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    view = SceneView(page.server)
+    view.bind(CellScene(model, data))
+    client = connect()
+    client.read()
+    data.xpos[1, 0] = 1.0
+    for _ in range(2):
+        view.bind(CellScene(model, data))
+    (moved,) = of_type(client.read(), "SetPositionMessage")
+    assert moved["name"] == "/thing/thing" and moved["position"] == [1.0, 0.0, 0.0]
+
+
+def test_a_page_that_nobody_has_opened_is_drawn_once_at_the_end(make_run, page, monkeypatch):
+    calls = []
+    for name in ("bind", "show"):
+        shown = getattr(SceneView, name)
+        monkeypatch.setattr(
+            SceneView, name, lambda *args, shown=shown, n=name: (calls.append(n), shown(*args))
+        )
+    make_run(picking(), cycles=2).execute([page])
+    assert calls == ["bind", "show", "show"]  # `bind` shows, too
+
+
+def test_a_page_that_is_opened_during_the_run_shows_what_came_before(make_run, page, connect):
+    seen = []
+
+    class Opener(RunObserver):
+        """Opens the page at the third tick, and reads it after the fourth."""
+
+        ticks = 0
+
+        def after_tick(self):
+            self.ticks += 1
+            if self.ticks == 3:
+                self.clients = connect("scene"), connect("page")
+                wait_until(lambda: page.site.is_open)
+            elif self.ticks == 4:
+                scene, client = self.clients
+                seen.extend(scene.read())
+                client.see()
+                assert len(client.find("plot")["samples"]) == 4
+
+    root = Sequence("root", Script(code="x := 5"), SpawnObject(object="{cube}"), Sleep(msec=50))
+    opener = Opener()
+    make_run(root).execute([page, opener])
+    assert any(m["name"].startswith("/cube/") for m in of_type(seen, "GlbMessage"))
+    client = opener.clients[1].see()
+    assert client.find("blackboard")["values"]["x"] == "5"
+    assert "cube added" in texts_of(client)
+
+
+def texts_of(client):
+    return [text for _, _, text, _ in client.find("log")["lines"]]
+
+
+def test_the_log_says_what_leaves_did(make_run, page, connect):
+    root = Sequence("root", SpawnObject("spawn", object="{cube}"), AlwaysFailure("never"))
+    make_run(root).execute([page])
+    lines = connect("page").see().find("log")["lines"]
+    kinds = {text.split(":")[0]: kind for _, kind, text, _ in lines}
+    assert kinds["spawn"] == "success" and kinds["never"] == "failure"
+    assert kinds["cycle 1 failed"] == "error"
+    (said,) = (text for _, _, text, _ in lines if text.startswith("spawn: "))
+    assert "cube" in said.removeprefix("spawn: ")
+
+
+def test_a_condition_that_fails_has_a_kind_of_its_own(make_run, page, connect):
+    wrong = Fallback("root", IsHolding("holding", object="cube"), Sleep("rest", msec=30))
+    make_run(Sequence(SpawnObject(name="cube"), wrong)).execute([page])
+    lines = connect("page").see().find("log")["lines"]
+    assert {kind for _, kind, text, _ in lines if text.startswith("holding")} == {"condition"}
+
+
+def test_the_tracking_error_is_plotted(make_run, page, connect):
+    make_run(Sleep("rest", msec=50)).execute([page])
+    samples = connect("page").see().find("plot")["samples"]
+    assert [row[0] for row in samples] == pytest.approx([0.01, 0.02, 0.03, 0.04, 0.05, 0.06])
+
+
+def test_texts_are_sent_as_data_not_as_html(make_run, page, connect):
+    root = Fallback("<b>root</b>", AlwaysFailure("never"), Sleep("rest", msec=20))
+    make_run(root).execute([page])
+    client = connect("page").see()
+    assert client.find("tree")["nodes"][0]["name"] == "<b>root</b>"
+    assert not any("root" in one["content"] for one in client.elements.values() if "content" in one)
+
+
+def test_a_page_that_is_opened_later_shows_the_last_state(make_run, page, connect):
+    make_run(Sleep("rest", msec=50)).execute([page])
+    status = connect("page").see().find("status")
+    assert status["text"] == "cycle 1, 0.06 s: ended SUCCESS" and status["look"] == "SUCCESS"
+
+
+def test_the_clock_stands_still_after_the_run(make_run, page, connect):
+    run = make_run(Sleep("rest", msec=50))
+    run.execute([page])
+    page.begin_idle(run.station)
+    run.station.cell.step()
+    page.refresh(now=True)
+    assert "0.06 s" in connect("page").see().find("status")["text"]
+
+
+def test_one_can_look_back_while_the_run_is_paused(in_thread, page, connect):
+    page.controls.breakpoints = frozenset(["second"])
+    root = Sequence("root", Sleep("first", msec=3000), Sleep("second", msec=50))
+    connect()
+    client = connect("page")
+    wait_until(lambda: page.site.is_open)
+    run, thread = in_thread(root)
+    wait_until(lambda: page.controls.paused)
+    client.see()
+    line = client.uid("timeline")
+    client.send(line, "seek", 0.0)
+    wait_until(lambda: page.shown_time is not None)
+    assert client.see().find("timeline")["shown"] < run.station.cell.time
+    client.send(line, "seek", None)
+    wait_until(lambda: page.shown_time is None)
+    assert client.see().find("timeline")["shown"] is None
+    client.toggle()
+    thread.join(30)
+
+
+def test_the_wait_for_a_browser_ends_when_there_is_none(page):
+    start = time.monotonic()
+    assert not page.wait_until_open(0.2, lambda: False)
+    assert not page.wait_until_open(100.0, lambda: True)
+    assert time.monotonic() - start < 20.0
+
+
+@pytest.fixture
+def in_thread(make_run, page):
+    """Execute a run with the page in another thread; return the run and the thread."""
+    threads = []
+
+    def start(root, **request):
+        run = make_run(root, **request)
+        thread = threading.Thread(target=lambda: run.execute([page]))
+        threads.append(thread)
+        thread.start()
+        return run, thread
+
+    yield start
+    page.controls.stopped = True
+    for thread in threads:
+        thread.join(30)
+
+
+def test_a_paused_run_stands_still_and_makes_single_ticks(in_thread, client):
+    client.toggle()
+    run, thread = in_thread(Sleep("rest", msec=100))
+    time.sleep(0.3)
+    assert run.station.cell.time == 0.0
+    for tick in (1, 2):
+        client.press("Step")
+        wait_until(lambda due=tick * 0.01: run.station.cell.time > due - 1e-9)
+        time.sleep(0.2)
+        assert run.station.cell.time == pytest.approx(tick * 0.01)
+    client.toggle()
+    thread.join(30)
+    assert run.station.cell.time >= 0.1
+
+
+def test_breakpoints_pause_after_the_tick_in_which_their_node_starts(in_thread, page, client):
+    page.controls.breakpoints = frozenset(["second", "third"])
+    leaves = [Sleep(name, msec=50) for name in ("first", "second", "third")]
+    run, thread = in_thread(Sequence("root", leaves))
+    for node, due in (("second", 0.06), ("third", 0.11)):
+        wait_until(lambda: page.controls.paused)
+        time.sleep(0.2)
+        assert run.station.cell.time == pytest.approx(due)
+        assert client.see().find("status")["text"].endswith(f"s: paused at {node}")
+        assert thread.is_alive()
+        client.press("Continue")
+    thread.join(30)
+    assert run.station.cell.time >= 0.15
+
+
+def test_ticks_that_were_asked_for_are_not_made_by_the_next_run(in_thread, page, client):
+    client.toggle()
+    for _ in range(10):
+        client.press("Step")
+    _, thread = in_thread(Sleep("rest", msec=20))
+    thread.join(30)
+    page.controls.breakpoints = frozenset(["rest"])
+    run, _ = in_thread(Sleep("rest", msec=20))
+    wait_until(lambda: page.controls.paused)
+    time.sleep(0.3)
+    assert page.controls.paused and run.station.cell.time == pytest.approx(0.01)
+
+
+@pytest.mark.parametrize("speed", [float("nan"), float("inf"), -1.0], ids=str)
+def test_a_speed_that_is_no_positive_number_is_refused(speed):
+    with pytest.raises(BtManipError, match="speed must be a positive number"):
+        Page(port=0, speed=speed)
+
+
+def test_a_paused_run_ends_at_an_interrupt_without_an_open_page(make_run, page):
+    interrupted = threading.Event()
+    run = make_run(Sleep("rest", msec=100))
+    page.controls.paused = True
+    thread = threading.Thread(target=lambda: run.execute([page], stop=interrupted.is_set))
+    thread.start()
+    time.sleep(0.2)
+    assert thread.is_alive()
+    interrupted.set()
+    thread.join(30)
+    assert not thread.is_alive() and run.station.cell.time < 0.02
+
+
+def test_a_paused_run_can_be_stopped(in_thread, page, client):
+    client.toggle()
+    _, thread = in_thread(Sleep("rest", msec=100), cycles=0)
+    time.sleep(0.1)
+    client.press("Stop")
+    thread.join(30)
+    assert not thread.is_alive() and page.stopped

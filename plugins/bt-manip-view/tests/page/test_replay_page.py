@@ -1,0 +1,237 @@
+"""The page of a recording shows at each time what the page of the run had shown then."""
+
+import threading
+import time
+from importlib.metadata import EntryPoint
+
+import numpy as np
+import pytest
+from mcap.reader import make_reader
+
+from bt_manip.behaviours import MoveToConfiguration, RemoveObject, SpawnObject
+from bt_manip.bt import AlwaysFailure, Fallback, Script, Sequence, Sleep
+from bt_manip.plugins import load_plugins
+from bt_manip.record import McapRecorder, RecordedScene, Recording
+from bt_manip.runner import RunObserver
+from bt_manip_view import Page, Panel, ReplayPage
+from bt_manip_view.page.plugin_panels import page_panels
+
+from .conftest import Client, SceneClient, wait_until
+
+SHOWN = {
+    "tree": ("nodes", "states", "failed"), "log": ("lines",), "blackboard": ("values",),
+    "plot": ("samples",),
+}  # fmt: skip
+"""Properties of elements that are the same in a run and in its replay."""
+
+VIEW = [EntryPoint("view", "bt_manip_view.plugin", "bt_manip")]
+"""The entry point of this package."""
+
+
+def shown_on(client):
+    """Return the properties of the elements, as browsers have them."""
+    return [
+        rounded([element[name] for name in SHOWN[element["kind"]]])
+        for element in client.see().elements.values()
+        if element["kind"] in SHOWN and element.get("samples") != []
+    ]
+
+
+def entities_in(scene):
+    """Return the names of the shown entities, of which one that has come again has a number."""
+    nodes = [name for name in scene.see().nodes if name.count("/") == 1 and name != "/WorldAxes"]
+    return {name[1:].partition(" (")[0] for name in nodes}
+
+
+def rounded(value):
+    if isinstance(value, dict):
+        return {key: rounded(one) for key, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [rounded(one) for one in value]
+    return round(value, 5) if isinstance(value, float) else value
+
+
+class States(RunObserver):
+    """Keep what the page of a run shows before each tick, and the entities of its scene."""
+
+    def __init__(self, page):
+        self.page, self.seen = page, {}
+        self.client, self.scene = Client(page), SceneClient(page)
+
+    def close(self):
+        self.client.close()
+        self.scene.close()
+
+    def run_started(self, run):
+        self.cell = run.station.cell
+
+    def before_tick(self):
+        self.page.refresh(now=True)
+        self.seen[self.cell.time] = shown_on(self.client), entities_in(self.scene)
+
+
+@pytest.fixture(scope="module")
+def panels():
+    """Give the panels that do not need a run, guarded as those of the command line."""
+    makers = page_panels(load_plugins(entry_points=VIEW))
+    return {name: maker for name, maker in makers.items() if not maker.needs_run}
+
+
+@pytest.fixture(scope="module")
+def recorded(make_run, panels, tmp_path_factory):
+    """Record two cycles on a page; return the file, and what the page showed at each time."""
+    path = tmp_path_factory.mktemp("replay") / "run.mcap"
+    root = Sequence(
+        "root",
+        Script(code="speed := 0.5"),
+        SpawnObject(object="{cube}"),
+        MoveToConfiguration(configuration=[0.1, -0.7, 0.1, -2.3, 0.0, 1.6, 0.8]),
+        Sleep("rest", msec=200),
+        RemoveObject(object="{cube}"),
+        Fallback("rescue", AlwaysFailure("never"), Sleep(msec=30)),
+    )
+    page = Page(panels, port=0, speed=None)
+    states = States(page)
+    try:
+        make_run(root, cycles=2).execute([McapRecorder(path), page, states])
+    finally:
+        states.close()
+        page.close()
+    return path, states.seen
+
+
+@pytest.fixture
+def page(recorded, panels):
+    page = ReplayPage(Recording(recorded[0]), panels, port=0)
+    yield page
+    page.close()
+
+
+def test_each_time_shows_what_the_run_had_shown(recorded, page, client, scene):
+    _, seen = recorded
+    times = list(seen)
+    np.random.default_rng(0).shuffle(times)
+    for moment in (*times, *sorted(times)[:5]):
+        page.seek(moment)
+        texts, entities = seen[moment]
+        assert shown_on(client) == texts
+        assert entities_in(scene) == entities
+
+
+def test_poses_are_the_recorded_ones(recorded, page, scene):
+    recorded_scene = RecordedScene(Recording(recorded[0]))
+    for moment in (0.3, 0.1, 0.2):
+        page.seek(moment)
+        recorded_scene.seek(moment)
+        scene.see()
+        for frame, pose in zip(recorded_scene.frames, recorded_scene.poses(), strict=True):
+            entity, _, _ = frame.partition("/")
+            path = f"/{entity}/{frame.replace('/', ':')}"
+            if path in scene.nodes:
+                shown = np.concatenate([scene.nodes[path][key] for key in ("position", "wxyz")])
+                np.testing.assert_allclose(shown, pose, atol=2e-5, err_msg=frame)
+
+
+@pytest.fixture
+def times(recorded):
+    return RecordedScene(Recording(recorded[0])).times
+
+
+@pytest.fixture
+def shown_time(client):
+    """Give a function that returns the shown time [s]."""
+    return lambda: client.see().find("timeline")["time"]
+
+
+@pytest.fixture
+def playing(page):
+    """Serve the page in another thread."""
+    done = threading.Event()
+    thread = threading.Thread(target=lambda: page.serve(done.is_set))
+    thread.start()
+    yield page
+    done.set()
+    thread.join(30)
+
+
+def test_it_plays_to_the_end_and_then_once_more(playing, client, times, shown_time):
+    time.sleep(0.2)
+    assert playing.controls.paused and shown_time() == 0.0
+    for _ in range(2):
+        client.toggle()
+        wait_until(lambda: 0.0 < shown_time() < times[-1])
+        wait_until(lambda: playing.controls.paused)
+        wait_until(lambda: shown_time() == pytest.approx(times[-1]))
+
+
+def test_it_makes_single_ticks(playing, client, times, shown_time):
+    for tick in (1, 2, 3):
+        client.press("Step")
+        wait_until(lambda due=times[tick]: shown_time() == pytest.approx(due))
+        assert playing.controls.paused
+
+
+def test_the_time_line_chooses_the_time(playing, client, shown_time):
+    for wanted in (0.25, 0.1):
+        client.send(client.see().uid("timeline"), "seek", wanted)
+        wait_until(lambda due=wanted: shown_time() == pytest.approx(due))
+
+
+def test_the_time_line_has_the_whole_recording_at_any_time(page, client, times):
+    line = client.see().find("timeline")
+    before = line["leaves"], line["marks"]
+    assert {name for _, _, name in before[0]} >= {"rest", "MoveToConfiguration", ""}
+    assert [text for _, kind, text in before[1] if kind == "cycle"] == ["cycle 1", "cycle 2"]
+    assert any(kind == "failure" and "never" in text for _, kind, text in before[1])
+    for moment in (0.5, 0.1):
+        page.seek(moment)
+        line = client.see().find("timeline")
+        assert (line["leaves"], line["marks"]) == before
+    assert line["end"] == pytest.approx(times[-1])
+
+
+def test_playing_pauses_at_a_breakpoint_but_moving_past_it_does_not(
+    playing, client, times, shown_time
+):
+    def status():
+        return client.see().find("status")["text"]
+
+    playing.controls.breakpoints = frozenset(["rest"])
+    for wanted in (times[-1], 0.0):
+        client.send(client.see().uid("timeline"), "seek", float(wanted))
+        wait_until(lambda due=wanted: shown_time() == pytest.approx(due))
+    client.toggle()
+    wait_until(lambda: "paused at rest" in status())
+    assert 0.0 < shown_time() < times[-1]
+    client.toggle()
+    client.toggle()
+    wait_until(lambda: status().endswith("s: paused"))
+
+
+def test_panels_that_need_a_run_are_left_out(recorded):
+    made = []
+
+    class NeedsRun(Panel):
+        needs_run = True
+
+        def __init__(self, page):
+            made.append(page)
+
+    ReplayPage(Recording(recorded[0]), {"jog": NeedsRun}, port=0).close()
+    assert not made
+
+
+def test_the_page_says_that_a_recording_is_incomplete(recorded, panels, tmp_path):
+    with recorded[0].open("rb") as file:
+        chunk = make_reader(file).get_summary().chunk_indexes[-1]
+    end = chunk.chunk_start_offset + chunk.chunk_length
+    (tmp_path / "cut.mcap").write_bytes(recorded[0].read_bytes()[: end + 5])
+    page = ReplayPage(Recording(tmp_path / "cut.mcap"), panels, port=0, start=0.1)
+    client = Client(page).see()
+    try:
+        assert client.find("timeline")["time"] == pytest.approx(0.1)
+        assert client.find("status")["text"] == "cycle 1, 0.10 s: paused"
+        assert "incomplete: it was cut off after" in client.find("status")["note"]
+    finally:
+        client.close()
+        page.close()
