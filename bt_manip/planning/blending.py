@@ -19,6 +19,7 @@ from bt_manip.trajectories import (
     effort_use,
     joint_profiles,
     sample_times,
+    tool_use,
 )
 
 from .collision_check import trajectory_is_free
@@ -72,6 +73,7 @@ def blend(
         if (
             model.limits.use(*samples).inside
             and tool_distance(model, _positions(transition), corner).max() <= radius
+            and tool_use(blended, model.limits) <= 1.0
             and effort_use(transition, model) <= EFFORT_FRACTION
             and (world is None or trajectory_is_free(world, transition, second.end))
         ):
