@@ -124,6 +124,8 @@ class RunJob:
         from bt_manip.runner import prepare
 
         prepared = prepare(request, parts, print_warning, self._station)
+        if speeds := prepared.station.hardware.speeds:
+            self._tell(speeds)
         foreign = options.foreign.fields()
         prepared.identity.update(plugins=plugins.versions, foreign=foreign)
         if options.episode is not None:

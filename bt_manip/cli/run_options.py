@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 ViewOptions = Mapping[str, Mapping[str, Any]]
 """Values of the options of views, by the name of the view."""
 
-REAL_SPEED = 0.1
-"""Default factor of all speeds on a real robot."""
 
 
 @dataclass(frozen=True)
@@ -158,7 +156,7 @@ def make_request(
         configurations=_configurations(options),
         poses=options.poses or ("operator" if options.backend else None),
         backend=options.backend,
-        speed=_speed_factor(options),
+        speed=options.speed_factor,
         varied=_varied(options),
         **watched,
     )
@@ -176,12 +174,6 @@ def _varied(options: RunOptions) -> "ParameterSet":
     from bt_manip.evaluation import parse_point
 
     return parse_point(options.varied)
-
-
-def _speed_factor(options: RunOptions) -> float:
-    if options.speed_factor is not None:
-        return options.speed_factor
-    return REAL_SPEED if options.backend else 1.0
 
 
 def check_options(options: RunOptions) -> None:

@@ -30,6 +30,9 @@ SETPOINT_TOLERANCE = 5e-3
 BOX_TOLERANCE = 1e-3
 """Distance of the tool outside its box at which setpoints are accepted [m]."""
 
+TOOL_TOLERANCE = 1e-3
+"""Part of the limit of the tool's speed by which setpoints may exceed it."""
+
 JOINT_ARRAYS = ("lower", "upper", "velocity", "acceleration", "jerk", "effort")
 _BOX_STEPS = 20
 """Control steps between two checks of the tool's position. A tool that accelerates by 20 m/s2 is
@@ -321,6 +324,9 @@ class MotionLimits:
                 step, column = (int(i) for i in np.argwhere(exceeded)[0])
                 joins = "where it joins the present one" if step < 3 else f"in setpoint {step - 3}"
                 return f"{name.format(column + 1)} {joins}"
+        use = self.tool_use(q[2::_BOX_STEPS], _BOX_STEPS * CONTROL_STEP)
+        if use > 1.0 + TOOL_TOLERANCE:
+            return f"speed of the tool, {use * self.tool_speed:.3f} m/s"
         return self.leaving(np.concatenate([before[-1:], setpoints]), BOX_TOLERANCE)
 
     def get_state(self) -> dict[str, Any]:
