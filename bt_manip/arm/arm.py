@@ -129,6 +129,7 @@ class Arm:
         self.blend_radius = 0.0
         self._limit_tool(np.inf)
         self.follower.reset(self.robot.q if q is None else q)
+        self.follower.speed_scale = self.speed_factor
 
     def hold_at(self, q: np.ndarray) -> None:
         """Rest at a measured configuration [rad]; ignored while busy.

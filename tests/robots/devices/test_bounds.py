@@ -27,7 +27,9 @@ def station():
     sys.path.append(str(HERE))
     choice = PluginSelection(folders=(HERE,))
     parts = load_plugins(entry_points=(), choice=choice, warn=lambda text: None).parts
-    station = build_station(parts, scene=SCENE, backend="fake=0.5", controller="joint_impedance")
+    station = build_station(
+        parts, scene=SCENE, backend="fake=0.5", controller="joint_impedance", speed=1.0
+    )
     yield station
     station.hardware.close()
     sys.path.remove(str(HERE))

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from math import inf
 from multiprocessing import Pipe
 from pathlib import Path
 
@@ -56,7 +57,9 @@ def file(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def station(parts, file):
-    station = build_station(parts, backend=f"{FAKE},{file}", controller="joint_impedance")
+    station = build_station(
+        parts, backend=f"{FAKE},{file}", controller="joint_impedance", speed=1.0, tool_speed=inf
+    )
     yield station
     station.hardware.close()
 
