@@ -200,9 +200,7 @@ def plan(
             trajectory = _blended(first, motion, state.blend_radius, scene)
         planned = _scaled(trajectory, s_dot, s_ddot, speed_scale, scene.model)
         from_actual = start.trajectory is state.trajectory
-        if planned is not None and (
-            from_actual or tool_use(planned.trajectory, arm.limits) <= 1.0
-        ):
+        if planned is not None and (from_actual or tool_use(planned.trajectory, arm.limits) <= 1.0):
             return planned._replace(stops=motion is None)
     raise AssertionError("a motion from the actual state can always be scaled")
 
@@ -351,7 +349,9 @@ def _turn(
     for _ in range(TURN_SLOWINGS):
         most = velocity
         turn = _within_limits(
-            lambda *limits, most=most: JointTrajectory(joint_profiles(state, target, most, *limits)),
+            lambda *limits, most=most: JointTrajectory(
+                joint_profiles(state, target, most, *limits)
+            ),
             model,
         )
         use = 0.0 if turn is None else tool_use(turn, model.limits)

@@ -23,7 +23,6 @@ ViewOptions = Mapping[str, Mapping[str, Any]]
 """Values of the options of views, by the name of the view."""
 
 
-
 @dataclass(frozen=True)
 class RunOptions(StationOptions):
     """The options of ``bt-manip run``."""

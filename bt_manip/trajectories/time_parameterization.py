@@ -8,7 +8,7 @@ import numpy as np
 from bt_manip.exceptions import MotionError
 from bt_manip.robots import RobotModel
 
-from .limit_check import EFFORT_FRACTION, TOOL_SPEED_FRACTION, effort_use, tool_use
+from .limit_check import EFFORT_FRACTION, TOOL_SPEED_FRACTION, TOOL_STEPS, effort_use, tool_use
 from .motion_profile import MotionProfile, profile_to_position
 from .path_limits import PathLimits
 from .paths import Path, SplinePath, StraightPath
@@ -22,7 +22,6 @@ GRID_SLOWDOWN = 1.03  # slowdown from which on a finer grid is tried
 BETWEEN_STEPS = 1.001  # what the use of a limit may be greater by between two samples
 EFFORT_ITERATIONS = 14  # of the bisection in `scale_to_effort_limits`
 TOOL_KNOTS = 50  # of a straight path, for the length of the tool's path
-TOOL_CHECK_STEP = 0.01  # [s] between the positions by which the result is checked
 TOOL_SAMPLES = 200  # of any path, at least, for this length
 _FREE = (1e4, 1e7)  # acceleration and jerk of this length, which are not limited [m/s2, m/s3]
 _FIRST_FACTOR = 0.7  # by which that reduces the scale until the first success
@@ -93,7 +92,7 @@ def time_parameterize(
         best = _fastest(path, model, constrained, speed, grids)
         if best.effort <= EFFORT_FRACTION:
             # The spline is inaccurate where the tool reverses.
-            slower = tool_use(best.trajectory, model.limits, step=TOOL_CHECK_STEP)
+            slower = tool_use(best.trajectory, model.limits, steps=TOOL_STEPS[:1])
             if slower > 1.0:
                 return PathTrajectory(path, best.trajectory.profile.slowed(slower))
             return best.trajectory

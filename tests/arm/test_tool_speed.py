@@ -14,7 +14,7 @@ from bt_manip.exceptions import BtManipError, MotionError
 from bt_manip.robots import Robot, compile_alone, panda
 from bt_manip.trajectories import time_parameterize_segment
 from tests.measuring.random_commands import STEP, RandomCommands
-from tests.measuring.tool_speeds import KINDS, ToolPositions, ToolSpeeds, pick_and_place
+from tests.measuring.tool_speeds import KINDS, ToolPositions, pick_and_place
 
 LIMIT = 0.25  # [m/s]
 SLOW = replace(panda(), tool_speed=LIMIT)
