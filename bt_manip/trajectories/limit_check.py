@@ -11,10 +11,10 @@ from .trajectory import Samples, Trajectory, sample_times
 EFFORT_STEP = 4e-3  # [s] between inverse dynamics: efforts change little in that time
 SMOOTH_EFFORT_STEP = 16e-3
 """The same where acceleration is linear in time [s]: efforts between are at most 2e-4 larger."""
-TOOL_STEPS = (0.01, 2e-3)
+TOOL_STEPS = (0.01, CONTROL_STEP)
 """Times between two positions of the tool by which its speed is checked, the coarse one first [s].
-At 0.25 m/s and a jerk of 4000 m/s3 the mean speed in 2 ms is at most 0.3 % below its peak."""
-TOOL_SPEED_FRACTION = 0.995  # of the tool's speed for motions: the rest is for such peaks
+"""
+TOOL_SPEED_FRACTION = 0.995  # of the tool's speed for motions: the rest is for changes of the scale
 EFFORT_FRACTION = 0.95  # of every effort limit for motions: the rest is for the controller
 
 
