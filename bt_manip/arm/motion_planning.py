@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
+from functools import partial
 from itertools import chain, tee
 from typing import NamedTuple
 
@@ -347,13 +348,8 @@ def _turn(
     velocity = speed * model.limits.velocity
     state = start.q, start.v, start.a
     for _ in range(TURN_SLOWINGS):
-        most = velocity
-        turn = _within_limits(
-            lambda *limits, most=most: JointTrajectory(
-                joint_profiles(state, target, most, *limits)
-            ),
-            model,
-        )
+        plan = partial(joint_profiles, state, target, velocity)
+        turn = _within_limits(lambda a, j, plan=plan: JointTrajectory(plan(a, j)), model)
         use = 0.0 if turn is None else tool_use(turn, model.limits)
         if use <= 1.0:
             return turn

@@ -41,7 +41,7 @@ MOST = 100
 """Control steps that are simulated in a tick; of a longer pause only the time passes."""
 
 TOOL_SPEED = 0.25
-"""Limit of the tool's speed where nothing else gives one: the reduced speed of ISO 10218-1 [m/s]."""
+"""Limit of the tool's speed where no other is given: the reduced speed of ISO 10218-1 [m/s]."""
 
 SILENT = "the arm has stopped on its path: no motion arrived in time"
 

@@ -67,9 +67,8 @@ class RunRequest:
         backend: ``NAME=ADDRESS`` of a registered backend and a real robot; empty simulates it.
         speed: Factor of all speed scales of the arms, above 0 and up to 1; None: `REAL_SPEED` on a
             real robot, else 1.
-        tool_speed: Limit of the speed of each robot's tool in every motion [m/s], infinity for none;
-            None: that of the scene or the description, or `bt_manip.runner.real_robot.TOOL_SPEED`
-            on a real robot.
+        tool_speed: Limit of the speed of the robots' tools in every motion [m/s]; infinity for
+            none. None: that of the scene or the description, or 0.25 m/s on a real robot.
         varied: Values of parameters of tree, controller, scene and robot, by name, as in ``bt-manip
             run --vary``.
         reading: How the document of the tree is read.

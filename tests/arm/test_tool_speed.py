@@ -1,4 +1,4 @@
-"""The limit of the tool's speed in every motion, judged by MuJoCo's positions of the tool's site."""
+"""The limit of the tool's speed in every motion, judged by MuJoCo's positions of the tool."""
 
 from dataclasses import replace
 from math import inf
