@@ -347,9 +347,12 @@ def _turn(
     """Return the fastest synchronized motion to a target; None where it exceeds a limit."""
     velocity = speed * model.limits.velocity
     state = start.q, start.v, start.a
+
+    def turn_at(v: np.ndarray, a: np.ndarray, jerk: np.ndarray) -> JointTrajectory:
+        return JointTrajectory(joint_profiles(state, target, v, a, jerk))
+
     for _ in range(TURN_SLOWINGS):
-        plan = partial(joint_profiles, state, target, velocity)
-        turn = _within_limits(lambda a, j, plan=plan: JointTrajectory(plan(a, j)), model)
+        turn = _within_limits(partial(turn_at, velocity), model)
         use = 0.0 if turn is None else tool_use(turn, model.limits)
         if use <= 1.0:
             return turn

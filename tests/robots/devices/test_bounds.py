@@ -81,6 +81,16 @@ def test_the_connection_takes_no_motion_beyond_the_bounds(station, joint, by, na
     assert not arm.connection.streaming
 
 
+def test_the_connection_takes_no_motion_with_a_faster_tool(station):
+    arm, s = station.arm, np.linspace(0.0, 1.0, 1500)[:, np.newaxis]
+    assert arm.tool_speed == 0.25  # the default
+    setpoints = np.tile(arm.q_ref, (len(s), 1))
+    setpoints[:, [0]] += 0.8 * s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
+    with pytest.raises(DeviceError, match=r"exceeds a limit: speed of the tool, 0\.\d+ m/s"):
+        arm.follower.send(50, setpoints)
+    assert not arm.connection.streaming
+
+
 def test_a_motion_that_goes_on_beyond_the_bounds_ends_in_the_planned_stop(station):
     arm = station.arm
     limits = arm.model.limits
