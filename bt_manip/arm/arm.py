@@ -535,13 +535,16 @@ class Arm:
     def tool_speed(self, speed: float) -> None:
         if not speed > 0.0:
             raise MotionError(f"the tool's speed must be positive, got {speed}", reason="target")
-        self._limit_tool(speed)
-        self.speed_scale = self.speed_scale
+        if self._limit_tool(speed):
+            self.speed_scale = self.speed_scale
 
-    def _limit_tool(self, speed: float) -> None:
+    def _limit_tool(self, speed: float) -> bool:
+        """Limit the tool's speed, at most to that of the robot; return whether it changes."""
         limits, speed = self.model.limits, min(speed, self.robot.limits.tool_speed)
-        if speed != limits.tool_speed:
+        changes = speed != limits.tool_speed
+        if changes:
             self.model = self.model.with_limits(replace(limits, tool_speed=speed))
+        return changes
 
     def pause(self) -> None:
         """Stop on the path; `resume` continues."""
