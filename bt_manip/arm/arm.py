@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -126,7 +127,9 @@ class Arm:
         """Discard all motion and rest at a configuration [rad], by default the robot's."""
         self.compliant = self._recovering = False
         self.blend_radius = 0.0
+        self._limit_tool(np.inf)
         self.follower.reset(self.robot.q if q is None else q)
+        self.follower.speed_scale = self.speed_factor
 
     def hold_at(self, q: np.ndarray) -> None:
         """Rest at a measured configuration [rad]; ignored while busy.
@@ -519,6 +522,30 @@ class Arm:
         if self.coordinator is not None:
             self.coordinator.motion_changed(self)
 
+    @property
+    def tool_speed(self) -> float:
+        """Maximum speed of the tool's origin [m/s]; infinity: unlimited.
+
+        It can be changed at any time, up to the limit of the robot. A motion that is too fast is
+        slowed down on its path, as by `speed_scale`; stops are on the path, and not faster than it.
+        """
+        return self.model.limits.tool_speed
+
+    @tool_speed.setter
+    def tool_speed(self, speed: float) -> None:
+        if not speed > 0.0:
+            raise MotionError(f"the tool's speed must be positive, got {speed}", reason="target")
+        if self._limit_tool(speed):
+            self.speed_scale = self.speed_scale
+
+    def _limit_tool(self, speed: float) -> bool:
+        """Limit the tool's speed, at most to that of the robot; return whether it changes."""
+        limits, speed = self.model.limits, min(speed, self.robot.limits.tool_speed)
+        changes = speed != limits.tool_speed
+        if changes:
+            self.model = self.model.with_limits(replace(limits, tool_speed=speed))
+        return changes
+
     def pause(self) -> None:
         """Stop on the path; `resume` continues."""
         self.speed_scale = 0.0
@@ -618,8 +645,10 @@ class Arm:
 
     def get_state(self) -> dict[str, Any]:
         """Return everything as plain data."""
+        limited = self.tool_speed < self.robot.limits.tool_speed
         return {
             **self.follower.get_state(),
+            **({"tool_speed": self.tool_speed} if limited else {}),
             "payload": None if self.payload is None else self.payload.get_state(),
             "fault": self.fault,
             "compliant": self.compliant,
@@ -637,6 +666,7 @@ class Arm:
         payload = state["payload"]
         if payload is not None or self.payload is not None:  # a new model takes a while
             self.payload = None if payload is None else Payload.from_state(payload)
+        self._limit_tool(state.get("tool_speed", np.inf))
         self.fault, self._guarded = state["fault"], state["guarded"]
         self.compliant, self._recovering = state["compliant"], state["recovering"]
         self._settling, self.blend_radius = state["settling"], state["blend_radius"]

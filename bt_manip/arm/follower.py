@@ -16,6 +16,7 @@ from bt_manip.trajectories import (
     plan_stop,
     sample_times,
     time_scaling_state,
+    tool_use,
     trajectory_from_state,
 )
 
@@ -190,11 +191,13 @@ class TrajectoryFollower:
         """Change the speed scale; 0 pauses.
 
         Where the limits do not allow that now, the motion continues as it was and `lagging` is set.
+        A motion that was planned for a faster tool becomes slower than that.
 
         Raises:
             MotionError: When the motion would take too long; then nothing changes.
         """
         change: tuple[Trajectory, tuple[float, float, float]] | None = None
+        scale = speed_scale
         state, paused = self.state, self.paused
         if self.trajectory is not None and state.trajectory is None and not self.stopping:
             paused = _pause_at_end(self.trajectory)  # it rests by then
@@ -203,13 +206,15 @@ class TrajectoryFollower:
         if paused is not None:
             if speed_scale > 0.0:
                 nominal, s = paused
+                scale = _kept_scale(nominal, s, speed_scale, model)
                 # At its start a trajectory itself accelerates from rest.
-                change = nominal, (s, 0.0 if s else speed_scale, 0.0)
+                change = nominal, (s, 0.0 if s else scale, 0.0)
         elif state.trajectory is not None and not self.stopping:
             change = time_scaling_state(state.trajectory, state.time)
+            scale = _kept_scale(change[0], change[1][0], speed_scale, model)
         lagging = False
         if change is not None:
-            found = change_speed_scale(*change, speed_scale, model)
+            found = change_speed_scale(*change, scale, model)
             if found is not None:
                 self._take(found.trajectory, model)
                 self.paused, self.stopping = None, False
@@ -355,6 +360,11 @@ def _pause_at_end(trajectory: Trajectory) -> tuple[Trajectory, float] | None:
     if isinstance(trajectory, TimeScaledTrajectory) and not trajectory.complete:
         return trajectory.nominal, trajectory.time_scaling.end
     return None
+
+
+def _kept_scale(trajectory: Trajectory, s: float, scale: float, model: RobotModel) -> float:
+    """Return a speed scale for the rest of a trajectory, reduced where the tool is too fast."""
+    return scale / max(1.0, scale * tool_use(trajectory, model.limits, s))
 
 
 def _with_stop(q: np.ndarray, trajectory: Trajectory, time: float, model: RobotModel) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
+from functools import partial
 from itertools import chain, tee
 from typing import NamedTuple
 
@@ -44,6 +45,7 @@ from bt_manip.trajectories import (
     scale_to_effort_limits,
     time_parameterize,
     time_parameterize_segment,
+    tool_use,
     velocity_profiles,
 )
 
@@ -52,7 +54,9 @@ from .follower import ArmState, PlannedMotion
 NEAR_TARGET = 0.2  # [rad] between a followed target and where a motion that is kept may end
 _AT_TARGET = 1e-10  # [rad] at which no motion is needed; Ruckig fails below 1e-12
 STOP_SAMPLES = 20  # configurations of a stop, as the path just travelled
-SERVO_SLOWINGS = 4  # of joints that exceed velocity limits near their position limits
+SERVO_SLOWINGS = 4  # of joints near their position limits, or of all for the tool's speed
+TURN_SLOWINGS = 8  # attempts to turn within the limit of the tool's speed
+TURN_SLOWER = 0.98  # at most, from one to the next
 SERVO_SLOWER = 1.001  # times the excess, for rounding
 _SLOWEST = 1e-3  # path velocity from which a motion at full speed is inferred
 
@@ -171,7 +175,12 @@ def plan(
         scene = scene._replace(world=None) if request.contact else scene
     elif not isinstance(request, BackOffRequest | ServoRequest):
         targets = _targets(request, _at_end(state) if blends else state, scene)
+    arm = scene.model
     for start, s_dot, s_ddot in _starts(state):
+        # The tool may be faster in a motion that is executed slower than planned.
+        scale = max(s_dot, state.speed_scale) or 1.0
+        if arm.limits.limits_tool:
+            scene = scene._replace(model=arm.with_limits(arm.limits.at_scale(scale)))
         first = _rest(start) if blends else None
         start = start if first is None else _at_end(start)
         if isinstance(request, ToolPathRequest):
@@ -191,7 +200,8 @@ def plan(
         else:
             trajectory = _blended(first, motion, state.blend_radius, scene)
         planned = _scaled(trajectory, s_dot, s_ddot, speed_scale, scene.model)
-        if planned is not None:
+        from_actual = start.trajectory is state.trajectory
+        if planned is not None and (from_actual or tool_use(planned.trajectory, arm.limits) <= 1.0):
             return planned._replace(stops=motion is None)
     raise AssertionError("a motion from the actual state can always be scaled")
 
@@ -303,7 +313,8 @@ def _plan_to_configurations(
 
     From rest the joints move on the straight joint-space segment or a collision-free path. A moving
     arm turns towards the first target in the shortest time in which all joints can arrive
-    together; where that exceeds a limit or collides, it stops first. An arm that follows a target
+    together; where that exceeds a limit or collides, it stops first. Where only the tool would be
+    too fast, slower turns are tried. An arm that follows a target
     keeps a motion that ends near it, so that it does not stop at each request.
 
     Returns:
@@ -336,9 +347,17 @@ def _turn(
     """Return the fastest synchronized motion to a target; None where it exceeds a limit."""
     velocity = speed * model.limits.velocity
     state = start.q, start.v, start.a
-    return _within_limits(
-        lambda *limits: JointTrajectory(joint_profiles(state, target, velocity, *limits)), model
-    )
+
+    def turn_at(v: np.ndarray, a: np.ndarray, jerk: np.ndarray) -> JointTrajectory:
+        return JointTrajectory(joint_profiles(state, target, v, a, jerk))
+
+    for _ in range(TURN_SLOWINGS):
+        turn = _within_limits(partial(turn_at, velocity), model)
+        use = 0.0 if turn is None else tool_use(turn, model.limits)
+        if use <= 1.0:
+            return turn
+        velocity = velocity * min(TURN_SLOWER, 1.0 / use)
+    return None
 
 
 def _within_limits(
@@ -370,16 +389,19 @@ def _plan_servo(
         return JointTrajectory(velocity_profiles(state, v, request.duration, *limits))
 
     motion = _within_limits(
-        lambda *limits: _slowed_near_ends(lambda v: change_to(v, *limits), request.v, model.limits),
-        model,
+        lambda *limits: _slowed(lambda v: change_to(v, *limits), request.v, model.limits), model
     )
-    return (None, motion) if motion is not None else (_stop(start, model)[0], None)
+    if motion is not None and tool_use(motion, model.limits) <= 1.0:
+        return None, motion
+    return _stop(start, model)[0], None
 
 
-def _slowed_near_ends(
+def _slowed(
     plan: Callable[[np.ndarray], JointTrajectory], v: np.ndarray, limits: MotionLimits
 ) -> JointTrajectory:
-    """Return a change of velocities, lowered where they exceed limits near the position limits.
+    """Return a change of velocities, lowered where they exceed limits.
+
+    Velocities near the position limits are lowered joint by joint, all where the tool is too fast.
 
     The number of attempts is bounded; the caller checks the limits.
 
@@ -389,9 +411,9 @@ def _slowed_near_ends(
         limits: Limits of the joints.
     """
     trajectory = plan(v)
-    for _ in range(0 if limits.uniform else SERVO_SLOWINGS):
+    for _ in range(0 if limits.uniform and not limits.limits_tool else SERVO_SLOWINGS):
         q, q_dot, _ = trajectory.sample(sample_times(trajectory.duration, CONTROL_STEP))
-        use = limits.velocity_use(q, q_dot)
+        use = np.maximum(limits.velocity_use(q, q_dot), tool_use(trajectory, limits))
         if use.max() <= 1.0:
             break
         v = v / np.maximum(1.0, SERVO_SLOWER * use)

@@ -1,5 +1,7 @@
 """Behaviours that set the speed of an arm, stop it, and wait until it is ready again."""
 
+from math import inf
+
 from bt_manip.bt import Input, Status
 
 from .arm_behaviour import ArmBehaviour
@@ -9,6 +11,7 @@ class SetSpeed(ArmBehaviour):
     """Set the speed scaling of the arm: the fraction of the planned speed at which it moves.
 
     A running motion stays on its path. At 0 it pauses, and continues when the scaling is raised.
+    With a lower `tool_speed` it is slowed down as soon as the limits of the joints allow.
     """
 
     needs_rest = False
@@ -17,9 +20,17 @@ class SetSpeed(ArmBehaviour):
         float, default=1.0, doc="Fraction of the planned speed.", at_least=0.0, at_most=1.0
     )
 
+    tool_speed = Input(
+        float,
+        default=0.0,
+        doc="Maximum speed of the tool [m/s], up to that of the robot, which 0 sets.",
+        at_least=0.0,
+    )
+
     def start(self) -> None:
-        """Set the arm's speed scaling."""
+        """Set the arm's speed scaling and the limit of the tool's speed."""
         self.arm.speed_scale = self.speed
+        self.arm.tool_speed = self.tool_speed or inf
 
     def update(self) -> Status:
         """Succeed; the arm changes its speed in the following steps."""

@@ -293,7 +293,7 @@ def _command(evaluation: "Evaluation", episode: int, point: "dict[str, Any]") ->
     defaults = {"robot": "panda", "planner": "rrt_connect"}  # the seed: that of the scene
     for key, value in given.items():
         if value is not None and value != defaults.get(key):
-            words += [f"--{key}", str(value)]
+            words += ["--" + key.replace("_", "-"), str(value)]
     for key, value in keys.items():
         words += ["--set", f"{key}={value}"]
     for key, value in varied.items():

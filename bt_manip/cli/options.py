@@ -120,6 +120,11 @@ class StationOptions:
         "--planner", default="rrt_connect", show_default=True, metavar="P",
         shell_complete=complete_part("planners"), help="Planner of collision-free paths.",
     )  # fmt: skip
+    tool_speed: float | None = option(
+        "--tool-speed", type=click.FloatRange(min=0.0, min_open=True), metavar="V",
+        help="Maximum speed of the tool in every motion [m/s]; inf: no limit.  [default: the "
+        "scene's or the robot's; else 0.25 on a real robot, inf in simulation]",
+    )  # fmt: skip
     settings: Mapping[str, str] | tuple[()] = option(
         "--set", multiple=True, callback=_settings, metavar="KEY=VALUE",
         shell_complete=complete_key,

@@ -133,6 +133,8 @@ class RunJob:
         from bt_manip.runner import prepare
 
         run = prepare(request, parts, print_warning, self._station)
+        if speeds := run.station.hardware.speeds:
+            session.tell(speeds)
         run.identity.update(plugins=self._plugins.versions, foreign=options.foreign.fields())
         if options.episode is not None:
             run.begin_episode(options.episode)

@@ -25,9 +25,6 @@ RECORDED = ("tree", "cycles", "seed", "robot", "controller", "scene", "planner",
 ViewOptions = Mapping[str, Mapping[str, Any]]
 """Values of the options of views, by the name of the view."""
 
-REAL_SPEED = 0.1
-"""Default factor of all speeds on a real robot."""
-
 
 @dataclass(frozen=True)
 class RunOptions(StationOptions):
@@ -177,7 +174,7 @@ def make_request(
         configurations=_configurations(options.configurations, may_lack=by_view),
         poses=options.poses or ("operator" if options.backend else None),
         backend=options.backend,
-        speed=_speed_factor(options.speed_factor, options.backend),
+        speed=options.speed_factor,
         varied=_varied(options.varied),
         **watched,
     )
@@ -195,12 +192,6 @@ def _varied(texts: Collection[str]) -> "ParameterSet":
     from bt_manip.evaluation import parse_point
 
     return parse_point(texts)
-
-
-def _speed_factor(factor: float | None, backend: str) -> float:
-    if factor is not None:
-        return factor
-    return REAL_SPEED if backend else 1.0
 
 
 def _check(options: RunOptions) -> None:

@@ -19,6 +19,7 @@ from bt_manip.trajectories import (
     effort_use,
     joint_profiles,
     sample_times,
+    tool_use,
 )
 
 from .collision_check import trajectory_is_free
@@ -27,6 +28,8 @@ BLEND_LEVER = 0.2  # [m] from the tool, where a point is whose travel counts for
 MAX_BLEND = 0.9  # of a motion that may be replaced by a blend
 BLEND_SAMPLES = 40  # of a trajectory, at which the distance of the tool is compared
 ARRIVALS = (1.0, 0.8, 0.4)  # of the part of the second motion inside the blend radius
+SLOWINGS = 3  # of a transition in which the tool is too fast
+SLOWER = 1.05  # times the excess
 DELAYS = (0.0, 0.2, 0.4, 0.6)  # of the rest of the first motion, where efforts require it
 
 
@@ -60,6 +63,11 @@ def blend(
     for delay, part in product(DELAYS, ARRIVALS):
         start, arrival = delay * first.duration, last * part
         transition = _transition(first, start, second, arrival, model.limits)
+        for _ in range(SLOWINGS if model.limits.limits_tool else 0):
+            if transition is None or (use := tool_use(transition, model.limits)) <= 1.0:
+                break
+            slower = SLOWER * use * transition.duration
+            transition = _transition(first, start, second, arrival, model.limits, slower)
         if transition is not None:
             found.append((start + transition.duration - arrival, start, transition, arrival))
     for duration, start, transition, arrival in sorted(found, key=itemgetter(0)):
@@ -72,6 +80,7 @@ def blend(
         if (
             model.limits.use(*samples).inside
             and tool_distance(model, _positions(transition), corner).max() <= radius
+            and tool_use(blended, model.limits) <= 1.0
             and effort_use(transition, model) <= EFFORT_FRACTION
             and (world is None or trajectory_is_free(world, transition, second.end))
         ):
@@ -106,14 +115,19 @@ def _last_arrival(second: Trajectory, radius: float, model: RobotModel, corner: 
 
 
 def _transition(
-    first: Trajectory, start: float, second: Trajectory, arrival: float, limits: MotionLimits
+    first: Trajectory,
+    start: float,
+    second: Trajectory,
+    arrival: float,
+    limits: MotionLimits,
+    shortest: float = 0.0,
 ) -> JointTrajectory | None:
     """Return the fastest transition between two times of two motions; None where there is none."""
     state = [rows[0] for rows in first.sample(np.array([start]))]
     target, v, a = (rows[0] for rows in second.sample(np.array([arrival])))
     bounds = limits.velocity, limits.acceleration, limits.jerk
     try:
-        return JointTrajectory(joint_profiles((*state,), target, *bounds, (v, a)))
+        return JointTrajectory(joint_profiles((*state,), target, *bounds, (v, a), shortest))
     except MotionError:
         return None
 

@@ -247,7 +247,8 @@ class ArmWorker:
             if exceeded.any():
                 joint = int(exceeded.argmax())
                 return f"{what} of joint {joint + 1}: {values[joint]:.3g}"
-        return ""
+        use = limits.tool_use(np.stack([self._written[-1], q]), dt)
+        return "" if use <= 1.0 + GUARD_TOLERANCE else "speed of the tool"
 
     @property
     def _end_setpoint(self) -> int:

@@ -1,7 +1,7 @@
 """Limits of an arm's motions: one value that all who plan, time, check or send motions ask."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import mujoco
@@ -29,6 +29,9 @@ SETPOINT_TOLERANCE = 5e-3
 
 BOX_TOLERANCE = 1e-3
 """Distance of the tool outside its box at which setpoints are accepted [m]."""
+
+TOOL_TOLERANCE = 1e-3
+"""Part of the limit of the tool's speed by which setpoints may exceed it."""
 
 JOINT_ARRAYS = ("lower", "upper", "velocity", "acceleration", "jerk", "effort")
 _BOX_STEPS = 20
@@ -113,6 +116,7 @@ class MotionLimits:
         near: Lower velocity limits near the position limits; None where there are none.
         tool: Limits of the tool's motion along and about a line.
         box: Lowest and highest position of the tool in the world [m]; None: anywhere.  # (2, 3)
+        tool_speed: Maximum speed of the tool's origin in all motions [m/s].
         arm: The model whose limits they are; without it, those of the tool are not checked.
     """
 
@@ -125,6 +129,7 @@ class MotionLimits:
     near: VelocityNearLimits | None = None
     tool: ToolLimits = ToolLimits()
     box: np.ndarray | None = None
+    tool_speed: float = np.inf
     arm: "RobotModel | None" = None
 
     def __post_init__(self) -> None:
@@ -197,8 +202,7 @@ class MotionLimits:
             return f"{where}, its limits are {low:.4f} to {high:.4f}"
         if self.box is None or self.arm is None:
             return ""
-        checked = np.concatenate([q[:-1:_BOX_STEPS], q[-1:]])
-        p = np.array([self.arm.pose(row).translation.copy() for row in checked])
+        p = self.arm.tool_positions(np.concatenate([q[:-1:_BOX_STEPS], q[-1:]]))
         found = _first_beyond(p, self.box[0], self.box[1], tolerance)
         if found is None:
             return ""
@@ -242,6 +246,32 @@ class MotionLimits:
         joints, *others = self.speeds(q, v)
         use = np.abs(joints.values / joints.limits).max(axis=0)
         return np.maximum(use, max((limited.use for limited in others), default=0.0))
+
+    # The speed of the tool
+
+    @property
+    def limits_tool(self) -> bool:
+        """Whether the speed of the tool is limited in all motions."""
+        return self.arm is not None and self.tool_speed < np.inf
+
+    def at_scale(self, scale: float) -> "MotionLimits":
+        """Return the limits of a motion that keeps these when it is slowed to a speed scale.
+
+        Velocities of joints are not scaled: only the tool may be faster.
+        """
+        return replace(self, tool_speed=self.tool_speed / scale) if self.limits_tool else self
+
+    def tool_use(self, q: np.ndarray, dt: float) -> float:
+        """Return the largest used fraction of the tool's speed limit; 0 without one.
+
+        Args:
+            q: Configurations at equal steps of time [rad].  # (n, nq)
+            dt: Time between two of them [s].
+        """
+        if self.arm is None or not self.limits_tool:
+            return 0.0
+        steps = np.linalg.norm(np.diff(self.arm.tool_positions(q), axis=0), axis=1)
+        return float(steps.max(initial=0.0)) / (dt * self.tool_speed)
 
     # Motions sampled at control steps
 
@@ -294,6 +324,9 @@ class MotionLimits:
                 step, column = (int(i) for i in np.argwhere(exceeded)[0])
                 joins = "where it joins the present one" if step < 3 else f"in setpoint {step - 3}"
                 return f"{name.format(column + 1)} {joins}"
+        use = self.tool_use(q[2::_BOX_STEPS], _BOX_STEPS * CONTROL_STEP)
+        if use > 1.0 + TOOL_TOLERANCE:
+            return f"speed of the tool, {use * self.tool_speed:.3f} m/s"
         return self.leaving(np.concatenate([before[-1:], setpoints]), BOX_TOLERANCE)
 
     def get_state(self) -> dict[str, Any]:
@@ -383,6 +416,7 @@ def read_limits(mj_model: mujoco.MjModel, description: RobotDescription) -> Moti
         effort=_efforts(mj_model, joints, description),
         near=near,
         tool=description.tool_limits,
+        tool_speed=np.inf if description.tool_speed is None else description.tool_speed,
     )
 
 

@@ -160,9 +160,18 @@ class RobotDescription:
             size="arm_joints",
         ),
     ] = None
-    tool_limits: Annotated[ToolLimits, Key("Limits of the tool along a straight line")] = (
+    tool_limits: Annotated[ToolLimits, Key("Limits of the tool along lines and arcs only")] = (
         ToolLimits()
     )
+    tool_speed: Annotated[
+        float | None,
+        Key(
+            "Maximum speed of the tool's origin in every motion; by default 0.25 on a real robot, "
+            "unlimited in simulation",
+            "m/s",
+            above=0.0,
+        ),
+    ] = None
     tolerance: Annotated[Tolerance, Key("Largest errors in inverse kinematics")] = Tolerance()
     T_ft: Annotated[pin.SE3, Key("Pose of the tool in the tool frame", "m, rad", table="tool")] = (
         field(default_factory=pin.SE3.Identity)

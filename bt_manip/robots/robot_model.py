@@ -1,6 +1,7 @@
 """Kinematic and dynamic model of an arm, for planning and control."""
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import replace
 
 import mujoco
@@ -102,6 +103,12 @@ class RobotModel:
         other.limits = replace(self.limits, arm=other)
         return other
 
+    def with_limits(self, limits: MotionLimits) -> "RobotModel":
+        """Return a model with other limits of motions, which shares `data`."""
+        other = copy(self)
+        other.limits = replace(limits, arm=other)
+        return other
+
     @property
     def nq(self) -> int:
         """Number of joints."""
@@ -111,6 +118,17 @@ class RobotModel:
         """Return the pose T_wt of the tool in the world."""
         pin.forwardKinematics(self.model, self.data, q)
         return pin.updateFramePlacement(self.model, self.data, self.tool_frame_id)
+
+    def tool_positions(self, q: np.ndarray) -> np.ndarray:
+        """Return the positions of the tool in the world [m].
+
+        Args:
+            q: Configurations [rad].  # (n, nq)
+        """  # (n, 3)
+        positions = np.empty((len(q), 3))
+        for position, row in zip(positions, q, strict=True):
+            position[:] = self.pose(row).translation
+        return positions
 
     def jacobian(self, q: np.ndarray) -> np.ndarray:
         """Return the tool's Jacobian: linear over angular velocity, in world axes."""

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from math import inf
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -112,6 +113,7 @@ def chosen_robots(request: "RunRequest", scene: Scene, parts: Parts) -> list[Sce
                 description=one.description or request.robot,
                 controller=one.controller or request.controller,
                 planner=one.planner or request.planner,
+                tool_speed=request.tool_speed or one.tool_speed,
             ),
             parts,
         )
@@ -146,7 +148,10 @@ def _at_reach(chosen: SceneRobot, parts: Parts) -> SceneRobot:
 
 
 def make_robot(
-    chosen: SceneRobot, parts: Parts, make_gripper: Callable[[str], Any] | None = None
+    chosen: SceneRobot,
+    parts: Parts,
+    make_gripper: Callable[[str], Any] | None = None,
+    tool_speed: float | None = None,
 ) -> Robot:
     """Make the entity of a robot of a scene, with its gripper.
 
@@ -155,12 +160,17 @@ def make_robot(
         parts: The registered parts.
         make_gripper: Returns the factory of a gripper of a kind; default: that of the parts, or of
             the controller where it brings grippers of its own.
+        tool_speed: Limit of the tool's speed where neither the scene nor the description has one
+            [m/s].
 
     Raises:
         BtManipError: If a name is not registered or a model does not load.
     """
     assert chosen.description
     description = find_robot(chosen.description, parts.robots)
+    limit = chosen.tool_speed or description.tool_speed or tool_speed
+    if limit != description.tool_speed:
+        description = replace(description, tool_speed=None if limit == inf else limit)
     if description.gripper is None:
         return Robot(description, bounds=chosen.bounds)
     kind = description.gripper.kind

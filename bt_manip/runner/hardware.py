@@ -15,10 +15,12 @@ class Hardware:
     Attributes:
         simulated: Whether steps are simulated; those of a real robot take its own time.
         report: What a report says about it, as plain data; empty in simulation.
+        speeds: How fast a real robot moves at most, for users; empty in simulation.
     """
 
     simulated = True
     report: dict[str, Any] = {}
+    speeds = ""
 
     def __init__(self, cell: Cell) -> None:
         self.cell = cell

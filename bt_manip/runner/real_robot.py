@@ -40,6 +40,9 @@ LATE = 5
 MOST = 100
 """Control steps that are simulated in a tick; of a longer pause only the time passes."""
 
+TOOL_SPEED = 0.25
+"""Limit of the tool's speed where no other is given: the reduced speed of ISO 10218-1 [m/s]."""
+
 SILENT = "the arm has stopped on its path: no motion arrived in time"
 
 ASTRAY = 1e-3
@@ -115,7 +118,9 @@ class RealRobotBuilder(RobotBuilder):
         return robot
 
     def _make_robot(self, parts: Parts) -> Robot:
-        return make_robot(self._chosen, parts, lambda kind: self._make_gripper(parts, kind))
+        return make_robot(
+            self._chosen, parts, lambda kind: self._make_gripper(parts, kind), TOOL_SPEED
+        )
 
     def _make_gripper(self, parts: Parts, kind: str) -> Any:
         backend, gripper = self._backend, self._backend.backend.gripper
@@ -214,11 +219,20 @@ class RealRobot(Hardware):
             self._gripper.close_connection()
 
     @property
+    def speeds(self) -> str:  # type: ignore[override]
+        """How fast the arm moves at most, for users."""
+        speed, limit = self._arm.speed_factor, self._arm.robot.limits.tool_speed
+        tool = f"its tool at most at {limit:g} m/s" if limit < np.inf else "its tool without limit"
+        return f"The arm moves at {100.0 * speed:g} % of its speed, {tool}."
+
+    @property
     def report(self) -> dict[str, Any]:  # type: ignore[override]
-        """Backend, late ticks, lost cycles and properties of the robot, as plain data."""
-        gripper = getattr(self._gripper, "assumed", ())
+        """Backend, speeds, late ticks, lost cycles and properties of the robot, as plain data."""
+        gripper, limit = getattr(self._gripper, "assumed", ()), self._arm.robot.limits.tool_speed
         return {
             "backend": self._backend.name,
+            "speed": self._arm.speed_factor,
+            "tool_speed_m_s": limit if limit < np.inf else None,
             "late_ticks": self.late_ticks,
             "lost_cycles": self._connection.lost_cycles,
             "longest_gap_s": self._connection.longest_gap,

@@ -25,6 +25,9 @@ SCENE = "table_and_basket"
 PLANNER = "rrt_connect"
 """Default planner."""
 
+REAL_SPEED = 0.1
+"""Default factor of all speed scales on a real robot."""
+
 TICK = 0.010
 """Default time between two ticks of a tree [s]."""
 
@@ -62,7 +65,10 @@ class RunRequest:
         poses: Name of a registered source of poses of the objects that the scene expects, or
             `bt_manip.scenes.PHYSICS`.
         backend: ``NAME=ADDRESS`` of a registered backend and a real robot; empty simulates it.
-        speed: Factor of all speed scales of the arms, above 0 and up to 1.
+        speed: Factor of all speed scales of the arms, above 0 and up to 1; None: `REAL_SPEED` on a
+            real robot, else 1.
+        tool_speed: Limit of the speed of the robots' tools in every motion [m/s]; infinity for
+            none. None: that of the scene or the description, or 0.25 m/s on a real robot.
         varied: Values of parameters of tree, controller, scene and robot, by name, as in ``bt-manip
             run --vary``.
         reading: How the document of the tree is read.
@@ -84,7 +90,8 @@ class RunRequest:
     )
     poses: str = PHYSICS
     backend: str = ""
-    speed: float = 1.0
+    speed: float | None = None
+    tool_speed: float | None = None
     varied: ParameterSet = field(default_factory=lambda: MappingProxyType({}))
     reading: ReadingOptions = READING
 
@@ -107,8 +114,10 @@ class RunRequest:
                 f"tick must be a whole number of control steps of {CONTROL_STEP * 1e3:g} ms, "
                 f"got {self.tick * 1e3:g} ms"
             )
-        if not 0.0 < self.speed <= 1.0:
-            raise BtManipError(f"speed must be above 0 and at most 1, got {self.speed:g}")
+        if not 0.0 < self.speed_factor <= 1.0:
+            raise BtManipError(f"speed must be above 0 and at most 1, got {self.speed_factor:g}")
+        if self.tool_speed is not None and not self.tool_speed > 0.0:
+            raise BtManipError(f"tool speed must be positive, got {self.tool_speed:g} m/s")
         if self.backend and self.faults:
             raise BtManipError("faults are simulated: they cannot be injected into a real robot")
         if self.real_time is not None and not 0.0 < self.real_time < float("inf"):
@@ -119,9 +128,16 @@ class RunRequest:
         """The part of the request that a station is built from, as a key."""
         return (
             self.scene, self.robot, self.controller, self.planner, self.seed,
-            tuple(self.settings.items()), self.poses, self.backend, self.speed,
-            tuple(self.varied.items()),
+            tuple(self.settings.items()), self.poses, self.backend, self.speed_factor,
+            self.tool_speed, tuple(self.varied.items()),
         )  # fmt: skip
+
+    @property
+    def speed_factor(self) -> float:
+        """Factor of all speed scales of the arms."""
+        if self.speed is None:
+            return REAL_SPEED if self.backend else 1.0
+        return self.speed
 
     @property
     def steps_per_tick(self) -> int:

@@ -307,8 +307,8 @@ def make_station(request: RunRequest, parts: Parts, *, first_cycle: bool = False
     filled = FilledCell(scene, builders, catalogue, seed)
     for one in filled.robots.values():
         one.robot.configurations |= scene.configurations
-        one.arm.speed_factor = request.speed
-        one.arm.follower.speed_scale *= request.speed
+        one.arm.speed_factor = request.speed_factor
+        one.arm.follower.speed_scale *= request.speed_factor
     randomizer = filled.make_randomizer(catalogue, seed)
     if first_cycle:
         with naming_file(scene):

@@ -202,6 +202,14 @@ class SceneRobot:
     bounds: Annotated[
         ArmBounds, Key("Bounds of its motions; by default none", values=BoundsTable())
     ] = field(default_factory=ArmBounds)
+    tool_speed: Annotated[
+        float | None,
+        Key(
+            "Maximum speed of its tool in every motion; by default that of its description",
+            "m/s",
+            above=0.0,
+        ),
+    ] = None
     for_reach: Annotated[
         float | None,
         Key(

@@ -5,6 +5,7 @@ from bt_manip.robots import CONTROL_STEP as CONTROL_STEP
 from .limit_check import EFFORT_FRACTION as EFFORT_FRACTION
 from .limit_check import effort_use as effort_use
 from .limit_check import limit_use as limit_use
+from .limit_check import tool_use as tool_use
 from .motion_profile import MotionProfile as MotionProfile
 from .motion_profile import joint_profiles as joint_profiles
 from .motion_profile import velocity_profiles as velocity_profiles

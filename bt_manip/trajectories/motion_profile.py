@@ -200,6 +200,7 @@ def joint_profiles(
     acceleration: np.ndarray,
     jerk: np.ndarray,
     final: tuple[np.ndarray, np.ndarray] | None = None,
+    shortest: float = 0.0,
 ) -> list[MotionProfile]:
     """Plan the time-optimal motion of several joints that all arrive at the same time.
 
@@ -210,8 +211,10 @@ def joint_profiles(
         acceleration: Limits [rad/s2].  # (nq,)
         jerk: Limits [rad/s3].  # (nq,)
         final: Final velocities and accelerations; by default the joints come to rest.  # (nq,) each
+        shortest: Shortest duration [s].
     """
     motion = _input(start, velocity, acceleration, jerk)
+    motion.minimum_duration = shortest or None
     motion.target_position = [float(x) for x in target]
     if final is not None:
         motion.target_velocity, motion.target_acceleration = (x.tolist() for x in final)

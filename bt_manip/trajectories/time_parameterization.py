@@ -8,10 +8,10 @@ import numpy as np
 from bt_manip.exceptions import MotionError
 from bt_manip.robots import RobotModel
 
-from .limit_check import EFFORT_FRACTION, effort_use
+from .limit_check import EFFORT_FRACTION, TOOL_SPEED_FRACTION, TOOL_STEPS, effort_use, tool_use
 from .motion_profile import MotionProfile, profile_to_position
 from .path_limits import PathLimits
-from .paths import Path, StraightPath
+from .paths import Path, SplinePath, StraightPath
 from .topp import TOPP_GRIDS, TimeOptimalParameterization
 from .trajectory import PathTrajectory, Trajectory
 
@@ -21,6 +21,9 @@ TIGHTENINGS = 2  # of the constraints, each after a profile that was slowed
 GRID_SLOWDOWN = 1.03  # slowdown from which on a finer grid is tried
 BETWEEN_STEPS = 1.001  # what the use of a limit may be greater by between two samples
 EFFORT_ITERATIONS = 14  # of the bisection in `scale_to_effort_limits`
+TOOL_KNOTS = 50  # of a straight path, for the length of the tool's path
+TOOL_SAMPLES = 200  # of any path, at least, for this length
+_FREE = (1e4, 1e7)  # acceleration and jerk of this length, which are not limited [m/s2, m/s3]
 _FIRST_FACTOR = 0.7  # by which that reduces the scale until the first success
 _CONVERGED = 0.97  # ratio of the best scale to the worst failing one, that ends it
 
@@ -32,8 +35,8 @@ def time_parameterize_segment(
 ) -> PathTrajectory:
     """Return a fast trajectory along the joint-space segment between two configurations.
 
-    Ruckig plans the path parameter. Where that exceeds effort limits, or velocity limits near
-    position limits, `time_parameterize` does.
+    Ruckig plans the path parameter. Where that exceeds effort limits, velocity limits near
+    position limits, or the limit of the tool's speed, `time_parameterize` does.
 
     Args:
         start: Configuration at rest [rad].  # (nq,)
@@ -54,6 +57,8 @@ def time_parameterize_segment(
     profile = profile_to_position((0.0, 0.0, 0.0), 1.0, (v, a, j))
     trajectory = PathTrajectory(path, profile.slowed(1.0 / speed))
     if not limits.uniform and trajectory.kinematic_use(limits)[0] > 1.0:
+        return time_parameterize(path, model, speed)
+    if tool_use(trajectory, limits) > 1.0:
         return time_parameterize(path, model, speed)
     if effort_use(trajectory, model) <= EFFORT_FRACTION:
         return trajectory
@@ -80,12 +85,39 @@ def time_parameterize(
     Raises:
         MotionError: When even holding the arm on the path exceeds an effort limit.
     """
+    if model.limits.limits_tool:
+        path = _with_tool(path, model)
     # Few paths exceed effort limits at the speed that the kinematic limits allow.
     for constrained in (model,) if effort_limited else (None, model):
         best = _fastest(path, model, constrained, speed, grids)
         if best.effort <= EFFORT_FRACTION:
+            # The spline is inaccurate where the tool reverses.
+            slower = tool_use(best.trajectory, model.limits, steps=TOOL_STEPS[:1])
+            if slower > 1.0:
+                return PathTrajectory(path, best.trajectory.profile.slowed(slower))
             return best.trajectory
     raise _effort_error(best.effort)
+
+
+def _with_tool(path: Path, model: RobotModel) -> SplinePath:
+    """Return a path with the length of the tool's path as its last coordinate, and its limits.
+
+    Args:
+        path: The path, which is kept: a spline gets no other knots.
+        model: The arm, whose limits bound the speed of the tool.
+    """
+    if isinstance(path, SplinePath):
+        knots = path.knots
+    else:
+        knots = path.evaluate(np.linspace(0.0, 1.0, TOOL_KNOTS), 0)[0]
+    intervals = len(knots) - 1
+    every = max(4, int(np.ceil(TOOL_SAMPLES / intervals)))
+    q = path.evaluate(np.linspace(0.0, 1.0, every * intervals + 1), 0)[0][:, : path.nq]
+    steps = np.linalg.norm(np.diff(model.tool_positions(q), axis=0), axis=1)
+    length = np.append(0.0, np.cumsum(steps))[::every]
+    speed = TOOL_SPEED_FRACTION * model.limits.tool_speed
+    limits = np.column_stack([path.limits, (speed, *_FREE)])
+    return SplinePath(np.column_stack([knots, length]), path.nq, limits)
 
 
 def scale_to_effort_limits(
@@ -156,9 +188,13 @@ def _fastest(
             for one in found
         )
 
+    others = path.limits
+    if model.limits.limits_tool:  # its speed is limited after slowing
+        others = others.copy()
+        others[0, -1] /= speed
     for grid in grids:
         topp = TimeOptimalParameterization(
-            path, PathLimits(model.limits, path.limits), constrained, grid
+            path, PathLimits(model.limits, others), constrained, grid
         )
         durations: list[float] = []
         for step in topp.smoothing_steps:

@@ -46,6 +46,7 @@ LIMIT_FRACTIONS = (
 )  # fractions of the limits, tried in turn
 NEAR_OPTIMAL = 0.8  # smallest of these with which a change need not be improved
 RISE_TIMES = (0.05, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2)  # [s] from rest, tried where no margin succeeds
+OVERSHOOT = 1.001  # of the speed scale, where the speed of the tool is limited
 MAX_S_DDOT = 100.0  # [1/s]
 _SMALL_CORRECTION = 0.25  # of a change, up to which it is corrected in proportion
 
@@ -123,7 +124,10 @@ def _inside(
     limits, times = model.limits, sample_times(min(changing, trajectory.duration), CONTROL_STEP)
     samples = trajectory.sample(times)
     use = limits.use(*samples)._replace(position=0.0)
-    backwards = trajectory.time_scaling.sample(times)[1].min() < 0.0
+    s_dots = trajectory.time_scaling.sample(times)[1]
+    backwards = s_dots.min() < 0.0
+    if limits.limits_tool and s_dots.max() > OVERSHOOT * max(s_dots[0], speed_scale):
+        return False
     if backwards or not use.inside or has_jump(samples, limits.jerk):
         return False
     first = np.arange(0.0, changing, EFFORT_STEP)

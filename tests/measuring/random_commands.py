@@ -43,8 +43,13 @@ class RandomCommands:
         self._middle, self._half = 0.5 * (lower + upper), 0.5 * (upper - lower)
         self._rows: list[np.ndarray] = []
 
-    def motion(self, seed: int) -> Motion:
-        """Return one motion; each seed has its own."""
+    def motion(self, seed: int, kind: str = "") -> Motion:
+        """Return one motion; each seed has its own.
+
+        Args:
+            seed: Seed of everything random.
+            kind: The only command, such as ``"turn"``; by default one to three of seven.
+        """
         arm, rng = self._arm, np.random.default_rng(seed)
         arm.reset(self._goal(rng))
         self._rows, commands = [self._row()], []
@@ -52,13 +57,14 @@ class RandomCommands:
         kinds: list[Callable[[np.random.Generator], None]] = [
             self._stop, self._pause, self._scale, self._blend, self._turn, self._servo, self._line,
         ]  # fmt: skip
-        for kind in rng.permutation(len(kinds))[: rng.integers(1, 4)]:
+        chosen = [kinds[i] for i in rng.permutation(len(kinds))[: rng.integers(1, 4)]]
+        for command in [getattr(self, f"_{kind}")] if kind else chosen:
             self._advance(rng.uniform(0.05, 0.95) * arm.remaining)
             try:
-                kinds[kind](rng)
+                command(rng)
             except MotionError:
                 continue
-            commands.append(kinds[kind].__name__[1:])
+            commands.append(command.__name__[1:])
         arm.resume()
         self._advance(60.0)
         q, v, a = np.split(np.array(self._rows), 3, axis=1)
@@ -97,6 +103,19 @@ class RandomCommands:
             self._arm.speed_scale = float(scale)
             self._advance(rng.uniform(0.0, 0.3))
         self._arm.resume()
+
+    def _segment(self, rng: np.random.Generator) -> None:
+        """Let the motion go on."""
+
+    def _back(self, rng: np.random.Generator) -> None:
+        self._arm.back_off(rng.uniform(0.05, 0.3))
+
+    def _follow(self, rng: np.random.Generator) -> None:
+        T = self._arm.model.pose(self._arm.target).copy()
+        for _ in range(10):
+            T.translation += rng.uniform(-0.05, 0.05, 3)
+            self._arm.follow(T)
+            self._advance(0.1)
 
     def _blend(self, rng: np.random.Generator) -> None:
         self._arm.blend_radius = 0.2

@@ -24,6 +24,7 @@ def request_fields(request: RunRequest) -> dict[str, Any]:
         "tick": request.tick,
         "settings": dict(request.settings),
         "configurations": dict(request.configurations),
+        **({} if request.tool_speed is None else {"tool_speed": request.tool_speed}),
         **({} if request.poses == PHYSICS else {"poses": request.poses}),
     }
 

@@ -27,7 +27,9 @@ def station():
     sys.path.append(str(HERE))
     choice = PluginSelection(folders=(HERE,))
     parts = load_plugins(entry_points=(), choice=choice, warn=lambda text: None).parts
-    station = build_station(parts, scene=SCENE, backend="fake=0.5", controller="joint_impedance")
+    station = build_station(
+        parts, scene=SCENE, backend="fake=0.5", controller="joint_impedance", speed=1.0
+    )
     yield station
     station.hardware.close()
     sys.path.remove(str(HERE))
@@ -75,6 +77,16 @@ def test_the_connection_takes_no_motion_beyond_the_bounds(station, joint, by, na
     setpoints = np.tile(arm.q_ref, (len(s), 1))
     setpoints[:, [joint]] += by * s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
     with pytest.raises(DeviceError, match=f"exceeds a limit: .*{named}"):
+        arm.follower.send(50, setpoints)
+    assert not arm.connection.streaming
+
+
+def test_the_connection_takes_no_motion_with_a_faster_tool(station):
+    arm, s = station.arm, np.linspace(0.0, 1.0, 1500)[:, np.newaxis]
+    assert arm.tool_speed == 0.25  # the default
+    setpoints = np.tile(arm.q_ref, (len(s), 1))
+    setpoints[:, [0]] += 0.8 * s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
+    with pytest.raises(DeviceError, match=r"exceeds a limit: speed of the tool, 0\.\d+ m/s"):
         arm.follower.send(50, setpoints)
     assert not arm.connection.streaming
 

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from math import inf
 from multiprocessing import Pipe
 from pathlib import Path
 
@@ -17,9 +18,10 @@ from bt_manip.behaviours import MoveToConfiguration, Recover, SwitchController, 
 from bt_manip.bt import NodeStatus, Tree
 from bt_manip.exceptions import BtManipError, MotionError
 from bt_manip.plugins import PluginSelection
-from bt_manip.robots import DeviceError
+from bt_manip.robots import DeviceError, panda
 from bt_manip.robots.connection_worker import serve_arm
 from bt_manip.testing import DEVICE_CONTRACT, recovers_from_a_problem
+from tests.measuring.tool_speeds import ToolPositions
 
 HERE = Path(__file__).parent
 FAKE = "fake=0.5"  # half of real time: a busy machine must not be taken for silence
@@ -56,7 +58,9 @@ def file(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def station(parts, file):
-    station = build_station(parts, backend=f"{FAKE},{file}", controller="joint_impedance")
+    station = build_station(
+        parts, backend=f"{FAKE},{file}", controller="joint_impedance", speed=1.0, tool_speed=inf
+    )
     yield station
     station.hardware.close()
 
@@ -228,12 +232,28 @@ def run(tmp_path):
 
 def test_pick_place_runs_whole_on_the_fake_arm(run, tmp_path):
     report = tmp_path / "report.json"
-    process, _ = run("--speed", 1, "--report", report)
+    process, setpoints = run("--speed", 1, "--report", report)
     out, _ = process.communicate(timeout=100)
     assert process.returncode == 0, out
+    assert "The arm moves at 100 % of its speed, its tool at most at 0.25 m/s." in out
+    assert 0.24 < ToolPositions(panda()).speed(np.load(setpoints)) <= 0.25
     found = json.loads(report.read_text())
     assert found["cycles"][0]["judged_by"] == "gripper and assumption"
     assert found["real"]["backend"] == "fake" and found["real"]["assumed"] == ["cube"]
+    assert (found["real"]["speed"], found["real"]["tool_speed_m_s"]) == (1.0, 0.25)
+
+
+def test_by_default_a_real_arm_moves_at_a_tenth_of_its_speed(parts, tmp_path):
+    station = build_station(
+        parts, backend=f"{FAKE},{tmp_path}/rows.npy", controller="joint_impedance"
+    )
+    arm = station.arm
+    assert (arm.speed_factor, arm.speed_scale, arm.tool_speed) == (0.1, 1.0, 0.25)
+    goal = arm.q_ref + 0.1
+    arm.move_to_configuration(goal)
+    planned, rest = arm.trajectory.nominal.duration, arm.remaining
+    station.hardware.close()
+    assert rest == pytest.approx(10.0 * planned, rel=0.1)
 
 
 def moving_setpoints(setpoints, limits):

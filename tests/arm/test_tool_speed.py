@@ -1,0 +1,179 @@
+"""The limit of the tool's speed in every motion, judged by MuJoCo's positions of the tool."""
+
+from dataclasses import replace
+from math import inf
+
+import numpy as np
+import pytest
+
+from bt_manip import build_station
+from bt_manip.arm import Arm
+from bt_manip.behaviours import SetSpeed
+from bt_manip.bt import NodeStatus
+from bt_manip.exceptions import BtManipError, MotionError
+from bt_manip.robots import Robot, compile_alone, panda
+from bt_manip.trajectories import time_parameterize_segment
+from tests.measuring.random_commands import STEP, RandomCommands
+from tests.measuring.tool_speeds import KINDS, ToolPositions, pick_and_place
+
+LIMIT = 0.25  # [m/s]
+SLOW = replace(panda(), tool_speed=LIMIT)
+
+
+@pytest.fixture(scope="module")
+def tool() -> ToolPositions:
+    return ToolPositions(SLOW)
+
+
+@pytest.fixture(scope="module")
+def commands() -> RandomCommands:
+    return RandomCommands(SLOW)
+
+
+@pytest.fixture
+def arm() -> Arm:
+    robot = Robot(SLOW)
+    compile_alone(robot)
+    return Arm(robot)
+
+
+@pytest.fixture
+def goal(arm) -> np.ndarray:
+    return arm.model.home + np.array([1.2, 0.5, 0.3, 0.6, 0.2, 0.4, 0.1])
+
+
+def advance(arm, duration=60.0):
+    """Advance by a time [s], at most to rest; return the configurations."""
+    rows = [arm.q_ref]
+    while arm.moving and len(rows) * STEP < duration:
+        arm.advance(STEP)
+        rows.append(arm.q_ref)
+    return np.array(rows)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_motion_with_random_commands_keeps_it(commands, tool, seed):
+    assert tool.speed(commands.motion(seed).q) <= LIMIT
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_motions_of_each_kind_keep_it(commands, tool, kind):
+    assert max(tool.speed(commands.motion(seed, kind).q) for seed in range(10)) <= LIMIT
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("kind", KINDS)
+def test_200_motions_of_each_kind_keep_it(commands, tool, kind):
+    assert max(tool.speed(commands.motion(seed, kind).q) for seed in range(200)) <= LIMIT
+
+
+@pytest.mark.parametrize("blend_radius", [0.0, 0.35])
+@pytest.mark.parametrize("episodes", [3, pytest.param(100, marks=pytest.mark.soak)])
+def test_pick_and_place_keeps_it(episodes, blend_radius):
+    for seed in range(episodes):
+        speeds = pick_and_place(seed, LIMIT, blend_radius)
+        assert speeds.status == "SUCCESS"
+        assert speeds.reference <= LIMIT
+        assert speeds.simulated <= 1.01 * LIMIT
+
+
+def test_the_limit_for_lines_does_not_limit_other_motions():
+    lines = replace(panda(), tool_limits=replace(panda().tool_limits, velocity=LIMIT))
+    motions = [RandomCommands(lines).motion(seed, "segment") for seed in range(4)]
+    assert max(ToolPositions(lines).speed(motion.q) for motion in motions) > 2.0 * LIMIT
+
+
+def test_a_motion_is_nearly_as_fast_as_the_limit_allows(arm, goal, tool):
+    arm.move_to_configuration(goal)
+    q = advance(arm)
+    assert np.mean(tool.speeds(q)) > 0.94 * LIMIT
+    np.testing.assert_array_equal(q[-1], goal)
+
+
+def test_it_is_kept_at_a_lower_speed_without_making_it_slower_still(arm, goal, tool):
+    free = replace(arm.model.limits, tool_speed=inf)
+    duration = time_parameterize_segment(arm.q_ref, goal, arm.model.with_limits(free)).duration
+    arm.speed_scale = 0.05
+    arm.move_to_configuration(goal)
+    assert arm.remaining == pytest.approx(20.0 * duration, rel=1e-3)
+    arm.speed_scale = 1.0
+    assert 0.9 * LIMIT < tool.speed(advance(arm)) <= LIMIT
+
+
+@pytest.mark.parametrize("speed", [0.5, 1.0])
+def test_a_lower_limit_slows_a_running_motion_on_its_path(arm, goal, tool, speed):
+    arm.move_to_configuration(goal, speed=speed)
+    advance(arm, 1.0)
+    arm.tool_speed = 0.1
+    assert not arm.follower.stopping
+    slowing, slow = advance(arm, 0.2), advance(arm)
+    assert tool.speed(slowing) <= LIMIT
+    assert 0.08 < tool.speed(slow) <= 0.1
+    np.testing.assert_allclose(slow[-1], goal)
+    arm.move_to_configuration(arm.model.home)
+    assert 0.08 < tool.speed(advance(arm)) <= 0.1
+
+
+def test_a_motion_stopped_while_it_is_too_fast_stops_on_its_path(arm, goal, tool):
+    arm.move_to_configuration(goal)
+    advance(arm, 1.0)
+    before = tool.speed(advance(arm, 0.01))
+    arm.tool_speed = 0.02
+    arm.stop()
+    assert arm.remaining < 0.5
+    assert tool.speed(advance(arm)) <= 1.01 * before
+
+
+def test_a_request_while_it_is_too_fast_ends_within_the_new_limit(arm, goal, tool):
+    arm.move_to_configuration(goal)
+    advance(arm, 1.0)
+    arm.tool_speed = 0.05
+    arm.move_to_configuration(arm.model.home)
+    assert tool.speed(advance(arm, 0.5)) <= LIMIT
+    assert tool.speed(advance(arm)) <= 0.05
+
+
+def test_a_raised_limit_leaves_a_running_motion_as_it_is(arm, goal, tool):
+    arm.tool_speed = 0.1
+    arm.move_to_configuration(goal)
+    advance(arm, 1.0)
+    arm.tool_speed = inf
+    assert arm.tool_speed == LIMIT  # that of the robot
+    assert tool.speed(advance(arm)) <= 0.1
+
+
+@pytest.mark.parametrize("speed", [0.0, -1.0, float("nan")])
+def test_a_limit_that_is_not_positive_is_refused(arm, speed):
+    with pytest.raises(MotionError, match="tool's speed must be positive"):
+        arm.tool_speed = speed
+    assert arm.tool_speed == LIMIT
+
+
+def test_it_is_restored_and_reset(arm):
+    assert "tool_speed" not in arm.get_state()
+    arm.tool_speed = 0.1
+    state = arm.get_state()
+    arm.reset()
+    assert arm.tool_speed == LIMIT
+    arm.set_state(state)
+    assert arm.tool_speed == 0.1
+
+
+def test_set_speed_sets_it(station, left):
+    node = SetSpeed(robot="left", speed=0.5, tool_speed=0.1)
+    assert station.run(node).status is NodeStatus.SUCCESS
+    assert (left.arm.speed_scale, left.arm.tool_speed) == (0.5, 0.1)
+    assert station.run(SetSpeed(robot="left")).status is NodeStatus.SUCCESS
+    assert (left.arm.speed_scale, left.arm.tool_speed) == (1.0, inf)
+
+
+def test_the_request_goes_before_the_scene_and_the_scene_before_the_description():
+    station = build_station(robot=SLOW)
+    assert station.arm.tool_speed == LIMIT
+    (robot,) = station.scene.robots
+    scene = replace(station.scene, robots=(replace(robot, tool_speed=0.5),))
+    assert build_station(robot=SLOW, scene=scene).arm.tool_speed == 0.5
+    assert build_station(robot=SLOW, scene=scene, tool_speed=0.1).arm.tool_speed == 0.1
+    assert build_station(robot=SLOW, scene=scene, tool_speed=inf).arm.tool_speed == inf
+    with pytest.raises(BtManipError, match="tool speed must be positive"):
+        build_station(tool_speed=0.0)
