@@ -10,6 +10,7 @@ from bt_manip.cli.completion import complete_part
 from bt_manip.cli.exit_codes import FAILED, SUCCESS
 from bt_manip.cli.plugin_options import load_chosen_plugins
 from bt_manip.exceptions import BtManipError, with_short_values
+from bt_manip.files import replace_text
 
 if TYPE_CHECKING:
     from bt_manip.robots import Robot
@@ -82,7 +83,7 @@ def new(
     head = f"{model}{carried}\n\nWritten by bt-manip robot new."
     text = description_text(draft.description, draft.notes, output, head)
     try:
-        output.write_text(text, encoding="utf-8")
+        replace_text(output, text)
     except OSError as error:
         raise BtManipError(f"cannot write {output}: {error.strerror}") from error
     if draft.description.gripper is None:
