@@ -39,7 +39,7 @@ def at_rest(cell: "Cell", name: str) -> bool:
 def is_in(cell: "Cell", name: str, container: str) -> bool:
     """Return whether an object is at rest inside a container.
 
-    The container surrounds the place below the object's centre of mass and a place where it, or an
+    The container surrounds the place below the object's centre and a place where it, or an
     object inside, supports the object. The object touches only the container and freely moving
     objects, so a gripped object is not in the container.
 
@@ -67,8 +67,8 @@ def is_within(cell: "Cell", name: str, container: str) -> bool:
         CellError: If there is no such object or container.
     """
     lower, upper = extent(cell, name)
-    x, y, _ = cell.data.subtree_com[cell.body_id(name)]
-    return _is_inside(cell, container, np.array([x, y, lower[2]]), upper[2] - lower[2])
+    centre = 0.5 * (lower + upper)
+    return _is_inside(cell, container, np.array([*centre[:2], lower[2]]), upper[2] - lower[2])
 
 
 def surrounds(
@@ -194,8 +194,7 @@ def _why_unsupported(cell: "Cell", name: str, container: str, seen: set[str]) ->
         if entity_of(point.other) != container and not _is_loose(cell, entity_of(point.other)):
             return f"'{name}' touches '{point.other}'"
     lower, upper = extent(cell, name)
-    height = float(upper[2] - lower[2])
-    centre = cell.data.subtree_com[cell.body_id(name)]
+    height, centre = float(upper[2] - lower[2]), 0.5 * (lower + upper)
     depths = [_distance(cell, g, centre, _DOWN) for g in collision_geoms(cell, container)]
     below = min((depth for depth in depths if depth >= 0.0), default=math.inf)
     if below == math.inf or not _is_inside(cell, container, centre + below * _DOWN, height):

@@ -34,12 +34,9 @@ class BlocksCondition(CellCondition):
         """Names of the blocks that were removed since the last one was added."""
         return () if blocks_in(self.cell).keys() - set(self._left) else tuple(self._gone)
 
-    def why_incomplete(self, least: int) -> str:
-        """Return why blocks are missing: some are gone, or there are fewer than a number."""
-        if self.gone:
-            return f"gone from the cell: {', '.join(self.gone)}"
-        count = len(blocks_in(self.cell))
-        return "" if count >= least else f"the cell has {count} coloured blocks"
+    def why_incomplete(self) -> str:
+        """Return which blocks are gone; empty if none is."""
+        return f"gone from the cell: {', '.join(self.gone)}" if self.gone else ""
 
 
 class AreSorted(BlocksCondition):
@@ -49,7 +46,7 @@ class AreSorted(BlocksCondition):
 
     def why_not(self) -> str:
         """Compare their positions with the rows."""
-        if reason := self.why_incomplete(1):
+        if reason := self.why_incomplete():
             return reason
         left = unsorted_blocks(self.cell, self.tray)
         return f"not in the row of their colour: {', '.join(left)}" if left else ""
@@ -69,7 +66,7 @@ class AreStacked(BlocksCondition):
     def why_not(self) -> str:
         """Check the contacts of each block."""
         cell = self.cell
-        if reason := self.why_incomplete(2):
+        if reason := self.why_incomplete():
             return reason
         lowest = blocks_on(cell, self.on)
         if len(lowest) != 1:
