@@ -67,8 +67,9 @@ EXPERIMENTAL = {
     ),
     "bt_manip.cell": (
         "CellError OverlapError PhysicsDiverged Region Camera looking_at at_rest is_in is_on "
-        "entity_of extent bottom_of why_not_on why_not_in as_object ContactEvent "
-        "unique_name FrameRenderer camera_number png"
+        "entity_of extent bottom_of why_not_on why_not_in why_not_at_rest "
+        "why_not_released is_within surrounds as_object ContactEvent unique_name "
+        "FrameRenderer camera_number png"
     ),
     "bt_manip.cell.objects": (
         "Prop PrimitiveProp ModelObject DeclaredGrasp Box Cylinder Sphere Capsule ConvexMesh "

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 MAX_REST_SPEED = 5e-3  # [m/s] maximum speed of an object at rest
 MAX_REST_TURNING = 0.2  # [rad/s] maximum angular speed: 9 mm/s at a corner of a 50 mm cube
 RIM = 5e-3  # [m] contacts less than this below a container's top are on its rim, not inside
-RAYS = 16  # number of directions in which a container must surround a point
-LEVELS = 4  # number of heights of these rays, from `RIM` to the object's height
+_RAYS = 16  # number of directions in which a container must surround a point
+_LEVELS = 4  # number of heights of these rays, from `RIM` to the object's height
 MIN_SLOPE = 0.05  # [-] minimum vertical component of the normal of a supporting contact
 MIN_SUPPORT = 0.25  # [-] minimum share of an object's weight carried by a support
 _DOWN = np.array([0.0, 0.0, -1.0])
@@ -80,7 +80,7 @@ def surrounds(
 ) -> bool:
     """Return whether an entity's collision geometry surrounds a place.
 
-    Each of `RAYS` rays perpendicular to an axis must hit it from at least one of the points; gaps
+    Each of `_RAYS` rays perpendicular to an axis must hit it from at least one of the points; gaps
     between the rays go unnoticed.
 
     Args:
@@ -98,7 +98,7 @@ def surrounds(
     first = np.cross(up, np.eye(3)[np.argmin(np.abs(up))])
     first /= np.linalg.norm(first)
     second = np.cross(up, first)
-    for angle in np.arange(RAYS) * (2.0 * math.pi / RAYS):
+    for angle in np.arange(_RAYS) * (2.0 * math.pi / _RAYS):
         ray = math.cos(angle) * first + math.sin(angle) * second
         distances = (_distance(cell, geom, point, ray) for point in points for geom in geoms)
         if not any(0.0 <= distance <= within for distance in distances):
@@ -214,7 +214,7 @@ def _why_unsupported(cell: "Cell", name: str, container: str, seen: set[str]) ->
 
 def _is_inside(cell: "Cell", container: str, place: np.ndarray, height: float) -> bool:
     """Return whether a container surrounds an object of a height [m] that rests at a place [m]."""
-    points = place - np.linspace(RIM, max(height, RIM), LEVELS)[:, None] * _DOWN
+    points = place - np.linspace(RIM, max(height, RIM), _LEVELS)[:, None] * _DOWN
     return surrounds(cell, container, points)
 
 

@@ -17,11 +17,11 @@ from bt_manip.cell import Cell, extent
 from bt_manip.cell.objects import Box
 from bt_manip.testing.behaviour_contract import BehaviourCase
 
-FAR = np.array([20.0, 20.0, 0.0])  # [m] from everything
-SETTLING = 500  # control steps
-RIM = 0.005  # [m] an object whose bottom is less deep below the top is on the rim
-CLEAR = 0.02  # [m] gap between an object and the bounding box of its destination
-TURNED = (0.0, math.pi / 4)  # [rad] yaw of the destination in the state beside it
+_FAR = np.array([20.0, 20.0, 0.0])  # [m] from everything
+_SETTLING = 500  # control steps
+_RIM = 0.005  # [m] an object whose bottom is less deep below the top is on the rim
+_CLEAR = 0.02  # [m] gap between an object and the bounding box of its destination
+_TURNED = (0.0, math.pi / 4)  # [rad] yaw of the destination in the state beside it
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class Judged:
         assert status is NodeStatus.FAILURE, f"{condition} holds although the object {state}"
         assert self.condition.feedback_message, f"{condition} fails without a reason"
 
-    def put(self, position: np.ndarray, *, settle: int = SETTLING) -> None:
+    def put(self, position: np.ndarray, *, settle: int = _SETTLING) -> None:
         """Move the object to a position [m], and let it settle for some control steps."""
         T_wo = pin.SE3(self.cell.pose(self.name).rotation, position)
         self.cell.move(self.name, T_wo, overlap=math.inf)
@@ -85,7 +85,7 @@ class Judged:
 def fails_for_objects_far_away(case: BehaviourCase) -> None:
     """Check that it fails for an object at rest far from everything."""
     judged = Judged.of(case)
-    judged.put_on_post(judged.cell.pose(judged.destination).translation + FAR)
+    judged.put_on_post(judged.cell.pose(judged.destination).translation + _FAR)
     judged.check_fails("is far away")
 
 
@@ -113,7 +113,7 @@ def fails_for_falling_objects(case: BehaviourCase) -> None:
 
 def fails_beside_turned_destinations(case: BehaviourCase) -> None:
     """Check that it fails for an object at rest beside its destination, turned or not."""
-    for yaw in TURNED:
+    for yaw in _TURNED:
         for side in range(8):
             judged = Judged.of(case)
             cell, name, destination = judged.cell, judged.name, judged.destination
@@ -122,7 +122,7 @@ def fails_beside_turned_destinations(case: BehaviourCase) -> None:
             turned = T_wd * pin.SE3(pin.utils.rotate("z", yaw), np.zeros(3))
             cell.move(destination, turned, overlap=math.inf)
             size = np.ptp(extent(cell, name), axis=0)
-            half = 0.5 * (upper - lower) + 0.5 * float(np.linalg.norm(size[:2])) + CLEAR
+            half = 0.5 * (upper - lower) + 0.5 * float(np.linalg.norm(size[:2])) + _CLEAR
             angle = side * math.pi / 4
             direction = np.array([math.cos(angle), math.sin(angle)])
             reach = (half[:2] / np.maximum(np.abs(direction), 1e-9)).min()
@@ -156,7 +156,7 @@ def fails_on_the_rim(case: BehaviourCase) -> None:
         local[2] = upper[2] + 0.5 * np.ptp(extent(cell, name), axis=0)[2] + 1e-3
         judged.put(T_wd.act(local))
         bottom, top = extent(cell, name)[0][2], extent(cell, judged.destination)[1][2]
-        if bottom > top - RIM:
+        if bottom > top - _RIM:
             judged.check_fails("is on the rim")
 
 

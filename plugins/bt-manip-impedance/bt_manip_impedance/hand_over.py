@@ -171,9 +171,9 @@ class IsHandedOver(ObjectCondition):
     """Check that one robot has handed an object over to another one, in the air.
 
     It is judged by contacts: it holds from the time when both robots touch the object and nothing
-    else does. It no longer holds when the support or the giver alone touches the object again, or
-    when the receiver loses it within `HELD` after the giver has let go. A goal counts hand-overs
-    in its own cycle.
+    else does. It no longer holds when the support or, without the receiver, the giver touches the
+    object again, or when the receiver loses it within `HELD` after the giver has let go. A goal
+    counts hand-overs in its own cycle.
     """
 
     memory = ("_handed_over", "_let_go")
@@ -200,7 +200,7 @@ class IsHandedOver(ObjectCondition):
         lost = self._let_go is not None and event.time - self._let_go < HELD
         if others == {giver, receiver}:
             self._handed_over, self._let_go = True, None
-        elif support in others or others == {giver} or (lost and receiver not in others):
+        elif support in others or (receiver not in others and (lost or giver in others)):
             self._handed_over = False
         elif others == {receiver} and self._let_go is None:
             self._let_go = event.time
