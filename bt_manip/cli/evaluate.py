@@ -164,7 +164,7 @@ def _execute(
             own = folder and folder / "ab"[len(measured)]
         one = _measure(evaluation, worker, own, ray=ray, until_interval=until_interval, **how)
         measured.append(one)
-        if never := _never_present(one.results):
+        if not one.interrupted and (never := _never_present(one.results)):
             click.echo(f"{never}: nothing was measured.", err=True)
             return FAILED
         _advise(one, own, until_interval)
