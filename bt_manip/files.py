@@ -1,10 +1,15 @@
-"""Bounded reading of the files that a user names, and the folder of computed ones."""
+"""Bounded reading and atomic writing of the files that a user names, and the cache folder."""
 
 import errno
 import os
+import shutil
 import stat
+import uuid
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from math import inf
 from pathlib import Path
+from typing import BinaryIO
 
 MAX_BYTES = 64 * 2**20
 """Largest file that is read unless a caller says otherwise [bytes]; models have large meshes."""
@@ -61,6 +66,67 @@ def check_regular(path: Path, limit: float = inf) -> None:
 def _check_size(path: Path, size: int, limit: float) -> None:
     if size > limit:
         raise OSError(errno.EFBIG, f"larger than {limit / 2**20:g} MB", str(path))
+
+
+@contextmanager
+def whole_file(path: Path, *, sync: bool = True) -> Iterator[BinaryIO]:
+    """Open a temporary file for writing, and rename it to ``path`` at the end of the block.
+
+    When the block raises, an existing file remains unchanged. Pipes and devices are written
+    directly.
+
+    Args:
+        path: The file.
+        sync: Whether to wait until it is on the disk, so that it survives a crash of the system.
+    """
+    target = resolved(path)
+    if is_special(target):
+        with target.open("wb") as file:
+            yield file
+        return
+    part = part_of(target)
+    try:
+        with part.open("x+b") as file:  # h5py reads what it writes
+            yield file
+            file.flush()
+            if sync:
+                os.fsync(file.fileno())
+        if target.exists():
+            shutil.copymode(target, part)
+        part.replace(target)
+    except BaseException:
+        with suppress(OSError):
+            part.unlink(missing_ok=True)
+        raise
+
+
+def replace_text(path: Path, text: str) -> None:
+    """Write a text file in UTF-8, so that an existing one is replaced as a whole or not at all.
+
+    Raises:
+        OSError: If it cannot be written.
+    """
+    with whole_file(path) as file:
+        file.write(text.encode())
+
+
+def resolved(path: Path) -> Path:
+    """Resolve links: the target of a link is replaced, not the link."""
+    return Path(os.path.realpath(path))
+
+
+def part_of(target: Path) -> Path:
+    """Return the name of a temporary file beside a file."""
+    return target.with_name(f".{target.name}.{uuid.uuid4().hex[:8]}.part")
+
+
+def is_special(target: Path) -> bool:
+    """Return whether the path is a pipe or device, which cannot be replaced by a file."""
+    try:
+        mode = target.stat().st_mode
+    except OSError:
+        return False
+    return not stat.S_ISREG(mode) and not stat.S_ISDIR(mode)
 
 
 def cache_root() -> Path:

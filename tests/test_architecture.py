@@ -191,6 +191,7 @@ def test_a_module_imports_only_from_layers_below():
 STEPPING = {
     "bt_manip.runner.hardware",
     "bt_manip.testing.behaviour_contract",  # contracts of parts, without a tree
+    "bt_manip.testing.condition_contract",
     "bt_manip.testing.controller_contract",
     "bt_manip.testing.fault_contract",
     "bt_manip.testing.object_contract",

@@ -1,11 +1,12 @@
 """Files that a user names are read up to a limit, or refused at once with the reason."""
 
+import errno
 import os
 import time
 
 import pytest
 
-from bt_manip.files import read_bytes, read_text
+from bt_manip.files import read_bytes, read_text, replace_text
 from bt_manip.toml import MAX_TOML_NESTING, parse_toml
 
 
@@ -70,3 +71,30 @@ def test_brackets_in_strings_and_comments_do_not_nest():
     for text in (f'"{many}"', f"'{many}'", f'"""\n{many}"""', f"'''{many}'''", f"1 # {many}"):
         assert parse_toml(f"a = {text}")
     assert parse_toml('a = "\\"' + many + '"')
+
+
+@pytest.mark.parametrize(
+    "text", ["x=" + "9" * 400_000, 'x="' + '\\"' * 200_000, '"""\n\\' * 80_000, "a " * 200_000]
+)
+def test_a_toml_text_is_read_in_a_time_that_grows_with_its_length_only(text):
+    start = time.process_time()
+    with pytest.raises(ValueError, match=r"digits|string|'='|character"):
+        parse_toml(text)
+    assert time.process_time() - start < 2.0  # a quadratic search takes minutes
+
+
+def test_a_file_that_cannot_be_written_whole_stays_as_it_was(tmp_path, monkeypatch):
+    file = tmp_path / "tree.xml"
+    replace_text(file, "by hand")
+    file.chmod(0o640)
+
+    def full(descriptor):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(OSError, match="No space"):
+        replace_text(file, "formatted")
+    assert (file.read_text(), list(tmp_path.iterdir())) == ("by hand", [file])
+    monkeypatch.undo()
+    replace_text(file, "formatted")
+    assert (file.read_text(), file.stat().st_mode & 0o777) == ("formatted", 0o640)

@@ -67,10 +67,10 @@ EXPERIMENTAL = {
     ),
     "bt_manip.cell": (
         "CellError OverlapError PhysicsDiverged Region Camera looking_at at_rest is_in is_on "
-        "entity_of extent bottom_of why_not_on why_not_in as_object ContactEvent "
-        "unique_name FrameRenderer camera_number png write_png NoOpenGLError literal_name "
-        "escaped_name Arena CellScene SceneSource VisualShape TexturedMesh Triangles OVERVIEW "
-        "WORLD PLANE_THICKNESS"
+        "entity_of extent bottom_of why_not_on why_not_in why_not_at_rest why_not_released "
+        "is_within surrounds as_object ContactEvent unique_name FrameRenderer camera_number png "
+        "write_png NoOpenGLError literal_name escaped_name Arena CellScene SceneSource "
+        "VisualShape TexturedMesh Triangles OVERVIEW WORLD PLANE_THICKNESS"
     ),
     "bt_manip.cell.objects": (
         "Prop PrimitiveProp ModelObject DeclaredGrasp Box Cylinder Sphere Capsule ConvexMesh "
@@ -142,7 +142,7 @@ EXPERIMENTAL = {
         "write_robomimic write_demonstration_table write_lerobot"
     ),
     "bt_manip.arm": "Arm tool_path",
-    "bt_manip.files": "read_bytes read_text",
+    "bt_manip.files": "read_bytes read_text replace_text",
     "bt_manip.cell.randomization": "Randomization",
     "bt_manip.collision": (
         "CollisionWorld FreeSpace CollisionPair hull_points moved_bodies permanent_self_collisions "

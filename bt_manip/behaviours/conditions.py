@@ -7,7 +7,7 @@ import pinocchio as pin
 
 from bt_manip.bt import Input, Status
 from bt_manip.bt.nodes import Condition
-from bt_manip.cell import Cell, CellError, why_not_in, why_not_on
+from bt_manip.cell import Cell, CellError, is_rest_velocity, why_not_in, why_not_on
 
 from .poses import pose_input
 from .robot_port import RobotCondition
@@ -61,9 +61,9 @@ class ObjectExists(ObjectCondition):
 class IsIn(ObjectCondition):
     """Check that an object is at rest inside a container.
 
-    It touches only the container and freely moving objects, its centre is within the container's
-    outline, and it is supported from below by the inside of the container or another object inside.
-    A gripped object is not in the container.
+    It touches only the container and freely moving objects, and is supported from below by the
+    inside of the container or another object inside. The container surrounds its lower end: a place
+    on the container's rim, foot or handle is not inside. A gripped object is not in the container.
     """
 
     destination = "container"
@@ -106,18 +106,20 @@ class IsHolding(RobotCondition):
 
 
 class IsAt(RobotCondition):
-    """Check that the tool is at a pose."""
+    """Check that the tool is at rest at a pose."""
 
     pose = pose_input("Pose of the tool in the world: x;y;z;qw;qx;qy;qz [m].")
     position_tolerance = Input(float, default=1e-3, doc="Largest distance [m].")
     rotation_tolerance = Input(float, default=1e-2, doc="Largest angle [rad].")
 
     def update(self) -> Status:
-        """Compare the measured tool pose with the given one."""
+        """Compare the measured tool pose with the given one, and the velocity with rest."""
         T_wt = self.arm.model.pose(self.arm.robot.q)
         error = T_wt.actInv(self.pose)
         distance = float(np.linalg.norm(error.translation))
         angle = float(np.linalg.norm(pin.log3(error.rotation)))
         if distance <= self.position_tolerance and angle <= self.rotation_tolerance:
-            return Status.SUCCESS
+            if is_rest_velocity(self.arm.robot.tool_velocity):
+                return Status.SUCCESS
+            return self.fail("the tool moves")
         return self.fail(f"the tool is {1000 * distance:.1f} mm and {angle:.3f} rad away")

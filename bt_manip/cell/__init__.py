@@ -42,9 +42,12 @@ from .predicates import at_rest as at_rest
 from .predicates import is_in as is_in
 from .predicates import is_on as is_on
 from .predicates import is_rest_velocity as is_rest_velocity
+from .predicates import is_within as is_within
+from .predicates import surrounds as surrounds
 from .predicates import why_not_at_rest as why_not_at_rest
 from .predicates import why_not_in as why_not_in
 from .predicates import why_not_on as why_not_on
+from .predicates import why_not_released as why_not_released
 from .region import Region as Region
 from .rendering import FrameRenderer as FrameRenderer
 from .rendering import NoOpenGLError as NoOpenGLError

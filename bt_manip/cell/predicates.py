@@ -1,15 +1,17 @@
-"""Predicates on objects: at rest, in a container, on a support.
+"""Predicates on objects: at rest, released, in a container, on a support.
 
-All predicates are false in a state that is not finite.
+All predicates are false in a state that is not finite. Whether a point is inside a container is
+decided by rays that hit its collision geometry, not by its bounding box.
 """
 
 import math
 from typing import TYPE_CHECKING
 
+import mujoco
 import numpy as np
 
 from .contacts.contact_monitor import MonitoredEntity
-from .geometry import extent
+from .geometry import collision_geoms, extent
 from .naming import entity_of
 
 if TYPE_CHECKING:
@@ -18,8 +20,11 @@ if TYPE_CHECKING:
 MAX_REST_SPEED = 5e-3  # [m/s] maximum speed of an object at rest
 MAX_REST_TURNING = 0.2  # [rad/s] maximum angular speed: 9 mm/s at a corner of a 50 mm cube
 RIM = 5e-3  # [m] contacts less than this below a container's top are on its rim, not inside
+_RAYS = 16  # number of directions in which a container must surround a point
+_LEVELS = 4  # number of heights of these rays, from `RIM` to the object's height
 MIN_SLOPE = 0.05  # [-] minimum vertical component of the normal of a supporting contact
 MIN_SUPPORT = 0.25  # [-] minimum share of an object's weight carried by a support
+_DOWN = np.array([0.0, 0.0, -1.0])
 
 
 def at_rest(cell: "Cell", name: str) -> bool:
@@ -34,9 +39,9 @@ def at_rest(cell: "Cell", name: str) -> bool:
 def is_in(cell: "Cell", name: str, container: str) -> bool:
     """Return whether an object is at rest inside a container.
 
-    Its centre is within the container's outline, and it is supported by the inside of the container
-    or by an object inside. It touches only the container and freely moving objects, so a gripped
-    object is not in the container.
+    The container surrounds the place below the object's centre and a place where it, or an
+    object inside, supports the object. The object touches only the container and freely moving
+    objects, so a gripped object is not in the container.
 
     Raises:
         CellError: If there is no such object or container.
@@ -53,6 +58,52 @@ def is_on(cell: "Cell", name: str, support: str) -> bool:
         CellError: If there is no such object or support.
     """
     return not why_not_on(cell, name, support)
+
+
+def is_within(cell: "Cell", name: str, container: str) -> bool:
+    """Return whether a container surrounds an object's lowest part, moving, held or at rest.
+
+    Raises:
+        CellError: If there is no such object or container.
+    """
+    lower, upper = extent(cell, name)
+    centre = 0.5 * (lower + upper)
+    return _is_inside(cell, container, np.array([*centre[:2], lower[2]]), upper[2] - lower[2])
+
+
+def surrounds(
+    cell: "Cell",
+    name: str,
+    points: np.ndarray,
+    axis: np.ndarray | None = None,
+    within: float = math.inf,
+) -> bool:
+    """Return whether an entity's collision geometry surrounds a place.
+
+    Each of `_RAYS` rays perpendicular to an axis must hit it from at least one of the points; gaps
+    between the rays go unnoticed.
+
+    Args:
+        cell: The cell.
+        name: The entity.
+        points: Points of the place in the world [m].  # (n, 3)
+        axis: The axis in the world; default: vertical.  # (3,)
+        within: Maximum distance of the geometry [m].
+
+    Raises:
+        CellError: If there is no such entity.
+    """
+    up = np.array([0.0, 0.0, 1.0]) if axis is None else axis
+    geoms = collision_geoms(cell, name).tolist()
+    first = np.cross(up, np.eye(3)[np.argmin(np.abs(up))])
+    first /= np.linalg.norm(first)
+    second = np.cross(up, first)
+    for angle in np.arange(_RAYS) * (2.0 * math.pi / _RAYS):
+        ray = math.cos(angle) * first + math.sin(angle) * second
+        distances = (_distance(cell, geom, point, ray) for point in points for geom in geoms)
+        if not any(0.0 <= distance <= within for distance in distances):
+            return False
+    return True
 
 
 def is_rest_velocity(velocity: np.ndarray) -> bool:
@@ -73,6 +124,21 @@ def why_not_at_rest(cell: "Cell", name: str) -> str:
     return reason and f"'{name}' {reason}"
 
 
+def why_not_released(cell: "Cell", name: str) -> str:
+    """Return why an object is not left alone at rest: it moves, or a robot touches it.
+
+    Raises:
+        CellError: If there is no such object.
+    """
+    reason = why_not_at_rest(cell, name)
+    robots = (
+        f"'{name}' touches '{other}'"
+        for other in cell.contacts.partners(name)
+        if isinstance(cell.entities.get(entity_of(other)), MonitoredEntity)
+    )
+    return reason or next(robots, "")
+
+
 def why_not_in(cell: "Cell", name: str, container: str) -> str:
     """Return why `is_in` does not hold; empty if it does.
 
@@ -90,19 +156,12 @@ def why_not_on(cell: "Cell", name: str, support: str) -> str:
         CellError: If there is no such object or support.
     """
     cell.find(support)
-    reason = why_not_at_rest(cell, name)
-    if reason:
+    if reason := why_not_released(cell, name):
         return reason
-    carried, touched = 0.0, False
-    for point in cell.contacts.points(name):
-        other = entity_of(point.other)
-        if isinstance(cell.entities.get(other), MonitoredEntity):
-            return f"'{name}' touches '{point.other}'"
-        if other == support:
-            touched = True
-            carried += point.force * point.normal[2]
-    if not touched:
+    points = [p for p in cell.contacts.points(name) if entity_of(p.other) == support]
+    if not points:
         return f"'{name}' does not touch '{support}'"
+    carried = sum(point.force * point.normal[2] for point in points)
     weight = cell.model.body_subtreemass[cell.body_id(name)] * -cell.model.opt.gravity[2]
     return "" if carried >= MIN_SUPPORT * weight else f"'{support}' does not carry '{name}'"
 
@@ -134,24 +193,41 @@ def _why_unsupported(cell: "Cell", name: str, container: str, seen: set[str]) ->
     for point in points:
         if entity_of(point.other) != container and not _is_loose(cell, entity_of(point.other)):
             return f"'{name}' touches '{point.other}'"
-    T_wc = cell.pose(container)
-    lower, upper = extent(cell, container, T_wc)
-    upper = upper - (0.0, 0.0, RIM)
-    centre = np.mean(extent(cell, name, T_wc), axis=0)
-    if (centre < lower).any() or (centre[:2] > upper[:2]).any():
+    lower, upper = extent(cell, name)
+    height, centre = float(upper[2] - lower[2]), 0.5 * (lower + upper)
+    depths = [_distance(cell, g, centre, _DOWN) for g in collision_geoms(cell, container)]
+    below = min((depth for depth in depths if depth >= 0.0), default=math.inf)
+    if below == math.inf or not _is_inside(cell, container, centre + below * _DOWN, height):
         return f"'{name}' is not inside '{container}'"
-    inside = set()
-    for point in points:
-        position = T_wc.actInv(point.position)
-        supports = point.normal[2] >= MIN_SLOPE
-        if supports and (position >= lower).all() and (position <= upper).all():
-            inside.add(entity_of(point.other))
+    inside = {
+        entity_of(point.other)
+        for point in points
+        if point.normal[2] >= MIN_SLOPE and _is_inside(cell, container, point.position, height)
+    }
     if container in inside:
         return ""
     for other in sorted(inside - seen):
         if not _why_unsupported(cell, other, container, seen):
             return ""
     return f"'{name}' does not rest on the inside of '{container}'"
+
+
+def _is_inside(cell: "Cell", container: str, place: np.ndarray, height: float) -> bool:
+    """Return whether a container surrounds an object of a height [m] that rests at a place [m]."""
+    points = place - np.linspace(RIM, max(height, RIM), _LEVELS)[:, None] * _DOWN
+    return surrounds(cell, container, points)
+
+
+def _distance(cell: "Cell", geom: int, point: np.ndarray, ray: np.ndarray) -> float:
+    """Return the distance from a point to a geom along a ray [m]; negative if it misses."""
+    model, data = cell.model, cell.data
+    kind = int(model.geom_type[geom])
+    if kind == mujoco.mjtGeom.mjGEOM_MESH:
+        return float(mujoco.mj_rayMesh(model, data, geom, point, ray))
+    if kind == mujoco.mjtGeom.mjGEOM_HFIELD:
+        return float(mujoco.mj_rayHfield(model, data, geom, point, ray))
+    pose = data.geom_xpos[geom], data.geom_xmat[geom]
+    return float(mujoco.mju_rayGeom(*pose, model.geom_size[geom], point, ray, kind))
 
 
 def _is_loose(cell: "Cell", name: str) -> bool:

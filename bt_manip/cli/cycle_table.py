@@ -15,7 +15,7 @@ from bt_manip.cli.run_options import RunOptions
 from bt_manip.record import CycleReport, LeafUse, RunReport, TrackingPeak
 from bt_manip.viewer import print_wrapped
 
-_PLACED = {True: "yes", False: "no", None: "-"}
+_MET = {True: "yes", False: "no", None: "-"}
 
 
 class _Column(NamedTuple):
@@ -27,7 +27,7 @@ class _Column(NamedTuple):
 _COLUMNS = (
     _Column("status", lambda cycle: cycle.status, is_number=False),
     _Column("object", lambda cycle: _handled(cycle), is_number=False),
-    _Column("placed", lambda cycle: _PLACED[cycle.placed], is_number=False),
+    _Column("goal\nmet", lambda cycle: _MET[cycle.goal], is_number=False),
     _Column("time\n[s]", lambda cycle: f"{cycle.duration_s:.2f}"),
     _Column("grip\n[N]", lambda cycle: _number(cycle.grip_force_n, "{:.1f}")),
     _Column("error\n[mrad]", lambda cycle: _number(cycle.max_tracking_error_rad, "{:.2f}", 1e3)),
@@ -55,6 +55,8 @@ def print_cycles(console: Console, report: RunReport) -> None:
         for number, cycle in enumerate(report.cycles, 1):
             if cycle.reason:
                 print_wrapped(console, f"cycle {number}: {cycle.reason}")
+            if cycle.goal_reason not in cycle.reason:
+                print_wrapped(console, f"cycle {number}: goal not met: {cycle.goal_reason}")
             for pair in cycle.unexpected_contacts:
                 print_wrapped(console, f"cycle {number}: {pair[0]} touched {pair[1]}")
         number, worst = max(
@@ -129,9 +131,8 @@ def summary(report: RunReport) -> str:
         return f"The run {how or 'ended'} before a cycle was complete, after {simulated}."
     succeeded = sum(c.status == "SUCCESS" for c in ended)
     line = f"{succeeded} of {len(ended)} cycles succeeded"
-    placed = sum(one.placed is True for c in ended for one in c.objects)
-    if placed:
-        line += f", {placed} object{'' if placed == 1 else 's'} placed"
+    if any(cycle.goal is not None for cycle in ended):
+        line += f", goal met in {sum(cycle.goal is True for cycle in ended)}"
     if len(ended) > 1:
         line += f", {sum(c.duration_s for c in ended) / len(ended):.2f} s each"
     if how:

@@ -164,6 +164,9 @@ def _execute(
             own = folder and folder / "ab"[len(measured)]
         one = _measure(evaluation, worker, own, ray=ray, until_interval=until_interval, **how)
         measured.append(one)
+        if not one.interrupted and (never := _never_present(one.results)):
+            click.echo(f"{never}: nothing was measured.", err=True)
+            return FAILED
         _advise(one, own, until_interval)
         if one.interrupted:
             return INTERRUPTED
@@ -224,6 +227,15 @@ def _measure(
         except KeyboardInterrupt:
             interrupted = True
     return _Measured(evaluation, view, known, interrupted)
+
+
+def _never_present(results: "list[EpisodeResult]") -> str:
+    """Return which varied objects were in the cell in no episode; empty if all were in one."""
+    absent = [set(one.absent.split()) for one in results if one.status != "DIED"]
+    names = sorted(set.intersection(*absent)) if absent else []
+    things = dict.fromkeys(name.split(".", 2)[2].rpartition(".")[0] for name in names)
+    shown = " or ".join(f"'{thing}'" for thing in things)
+    return f"nothing named {shown} was in the cell ({', '.join(names)})" if names else ""
 
 
 def _compare(

@@ -123,7 +123,7 @@ def print_table(table: "StressTable") -> None:
         for column in header:
             drawn.add_column(Text(column), overflow="fold")
         for row in body:
-            bad = any(letter in " ".join(row[1:]) for letter in "DHN")
+            bad = any(letter in " ".join(row[1:]) for letter in "DHXN")
             drawn.add_row(*map(Text, row), style="red" if bad else "")
         console.print(drawn)
     for line in (table.summary(), LEGEND, *table.reasons()):

@@ -15,7 +15,7 @@ from bt_manip.cli.options import takes
 from bt_manip.cli.plugin_group import PluginGroup
 from bt_manip.cli.plugin_options import load_chosen_plugins
 from bt_manip.exceptions import BtManipError
-from bt_manip.files import read_bytes
+from bt_manip.files import read_bytes, replace_text
 from bt_manip.registry import Parts
 
 if TYPE_CHECKING:
@@ -135,9 +135,9 @@ def format_(files: tuple[Path, ...], only_check: bool, foreign: ForeignTrees) ->
         if written == text:
             continue
         changed += 1
-        click.echo(f"{file}: {'would change' if only_check else 'formatted'}")
         if not only_check:
-            file.write_text(written, encoding="utf-8")
+            _write(written, file)
+        click.echo(f"{file}: {'would change' if only_check else 'formatted'}")
     return BAD_INPUT if changed and only_check else SUCCESS
 
 
@@ -294,7 +294,7 @@ def _write(text: str, output: Path | None) -> None:
         click.echo(text, nl=False)
         return
     try:
-        output.write_text(text, encoding="utf-8")
+        replace_text(output, text)
     except OSError as error:
         raise BtManipError(f"{output}: cannot be written: {error.strerror}") from None
 

@@ -3,7 +3,7 @@
 import json
 import os
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
@@ -20,6 +20,9 @@ from bt_manip.record import (
 from bt_manip.runner import EPISODE_TIMEOUT, NOT_MET, ParameterSet, Run, prepare, request_of
 
 from .engine import WorkerDiedError
+
+OBJECTS = "scene.objects."
+"""Start of the names of varied quantities of objects."""
 
 
 class EpisodeId(NamedTuple):
@@ -83,6 +86,7 @@ class EpisodeResult:
         retries: `CycleReport.retries` as JSON.
         rescues: `CycleReport.rescues` as JSON.
         cpu: Type of the CPU that it ran on.
+        absent: Varied quantities of objects that were not in the cell, separated by spaces.
     """
 
     point: int
@@ -102,6 +106,7 @@ class EpisodeResult:
     retries: str = "{}"
     rescues: str = "{}"
     cpu: str = ""
+    absent: str = ""
 
 
 class EpisodeWorker:
@@ -167,7 +172,15 @@ class EpisodeWorker:
             retries=json.dumps(cycle.retries),
             rescues=json.dumps(cycle.rescues),
             cpu=cpu_name(),
+            absent=" ".join(self._absent()),
         )
+
+    def _absent(self) -> Iterator[str]:
+        """Yield the varied quantities of objects that were not in the cell."""
+        absent = self._run.station.randomizer.absent
+        for name in self._evaluation.points[self._point]:
+            if name.startswith(OBJECTS) and name[len(OBJECTS) :].rpartition(".")[0] in absent:
+                yield name
 
     def _prepare(self, point: int) -> Run:
         varied = self._evaluation.points[point]

@@ -20,12 +20,13 @@ from .engine import WorkerDiedError
 LATEST = 0.5
 """Largest share of the undisturbed duration of a phase after which a fault begins."""
 
-Outcome = Literal["recovered", "failed", "dishonest", "hung", "none"]
+Outcome = Literal["recovered", "failed", "dishonest", "hung", "died", "none"]
 """How a cycle with a fault ended.
 
 ``"recovered"``: SUCCESS, and the goal holds. ``"failed"``: not SUCCESS, or the run ended with an
 error. ``"dishonest"``: SUCCESS although the goal does not hold. ``"hung"``: no end within
-`EPISODE_TIMEOUT`. ``"none"``: the fault could not happen.
+`EPISODE_TIMEOUT`. ``"died"``: the process died, again and again. ``"none"``: the fault could not
+happen.
 """
 
 
@@ -79,7 +80,7 @@ class StressResult:
     @property
     def acceptable(self) -> bool:
         """Whether the tree was honest and ended, and the next cycle reached its goal."""
-        return self.outcome not in ("dishonest", "hung") and not self.next_reason
+        return self.outcome not in ("dishonest", "hung", "died") and not self.next_reason
 
 
 class StressTester:
@@ -204,4 +205,4 @@ def plan_episodes(
 
 def lost_stress(episode: StressEpisode, error: WorkerDiedError) -> StressResult:
     """Return the result of an episode whose processes died."""
-    return StressResult(episode, "failed", str(error))
+    return StressResult(episode, "died", str(error))

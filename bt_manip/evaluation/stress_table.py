@@ -15,6 +15,7 @@ LETTERS: Final[dict[Outcome, str]] = {
     "failed": "F",
     "dishonest": "D",
     "hung": "H",
+    "died": "X",
 }
 """Letters of the outcomes in a cell of the table."""
 
@@ -28,6 +29,7 @@ LEGEND = (
     "Each cell counts seeds. R: recovered (SUCCESS, and the goal holds). F: failed honestly. "
     "D: dishonest (SUCCESS, but the goal does not hold). "
     f"H: hung (no end within {EPISODE_TIMEOUT:g} s simulated). "
+    "X: its process died. "
     "N: the undisturbed cycle after it failed. -: the fault cannot happen there."
 )
 
@@ -69,7 +71,8 @@ class StressTable:
         """Return how many episodes ended how."""
         counts = Counter(one.outcome for one in self.results)
         happened = len(self.results) - counts["none"]
-        text = ", ".join(f"{counts[outcome]} {outcome}" for outcome in LETTERS)
+        shown = [outcome for outcome in LETTERS if outcome != "died" or counts[outcome]]
+        text = ", ".join(f"{counts[outcome]} {outcome}" for outcome in shown)
         failed = sum(bool(one.next_reason) for one in self.results)
         left = len(self.episodes) - len(self.results)
         more = (

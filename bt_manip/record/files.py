@@ -10,14 +10,16 @@ import io
 import os
 import stat
 import time
-import uuid
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import IO, BinaryIO
+from typing import IO
 from zipfile import BadZipFile
 
 from bt_manip.exceptions import BtManipError
+from bt_manip.files import is_special as is_special
+from bt_manip.files import part_of, resolved
+from bt_manip.files import whole_file as whole_file
 
 IN_USE = "another process is writing it"
 
@@ -51,8 +53,8 @@ def check_writable(path: Path, what: str, *, source: Path | None = None) -> None
 
 def _problem(path: Path, source: Path | None) -> str:
     """Return why a file cannot be written; empty if it can."""
-    target = _target(path)
-    if source is not None and target == _target(source):
+    target = resolved(path)
+    if source is not None and target == resolved(source):
         return "it would replace the recording"
     if target.is_dir():
         return "it is a folder"
@@ -65,7 +67,7 @@ def _problem(path: Path, source: Path | None) -> str:
     if is_locked(target):
         return IN_USE
     if not is_special(target):
-        part = _part(target)
+        part = part_of(target)
         part.touch(exist_ok=False)
         part.unlink()
     return ""
@@ -105,36 +107,6 @@ def writing(path: Path, what: str) -> Iterator[None]:
         raise RecordingError(
             f"{what} '{path}' cannot be written: {error.strerror or error}"
         ) from error
-
-
-@contextmanager
-def whole_file(path: Path, *, sync: bool = True) -> Iterator[BinaryIO]:
-    """Open a temporary file for writing, and rename it to ``path`` at the end of the block.
-
-    When the block raises, an existing file remains unchanged. Pipes and devices are written
-    directly.
-
-    Args:
-        path: The file.
-        sync: Whether to wait until it is on the disk, so that it survives a crash of the system.
-    """
-    target = _target(path)
-    if is_special(target):
-        with target.open("wb") as file:
-            yield file
-        return
-    part = _part(target)
-    try:
-        with part.open("x+b") as file:  # h5py reads what it writes
-            yield file
-            file.flush()
-            if sync:
-                os.fsync(file.fileno())
-        part.replace(target)
-    except BaseException:
-        with suppress(OSError):
-            part.unlink(missing_ok=True)
-        raise
 
 
 def open_output(path: Path, *, empty: bool = True) -> io.FileIO:
@@ -257,21 +229,3 @@ class AppendedFile:
     def close(self) -> None:
         """Close the file; other processes may write it now."""
         self._file.close()
-
-
-def _target(path: Path) -> Path:
-    """Resolve links: the target of a link is replaced, not the link."""
-    return Path(os.path.realpath(path))
-
-
-def _part(target: Path) -> Path:
-    return target.with_name(f".{target.name}.{uuid.uuid4().hex[:8]}.part")
-
-
-def is_special(target: Path) -> bool:
-    """Return whether the path is a pipe or device, which cannot be replaced by a file."""
-    try:
-        mode = target.stat().st_mode
-    except OSError:
-        return False
-    return not stat.S_ISREG(mode) and not stat.S_ISDIR(mode)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from bt_manip.exceptions import BtManipError, MotionError, did_you_mean, one_line
-from bt_manip.files import read_text
+from bt_manip.files import read_text, replace_text
 from bt_manip.toml import BARE_KEY, MAX_TOML_BYTES, KeyField, TomlFile, TomlTable, plain, toml_text
 
 from .errors import RobotError
@@ -97,7 +97,7 @@ def save_configuration(path: Path, name: str, q: Sequence[float]) -> None:
     known[name] = [round(position, 6) for position in np.asarray(q).tolist()]
     head = "Joint positions [rad], in the order of the joints."
     try:
-        path.write_text(toml_text({"configurations": known}, {}, head), encoding="utf-8")
+        replace_text(path, toml_text({"configurations": known}, {}, head))
     except OSError as error:
         raise RobotError(f"cannot write {path}: {error.strerror}") from error
 

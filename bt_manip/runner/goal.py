@@ -4,7 +4,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from bt_manip.bt import Tree, texts_of, why_not_met
-from bt_manip.cell import Cell
+from bt_manip.bt.nodes import Condition
+from bt_manip.cell import Cell, why_not_released
 
 NOT_MET = "goal not met: "
 
@@ -36,6 +37,9 @@ class GoalJudge:
         self._follow_tree()
         if cycle != self._cycle:
             self._clear()
+            for condition in self._goal:
+                if isinstance(condition, Condition):
+                    condition.begin_cycle()
         self._cycle = cycle
         if self._judge_before not in self._cell.before_remove:
             self._cell.before_remove.append(self._judge_before)
@@ -70,10 +74,19 @@ class GoalJudge:
         return found
 
     def placed(self, name: str) -> bool | None:
-        """Return whether all conditions that name an object hold now; None if none names it."""
+        """Return whether an object lies where it was to be: released, at rest, at its destination.
+
+        All conditions with a `destination` that name it hold. None if there is none.
+        """
         self._follow_tree()
-        about = [condition for condition in self._goal if name in texts_of(condition)]
-        return not any(map(why_not_met, about)) if about else None
+        about = [
+            condition
+            for condition in self._goal
+            if getattr(condition, "destination", "") and name in texts_of(condition)
+        ]
+        if not about or name not in self._cell.entities:
+            return False if about else None
+        return not (why_not_released(self._cell, name) or any(map(why_not_met, about)))
 
     def stop(self) -> None:
         """Stop observing the cell."""

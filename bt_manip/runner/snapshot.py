@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from bt_manip.exceptions import BtManipError, shown
-from bt_manip.files import read_text
+from bt_manip.files import read_text, replace_text
 
 FORMAT = "bt-manip snapshot"
 VERSION = 7
@@ -31,15 +31,8 @@ def save_snapshot(path: str | os.PathLike[str], state: Mapping[str, Any]) -> Non
     path = Path(path)
     _check(state, "")
     content = {"format": FORMAT, "version": VERSION, "sha256": _digest(state), "state": state}
-    text = json.dumps(content)
-    unfinished = path.with_name(f".{path.name}.{os.getpid()}")
     try:
-        try:
-            unfinished.write_text(text)
-            unfinished.replace(path)
-        except BaseException:  # also on an interrupt
-            unfinished.unlink(missing_ok=True)
-            raise
+        replace_text(path, json.dumps(content))
     except OSError as error:
         raise BtManipError(f"cannot write the snapshot {path}: {error.strerror}") from error
 

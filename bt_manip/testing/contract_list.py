@@ -5,11 +5,12 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from bt_manip.bt.nodes import Leaf
+from bt_manip.bt.nodes import Condition, Leaf
 from bt_manip.exceptions import BtManipError, did_you_mean
 from bt_manip.registry import Parts
 from bt_manip.scenes import find_scene
 from bt_manip.testing.behaviour_contract import BEHAVIOUR_CONTRACT, BehaviourCase, Example
+from bt_manip.testing.condition_contract import CONDITION_CONTRACT, forgets_earlier_cycles
 from bt_manip.testing.controller_contract import CONTROLLER_CONTRACT, ControllerCase
 from bt_manip.testing.fault_contract import FAULT_CONTRACT, FaultCase
 from bt_manip.testing.object_contract import OBJECT_CONTRACT, ObjectCase
@@ -138,6 +139,10 @@ def _checks(
             continue
         example = examples.get(name, Example())
         yield from _each(name, BEHAVIOUR_CONTRACT, partial(BehaviourCase, cls, example))
+        if issubclass(cls, Condition):
+            placed = getattr(cls, "destination", "")
+            checks = (forgets_earlier_cycles, *(CONDITION_CONTRACT if placed else ()))
+            yield from _each(name, checks, partial(BehaviourCase, cls, example))
 
 
 def _run_checks(

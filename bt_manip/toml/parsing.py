@@ -11,10 +11,12 @@ MAX_TOML_BYTES = 4 * 2**20
 MAX_TOML_NESTING = 64
 """Deepest nesting of tables, lists and dotted keys."""
 
-_TEXT = re.compile(  # strings and comments
-    r'''"""(?:\\.|[^\\])*?"""|\'{3}.*?\'{3}|"(?:\\.|[^"\\\n])*"|\'[^\'\n]*\'|#[^\n]*''', re.DOTALL
+_TEXT = re.compile(  # strings, also unterminated ones, and comments: a search takes linear time
+    r'''"""(?:\\.|[^\\])*?(?:"""|\\?\Z)|\'\'\'.*?(?:\'\'\'|\Z)'''
+    r"""|"(?:\\.|[^"\\\n])*"?|\'[^\'\n]*\'?|#[^\n]*""",
+    re.DOTALL,
 )
-_DOTTED = re.compile(rf"(?:[\w-]+[ \t]*\.[ \t]*){{{MAX_TOML_NESTING}}}")
+_DOTTED = re.compile(r"[\w-]+(?:[ \t]*\.[ \t]*[\w-]+)*")
 
 
 def read_toml(path: Path) -> dict[str, Any]:
@@ -39,6 +41,7 @@ def parse_toml(text: str) -> dict[str, Any]:
         depth += 1 if bracket in "[{" else -1
         if depth > MAX_TOML_NESTING:
             break
-    if depth > MAX_TOML_NESTING or _DOTTED.search(bare):
+    dots = max((key[0].count(".") for key in _DOTTED.finditer(bare)), default=0)
+    if depth > MAX_TOML_NESTING or dots >= MAX_TOML_NESTING:
         raise ValueError(f"nested deeper than {MAX_TOML_NESTING} levels")
     return tomllib.loads(text)

@@ -256,6 +256,14 @@ def test_is_at_says_how_far_away_the_tool_is(station, trial):
     assert trial(IsAt(pose=beside)).fails_with("20.0 mm")
 
 
+def test_a_tool_that_moves_through_a_pose_is_not_at_it(station, trial):
+    moving = trial(MoveToConfiguration(configuration=NEAR_HOME))
+    for _ in range(10):
+        assert moving.tick() is RUNNING
+        station.cell.step(10)
+    assert trial(IsAt(pose=station.robot.tool_pose)).fails_with("the tool moves")
+
+
 def test_a_motion_gives_its_state_and_goes_on_from_it(station, trial):
     moving = trial(Hover(object="cube"))
     for _ in range(10):

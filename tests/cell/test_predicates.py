@@ -13,11 +13,12 @@ from bt_manip.cell import (
     extent,
     is_in,
     is_on,
+    is_within,
     why_not_at_rest,
     why_not_in,
     why_not_on,
 )
-from bt_manip.cell.objects import Bottle, Box, Tray
+from bt_manip.cell.objects import Bottle, Box, ModelObject, Tray
 from bt_manip.spatial import pose
 
 TOP = 1.015  # [m] height of the table
@@ -152,3 +153,38 @@ def test_nothing_holds_in_a_state_that_is_not_finite(cell, inside, quantity):
     assert why_not_at_rest(cell, inside) == why_not_in(cell, inside, "basket") == reason
     assert why_not_on(cell, inside, "basket") == reason
     assert not (at_rest(cell, inside) or is_in(cell, inside, "basket"))
+
+
+FOOT_CUP = """<mujoco model="foot_cup"><worldbody><body name="foot_cup">
+<geom type="box" size=".12 .12 .005" pos="0 0 .005"/>
+<geom type="box" size=".04 .003 .04" pos="0 .037 .05"/>
+<geom type="box" size=".04 .003 .04" pos="0 -.037 .05"/>
+<geom type="box" size=".003 .034 .04" pos=".037 0 .05"/>
+<geom type="box" size=".003 .034 .04" pos="-.037 0 .05"/>
+</body></worldbody></mujoco>"""
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.5])
+def test_the_inside_of_a_cup_is_in_it_and_its_foot_is_not(angle, tmp_path):
+    file = tmp_path / "cup.xml"
+    file.write_text(FOOT_CUP)
+    cell = Cell()
+    T_wc = pose((0.0, 0.0, TOP), (np.cos(angle / 2), 0.0, 0.0, np.sin(angle / 2)))
+    with cell.editing():
+        cell.add(Table(), pose((0.0, 0.0, 0.0)))
+        cell.add(ModelObject(str(file)), T_wc, name="cup", free=False)
+        for name, x, y in (("inside", 0.0, 0.0), ("beside", 0.08, 0.0), ("corner", 0.1, 0.1)):
+            T_wo = T_wc * pose((x, y, 0.021))
+            cell.add(Box(size=(0.02, 0.02, 0.02)), T_wo, name=name, free=True)
+    cell.step(500)
+    assert is_in(cell, "inside", "cup") and is_within(cell, "inside", "cup")
+    for name in ("beside", "corner"):
+        assert why_not_in(cell, name, "cup") == f"'{name}' is not inside 'cup'"
+        assert not is_within(cell, name, "cup")
+
+
+def test_a_moving_object_in_the_basket_is_within_it_and_one_above_is_not(cell):
+    put(cell, Cube(), 0.0, 0.0, 0.1, "cube", settle=5)
+    assert not is_in(cell, "cube", "basket") and is_within(cell, "cube", "basket")
+    cell.move("cube", pose((0.0, 0.0, TOP + 0.4)))
+    assert not is_within(cell, "cube", "basket")

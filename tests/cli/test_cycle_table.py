@@ -12,8 +12,8 @@ from bt_manip.record import CycleReport, GrippedObject, LeafTime, RunReport, Tra
 
 
 def cycle(**facts) -> CycleReport:
-    facts = {"status": "SUCCESS", "object": "cube", "placed": True, "duration_s": 12.34, **facts}
-    objects = (GrippedObject(facts["object"], bool(facts["placed"]), "panda"),)
+    facts = {"status": "SUCCESS", "object": "cube", "goal": True, "duration_s": 12.34, **facts}
+    objects = (GrippedObject(facts["object"], None, "panda"),)
     return CycleReport(**facts, objects=objects)
 
 
@@ -33,12 +33,12 @@ def printed(run: RunReport, width: int, terminal: bool = True) -> list[str]:
 @pytest.mark.parametrize("terminal", [True, False])
 @pytest.mark.parametrize("width", [50, 60, 80])
 def test_every_line_fits_and_nothing_is_cut(width, terminal):
-    failed = cycle(status="FAILURE", placed=None, reason="pick/Grasp: " + "too heavy " * 20)
+    failed = cycle(status="FAILURE", goal=False, reason="pick/Grasp: " + "too heavy " * 20)
     text = printed(report(cycle(), failed), width, terminal)
     assert max(map(len, text)) <= width
     whole = "\n".join(text)
     assert "…" not in whole
-    for word in ("cycle", "status", "object", "placed", "time", "SUCCESS", "FAILURE", "cube"):
+    for word in ("cycle", "status", "object", "goal", "met", "time", "SUCCESS", "FAILURE", "cube"):
         assert word in whole
 
 
@@ -64,14 +64,14 @@ def test_a_long_name_is_wrapped():
     ("run", "says"),
     [
         (report(cycle(), simulated_s=12.3),
-         "1 of 1 cycles succeeded, 1 object placed; 12.3 s simulated at 4.0 x real time."),
-        (report(cycle(), cycle(status="FAILURE", placed=False), status="FAILURE"),
-         "1 of 2 cycles succeeded, 1 object placed, 12.34 s each; 24.7 s simulated at 4.0 x real "
+         "1 of 1 cycles succeeded, goal met in 1; 12.3 s simulated at 4.0 x real time."),
+        (report(cycle(), cycle(status="FAILURE", goal=False), status="FAILURE"),
+         "1 of 2 cycles succeeded, goal met in 1, 12.34 s each; 24.7 s simulated at 4.0 x real "
          "time."),
         (report(cycle(status="INTERRUPTED"), status="INTERRUPTED", simulated_s=1.5),
          "The run was interrupted before a cycle was complete, after 1.5 s simulated."),
         (report(cycle(), cycle(status="INTERRUPTED"), status="INTERRUPTED"),
-         "1 of 1 cycles succeeded, 1 object placed; then the run was interrupted; 24.7 s simulated "
+         "1 of 1 cycles succeeded, goal met in 1; then the run was interrupted; 24.7 s simulated "
          "at 4.0 x real time."),
         (report(cycle(status="ERROR"), status="ERROR", simulated_s=0.0),
          "The run ended by a fault before a cycle was complete, after 0.0 s simulated."),

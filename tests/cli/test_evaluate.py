@@ -140,3 +140,11 @@ def test_ctrl_c_prints_the_results_so_far(terminal, tmp_path):
     running.interrupt()
     assert running.end() == 130
     assert b"episodes succeeded" in running.shown and b"Traceback" not in running.shown
+
+
+def test_a_quantity_of_an_object_that_never_was_in_the_cell_has_no_rate(evaluate):
+    words = "--vary", "scene.objects.bottle.mass=0.1,0.2", "--episodes", 1
+    code, out, err = evaluate(*words, command="sweep")
+    assert code == 1
+    assert "nothing named 'bottle' was in the cell (scene.objects.bottle.mass)" in err
+    assert "%" not in out and "McNemar" not in out

@@ -1,6 +1,13 @@
 """The table of a stress test."""
 
-from bt_manip.evaluation import StressEpisode, StressPhase, StressResult, StressTable
+from bt_manip.evaluation import (
+    StressEpisode,
+    StressPhase,
+    StressResult,
+    StressTable,
+    WorkerDiedError,
+    lost_stress,
+)
 
 LIFT, DROP = (StressPhase(name, f"pick/{name}", 1.0) for name in ("Lift", "Drop"))
 TABLE = StressTable([
@@ -55,3 +62,13 @@ def test_cases_that_were_not_tried_are_not_those_that_cannot_happen():
     assert table.rows() == [["push", "R1 ?1", "?2"], ["vanish", "?2", "- ?1"]]
     assert table.summary().endswith("6 of 8 episodes were not tried (?).")
     assert StressTable([], episodes).rows() == [["push", "?2", "?2"], ["vanish", "?2", "?2"]]
+
+
+def test_an_episode_whose_process_died_is_an_outcome_of_its_own_and_not_acceptable():
+    episode = StressEpisode("vanish", StressPhase("Lift", "t/Lift", 1.0), 0)
+    result = lost_stress(episode, WorkerDiedError("its process ended by signal 9"))
+    table = StressTable([result])
+    assert (result.outcome, result.acceptable) == ("died", False)
+    assert table.rows() == [["vanish", "X1"]]
+    assert "0 failed, 0 dishonest, 0 hung, 1 died" in table.summary()
+    assert table.reasons() == ["vanish X (Lift 1): its process ended by signal 9"]

@@ -15,6 +15,7 @@ from bt_manip.behaviours import (
     Drop,
     Grasp,
     Hover,
+    IsHolding,
     IsIn,
     IsOn,
     Lift,
@@ -224,6 +225,12 @@ def test_an_object_is_placed_where_the_goal_wants_it(record):
     report = record(Sequence("s", [*grasp(), put]), goal=IsOn(object="{cube}", support="table"))
     (cycle,) = report.cycles
     assert (cycle.status, cycle.object, cycle.placed) == ("SUCCESS", "cube", True)
+
+
+def test_a_cube_that_hangs_in_the_gripper_meets_the_goal_to_hold_it_and_is_not_placed(record):
+    report = record(Sequence("s", grasp()), goal=IsHolding(object="{cube}"))
+    (cycle,) = report.cycles
+    assert (cycle.goal, cycle.placed) == (True, None)
 
 
 @pytest.mark.parametrize("goal", [(), ObjectExists(object="basket")])

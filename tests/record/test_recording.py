@@ -8,7 +8,6 @@ import sys
 import lz4.frame
 import pytest
 import zstandard
-from bt_manip.record.video.export_video import SceneModel
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from mcap.data_stream import RecordBuilder
@@ -45,12 +44,15 @@ def rewrite(source, target, topic, data, *, metadata=None):
 
 
 def show(recording):
-    """Read whatever a report, a page and a video read."""
+    """Read whatever a report and a page read."""
     RecordedRun(recording)
     Timeline(recording)
     scene = RecordedScene(recording)
     scene.poses()
-    SceneModel(scene)
+    for time in scene.times:
+        scene.seek(time)
+        for entity in scene.entities():
+            scene.shapes(entity)
 
 
 def triangle(*indices):

@@ -208,7 +208,7 @@ def test_one_line_holds_a_plugin_to_its_contracts(session, monkeypatch, pytester
         from bt_manip.testing.contracts import contracts_of
         test_mine = contracts_of("mine", examples={"Looks": Example({"object": "cube"})})
         """
-    session(test_it=line).assert_outcomes(passed=8)
+    session(test_it=line).assert_outcomes(passed=9)
     without = """
         from bt_manip.testing.contracts import contracts_of
         test_mine = contracts_of("mine")

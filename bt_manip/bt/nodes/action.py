@@ -1,5 +1,6 @@
 """Leaves that act, and that may take more than one tick."""
 
+import copy
 from typing import Any, ClassVar, Final
 
 from bt_manip.bt.nodes.node import Node, NodeKind
@@ -183,6 +184,15 @@ class Condition(Leaf):
     """
 
     kind: ClassVar = NodeKind.CONDITION
+
+    def begin_cycle(self) -> None:
+        """Forget what was observed before; called for conditions of a goal before each cycle.
+
+        By default, attributes in `memory` return to the values that the class declares.
+        """
+        for name in self.memory:
+            if hasattr(type(self), name):
+                setattr(self, name, copy.deepcopy(getattr(type(self), name)))
 
     def _tick(self) -> NodeStatus:
         state = self._finish(self.update()) if self._node_status is RUNNING else self._start()

@@ -87,12 +87,18 @@ class Randomizer:
         self._resumed: int | None = None
         self._sampled: dict[str, dict[str, dict[str, Any]]] = {}
         self._made: dict[str, int] = {}  # number of objects created in this cycle, by model
+        self._present: set[str] = set()  # keys of objects that were in the cell in this cycle
         self._check()
 
     @property
     def sampled(self) -> dict[str, dict[str, dict[str, Any]]]:
         """The sampled values of this cycle as plain data: by kind, name and property."""
         return _copied(self._sampled)
+
+    @property
+    def absent(self) -> list[str]:
+        """Keys of varied objects of which none was in the cell in this cycle."""
+        return [key for key in self._randomization.objects if key not in self._present]
 
     def begin(self, cycle: int) -> None:
         """Randomize the cell for a new cycle; a restored cycle keeps its sample.
@@ -106,7 +112,7 @@ class Randomizer:
         resumed, self._resumed = self._resumed, None
         if cycle == resumed:
             return
-        self._cycle, self._sampled, self._made = cycle, {}, {}
+        self._cycle, self._sampled, self._made, self._present = cycle, {}, {}, set()
         self._connect()
         for name in self._scene:
             if name in self._cell.entities:
@@ -273,6 +279,8 @@ class Randomizer:
             declared = as_object(entity)
             if _matches(key, name, declared.kind) and (key != ALL_FREE or declared.free):
                 merged.update(varied)
+                if kind == "objects":
+                    self._present.add(key)
         yield from merged.items()
 
     def _sample(
@@ -348,6 +356,7 @@ class Randomizer:
     def _sample_parameters(self, model: str) -> dict[str, Any]:
         """Sample the parameters of an object that is created during the cycle."""
         number = self._made[model] = self._made.get(model, 0) + 1
+        self._present.add(model)
         name = model if number == 1 else f"{model} ({number})"
         return {
             key: self._sample(

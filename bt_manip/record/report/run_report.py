@@ -114,8 +114,9 @@ class GrippedObject:
 
     Attributes:
         name: Its name in the cell.
-        placed: Whether the conditions of the goal that name it held, in the step before it was
-            removed, or else at the end of the cycle; None if none names it.
+        placed: Whether it lay where the goal wants it, at rest and released, in the step before it
+            was removed, or else at the end of the cycle; None if the goal names no destination of
+            it.
         robot: Name of the robot that gripped it last.
     """
 
@@ -152,7 +153,8 @@ class CycleReport:
             no condition of a goal reads the cell, so that the tree alone decides whether the cycle
             succeeded.
         object: Name of the object that was gripped, or None if none or several were.
-        placed: Whether all `objects` that the goal names are placed; None if there are none.
+        placed: Whether all `objects` with a destination in the goal are placed; None if there are
+            none.
         objects: The objects that were gripped, in this order.
         duration_s: Simulated time that it took [s].
         phases: The action leaves, in the order of their ends.

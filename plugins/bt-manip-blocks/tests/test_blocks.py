@@ -239,3 +239,27 @@ def test_rows_of_a_tray_are_where_it_says():
 def test_what_cannot_be_is_refused(make, message):
     with pytest.raises(CellError, match=message):
         make()
+
+
+def test_a_block_that_vanishes_is_neither_sorted_nor_stacked_until_blocks_are_added(station, trial):
+    tray = station.cell.find("tray")
+    for i, name in enumerate(("red", "red_1")):
+        place = (station.cell.pose("tray") * tray.row("red")[i]).translation[:2]
+        station.cell.add(
+            ColouredBlock(colour="red"), spatial.pose((*place, SURFACE + 0.026)), name=name
+        )
+    station.cell.step(50)
+    are_sorted, are_stacked = trial(AreSorted()), trial(AreStacked())
+    assert are_sorted.tick() is SUCCESS
+    station.cell.remove("red_1")
+    assert are_sorted.fails_with("gone from the cell: red_1")
+    assert are_sorted.behaviour.progress() == 0.5
+    assert are_stacked.fails_with("gone from the cell: red_1")
+    assert trial(ScatterBlocks(blocks="{b}")).tick() is SUCCESS
+    assert are_sorted.fails_with("not in the row of their colour: red, green, blue")
+
+
+def test_the_base_of_a_tower_must_stand_on_its_support(station, trial):
+    put(station, "red", 0.3, -0.1, z=0.2)
+    station.cell.step(5)
+    assert trial(AreStacked()).tick() is not SUCCESS

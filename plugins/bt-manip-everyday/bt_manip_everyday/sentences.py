@@ -7,7 +7,7 @@ from typing import Any
 
 from bt_manip.behaviours import CellCondition
 from bt_manip.bt import Input, Output, Status, SyncAction
-from bt_manip.cell import Cell, why_not_in
+from bt_manip.cell import Cell, is_within, why_not_in
 from bt_manip.exceptions import BtManipError, PortError, did_you_mean
 
 AUTO = "auto"
@@ -97,7 +97,7 @@ class ReadSentence(SyncAction):
 
 
 class HoldsExactly(CellCondition):
-    """Check that a container holds the given objects, at rest, and no others."""
+    """Check that a container holds the given objects, at rest, and no others, moving or not."""
 
     container = Input(str, doc="Name of the container.")
     objects = Input(list[str], doc="Names of the objects, separated by ';'.")
@@ -115,5 +115,5 @@ class HoldsExactly(CellCondition):
         cell, inside = self.cell, self.container
         outside = {name: why_not_in(cell, name, inside) for name in self.objects}
         others = [name for name in cell.objects if cell.is_free(name) and name not in outside]
-        wrong = [name for name in others if not why_not_in(cell, name, inside)]
+        wrong = [name for name in others if name != inside and is_within(cell, name, inside)]
         return [*filter(None, outside.values()), *(f"'{name}' is in it, too" for name in wrong)]

@@ -27,6 +27,9 @@ HEIGHTS = (0.535, 0.45, 0.4, 0.35, 0.3, 0.6)
 OFFSETS = (0.0, -0.05, -0.1, 0.05)
 """Distances of the object's centre from the midpoint between the robots [m]."""
 
+HELD = 0.1
+"""Time for which the receiver must keep an object after a hand-over [s]."""
+
 _FORWARD = (0.70710678, 0.0, 0.70710678, 0.0)  # quaternion of a tool pointing along x
 _HALF_TURN = pin.utils.rotate("y", math.pi)
 
@@ -167,34 +170,40 @@ class HoldOut(PlannedMove):
 class IsHandedOver(ObjectCondition):
     """Check that one robot has handed an object over to another one, in the air.
 
-    It is judged by contacts: it holds from the time when both robots touch the object without the
-    support, until the support touches it again.
+    It is judged by contacts: it holds from the time when both robots touch the object and nothing
+    else does. It no longer holds when the support or, without the receiver, the giver touches the
+    object again, or when the receiver loses it within `HELD` after the giver has let go. A goal
+    counts hand-overs in its own cycle.
     """
 
-    memory = ("_handed_over",)
+    memory = ("_handed_over", "_let_go")
 
     giver = Input(str, doc="Name of the giving robot.")
     receiver = Input(str, doc="Name of the receiving robot.")
     support = Input(str, default="table", doc="Name of the support that it must not touch.")
 
     _handed_over = False
+    _let_go: float | None = None  # [s] time from which the receiver alone has touched it
 
     def setup(self, **infrastructure: Any) -> None:
         """Observe the contacts of the cell."""
         super().setup(**infrastructure)
-        self.cell.contact_changed.append(self._observe)
+        if self._observe not in self.cell.contact_changed:
+            self.cell.contact_changed.append(self._observe)
 
     def _observe(self, event: ContactEvent) -> None:
         name, giver, receiver, support = self._names()
-        pair = {entity_of(event.first), entity_of(event.second)}
         known = self.cell.entities.keys() >= {name, giver, receiver, support}
-        if not (event.begins and known and name in pair):
+        if not known or name not in (entity_of(event.first), entity_of(event.second)):
             return
-        touching = self.cell.contacts.touching
-        if touching(name, support):
+        others = {entity_of(other) for other in self.cell.contacts.partners(name)}
+        lost = self._let_go is not None and event.time - self._let_go < HELD
+        if others == {giver, receiver}:
+            self._handed_over, self._let_go = True, None
+        elif support in others or (receiver not in others and (lost or giver in others)):
             self._handed_over = False
-        elif touching(name, giver) and touching(name, receiver):
-            self._handed_over = True
+        elif others == {receiver} and self._let_go is None:
+            self._let_go = event.time
 
     def _names(self) -> tuple[str, str, str, str]:
         return self.object, self.giver, self.receiver, self.support

@@ -14,7 +14,7 @@ from bt_manip.behaviours import (
     number_or_auto,
 )
 from bt_manip.bt import Input, Status
-from bt_manip.cell import Cell, CellError, at_rest, bottom_of
+from bt_manip.cell import Cell, CellError, bottom_of, surrounds, why_not_released
 from bt_manip.grasping import holding_force
 from bt_manip.planning import ArcTo
 from bt_manip_impedance.cartesian_impedance import CartesianImpedance
@@ -28,6 +28,9 @@ DEPTH_TOLERANCE = 0.002
 
 CAUGHT = 0.0015
 """Depth at which an object is in the hole during a search [m]; tilted objects are less deep."""
+
+STEP = 0.0025
+"""Distance between the places at which a socket may surround an inserted object [m]."""
 
 PITCH = 0.0005
 """Distance between the turns of the spiral [m], less than the clearance of holes."""
@@ -226,7 +229,11 @@ def spiral(
 
 
 class IsInserted(ObjectCondition):
-    """Check that an object is at rest in a socket."""
+    """Check that an object is at rest in the hole of a socket, released.
+
+    The hole is where the socket surrounds the object's axis closely: its own axis that is nearest
+    to the z axis of the socket.
+    """
 
     destination = "socket"
 
@@ -234,18 +241,22 @@ class IsInserted(ObjectCondition):
     depth = Input(float, default=0.03, doc="Minimum depth [m].")
 
     def why_not(self) -> str:
-        """Measure its depth within the outline of the socket."""
-        resting = at_rest(self.cell, self.object)
-        depth = -_height_over(self.cell, self.object, self.socket)
-        lower, upper = extent(self.cell, self.socket)
-        if not resting:
-            return f"'{self.object}' moves"
-        position = self.cell.pose(self.object).translation[:2]
-        if (position < lower[:2]).any() or (position > upper[:2]).any():
-            return f"'{self.object}' is beside '{self.socket}'"
-        if depth < self.depth - DEPTH_TOLERANCE:
-            return f"'{self.object}' is {1e3 * depth:.1f} mm deep in '{self.socket}'"
-        return ""
+        """Search for a place where the socket surrounds the object, at this depth or deeper."""
+        cell, name, socket = self.cell, self.object, self.socket
+        axis = cell.pose(socket).rotation[:, 2]
+        if reason := why_not_released(cell, name):
+            return reason
+        T_wo = cell.pose(name)
+        along = int(np.argmax(np.abs(T_wo.rotation.T @ axis)))
+        lower, upper = extent(cell, name, T_wo)
+        size, centre = upper - lower, T_wo.act(0.5 * (lower + upper))
+        width = float(np.delete(size, along).max())
+        up = T_wo.rotation[:, along] * np.sign(T_wo.rotation[:, along] @ axis)
+        end = centre - 0.5 * size[along] * up
+        for depth in np.arange(max(self.depth - DEPTH_TOLERANCE, 0.0), size[along], STEP):
+            if surrounds(cell, socket, (end + depth * up)[None], axis, within=width):
+                return ""
+        return f"'{name}' is not {1e3 * self.depth:.3g} mm deep in a hole of '{socket}'"
 
 
 def _height_over(cell: Cell, name: str, socket: str) -> float:

@@ -15,7 +15,7 @@ from bt_manip.behaviours import (
     number_or_auto,
 )
 from bt_manip.bt import Input, Status
-from bt_manip.cell import Cell, CellError
+from bt_manip.cell import Cell, CellError, why_not_at_rest
 from bt_manip.grasping import holding_force
 from bt_manip_impedance.drawer import HANDLE, Drawer
 
@@ -180,7 +180,7 @@ class PullOpen(MotionBehaviour):
 
 
 class IsOpen(ObjectCondition):
-    """Check that a drawer is open, and at rest."""
+    """Check that a drawer is open and at rest, held or not."""
 
     object = Input(str, doc="Name of the drawer.")
     opening = Input(float, default=0.15, doc="Minimum opening [m].")
@@ -197,7 +197,7 @@ class IsOpen(ObjectCondition):
             return f"'{self.object}' is {1e3 * drawer.opening:.0f} mm open"
         if abs(drawer.speed) > MAX_DRAWER_SPEED:
             return f"'{self.object}' moves at {1e3 * drawer.speed:.0f} mm/s"
-        return ""
+        return why_not_at_rest(self.cell, self.object)
 
     def progress(self) -> float:
         """Return the progress of reaching the handle, holding it, and opening."""

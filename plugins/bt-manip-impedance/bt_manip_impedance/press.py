@@ -132,25 +132,39 @@ class IsReleased(ButtonCondition):
     def why_not(self) -> str:
         """Measure the depth of the cap."""
         depth = self.button.depth
-        return f"'{self.object}' is {1e3 * depth:.1f} mm down" if depth > RELEASED else ""
+        return f"'{self.object}' is {1e3 * depth:.1f} mm down" if not depth <= RELEASED else ""
 
 
 class WasPressed(ButtonCondition):
-    """Check that a button has been pressed since its creation."""
+    """Check that a button has been pressed since its creation; in a goal, in this cycle."""
+
+    memory = ("_since",)
 
     released = Input(bool, default=False, doc="Whether it also must be released.")
+
+    _since = 0.0  # [s] simulated time from which presses count
 
     def setup(self, **infrastructure: Any) -> None:
         """Keep the cell and the robots."""
         super().setup(**infrastructure)
         self.robots: Mapping[str, Any] = infrastructure["robots"]
 
+    def begin_cycle(self) -> None:
+        """Count presses from now on."""
+        self._since = self.cell.time
+
+    @property
+    def _was_pressed(self) -> bool:
+        """Whether the button was pressed in the counted time."""
+        pressed_at = self.button.pressed_at
+        return pressed_at is not None and pressed_at >= self._since
+
     def why_not(self) -> str:
-        """Read the button's count, and its depth."""
+        """Compare the time of the last press with the start of the cycle, and read the depth."""
         button = self.button
-        if not button.presses:
+        if not self._was_pressed:
             return f"'{self.object}' was not pressed"
-        if self.released and button.depth > RELEASED:
+        if self.released and not button.depth <= RELEASED:
             return f"'{self.object}' is {1e3 * button.depth:.1f} mm down"
         return ""
 
@@ -158,7 +172,7 @@ class WasPressed(ButtonCondition):
         """Return the progress of approaching, pressing and releasing."""
         button = self.button
         down = min(max(button.depth / button.travel, 0.0), 1.0)
-        if button.presses:
+        if self._was_pressed:
             return 0.8 + 0.2 * (1.0 - down)
         top = self.cell.pose(self.object) * pin.SE3(np.eye(3), np.array([0, 0, button.height]))
         tools = [one.robot.tool_pose.translation for one in self.robots.values()]

@@ -25,6 +25,7 @@ class PushButton(ParametricEntity):
 
     Attributes:
         presses: Number of times that the cap was pressed since the creation of the button.
+        pressed_at: Simulated time of the last press [s]; None if it was never pressed.
     """
 
     kind = "push_button"
@@ -42,7 +43,7 @@ class PushButton(ParametricEntity):
         """Build the button."""
         travel, force, colour = (self._parameters[key] for key in self.defaults)
         self.travel = travel
-        self.presses, self._down = 0, False
+        self.presses, self.pressed_at, self._down = 0, None, False
         self._mjcf_root = root = mjcf.RootElement(model=name)
         housing = root.worldbody.add("body", name="housing")
         housing.add(
@@ -87,6 +88,7 @@ class PushButton(ParametricEntity):
             self._down = self.pressed
         elif depth >= PRESSED * self.travel:
             self._down, self.presses = True, self.presses + 1
+            self.pressed_at = float(self._data.time)
 
     @property
     def depth(self) -> float:
@@ -100,8 +102,9 @@ class PushButton(ParametricEntity):
 
     def get_state(self) -> dict[str, Any]:
         """Return the presses, for snapshots."""
-        return {"presses": self.presses, "down": self._down}
+        return {"presses": self.presses, "pressed_at": self.pressed_at, "down": self._down}
 
     def set_state(self, state: Mapping[str, Any]) -> None:
         """Restore a state of `get_state`."""
         self.presses, self._down = state["presses"], state["down"]
+        self.pressed_at = state.get("pressed_at")

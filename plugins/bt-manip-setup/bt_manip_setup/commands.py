@@ -8,6 +8,7 @@ import click
 
 from bt_manip.cli import FAILED, SUCCESS, PluginGroup, complete_part, load_chosen_plugins
 from bt_manip.exceptions import BtManipError, with_short_values
+from bt_manip.files import replace_text
 
 if TYPE_CHECKING:
     from bt_manip.robots import Robot
@@ -80,7 +81,7 @@ def new(
     head = f"{model}{carried}\n\nWritten by bt-manip robot new."
     text = description_text(draft.description, draft.notes, output, head)
     try:
-        output.write_text(text, encoding="utf-8")
+        replace_text(output, text)
     except OSError as error:
         raise BtManipError(f"cannot write {output}: {error.strerror}") from error
     if draft.description.gripper is None:

@@ -1,0 +1,110 @@
+"""Goals hold only where a person who looks at the cell would say so."""
+
+import math
+
+import numpy as np
+import pytest
+
+from bt_manip import spatial
+from bt_manip.bt import NodeStatus, Tree
+from bt_manip.cell import Cell
+from bt_manip.cell.objects import Box, HoleBoard, Peg, Table
+from bt_manip_impedance import IsHandedOver
+from bt_manip_impedance.insert import IsInserted
+from bt_manip_impedance.press import WasPressed
+from bt_manip_impedance.push_button import PushButton
+
+TOP = 1.015  # [m] height of the table
+LENGTH = 0.09  # [m] of the peg
+
+
+def inserted(yaw, x, y, z, **pose):
+    """Return why a peg at a position in the frame of a turned board is not inserted."""
+    cell = Cell()
+    T_wb = spatial.pose((0.0, 0.0, TOP), (math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)))
+    with cell.editing():
+        cell.add(Table(), spatial.pose((0.0, 0.0, 0.0)))
+        cell.add(HoleBoard(), T_wb, name="board")
+        cell.add(Peg(), T_wb * spatial.pose((x, y, z)), name="peg", overlap=1.0)
+    cell.step(500)
+    condition = IsInserted("inserted", object="peg", socket="board", depth=0.03)
+    tree = Tree(condition)
+    tree.setup(cell=cell)
+    status = tree.tick()
+    return condition.feedback_message if status is NodeStatus.FAILURE else ""
+
+
+@pytest.mark.parametrize("yaw", [0.0, 0.4, math.pi / 4])
+def test_a_peg_is_inserted_in_the_hole_and_not_beside_the_turned_board(yaw):
+    assert not inserted(yaw, 0.0, 0.0, LENGTH / 2 + 0.001)
+    for angle in np.arange(8) * math.pi / 4:
+        edge = np.array([math.cos(angle), math.sin(angle)])
+        x, y = 0.1 * edge / np.abs(edge).max()
+        assert "not 30 mm deep in a hole" in inserted(yaw, x, y, LENGTH / 2 + 0.001)
+
+
+def test_a_peg_on_the_board_is_not_inserted():
+    assert "not 30 mm deep in a hole" in inserted(0.0, 0.05, 0.0, 0.04 + LENGTH / 2 + 0.001)
+
+
+def test_a_goal_counts_presses_of_its_own_cycle():
+    cell = Cell()
+    cell.add(PushButton(), spatial.pose((0.0, 0.0, 0.0)), name="button")
+    condition = WasPressed("pressed", object="button", released=True)
+    tree = Tree(condition)
+    tree.setup(cell=cell, robots={})
+    cell.data.qpos[0] = 0.008
+    cell.step(500)
+    assert tree.tick() is NodeStatus.SUCCESS
+    condition.begin_cycle()
+    cell.step(100)
+    assert tree.tick() is NodeStatus.FAILURE
+    cell.data.qpos[0] = 0.008
+    cell.step(500)
+    assert tree.tick() is NodeStatus.SUCCESS
+
+
+@pytest.fixture
+def handing():
+    """Return a cell with a rod and posts that stand for two robots, a condition, and its tree."""
+    cell = Cell()
+    cell.add(Box(size=(1.0, 1.0, 0.1)), spatial.pose((0.0, 0.0, 0.05)), name="table", free=False)
+    for name, x in (("left", -0.1), ("right", 0.1), ("block", 0.0)):
+        post = Box(size=(0.04, 0.04, 0.5 if name != "block" else 0.49))
+        cell.add(post, spatial.pose((x, 0.0, 0.35)), name=name, free=False)
+    cell.add(Box(size=(0.3, 0.03, 0.03)), spatial.pose((0.0, 0.3, 0.115)), name="rod", free=True)
+    condition = IsHandedOver("handed over", object="rod", giver="left", receiver="right")
+    tree = Tree(condition)
+    tree.setup(cell=cell)
+
+    def put(x, z=0.615, steps=200):
+        cell.move("rod", spatial.pose((x, 0.0, z)), overlap=1.0)
+        cell.step(steps)
+        return tree.tick() is NodeStatus.SUCCESS
+
+    return cell, condition, put
+
+
+def test_a_rod_that_lies_on_a_block_is_not_handed_over_in_the_air(handing):
+    cell, _, put = handing
+    cell.move("block", spatial.pose((0.0, 0.0, 0.355)))
+    assert not put(-0.1) and not put(0.0)
+    cell.move("block", spatial.pose((0.0, 0.0, 0.345)))  # lower than the posts
+    assert put(0.0)
+
+
+def test_a_rod_that_the_giver_keeps_is_not_handed_over(handing):
+    _, _, put = handing
+    assert put(0.0) and put(0.1) and not put(-0.1)
+
+
+def test_a_rod_that_the_receiver_drops_at_once_is_not_handed_over(handing):
+    _, _, put = handing
+    assert put(0.0) and put(0.1, steps=20) and not put(0.0, z=0.9, steps=5)
+
+
+def test_a_hand_over_of_an_earlier_cycle_does_not_count(handing):
+    _, condition, put = handing
+    assert put(0.0)
+    condition.begin_cycle()
+    assert not put(0.1)
