@@ -363,12 +363,7 @@ def _turn(
 def _within_limits(
     plan: Callable[[np.ndarray, np.ndarray], JointTrajectory], model: RobotModel
 ) -> JointTrajectory | None:
-    """Return a trajectory within all limits; None where there is none.
-
-    Args:
-        plan: Plans with given accelerations and jerks.
-        model: The arm with its payload.
-    """
+    """Return a trajectory within all limits; None where there is none."""
     limits = model.limits
     try:
         trajectory = scale_to_effort_limits(

@@ -365,11 +365,7 @@ def state_problem(state: Any, joints: int) -> str:
 
 
 def _made(factory: str, address: str) -> Any:
-    """Make and connect a device.
-
-    Raises:
-        BtManipError: If that fails.
-    """
+    """Make and connect a device."""
     try:
         device = resolve_name(factory)(address)
         device.connect()

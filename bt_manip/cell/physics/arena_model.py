@@ -355,11 +355,7 @@ class ArenaModel:
         return new
 
     def _mj_model(self) -> mujoco.MjModel:
-        """Compile the arena.
-
-        Raises:
-            ValueError: If MuJoCo or PyMJCF rejects it.
-        """
+        """Compile the arena."""
         return self._writer.compile(a.entity.mjcf_model for a in self.attachments.values())
 
 
