@@ -75,7 +75,9 @@ def assemble(description: RobotDescription) -> Assembly:
     tool = _tool_site(root, hand, alone, description, where)
     _move_base(root, alone, description.T_rb)
     _add_pedestal(root, description)
-    _exclude_contacts(root, hand, description)
+    for pair in description.exclude:
+        first, second = (_find_body(root, hand, name, where) for name in pair)
+        root.contact.add("exclude", body1=first, body2=second)
     return Assembly(root, alone, hand, tool)
 
 
@@ -241,15 +243,6 @@ def _add_pedestal(root: mjcf.RootElement, description: RobotDescription) -> None
         "geom", name=PEDESTAL, type="box", size=half, pos=(x, y, half[2]), mass=0.0,
         rgba=(0.35, 0.36, 0.38, 1.0),
     )  # fmt: skip
-
-
-def _exclude_contacts(
-    root: mjcf.RootElement, hand: mjcf.RootElement, description: RobotDescription
-) -> None:
-    """Exclude the contacts of the described pairs of bodies."""
-    for pair in description.exclude:
-        first, second = (_find_body(root, hand, name, description.where) for name in pair)
-        root.contact.add("exclude", body1=first, body2=second)
 
 
 def _find_body(root: mjcf.RootElement, hand: mjcf.RootElement, name: str, where: str) -> Any:

@@ -68,7 +68,8 @@ def build_model(
     if missing:
         raise RobotError(f"joints {missing} are not below body '{model.name}'")
     dofs = mj_model.jnt_dofadr[moving]
-    model.gravity.linear = _gravity(mj_model)
+    weightless = mj_model.opt.disableflags & int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
+    model.gravity.linear = np.zeros(3) if weightless else mj_model.opt.gravity
     model.armature = mj_model.dof_armature[dofs] + _transmitted_armature(mj_model, moving)
     limited = mj_model.jnt_limited[moving].astype(bool)
     model.lowerPositionLimit = np.where(limited, mj_model.jnt_range[moving, 0], -np.inf)
@@ -179,12 +180,6 @@ def _add_frames(
         frames.append((_name(mj_model.site(site)), T * T_bs, pin.FrameType.OP_FRAME))
     for name, placement, kind in frames:
         model.addFrame(pin.Frame(name, parent, joint_frame, placement, kind))
-
-
-def _gravity(mj_model: mujoco.MjModel) -> np.ndarray:
-    if mj_model.opt.disableflags & int(mujoco.mjtDisableBit.mjDSBL_GRAVITY):
-        return np.zeros(3)
-    return mj_model.opt.gravity.copy()
 
 
 def _transmitted_armature(mj_model: mujoco.MjModel, moving: Sequence[int]) -> np.ndarray:

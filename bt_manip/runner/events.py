@@ -3,6 +3,7 @@
 import math
 from collections import deque
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from bt_manip.bt import NodeStatus, pointed_key
@@ -119,7 +120,7 @@ class EventStream:
         if self._wanted("status", "message"):
             self._tree.observers.append(self._status_changed)
         if self._wanted("intervention"):
-            self._run.interventions.observers.append(self._intervened)
+            self._run.interventions.observers.append(partial(self.emit, "intervention"))
 
     def after_compile(self) -> None:
         """Emit entities that were added or removed."""
@@ -154,9 +155,6 @@ class EventStream:
             self._emit_status(node, old, new)
         else:  # replaced by an edited tree
             self._compare_tree()
-
-    def _intervened(self, data: dict[str, Any]) -> None:
-        self.emit("intervention", data)
 
     def _emit_status(self, node: TreeNode, old: NodeStatus, new: NodeStatus) -> None:
         if self._wanted("status"):
