@@ -122,7 +122,7 @@ def _reachable(address: str) -> str:
 
 
 def _last_started() -> str:
-    """Return the address of the last ``ray start`` on this machine, from the file that it writes."""
+    """Return the address of the last ``ray start`` here, from the file that it writes."""
     folder = os.environ.get("RAY_TMPDIR") or os.environ.get("TMPDIR") or "/tmp"
     try:
         return Path(folder, "ray", "ray_current_cluster").read_text().strip()
