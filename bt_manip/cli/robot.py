@@ -21,7 +21,21 @@ _cycles = click.option(
 )  # fmt: skip
 
 
-@click.group()
+class _RobotGroup(click.Group):
+    """A group with the command of another package, which is imported when it is used."""
+
+    def list_commands(self, context: click.Context) -> list[str]:
+        return sorted([*super().list_commands(context), "measure"])
+
+    def get_command(self, context: click.Context, name: str) -> click.Command | None:
+        if name != "measure":
+            return super().get_command(context, name)
+        from bt_manip_setup.finger_travel.command import measure
+
+        return measure
+
+
+@click.group(cls=_RobotGroup)
 def robot() -> None:
     """Describe a robot from its model, check and show descriptions."""
 

@@ -14,7 +14,7 @@ from bt_manip.cell import escaped_name, literal_name
 from bt_manip.collision import CollisionWorld, permanent_self_collisions
 from bt_manip.grippers import (
     DEFAULT_LENGTH,
-    find_fingers,
+    TwoFingerGripper,
     suction_gripper,
     two_finger_gripper,
 )
@@ -34,6 +34,7 @@ from bt_manip.robots import (
     read_model,
     site_pose,
 )
+from bt_manip_setup.finger_travel import TRAVEL_NOTE, find_fingers, measured
 
 from .arm_chain import ArmChain, find_arm, find_mount
 from .inspection import make_robot, stands_on
@@ -149,6 +150,8 @@ def describe_robot(
             others = kinds and f"; for another kind ({kinds}) give a registered gripper's name"
             raise RobotError(f"{error}{others} (the arm: --joints {joints_of_arm})") from error
         notes |= more
+    if _has_two_fingers(description, parts):
+        description, notes["gripper.travel"] = measured(description), TRAVEL_NOTE
     robot = make_robot(description, parts)
     overlaps = permanent_self_collisions(CollisionWorld(robot, robot.make_model()))
     if overlaps:
@@ -189,6 +192,11 @@ def describe_robot(
         )
         robot = make_robot(description, parts)
     return Draft(description, notes, robot, placement.share)
+
+
+def _has_two_fingers(description: RobotDescription, parts: Parts) -> bool:
+    kind = description.gripper and parts.grippers.get(description.gripper.kind)
+    return isinstance(kind, type) and issubclass(kind, TwoFingerGripper)
 
 
 def _built_cup(mount: str) -> dict[str, Any]:

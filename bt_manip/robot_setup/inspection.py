@@ -10,7 +10,6 @@ import pinocchio as pin
 
 from bt_manip.cell import Cell, FrameRenderer, escaped_name, literal_name
 from bt_manip.exceptions import BtManipError
-from bt_manip.grippers import find_fingers
 from bt_manip.registry import Parts
 from bt_manip.robots import (
     Gripper,
@@ -21,6 +20,7 @@ from bt_manip.robots import (
     compile_alone,
 )
 from bt_manip.spatial import quat_wxyz
+from bt_manip_setup.finger_travel import find_fingers
 
 from .reach import GRASP_HEIGHT, DownwardReach
 
