@@ -23,6 +23,7 @@ joints = ["finger_joint1", "finger_joint2"]
 fingers = ["left_finger", "right_finger"]
 max_speed = 0.1
 max_force = 60.0
+travel = "{bundled_path("panda/finger_travel.toml")}"
 """
 
 
