@@ -37,7 +37,7 @@ STABLE = {
     "bt_manip.runner": "Station RunObserver RunView prepare request_of",
     "bt_manip.scenes": "Scene SceneRobot SceneObject PoseSource",
     "bt_manip.testing": "Stub Example contracts_of trees_of run_tree play assert_tower Check",
-    "bt_manip.grippers": "TwoFingerGripper two_finger_gripper find_fingers",
+    "bt_manip.grippers": "TwoFingerGripper two_finger_gripper",
     "bt_manip.faults": "Fault parameter",
     "bt_manip.viewer": "Panel",
 }
@@ -107,8 +107,8 @@ EXPERIMENTAL = {
         "DEVICE_CONTRACT recovers_from_a_problem"
     ),
     "bt_manip.grippers": (
-        "FoundFingers FingerTravel SuctionGripper suction_gripper GRIP_DEPTH Solid "
-        "NativeTwoFingerGripper"
+        "FingerTravel TwoFingerParameters travel_digests SuctionGripper suction_gripper "
+        "GRIP_DEPTH Solid BodySurface collision_geoms_of NativeTwoFingerGripper"
     ),
     "bt_manip.faults": "FaultError FaultContext FaultInjector parse_fault",
     "bt_manip.viewer": "render write_png NoOpenGLError Page use_offscreen_opengl",

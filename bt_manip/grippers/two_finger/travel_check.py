@@ -20,7 +20,6 @@ _JOINTS = ("joint", "freejoint")
 _DIGITS = 9  # significant digits of the model's numbers
 _DECIMALS = 6  # [m] and of quaternions, of the tool frame, which is computed
 _LENGTH = 16  # hexadecimal digits of a digest
-_ADDED = "gripper_mount"  # a site
 
 Defaults = dict[str, dict[str, str]]
 """Attributes of a default class by tag."""
@@ -80,13 +79,15 @@ def travel_digests(robot: Robot, parameters: TwoFingerParameters) -> dict[str, s
         world = next(body for body in world.iter("body") if body.get("name") == last)
         for key in set(world.attrib) - {"name", "childclass"}:
             del world.attrib[key]  # its pose
+    coupling = [*equality.iter(), *tendon.iter()]
+    sites = {element.get(key) for element in coupling for key in ("site", "site1", "site2")}
     bodies, joints = [_line(compiler, defaults)], []
     for element in world.iter():
-        if element.tag not in _JOINTS:
-            if element.tag != "site" or element.get("name") not in (robot.tool_site.name, _ADDED):
-                bodies.append(_line(element, defaults))
-        elif element.get("name") not in arm:
-            joints.append(f"{element.getparent().get('name')} {_line(element, defaults)}")
+        if element.tag in _JOINTS:
+            if element.get("name") not in arm:
+                joints.append(f"{element.getparent().get('name')} {_line(element, defaults)}")
+        elif element.tag != "site" or element.get("name") in sites:
+            bodies.append(_line(element, defaults))
     for name in sorted({geom.get("mesh", "") for geom in world.iter("geom")} - {""}):
         bodies.append(_line(hand.find("mesh", name).to_xml(precision=_DIGITS), defaults))
     couplings = [_line(element, defaults, "equality") for element in equality.iter()]
