@@ -116,9 +116,9 @@ widths = [0.0, 0.08]
 positions = [[0.0, 0.04], [0.0, 0.04]]
 
 [gripper.travel.digests]
-bodies = "29dd6abcaf52f172"
-joints = "8a53ad54a1a0958b"
-couplings = "e2e73191bc06a71d"
+bodies = "0f08712a6370d8e4"
+joints = "2a9b2c9713af84fa"
+couplings = "96e7ae6fca908dd4"
 "tool frame" = "802f98af65862e7d"
 keys = "48b4e44c8aac2135"
 """

@@ -1,10 +1,11 @@
 """Check that a measured travel fits the gripper's model and description."""
 
 import hashlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import Any
 
 import mujoco
+import numpy as np
 
 from bt_manip import spatial
 from bt_manip.robots import Robot, RobotError, site_pose
@@ -14,15 +15,14 @@ from .parameters import TwoFingerParameters
 
 _KEYS = ("joints", "fingers", "motor", "armature", "frictionloss")
 _IGNORED = (
-    "class", "childclass", "group", "material", "rgba", "user", "assetdir", "meshdir", "texturedir",
+    "dclass", "childclass", "group", "material", "rgba", "user",
+    "assetdir", "meshdir", "texturedir",
 )  # fmt: skip
+_SITES = ("site", "site1", "site2")
 _JOINTS = ("joint", "freejoint")
 _DIGITS = 9  # significant digits of the model's numbers
 _DECIMALS = 6  # [m] and of quaternions, of the tool frame, which is computed
 _LENGTH = 16  # hexadecimal digits of a digest
-
-Defaults = dict[str, dict[str, str]]
-"""Attributes of a default class by tag."""
 
 
 def checked_travel(robot: Robot, parameters: TwoFingerParameters) -> FingerTravel:
@@ -66,34 +66,28 @@ def travel_digests(robot: Robot, parameters: TwoFingerParameters) -> dict[str, s
         SHA-256 digests, of which the first 16 digits, by ``"bodies"``, ``"joints"``,
         ``"couplings"``, ``"tool frame"`` and ``"keys"``.
     """
-    hand = robot.gripper_root
-    default, compiler, world, equality, tendon, actuator = (
-        getattr(hand, section).to_xml(precision=_DIGITS)
-        for section in ("default", "compiler", "worldbody", "equality", "tendon", "actuator")
-    )
-    default.attrib.pop("class", None)  # the name of the main class, which most elements have
-    defaults = dict(_classes(default, {}))
-    arm = {joint.full_identifier for joint in robot.arm_joints}
-    if hand is robot.mjcf_model:
-        last = robot.arm_joints[-1].parent.full_identifier
-        world = next(body for body in world.iter("body") if body.get("name") == last)
-        for key in set(world.attrib) - {"name", "childclass"}:
-            del world.attrib[key]  # its pose
-    coupling = [*equality.iter(), *tendon.iter()]
-    sites = {element.get(key) for element in coupling for key in ("site", "site1", "site2")}
-    bodies, joints = [_line(compiler, defaults)], []
-    for element in world.iter():
+    hand, arm = robot.gripper_root, robot.arm_joints
+    base = hand.worldbody if hand is not robot.mjcf_model else arm[-1].parent
+    coupled = [c for section in (hand.equality, hand.tendon) for c in section.all_children()]
+    wraps = [w for tendon in hand.tendon.all_children() for w in tendon.all_children()]
+    sites = [getattr(c, key, None) for c in (*coupled, *wraps) for key in _SITES]
+    bodies, joints, meshes = [_line(hand.compiler)], [], {}
+    for element, childclass in _elements(base):
+        line = _line(element, childclass)
         if element.tag in _JOINTS:
-            if element.get("name") not in arm:
-                joints.append(f"{element.getparent().get('name')} {_line(element, defaults)}")
-        elif element.tag != "site" or element.get("name") in sites:
-            bodies.append(_line(element, defaults))
-    for name in sorted({geom.get("mesh", "") for geom in world.iter("geom")} - {""}):
-        bodies.append(_line(hand.find("mesh", name).to_xml(precision=_DIGITS), defaults))
-    couplings = [_line(element, defaults, "equality") for element in equality.iter()]
-    couplings += [_line(element, defaults, "tendon") for element in tendon.iter()]
-    moved = [(motor.get("joint"), motor.get("tendon")) for motor in actuator]
-    couplings += [f"{joint} {tendon}" for joint, tendon in moved if joint not in arm]
+            if not any(element is joint for joint in arm):
+                joints.append(f"{element.parent.name} {line}")
+        elif element.tag != "site" or any(element is site for site in sites):
+            bodies.append(line)
+        mesh = element.mesh if element.tag == "geom" else None
+        if mesh is not None:
+            meshes[mesh.name] = _line(mesh)
+    bodies += meshes.values()
+    couplings = [_line(c, tag=c.parent.tag) for c in coupled] + [_line(wrap) for wrap in wraps]
+    for motor in hand.actuator.all_children():
+        moved = [getattr(motor, key, None) for key in ("joint", "tendon")]
+        if not any(target is joint for target in moved for joint in arm):
+            couplings.append(" ".join(target.name for target in moved if target is not None))
     parts = {
         "bodies": bodies,
         "joints": joints,
@@ -107,29 +101,42 @@ def travel_digests(robot: Robot, parameters: TwoFingerParameters) -> dict[str, s
     }
 
 
-def _classes(default: Any, inherited: Defaults) -> Iterator[tuple[str, Defaults]]:
-    """Yield the name of a default class and its attributes by tag, then the classes inside."""
-    own = dict(inherited)
-    for element in default:
-        if element.tag != "default":
-            own[element.tag] = own.get(element.tag, {}) | dict(element.attrib)
-    yield default.get("class", ""), own
-    for inner in default.iterchildren("default"):
-        yield from _classes(inner, own)
+def _elements(body: Any, childclass: Any = None) -> Iterator[tuple[Any, Any]]:
+    """Yield the elements in a body and those in its bodies, with the default class that applies."""
+    outer = body
+    while childclass is None and outer.tag == "body":
+        childclass, outer = outer.childclass, outer.parent
+    for element in body.all_children():
+        yield element, childclass
+        if element.tag == "body":
+            yield from _elements(element, element.childclass or childclass)
 
 
-def _line(element: Any, defaults: Mapping[str, Defaults], tag: str = "") -> str:
-    """Return the tag and the attributes of an element, with those of its default class.
+def _line(element: Any, childclass: Any = None, tag: str = "") -> str:
+    """Return an element's tag and attributes, with those of its default class.
 
     Args:
         element: The element.
-        defaults: The default classes.
-        tag: Tag in these; default: that of the element.
+        childclass: Its class, if it does not name one; default: the main class.
+        tag: Tag in the default class; default: its own.
     """
-    classes = [element.get("class"), *(e.get("childclass") for e in element.iterancestors())]
-    own = defaults.get(next(filter(None, classes), ""), defaults[""]).get(tag or element.tag, {})
-    attributes = sorted((own | dict(element.attrib)).items())
-    return f"{element.tag} {[pair for pair in attributes if pair[0] not in _IGNORED]}"
+    own = element.get_attributes()
+    default, attributes = own.get("dclass") or childclass or element.root.default, dict(own)
+    while default.tag == "default":
+        inherited = getattr(default, tag or element.tag, None)
+        attributes = ({} if inherited is None else dict(inherited.get_attributes())) | attributes
+        default = default.parent
+    texts = (f"{k}={_text(v)}" for k, v in sorted(attributes.items()) if k not in _IGNORED)
+    return f"{element.tag} {' '.join(texts)}"
+
+
+def _text(value: Any) -> str:
+    """Return the value of an attribute; that of a file depends on its content."""
+    if isinstance(value, float | np.ndarray):
+        return " ".join(f"{x:.{_DIGITS}g}" for x in np.ravel(value).tolist())
+    if hasattr(value, "get_vfs_filename"):
+        return str(value.get_vfs_filename())
+    return str(getattr(value, "name", value))
 
 
 def _tool(robot: Robot, joint: str) -> str:
