@@ -108,7 +108,7 @@ EXPERIMENTAL = {
     ),
     "bt_manip.grippers": (
         "FingerTravel TwoFingerParameters travel_digests SuctionGripper suction_gripper "
-        "GRIP_DEPTH Solid BodySurface collision_geoms_of NativeTwoFingerGripper"
+        "GRIP_DEPTH Solid solids_of BodySurface collision_geoms_of NativeTwoFingerGripper"
     ),
     "bt_manip.faults": "FaultError FaultContext FaultInjector parse_fault",
     "bt_manip.viewer": "render write_png NoOpenGLError Page use_offscreen_opengl",
@@ -146,7 +146,7 @@ EXPERIMENTAL = {
         "GraspPlanner GripperClearance with_clearance SUFFICIENT_CLEARANCE holding_force"
     ),
     "bt_manip.robot_setup": "describe_robot try_robot why_not",
-    "bt_manip.toml": "Key TomlTable documented read_part",
+    "bt_manip.toml": "Key TomlTable documented read_part toml_text write_fields",
     "bt_manip.cli": (
         "FAILED SUCCESS StationOptions chosen complete_part exit_code_help "
         "load_chosen_plugins run_tracked takes vary_option workers_option"

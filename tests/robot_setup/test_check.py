@@ -7,6 +7,8 @@ import pytest
 from bt_manip.models import bundled_path
 from bt_manip.robot_setup import check_description
 from bt_manip.robot_setup.trial import Checked
+from bt_manip.robots import read_description
+from bt_manip_setup.finger_travel import write_travel
 from tests.measuring.small_arm import write_small_arm
 
 PANDA = f"""
@@ -108,8 +110,16 @@ def test_a_tool_beside_the_fingers_is_found(checked):
     assert "mm from the middle of the finger pads" in "".join(result.findings)
 
 
-def test_a_gripper_that_reaches_the_table_before_its_tool_grips_is_found(checked):
-    result = checked(('frame = "tool"', 'frame = "tool"\nposition = [0.0, 0.0, -0.04]'))
+def test_a_gripper_that_reaches_the_table_before_its_tool_grips_is_found(checked, parts, tmp_path):
+    path = tmp_path / "arm.toml"
+    moved = ('frame = "tool"', 'frame = "tool"\nposition = [0.0, 0.0, -0.04]')
+    refused = checked(moved)
+    assert "with other tool frame; 'bt-manip robot measure " in refused.findings[0]
+    path.write_text(
+        "\n".join(line for line in path.read_text().splitlines() if "travel" not in line)
+    )
+    write_travel(read_description(path))
+    result = check_description(path, parts, 0)
     assert result.facts[0].startswith("reach: 0 %")
     assert "the open gripper reaches 5" in result.findings[-1]
     assert "mm below it, and it grips the cube of pick_place 40 mm over" in result.findings[-1]

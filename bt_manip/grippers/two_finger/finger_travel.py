@@ -21,8 +21,7 @@ from bt_manip.toml import (
     write_fields,
 )
 
-MARGIN = 1.2
-"""Factor on the motors' efforts, for friction."""
+_MARGIN = 1.2  # factor on the motors' efforts, for friction
 
 Rows = tuple[tuple[float, ...], ...]
 
@@ -147,7 +146,7 @@ class FingerTravel:
             self.polynomials, self.holding, self.ratios, rows, strict=True
         ):
             slope = Polynomial(polynomial).deriv()(q)
-            efforts.append(MARGIN * force * float(np.abs(slope * ratio).max()))
+            efforts.append(_MARGIN * force * float(np.abs(slope * ratio).max()))
             springs.append(float(np.abs(Polynomial(holding)(q)).max()))
         if self.motor is not None:
             return [sum(efforts) + springs[0]]

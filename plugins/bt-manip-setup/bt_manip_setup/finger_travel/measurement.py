@@ -13,7 +13,7 @@ from numpy.polynomial import Polynomial
 from bt_manip.cell import escaped_name, literal_name
 from bt_manip.grippers import BodySurface, FingerTravel, TwoFingerParameters, travel_digests
 from bt_manip.robots import Robot, RobotDescription, RobotError, site_pose
-from bt_manip.toml import plain, read_part, write_fields
+from bt_manip.toml import read_part, write_fields
 
 from .bench import BEHIND, STOPS, FingerBench, Sweep, ancestors, relative_motion
 
@@ -50,7 +50,7 @@ def measured(description: RobotDescription) -> RobotDescription:
         raise RobotError(f"{description.where} has no gripper")
     parameters = {key: value for key, value in gripper.parameters.items() if key != "travel"}
     bare = replace(description, gripper=replace(gripper, parameters=parameters))
-    travel = plain(write_fields(measure_gripper(bare)))
+    travel = write_fields(measure_gripper(bare))
     return replace(bare, gripper=replace(gripper, parameters=parameters | {"travel": travel}))
 
 

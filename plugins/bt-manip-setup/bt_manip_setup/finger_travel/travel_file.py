@@ -1,12 +1,13 @@
 """Writing of the measured travel into the file of a robot's description."""
 
 import re
+import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from bt_manip.robots import RobotDescription, RobotError
-from bt_manip.toml import parse_toml, toml_text
+from bt_manip.toml import toml_text
 
 from .measurement import measured
 
@@ -71,7 +72,7 @@ def _with_travel(path: Path, text: str, travel: Mapping[str, Any]) -> str:
     table = toml_text({"gripper": {"travel": travel}}, {"gripper.travel": TRAVEL_NOTE}, "")
     written = "\n".join(kept).rstrip() + f"\n{table}"
     try:
-        before, after = parse_toml(text), parse_toml(written)
+        before, after = tomllib.loads(text), tomllib.loads(written)
         before["gripper"].pop("travel", None)
         complete = after["gripper"].pop("travel") == travel and before == after
     except ValueError:
