@@ -115,9 +115,7 @@ def test_a_gripper_that_reaches_the_table_before_its_tool_grips_is_found(checked
     moved = ('frame = "tool"', 'frame = "tool"\nposition = [0.0, 0.0, -0.04]')
     refused = checked(moved)
     assert "with other tool frame; 'bt-manip robot measure " in refused.findings[0]
-    path.write_text(
-        "\n".join(line for line in path.read_text().splitlines() if "travel" not in line)
-    )
+    path.write_text(path.read_text().partition("travel = ")[0])
     write_travel(read_description(path))
     result = check_description(path, parts, 0)
     assert result.facts[0].startswith("reach: 0 %")
