@@ -37,7 +37,7 @@ STABLE = {
     "bt_manip.runner": "Station RunObserver RunView prepare request_of",
     "bt_manip.scenes": "Scene SceneRobot SceneObject PoseSource",
     "bt_manip.testing": "Stub Example contracts_of trees_of run_tree play assert_tower Check",
-    "bt_manip.grippers": "TwoFingerGripper two_finger_gripper find_fingers",
+    "bt_manip.grippers": "TwoFingerGripper two_finger_gripper",
     "bt_manip.faults": "Fault parameter",
     "bt_manip_view": "Panel",
 }
@@ -111,8 +111,8 @@ EXPERIMENTAL = {
         "DEVICE_CONTRACT ROBOT_CONTRACT RobotCase recovers_from_a_problem"
     ),
     "bt_manip.grippers": (
-        "FoundFingers FingerTravel SuctionGripper suction_gripper GRIP_DEPTH Solid "
-        "NativeTwoFingerGripper"
+        "FingerTravel TwoFingerParameters travel_digests SuctionGripper suction_gripper "
+        "GRIP_DEPTH Solid solids_of BodySurface collision_geoms_of NativeTwoFingerGripper"
     ),
     "bt_manip.faults": "FaultError FaultContext FaultInjector parse_fault",
     "bt_manip.viewer": (
@@ -156,7 +156,8 @@ EXPERIMENTAL = {
         "CheckedGrasps"
     ),
     "bt_manip_setup": "describe_robot check_description try_robot",
-    "bt_manip.toml": "Key TomlTable documented read_part",
+    "bt_manip_setup.finger_travel": "find_fingers measured write_travel",
+    "bt_manip.toml": "Key TomlTable documented read_part toml_text write_fields",
     "bt_manip.cli": (
         "BAD_INPUT FAILED INTERRUPTED SUCCESS Interrupt PluginGroup RunOptions Session "
         "StationOptions ViewingCommand chosen complete_part execute_run exit_code_help "

@@ -1,6 +1,8 @@
 """Kinds of grippers: each is a `bt_manip.robots.Gripper` in its own package."""
 
+from .solids import BodySurface as BodySurface
 from .solids import Solid as Solid
+from .solids import collision_geoms_of as collision_geoms_of
 from .solids import contact_friction as contact_friction
 from .solids import solids_of as solids_of
 from .suction import DEFAULT_LENGTH as DEFAULT_LENGTH
@@ -8,8 +10,8 @@ from .suction import SuctionGripper as SuctionGripper
 from .suction import suction_gripper as suction_gripper
 from .two_finger import GRIP_DEPTH as GRIP_DEPTH
 from .two_finger import FingerTravel as FingerTravel
-from .two_finger import FoundFingers as FoundFingers
 from .two_finger import NativeTwoFingerGripper as NativeTwoFingerGripper
 from .two_finger import TwoFingerGripper as TwoFingerGripper
-from .two_finger import find_fingers as find_fingers
+from .two_finger import TwoFingerParameters as TwoFingerParameters
+from .two_finger import travel_digests as travel_digests
 from .two_finger import two_finger_gripper as two_finger_gripper

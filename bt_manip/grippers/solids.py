@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 
+from bt_manip import spatial
 from bt_manip.cell import Cell, body_poses, collision_geoms, geom_pose
 from bt_manip.exceptions import MotionError
 
@@ -193,6 +194,43 @@ def geom_surface(model: mujoco.MjModel, geom: int) -> np.ndarray:
     if kind == "mesh":
         return _mesh_hull(model, int(model.geom_dataid[geom]))
     return surface_triangles(kind, np.array(model.geom_size[geom]))
+
+
+def collision_geoms_of(model: mujoco.MjModel, body: int) -> list[int]:
+    """List the ids of the collision geoms of a body."""
+    collides = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
+    return [int(g) for g in np.flatnonzero((model.geom_bodyid == body) & collides)]
+
+
+class BodySurface:
+    """Surface of a body's collision geometry; meshes are replaced by their convex hulls.
+
+    Args:
+        model: The compiled model.
+        body: Id of the body, also the attribute of this name.
+    """
+
+    def __init__(self, model: mujoco.MjModel, body: int) -> None:
+        self.body = body
+        found = [np.zeros((0, 3, 3))]
+        for geom in collision_geoms_of(model, body):
+            T_bg = spatial.pose(model.geom_pos[geom], model.geom_quat[geom])
+            found.append(geom_surface(model, geom) @ T_bg.rotation.T + T_bg.translation)
+        self._triangles = np.concatenate(found)
+
+    def beyond(self, T_tb: pin.SE3, height: float) -> np.ndarray:
+        """Return the corners of the part of the surface above a plane z = height [m].
+
+        Args:
+            T_tb: Pose of the body in a frame whose z axis is normal to the plane.
+            height: Height of the plane [m]; minus infinity for the whole surface.
+        """  # (n, 3)
+        a = self._triangles @ T_tb.rotation.T + T_tb.translation
+        b = np.roll(a, -1, axis=1)
+        start, end = a[..., 2] - height, b[..., 2] - height
+        cross = (start < 0.0) != (end < 0.0)
+        t = start[cross] / (start[cross] - end[cross])
+        return np.concatenate([a[start >= 0.0], a[cross] + t[:, None] * (b[cross] - a[cross])])
 
 
 def _kind(model: mujoco.MjModel, geom: int) -> str | None:

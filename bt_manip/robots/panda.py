@@ -29,6 +29,7 @@ def panda() -> RobotDescription:
                 "fingers": ["left_finger", "right_finger"],
                 "open_width": 0.08,
                 "max_speed": 0.2,
+                "travel": str(bundled_path("panda/finger_travel.toml")),
             },
         ),
     )

@@ -53,7 +53,7 @@ def _assigned(key: str, value: Any) -> Iterator[str]:
     lines = [""]
     for item in value:
         part = f"{_value(item)}, "
-        if len(lines[-1]) + len(part) > _WIDTH - 4:
+        if lines[-1] and len(lines[-1]) + len(part) > _WIDTH - 4:
             lines.append("")
         lines[-1] += part
     yield from (f"{key} = [", *(f"    {line.rstrip()}" for line in lines), "]")

@@ -13,6 +13,7 @@ from bt_manip.exceptions import MotionError
 from bt_manip.grippers import TwoFingerGripper, two_finger_gripper
 from bt_manip.kinematics import IKProblem, InverseKinematics, PositionTarget
 from bt_manip.robots import Robot, RobotDescription, RobotError, compile_alone, verify
+from bt_manip_setup.finger_travel import measured
 
 FINGER = """
 <body name="{side}/finger_{i}" pos="0 {y} 0.04">
@@ -96,7 +97,7 @@ def description(tmp_path) -> RobotDescription:
     left, right = half("left", 0.4), half("right", -0.4)
     path = tmp_path / "duo.xml"
     path.write_text(MODEL.format(**{key: left[key] + right[key] for key in left}))
-    return RobotDescription(
+    described = RobotDescription(
         name="duo",
         model=str(path),
         arm_joints=tuple(f"left/{joint}" for joint in JOINTS),
@@ -115,6 +116,7 @@ def description(tmp_path) -> RobotDescription:
             max_force=40.0,
         ),
     )
+    return measured(described)
 
 
 def test_the_compiled_robot_is_that_of_the_file(description, rng):
@@ -162,7 +164,7 @@ def test_the_base_of_such_a_model_can_be_moved(description):
 def test_it_is_a_gripper_of_its_own_too(description):
     arm = replace(description, gripper=None, tool_frame="right/tool")
     hand = replace(description.gripper, model=description.model, mount="left/hand")
-    robot = Robot(replace(arm, gripper=hand), gripper=TwoFingerGripper)
+    robot = Robot(measured(replace(arm, gripper=hand)), gripper=TwoFingerGripper)
     compile_alone(robot)
     assert robot.mj_model.njnt == 5 + 10
 

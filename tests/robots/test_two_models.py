@@ -11,6 +11,7 @@ import pytest
 
 from bt_manip.grippers import TwoFingerGripper
 from bt_manip.robots import Robot, RobotError, compile_alone, read_description, verify
+from bt_manip_setup.finger_travel import measured
 
 FILE = Path(__file__).parent / "models" / "post.toml"
 CRANK, ROOT = 0.05, 0.02  # [m] of tests/robots/models/pincers.xml
@@ -122,7 +123,7 @@ def test_pads_and_friction_are_as_described(robot):
         assert model.geom_solref[geoms[0]] == pytest.approx([0.004, 1.0])
         assert model.geom_priority[geoms[0]] == 0 and model.geom_solmix[geoms[0]] == 1e6
     moving = robot.mj_model.jnt_dofadr[
-        [robot.mj_model.joint(n).id for n in robot.gripper.mechanism.travel.joints]
+        [robot.mj_model.joint(f"pincers/{n}").id for n in robot.gripper.mechanism.travel.joints]
     ]
     assert (model.dof_frictionloss[moving] == 0.001).all()
     assert (model.dof_frictionloss[robot.dof_adr] == 0.0).all()
@@ -153,7 +154,8 @@ COUPLING = '<joint joint1="left_driver" joint2="right_driver" solref="0.004 1"/>
 
 def test_two_motors_may_move_two_linkages(description, tmp_path):
     model = pincers(tmp_path, COUPLING, "")
-    robot = Robot(changed(description, model=model, motor=None), gripper=TwoFingerGripper)
+    apart = measured(changed(description, model=model, motor=None))
+    robot = Robot(apart, gripper=TwoFingerGripper)
     assert len(robot.gripper.mechanism.actuators) == 2
     assert robot.gripper.mechanism.actuators[0].forcerange[1] == pytest.approx(
         1.2 * 40.0 * CRANK, rel=0.02
@@ -177,7 +179,7 @@ def test_two_motors_may_move_two_linkages(description, tmp_path):
 )
 def test_what_does_not_fit_is_said(description, changes, message):
     with pytest.raises(RobotError, match=message):
-        Robot(changed(description, **changes), gripper=TwoFingerGripper)
+        Robot(measured(changed(description, **changes)), gripper=TwoFingerGripper)
 
 
 def test_a_joint_that_leaves_the_fingers_where_they_are_is_no_gripper_joint(description, tmp_path):
@@ -186,17 +188,18 @@ def test_a_joint_that_leaves_the_fingers_where_they_are_is_no_gripper_joint(desc
     model = pincers(tmp_path, old, f"{old}{spare}")
     spare = changed(description, model=model, joints=["spare"], motor="spare")
     with pytest.raises(RobotError, match="'pincers/spare' does not open and close"):
-        Robot(spare, gripper=TwoFingerGripper)
+        measured(spare)
 
 
 def test_one_motor_for_fingers_that_nothing_couples_is_refused(description, tmp_path):
     alone = changed(description, model=pincers(tmp_path, COUPLING, ""))
     with pytest.raises(RobotError, match="nothing in the model couples joint .*right_driver"):
-        Robot(alone, gripper=TwoFingerGripper)
+        measured(alone)
 
 
 def test_the_motor_of_coupled_fingers_is_found(description, robot):
-    found = Robot(changed(description, motor=None), gripper=TwoFingerGripper).gripper.mechanism
+    without = measured(changed(description, motor=None))
+    found = Robot(without, gripper=TwoFingerGripper).gripper.mechanism
     (motor,), (described,) = found.actuators, robot.gripper.mechanism.actuators
     assert motor.tendon.name == "both"
     assert np.array_equal(motor.forcerange, described.forcerange)
@@ -209,7 +212,8 @@ def test_descriptions_can_be_compared_and_copied(description):
 
 def test_the_steepest_place_decides_the_effort(robot):
     travel = robot.gripper.mechanism.travel
-    one, two = travel.efforts(10.0, together=False)
+    drivers = ("left_driver", "right_driver")
+    one, two = dataclasses.replace(travel, motor=None).efforts(10.0, drivers)
     assert one == pytest.approx(two, rel=1e-2)
-    assert travel.efforts(10.0, together=True) == pytest.approx([one + two])
+    assert travel.efforts(10.0, drivers) == pytest.approx([one + two])
     assert one == pytest.approx(1.2 * 10.0 * CRANK, rel=0.02)

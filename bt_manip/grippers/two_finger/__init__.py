@@ -1,9 +1,9 @@
 """Grippers with two fingers, of which one or both move."""
 
 from .antipodal_grasps import GRIP_DEPTH as GRIP_DEPTH
-from .finger_search import FoundFingers as FoundFingers
-from .finger_search import find_fingers as find_fingers
 from .finger_travel import FingerTravel as FingerTravel
 from .gripper import TwoFingerGripper as TwoFingerGripper
 from .native import NativeTwoFingerGripper as NativeTwoFingerGripper
+from .parameters import TwoFingerParameters as TwoFingerParameters
 from .parameters import two_finger_gripper as two_finger_gripper
+from .travel_check import travel_digests as travel_digests

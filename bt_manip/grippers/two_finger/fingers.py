@@ -17,11 +17,10 @@ from .antipodal_grasps import AntipodalGraspGenerator
 from .contacts import FingerContacts, Touched, held_root
 from .declared_grasps import DeclaredGraspGenerator
 from .hand import Hand, measure_hand
-from .mechanism import Mechanism
+from .mechanism import Fingers, LinkedFingers, Mechanism, SlidingFingers
 from .parameters import KIND, read_parameters
 from .press import Press
 from .stroke import Motion, Stroke, StrokeLimits
-from .transmission import Fingers, LinkedFingers, SlidingFingers
 
 STILL = "still"
 MOVING = "moving"

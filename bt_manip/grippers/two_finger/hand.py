@@ -10,7 +10,7 @@ import pinocchio as pin
 
 from bt_manip import spatial
 
-from .finger_bench import FingerSurface
+from ..solids import BodySurface
 from .mechanism import Mechanism
 
 FIXED_JAW_CLEARANCE = 1e-3
@@ -90,7 +90,7 @@ def measure_hand(
     fingers, travel = mechanism.geoms, mechanism.travel
     boxes = {geom: _corners(model, geom, T) for geom, T in placed.items()}
     first, second = (np.concatenate([boxes[g] for g in geoms]) for geoms in fingers)
-    closing = travel.closing
+    closing = np.array(travel.closing)
     both = np.concatenate([first, second])
     tips = both[both[:, 2] > both[:, 2].max() - 0.02]
     across = np.cross([0.0, 0.0, 1.0], closing)
@@ -131,7 +131,7 @@ def _inside_jaw(
     across = np.cross(closing, [0.0, 0.0, 1.0])
     R = np.stack([[0.0, 0.0, 1.0], across, closing])  # to a frame whose z axis is `closing`
     T_fb = pin.SE3(R, np.zeros(3)) * T_tg * T_bg.inverse()
-    inside = FingerSurface(model, int(model.geom_bodyid[geom])).beyond(T_fb, depth)
+    inside = BodySurface(model, int(model.geom_bodyid[geom])).beyond(T_fb, depth)
     return float(inside[:, 0].max(initial=-np.inf))
 
 

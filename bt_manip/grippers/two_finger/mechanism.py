@@ -1,23 +1,24 @@
-"""The joints, fingers and motors of a gripper in its robot's model."""
+"""The joints, fingers and motors of a gripper in its robot's model, and their transmissions."""
 
-import copy
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
 import mujoco
 import numpy as np
 
-from bt_manip.cell import escaped_name
-from bt_manip.robots import Robot, RobotError, effort_limit, ensure_motors, site_pose
+from bt_manip.cell import escaped_name, literal_name
+from bt_manip.robots import Robot, RobotError, effort_limit, ensure_motors
 
-from .finger_bench import FingerBench, collision_geoms_of
+from ..solids import collision_geoms_of
 from .finger_travel import FingerTravel
 from .parameters import PadParameters, TwoFingerParameters
-from .travel_measurement import FingerNames, measure_travel
+from .travel_check import checked_travel
 
 _TOLERANCE = 2e-3  # [m] tolerance of a described opening
 _SOLMIX = 1e6  # weight of the fingers' contact parameters; that of other geoms is 1
+
+Fingers = tuple[float, float, float, float]
+"""Distances of the two fingers from the centre [m], and their velocities [m/s]."""
 
 
 class Mechanism:
@@ -38,53 +39,33 @@ class Mechanism:
         geoms: Ids of each finger's collision geoms, once compiled.
 
     Raises:
-        RobotError: If the model has no such joints and fingers.
+        RobotError: If the model has no such joints and fingers, or their travel was not measured.
     """
 
     def __init__(self, robot: Robot, parameters: TwoFingerParameters, max_force: float) -> None:
         where = f"robot '{robot.description.name}'"
         self.joints = [robot.find("joint", name) for name in parameters.joints]
         self.fingers = [robot.find("body", name) for name in parameters.fingers]
-        self._robot, alone = robot, robot.alone
-        root = robot.mjcf_model
+        self._robot, root = robot, robot.mjcf_model
+        self.travel = _limited(checked_travel(robot, parameters), parameters, where)
         self._set_contacts(parameters)
         self._set_joints(parameters)
-        bench = FingerBench(
-            _with_joints(alone, self._bases, parameters),
-            [joint.full_identifier for joint in robot.arm_joints],
-        )
-        joints = tuple(joint.full_identifier for joint in self.joints)
-        if parameters.motor is None:
-            found = bench.motor_of([alone.joint(name).id for name in joints])
-            motor = found and root.find(*found)
-        else:
-            tendon = robot.gripper_root.find("tendon", escaped_name(parameters.motor))
-            motor = tendon or robot.find("joint", parameters.motor)
-        first, second = (finger.full_identifier for finger in self.fingers)
-        site = robot.tool_site
-        self.travel = _limited(
-            measure_travel(
-                bench,
-                FingerNames(joints, (first, second), motor.full_identifier if motor else None),
-                tool_body=site.parent.full_identifier,
-                T_bt=site_pose(alone, site),
-                where=where,
-            ),
-            parameters,
-            where,
-        )
-        self._moving = [root.find("joint", name) for name in self.travel.joints]
-        driven = self.joints if motor is None else [motor]
-        efforts = _efforts(alone, self.travel, joints, max_force, together=len(driven) == 1)
-        self.actuators = ensure_motors(root, alone, driven, efforts, freed=self._moving)
+        driven, motor = self.joints, self.travel.motor
+        if motor is not None:
+            tendon = robot.gripper_root.find("tendon", escaped_name(motor))
+            driven = [tendon or robot.find("joint", motor)]
+        self._moving = [robot.find("joint", name) for name in self.travel.joints]
+        efforts = self._efforts(parameters, max_force)
+        self.actuators = ensure_motors(root, robot.alone, driven, efforts, freed=self._moving)
         if self.travel.one_moves:
             self._stop_at_fixed_finger()
 
     def _stop_at_fixed_finger(self) -> None:
         """Limit the joint where the fingers meet: MuJoCo ignores parent-child contacts."""
         (joint,), travel = self.joints, self.travel
-        ends = travel.positions[:, travel.columns[0]]
-        closed = travel.configuration(travel.min_width)[travel.columns[0]]
+        column = travel.joints.index(literal_name(joint.name))
+        ends = travel.positions[column]
+        closed = travel.configuration(travel.min_width)[column]
         lower, upper = self._robot.alone.joint(joint.full_identifier).range
         limits = np.array([closed, upper] if ends[-1] > ends[0] else [lower, closed])
         in_degrees = joint.type != "slide" and joint.root.compiler.angle != "radian"
@@ -107,10 +88,21 @@ class Mechanism:
         """Replace armature and dry friction of all joints of the mechanism."""
         changes = {"armature": parameters.armature, "frictionloss": parameters.frictionloss}
         given = {key: value for key, value in changes.items() if value is not None}
-        bases = {id(joint.parent.parent): joint.parent.parent for joint in self.joints}
-        self._bases = list(bases.values())
-        for joint in _joints_below(self._bases) if given else ():
-            joint.set_attributes(**given)
+        for base in [joint.parent.parent for joint in self.joints] if given else ():
+            for joint in base.find_all("joint"):
+                if joint.parent is not base:
+                    joint.set_attributes(**given)
+
+    def _efforts(self, parameters: TwoFingerParameters, max_force: float) -> list[float]:
+        """Return the maximum effort of each motor.
+
+        For slides this is the smaller limit of model and description, for other mechanisms that of
+        the description: a model's servo gains are no measure of the real force.
+        """
+        if self.travel.mass:
+            return self.travel.efforts(max_force, parameters.joints)
+        alone, names = self._robot.alone, [joint.full_identifier for joint in self.joints]
+        return [min(effort_limit(alone, int(alone.joint(name).id)), max_force) for name in names]
 
     def bind(self, model: mujoco.MjModel) -> None:
         """Read the addresses from a compiled model."""
@@ -158,39 +150,103 @@ def _limited(travel: FingerTravel, parameters: TwoFingerParameters, where: str) 
     return replace(travel, open_width=high, min_width=low)
 
 
-def _joints_below(bases: list[Any]) -> list[Any]:
-    return [joint for base in bases for joint in base.find_all("joint") if joint.parent is not base]
+class SlidingFingers:
+    """Transmission of fingers on slides with a motor each: s = offset + sign * q.
 
-
-def _with_joints(
-    alone: mujoco.MjModel, bases: list[Any], parameters: TwoFingerParameters
-) -> mujoco.MjModel:
-    """Return the model with the described armature and dry friction."""
-    if parameters.armature is None and parameters.frictionloss is None:
-        return alone
-    model = copy.copy(alone)
-    dofs = [model.jnt_dofadr[model.joint(j.full_identifier).id] for j in _joints_below(bases)]
-    if parameters.frictionloss is not None:
-        model.dof_frictionloss[dofs] = parameters.frictionloss
-    if parameters.armature is not None:
-        model.dof_armature[dofs] = parameters.armature
-        mujoco.mj_setConst(model, mujoco.MjData(model))
-    return model
-
-
-def _efforts(
-    alone: mujoco.MjModel,
-    travel: FingerTravel,
-    joints: Sequence[str],
-    max_force: float,
-    *,
-    together: bool,
-) -> list[float]:
-    """Return the maximum effort of each motor.
-
-    For slides this is the smaller limit of model and description, for other mechanisms that of the
-    description: a model's servo gains are no measure of the real force.
+    Attributes:
+        mass: Effective mass of one finger [kg].
+        loss: Viscous friction of one finger [N s/m].
     """
-    if travel.mass:
-        return travel.efforts(max_force, together=together)
-    return [min(effort_limit(alone, int(alone.joint(name).id)), max_force) for name in joints]
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self._mechanism = mechanism
+        self.mass = self.loss = 0.0
+
+    def bind(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        """Bind to a compiled model."""
+        mechanism = self._mechanism
+        (p1, p2), (d1, d2) = mechanism.qpos_adr.tolist(), mechanism.dof_adr.tolist()
+        u1, u2 = mechanism.ctrl_adr.tolist()
+        (b1, a1), (b2, a2) = mechanism.travel.polynomials
+        # One tuple: separate attribute lookups would take longer than the computation.
+        self._bound = (data.qpos.item, data.qvel.item, p1, p2, d1, d2, b1, b2, a1, a2)
+        self._motors = (data.ctrl, u1, u2, a1, a2)
+        self.mass = float(model.dof_M0[[d1, d2]].mean())
+        self.loss = float(model.dof_damping[[d1, d2]].mean())
+
+    def read(self) -> Fingers:
+        """Return the positions and velocities of the fingers."""
+        position, velocity, p1, p2, d1, d2, b1, b2, a1, a2 = self._bound
+        return (
+            b1 + a1 * position(p1),
+            b2 + a2 * position(p2),
+            a1 * velocity(d1),
+            a2 * velocity(d2),
+        )
+
+    def push(self, first: float, second: float) -> None:
+        """Apply a force to each finger, positive to open [N]."""
+        ctrl, u1, u2, a1, a2 = self._motors
+        ctrl[u1] = a1 * first
+        ctrl[u2] = a2 * second
+
+
+class LinkedFingers:
+    """Transmission of fingers that follow a joint each, with one motor for both or one each.
+
+    Motor efforts follow from finger forces by the principle of virtual work, plus the efforts that
+    balance springs. Friction of the mechanism is compensated by force feedback, not here.
+
+    Attributes:
+        mass: Effective mass of one finger [kg].
+        loss: Viscous friction of one finger [N s/m].
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self._mechanism = mechanism
+        travel = mechanism.travel
+        self.mass, self.loss = travel.mass, travel.loss
+        self._travels = travel.polynomials
+        self._slopes = [tuple(k * c for k, c in enumerate(p))[1:] for p in travel.polynomials]
+        self._hold1, self._hold2 = travel.holding
+        self._r1, self._r2 = travel.ratios
+        self._at = (0.0, 0.0)
+
+    def bind(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        """Bind to a compiled model."""
+        mechanism = self._mechanism
+        (p1, p2), (d1, d2) = mechanism.qpos_adr.tolist(), mechanism.dof_adr.tolist()
+        self._bound = (data.qpos.item, data.qvel.item, p1, p2, d1, d2)
+        self._ctrl, self._motors = data.ctrl, mechanism.ctrl_adr.tolist()
+
+    def read(self) -> Fingers:
+        """Return the positions and velocities of the fingers."""
+        position, velocity, p1, p2, d1, d2 = self._bound
+        q1, q2 = self._at = position(p1), position(p2)
+        (travel1, travel2), (slope1, slope2) = self._travels, self._slopes
+        return (
+            _polynomial(travel1, q1),
+            _polynomial(travel2, q2),
+            _polynomial(slope1, q1) * velocity(d1),
+            _polynomial(slope2, q2) * velocity(d2),
+        )
+
+    def push(self, first: float, second: float) -> None:
+        """Apply a force to each finger, positive to open [N], at the last read positions."""
+        q1, q2 = self._at
+        slope1, slope2 = self._slopes
+        effort1 = first * _polynomial(slope1, q1) * self._r1 + _polynomial(self._hold1, q1)
+        effort2 = second * _polynomial(slope2, q2) * self._r2 + _polynomial(self._hold2, q2)
+        if len(self._motors) == 1:
+            self._ctrl[self._motors[0]] = effort1 + effort2
+        else:
+            self._ctrl[self._motors[0]] = effort1
+            self._ctrl[self._motors[1]] = effort2
+
+
+def _polynomial(coefficients: tuple[float, ...], x: float) -> float:
+    """Evaluate a polynomial by Horner's rule, constant coefficient first."""
+    value = 0.0
+    for c in reversed(coefficients):
+        value = value * x + c
+    return value

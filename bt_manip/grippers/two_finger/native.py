@@ -47,7 +47,7 @@ class NativeTwoFingerGripper(TwoFingerGripper):
                 "slides, one motor each, and these follow a mechanism: choose another controller "
                 "than 'native_pd'"
             )
-        (b1, a1), (b2, a2) = (p.tolist() for p in mechanism.travel.polynomials)
+        (b1, a1), (b2, a2) = mechanism.travel.polynomials
         self._b, self._a = np.array([b1, b2]), np.array([a1, a2])
         dofs = [robot.alone.joint(joint.full_identifier).dofadr[0] for joint in mechanism.joints]
         mass = float(robot.alone.dof_M0[dofs].mean())

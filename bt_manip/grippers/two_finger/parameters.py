@@ -8,6 +8,8 @@ import pinocchio as pin
 from bt_manip.robots import GripperDescription
 from bt_manip.toml import Key, TomlTable, documented, plain, read_part
 
+from .finger_travel import FingerTravel, TravelTable
+
 KIND = "two_finger"
 
 
@@ -64,6 +66,14 @@ class TwoFingerParameters:
             "the model's actuator if the joints are coupled, otherwise each joint has a motor"
         ),
     ] = None
+    travel: Annotated[
+        FingerTravel | None,
+        Key(
+            "Travel of the fingers, measured on the model; required, and measured again after "
+            "changes of the gripper's model or of the keys above",
+            values=TravelTable(),
+        ),
+    ] = None
     pads: Annotated[PadParameters | None, Key("Contact parameters of the fingers' surfaces")] = None
     armature: Annotated[
         float | None,
@@ -94,8 +104,9 @@ def two_finger_gripper(
     """Describe a two-finger gripper; ``[gripper]`` in a TOML file has the same keys.
 
     Each finger follows a joint: a slide of either sign and any offset, a hinge, or a linkage. The
-    second finger may be fixed. Openings, forces and directions are measured on the model at the
-    tool frame, whose z axis is the approach direction.
+    second finger may be fixed. Openings, forces and directions are those of `travel` at the tool
+    frame, whose z axis is the approach direction: the path of the TOML file to which ``bt-manip
+    robot measure NAME`` writes what it measures on the model.
 
     Args:
         max_force: Maximum normal force of each finger [N].

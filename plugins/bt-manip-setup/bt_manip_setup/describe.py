@@ -20,9 +20,10 @@ from bt_manip.robots import (
     model_file,
     read_model,
 )
+from bt_manip_setup.finger_travel import TRAVEL_NOTE, measured
 
 from .arm_chain import ArmChain, find_arm, find_mount
-from .gripper_keys import CHOSEN, with_gripper
+from .gripper_keys import CHOSEN, has_two_fingers, with_gripper
 from .inspection import make_robot, stands_on
 from .joint_data import chosen_armature, estimate_efforts, joint_data
 from .placement import find_home, place_base
@@ -112,6 +113,8 @@ def describe_robot(
         mount=at, tool_frame=tool_frame, has_fingers=bool(arm.fingers),
     )  # fmt: skip
     notes |= of_gripper
+    if has_two_fingers(description, parts):
+        description, notes["gripper.travel"] = measured(description), TRAVEL_NOTE
     robot = make_robot(description, parts)
     overlaps = permanent_self_collisions(CollisionWorld(robot, robot.make_model()))
     if overlaps:

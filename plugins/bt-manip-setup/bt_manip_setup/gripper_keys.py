@@ -11,7 +11,7 @@ import pinocchio as pin
 
 from bt_manip import spatial
 from bt_manip.cell import escaped_name, literal_name
-from bt_manip.grippers import find_fingers, suction_gripper, two_finger_gripper
+from bt_manip.grippers import TwoFingerGripper, suction_gripper, two_finger_gripper
 from bt_manip.registry import Parts
 from bt_manip.robots import (
     MENAGERIE,
@@ -23,6 +23,7 @@ from bt_manip.robots import (
     assemble,
     site_pose,
 )
+from bt_manip_setup.finger_travel import find_fingers
 
 from .known_grippers import CUP, find_gripper
 
@@ -84,6 +85,12 @@ def with_gripper(
         kinds = ", ".join(sorted({*parts.grippers} - {"two_finger", "suction"}))
         others = kinds and f"; for another kind ({kinds}) give a registered gripper's name"
         raise RobotError(f"{error}{others} (the arm: --joints {joints})") from error
+
+
+def has_two_fingers(description: RobotDescription, parts: Parts) -> bool:
+    """Return whether a description has a gripper with two fingers."""
+    kind = description.gripper and parts.grippers.get(description.gripper.kind)
+    return isinstance(kind, type) and issubclass(kind, TwoFingerGripper)
 
 
 def _built_cup(mount: str) -> dict[str, Any]:

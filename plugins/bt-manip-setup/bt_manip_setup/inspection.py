@@ -10,7 +10,6 @@ import pinocchio as pin
 
 from bt_manip.cell import Cell, FrameRenderer, escaped_name, literal_name
 from bt_manip.exceptions import BtManipError
-from bt_manip.grippers import find_fingers
 from bt_manip.registry import Parts
 from bt_manip.robots import (
     Gripper,
@@ -22,6 +21,7 @@ from bt_manip.robots import (
 )
 from bt_manip.spatial import quat_wxyz
 from bt_manip.testing import RobotCase
+from bt_manip_setup.finger_travel import find_fingers
 
 from .reach import GRASP_HEIGHT, DownwardReach
 

@@ -5,7 +5,9 @@ from collections.abc import Callable
 import pytest
 
 from bt_manip.models import bundled_path
+from bt_manip.robots import read_description
 from bt_manip_setup import check_description
+from bt_manip_setup.finger_travel import write_travel
 from bt_manip_setup.trial import Checked
 
 from .small_arm import write_small_arm
@@ -24,6 +26,7 @@ joints = ["finger_joint1", "finger_joint2"]
 fingers = ["left_finger", "right_finger"]
 max_speed = 0.1
 max_force = 60.0
+travel = "{bundled_path("panda/finger_travel.toml")}"
 """
 
 
@@ -108,8 +111,14 @@ def test_a_tool_beside_the_fingers_is_found(checked):
     assert "mm from the middle of the finger pads" in "".join(result.findings)
 
 
-def test_a_gripper_that_reaches_the_table_before_its_tool_grips_is_found(checked):
-    result = checked(('frame = "tool"', 'frame = "tool"\nposition = [0.0, 0.0, -0.04]'))
+def test_a_gripper_that_reaches_the_table_before_its_tool_grips_is_found(checked, parts, tmp_path):
+    path = tmp_path / "arm.toml"
+    moved = ('frame = "tool"', 'frame = "tool"\nposition = [0.0, 0.0, -0.04]')
+    refused = checked(moved)
+    assert "with other tool frame; 'bt-manip robot measure " in refused.findings[0]
+    path.write_text(path.read_text().partition("travel = ")[0])
+    write_travel(read_description(path))
+    result = check_description(path, parts, 0)
     assert result.facts[0].startswith("reach: 0 %")
     assert "the open gripper reaches 5" in result.findings[-1]
     assert "mm below it, and it grips the cube of pick_place 40 mm over" in result.findings[-1]

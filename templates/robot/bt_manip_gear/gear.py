@@ -24,5 +24,6 @@ def gear():
             open_width=0.08,
             max_speed=0.2,
             max_force=80.0,
+            travel=str(Path(__file__).parent / "travel.toml"),
         ),
     )

@@ -8,12 +8,13 @@ import mujoco
 import numpy as np
 import pytest
 
-from bt_manip.grippers import TwoFingerGripper, find_fingers, two_finger_gripper
+from bt_manip.grippers import TwoFingerGripper, two_finger_gripper
 from bt_manip.kinematics import InverseKinematics
 from bt_manip.robots import Robot, RobotDescription, compile_alone
 from bt_manip.spatial import pointing_down
-from tests.grippers.scenes import Scene
-from tests.robot_fixtures import some
+from bt_manip_setup.finger_travel import find_fingers, measured
+
+from .scenes import Scene
 
 FORCE = 10.0  # [N]
 SEVEN = tuple(f"joint{i}" for i in range(1, 8))
@@ -26,14 +27,15 @@ ARMS = {
     "trossen_wx250s/wx250s.xml": (SIX, (0.0, 0.02, 0.16, 0.0, 1.39, 0.0)),
     "trs_so_arm100/so_arm100.xml": (FIVE, (0.0, -1.57, 1.57, 1.57, -1.57)),
 }
+USUAL = ("franka_emika_panda/panda.xml", "trs_so_arm100/so_arm100.xml")
 # The model's dry friction of 1 N m in six small joints would take more than the gripper has.
 CHANGES = {"ufactory_xarm7/xarm7.xml": {"armature": 0.005, "frictionloss": 0.0}}
 
 
-@pytest.fixture(params=some(ARMS, "franka_emika_panda/panda.xml", "trs_so_arm100/so_arm100.xml"))
+@pytest.fixture(params=[i if i in USUAL else pytest.param(i, marks=pytest.mark.soak) for i in ARMS])
 def robot(request):
     """Give an arm described by what is found in its model, its tool pointing straight down."""
-    shared = Path(__file__).resolve().parents[3] / "shared"
+    shared = Path(__file__).resolve().parents[5] / "shared"
     roots = [
         Path(os.environ.get("MENAGERIE_ROOT", shared / "menagerie")),
         Path(os.environ.get("MENAGERIE_MORE_ROOT", shared / "menagerie_more")),
@@ -63,7 +65,7 @@ def robot(request):
         result = InverseKinematics(rough.make_model()).solve(down, rough.q)
         assert result.solved
         description = replace(description, home=tuple(result.q))
-    return Robot(description, gripper=TwoFingerGripper)
+    return Robot(measured(description), gripper=TwoFingerGripper)
 
 
 def test_it_opens_and_grips_and_holds_a_cube_or_says_that_there_is_none(robot):

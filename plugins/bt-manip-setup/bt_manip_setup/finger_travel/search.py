@@ -10,19 +10,11 @@ import numpy as np
 import pinocchio as pin
 
 from bt_manip.cell import literal_name
+from bt_manip.grippers import BodySurface, FingerTravel, collision_geoms_of
 from bt_manip.robots import RobotError, effort_limit
 
-from .finger_bench import (
-    BEHIND,
-    STOPS,
-    FingerBench,
-    FingerSurface,
-    ancestors,
-    body_poses,
-    collision_geoms_of,
-)
-from .finger_travel import FingerTravel
-from .travel_measurement import FingerNames, measure_travel
+from .bench import BEHIND, STOPS, FingerBench, ancestors, body_poses
+from .measurement import FingerNames, measure_travel
 
 _OPENS = 2e-3  # [m] minimum change of distance of surfaces that open and close
 _MEETS = 2e-3  # [m] above the smallest distance, up to which closed surfaces are pads
@@ -119,11 +111,18 @@ def find_fingers(
         names.joints,
         names.fingers,
         names.motor,
-        travel.force(effort, together=len(moved) == 1) if np.isfinite(effort) else None,
+        _force(travel, names.joints, effort) if np.isfinite(effort) else None,
         tool_body,
         T_bt,
         travel,
     )
+
+
+def _force(travel: FingerTravel, joints: tuple[str, ...], effort: float) -> float:
+    """Return the force of each finger that a motor effort ensures at all openings [N]."""
+    zero = travel.efforts(0.0, joints)[0]
+    one = travel.efforts(1.0, joints)
+    return max(effort - zero, 0.0) / (max(one) - zero)
 
 
 class _Pads(NamedTuple):
@@ -316,11 +315,11 @@ def _tool(bench: FingerBench, pads: _Pads, body: int) -> pin.SE3:
     z -= (z @ y) * y
     z /= np.linalg.norm(z)
     T_bt = pin.SE3(np.column_stack([np.cross(y, z), y, z]), centre)
-    surfaces = [FingerSurface(bench.model, b) for b in pads.bodies]
+    surfaces = [BodySurface(bench.model, b) for b in pads.bodies]
     poses = [(T_wb[body] * T_bt).inverse() * T_wb[b] for b in pads.bodies]
 
     def corners(height: float) -> list[np.ndarray]:
-        return [s.section(T, height) for s, T in zip(surfaces, poses, strict=True)]
+        return [_section(s, T, height) for s, T in zip(surfaces, poses, strict=True)]
 
     def gap(height: float) -> float:
         first, second = corners(height)
@@ -344,6 +343,13 @@ def _tool(bench: FingerBench, pads: _Pads, body: int) -> pin.SE3:
         height,
     ])  # fmt: skip
     return pin.SE3(T_bt.rotation, np.round(T_bt.act(at), _DIGITS) + 0.0)
+
+
+def _section(surface: BodySurface, T_tb: pin.SE3, height: float) -> np.ndarray:
+    """Return a surface's corners within `BEHIND` of a plane z = height [m]."""  # (n, 3)
+    part, rest = (surface.beyond(T_tb, height + d) for d in (-BEHIND, BEHIND))
+    cut = rest[:, 2] < height + BEHIND + 1e-9
+    return np.concatenate([part[part[:, 2] <= height + BEHIND], rest[cut]])
 
 
 def _given_tool(

@@ -4,11 +4,13 @@ import mujoco
 import numpy as np
 import pytest
 
-from bt_manip.grippers import TwoFingerGripper, find_fingers, two_finger_gripper
+from bt_manip.grippers import TwoFingerGripper, two_finger_gripper
 from bt_manip.robots import Robot, RobotDescription
 from bt_manip.spatial import pose
-from tests.grippers.mechanisms import ARM, MECHANISMS, model_of
-from tests.grippers.scenes import Scene
+from bt_manip_setup.finger_travel import find_fingers, measured
+
+from .mechanisms import ARM, MECHANISMS, model_of
+from .scenes import Scene
 
 EDGE = 0.04  # [m] of the cube
 FORCE = 10.0  # [N]
@@ -26,14 +28,14 @@ def build(kind, folder, **gripper):
     file.write_text(model_of(kind))
     found = find_fingers(mujoco.MjModel.from_xml_path(str(file)), ARM)
     given = {"joints": found.joints, "fingers": found.fingers, "max_force": 20.0}
-    return Robot(
+    description = measured(
         RobotDescription(
             name="rig", model=str(file), arm_joints=ARM, tool_frame=found.body, T_ft=found.T_bt,
             home=(0.0,), velocity=(1.0,), acceleration=(5.0,), jerk=(100.0,),
             gripper=two_finger_gripper(**given | {"max_speed": 0.2} | gripper),
-        ),
-        gripper=TwoFingerGripper,
+        )
     )  # fmt: skip
+    return Robot(description, gripper=TwoFingerGripper)
 
 
 @pytest.fixture

@@ -9,10 +9,6 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 
-from bt_manip import spatial
-
-from ..solids import geom_surface
-
 _SLIDE, _HINGE = int(mujoco.mjtJoint.mjJNT_SLIDE), int(mujoco.mjtJoint.mjJNT_HINGE)
 STOPS = 17  # simulated positions of a joint over its range
 _STOPS_ALONE = {_SLIDE: 5, _HINGE: 65}  # positions of a joint that moves its finger only
@@ -213,53 +209,11 @@ class FingerBench:
         return {j for j in self.joints if int(self.model.jnt_bodyid[j]) in above}
 
 
-class FingerSurface:
-    """Surface of a finger's collision geometry.
-
-    Attributes:
-        body: Id of the finger's body.
-    """
-
-    def __init__(self, model: mujoco.MjModel, body: int) -> None:
-        self.body = body
-        found = [np.zeros((0, 3, 3))]
-        for geom in collision_geoms_of(model, body):
-            T_bg = spatial.pose(model.geom_pos[geom], model.geom_quat[geom])
-            found.append(geom_surface(model, geom) @ T_bg.rotation.T + T_bg.translation)
-        self._triangles = np.concatenate(found)
-
-    def beyond(self, T_tb: pin.SE3, height: float) -> np.ndarray:
-        """Return the corners of the part of the surface above a plane z = height [m].
-
-        Args:
-            T_tb: Pose of the body in a frame whose z axis is normal to the plane.
-            height: Height of the plane [m]; minus infinity for the whole surface.
-        """  # (n, 3)
-        a = self._triangles @ T_tb.rotation.T + T_tb.translation
-        b = np.roll(a, -1, axis=1)
-        start, end = a[..., 2] - height, b[..., 2] - height
-        cross = (start < 0.0) != (end < 0.0)
-        t = start[cross] / (start[cross] - end[cross])
-        return np.concatenate([a[start >= 0.0], a[cross] + t[:, None] * (b[cross] - a[cross])])
-
-    def section(self, T_tb: pin.SE3, height: float) -> np.ndarray:
-        """Return the surface's corners within `BEHIND` of a plane z = height [m]."""  # (n, 3)
-        part, rest = (self.beyond(T_tb, height + d) for d in (-BEHIND, BEHIND))
-        cut = rest[:, 2] < height + BEHIND + 1e-9
-        return np.concatenate([part[part[:, 2] <= height + BEHIND], rest[cut]])
-
-
 def body_poses(data: mujoco.MjData) -> list[pin.SE3]:
     """Return the pose of every body in the world."""
     return [
         pin.SE3(R.reshape(3, 3).copy(), p.copy()) for R, p in zip(data.xmat, data.xpos, strict=True)
     ]
-
-
-def collision_geoms_of(model: mujoco.MjModel, body: int) -> list[int]:
-    """List the collision geoms of a body."""
-    collides = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
-    return [int(g) for g in np.flatnonzero((model.geom_bodyid == body) & collides)]
 
 
 def ancestors(model: mujoco.MjModel, body: int) -> list[int]:

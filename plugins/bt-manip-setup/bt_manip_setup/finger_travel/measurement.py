@@ -1,6 +1,8 @@
-"""Measurement of the travel of a gripper's fingers on the model."""
+"""Measurement of the travel of a gripper's fingers on its model."""
 
-from collections.abc import Sequence
+import copy
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import mujoco
@@ -8,10 +10,12 @@ import numpy as np
 import pinocchio as pin
 from numpy.polynomial import Polynomial
 
-from bt_manip.robots import RobotError
+from bt_manip.cell import escaped_name, literal_name
+from bt_manip.grippers import BodySurface, FingerTravel, TwoFingerParameters, travel_digests
+from bt_manip.robots import Robot, RobotDescription, RobotError, site_pose
+from bt_manip.toml import read_part, write_fields
 
-from .finger_bench import BEHIND, STOPS, FingerBench, FingerSurface, Sweep, relative_motion
-from .finger_travel import FingerTravel
+from .bench import BEHIND, STOPS, FingerBench, Sweep, ancestors, relative_motion
 
 _TENDON = int(mujoco.mjtObj.mjOBJ_TENDON)
 _SLIDE = int(mujoco.mjtJoint.mjJNT_SLIDE)
@@ -27,6 +31,90 @@ _MOVES = 1e-6  # [m] or [rad] minimum motion of a joint that moves with the fing
 _FIXED = 0.1  # motion of a fixed finger, relative to the opening's, at most
 _ACCURATE_EFFORT = 0.01  # error of an accurate fit, relative to the largest spring effort
 _NO_EFFORT = 1e-4  # [N] or [N m] spring effort that is neglected
+
+
+def measured(description: RobotDescription) -> RobotDescription:
+    """Return a robot's description with the measured travel of its gripper's fingers.
+
+    Use it for models that are made at run time; ``bt-manip robot measure`` writes the same values
+    into the description's file.
+
+    Args:
+        description: The description, with any or no travel.
+
+    Raises:
+        RobotError: If its gripper has no two fingers, or the model does not fit the description.
+    """
+    gripper = description.gripper
+    if gripper is None:
+        raise RobotError(f"{description.where} has no gripper")
+    parameters = {key: value for key, value in gripper.parameters.items() if key != "travel"}
+    bare = replace(description, gripper=replace(gripper, parameters=parameters))
+    travel = write_fields(measure_gripper(bare))
+    return replace(bare, gripper=replace(gripper, parameters=parameters | {"travel": travel}))
+
+
+def measure_gripper(description: RobotDescription) -> FingerTravel:
+    """Measure the travel of a described gripper; names of joints are those of its model's file.
+
+    Args:
+        description: The description, without a travel.
+
+    Raises:
+        RobotError: If its gripper has no two fingers, or the model does not fit the description.
+    """
+    assert description.gripper is not None
+    parameters = read_part(TwoFingerParameters, description.gripper.read(description.name))
+    assert parameters is not None  # otherwise the table raises an error
+    robot, where = Robot(description), f"robot '{description.name}'"
+    joints, fingers = (
+        tuple(robot.find(kind, name).full_identifier for name in names)
+        for kind, names in (("joint", parameters.joints), ("body", parameters.fingers))
+    )
+    arm_joints = [joint.full_identifier for joint in robot.arm_joints]
+    bench = FingerBench(_with_joints(robot.alone, joints, parameters), arm_joints)
+    if parameters.motor is None:
+        found = bench.motor_of([bench.model.joint(name).id for name in joints])
+        motor = None if found is None else found[1]
+    else:
+        tendon = robot.gripper_root.find("tendon", escaped_name(parameters.motor))
+        motor = (tendon or robot.find("joint", parameters.motor)).full_identifier
+    site, prefix = robot.tool_site, robot.gripper_root.full_identifier
+
+    def local(name: str) -> str:
+        return literal_name(name.removeprefix(prefix))
+
+    travel = measure_travel(
+        bench,
+        FingerNames(joints, (fingers[0], fingers[1]), motor),
+        tool_body=site.parent.full_identifier,
+        T_bt=site_pose(robot.alone, site),
+        where=where,
+    )
+    return replace(
+        travel,
+        motor=None if motor is None else local(motor),
+        joints=tuple(map(local, travel.joints)),
+        digests=travel_digests(robot, parameters),
+    )
+
+
+def _with_joints(
+    alone: mujoco.MjModel, joints: Iterable[str], parameters: TwoFingerParameters
+) -> mujoco.MjModel:
+    """Return the model with the described armature and dry friction of the mechanism's joints."""
+    if parameters.armature is None and parameters.frictionloss is None:
+        return alone
+    model = copy.copy(alone)
+    bases = {int(model.body_parentid[model.jnt_bodyid[model.joint(name).id]]) for name in joints}
+    below = [j for j in range(model.njnt) if bases & {*ancestors(model, model.jnt_bodyid[j])[1:]}]
+    dofs = model.jnt_dofadr[below]
+    if parameters.frictionloss is not None:
+        model.dof_frictionloss[dofs] = parameters.frictionloss
+    if parameters.armature is not None:
+        model.dof_armature[dofs] = parameters.armature
+        mujoco.mj_setConst(model, mujoco.MjData(model))
+    return model
 
 
 class FingerNames(NamedTuple):
@@ -68,6 +156,10 @@ class _Drive(NamedTuple):
     """Motion of the fingers by their motors; other attributes as in `FingerTravel`.
 
     Attributes:
+        widths: Openings, increasing [m].  # (m,)
+        polynomials: Coefficients of s(q) for each finger, the constant first.
+        holding: Coefficients of each motor's effort against springs as a function of q.
+        ratios: Velocity of each finger's joint per velocity of the motor.  # (2,)
         qpos: Positions of all joints of the model at `widths`.  # (m, nq)
         direct: Whether the fingers are slides with a motor each.
     """
@@ -109,15 +201,16 @@ def measure_travel(
     fingers = []
     for name, joint, sweep in zip(names.fingers, (joints[0], joints[-1]), sweeps, strict=True):
         T_wt = [bodies[int(model.body(tool_body).id)] * T_bt for bodies in sweep.bodies]
-        surface = FingerSurface(model, int(model.body(name).id))
+        surface = BodySurface(model, int(model.body(name).id))
         fingers.append(_finger(surface, name, joint, sweep, T_wt, where))
     closing = _closing(fingers)
     measure = _coupled if sweeps[0] is sweeps[1] else _independent
-    return _travel(bench, fingers, closing, measure(bench, fingers, closing, names, where))
+    drive = measure(bench, fingers, closing, names, where)
+    return _travel(bench, names.motor, closing, drive)
 
 
 def _finger(
-    surface: FingerSurface, name: str, joint: int, sweep: Sweep, T_wt: list[pin.SE3], where: str
+    surface: BodySurface, name: str, joint: int, sweep: Sweep, T_wt: list[pin.SE3], where: str
 ) -> _Finger:
     """Return a finger in a sweep, given the poses of the tool in the world."""
     poses = [T.inverse() * b[surface.body] for T, b in zip(T_wt, sweep.bodies, strict=True)]
@@ -254,7 +347,7 @@ def _independent(
 
 
 def _travel(
-    bench: FingerBench, fingers: Sequence[_Finger], closing: np.ndarray, drive: _Drive
+    bench: FingerBench, motor: str | None, closing: np.ndarray, drive: _Drive
 ) -> FingerTravel:
     """Return the travel, with mass and friction at half the opening."""
     model, widths = bench.model, drive.widths
@@ -270,21 +363,27 @@ def _travel(
     full = np.zeros((model.nv, model.nv))
     mujoco.mj_fullM(model, data, full)
     return FingerTravel(
+        motor=motor,
         open_width=float(widths[-1]),
         min_width=max(float(widths[0]), 0.0),
-        polynomials=drive.polynomials,
-        holding=drive.holding,
-        ratios=drive.ratios,
+        polynomials=tuple(map(_numbers, drive.polynomials)),
+        holding=tuple(map(_numbers, drive.holding)),
+        ratios=_numbers(drive.ratios),
         mass=0.0 if drive.direct else 0.5 * float(dq @ full[np.ix_(at_v, at_v)] @ dq),
         loss=0.5 * float(dq @ (model.dof_damping[at_v] * dq)),
         friction=0.5 * float(bench.frictionloss[at_v] @ np.abs(dq)),
         joints=tuple(model.joint(j).name for j in moving),
-        widths=widths,
-        positions=q,
-        columns=(moving.index(fingers[0].joint), moving.index(fingers[1].joint)),
-        closing=closing,
+        widths=_numbers(widths),
+        positions=tuple(map(_numbers, q.T)),
+        closing=_numbers(closing),
         centre=drive.centre,
+        digests={},
     )
+
+
+def _numbers(values: Iterable[float]) -> tuple[float, ...]:
+    """Return numbers as they are read from a file, without negative zeros."""
+    return tuple(float(value) + 0.0 for value in values)
 
 
 def _check_opening(opening: np.ndarray, joint: str, fingers: Sequence[str], where: str) -> None:

@@ -9,7 +9,21 @@ from bt_manip.control import ComputedTorque, Hold
 from bt_manip.grasping import GripperClearance
 from bt_manip.grippers import solids_of
 from bt_manip.spatial import pose
-from tests.control.conftest import Post
+
+
+class Post(composer.Entity):
+    """A fixed block to put something on."""
+
+    def _build(self, half_width: float) -> None:
+        self._root = mjcf.RootElement(model="post")
+        self._root.worldbody.add(
+            "geom", type="box", size=(half_width, half_width, 0.05), pos=(0, 0, -0.05),
+            solref=(0.004, 1),
+        )  # fmt: skip
+
+    @property
+    def mjcf_model(self) -> mjcf.RootElement:
+        return self._root
 
 
 class Block(composer.Entity):

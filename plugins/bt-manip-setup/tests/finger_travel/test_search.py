@@ -5,9 +5,10 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from bt_manip.grippers import find_fingers
-from bt_manip.robots import RobotError
-from tests.grippers.mechanisms import ARM, MECHANISMS, model_of
+from bt_manip.robots import Robot, RobotError, panda
+from bt_manip_setup.finger_travel import find_fingers
+
+from .mechanisms import ARM, MECHANISMS, model_of
 
 PANDA = tuple(f"joint{i}" for i in range(1, 8))
 
@@ -42,8 +43,8 @@ def test_the_measured_openings_do_not_depend_on_the_pose_of_the_arm():
     assert found.travel.open_width == pytest.approx(other.travel.open_width, abs=1e-6)
 
 
-def test_the_hand_of_the_panda_is_found(compiled_robot):
-    found = find_fingers(compiled_robot.alone, PANDA)
+def test_the_hand_of_the_panda_is_found():
+    found = find_fingers(Robot(panda()).alone, PANDA)
     assert set(found.fingers) == {"left_finger", "right_finger"} and found.body == "hand"
     assert found.joints == ("finger_joint1", "finger_joint2") and found.motor is None
     assert found.T_bt.translation == pytest.approx((0.0, 0.0, 0.1034), abs=1e-3)
