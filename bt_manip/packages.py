@@ -62,7 +62,7 @@ PACKAGES: dict[str, dict[str, str]] = {
         "kind of parts": "policies",
     },
     "bt-manip-roadmap": {"planner": "lazy_roadmap"},
-    "bt-manip-setup": {"command": "robot", "module": "bt_manip.robot_setup"},
+    "bt-manip-setup": {"command": "robot robot-measure", "module": "bt_manip.robot_setup"},
     "bt-manip-view": {
         "option": "--view --view-port",
         "command": "view replay report",

@@ -40,6 +40,7 @@ STABLE = {
     "bt_manip.grippers": "TwoFingerGripper two_finger_gripper",
     "bt_manip.faults": "Fault parameter",
     "bt_manip_view": "Panel",
+    "bt_manip_setup.finger_travel": "find_fingers",
 }
 """Names that keep their meaning until the next major version."""
 
@@ -156,7 +157,7 @@ EXPERIMENTAL = {
         "CheckedGrasps"
     ),
     "bt_manip_setup": "describe_robot check_description try_robot",
-    "bt_manip_setup.finger_travel": "find_fingers measured write_travel",
+    "bt_manip_setup.finger_travel": "FoundFingers measured write_travel",
     "bt_manip.toml": "Key TomlTable documented read_part toml_text write_fields",
     "bt_manip.cli": (
         "BAD_INPUT FAILED INTERRUPTED SUCCESS Interrupt PluginGroup RunOptions Session "

@@ -104,7 +104,7 @@ def test_register_controllers_makes_controllers_that_can_be_chosen(parts_of):
 
 
 def test_the_controller_of_the_page_is_good_for_a_whole_task(run):
-    assert "1 object placed" in run(
+    assert "goal met in 1" in run(
         "register_controllers", "--controller", "gentle", tree="pick_place"
     )
 

@@ -98,6 +98,29 @@ fingers = ["left_finger", "right_finger"]
 open_width = {opening}
 max_speed = 0.1
 max_force = {force}
+
+# Measured by bt-manip robot measure; the digests are of what it depends on.
+[gripper.travel]
+open_width = 0.08
+min_width = 0.0
+polynomials = [[0.0, 1.0], [0.0, 1.0]]
+holding = [[0.0], [0.0]]
+ratios = [1.0, 1.0]
+mass = 0.0
+loss = 10.0
+friction = 0.0
+closing = [0.0, 1.0, 0.0]
+centre = [0.0, 0.0]
+joints = ["left", "right"]
+widths = [0.0, 0.08]
+positions = [[0.0, 0.04], [0.0, 0.04]]
+
+[gripper.travel.digests]
+bodies = "0f08712a6370d8e4"
+joints = "2a9b2c9713af84fa"
+couplings = "96e7ae6fca908dd4"
+"tool frame" = "802f98af65862e7d"
+keys = "48b4e44c8aac2135"
 """
 
 
