@@ -56,7 +56,9 @@ def travel_digests(robot: Robot, parameters: TwoFingerParameters) -> dict[str, s
     """Return a digest of each part on which the travel of the fingers depends.
 
     The parts of the model are those of the gripper's file, or of the arm's beyond its last joint,
-    with the attributes of their default classes. Meshes count by content; colours do not.
+    with the attributes of their default classes. Meshes count by their bounding boxes to 0.1 mm, so
+    that another writing of the same mesh is the same. Colours do not count, nor do shapes that
+    neither collide nor have mass.
 
     Args:
         robot: The robot, not compiled yet.
@@ -73,6 +75,8 @@ def travel_digests(robot: Robot, parameters: TwoFingerParameters) -> dict[str, s
     sites = [getattr(c, key, None) for c in (*coupled, *wraps) for key in _SITES]
     bodies, joints, meshes = [_line(hand.compiler)], [], {}
     for element, childclass in _elements(base):
+        if _is_drawn_only(element, childclass):
+            continue
         line = _line(element, childclass)
         if element.tag in _JOINTS:
             if not any(element is joint for joint in arm):
@@ -81,7 +85,7 @@ def travel_digests(robot: Robot, parameters: TwoFingerParameters) -> dict[str, s
             bodies.append(line)
         mesh = element.mesh if element.tag == "geom" else None
         if mesh is not None:
-            meshes[mesh.name] = _line(mesh)
+            meshes[mesh.name] = _box(robot.alone, mesh)
     bodies += meshes.values()
     couplings = [_line(c, tag=c.parent.tag) for c in coupled] + [_line(wrap) for wrap in wraps]
     for motor in hand.actuator.all_children():
@@ -120,23 +124,46 @@ def _line(element: Any, childclass: Any = None, tag: str = "") -> str:
         childclass: Its class, if it does not name one; default: the main class.
         tag: Tag in the default class; default: its own.
     """
-    own = element.get_attributes()
-    default, attributes = own.get("dclass") or childclass or element.root.default, dict(own)
-    while default.tag == "default":
-        inherited = getattr(default, tag or element.tag, None)
-        attributes = ({} if inherited is None else dict(inherited.get_attributes())) | attributes
-        default = default.parent
-    texts = (f"{k}={_text(v)}" for k, v in sorted(attributes.items()) if k not in _IGNORED)
+    attributes = sorted(_attributes(element, childclass, tag or element.tag).items())
+    texts = (f"{k}={_text(v)}" for k, v in attributes if k not in _IGNORED)
     return f"{element.tag} {' '.join(texts)}"
 
 
+def _attributes(element: Any, childclass: Any, tag: str) -> dict[str, Any]:
+    """Return an element's attributes, with those of its default class."""
+    attributes = dict(element.get_attributes())
+    default = attributes.get("dclass") or childclass or element.root.default
+    while default.tag == "default":
+        inherited = getattr(default, tag, None)
+        attributes = ({} if inherited is None else dict(inherited.get_attributes())) | attributes
+        default = default.parent
+    return attributes
+
+
+def _is_drawn_only(element: Any, childclass: Any) -> bool:
+    """Return whether an element is a shape that neither collides nor gives its body mass."""
+    if element.tag != "geom" or getattr(element.parent, "inertial", None) is None:
+        return False
+    attributes = _attributes(element, childclass, "geom")
+    return attributes.get("contype", 1) == attributes.get("conaffinity", 1) == 0
+
+
 def _text(value: Any) -> str:
-    """Return the value of an attribute; that of a file depends on its content."""
+    """Return the value of an attribute."""
     if isinstance(value, float | np.ndarray):
         return " ".join(f"{x:.{_DIGITS}g}" for x in np.ravel(value).tolist())
-    if hasattr(value, "get_vfs_filename"):
-        return str(value.get_vfs_filename())
     return str(getattr(value, "name", value))
+
+
+def _box(model: mujoco.MjModel, mesh: Any) -> str:
+    """Return the name of a mesh and its bounding box [0.1 mm] in the frame of its file."""
+    number = model.mesh(mesh.full_identifier).id
+    first, count = model.mesh_vertadr[number], model.mesh_vertnum[number]
+    # MuJoCo moves it to its centre of mass.
+    T_fm = spatial.pose(model.mesh_pos[number], model.mesh_quat[number])
+    vertices = model.mesh_vert[first : first + count] @ T_fm.rotation.T + T_fm.translation
+    ends = np.rint(1e4 * np.concatenate([vertices.min(axis=0), vertices.max(axis=0)]))
+    return f"mesh {mesh.name} {' '.join(f'{x:.0f}' for x in ends + 0.0)}"
 
 
 def _tool(robot: Robot, joint: str) -> str:
