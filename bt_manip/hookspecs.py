@@ -195,17 +195,6 @@ def register_export_formats(register: Callable[[str, Callable[..., None]], None]
 
 
 @hookspec
-def register_panels(register: Callable[[str, Callable[[Any], Any]], None]) -> None:
-    """Register panels of the page of a run, where a package brings one (``--view``).
-
-    Args:
-        register: ``register(name, factory)``, where ``factory(page)`` adds the inputs of a new
-            panel to the page and returns the panel. It gets a tab with this name, unless an
-            attribute ``place`` of the factory is ``left``, ``below``, ``over`` or ``bar``.
-    """
-
-
-@hookspec
 def register_faults(register: Callable[[str, type], None]) -> None:
     """Register faults, which disturb runs that test how a tree copes with them.
 

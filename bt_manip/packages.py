@@ -67,6 +67,8 @@ PACKAGES: dict[str, dict[str, str]] = {
         "option": "--view --view-port",
         "command": "view replay report",
         "view": "view",
+        "hook": "register_panels",
+        "kind of parts": "panels",
         "panel": "blackboard camera log node overlays pull timeline tracking_error tree",
         "recorder": "video",
         "export format": "mp4 gif",

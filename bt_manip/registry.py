@@ -230,7 +230,6 @@ class Parts:
         commands: Places of commands, ``module:function``, by the group, if any, and the name:
             ``tree-draw``.
         export_formats: Functions, ``write(recording, path)``.
-        panels: Factories, ``factory(page) -> Panel``.
         faults: Classes of faults, ``cls(**parameters) -> Fault``.
         contracts: Functions, ``checks(parts, provides, settings) -> Iterable[Check]``.
         backends: Real robots, `bt_manip.robots.Backend`.
@@ -256,7 +255,6 @@ class Parts:
     views: Registry[Callable[..., Any]] = _registry("view")
     commands: Registry[str] = _registry("command")
     export_formats: Registry[Callable[..., None]] = _registry("export format")
-    panels: Registry[Callable[..., Any]] = _registry("panel")
     faults: Registry[Callable[..., Any]] = _registry("fault")
     contracts: Registry[Callable[..., Any]] = _registry("contract")
     tree_defaults: dict[str, TreeDefaults] = field(default_factory=dict)

@@ -1,6 +1,5 @@
 """What each hook brings in is used; the plugins are the examples of the documentation."""
 
-import json
 import re
 import sys
 from dataclasses import replace
@@ -10,7 +9,6 @@ import numpy as np
 import pytest
 
 from bt_manip import build_station
-from bt_manip.bt import Sleep, Tree
 from bt_manip.cli.app import run_app
 from bt_manip.cli.interrupt import Interrupt
 from bt_manip.exceptions import BtManipError
@@ -18,7 +16,6 @@ from bt_manip.models import ModelError, load_model
 from bt_manip.planning import PlanningProblem
 from bt_manip.plugins import PluginSelection, load_plugins
 from bt_manip.robots import GripperError, panda
-from bt_manip.runner import Run, RunRequest, TreeSource
 from bt_manip.spatial import pose
 from bt_manip.testing.contract_list import checks_of
 
@@ -258,22 +255,6 @@ def test_register_export_formats_converts_recordings(run, example, tmp_path, cap
     command = ["export", tmp_path / "run.mcap", "--to", "times", "--plugins-dir", folder]
     assert run_app(Interrupt(), [str(one) for one in command]) == 0
     assert len((tmp_path / "run.times").read_text().splitlines()) >= 2
-
-
-def test_register_panels_shows_a_panel_on_the_page(parts_of):
-    from bt_manip_view import Page
-
-    parts = parts_of("register_panels")
-    page = Page({"tool": parts.panels.get("tool")}, port=0, speed=None)
-    try:
-        station = build_station(parts)
-        tree = Tree(Sleep(msec=30), clock=station.clock)
-        Run(RunRequest(TreeSource("test", "python")), tree, station).execute([page])
-        elements = [change[-1] for change in json.loads(page.gui.snapshot()[1])[1:]]
-        (number,) = [one for one in elements if one.get("label") == "Height [m]"]
-        assert number["value"] == pytest.approx(station.robot.tool_pose.translation[2], abs=1e-3)
-    finally:
-        page.close()
 
 
 def test_register_faults_disturbs_a_run(run):

@@ -12,6 +12,7 @@ import pytest
 from bt_manip.cli.new import PLUGIN_KINDS
 from bt_manip.exceptions import BtManipError
 from bt_manip.models import bundled_root
+from bt_manip.plugins import load_plugins
 from bt_manip.plugins.scaffold import write_plugin
 
 NAME = "big-toothed-gear"
@@ -42,7 +43,7 @@ def written(tmp_path_factory) -> Path:
     """Write a plugin of each kind into one folder."""
     folder = tmp_path_factory.mktemp("written")
     for kind in PLUGIN_KINDS:
-        write_plugin(f"my-{kind}", kind, folder)
+        write_plugin(f"my-{kind}", kind, folder, load_plugins())
     return folder
 
 
@@ -59,7 +60,7 @@ def test_they_lint(written):
 
 @pytest.mark.parametrize("kind", PLUGIN_KINDS)
 def test_another_name_lints_too(kind, tmp_path):
-    write_plugin("a" * 24, kind, tmp_path)
+    write_plugin("a" * 24, kind, tmp_path, load_plugins())
     run("-m", "ruff", "check", ".", cwd=tmp_path)
 
 
@@ -154,7 +155,9 @@ def test_a_word_that_the_template_needs_is_refused(name, kind, tmp_path):
 
 @pytest.mark.parametrize("kind", PLUGIN_KINDS)
 def test_the_name_of_the_templates_themselves_is_none_of_these_words(kind, tmp_path):
-    assert (write_plugin("gear", kind, tmp_path) / "tests" / "test_gear.py").is_file()
+    assert (
+        write_plugin("gear", kind, tmp_path, load_plugins()) / "tests" / "test_gear.py"
+    ).is_file()
 
 
 def test_what_is_installed_already_is_refused(plugin, load, tmp_path):

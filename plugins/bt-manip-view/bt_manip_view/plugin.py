@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from bt_manip import hookimpl
 from bt_manip.parameters import Parameter
+from bt_manip_view.hooks import register_panels as register_panels
 
 if TYPE_CHECKING:
     from bt_manip.cli import Session
@@ -59,8 +60,8 @@ def register_commands(register: Callable[..., None]) -> None:
         register(name, f"bt_manip_view.commands.{name}:{name}")
 
 
-@hookimpl
-def register_panels(register: Callable[[str, Callable[[Any], Any]], None]) -> None:
+@hookimpl(specname="register_panels")
+def register_own_panels(register: Callable[[str, Callable[[Any], Any]], None]) -> None:
     """Register the panels of the page."""
     for name, place in PANELS.items():
         module, _, panel = place.partition(":")

@@ -134,7 +134,8 @@ def test_a_state_that_diverges_in_the_grip_ends_the_episode_with_its_reason():
 def test_an_agents_episode_is_watched_on_the_page(parts):
     from bt_manip_view import Page
 
-    panels = {name: parts.panels.get(name) for name in parts.panels.in_order()}
+    registered = parts.of("panels")
+    panels = {name: registered.get(name) for name in registered.in_order()}
     page = Page(panels, port=0, speed=None)
     try:
         task = LearningTask("pick_place", observers=(page,), faults=(FAULT,))

@@ -18,13 +18,13 @@ def page_panels(plugins: Plugins) -> dict[str, Callable[[Any], Any]]:
     Args:
         plugins: All plugins.
     """
-    registered = plugins.parts.panels.in_order()
+    registered = plugins.parts.of("panels").in_order()
     names = sorted(registered, key=lambda name: name not in PANELS)
     return {name: _maker(plugins, name) for name in names}
 
 
 def _maker(plugins: Plugins, name: str) -> Callable[[Any], Any]:
-    panels = plugins.parts.panels
+    panels = plugins.parts.of("panels")
     owner = plugins.find(panels.owner(name))
     label, hint = (f" of {owner.label}", owner.way_out) if owner else ("", "")
     label = f"panel '{name}'{label}"

@@ -229,7 +229,8 @@ def _with_arrays(value: Any, arrays: list[bytes]) -> Any:
 
 @pytest.fixture
 def page(parts) -> Iterator[Page]:
-    panels = {name: parts.panels.get(name) for name in parts.panels.in_order()}
+    registered = parts.of("panels")
+    panels = {name: registered.get(name) for name in registered.in_order()}
     page = Page(panels, port=0, speed=None)
     yield page
     page.close()
