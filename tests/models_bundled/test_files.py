@@ -37,8 +37,8 @@ def test_it_needs_no_other_file(path):
     assert [e.tag for e in ET.parse(path).iter() if "file" in e.attrib or e.tag == "include"] == []
 
 
-def test_the_folder_holds_nothing_but_models_and_their_description():
-    assert {path.suffix for path in MODELS.rglob("*") if path.is_file()} <= {".xml", ".md"}
+def test_the_folder_holds_nothing_but_models_and_what_describes_them():
+    assert {path.suffix for path in MODELS.rglob("*") if path.is_file()} <= {".xml", ".md", ".toml"}
 
 
 @everywhere
