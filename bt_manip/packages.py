@@ -62,7 +62,10 @@ PACKAGES: dict[str, dict[str, str]] = {
         "kind of parts": "policies",
     },
     "bt-manip-roadmap": {"planner": "lazy_roadmap"},
-    "bt-manip-setup": {"command": "robot robot-measure", "module": "bt_manip.robot_setup"},
+    "bt-manip-setup": {
+        "command": "robot robot-measure",
+        "module": "bt_manip.robot_setup bt_manip.grippers.find_fingers",
+    },
     "bt-manip-view": {
         "option": "--view --view-port",
         "command": "view replay report",

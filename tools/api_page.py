@@ -40,7 +40,7 @@ STABLE = {
     "bt_manip.grippers": "TwoFingerGripper two_finger_gripper",
     "bt_manip.faults": "Fault parameter",
     "bt_manip_view": "Panel",
-    "bt_manip_setup.finger_travel": "find_fingers",
+    "bt_manip_setup": "find_fingers",
 }
 """Names that keep their meaning until the next major version."""
 

@@ -1,5 +1,7 @@
 """Kinds of grippers: each is a `bt_manip.robots.Gripper` in its own package."""
 
+from bt_manip import lazy_exports
+
 from .solids import BodySurface as BodySurface
 from .solids import Solid as Solid
 from .solids import collision_geoms_of as collision_geoms_of
@@ -15,3 +17,5 @@ from .two_finger import TwoFingerGripper as TwoFingerGripper
 from .two_finger import TwoFingerParameters as TwoFingerParameters
 from .two_finger import travel_digests as travel_digests
 from .two_finger import two_finger_gripper as two_finger_gripper
+
+__getattr__ = lazy_exports(__name__, {})  # names the package of what has moved
