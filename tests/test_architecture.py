@@ -338,7 +338,7 @@ def test_an_init_only_exports_names():
         docstring, *rest = ast.parse(modules()[package].read_text()).body
         assert isinstance(docstring, ast.Expr), package
         names_moved = ast.parse("__getattr__ = lazy_exports(__name__, {})").body
-        if ast.dump(rest[-1]) == ast.dump(names_moved[0]):
+        if rest and ast.dump(rest[-1]) == ast.dump(names_moved[0]):
             rest.pop()
         assert all(isinstance(statement, ast.ImportFrom) for statement in rest), package
 
