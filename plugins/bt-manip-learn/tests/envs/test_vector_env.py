@@ -120,6 +120,11 @@ def test_images_are_refused(opengl):
 
 def test_a_task_whose_objects_act_in_control_steps_is_refused():
     with pytest.raises(BtManipError, match="'button' acts in control steps"):
+        BatchEnvironment("pick_place", num_envs=2, scene="button_on_table")
+
+
+def test_a_task_whose_goal_remembers_is_refused():
+    with pytest.raises(BtManipError, match="'WasPressed' of the goal has a memory"):
         BatchEnvironment("press_button", num_envs=2)
 
 
