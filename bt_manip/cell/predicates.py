@@ -195,13 +195,14 @@ def _why_unsupported(cell: "Cell", name: str, container: str, seen: set[str]) ->
     below = min((depth for depth in depths if depth >= 0.0), default=math.inf)
     if below == math.inf or not _is_inside(cell, container, centre + below * _DOWN, height):
         return f"'{name}' is not inside '{container}'"
-    inside = {
-        entity_of(point.other)
-        for point in points
-        if point.normal[2] >= MIN_SLOPE and _is_inside(cell, container, point.position, height)
-    }
-    if container in inside:
-        return ""
+    inside: set[str] = set()
+    for point in points:
+        other = entity_of(point.other)
+        carries = other not in inside and point.normal[2] >= MIN_SLOPE
+        if carries and _is_inside(cell, container, point.position, height):
+            if other == container:
+                return ""
+            inside.add(other)
     for other in sorted(inside - seen):
         if not _why_unsupported(cell, other, container, seen):
             return ""
