@@ -101,7 +101,7 @@ def register_scenes(register: Callable[[str, Callable[[], Any]], None]) -> None:
 
 @hookimpl
 def register_model_sources(register: Callable[[str, Callable[..., Any]], None]) -> None:
-    """Bring models that travel with the package, and those of Menagerie and ROS packages."""
+    """Register the bundled models, MuJoCo Menagerie and ROS packages as sources."""
     from bt_manip.models import built_in_sources
 
     for kind, find in built_in_sources().items():

@@ -130,7 +130,7 @@ def is_special(target: Path) -> bool:
 
 
 def cache_root() -> Path:
-    """Return the folder in which bt-manip keeps what is slow to compute."""
+    """Return the cache folder."""
     if given := os.environ.get(CACHE_VARIABLE, ""):
         return Path(given)
     import platformdirs

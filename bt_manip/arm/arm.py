@@ -529,7 +529,7 @@ class Arm:
             self.speed_scale = self.speed_scale
 
     def _limit_tool(self, speed: float) -> bool:
-        """Limit the tool's speed, at most to that of the robot; return whether it changes."""
+        """Limit the tool's speed, up to the robot's limit; return whether the limit changes."""
         limits, speed = self.model.limits, min(speed, self.robot.limits.tool_speed)
         changes = speed != limits.tool_speed
         if changes:

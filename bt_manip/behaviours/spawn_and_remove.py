@@ -113,7 +113,7 @@ class SpawnObject(CellBehaviour):
         self.feedback_message = f"'{name}' at ({x:.3f}, {y:.3f}) m"
 
     def _make(self) -> tuple[composer.Entity, str]:
-        """Create the object; return it with its name, empty for that of its model."""
+        """Create the object; return it with its name, which is empty for the model's name."""
         model = self.model
         if model != AUTO:
             return self._object(model), "" if is_address(model) else model

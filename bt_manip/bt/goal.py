@@ -20,7 +20,7 @@ GOAL: Final = "_goal"
 """Attribute of a ``<BehaviorTree>`` that declares its goal."""
 
 TASK: Final = "_task"
-"""Attribute of a ``<BehaviorTree>`` that says in a sentence what it does, for data sets."""
+"""Attribute of a ``<BehaviorTree>`` with its task as a sentence, for data sets."""
 
 NO_CELL: Final = (
     "no condition of the goal reads the cell, so the tree alone decides whether it succeeded; "

@@ -38,7 +38,7 @@ class Libraries:
 
     @classmethod
     def of(cls, given: "Iterable[str | Path] | Libraries") -> "Libraries":
-        """Return libraries as they are, and those of paths."""
+        """Return the libraries, with paths replaced by the libraries in these files."""
         return given if isinstance(given, Libraries) else cls(given)
 
     def add_to(self, document: Document) -> None:

@@ -137,7 +137,7 @@ class BehaviourRegistry:
         return sorted(n for n in self._classes if built_in or n not in self._built_in)
 
     def is_built_in(self, name: str) -> bool:
-        """Return whether a name is that of a node of the language."""
+        """Return whether the language has a node of this name."""
         return name in self._built_in
 
     def name_of(self, cls: type[Any]) -> str | None:

@@ -87,7 +87,7 @@ class Tree:
 
     @property
     def task(self) -> str:
-        """What the tree does: the given sentence, that of an entry, or its ID in words."""
+        """The task as a sentence: given, read from the blackboard, or the tree's ID in words."""
         if is_pointer(self.given_task):
             text = self.blackboard.get(self.given_task.strip()[1:-1])
             given = text if isinstance(text, str) else ""

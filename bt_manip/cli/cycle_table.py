@@ -1,4 +1,4 @@
-"""The results that a run ends with in the terminal: cycles, a sentence, and what to do next."""
+"""Results of a run in the terminal: table of cycles, summary and next step."""
 
 import shlex
 from collections.abc import Callable, Sequence

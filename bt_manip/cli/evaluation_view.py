@@ -1,4 +1,4 @@
-"""What an evaluation shows in the terminal, while it runs and at its end."""
+"""Progress and results of an evaluation in the terminal."""
 
 import time
 from collections.abc import Iterable
@@ -20,7 +20,7 @@ SHOWN_FAILURES = 8
 """Number of failures that are listed, the most frequent ones."""
 
 RECOVERIES = 8
-"""Number of nodes with retries or rescues that are listed, those in most episodes."""
+"""Maximum number of listed nodes with retries or rescues; the most frequent come first."""
 
 MAX_POINTS = 20
 """Number of points of a sweep that are listed while it runs."""

@@ -123,7 +123,7 @@ def _list_tasks(
 
 
 def _print_levels(plugins: "Plugins", tree: str) -> None:
-    """Print what varies in a task, in itself and at each level, and what its nodes draw."""
+    """Print the randomized quantities of a task, at each level, and the draws of its nodes."""
     from bt_manip.runner import load_source, request_of
     from bt_manip.scenes import Level, find_scene, levels_of
 

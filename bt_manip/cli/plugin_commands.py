@@ -46,7 +46,7 @@ class PluginCommand:
 
     @property
     def words(self) -> str:
-        """The command as it is written behind ``bt-manip``."""
+        """The words of the command after ``bt-manip``."""
         return f"{self.group} {self.name}".lstrip()
 
     @property

@@ -111,7 +111,7 @@ class RunOptions(StationOptions):
     views: ViewOptions = field(default_factory=dict)
     """The options of the plugins' views that are chosen, by name."""
     continued: "Continuation | None" = None
-    """The recorded run to go on with; then the options of the request are those of this run."""
+    """Recorded run to continue, from which the options of the request are taken."""
 
     def continuing(self, continued: "Continuation") -> "RunOptions":
         """Return the options of a recorded run that goes on, watched as these options say."""
@@ -225,7 +225,7 @@ def _check(options: RunOptions) -> None:
 
 
 def _configurations(path: Path | None, *, may_lack: bool) -> "Mapping[str, Configuration]":
-    """Return the named configurations of a file, none of one that is not there and may lack."""
+    """Return the named configurations of a file; none if the file may be missing and is."""
     from bt_manip.robots import load_configurations
 
     if path is None or (may_lack and not path.exists()):

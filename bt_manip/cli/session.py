@@ -55,7 +55,7 @@ def execute_run(options: RunOptions, interrupt: Interrupt, *, begin: bool = True
 class Session:
     """Runs of one command, one after the other; between them the cell lives.
 
-    A run continues in the station as it is, or begins as from the command line: in a new one.
+    A run continues in the present station or begins in a new one, like the run of a command.
 
     Args:
         options: The options of the command.

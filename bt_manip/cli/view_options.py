@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 _VIEWS = "bt_manip.views"
 _BEFORE = ("real_time", "window")
-"""Options that ``--help`` lists before those of views."""
+"""Options that ``--help`` lists before the options of views."""
 
 
 class ViewingCommand(click.Command):
@@ -32,7 +32,7 @@ class ViewingCommand(click.Command):
         self._always = always
 
     def get_params(self, ctx: click.Context) -> list[click.Parameter]:
-        """Return all options, those of views too."""
+        """Return all options, including the options of views."""
         own = super().get_params(ctx)
         place = 1 + max(i for i, one in enumerate(own) if one.name in _BEFORE)
         views = self._views(ctx, [])
@@ -75,7 +75,7 @@ class _ViewOption(click.Option):
 
 
 def _chosen(ctx: click.Context, args: list[str]) -> "PluginSelection":
-    """Return the choice of plugins, that of a command line which is not parsed yet, too."""
+    """Return the selected plugins, also for a command line that is not parsed yet."""
     first = plugin_options(click.Command("", add_help_option=False))
     reading = click.Context(first, ignore_unknown_options=True, allow_extra_args=True)
     given, _, _ = first.make_parser(reading).parse_args(list(args))
@@ -84,7 +84,7 @@ def _chosen(ctx: click.Context, args: list[str]) -> "PluginSelection":
 
 
 def _options(name: str, make: Callable[..., Any]) -> list[_ViewOption]:
-    """Return the options of a view: the one that opens it, and its parameters."""
+    """Return the options of a view: the flag that opens it, and its parameters."""
     from bt_manip.parameters import parameters_of
 
     plain = name.replace("_", "-")

@@ -132,7 +132,7 @@ class EpisodeWorker:
             refuse_difference("a worker", self.identity, evaluation.identity)
 
     def run(self, episode: EpisodeId) -> EpisodeResult:
-        """Run an episode; what the tree raises is a failure of the episode."""
+        """Run an episode; an exception in the tree fails the episode."""
         if episode.point != self._point:
             self._run, self._point = self._prepare(episode.point), episode.point
         run, start = self._run, time.perf_counter()

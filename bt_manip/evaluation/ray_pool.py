@@ -173,7 +173,7 @@ class _Actor:
 
 
 class _RemoteWorker:
-    """What runs in an actor; the worker is made with the first episode, so that errors return."""
+    """Actor that runs episodes; the first one makes the worker, so that its errors are returned."""
 
     def __init__(self, make_worker: Callable[[], Worker[Any, Any]]) -> None:
         self._make_worker = make_worker

@@ -21,7 +21,7 @@ from bt_manip.runner import ParameterSet
 from .episode import EpisodeResult, refuse_difference
 
 IDENTITY = "_evaluation.json"
-"""File of what the results depend on; readers of Parquet folders ignore names with ``_``."""
+"""File with the identity of the run; readers of Parquet folders ignore names with ``_``."""
 
 JOURNAL = "_latest.jsonl"
 """File of the results that are in no Parquet file yet, one line each."""
@@ -36,7 +36,7 @@ METADATA = b"bt_manip"
 """Key of the identity, as JSON, in the metadata of the Parquet files."""
 
 _TYPES = {int: pa.int64(), float: pa.float64(), bool: pa.bool_(), str: pa.string()}
-"""Types of columns by those of the fields of an `EpisodeResult`, each of them optional, too."""
+"""Column type of each field type of an `EpisodeResult`; every column may be null."""
 
 
 class ResultFolder:

@@ -48,7 +48,7 @@ class StressTable:
 
     @property
     def episodes(self) -> Sequence[StressEpisode]:
-        """The episodes, with those that were not tried."""
+        """All planned episodes, also the untried ones."""
         return self.planned or [one.episode for one in self.results]
 
     @property

@@ -78,7 +78,7 @@ class FaultInjector(RunModifier):
         self._cycle = cycle
 
     def before_tick(self) -> None:
-        """Begin the faults that are due, and end those that have expired."""
+        """Begin due faults, and end expired ones."""
         now = self._cell.time + 1e-9
         for ending in [one for one in self._active if one[0] <= now]:
             self._active.remove(ending)

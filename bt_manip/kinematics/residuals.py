@@ -92,7 +92,7 @@ class VectorResidual(FrameResidual):
         return self._scale * error
 
     def _scaled_jacobian(self, jacobian: np.ndarray) -> np.ndarray:
-        """Return the Jacobian of the residual for that of the error."""
+        """Return the Jacobian of the residual, given the Jacobian of the error."""
         if not self._dead_zone:
             return self._scale * jacobian
         if self._length <= self._dead_zone:
@@ -130,7 +130,7 @@ class PositionResidual(VectorResidual):
 
 
 class RotationResidual(VectorResidual):
-    """Rotation vector ``log3`` from the target axes to those of a frame, equal in both frames."""
+    """Rotation vector ``log3`` from the target axes to the axes of a frame, equal in both."""
 
     def evaluate(self) -> np.ndarray:
         """Return the residual, after `pin.computeJointJacobians`."""  # (3,)

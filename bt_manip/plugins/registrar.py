@@ -1,4 +1,4 @@
-"""The parts of one plugin before they are merged with those of all plugins."""
+"""The parts of one plugin, before they are added to the parts of all plugins."""
 
 import dataclasses
 import inspect

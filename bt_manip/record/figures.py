@@ -31,7 +31,7 @@ class Interval(NamedTuple):
     end: float
     """Simulated time [s]."""
     status: str
-    """What the node ended with, ``"HALTED"``, or ``"RUNNING"`` if the recording ends before."""
+    """Final status, ``"HALTED"``, or ``"RUNNING"`` if the recording ends before."""
     reason: str = ""
     """Reason of a failure, or the last message of a node that was halted."""
 

@@ -36,7 +36,7 @@ LONGEST_PAUSE = 1.0
 """Robot's time that passes between two readings at rest, at most [s]."""
 
 GUARD_TOLERANCE = 0.05
-"""Part of the limits by which a reference may exceed them against those written before it."""
+"""Relative excess of a limit that is tolerated when a reference is written."""
 
 MOVED = 0.02
 """Distance of a joint from the first reference from which it was moved by someone else [rad]."""

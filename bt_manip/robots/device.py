@@ -1,4 +1,4 @@
-"""Devices: what a real arm and its gripper can do, as plugins implement it for a vendor."""
+"""Device interfaces of real arms and grippers, which plugins implement for a vendor."""
 
 import abc
 from collections.abc import Mapping
@@ -80,7 +80,7 @@ class ArmDevice(abc.ABC):
 
     @property
     def properties(self) -> Mapping[str, str]:
-        """What a report says about the device and how it is connected."""
+        """Description of the device and its connection, for reports."""
         return {}
 
     @abc.abstractmethod

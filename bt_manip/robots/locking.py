@@ -57,7 +57,7 @@ def _bodies(joint: Any) -> Iterator[Any]:
 
 
 def _referred(element: Any) -> list[Any]:
-    """Return the joints that an equality couples: those that it names, or above its bodies."""
+    """Return the joints that an equality couples: named ones, or the joints above its bodies."""
     found = [getattr(element, name, None) for name in ("joint1", "joint2")]
     for name in ("body1", "body2"):
         body = getattr(element, name, None)

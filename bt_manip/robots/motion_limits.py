@@ -70,7 +70,7 @@ class Limited(NamedTuple):
     """Quantities of a motion, one row for each time, and what they are limited to.
 
     Attributes:
-        name: What they are, with ``{}`` for the number of the column from 1.
+        name: Name of the quantity, with ``{}`` for the number of the column, from 1.
         values: The quantities.  # (n, k)
         limits: The largest magnitudes.  # (n, k) or (k,)
     """

@@ -223,7 +223,7 @@ class RobotDescription:
         return self.source or self.name
 
     def __post_init__(self) -> None:
-        """Check the values like those of a file."""
+        """Check the values as if they came from a file."""
         check_fields(self, self.where, RobotError)
         if not self.limit_margin < 1.0:
             raise RobotError(f"{self.where}: 'limit_margin' is below 1, got {self.limit_margin:g}")

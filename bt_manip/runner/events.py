@@ -176,7 +176,7 @@ class EventStream:
             self.emit("message", {"uid": node.uid, "path": node.path, "text": text})
 
     def _compare(self) -> None:
-        """Emit all changes except those of statuses."""
+        """Emit all changes except status changes."""
         self._compare_tree()
         self._compare_entities()
         if self._wanted("message"):

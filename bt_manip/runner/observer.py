@@ -85,7 +85,7 @@ class RunView(RunObserver):
     """Shows runs, one or several one after the other; made before the first of them."""
 
     def close(self) -> None:
-        """Release what a view that stays keeps after a run; not called for one that does not."""
+        """Release the resources of a view that outlives its run."""
 
 
 class RunModifier(RunObserver):

@@ -121,7 +121,7 @@ class Perturbations:
         return 3.0 / max(float(np.sum(jacobian * solved)), mujoco.mjMINVAL)
 
     def _bind(self) -> None:
-        """Bind the perturbations to the present model; end those of removed bodies."""
+        """Bind the perturbations to the present model; drop perturbations of removed bodies."""
         self._bound = []
         for active in list(self._active.values()):
             try:

@@ -138,7 +138,7 @@ def test_a_planner_is_chosen_by_name_and_an_unknown_one_fails_the_behaviour(tria
     assert wrong.fails_with("did you mean 'rrt_connect'")
 
 
-def test_set_speed_slows_a_motion_that_goes_on_and_at_nought_it_pauses(station, trial):
+def test_set_speed_slows_a_running_motion_and_pauses_it_at_zero(station, trial):
     moving = trial(MoveToConfiguration(configuration=LEFT))
     for _ in range(20):
         assert moving.tick() is RUNNING

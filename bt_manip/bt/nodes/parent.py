@@ -161,7 +161,7 @@ class Control(Parent, Composite):  # type: ignore[misc]  # stop() needs a status
         return Composite.remove_child(self, child)
 
     def remove_all_children(self) -> None:
-        """Remove all children; those that run are stopped."""
+        """Remove all children; running children are stopped."""
         self._child_nodes = None
         Composite.remove_all_children(self)
 

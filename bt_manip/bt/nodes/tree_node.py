@@ -177,7 +177,7 @@ class ForeignNode(TreeNode):
 
 
 def as_tree_node(behaviour: Behaviour) -> Any:
-    """Return a node of ours as it is, and any other behaviour in a `ForeignNode`."""
+    """Return a `TreeNode` unchanged, and wrap any other behaviour in a `ForeignNode`."""
     return behaviour if isinstance(behaviour, TreeNode) else ForeignNode(behaviour)
 
 

@@ -295,7 +295,7 @@ def port_name_problem(name: str) -> str | None:
 
 
 def is_port_name(name: str) -> bool:
-    """Return whether an attribute's name is that of a port, and not one for editors."""
+    """Return whether an attribute names a port, not an editor's property."""
     first = name[:1]
     return (
         ("a" <= first <= "z" or "A" <= first <= "Z")

@@ -64,7 +64,7 @@ class _Writer:
         self._declared: dict[str, tuple[str, str]] = {}
 
     def _reached_trees(self) -> dict[str, Element]:
-        """Return the document's own trees, and those of libraries that they name."""
+        """Return the document's own trees, and the library trees that they use."""
         trees = self._document.trees
         own = self._document.source.root.children
         reached = {tree_id: tree for tree_id, tree in trees.items() if tree in own}

@@ -134,7 +134,7 @@ class _TreeReader:
         return name_problem(self._context.dialect.plain_name(name))
 
     def _node(self, element: Element, depth: int) -> NodeSpec | None:
-        """Read an element and all below; None if it is not that of a known node."""
+        """Read an element and its children; None if no such node is known."""
         if depth > MAX_DEPTH or self._spec.is_too_deep:
             if not self._spec.is_too_deep:
                 self._rules.error(element.place, f"nested deeper than {MAX_DEPTH} levels")

@@ -206,7 +206,7 @@ class ContactEvent(NamedTuple):
 
 
 class ContactEventDetector:
-    """Compares the pairs of bodies in contact with those of the previous update."""
+    """Compares the pairs of bodies in contact with the previous update."""
 
     def __init__(self, contacts: Contacts):
         self._contacts = contacts

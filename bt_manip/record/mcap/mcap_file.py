@@ -29,7 +29,7 @@ FLAT_OBJECT = b'{"type":"object"}'
 
 
 class CountingWriter(io.BufferedWriter):
-    """Counts what it writes from the beginning of a file: a pipe does not tell its position."""
+    """Counts the written bytes, since a pipe has no position."""
 
     _size = 0
 
@@ -44,7 +44,7 @@ class CountingWriter(io.BufferedWriter):
 
 
 PACK_HEAD = struct.Struct("<BQHIQQ").pack
-"""Serializes what a message has before its data: opcode, length, channel, sequence, two times."""
+"""Header of a message record: opcode, length, channel, sequence number, two times."""
 
 HEAD_LENGTH = 31
 """Length of the result of `PACK_HEAD` [bytes]; the length of a record leaves out the first 9."""

@@ -30,7 +30,7 @@ class _Counting(Control):
             self._reason = self._node_runtime.reason
 
     def _recall_reason(self) -> None:
-        """Let the tree's reason be that of a child that failed here, maybe some ticks ago."""
+        """Report the reason of the failed child, which may have failed some ticks ago."""
         if self._node_runtime is not None and self._reason:
             self._node_runtime.reason = self._reason
 
