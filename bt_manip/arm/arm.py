@@ -366,7 +366,11 @@ class Arm:
         planner: Planner | None = None,
         rng: np.random.Generator | None = None,
     ) -> None:
-        """Plan a request and follow the result."""
+        """Plan a request and follow the result.
+
+        Raises:
+            MotionError: When there is no such motion; then nothing changes.
+        """
         planner = self.planner if planner is None else planner
         rng = np.random.default_rng(0) if rng is None else check_generator(rng)
         if not callable(getattr(planner, "plan", None)):
@@ -401,7 +405,13 @@ class Arm:
     def _in_time(self, change: Callable[[], None], latency: int) -> None:
         """Change the motion; with a connection, so early that the change arrives in time.
 
-        It takes effect after `latency` control steps at first.
+        Args:
+            change: Plans the change and makes it.
+            latency: Control steps from now until it takes effect, at first.
+
+        Raises:
+            MotionError: When there is no such motion, or the arm cannot follow it; then nothing
+                changes.
         """
         if self.connection is None:
             change()

@@ -322,9 +322,11 @@ class TrajectoryFollower:
             self.trajectory, self.stopping = None, False
 
     def _checked(self, trajectory: Trajectory, model: RobotModel) -> Samples:
-        """Return the samples of a trajectory at all control steps; refuse one beyond the limits.
+        """Return the samples of a trajectory at all control steps.
 
-        Positions may stay beyond theirs by as much as the present one is.
+        Raises:
+            MotionError: When it exceeds a limit. Positions may stay beyond theirs by as much as the
+                present one is.
         """
         setpoints = trajectory.sample(sample_times(trajectory.duration, CONTROL_STEP))
         use = model.limits.use(*setpoints)

@@ -363,7 +363,12 @@ def _turn(
 def _within_limits(
     plan: Callable[[np.ndarray, np.ndarray], JointTrajectory], model: RobotModel
 ) -> JointTrajectory | None:
-    """Return a trajectory within all limits; None where there is none."""
+    """Return a trajectory within all limits; None where there is none.
+
+    Args:
+        plan: Plans with given accelerations and jerks.
+        model: The arm with its payload.
+    """
     limits = model.limits
     try:
         trajectory = scale_to_effort_limits(

@@ -42,7 +42,11 @@ class Drop(ReleasingBehaviour):
         first_reachable(heights, lambda height: self._move_over(bottom, height))
 
     def _move_over(self, bottom: np.ndarray, height: float) -> None:
-        """Move the tool over the container's bottom."""
+        """Move the tool over the container's bottom.
+
+        Raises:
+            MotionError: If it is unreachable, or obstacles block all poses.
+        """
         poses = downward_poses(bottom + np.array([0.0, 0.0, height]))
         try:
             self.arm.move_to_pose(poses, speed=self.speed)

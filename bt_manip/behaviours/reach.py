@@ -44,7 +44,12 @@ class Reach(MotionBehaviour):
         self.arm.move_linear(T_wt, speed=self.speed)
 
     def _grasp_pose(self) -> pin.SE3:
-        """Return the pose of the tool at the grasp."""
+        """Return the pose of the tool at the grasp.
+
+        Raises:
+            CellError: If there is no such object.
+            MotionError: If there is no feasible grasp.
+        """
         if not self.grasp:
             return self.grasp_planner.nearest(self.object, self.T_wt)[1]
         try:

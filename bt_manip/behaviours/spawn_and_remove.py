@@ -147,7 +147,11 @@ class SpawnObject(CellBehaviour):
         return made
 
     def _place(self, entity: composer.Entity, region: Region, hint: str | None) -> str:
-        """Add it at a random position of the region with the required distances to others."""
+        """Add it at a random position of the region with the required distances to others.
+
+        Raises:
+            CellError: If none of `ATTEMPTS` positions has them.
+        """
         gap, within = self.gap, self.within
         limit = gap if np.isinf(within) else max(gap, within)
         for _ in range(ATTEMPTS):

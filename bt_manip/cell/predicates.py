@@ -180,7 +180,11 @@ def _why_moving(velocity: np.ndarray) -> str:
 def _why_unsupported(cell: "Cell", name: str, container: str, seen: set[str]) -> str:
     """Return why an object is not supported inside a container; empty if it is.
 
-    `seen` has the container, and the objects that are being checked.
+    Args:
+        cell: The cell.
+        name: The object.
+        container: The container.
+        seen: The container, and the objects that are being checked.
     """
     seen.add(name)
     points = cell.contacts.points(name)

@@ -203,7 +203,11 @@ class Controller(composer.Entity):
     # Torques
 
     def _checked_torque(self) -> np.ndarray:
-        """Return the torques for the present state, within the limits [N m]."""  # (nv,)
+        """Return the torques for the present state, within the limits [N m].
+
+        Raises:
+            ControllerFault: If they are invalid.
+        """  # (nv,)
         robot, reference = self.robot, self._reference or self.reference
         if reference.payload is not self._carried:
             self.payload = self._carried = reference.payload
@@ -227,7 +231,11 @@ class Controller(composer.Entity):
             raise self._fall_back(invalid) from invalid.__cause__
 
     def _torque(self, q: np.ndarray, v: np.ndarray, reference: Reference) -> np.ndarray:
-        """Return the torques for a state, within the limits [N m]."""  # (nv,)
+        """Return the torques for a state, within the limits [N m].
+
+        Raises:
+            _InvalidTorque: If they cannot be commanded.
+        """  # (nv,)
         try:
             law = self._substitute or self.compute
             tau = law(q, v, reference.q, reference.v, reference.a)
@@ -244,7 +252,11 @@ class Controller(composer.Entity):
         return self._with_transfer(tau) if self._transfer_steps else tau
 
     def _as_torques(self, tau: Any) -> np.ndarray:
-        """Convert an array of another number type."""
+        """Convert an array of another number type.
+
+        Raises:
+            _InvalidTorque: If it is not an array of numbers.
+        """
         shaped = isinstance(tau, ndarray) and tau.shape == self._shape and tau.dtype.kind in "fiu"
         if not shaped:
             found = f"a value of type {type(tau).__name__}"
@@ -256,7 +268,11 @@ class Controller(composer.Entity):
         return tau.astype(FLOAT)
 
     def _clip(self, tau: np.ndarray) -> np.ndarray:
-        """Clip torques to the limits and count the step."""
+        """Clip torques to the limits and count the step.
+
+        Raises:
+            _InvalidTorque: If they are not finite, or the controller does not clip.
+        """
         limited = np.maximum(np.minimum(tau, self._limit), -self._limit)
         np.not_equal(limited, tau, out=self.saturated)
         self._clipped = bool(self.saturated.any())

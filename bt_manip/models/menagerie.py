@@ -58,7 +58,11 @@ def menagerie_file(name: str, progress: Progress = terminal_progress) -> Path:
 
 
 def _require_server(name: str) -> None:
-    """Check the connection to the server once; the package itself would retry for many seconds."""
+    """Check the connection to the server once; the package itself would retry for many seconds.
+
+    Raises:
+        ModelError: If it does not answer within `CONNECTION_TIMEOUT`.
+    """
     import urllib.error
     import urllib.request
 

@@ -332,7 +332,11 @@ def tool_paths(start: pin.SE3, steps: Iterable[Step], blend: float = 0.0) -> lis
 
 
 def _check_steps(steps: Any) -> list[Step]:
-    """Return the steps as a list."""
+    """Return the steps as a list.
+
+    Raises:
+        MotionError: When one is not a step.
+    """
     if not isinstance(steps, Iterable):
         kind = type(steps).__name__
         raise invalid(f"a path is a list of LineTo, ArcTo and TurnAbout, got {kind}")

@@ -365,7 +365,11 @@ def state_problem(state: Any, joints: int) -> str:
 
 
 def _made(factory: str, address: str) -> Any:
-    """Make and connect a device."""
+    """Make and connect a device.
+
+    Raises:
+        BtManipError: If that fails.
+    """
     try:
         device = resolve_name(factory)(address)
         device.connect()

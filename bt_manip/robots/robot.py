@@ -264,6 +264,11 @@ def _wrist(model: mujoco.MjModel, site: int, joints: list[int]) -> int:
     """Return the body that is mounted on the last link, where a wrist sensor would be.
 
     This is the last link itself if no separate body is mounted on it.
+
+    Args:
+        model: The compiled model.
+        site: Id of the tool site.
+        joints: Ids of the arm's joints.
     """
     links = {int(body) for body in model.jnt_bodyid[joints]}
     body = mounted = int(model.site_bodyid[site])

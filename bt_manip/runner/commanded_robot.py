@@ -122,7 +122,15 @@ def chosen_robots(request: "RunRequest", scene: Scene, parts: Parts) -> list[Sce
 
 
 def _at_reach(chosen: SceneRobot, parts: Parts) -> SceneRobot:
-    """Return a robot of a scene where an arm of its reach stands: see `SceneRobot.for_reach`."""
+    """Return a robot of a scene where an arm of its reach stands: see `SceneRobot.for_reach`.
+
+    Args:
+        chosen: The robot, with all optional names filled in.
+        parts: The registered parts.
+
+    Raises:
+        BtManipError: If a name is not registered or a model does not load.
+    """
     if chosen.for_reach is None:
         return chosen
     robot = make_robot(chosen, parts)

@@ -86,7 +86,13 @@ class FilledCell:
     def _fill(self, builders: Sequence[RobotBuilder], seed: int, aside: bool) -> list[str]:
         """Add objects and robots; return the names of the robots.
 
-        With `aside`, objects that will be moved within reach are put aside first.
+        Args:
+            builders: The builders of the robots.
+            seed: Seed of sampled poses.
+            aside: Whether objects that will be moved within reach are put aside first.
+
+        Raises:
+            CellError: If something overlaps; the cell is as it was then.
         """
         later = sampled_objects(self._placed)
         pairs = list(zip(self._placed, self._entities, strict=True))

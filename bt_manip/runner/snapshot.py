@@ -77,7 +77,11 @@ def _constant(name: str) -> float:
 
 
 def _check(value: Any, where: str) -> None:
-    """Check that JSON preserves a value."""
+    """Check that JSON preserves a value.
+
+    Raises:
+        BtManipError: If it has a part that is not a number, a string, a list, a dict or None.
+    """
     if isinstance(value, Mapping):
         for key, item in value.items():
             if not isinstance(key, str):

@@ -274,7 +274,11 @@ def _input(start: Any, velocity: Any, acceleration: Any, jerk: Any) -> Any:
 
 
 def _calculate(motion: Any) -> Any:
-    """Let Ruckig plan."""
+    """Let Ruckig plan.
+
+    Raises:
+        MotionError: When it finds no trajectory.
+    """
     trajectory = ruckig.Trajectory(motion.degrees_of_freedom)
     try:
         result = ruckig.Ruckig(motion.degrees_of_freedom).calculate(motion, trajectory)

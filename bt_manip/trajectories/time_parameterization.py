@@ -245,7 +245,14 @@ def _slowed(
     model: RobotModel,
     keep_efforts: bool,
 ) -> _Candidate:
-    """Return a candidate from a profile, slowed until it is inside its limits."""
+    """Return a candidate from a profile, slowed until it is inside its limits.
+
+    Args:
+        path: The path.
+        profile: Path parameter over time.
+        model: The arm with its payload.
+        keep_efforts: Whether to slow it for effort limits too.
+    """
     planned = profile.duration
     for iteration in range(SLOWING_ITERATIONS):
         trajectory = PathTrajectory(path, profile)

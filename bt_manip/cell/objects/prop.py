@@ -70,7 +70,11 @@ class ParametricEntity(composer.Entity):
         self._make_model(name or self.kind)
 
     def _take(self, given: Mapping[str, Any]) -> None:
-        """Check parameters, and keep them and the defaults of the others as plain data."""
+        """Check parameters, and keep them and the defaults of the others as plain data.
+
+        Raises:
+            CellError: If there is no such parameter, or a value is impossible.
+        """
         for key, value in given.items():
             if key not in self.declared:
                 near = did_you_mean(key, self.declared)

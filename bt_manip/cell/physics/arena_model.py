@@ -355,7 +355,11 @@ class ArenaModel:
         return new
 
     def _mj_model(self) -> mujoco.MjModel:
-        """Compile the arena."""
+        """Compile the arena.
+
+        Raises:
+            ValueError: If MuJoCo or PyMJCF rejects it.
+        """
         return self._writer.compile(a.entity.mjcf_model for a in self.attachments.values())
 
 

@@ -239,7 +239,11 @@ class Recording:
 
 
 def _unpack(chunk: Chunk) -> None:
-    """Decompress a chunk in place, which has exactly the size that it claims."""
+    """Decompress a chunk in place, which has exactly the size that it claims.
+
+    Raises:
+        ValueError: If it has another size or checksum, or claims more than `MAX_CHUNK`.
+    """
     size = chunk.uncompressed_size
     if size > MAX_CHUNK:
         raise ValueError(f"a chunk claims {size} bytes, at most {MAX_CHUNK} are read")
@@ -276,7 +280,11 @@ def _messages_in(
 
 
 def _records_in(data: bytes) -> Iterator[tuple[int, int, int]]:
-    """Iterate over opcode, start and end of the records of a chunk."""
+    """Iterate over opcode, start and end of the records of a chunk.
+
+    Raises:
+        ValueError: If a record has the opcode 0, which MCAP reserves: zeros are no records.
+    """
     end = 0
     while end < len(data):
         opcode, length = _RECORD_HEAD.unpack_from(data, end)
