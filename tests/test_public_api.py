@@ -85,7 +85,7 @@ class Used(NamedTuple):
 
 
 def imported(code: str) -> list[Used]:
-    """Give what code takes from packages of the API page: by imports, attributes and texts."""
+    """Give the names that code uses of documented packages: imports, attributes and texts."""
     try:
         nodes = list(ast.walk(ast.parse(code)))
     except SyntaxError:  # an excerpt

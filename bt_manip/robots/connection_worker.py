@@ -35,9 +35,6 @@ LONGEST_LOSS = 0.02
 LONGEST_PAUSE = 1.0
 """Robot's time that passes between two readings at rest, at most [s]."""
 
-GUARD_TOLERANCE = 0.05
-"""Relative excess of a limit that is tolerated when a reference is written."""
-
 MOVED = 0.02
 """Distance of a joint from the first reference from which it was moved by someone else [rad]."""
 
@@ -211,7 +208,8 @@ class ArmWorker:
             cycles: Cycles since the last reference.
         """
         q, passed = self._reference(self._setpoint), cycles * self._setpoints_per_cycle
-        problem = self._guard(q, passed)
+        times = self._passed * CONTROL_STEP, passed * CONTROL_STEP
+        problem = self._limits.reference_problem(np.stack([*self._written, q]), times)
         if not problem:
             try:
                 self._device.write(q)
@@ -225,30 +223,6 @@ class ArmWorker:
         self._rested = self._rested + 1 if self._setpoint >= self._end_setpoint else 0
         if self._rested * self._device.period > REST_TIME:
             self._end()
-
-    def _guard(self, q: np.ndarray, passed: int) -> str:
-        """Return which limit a reference exceeds against the last two that were written.
-
-        Args:
-            q: The reference [rad].  # (nq,)
-            passed: Setpoints since the last one.
-        """
-        dt, dt_before = passed * CONTROL_STEP, self._passed * CONTROL_STEP
-        v, v_before = (
-            (q - self._written[-1]) / dt,
-            (self._written[-1] - self._written[0]) / dt_before,
-        )
-        a, limits = (v - v_before) / (0.5 * (dt + dt_before)), self._limits
-        for what, values, most in (
-            ("velocity", v, limits.velocity),
-            ("acceleration", a, limits.acceleration),
-        ):
-            exceeded = np.abs(values) > most * (1.0 + GUARD_TOLERANCE) + 1e-3
-            if exceeded.any():
-                joint = int(exceeded.argmax())
-                return f"{what} of joint {joint + 1}: {values[joint]:.3g}"
-        use = limits.tool_use(np.stack([self._written[-1], q]), dt)
-        return "" if use <= 1.0 + GUARD_TOLERANCE else "speed of the tool"
 
     @property
     def _end_setpoint(self) -> int:
@@ -337,7 +311,7 @@ class ArmWorker:
 
 
 def state_problem(state: Any, joints: int) -> str:
-    """Return what is wrong with a reading of a device; empty if it is valid.
+    """Return the problem of a device's reading; empty for a valid one.
 
     Args:
         state: What `ArmDevice.read` has returned.

@@ -30,6 +30,9 @@ SETPOINT_TOLERANCE = 5e-3
 BOX_TOLERANCE = 1e-3
 """Distance of the tool outside its box at which setpoints are accepted [m]."""
 
+REFERENCE_TOLERANCE = 0.05
+"""Relative excess of a limit that is tolerated when a reference is written."""
+
 TOOL_TOLERANCE = 1e-3
 """Part of the limit of the tool's speed by which setpoints may exceed it."""
 
@@ -328,6 +331,29 @@ class MotionLimits:
         if use > 1.0 + TOOL_TOLERANCE:
             return f"speed of the tool, {use * self.tool_speed:.3f} m/s"
         return self.leaving(np.concatenate([before[-1:], setpoints]), BOX_TOLERANCE)
+
+    def reference_problem(self, q: np.ndarray, times: tuple[float, float]) -> str:
+        """Return which limit the last of three references exceeds, by their differences.
+
+        Args:
+            q: The references, one after the other [rad].  # (3, nq)
+            times: Times between them [s].
+
+        Returns:
+            The problem; empty if there is none.
+        """
+        v_before, v = np.diff(q, axis=0) / np.array(times)[:, None]
+        a = (v - v_before) / (0.5 * sum(times))
+        for name, values, limits in (
+            ("velocity", v, self.velocity),
+            ("acceleration", a, self.acceleration),
+        ):
+            exceeded = np.abs(values) > limits * (1.0 + REFERENCE_TOLERANCE) + 1e-3
+            if exceeded.any():
+                joint = int(exceeded.argmax())
+                return f"{name} of joint {joint + 1}: {values[joint]:.3g}"
+        use = self.tool_use(q[1:], times[1])
+        return "" if use <= 1.0 + REFERENCE_TOLERANCE else "speed of the tool"
 
     def get_state(self) -> dict[str, Any]:
         """Return the limits of the joints as plain data, from which they can be built again."""
