@@ -166,8 +166,7 @@ class Session:
             if name not in self.views:
                 make = parts.views.maker(name, "run_started", "close", expected="a RunView")
                 self.views[name] = make(self, **given)
-            owner = self.plugins.find(parts.views.owner(name))
-            label, hint = (f" of {owner.label}", owner.way_out) if owner else ("", "")
+            label, hint = self.plugins.origin(parts.views.owner(name))
             yield guarded(self.views[name], f"view '{name}'{label}", print_warning, hint)
 
     # For the command

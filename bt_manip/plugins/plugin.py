@@ -98,6 +98,11 @@ class Plugins:
         named = sorted((p for p in self.plugins if p.name == name), key=lambda p: p.status != "ok")
         return named[0] if named else None
 
+    def origin(self, name: str) -> tuple[str, str]:
+        """Return the ends of a part's label and of messages about it, by the name of its plugin."""
+        owner = self.find(name)
+        return (f" of {owner.label}", owner.way_out) if owner else ("", "")
+
     def blame(self, error: BaseException) -> Plugin | None:
         """Return the plugin whose code raised an exception, or None for bt-manip's own code.
 

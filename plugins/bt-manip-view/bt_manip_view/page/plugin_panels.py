@@ -25,8 +25,7 @@ def page_panels(plugins: Plugins) -> dict[str, Callable[[Any], Any]]:
 
 def _maker(plugins: Plugins, name: str) -> Callable[[Any], Any]:
     panels = plugins.parts.of("panels")
-    owner = plugins.find(panels.owner(name))
-    label, hint = (f" of {owner.label}", owner.way_out) if owner else ("", "")
+    label, hint = plugins.origin(panels.owner(name))
     label = f"panel '{name}'{label}"
 
     def make(page: Any) -> Any:
