@@ -304,6 +304,34 @@ class Window:
         mouse.move(*end, steps=10)
         mouse.up()
 
+    def pull(
+        self, node: str, start: Sequence[float], end: Sequence[float], done: Callable[[], bool]
+    ) -> None:
+        """Drag a handle of the scene until something has happened, and keep the button pressed.
+
+        A scene that is drawn slowly may not see the mouse over the handle: it is tried again.
+
+        Args:
+            node: Name of the handle's node.
+            start: Where the mouse takes hold, from the origin of the node in the world [m].
+            end: Where the mouse goes, likewise.
+            done: Tells whether it has happened.
+        """
+        mouse = self.page.mouse
+
+        def happened() -> bool:
+            mouse.up()
+            mouse.move(*self.pixel(node, start))
+            self.page.wait_for_timeout(500)
+            mouse.down()
+            mouse.move(*self.pixel(node, end), steps=10)
+            latest = time.monotonic() + 10.0
+            while not done() and time.monotonic() < latest:
+                time.sleep(0.1)
+            return done()
+
+        wait_until(happened)
+
     def pixel(self, node: str, offset: Sequence[float] = (0.0, 0.0, 0.0)) -> tuple[float, float]:
         """Return where a point of the scene is on the page [pixels].
 

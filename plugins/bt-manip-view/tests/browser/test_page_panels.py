@@ -17,6 +17,9 @@ TREE = """<root BTCPP_format="4"><BehaviorTree ID="Main"><Sequence name="task">
 """
 
 
+PATH_IS_DRAWN = "() => Boolean(__viserMutable.nodeRefFromName['/planned path of panda'])"
+
+
 @pytest.fixture(scope="module")
 def tree(tmp_path_factory) -> Path:
     path = tmp_path_factory.mktemp("tree") / "task.xml"
@@ -38,9 +41,17 @@ def test_a_selected_node_shows_its_ports_with_present_values(window):
 
 def test_the_planned_path_is_drawn(opengl, window):
     window.open_tab("Overlays")
-    window.wait_for_text(r"panda: 0\.\d+ m in \d+")
-    window.press("Pause")
-    window.wait_for_text("s: paused")
+
+    def paused_in_a_motion() -> bool:
+        window.wait_for_text(r"panda: 0\.\d+ m in \d+")
+        window.press("Pause")
+        window.wait_for_text("s: paused")
+        if window.evaluate(PATH_IS_DRAWN):
+            return True
+        window.press("Continue")  # between two motions there is no path
+        return False
+
+    wait_until(paused_in_a_motion)
     shown = window.scene("planned_path")
     changed = abs(shown - window.scene_without("/planned path of panda")).max(axis=2) > 20
     assert changed.sum() > 100
@@ -56,15 +67,10 @@ def test_a_clicked_object_is_pulled_by_its_handle_and_falls_when_it_is_let_go(wi
         return window.pixel("/cube/cube:cube")[1]
 
     before = height()
-    mouse = window.page.mouse
-    tip = window.pixel("/handle", (0.0, 0.0, 0.11))
-    mouse.move(*tip)
-    window.page.wait_for_timeout(500)
-    mouse.down()
-    mouse.move(*window.pixel("/handle", (0.0, 0.0, 0.35)), steps=10)
-    wait_until(lambda: height() < before - 30)  # pixels upwards
+    higher = before - 30  # pixels, downwards
+    window.pull("/handle", (0.0, 0.0, 0.11), (0.0, 0.0, 0.35), lambda: height() < higher)
     window.keep("pull")
-    mouse.up()
+    window.page.mouse.up()
     wait_until(lambda: abs(height() - before) < 5)
     window.open_tab("Log")
     window.wait_for_text("cube is let go")

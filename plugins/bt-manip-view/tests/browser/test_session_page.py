@@ -44,19 +44,20 @@ def test_the_tool_follows_the_handle_that_the_mouse_drags_by_an_arrow(window):
     wait_until(settled)
     before = window.position(hand)
     arrow = (0.0, 0.0, -0.12)  # the tool points down, and so does the arrow of its z axis
-
-    def drag(distance: float) -> None:
-        up = (0.0, 0.0, arrow[2] + distance)
-        wait_until(settled)
-        window.drag(window.pixel(handle, arrow), window.pixel(handle, up))
-
-    drag(0.1)
     expected = before + (0.0, 0.0, 0.1)
-    wait_until(lambda: np.abs(window.position(hand) - expected).max() < 0.005)
-    drag(2.0)  # out of reach
-    window.wait_for_text("the pose is unreachable")
+
+    def is_at(position: np.ndarray) -> bool:
+        return bool(np.abs(window.position(hand) - position).max() < 0.005)
+
+    window.pull(handle, arrow, (0.0, 0.0, arrow[2] + 0.1), lambda: not is_at(before))
+    window.page.mouse.up()
+    wait_until(lambda: is_at(expected))
     wait_until(settled)
-    assert np.abs(window.position(hand) - expected).max() < 0.005
+    out_of_reach = (0.0, 0.0, arrow[2] + 2.0)
+    window.pull(handle, arrow, out_of_reach, lambda: "the pose is unreachable" in window.text())
+    window.page.mouse.up()
+    wait_until(settled)
+    assert is_at(expected)
 
 
 def test_a_tree_runs_is_stopped_and_the_cell_is_reset(window):
