@@ -75,7 +75,7 @@ def pick_place(
         ),
     )
     goal = IsIn(object="{object}", container=basket)
-    return Tree(root, goal=goal, task="put the object into the basket")
+    return Tree(root, goal=goal, task="put the object into the basket", continues=True)
 
 
 def attempt(

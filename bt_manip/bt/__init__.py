@@ -6,7 +6,7 @@ from bt_manip.bt.drawing import draw_outline as draw_outline
 from bt_manip.bt.drawing import draw_svg as draw_svg
 from bt_manip.bt.drawing import draw_text as draw_text
 from bt_manip.bt.goal import NO_CELL as NO_CELL
-from bt_manip.bt.goal import TASK as TASK
+from bt_manip.bt.goal import declarations as declarations
 from bt_manip.bt.goal import texts_of as texts_of
 from bt_manip.bt.goal import why_not_met as why_not_met
 from bt_manip.bt.loading import load_tree as load_tree

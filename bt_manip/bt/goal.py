@@ -1,5 +1,6 @@
 """The goal of a tree: conditions on the cell that hold when the tree has done its task."""
 
+import re
 import shlex
 from collections.abc import Container, Iterable, Mapping
 from typing import Any, Final
@@ -21,6 +22,12 @@ GOAL: Final = "_goal"
 
 TASK: Final = "_task"
 """Attribute of a ``<BehaviorTree>`` with its task as a sentence, for data sets."""
+
+RESULTS: Final = "_results"
+"""Attribute of a ``<BehaviorTree>`` with the keys of its results, separated by spaces."""
+
+CONTINUES: Final = "_continues"
+"""Attribute of a ``<BehaviorTree>``: ``true`` if a cycle begins where the one before ended."""
 
 NO_CELL: Final = (
     "no condition of the goal reads the cell, so the tree alone decides whether it succeeded; "
@@ -50,6 +57,30 @@ class _ReadOnlyScope(Blackboard):
 
     def write(self, key: str, value: Any, type: PortType) -> None:
         """Write nothing."""
+
+
+def declarations(attributes: Mapping[str, str]) -> dict[str, Any]:
+    """Return the task, the results and whether a tree continues, as arguments of `Tree`.
+
+    Args:
+        attributes: The attributes of its ``<BehaviorTree>``.
+
+    Raises:
+        TreeError: If one has no such form.
+    """
+    results = attributes.get(RESULTS, "").split()
+    for key in results:
+        if not re.fullmatch(r"[^\W\d][\w.-]*", key):
+            raise TreeError(
+                f"{RESULTS}: expected keys separated by spaces, such as 'left right', "
+                f"got {shown(key)}"
+            )
+    continues = attributes.get(CONTINUES, "false")
+    if continues not in ("true", "false"):
+        raise TreeError(f"{CONTINUES}: expected 'true' or 'false', got {shown(continues)}")
+    return {
+        "task": attributes.get(TASK, ""), "results": results, "continues": continues == "true",
+    }  # fmt: skip
 
 
 def parse_goal(text: str, registry: BehaviourRegistry) -> tuple[Node, ...]:

@@ -8,7 +8,7 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 
 from bt_manip.bt.blackboard import Blackboard
-from bt_manip.bt.goal import TASK
+from bt_manip.bt.goal import declarations
 from bt_manip.bt.libraries import Libraries
 from bt_manip.bt.nodes.node import Node
 from bt_manip.bt.reading_options import DEFAULTS, ReadingOptions
@@ -20,6 +20,7 @@ from bt_manip.bt.xml.dialect import dialect_named
 from bt_manip.bt.xml.document import Document, parse_document, read_document
 from bt_manip.bt.xml.problem import Problem, Problems
 from bt_manip.bt.xml.reader import read_trees
+from bt_manip.bt.xml.source import Element
 from bt_manip.bt.xml.static_checks import (
     check_goals_below,
     check_keys,
@@ -237,11 +238,21 @@ def _bind(main: str, root: Behaviour, builder: Builder, context: ReadingContext)
             document=document,
             on_problem=builder.add_error,
             goal=goal,
-            task=document.trees[main].get(TASK) or "",
+            **_declarations(document.trees[main], context),
         )
     except BtManipError as error:
         context.problems.error(document.root.place, str(error))
         return None
+
+
+def _declarations(element: Element, context: ReadingContext) -> dict[str, Any]:
+    """Return what a tree's attributes declare; an error is collected."""
+    try:
+        return declarations({name: one.value for name, one in element.attributes.items()})
+    except TreeError as error:
+        name = str(error).partition(":")[0]
+        context.problems.error(element.attributes[name].value_place, str(error))
+        return {}
 
 
 def _scope(given: Blackboard | Mapping[str, Any] | None) -> Blackboard:

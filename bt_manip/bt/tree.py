@@ -44,11 +44,16 @@ class Tree:
             where they do not.
         task: A sentence that says what it does, for data sets, or ``{key}``, the entry of the
             blackboard that has it; default: its ID in words.
+        results: Keys of the blackboard whose values are the results of a cycle.
+        continues: Whether a cycle begins in the cell as the one before has left it; else each
+            begins in the cell as it was at the start of the run.
 
     Attributes:
         nodes: All nodes, depth first; stock py_trees behaviours are wrapped in a `ForeignNode`.
         observers: Called as ``observer(node, old, new)`` on each change of a node's status.
         given_task: The `task` as given.
+        results: Keys of the results.
+        continues: As given.
         scopes: The blackboard scopes by the path of their sub-tree, ``""`` for the root's.
 
     Raises:
@@ -68,11 +73,14 @@ class Tree:
         on_problem: OnProblem | None = None,
         goal: Node | Iterable[Node] = (),
         task: str = "",
+        results: Iterable[str] = (),
+        continues: bool = False,
     ) -> None:
         self.root = root
         self.tree_id = root.name if tree_id is None else tree_id
         self.document = document
         self.given_task = task
+        self.results, self.continues = tuple(results), continues
         self._runtime = Runtime(clock)
         self._runtime.enums.update(enums or {})
         self.observers: list[Observer] = self._runtime.observers
@@ -199,6 +207,11 @@ class Tree:
         return bytes(map(_NODE_STATUS, self.nodes))
 
     @property
+    def is_running(self) -> bool:
+        """Whether the root has been ticked and has not completed."""
+        return self._root.engine_status is RUNNING
+
+    @property
     def goal_reads_cell(self) -> bool:
         """Whether a condition of the goal can read the cell, and not only the blackboard."""
         return reads_cell(self.goal)
@@ -213,6 +226,10 @@ class Tree:
             if node.path == path:
                 return node
         raise TreeError(f"no node '{path}'" + did_you_mean(path, [n.path for n in self.nodes]))
+
+    def result_values(self) -> dict[str, Any]:
+        """Return the values of its `results`; None for what was not written."""
+        return {key: self.blackboard.get(key) for key in self.results}
 
     def failure_reason(self) -> str:
         """Return which node failed last, and why: ``path: reason``, or an empty text."""
@@ -269,6 +286,8 @@ class Tree:
         self.nodes = other.nodes
         self.scopes = other.scopes
         self.goal = other.goal
+        self.given_task = other.given_task
+        self.results, self.continues = other.results, other.continues
         self._root = other._root
         self._has_foreign = other._has_foreign
         for node in self.nodes:

@@ -450,7 +450,13 @@ class Cell:
             "random_state": [algorithm, np.asarray(keys).tolist(), *rest],
         }
 
-    def restore(self, snapshot: Mapping[str, Any], factory: Factory | None = None) -> None:
+    def restore(
+        self,
+        snapshot: Mapping[str, Any],
+        factory: Factory | None = None,
+        *,
+        time: float | None = None,
+    ) -> None:
         """Restore a snapshot, adding and removing entities if needed.
 
         Entities that match the snapshot at their position in the order are kept.
@@ -459,6 +465,7 @@ class Cell:
             snapshot: What ``snapshot`` returned.
             factory: Creates the entity of an entry of ``snapshot["entities"]``; required if the
                 cell lacks one.
+            time: Simulated time afterwards [s]; None: that of the snapshot.
 
         Raises:
             CellError: If a missing entity cannot be created, or the state does not fit; entities
@@ -471,6 +478,8 @@ class Cell:
                 np.array(snapshot["integration"], dtype=float),
                 None if before is None else np.array(before, dtype=float),
             )
+            if time is not None:
+                self.data.time = time
         except (TypeError, ValueError) as error:
             raise CellError(f"the snapshot does not fit this cell: {error}") from error
         for name, state in snapshot["states"].items():

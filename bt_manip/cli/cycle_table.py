@@ -3,7 +3,7 @@
 import shlex
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from rich import box
 from rich.console import Console
@@ -141,12 +141,26 @@ def summary(report: RunReport) -> str:
 
 
 def _fitting_table(console: Console, cycles: Sequence[CycleReport]) -> Table:
-    """Return the table with as many columns as fit."""
-    for count in range(len(_COLUMNS), _FEWEST, -1):
-        table = _table(cycles, _COLUMNS[:count], lines=console.is_terminal)
+    """Return the table with as many columns as fit; those of results are never left out."""
+    keys = dict.fromkeys(key for cycle in cycles for key in cycle.results)
+    columns = (*_COLUMNS[:_FEWEST], *map(_result_column, keys), *_COLUMNS[_FEWEST:])
+    fewest = _FEWEST + len(keys)
+    for count in range(len(columns), fewest, -1):
+        table = _table(cycles, columns[:count], lines=console.is_terminal)
         if console.measure(table).maximum < console.width:
             return table
-    return _table(cycles, _COLUMNS[:_FEWEST], lines=console.is_terminal)
+    return _table(cycles, columns[:fewest], lines=console.is_terminal)
+
+
+def _result_column(key: str) -> _Column:
+    """Return the column of a result of the tree."""
+    return _Column(key, lambda cycle: _value(cycle.results.get(key)))
+
+
+def _value(value: Any) -> str:
+    if value is None:
+        return "-"
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
 def _table(cycles: Sequence[CycleReport], columns: Sequence[_Column], *, lines: bool) -> Table:

@@ -108,6 +108,7 @@ class EvaluationView:
     def _results(self, points: int) -> RenderableType:
         shown: list[RenderableType] = [Text(str(self.total))]
         shown += map(Text, self.total.use.sentences("episodes"))
+        shown += (Text(str(one)) for one in self.total.results())
         if len(self.rates) > 1:
             names = list(self._evaluation.points[0])
             table = _table(*names, "episodes", "success", "95 % interval")

@@ -187,6 +187,11 @@ class RunJob:
             except BtManipError as error:  # a full disk, a deleted folder
                 click.echo(f"Error: {error}", err=True)
                 code = FAULT
+        if report.ended_early:
+            print_warning(f"the run ended early: {report.ended_early}")
+        elif self._options.quiet and code == FAILED:
+            number, reason = next((n, c.reason) for n, c in enumerate(report.cycles, 1) if c.reason)
+            click.echo(f"cycle {number} failed: {reason}", err=True)
         for show in (lambda: self._print_cycles(report), self._keep_window):
             try:
                 show()

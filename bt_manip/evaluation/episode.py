@@ -85,6 +85,7 @@ class EpisodeResult:
         drawn: `CycleReport.drawn` as JSON.
         retries: `CycleReport.retries` as JSON.
         rescues: `CycleReport.rescues` as JSON.
+        results: `CycleReport.results` as JSON.
         cpu: Type of the CPU that it ran on.
         absent: Varied quantities of objects that were not in the cell, separated by spaces.
     """
@@ -105,6 +106,7 @@ class EpisodeResult:
     drawn: str = "{}"
     retries: str = "{}"
     rescues: str = "{}"
+    results: str = "{}"
     cpu: str = ""
     absent: str = ""
 
@@ -171,6 +173,7 @@ class EpisodeWorker:
             drawn=json.dumps(cycle.drawn),
             retries=json.dumps(cycle.retries),
             rescues=json.dumps(cycle.rescues),
+            results=json.dumps(cycle.results),
             cpu=cpu_name(),
             absent=" ".join(self._absent()),
         )

@@ -38,6 +38,14 @@ def wilson_interval(successes: int, trials: int) -> Interval95:
     return Interval95(max(0.0, centre - half), min(1.0, centre + half))
 
 
+def _mean(values: list[float]) -> tuple[float, float, int]:
+    """Return mean, half of its confidence interval, and number of values."""
+    count, mean = len(values), math.fsum(values) / len(values)
+    squares = math.fsum((value - mean) ** 2 for value in values)
+    half = Z95 * math.sqrt(squares / (count - 1) / count) if count > 1 else math.nan
+    return mean, half, count
+
+
 @dataclass(frozen=True)
 class Failure:
     """Failures of the same node with the same reason, numbers apart.
@@ -73,6 +81,29 @@ class Recovery(NamedTuple):
     successes: int
 
 
+class MeanResult(NamedTuple):
+    """Mean of a result of a tree over episodes.
+
+    Attributes:
+        key: Key of the result.
+        mean: The mean.
+        half_width: Half of the confidence interval of 95 % of the mean, by the normal
+            approximation; NaN for a single episode.
+        episodes: Number of episodes in which it was a number.
+    """
+
+    key: str
+    mean: float
+    half_width: float
+    episodes: int
+
+    def __str__(self) -> str:
+        """Return key, mean and interval."""
+        low, high = self.mean - self.half_width, self.mean + self.half_width
+        interval = "" if math.isnan(low) else f" (95 %: {low:.3g} to {high:.3g})"
+        return f"{self.key}: {self.mean:.3g} on average{interval}, in {self.episodes} episodes"
+
+
 @dataclass
 class SuccessRate:
     """Counts successes and failures of episodes.
@@ -86,6 +117,7 @@ class SuccessRate:
     trials: int = 0
     successes: int = 0
     use: LeafUse = field(default_factory=LeafUse)
+    _results: dict[str, list[float]] = field(default_factory=dict)
     _recoveries: dict[tuple[str, str], Recovery] = field(default_factory=dict)
     _first: dict[tuple[str, str], tuple[str, int]] = field(default_factory=dict)
     _counts: Counter[tuple[str, str]] = field(default_factory=Counter)
@@ -104,6 +136,9 @@ class SuccessRate:
         self.successes += result.success
         times = json.loads(result.leaf_times)
         self.use.add({name: LeafTime(**one) for name, one in times.items()}, result.duration_s)
+        for key, value in json.loads(result.results).items():
+            if isinstance(value, int | float):
+                self._results.setdefault(key, []).append(float(value))
         for kind in ("retries", "rescues"):
             for node, count in json.loads(getattr(result, kind)).items():
                 old = self._recoveries.get((node, kind), Recovery(node, kind, 0, 0, 0))
@@ -121,6 +156,10 @@ class SuccessRate:
     def interval(self) -> Interval95:
         """The Wilson interval of the success rate."""
         return wilson_interval(self.successes, self.trials)
+
+    def results(self) -> list[MeanResult]:
+        """Return the means of the tree's results that are numbers."""
+        return [MeanResult(key, *_mean(values)) for key, values in self._results.items()]
 
     def recoveries(self) -> list[Recovery]:
         """Return retries and rescues by node, those in most episodes first."""

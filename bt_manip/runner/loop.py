@@ -191,7 +191,7 @@ class RunLoop:
         return None
 
     def begin(self, cycle: int = 0, *, in_place: bool = False) -> None:
-        """Begin a cycle.
+        """Begin a cycle, in the cell as it was at the start unless the tree continues.
 
         Args:
             cycle: Its number, from which its samples follow.
@@ -199,6 +199,11 @@ class RunLoop:
                 cycle the controllers do not return to their defaults.
         """
         self._in_place = in_place
+        run = self.run
+        if run.start is not None and run.begun and not (in_place or run.tree.continues):
+            if not run.tree.is_running:  # else it continues from a state in the middle
+                self._station.return_to(run.start)
+        run.begun = True
         if not in_place:
             self._station.randomizer.begin(cycle)
         self._note_model()

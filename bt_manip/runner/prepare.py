@@ -57,7 +57,10 @@ def prepare(
         raise
     for lost in station.models.warnings():
         warn(lost)
-    return Run(request, tree, station)
+    run = Run(request, tree, station)
+    if station.hardware.simulated:
+        run.start = station.get_state()
+    return run
 
 
 def load_source(

@@ -12,7 +12,7 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 from py_trees.trees import BehaviourTree
 
-from bt_manip.bt import TASK, Tree, TreeDefinition, TreeDocument
+from bt_manip.bt import Tree, TreeDefinition, TreeDocument, declarations
 from bt_manip.exceptions import BtManipError, did_you_mean, shown
 from bt_manip.parameters import Parameter, parameters_of
 
@@ -52,12 +52,16 @@ def as_tree(made: Any, source: TreeSource, clock: Clock) -> Tree:
             made = made.main_tree()
             tree_id = made.tree_id or "MainTree"
         goal = made.goal if isinstance(made, Tree | TreeDefinition) else ()
-        task = made.given_task if isinstance(made, Tree) else ""
-        if isinstance(made, TreeDefinition):
-            task = made.attributes.get(TASK, "")
+        declared: dict[str, Any] = {}
+        if isinstance(made, Tree):
+            declared = {
+                "task": made.given_task, "results": made.results, "continues": made.continues,
+            }  # fmt: skip
+        elif isinstance(made, TreeDefinition):
+            declared = declarations(made.attributes)
         root = made.root if isinstance(made, BehaviourTree | Tree | TreeDefinition) else made
         if isinstance(root, Behaviour):
-            return Tree(root, clock=clock, tree_id=tree_id, goal=goal, task=task)
+            return Tree(root, clock=clock, tree_id=tree_id, goal=goal, **declared)
     except Exception as error:
         raise BtManipError(f"tree '{source.name}' {_raised(error)}") from error
     raise BtManipError(

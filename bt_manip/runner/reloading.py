@@ -18,8 +18,9 @@ if TYPE_CHECKING:
 class Reloader(RunModifier):
     """Takes up a tree's file between two ticks when it was edited.
 
-    Running nodes are halted, the blackboard stays, and the edited tree goes on from its root. A
-    file with errors changes nothing.
+    Running nodes are halted, the blackboard stays, and the edited tree begins in the cell as it was
+    at the start of the run; on a real robot the cell stays as it is. A file with errors changes
+    nothing.
 
     Args:
         source: The tree.
@@ -46,7 +47,7 @@ class Reloader(RunModifier):
 
     def before_tick(self) -> None:
         """Take up the file if it has changed."""
-        tree = self._run.tree
+        run, tree = self._run, self._run.tree
         try:
             reading = self._watch.poll()
             if reading is None:
@@ -62,6 +63,9 @@ class Reloader(RunModifier):
             self._tell(str(error))
             self._emit_problems(str(error))
         else:
+            if run.start is not None:
+                run.station.return_to(run.start)
+                run.station.randomizer.begin(run.cycle)
             self._tell(f"{self._source.path} was edited; the tree begins anew")
             self._emit_problems()
 

@@ -20,6 +20,12 @@ from .run_log import RunLog
 if TYPE_CHECKING:
     from .station import Station
 
+AT_ONCE = 0.1
+"""Simulated time within which a cycle fails at once [s]."""
+
+MAX_FAILURES = 10
+"""Number of cycles in a row that fail at once after which a run ends."""
+
 
 @dataclass(eq=False)
 class Run:
@@ -34,6 +40,10 @@ class Run:
         log: Control steps and digest of the present or last execution.
         events: Makes its events.
         stop: Returns whether the run has to end; whoever pauses it checks this often.
+        start: State of the station to which each further cycle returns, unless the tree continues;
+            None: the cell stays as it is, as that of a real robot does.
+        begun: Whether a cycle has begun since that state.
+        ended_early: Why it ended before its last cycle; empty where it did not.
     """
 
     request: RunRequest
@@ -49,6 +59,9 @@ class Run:
         self.log: RunLog
         self.events: EventStream
         self.stop: Stop = lambda: False
+        self.start: dict[str, Any] | None = None
+        self.begun = False
+        self.ended_early = ""
         self._initial: dict[str, Any] | None = None
 
     def _repr_html_(self) -> str:
@@ -77,9 +90,19 @@ class Run:
                 has been called for all observers.
         """
         self.stop, request = stop, self.request
+        station, failures = self.station, 0
         with RunLoop(self, observers) as loop:
             while request.cycles == 0 or self.cycle < request.cycles:
-                if loop.cycle(self.cycle, stop=lambda: self.stop()) is None:
+                begin = station.cell.time
+                ended = loop.cycle(self.cycle, stop=lambda: self.stop())
+                if ended is None:
+                    return
+                at_once = not ended.succeeded and station.cell.time - begin < AT_ONCE
+                failures = failures + 1 if at_once else 0
+                if failures == MAX_FAILURES and self.cycle != request.cycles:
+                    self.ended_early = (
+                        f"{failures} cycles in a row failed within {AT_ONCE:g} s: {ended.reason}"
+                    )
                     return
 
     def begin_episode(self, episode: int, seed: int | None = None) -> None:
@@ -99,6 +122,7 @@ class Run:
         if self._initial is None:
             self._initial = self.get_state()
         self.set_state(self._initial)
+        self.begun = False
         if seed is not None:
             self.request = replace(self.request, seed=seed)
         self.station.reseed(self.request.seed)
@@ -119,6 +143,7 @@ class Run:
             "tree": self.tree.get_state(),
             "goal": self.goal.get_state(),
             "interventions": self.interventions.get_state(),
+            "begun": self.begun,
         }
 
     def set_state(self, state: Mapping[str, Any]) -> None:
@@ -131,4 +156,4 @@ class Run:
         self.tree.set_state(state["tree"])
         self.goal.set_state(state["goal"])
         self.interventions.set_state(state.get("interventions", {}))
-        self.cycle = state["cycle"]
+        self.cycle, self.begun = state["cycle"], state.get("begun", True)

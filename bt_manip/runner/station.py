@@ -264,8 +264,24 @@ class Station:
             "randomizer": self.randomizer.get_state(),
         }
 
-    def set_state(self, state: Mapping[str, Any]) -> None:
+    def return_to(self, state: Mapping[str, Any]) -> None:
+        """Return to a state of `get_state`, while time and random generators go on.
+
+        Raises:
+            CellError: As for `set_state`.
+        """
+        cell = self.cell
+        drawn, noise = self.rng.bit_generator.state, cell.random_state.get_state()
+        self.set_state(state, time=cell.time)
+        self.rng.bit_generator.state = drawn
+        cell.random_state.set_state(noise)
+
+    def set_state(self, state: Mapping[str, Any], *, time: float | None = None) -> None:
         """Restore a state of `get_state`; the station continues bit for bit.
+
+        Args:
+            state: The state.
+            time: Simulated time afterwards [s]; None: that of the state.
 
         Raises:
             CellError: If an object of the state is not registered here.
@@ -275,7 +291,7 @@ class Station:
         def make(entry: Mapping[str, Any]) -> composer.Entity:
             return self.models.restored(entry["kind"], entry["parameters"])
 
-        self.cell.restore(state["cell"], make)
+        self.cell.restore(state["cell"], make, time=time)
         for name, robot in self.robots.items():
             robot.set_state(state["robots"][name])
         self.rng.bit_generator.state = state["rng"]

@@ -8,9 +8,10 @@ from rich.console import Console, Group
 from rich.live import Live
 from rich.text import Text
 
-from bt_manip.bt import NodeStatus
+from bt_manip.bt import NodeKind, NodeStatus
 from bt_manip.bt.nodes import TreeNode
 from bt_manip.runner import Run, RunObserver
+from bt_manip.viewer.leaf_lines import INDENT, LeafLines
 from bt_manip.viewer.progress import Progress
 from bt_manip.viewer.wrapping import print_wrapped
 
@@ -23,17 +24,19 @@ MARKS = {
     "SUCCESS": ("✓", "green"),
     "FAILURE": ("✗", "bold red"),
     "SKIPPED": ("-", "dim"),
+    "NO": ("○", "dim"),
 }
-"""Mark and style of each status."""
+"""Mark and style of each status, and of a condition that answers no."""
 
-PLAIN_MARKS = {"▶": ">", "✓": "+", "✗": "x", "·": "."}
+PLAIN_MARKS = {"▶": ">", "✓": "+", "✗": "x", "·": ".", "○": "o"}
 """Marks for ASCII terminals."""
 
 
 class TerminalView(RunObserver):
     """Shows the tree with statuses and reasons, the cycle, the leaf and the real-time factor.
 
-    A run of several cycles also shows the success rate and the remaining wall time. Redraws happen
+    After a cycle that failed, and at the end of a run of one cycle, a line for each leaf stays. A
+    run of several cycles also shows the success rate and the remaining wall time. Redraws happen
     between ticks, in the thread of the run, at most every `REDRAW` seconds; they cost a few percent
     of the wall time.
 
@@ -53,6 +56,7 @@ class TerminalView(RunObserver):
         """Start drawing, and observe the nodes of the tree."""
         self._run = run
         run.tree.observers.append(self._node_changed)
+        self._leaves = LeafLines(run)
         self._cycle = 0
         self._progress = Progress(self._cycles)
         self._wall_start = time.perf_counter()
@@ -67,26 +71,37 @@ class TerminalView(RunObserver):
         """Clear the statuses of the last cycle."""
         self._cycle = cycle
         self._statuses.clear()
+        self._leaves.begin()
 
     def after_tick(self) -> None:
         """Redraw if `REDRAW` has passed."""
+        self._leaves.end_tick()
         now = time.perf_counter()
         if self._live is not None and now >= self._next:
             self._live.update(self._picture(now), refresh=True)
             self._next = time.perf_counter() + REDRAW
 
     def cycle_ended(self, status: str, reason: str) -> None:
-        """Count the cycle; print the reason of a failure above the live view."""
+        """Count the cycle; print its leaves and the reason of a failure above the live view."""
         self._progress.count(self._cycle, status)
-        if status != "SUCCESS" and self._live is not None:
+        failed = status != "SUCCESS"
+        if failed or self._cycles == 1:
+            self._print_leaves()
+        self._leaves.begin()
+        if failed and self._live is not None:
             line = f"cycle {self._cycle + 1} failed: {reason}"
             print_wrapped(self._console, line, style="red")
 
     def run_ended(self) -> None:
-        """Stop drawing and restore the terminal."""
+        """Print the leaves of a cycle that did not end, and restore the terminal."""
         live, self._live = self._live, None
+        self._print_leaves()
         if live is not None:
             live.stop()
+
+    def _print_leaves(self) -> None:
+        if lines := self._leaves.take():
+            print_wrapped(self._console, *lines, indent=INDENT)
 
     def _node_changed(self, node: TreeNode, old: Any, new: Any) -> None:
         """Keep the final status of a node: a parent resets its children as soon as it ends."""
@@ -136,6 +151,8 @@ def tree_lines(root: Any, status_of: Any, *, ascii_only: bool = False) -> Iterat
     while stack:
         node, depth = stack.pop()
         status = status_of(node)
+        if status == "FAILURE" and getattr(node, "kind", None) is NodeKind.CONDITION:
+            status = "NO"
         mark, style = MARKS.get(status, ("?", "dim"))
         if ascii_only:
             mark = PLAIN_MARKS.get(mark, mark)

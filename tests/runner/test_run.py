@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from bt_manip.bt import Action, AlwaysFailure, Sequence, Sleep, Status, Tree
+from bt_manip.bt import Action, AlwaysFailure, AlwaysSuccess, Sequence, Sleep, Status, Tree
 from bt_manip.runner import Hardware, Run, RunObserver, RunRequest, TreeSource
 from bt_manip.runner.loop import Pacing
 
@@ -104,9 +104,25 @@ def test_without_an_end_it_goes_on_until_it_is_stopped():
         asked.append(True)
         return len(asked) > 50
 
-    make(AlwaysFailure(), cycles=0).execute([log], stop=stop)
+    make(AlwaysSuccess(), cycles=0).execute([log], stop=stop)
     assert len([c for c in log.calls if c.startswith("cycle_started")]) == 51
     assert log.calls[-1] == "run_ended"
+
+
+def test_ten_cycles_in_a_row_that_fail_at_once_end_the_run():
+    log = Log()
+    run = make(AlwaysFailure(), cycles=0)
+    run.execute([log])
+    assert len([c for c in log.calls if c.startswith("cycle_started")]) == 10
+    assert "10 cycles in a row failed within 0.1 s: AlwaysFailure" in run.ended_early
+
+
+def test_cycles_that_take_time_may_all_fail():
+    log = Log()
+    run = make(Sequence("", [Sleep("rest", msec=100), AlwaysFailure()]), cycles=12)
+    run.execute([log])
+    assert len([c for c in log.calls if c.startswith("cycle_started")]) == 12
+    assert not run.ended_early
 
 
 def test_stopping_halts_what_runs():

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from rich.console import Console
 
-from bt_manip.bt import Action, Condition, ReactiveSequence, Sequence, Status, Tree
+from bt_manip.bt import Action, Condition, Fallback, ReactiveSequence, Sequence, Status, Tree
 from bt_manip.runner.observer import RunObserver
 from bt_manip.runner.request import RunRequest
 from bt_manip.runner.tree_source import TreeSource
@@ -42,14 +42,17 @@ class Slip(Step):
 def watch():
     """Run a tree without any cell under a view; give what is on the screen."""
 
-    def run(view_of: Any, *leaves: Step, terminal: bool, cycles: int = 1, width: int = 80) -> str:
+    def run(
+        view_of: Any, *leaves: Any, terminal: bool, cycles: int = 1, width: int = 80,
+        robots: tuple[str, ...] = ("panda",),
+    ) -> str:  # fmt: skip
         out = io.StringIO()
         console = Console(file=out, force_terminal=terminal, width=width, height=12)
         view: RunObserver = view_of(console, cycles=cycles)
         cell = SimpleNamespace(time=0.0)
         tree = Tree(Sequence("all", list(leaves)), clock=lambda: cell.time)
         request = RunRequest(TreeSource("task", "python"), cycles=cycles)
-        station = SimpleNamespace(cell=cell)
+        station = SimpleNamespace(cell=cell, robots=robots)
         view.run_started(SimpleNamespace(request=request, tree=tree, station=station))
         for cycle in range(cycles):
             view.cycle_started(cycle)
@@ -131,9 +134,9 @@ def test_a_condition_that_is_checked_at_every_tick_is_one_line_until_it_changes(
     tree = ReactiveSequence("while", Check("clear"), Step("reach"))
     lines = watch(PlainView, tree, Check("clear"), terminal=False).splitlines()
     assert [line.split()[2:4] for line in lines[:-1]] == [
-        ["SUCCESS", "clear"],
+        ["yes", "clear"],
         ["SUCCESS", "reach:"],
-        ["SUCCESS", "clear"],
+        ["yes", "clear"],
     ]
 
 
@@ -150,3 +153,31 @@ def test_long_reasons_are_wrapped_between_words(watch, monkeypatch, view, termin
     assert max(map(len, lines)) <= 40
     assert " ".join(shown.split()).count("grasp") >= 30
     assert "gras\n" not in shown
+
+
+class Question(Condition):
+    def update(self) -> Status:
+        return self.fail("it is empty")
+
+
+@pytest.mark.parametrize("view", [PlainView, TerminalView])
+def test_a_condition_that_answers_no_is_shown_as_an_answer(watch, view):
+    shown = watch(view, Fallback("else", [Question("asked")]), terminal=view is TerminalView)
+    assert re.search(r"0\.00 s  no +asked: it is empty", shown)
+    assert not re.search(r"(FAILURE|✗) +asked", shown)
+
+
+@pytest.mark.parametrize("view", [PlainView, TerminalView])
+def test_the_leaves_of_a_cycle_that_failed_stay_on_the_screen(watch, view):
+    shown = watch(view, Step("reach"), Slip("grasp"), terminal=view is TerminalView, cycles=2)
+    assert len(re.findall(r"SUCCESS  reach: all the way", shown)) == 2
+    assert len(re.findall(r"FAILURE  grasp: it slipped", shown)) == 2
+
+
+def test_where_there_are_several_robots_a_line_names_its_robot(watch):
+    class Reach(Step):
+        robot_name = "left"
+
+    one, two = ("panda",), ("left", "right")
+    assert "left: go" not in watch(PlainView, Reach("go"), terminal=False, robots=one)
+    assert "SUCCESS  left: go" in watch(PlainView, Reach("go"), terminal=False, robots=two)

@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 
 from py_trees.behaviour import Behaviour
 
-from bt_manip.bt.goal import GOAL, TASK, goal_to_text
+from bt_manip.bt.goal import CONTINUES, GOAL, RESULTS, TASK, goal_to_text
 from bt_manip.bt.nodes.binding import MAX_DEPTH
 from bt_manip.bt.nodes.declared import Declared
 from bt_manip.bt.nodes.node import Comment, Node
@@ -136,13 +136,18 @@ def tree_to_xml(
             than 256 levels.
     """
     goal: Sequence[Node] = ()
-    task = ""
+    declared: dict[str, str] = {}
     if isinstance(tree, Tree):
         if tree.document is not None:
             source = tree.document.source
             return write_source(_with_models(source, registry) if model else source)
         tree_id = tree_id or (tree.tree_id if name_problem(tree.tree_id) is None else None)
-        goal, task, tree = tree.goal, tree.given_task, tree.root
+        declared = {
+            TASK: tree.given_task,
+            RESULTS: " ".join(tree.results),
+            CONTINUES: "true" if tree.continues else "",
+        }
+        goal, tree = tree.goal, tree.root
     writer = _Writer(registry)
     if isinstance(tree, TreeDocument):
         root = writer.document(tree)
@@ -150,8 +155,9 @@ def tree_to_xml(
         after = [_comment(item) for item in tree.after]
     else:
         root = writer.trees(tree_id or "MainTree", tree, goal)
-        if task:
-            root.children[0].set(TASK, task)
+        for name, text in declared.items():
+            if text:
+                root.children[0].set(name, text)
         before, after = [], []
     if writer.problems:
         raise TreeError(

@@ -153,6 +153,7 @@ class Recorder(RunObserver):
             state_digest=(digest or hashlib.sha256().digest()).hex(),
             versions=versions(),
             error=error,
+            ended_early="" if self._wall_start is None else self._run.ended_early,
             real={} if self._hardware is None else self._hardware.report,
             **self._identity,
         )
@@ -222,6 +223,14 @@ class Recorder(RunObserver):
             drawn=self._nodes.drawn,
             retries=dict(self._nodes.retries),
             rescues=dict(self._nodes.rescues),
+            results={k: _plain(v) for k, v in self._run.tree.result_values().items()},
             robots=figures.robots if len(figures.robots) > 1 else {},
             **{name: value for name, value in vars(figures).items() if name in known},
         )
+
+
+def _plain(value: Any) -> Any:
+    """Return the value of an entry as JSON has it, or as text."""
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    return value if value is None or isinstance(value, bool | int | float | str) else str(value)

@@ -176,6 +176,7 @@ class CycleReport:
             succeeded. Poses are positions and rotation vectors, by axis.
         retries: How often the child of a `RetryUntilSuccessful` was started again, by path.
         rescues: How often a fallback succeeded after an action in an earlier child failed, by path.
+        results: Values of the tree's results, by key; null where nothing was written.
         robots: With several robots, the figures of each by name; the figures above are then
             maxima or sums.
     """
@@ -204,6 +205,7 @@ class CycleReport:
     drawn: dict[str, dict[str, Any]] = field(default_factory=dict)
     retries: dict[str, int] = field(default_factory=dict)
     rescues: dict[str, int] = field(default_factory=dict)
+    results: dict[str, Any] = field(default_factory=dict)
     robots: dict[str, RobotCycle] = field(default_factory=dict)
 
 
@@ -224,6 +226,7 @@ class RunReport:
         state_digest: SHA-256 over the states and node statuses after every tick.
         versions: Versions of the packages that the run depends on.
         error: Reason of the status ``"ERROR"``, with the plugin that raised.
+        ended_early: Why it ended before its last cycle without an error; empty where it did not.
         robot: Robot, by registered name or file; several names where the scene's robots differ.
         scene: Scene, by registered name or file.
         controller: Controller that each cycle begins with; several as for `robot`.
@@ -253,6 +256,7 @@ class RunReport:
     state_digest: str = ""
     versions: dict[str, str] = field(default_factory=dict)
     error: str = ""
+    ended_early: str = ""
     robot: str = ""
     scene: str = ""
     controller: str = ""

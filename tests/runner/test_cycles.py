@@ -1,0 +1,126 @@
+"""What a cycle leaves behind, and what the next one finds."""
+
+import os
+
+import pytest
+
+from bt_manip.record import Recorder
+from bt_manip.runner import Reloader, RunObserver, RunRequest, TreeSource, known_behaviours, prepare
+
+TREE = """<root BTCPP_format="4">
+  <BehaviorTree ID="Leave" {attributes}>
+    <Sequence>
+      <SpawnObject model="cube" object="{{cube}}"/>
+      <CloseGripper/>
+      <Script code="n := 7; sum := 1.5"/>
+      <Sleep msec="{msec}"/>
+    </Sequence>
+  </BehaviorTree>
+</root>
+"""
+
+
+class Begins(RunObserver):
+    """Notes time, objects and opening of the gripper as each cycle begins, and snapshots."""
+
+    def __init__(self):
+        self.found, self.states = [], []
+
+    def run_started(self, run):
+        self.run = run
+
+    def cycle_started(self, cycle):
+        station = self.run.station
+        width = round(station.gripper.width, 4)
+        self.found.append((station.cell.time, tuple(station.cell.entities), width))
+
+    def after_tick(self):
+        self.states.append((self.run.get_state(), self.run.log.digest.hex()))
+
+
+@pytest.fixture
+def leave(tmp_path, parts):
+    """Prepare runs of a tree that leaves a cube on the table and the gripper closed."""
+
+    def make(attributes="", cycles=3):
+        path = tmp_path / "leave.xml"
+        path.write_text(TREE.format(attributes=attributes, msec=20))
+        return prepare(RunRequest(TreeSource("leave", "xml", path=path), cycles=cycles), parts)
+
+    return make
+
+
+def test_each_cycle_begins_in_the_cell_as_it_was_at_the_start_while_time_goes_on(leave):
+    begins = Begins()
+    leave().execute([begins])
+    times, things, widths = zip(*begins.found, strict=True)
+    assert 0.0 == times[0] < times[1] < times[2]
+    assert len(set(things)) == len(set(widths)) == 1
+    assert not any("cube" in name for name in things[0]) and widths[0] > 0.07
+
+
+def test_a_tree_that_continues_finds_what_the_cycle_before_has_left(leave):
+    begins = Begins()
+    run = leave('_continues="true"')
+    run.execute([begins])
+    _, things, widths = zip(*begins.found, strict=True)
+    assert [sum("cube" in name for name in found) for found in things] == [0, 1, 2]
+    assert widths[0] > 0.07 > widths[1]
+
+
+def test_further_cycles_draw_further_samples(leave):
+    class Places(RunObserver):
+        def run_started(self, run):
+            self.cell, self.seen = run.station.cell, set()
+
+        def cycle_ended(self, status, reason):
+            self.seen.add(tuple(self.cell.pose("cube").translation[:2]))
+
+    places = Places()
+    leave().execute([places])
+    assert len(places.seen) == 3
+
+
+@pytest.mark.parametrize("after", ["the last tick of a cycle", "a tick in its middle"])
+def test_a_run_that_is_resumed_puts_the_cell_back_as_the_whole_run_does(leave, after):
+    whole, begins = leave(), Begins()
+    recorder = Recorder("leave", 0)
+    whole.execute([begins, recorder])
+    ends = [i for i, (state, _) in enumerate(begins.states) if state["cycle"] == 1]
+    state, digest = begins.states[ends[0] if "last" in after else ends[0] + 2]
+    run, resumed = leave(), Recorder("leave", 0)
+    run.set_state(state)
+    resumed.set_state({"digest": digest})
+    run.execute([resumed])
+    assert resumed.report().state_digest == recorder.report().state_digest
+
+
+def test_an_edited_tree_begins_in_the_cell_as_it_was_at_the_start(leave, tmp_path, parts):
+    path = tmp_path / "leave.xml"
+
+    class Edit(RunObserver):
+        def run_started(self, run):
+            self.run, self.ticks = run, 0
+
+        def before_tick(self):
+            self.ticks += 1
+            if "cube" in self.run.station.cell.entities and path.read_text() != edited:
+                path.write_text(edited)
+                os.utime(path, ns=(1, 1))
+                self.width = self.run.station.gripper.width
+
+    run = leave(cycles=1)
+    edited = TREE.format(attributes="", msec=30).replace("<CloseGripper/>", "")
+    told = []
+    run.execute([Edit(), Reloader(run.request.tree, known_behaviours(parts), told.append)])
+    assert "begins anew" in told[0]
+    assert [name for name in run.station.cell.entities if "cube" in name] == ["cube"]
+    assert run.station.gripper.width > 0.07
+
+
+def test_the_results_of_a_tree_are_in_the_report(leave):
+    recorder = Recorder("leave", 0)
+    leave('_results="n sum lost"', cycles=2).execute([recorder])
+    assert [one.results for one in recorder.report().cycles] == 2 * [
+        {"n": 7, "sum": 1.5, "lost": None}
+    ]
