@@ -23,7 +23,7 @@ GOAL: Final = "_goal"
 TASK: Final = "_task"
 """Attribute of a ``<BehaviorTree>`` with its task as a sentence, for data sets."""
 
-RESULTS: Final = "_results"
+RESULT_KEYS: Final = "_results"
 """Attribute of a ``<BehaviorTree>`` with the keys of its results, separated by spaces."""
 
 CONTINUES: Final = "_continues"
@@ -68,11 +68,11 @@ def declarations(attributes: Mapping[str, str]) -> dict[str, Any]:
     Raises:
         TreeError: If one has no such form.
     """
-    results = attributes.get(RESULTS, "").split()
+    results = attributes.get(RESULT_KEYS, "").split()
     for key in results:
         if not re.fullmatch(r"[^\W\d][\w.-]*", key):
             raise TreeError(
-                f"{RESULTS}: expected keys separated by spaces, such as 'left right', "
+                f"{RESULT_KEYS}: expected keys separated by spaces, such as 'left right', "
                 f"got {shown(key)}"
             )
     continues = attributes.get(CONTINUES, "false")

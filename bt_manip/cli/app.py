@@ -14,7 +14,7 @@ from bt_manip.cli.interrupt import Interrupt
 from bt_manip.cli.plugin_group import PluginGroup
 from bt_manip.cli.plugin_options import chosen, plugin_options
 from bt_manip.cli.streams import unfailing
-from bt_manip.exceptions import BtManipError, with_short_values
+from bt_manip.exceptions import BtManipError, did_you_mean, with_short_values
 from bt_manip.packages import missing
 
 COMMANDS = {
@@ -58,7 +58,8 @@ class Program(PluginGroup):
         except click.UsageError:
             if package := missing("command", args[0]):
                 raise click.UsageError(f"the command '{args[0]}' {package}", ctx) from None
-            raise
+            near = did_you_mean(args[0], self.list_commands(ctx))
+            raise click.UsageError(f"no such command '{args[0]}'{near}", ctx) from None
 
 
 @click.group(cls=Program, context_settings={"help_option_names": ["-h", "--help"]})

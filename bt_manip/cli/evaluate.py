@@ -13,7 +13,14 @@ import click
 
 from bt_manip.cli.completion import complete_part
 from bt_manip.cli.exit_codes import FAILED, INTERRUPTED, SUCCESS, exit_code_help
-from bt_manip.cli.options import Function, StationOptions, takes, vary_option, workers_option
+from bt_manip.cli.options import (
+    Function,
+    GroupedCommand,
+    StationOptions,
+    takes,
+    vary_option,
+    workers_option,
+)
 from bt_manip.cli.plugin_options import chosen, load_chosen_plugins
 from bt_manip.exceptions import require_extra
 
@@ -65,7 +72,7 @@ def evaluation_options(command: Function) -> Function:
     return command
 
 
-@click.command(epilog=_EPILOG)
+@click.command(cls=GroupedCommand, epilog=_EPILOG)
 @click.argument(
     "trees", nargs=-1, required=True, metavar="TREE [OTHER]", shell_complete=complete_part("trees")
 )
@@ -86,7 +93,7 @@ def evaluate(trees: tuple[str, ...], varied: tuple[str, ...], **options: Any) ->
     return _execute(trees, lambda: (parse_point(varied),), **options)
 
 
-@click.command(epilog=_EPILOG)
+@click.command(cls=GroupedCommand, epilog=_EPILOG)
 @click.argument("tree", shell_complete=complete_part("trees"))
 @click.option(
     "--vary", "varied", multiple=True, required=True, metavar='"KEY=VALUE,VALUE,..."',

@@ -29,25 +29,25 @@ class ForeignTrees:
     """
 
     stubs: tuple[str, ...] = option(
-        "--stub", multiple=True, metavar="NAME=RESULT",
+        "--stub", group="Trees of others", multiple=True, metavar="NAME=RESULT",
         help="Let a leaf or sub-tree return SUCCESS, FAILURE or RUNNING, or any node be another "
         "one: RecoveryNode=Fallback; may be given more than once.",
     )  # fmt: skip
     stub_unknown: bool = option(
-        "--stub-unknown", is_flag=True,
+        "--stub-unknown", group="Trees of others", is_flag=True,
         help="Let all leaves and sub-trees that are not known succeed.",
     )  # fmt: skip
     models: tuple[Path, ...] = option(
-        "--models", multiple=True, type=_PATH, metavar="FILE",
+        "--models", group="Trees of others", multiple=True, type=_PATH, metavar="FILE",
         help="A file whose TreeNodesModel declares nodes, such as a project of Groot2; may be "
         "given more than once.",
     )  # fmt: skip
     mapping: Path | None = option(
-        "--map", type=_PATH, metavar="FILE.toml",
+        "--map", group="Trees of others", type=_PATH, metavar="FILE.toml",
         help="Which behaviours stand for leaves and sub-trees of others, and how.",
     )  # fmt: skip
     libraries: tuple[Path, ...] = option(
-        "--with", multiple=True, type=_PATH, metavar="PATH",
+        "--with", group="Trees of others", multiple=True, type=_PATH, metavar="PATH",
         help="A file or folder whose trees may be named as sub-trees; may be given more than once.",
     )  # fmt: skip
     _stubbed: dict[str, int] = field(default_factory=dict)

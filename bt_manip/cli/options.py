@@ -12,13 +12,40 @@ from bt_manip.cli.completion import complete_key, complete_part
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
-def option(*names: str, **attributes: Any) -> Any:
+class GroupedOption(click.Option):
+    """An option with the group under which ``--help`` lists it; empty: the others."""
+
+    def __init__(self, *names: Any, group: str = "", **attributes: Any) -> None:
+        super().__init__(*names, **attributes)
+        self.group = group
+
+
+class GroupedCommand(click.Command):
+    """A command whose ``--help`` lists its options in groups, each in the order of declaration."""
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the options, a section for each group; those without one come last."""
+        groups: dict[str, list[tuple[str, str]]] = {}
+        for one in self.get_params(ctx):
+            record = one.get_help_record(ctx) if isinstance(one, click.Option) else None
+            if record is not None:
+                groups.setdefault(getattr(one, "group", ""), []).append(record)
+        rest = groups.pop("", [])
+        for title, records in (*groups.items(), ("Options", rest)):
+            if records:
+                with formatter.section(title):
+                    formatter.write_dl(records)
+
+
+def option(*names: str, group: str = "", **attributes: Any) -> Any:
     """Declare a field of a dataclass as an option of commands.
 
     Args:
         *names: As of `click.option`: ``"--cycles"``.
+        group: The group under which ``--help`` lists it.
         **attributes: As of `click.option`.
     """
+    attributes |= {"cls": GroupedOption, "group": group}
     none = () if attributes.get("multiple") else False if attributes.get("is_flag") else None
     return field(default=attributes.get("default", none), metadata={"option": (names, attributes)})
 
@@ -103,30 +130,32 @@ class StationOptions:
     """The parts of a station, and the settings of its tree."""
 
     robot: str = option(
-        "--robot", default="panda", show_default=True, metavar="R",
+        "--robot", group="Cell and robot", default="panda", show_default=True, metavar="R",
         shell_complete=complete_part("robots"),
         help="Robot to use: a registered name, or path.toml that describes one.",
     )  # fmt: skip
     controller: str | None = option(
-        "--controller", metavar="C", shell_complete=complete_part("controllers"),
+        "--controller", group="Cell and robot",
+        metavar="C", shell_complete=complete_part("controllers"),
         help="Controller of the arm.  [default: the tree's, or computed_torque]",
     )  # fmt: skip
     scene: str | None = option(
-        "--scene", metavar="S", shell_complete=complete_part("scenes"),
+        "--scene", group="Cell and robot", metavar="S", shell_complete=complete_part("scenes"),
         help="Robots and objects in the cell: a registered name, or path.toml.  [default: the "
         "tree's, or table_and_basket]",
     )  # fmt: skip
     planner: str = option(
-        "--planner", default="rrt_connect", show_default=True, metavar="P",
+        "--planner", group="Cell and robot", default="rrt_connect", show_default=True, metavar="P",
         shell_complete=complete_part("planners"), help="Planner of collision-free paths.",
     )  # fmt: skip
     tool_speed: float | None = option(
-        "--tool-speed", type=click.FloatRange(min=0.0, min_open=True), metavar="V",
+        "--tool-speed", group="Cell and robot",
+        type=click.FloatRange(min=0.0, min_open=True), metavar="V",
         help="Maximum speed of the tool in every motion [m/s]; inf: no limit.  [default: the "
         "scene's or the robot's; else 0.25 on a real robot, inf in simulation]",
     )  # fmt: skip
     settings: Mapping[str, str] | tuple[()] = option(
-        "--set", multiple=True, callback=_settings, metavar="KEY=VALUE",
+        "--set", group="Task", multiple=True, callback=_settings, metavar="KEY=VALUE",
         shell_complete=complete_key,
         help="Set a key that the tree declares; may be given more than once.",
     )  # fmt: skip

@@ -32,81 +32,87 @@ class RunOptions(StationOptions):
 
     tree: str = ""
     cycles: int = option(
-        "--cycles", default=1, show_default=True, metavar="N",
+        "--cycles", group="Task", default=1, show_default=True, metavar="N",
         help="Runs of the tree from idle to SUCCESS or FAILURE; 0 goes on until Ctrl-C.",
     )  # fmt: skip
     episode: int | None = option(
-        "--episode", type=click.IntRange(min=0), metavar="N",
+        "--episode", group="Task", type=click.IntRange(min=0), metavar="N",
         help="Run episode N of bt-manip evaluate instead of cycles.",
     )  # fmt: skip
     seed: int | None = option(
-        "--seed", type=int, metavar="S",
+        "--seed", group="Task", type=int, metavar="S",
         help="Seed of all randomness.  [default: the scene's, or 0]",
     )  # fmt: skip
     configurations: Path | None = option(
-        "--configurations", type=click.Path(path_type=Path), metavar="FILE.toml",
+        "--configurations", group="Cell and robot",
+        type=click.Path(path_type=Path), metavar="FILE.toml",
         help="Named configurations for MoveToConfiguration, as the page saves them.",
     )  # fmt: skip
     tick_ms: float = option(
-        "--tick", default=10.0, show_default=True, metavar="MS",
+        "--tick", group="Task", default=10.0, show_default=True, metavar="MS",
         help="Simulated time between two ticks of the tree [ms].",
     )  # fmt: skip
     real_time: float | None = option(
-        "--real-time", type=click.FloatRange(min=0.0), metavar="X",
+        "--real-time", group="Views", type=click.FloatRange(min=0.0), metavar="X",
         help="Simulated seconds per second of wall time; 0 is as fast as possible.  "
         "[default: 1 with a view, else 0]",
     )  # fmt: skip
     window: bool = option(
-        "--window", is_flag=True,
+        "--window", group="Views", is_flag=True,
         help="Show the cell in a window, which stays open after the run.",
     )  # fmt: skip
     report: Path | None = option(
-        "--report", type=click.Path(path_type=Path), metavar="FILE",
+        "--report", group="Files", type=click.Path(path_type=Path), metavar="FILE",
         help="Write a report as JSON; FILE.jsonl gets a line as each cycle ends.",
     )  # fmt: skip
     trace: Path | None = option(
-        "--trace", type=click.Path(path_type=Path), metavar="FILE.npz",
+        "--trace", group="Files", type=click.Path(path_type=Path), metavar="FILE.npz",
         help="Write t, q, v, q_ref, v_ref, a_ref and tau of every control step.",
     )  # fmt: skip
     records: tuple[str, ...] = option(
-        "--record", multiple=True, metavar="\"[NAME=]FILE KEY=VALUE ...\"",
+        "--record", group="Files", multiple=True, metavar="\"[NAME=]FILE KEY=VALUE ...\"",
         shell_complete=complete_part("recorders"),
         help="Add a recorder (see: bt-manip list recorders); FILE alone chooses the recorder of "
         "its suffix, as in run.mcap or run.mp4; KEY=VALUE are its options.  May be given more "
         "than once.",
     )  # fmt: skip
     faults: tuple[str, ...] = option(
-        "--fault", multiple=True, metavar="\"NAME at=NODE KEY=VALUE ...\"",
+        "--fault", group="Disturbances", multiple=True, metavar="\"NAME at=NODE KEY=VALUE ...\"",
         help="Inject a fault when a node of the tree starts (see: bt-manip list faults); may be "
         "given more than once.",
     )  # fmt: skip
-    varied: tuple[str, ...] = option("--vary", **VARY)
+    varied: tuple[str, ...] = option("--vary", group="Disturbances", **VARY)
     snapshots: tuple[tuple[float, Path], ...] = option(
-        "--snapshot-at", multiple=True, metavar="SECONDS FILE",
+        "--snapshot-at", group="Files", multiple=True, metavar="SECONDS FILE",
         type=(float, click.Path(path_type=Path)),
         help="Write a snapshot after this much simulated time; may be given more than once.",
     )  # fmt: skip
     resume: Path | None = option(
-        "--resume", type=click.Path(path_type=Path), metavar="FILE",
+        "--resume", group="Files", type=click.Path(path_type=Path), metavar="FILE",
         help="Continue from a snapshot of a run with the same options.",
     )  # fmt: skip
     backend: str = option(
-        "--backend", default="", metavar="NAME=ADDRESS",
+        "--backend", group="Real robot", default="", metavar="NAME=ADDRESS",
         shell_complete=complete_part("backends"),
         help="Run on a real robot (see: bt-manip list backends).  [default: simulate it]",
     )  # fmt: skip
     speed_factor: float | None = option(
-        "--speed", type=click.FloatRange(0.0, 1.0, min_open=True), metavar="X",
+        "--speed", group="Real robot", type=click.FloatRange(0.0, 1.0, min_open=True), metavar="X",
         help="Factor of all speeds of the arm.  [default: 0.1 on a real robot, else 1]",
     )  # fmt: skip
     poses: str | None = option(
-        "--poses", metavar="P", shell_complete=complete_part("pose_sources"),
+        "--poses", group="Cell and robot",
+        metavar="P", shell_complete=complete_part("pose_sources"),
         help="Where objects are: physics spawns them; scene takes those that the scene expects, "
         "operator asks for each of them (see: bt-manip list pose_sources).  [default: operator on "
         "a real robot, else physics]",
     )  # fmt: skip
-    watch: bool = option("--watch", is_flag=True, help="Reload the tree whenever its file changes.")
-    quiet: bool = option("--quiet", is_flag=True, help="Print nothing but warnings and errors.")
+    watch: bool = option(
+        "--watch", group="Task", is_flag=True, help="Reload the tree whenever its file changes."
+    )
+    quiet: bool = option(
+        "--quiet", group="Views", is_flag=True, help="Print nothing but warnings and errors."
+    )
     foreign: ForeignTrees = options_of(ForeignTrees)
     views: ViewOptions = field(default_factory=dict)
     """The options of the plugins' views that are chosen, by name."""

@@ -10,7 +10,7 @@ import click
 
 from bt_manip.cli.completion import complete_part
 from bt_manip.cli.exit_codes import FAILED, SUCCESS, exit_code_help
-from bt_manip.cli.options import StationOptions, takes, workers_option
+from bt_manip.cli.options import GroupedCommand, StationOptions, takes, workers_option
 from bt_manip.cli.plugin_options import chosen, load_chosen_plugins
 
 if TYPE_CHECKING:
@@ -21,12 +21,13 @@ BEGIN, END = "<!-- stress -->", "<!-- /stress -->"
 
 
 @click.command(
+    cls=GroupedCommand,
     epilog=exit_code_help(
         {
             SUCCESS: "every cycle ended honestly and the next one reached its goal",
             FAILED: "one did not",
         }
-    )  # fmt: skip
+    ),  # fmt: skip
 )
 @click.argument("tree", shell_complete=complete_part("trees"))
 @click.option(

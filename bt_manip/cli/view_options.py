@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from bt_manip.cli.options import GroupedCommand, GroupedOption
 from bt_manip.cli.plugin_options import chosen, plugin_options
 from bt_manip.packages import missing
 
@@ -18,7 +19,7 @@ _BEFORE = ("real_time", "window")
 """Options that ``--help`` lists before the options of views."""
 
 
-class ViewingCommand(click.Command):
+class ViewingCommand(GroupedCommand):
     """A command with the options of views; the chosen views are its argument ``views``.
 
     ``views`` has the values of each chosen view's options, by the name of the view.
@@ -67,7 +68,7 @@ class ViewingCommand(click.Command):
         return found
 
 
-class _ViewOption(click.Option):
+class _ViewOption(GroupedOption):
     """An option of a view; ``metavar_key`` is the name of the factory's argument."""
 
     metavar_key = ""
@@ -89,11 +90,13 @@ def _options(name: str, make: Callable[..., Any]) -> list[_ViewOption]:
 
     plain = name.replace("_", "-")
     summary = " ".join((make.__doc__ or "").partition("\n\n")[0].split())
-    options = [_ViewOption([f"--{plain}", f"view_{_identifier(name)}"], is_flag=True, help=summary)]
+    flag = [f"--{plain}", f"view_{_identifier(name)}"]
+    options = [_ViewOption(flag, group="Views", is_flag=True, help=summary)]
     for key, parameter in parameters_of(make, keyword_only=True).items():
         option = _ViewOption(
             [f"--{plain}-{key.replace('_', '-')}", f"view_{_identifier(name)}_{key}"],
             help=parameter.described,
+            group="Views",
             type=str,  # read by the callback
             metavar=key.upper(),
             default=None if parameter.mandatory else parameter.default,

@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 
 from py_trees.behaviour import Behaviour
 
-from bt_manip.bt.goal import CONTINUES, GOAL, RESULTS, TASK, goal_to_text
+from bt_manip.bt.goal import CONTINUES, GOAL, RESULT_KEYS, TASK, goal_to_text
 from bt_manip.bt.nodes.binding import MAX_DEPTH
 from bt_manip.bt.nodes.declared import Declared
 from bt_manip.bt.nodes.node import Comment, Node
@@ -144,7 +144,7 @@ def tree_to_xml(
         tree_id = tree_id or (tree.tree_id if name_problem(tree.tree_id) is None else None)
         declared = {
             TASK: tree.given_task,
-            RESULTS: " ".join(tree.results),
+            RESULT_KEYS: " ".join(tree.results),
             CONTINUES: "true" if tree.continues else "",
         }
         goal, tree = tree.goal, tree.root

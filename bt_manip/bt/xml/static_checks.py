@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any, Final
 
 from bt_manip.bt.blackboard import EMPTY, Blackboard
-from bt_manip.bt.goal import CONTINUES, GOAL, RESULTS, TASK
+from bt_manip.bt.goal import CONTINUES, GOAL, RESULT_KEYS, TASK
 from bt_manip.bt.literals import parse_integer
 from bt_manip.bt.nodes.actions.blackboard import SetBlackboard, Watching
 from bt_manip.bt.nodes.actions.script import ScriptPort
@@ -34,7 +34,7 @@ def check_attributes(element: Element, problems: Problems, dialect: Dialect) -> 
                 attribute.value_place,
                 "other XML readers refuse '&' and '<' here; write '&amp;' and '&lt;'",
             )
-        if name in (GOAL, TASK, RESULTS, CONTINUES) and element.name == "BehaviorTree":
+        if name in (GOAL, TASK, RESULT_KEYS, CONTINUES) and element.name == "BehaviorTree":
             continue
         if name.startswith("_") and name not in scripts and name not in dialect.known_attributes:
             hint = did_you_mean(name, [*scripts, "_autoremap"])
