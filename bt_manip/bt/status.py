@@ -5,6 +5,8 @@ from typing import Final
 
 from py_trees.common import Status as Status
 
+from bt_manip.exceptions import TreeError
+
 
 class NodeStatus(IntEnum):
     """The status of a node, with the numbers that BehaviorTree.CPP and Groot2 use.
@@ -48,7 +50,7 @@ def node_status(status: Status | NodeStatus) -> NodeStatus:
     """Convert the result of an ``update`` to the engine's status; ``INVALID`` becomes ``IDLE``.
 
     Raises:
-        TypeError: If it is not a status.
+        TreeError: If it is not a status.
     """
     if status is Status.RUNNING:
         return RUNNING
@@ -60,4 +62,4 @@ def node_status(status: Status | NodeStatus) -> NodeStatus:
         return IDLE
     if isinstance(status, NodeStatus):
         return status
-    raise TypeError(f"update() returned {status!r}; expected a Status")
+    raise TreeError(f"update() returned {status!r}; expected a Status")

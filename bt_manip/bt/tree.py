@@ -231,6 +231,10 @@ class Tree:
         """Return the values of its `results`; None for what was not written."""
         return {key: self.blackboard.get(key) for key in self.results}
 
+    def place_of(self, path: str) -> str:
+        """Return where a node stands, ``file:line:column``; empty without a document."""
+        return str(next((node._node_place for node in self.nodes if node.path == path), ""))
+
     def failure_reason(self) -> str:
         """Return which node failed last, and why: ``path: reason``, or an empty text."""
         return self._runtime.reason

@@ -156,10 +156,19 @@ class RunJob:
         return run, observers
 
     def _fault(self, error: BaseException) -> int:
-        """Print an exception with the plugin that it came from; return the exit code."""
+        """Print an exception with the plugin that it came from; return the exit code.
+
+        What a node refuses, such as an entry that was never written, is a mistake in the tree, and
+        no internal fault.
+        """
         owner = self._plugins.blame(error) if self._plugins else None
         by = f"plugin '{owner.name}' {owner.version}".rstrip() + ": " if owner else ""
         text = str(error)
+        if isinstance(error, NodeError) and isinstance(error.__cause__, BtManipError):
+            place = self.run.tree.place_of(error.path) if self.run is not None else ""
+            self.error = f"{place}: {by}{text}" if place else f"{by}{text}"
+            click.echo(f"Error: {self.error}", err=True)
+            return FAILED
         if not isinstance(error, BtManipError):
             cause = error.__cause__ or error  # of a NodeError: the exception of the node itself
             if not isinstance(cause, BtManipError):  # else the message says it all
@@ -177,7 +186,7 @@ class RunJob:
 
     def _finish(self, code: int) -> int:
         """Write and print the results, then wait for the window; return the exit code."""
-        status = {FAULT: "ERROR", SUCCESS: None}.get(code, "INTERRUPTED")
+        status = {FAULT: "ERROR", FAILED: "ERROR", SUCCESS: None}.get(code, "INTERRUPTED")
         self.report = report = self._report(status)
         if code == SUCCESS and report.status != "SUCCESS":
             code = FAILED
@@ -189,7 +198,7 @@ class RunJob:
                 code = FAULT
         if report.ended_early:
             print_warning(f"the run ended early: {report.ended_early}")
-        elif self._options.quiet and code == FAILED:
+        elif self._options.quiet and code == FAILED and not self.error:
             number, reason = next((n, c.reason) for n, c in enumerate(report.cycles, 1) if c.reason)
             click.echo(f"cycle {number} failed: {reason}", err=True)
         for show in (lambda: self._print_cycles(report), self._keep_window):

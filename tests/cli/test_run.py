@@ -226,11 +226,93 @@ def test_a_script_that_cannot_be_evaluated_is_one_line(bt_manip, tmp_path):
     )
     code, _, err = bt_manip("run", tree)
 
-    assert code == 3
+    assert code == 1
     assert "Traceback" not in err
-    assert "Script::1 [Script]: error in script [x := 'abcdefgh'; x := x .. x;" in err
+    assert (
+        f"Error: {tree}:1:45: Script::1 [Script]: error in script [x := 'abcdefgh'; x := x .. x;"
+        in err
+    )
     assert "...]: a text is longer than 1000000 characters" in err
-    assert max(map(len, err.splitlines())) < 240
+    assert max(map(len, err.splitlines())) < 240 + len(str(tree))
+
+
+MISTAKES = {
+    "an entry that was never written": (
+        '<Sleep msec="{rest}"/>',
+        "port 'msec' of Sleep::2: the blackboard entry 'rest' was never written",
+    ),
+    "a text for a number": (
+        '<Script code="rest := \'long\'"/><Sleep msec="{rest}"/>',
+        "entry 'rest' does not take 'long': 'long' is not an integer",
+    ),
+    "an entry that a script misses": (
+        '<Script code="n := 1"/><Script code="n := missing + 1"/>',
+        "variable not found: missing",
+    ),
+}
+
+
+@pytest.mark.parametrize(("nodes", "reason"), MISTAKES.values(), ids=list(MISTAKES))
+def test_a_mistake_in_a_tree_is_one_line_with_its_place_and_no_internal_fault(
+    bt_manip, tmp_path, nodes, reason
+):
+    tree = tmp_path / "task.xml"
+    tree.write_text(
+        f'<root BTCPP_format="4"><BehaviorTree ID="A"><Sequence>\n{nodes}\n'
+        "</Sequence></BehaviorTree></root>"
+    )
+    code, _, err = bt_manip("run", tree)
+    last = err.splitlines()[-1]
+    assert code == 1 and "Traceback" not in err and "internal" not in err
+    assert re.match(rf"Error: {re.escape(str(tree))}:2:\d+: ", last) and last.endswith(reason)
+
+
+def test_a_quiet_run_says_why_its_cycle_failed(bt_manip, trees):
+    code, out, err = bt_manip("run", f"{trees}:failing", "--quiet")
+    assert (code, out) == (1, "")
+    assert err.startswith("cycle 1 failed: ") and "look" in err
+
+
+def test_a_run_whose_cycles_fail_at_once_ends_early_and_says_so(bt_manip, tmp_path):
+    tree, report = tmp_path / "never.xml", tmp_path / "report.json"
+    tree.write_text(
+        '<root BTCPP_format="4"><BehaviorTree ID="A"><AlwaysFailure/></BehaviorTree></root>'
+    )
+    code, _, err = bt_manip("run", tree, "--cycles", 0, "--report", report)
+    assert code == 1 and "10 cycles in a row failed within 0.1 s: AlwaysFailure" in err
+    read = json.loads(report.read_text())
+    assert len(read["cycles"]) == 10 and "10 cycles" in read["ended_early"]
+
+
+def test_results_of_a_tree_are_columns_of_the_table(bt_manip, tmp_path):
+    tree = tmp_path / "count.xml"
+    tree.write_text(
+        '<root BTCPP_format="4"><BehaviorTree ID="A" _results="left right">'
+        '<Script code="left := 3; right := 0.25"/></BehaviorTree></root>'
+    )
+    code, out, _ = bt_manip("run", tree)
+    assert code == 0 and re.search(r"left +right", out) and re.search(r" 3 +0\.25 ", out)
+
+
+@pytest.mark.parametrize("attribute", ['_results="left;right"', '_continues="yes"'])
+def test_an_attribute_of_a_tree_with_another_form_is_refused_at_its_place(
+    bt_manip, tmp_path, attribute
+):
+    tree = tmp_path / "odd.xml"
+    tree.write_text(
+        f'<root BTCPP_format="4"><BehaviorTree ID="A" {attribute}><AlwaysSuccess/>'
+        "</BehaviorTree></root>"
+    )
+    code, _, err = bt_manip("run", tree)
+    assert code == 2 and f"{tree}:1:" in err and "expected" in err
+
+
+def test_help_lists_options_in_groups_and_a_mistyped_command_gets_a_suggestion(bt_manip):
+    out = bt_manip("run", "--help").out
+    titles = re.findall(r"^(\w[\w ]+):$", out, re.MULTILINE)
+    assert titles[:4] == ["Cell and robot", "Task", "Views", "Files"] and titles[-1] == "Options"
+    code, _, err = bt_manip("rnu")
+    assert code == 2 and "did you mean 'run'?" in err
 
 
 def test_without_a_display_the_window_is_missed_and_the_run_goes_on(bt_manip, trees, monkeypatch):

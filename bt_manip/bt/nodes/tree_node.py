@@ -55,6 +55,7 @@ class TreeNode:
     feedback_message: str
     status: Status
     conditions: dict[str, str]
+    _node_place: object = ""  # in its document
     _node_status: NodeStatus
     _node_runtime: "Runtime | None"
     _node_observers: "list[Observer] | tuple[()]"

@@ -213,4 +213,5 @@ class Builder:
         if spec.tag is not None:
             node._node_tag = spec.tag
         self.places[id(node)] = spec.element
+        node._node_place = spec.element.place
         return node
