@@ -12,9 +12,10 @@ from pathlib import Path
 from typing import Any
 
 from bt_manip.plugins import load_plugins
-from bt_manip.record import McapRecorder, Recorder
+from bt_manip.record import Recorder
 from bt_manip.runner import EventQueue, Run, RunObserver, RunRequest, find_tree, prepare
 from bt_manip_groot.publisher import GrootPublisher
+from bt_manip_recording import McapRecorder
 from bt_manip_view import Page
 
 CYCLES = 3

@@ -160,8 +160,7 @@ def register_pose_sources(register: Callable[[str, Callable[..., Any]], None]) -
 
 @hookimpl
 def register_recorders(register: Callable[[str, Callable[[Path | None], Any]], None]) -> None:
-    """Bring the trace of the joints, and the recording of everything."""
-    from bt_manip.record import McapRecorder, Trace
+    """Bring the trace of the joints."""
+    from bt_manip.record import Trace
 
     register("trace", Trace)
-    register("mcap", McapRecorder)

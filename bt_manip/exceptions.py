@@ -101,8 +101,8 @@ def require_extra(extra: str, what: str, *packages: str) -> None:
     """Check that packages of an extra are installed, without importing them.
 
     Args:
-        extra: Name of the extra: ``"record"``.
-        what: What needs them, the first words of the message: ``"export"``.
+        extra: Name of the extra: ``"learn"``.
+        what: What needs them, the first words of the message: ``"--to"``.
         packages: Names of their top-level modules.
 
     Raises:

@@ -184,17 +184,6 @@ def register_commands(register: Callable[..., None]) -> None:
 
 
 @hookspec
-def register_export_formats(register: Callable[[str, Callable[..., None]], None]) -> None:
-    """Register formats into which ``bt-manip export`` converts recordings, beside its own.
-
-    Args:
-        register: ``register(name, write)``, where the name is the suffix of the files, and
-            ``write(recording, path)`` converts a `bt_manip.record.Recording`. Keyword-only
-            arguments ``camera``, ``size``, ``fps`` and ``overlay`` are the options of these names.
-    """
-
-
-@hookspec
 def register_faults(register: Callable[[str, type], None]) -> None:
     """Register faults, which disturb runs that test how a tree copes with them.
 

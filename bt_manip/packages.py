@@ -61,6 +61,21 @@ PACKAGES: dict[str, dict[str, str]] = {
         "hook": "register_policies",
         "kind of parts": "policies",
     },
+    "bt-manip-recording": {
+        "command": "export",
+        "recorder": "mcap",
+        "export format": "csv mcap npz parquet",
+        "file": ".mcap",
+        "hook": "register_export_formats",
+        "kind of parts": "export_formats",
+        "module": (
+            "bt_manip.record.Continuation bt_manip.record.McapRecorder "
+            "bt_manip.record.RecordedInterventions bt_manip.record.RecordedRun "
+            "bt_manip.record.RecordedScene bt_manip.record.Recording bt_manip.record.Timeline "
+            "bt_manip.record.running_leaves bt_manip.record.write_csv bt_manip.record.write_mcap "
+            "bt_manip.record.write_parquet"
+        ),
+    },
     "bt-manip-roadmap": {"planner": "lazy_roadmap"},
     "bt-manip-setup": {
         "command": "robot robot-measure",

@@ -229,7 +229,6 @@ class Parts:
         views: Factories, ``factory(session, **options) -> bt_manip.runner.RunView``.
         commands: Places of commands, ``module:function``, by the group, if any, and the name:
             ``tree-draw``.
-        export_formats: Functions, ``write(recording, path)``.
         faults: Classes of faults, ``cls(**parameters) -> Fault``.
         contracts: Functions, ``checks(parts, provides, settings) -> Iterable[Check]``.
         backends: Real robots, `bt_manip.robots.Backend`.
@@ -254,7 +253,6 @@ class Parts:
     recorders: Registry[Callable[..., Any]] = _registry("recorder")
     views: Registry[Callable[..., Any]] = _registry("view")
     commands: Registry[str] = _registry("command")
-    export_formats: Registry[Callable[..., None]] = _registry("export format")
     faults: Registry[Callable[..., Any]] = _registry("fault")
     contracts: Registry[Callable[..., Any]] = _registry("contract")
     tree_defaults: dict[str, TreeDefaults] = field(default_factory=dict)

@@ -77,7 +77,7 @@ BLOCKED = ",".join(package.removeprefix("bt-manip-") for package in PACKAGES)
         ("run pick_place --groot-port 1667", "groot"),
         ("run pick_place --record run.btlog", "groot"),
         ("run pick_place --record db3=run.db3", "groot"),
-        ("export run.mcap --to btlog", "groot"),
+        ("export run.mcap --to csv", "recording"),
         ("run pick_place --view", "view"),
         ("run pick_place --view-port 0", "view"),
         ("view", "view"),
@@ -85,7 +85,9 @@ BLOCKED = ",".join(package.removeprefix("bt-manip-") for package in PACKAGES)
         ("report run.json", "view"),
         ("run pick_place --record run.mp4", "view"),
         ("run pick_place --record video=run.mp4", "view"),
-        ("export run.mcap --to gif", "view"),
+        ("run pick_place --record run.mcap", "recording"),
+        ("run pick_place --record mcap=run.mcap", "recording"),
+        ("list export_formats", "recording"),
         ("demos", "learn"),
         ("demos info DIR", "learn"),
         ("run pick_place --robot ur5e", "menagerie"),
@@ -148,9 +150,16 @@ def test_the_import_of_a_former_module_names_the_new_one_and_its_package(former,
 
 @pytest.mark.parametrize(
     ("module", "name"),
-    [("viewer", "Page"), ("record", "VideoRecorder"), ("evaluation", "results_page")],
+    [
+        ("viewer", "Page"),
+        ("record", "VideoRecorder"),
+        ("evaluation", "results_page"),
+        ("record", "Recording"),
+        ("record", "write_csv"),
+    ],
 )
 def test_a_name_that_has_moved_names_the_new_one_and_its_package(module, name):
-    message = f"bt_manip.{module}.{name} is now bt_manip_view.{name}, and needs the package bt-man"
+    new = "recording" if name in ("Recording", "write_csv") else "view"
+    message = f"bt_manip.{module}.{name} is now bt_manip_{new}.{name}, and needs the package bt-man"
     with pytest.raises(ImportError, match=message):
         exec(f"from bt_manip.{module} import {name}")

@@ -69,9 +69,10 @@ EXPERIMENTAL = {
     "bt_manip.cell": (
         "CellError OverlapError PhysicsDiverged Region Camera looking_at at_rest is_in is_on "
         "entity_of extent bottom_of why_not_on why_not_in why_not_at_rest why_not_released "
-        "is_within surrounds as_object ContactEvent unique_name FrameRenderer camera_number png "
-        "write_png NoOpenGLError literal_name escaped_name Arena CellScene SceneSource "
-        "VisualShape TexturedMesh Triangles OVERVIEW WORLD PLANE_THICKNESS"
+        "is_within surrounds as_object ContactEvent unique_name FrameRenderer camera_number "
+        "parse_size png write_png NoOpenGLError literal_name escaped_name Arena CellScene "
+        "SceneSource SceneCamera VisualShape TexturedMesh Triangles NO_CONTACTS OVERVIEW WORLD "
+        "PLANE_THICKNESS"
     ),
     "bt_manip.cell.objects": (
         "Prop PrimitiveProp ModelObject DeclaredGrasp Box Cylinder Sphere Capsule ConvexMesh "
@@ -104,7 +105,8 @@ EXPERIMENTAL = {
     "bt_manip.runner": (
         "TreeResult RunRequest Run find_tree save_snapshot load_snapshot EventQueue RunEvent "
         "KINDS TreeSource Interventions CommandedRobot RunLoop Actor RunModifier make_station "
-        "load_source next_digest recorder_for EventStream Pacing MAX_FORCE TICK log_line"
+        "load_source next_digest recorder_for EventStream Pacing MAX_FORCE TICK log_line "
+        "PendingSteps STEP_FIELDS StepBlock StepLog html_table"
     ),
     "bt_manip.scenes": "table_and_basket two_arms scene_of find_robot Level",
     "bt_manip.testing": (
@@ -126,11 +128,11 @@ EXPERIMENTAL = {
         "StressTester StressEpisode plan_episodes call_in_process parse_point why_not"
     ),
     "bt_manip.record": (
-        "RecordingError Recorder RunReport Trace read_report read_trace McapRecorder Recording "
-        "RecordedRun RecordedScene write_csv write_parquet write_mcap "
-        "Continuation RecordedInterventions restore_snapshot FileInUseError check_writable "
-        "cpu_name identify identity_differences open_output parse_size reading versions "
-        "whole_file writing check_exists CycleFigures Interval Timeline running_leaves"
+        "RecordingError Recorder RunReport Trace read_report read_trace "
+        "write_trace restore_snapshot take_snapshot SnapshotAt FileInUseError check_writable "
+        "cpu_name identify identity_differences open_output reading versions whole_file writing "
+        "check_exists is_special CycleFigures Interval ExecutionLog LoggedNode RobotFigures "
+        "RobotState RunFigures StepFigures live_state"
     ),
     "bt_manip.registry": "Registry Parts",
     "bt_manip.kinematics": (
@@ -155,6 +157,10 @@ EXPERIMENTAL = {
     "bt_manip.grasping": (
         "GraspPlanner GripperClearance with_clearance SUFFICIENT_CLEARANCE holding_force "
         "CheckedGrasps"
+    ),
+    "bt_manip_recording": (
+        "McapRecorder Recording RecordedRun RecordedScene Continuation RecordedInterventions "
+        "Timeline running_leaves write_csv write_mcap write_npz write_parquet"
     ),
     "bt_manip_setup": "describe_robot check_description try_robot",
     "bt_manip_setup.finger_travel": "FoundFingers measured write_travel",

@@ -318,7 +318,7 @@ def hooks_page() -> str:
 def files_page() -> str:
     """Return the page of the keys of reports and traces."""
     report = importlib.import_module("bt_manip.record.report.run_report")
-    trace = importlib.import_module("bt_manip.record.tables.trace")
+    trace = importlib.import_module("bt_manip.record.trace")
     text = [FILES]
     for cls in (
         report.RunReport, report.CycleReport, report.GrippedObject, report.Phase,

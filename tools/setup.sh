@@ -83,7 +83,7 @@ fi
 if [ $# -gt 0 ]; then
     set -- -e ".[$1]"
 else
-    set -- -e ".[dev,learn,record]"
+    set -- -e ".[dev,learn]"
     for package in plugins/*/pyproject.toml; do
         [ -f "$package" ] && set -- "$@" -e "$(dirname "$package")"
     done

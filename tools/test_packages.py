@@ -2,7 +2,8 @@
 
 Every package gets a fresh environment: the third-party packages of the environment that this runs
 in, the wheel of bt-manip, the package's own wheel, and those of the packages of plugins/ that it
-requires, for its tests (extra `test`) too. Its tests run from a copy outside of the repository.
+requires, for its tests (extra `test`) too. Its tests run from a copy outside of the repository,
+with `tests/support`, which all tests share.
 
     .venv/bin/python tools/test_packages.py [FOLDER...]
 """
@@ -100,7 +101,9 @@ def test(python: Path, package: Path, copy: Path) -> bool:
     copy.mkdir(parents=True)
     for file in ("pyproject.toml", "README.md"):  # whose examples tests may run
         shutil.copy(package / file, copy)
-    shutil.copytree(package / "tests", copy / "tests", ignore=shutil.ignore_patterns("__*"))
+    ignore = shutil.ignore_patterns("__*")
+    shutil.copytree(package / "tests", copy / "tests", ignore=ignore)
+    shutil.copytree(REPOSITORY / "tests" / "support", copy / "tests" / "support", ignore=ignore)
     environment = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"}
     for variable, name in MODELS.items():
         if (place := REPOSITORY.parent / "shared" / name).is_dir():

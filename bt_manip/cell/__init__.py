@@ -52,6 +52,7 @@ from .region import Region as Region
 from .rendering import FrameRenderer as FrameRenderer
 from .rendering import NoOpenGLError as NoOpenGLError
 from .rendering import camera_number as camera_number
+from .rendering import parse_size as parse_size
 from .rendering import render as render
 from .textured_mesh import TexturedMesh as TexturedMesh
 from .visuals import PLANE_THICKNESS as PLANE_THICKNESS

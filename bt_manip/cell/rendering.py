@@ -1,6 +1,7 @@
 """Offscreen rendering of a model."""
 
 import os
+import re
 import warnings
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
@@ -8,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import mujoco
 import numpy as np
 
-from bt_manip.exceptions import did_you_mean
+from bt_manip.exceptions import BtManipError, did_you_mean
 
 from .exceptions import CellError
 
@@ -142,6 +143,18 @@ class FrameRenderer(mujoco.Renderer):
             with suppress(Exception):  # at interpreter exit, or current in another thread
                 self._gl_context.make_current()
         super().close()
+
+
+def parse_size(text: str) -> tuple[int, int]:
+    """Return width and height of ``640x400``.
+
+    Raises:
+        BtManipError: If it has another form.
+    """
+    found = re.fullmatch(r"(\d{1,5})x(\d{1,5})", text, re.ASCII)
+    if found is None:
+        raise BtManipError(f"size is WIDTHxHEIGHT, such as 640x400, got '{text}'")
+    return int(found[1]), int(found[2])
 
 
 def camera_number(model: mujoco.MjModel, name: str) -> int:

@@ -19,7 +19,6 @@ from bt_manip.packages import missing
 
 COMMANDS = {
     "evaluate": "bt_manip.cli.evaluate:evaluate",
-    "export": "bt_manip.cli.export:export",
     "list": "bt_manip.cli.listing:list_parts",
     "models": "bt_manip.cli.models:models",
     "new": "bt_manip.cli.new:new",

@@ -47,9 +47,9 @@ def list_parts(kind: str | None, name: str | None, robots: tuple[str, ...], epis
 
     Kinds: trees, behaviours, objects, robots, grippers, controllers, planners, scenes, backends,
     pose_sources, model_sources, model_formats, model_caches, recorders, views, commands,
-    export_formats, faults, contracts, plugins, and those that plugins declare. The kind
-    tasks lists which robot can do which tree, with the reason where not: the station is built,
-    starts are sampled, and the first motion of each is planned.
+    faults, contracts, plugins, and those that plugins declare. The kind tasks lists which robot
+    can do which tree, with the reason where not: the station is built, starts are sampled, and
+    the first motion of each is planned.
     """
     os.environ.setdefault("MUJOCO_GL", "disable")
     if (robots or episodes) and kind != TASKS:

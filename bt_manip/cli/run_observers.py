@@ -45,9 +45,7 @@ def observers_of(
     observers += [recorder]
     observers += [SnapshotWriter(*one, print_warning) for one in options.snapshots]
     if options.continued is not None:
-        from bt_manip.record import RecordedInterventions  # needs the extra 'record'
-
-        observers += [RecordedInterventions(options.continued.recording)]
+        observers += [options.continued.interventions]
     observers += [_recorder(plugins, text) for text in options.records]
     observers += plugin_observers(plugins, print_warning)
     observers += _stopwatch(plugins)

@@ -3,7 +3,7 @@
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import click
 
@@ -14,9 +14,8 @@ from bt_manip.exceptions import BtManipError
 from bt_manip.registry import Parts
 
 if TYPE_CHECKING:
-    from bt_manip.record import Continuation
     from bt_manip.robots import Configuration
-    from bt_manip.runner import ParameterSet, RunRequest
+    from bt_manip.runner import ParameterSet, Run, RunModifier, RunRequest
 
 
 RECORDED = ("tree", "cycles", "seed", "robot", "controller", "scene", "planner", "settings")
@@ -24,6 +23,31 @@ RECORDED = ("tree", "cycles", "seed", "robot", "controller", "scene", "planner",
 
 ViewOptions = Mapping[str, Mapping[str, Any]]
 """Values of the options of views, by the name of the view."""
+
+
+class ContinuedRun(Protocol):
+    """A recorded run that goes on from one of its moments."""
+
+    @property
+    def recording(self) -> Any:
+        """The recording, which has its `path`, the run's `identity`, and `decoding`."""
+
+    @property
+    def fields(self) -> Mapping[str, Any]:
+        """The request of the run, as plain data."""
+
+    @property
+    def interventions(self) -> "RunModifier":
+        """A modifier that repeats the recorded interventions."""
+
+    def request(self, trees: Mapping[str, str], **others: Any) -> "RunRequest":
+        """Return the request of the recorded run, with further fields."""
+
+    def differences(self, run: "Run") -> list[str]:
+        """Return the differences from the installation that recorded the run, as warnings."""
+
+    def simulate(self, run: "Run") -> dict[str, Any]:
+        """Repeat a run up to the moment, and return its snapshot."""
 
 
 @dataclass(frozen=True)
@@ -116,10 +140,10 @@ class RunOptions(StationOptions):
     foreign: ForeignTrees = options_of(ForeignTrees)
     views: ViewOptions = field(default_factory=dict)
     """The options of the plugins' views that are chosen, by name."""
-    continued: "Continuation | None" = None
+    continued: ContinuedRun | None = None
     """Recorded run to continue, from which the options of the request are taken."""
 
-    def continuing(self, continued: "Continuation") -> "RunOptions":
+    def continuing(self, continued: ContinuedRun) -> "RunOptions":
         """Return the options of a recorded run that goes on, watched as these options say."""
         recording, fields = continued.recording, continued.fields
         with recording.decoding():

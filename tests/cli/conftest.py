@@ -1,4 +1,4 @@
-"""The command line, run inside the test's own process, and trees that are over at once."""
+"""The program, run in the test's own process or at a terminal, and trees that are over at once."""
 
 import os
 import pty
@@ -7,51 +7,16 @@ import select
 import signal
 import subprocess
 import sys
-import textwrap
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import pytest
 
 from bt_manip import plugins
-from bt_manip.cli.app import run_app
-from bt_manip.cli.interrupt import Interrupt
-
-TREES = """
-    from bt_manip.behaviours import ObjectExists
-    from bt_manip.bt import Action, Delay, Fallback, Sequence, Sleep, Status
-
-
-    class Shout(Action):
-        def update(self):
-            raise ValueError("so loud")
-
-
-    def quick(name="table"):
-        return Sequence("quick", [ObjectExists(object=name), Sleep("rest", msec=20)])
-
-
-    def failing():
-        return Sequence("failing", [Sleep("rest", msec=20), ObjectExists("look", object="no")])
-
-
-    def endless():
-        return Sleep("rest", msec=10_000_000)
-
-
-    def loud():
-        return Sequence("loud", [Sleep("rest", msec=20), Shout()])
-
-
-    def broken():
-        raise RuntimeError("no tree today")
-
-
-    def no_tree():
-        return 3
-"""
+from tests.support.program import bt_manip as bt_manip
+from tests.support.program import trees as trees
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -87,34 +52,6 @@ def commands_share_plugins(loaded_plugins, monkeypatch) -> None:
         return loaded_plugins[key]
 
     monkeypatch.setattr(plugins, "load_plugins", load_once)
-
-
-class Outcome(NamedTuple):
-    """What a command came to."""
-
-    code: int
-    out: str
-    err: str
-
-
-@pytest.fixture
-def trees(tmp_path: Path) -> Path:
-    """Give a file with small trees."""
-    path = tmp_path / "small_trees.py"
-    path.write_text(textwrap.dedent(TREES))
-    return path
-
-
-@pytest.fixture
-def bt_manip(capfd: pytest.CaptureFixture[str]) -> Callable[..., Outcome]:
-    """Run a command and give what it came to."""
-
-    def run(*arguments: object) -> Outcome:
-        code = run_app(Interrupt(), [str(argument) for argument in arguments])
-        out, err = capfd.readouterr()
-        return Outcome(code, out, err)
-
-    return run
 
 
 class Terminal:

@@ -159,7 +159,7 @@ def test_an_unknown_object(refused, tmp_path):
             "no recorder writes '.txt' files, known are .",
         ),
         (("--record", "missing/run.mcap"), "missing"),
-        (("--record", "mcap"), "a recording needs a file"),
+        (("--record", "run.npz fps=3"), "recorder 'trace' has no parameter 'fps'"),
         (("--no-such-option",), "no-such-option"),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, tuple) else "",

@@ -82,11 +82,6 @@ def test_the_parameters_of_an_object_are_listed_with_their_defaults(bt_manip):
     assert "  mass (positive number): Mass; by default that of its model [kg]\n" in out
 
 
-def test_the_options_of_a_recorder_are_listed_with_their_defaults(bt_manip):
-    out = bt_manip("list", "recorders", "mcap").out
-    assert out.startswith("mcap (builtin)") and "  cameras (" in out
-
-
 def test_the_parameters_of_a_fault_are_listed_with_bounds_and_unit(bt_manip):
     out = bt_manip("list", "faults", "push").out
     assert "  force (number of at least 0, default 100): Force [N].\n" in out

@@ -137,16 +137,6 @@ def test_after_a_failure_the_last_line_says_how_to_watch_it(bt_manip, trees, mon
     assert bt_manip("run", f"{trees}:failing", "--quiet")[1] == ""
 
 
-def test_after_a_recording_the_last_line_is_the_command_that_opens_it(bt_manip, trees, tmp_path):
-    pytest.importorskip("mcap", reason="the extra [record] is not installed")
-    file = tmp_path / "a run.mcap"
-    for tree in ("quick", "failing"):
-        _, out, _ = bt_manip("run", f"{trees}:{tree}", "--record", str(file))
-        hint = f"To watch the recording: bt-manip replay '{file}', or bt-manip report '{file}'"
-        assert " ".join(out.split()).endswith(hint)
-    assert bt_manip("run", f"{trees}:quick", "--record", str(file), "--quiet") == (0, "", "")
-
-
 def test_quiet_prints_nothing(bt_manip, trees):
     assert bt_manip("run", f"{trees}:quick", "--quiet") == (0, "", "")
 

@@ -248,15 +248,6 @@ def test_register_commands_adds_a_command(example, capfd):
     assert "Print the payload to declare" in capfd.readouterr().out
 
 
-def test_register_export_formats_converts_recordings(run, example, tmp_path, capfd):
-    pytest.importorskip("mcap", reason="the extra [record] is not installed")
-    run("register_export_formats", "--record", tmp_path / "run.mcap")
-    folder = example("register_export_formats")
-    command = ["export", tmp_path / "run.mcap", "--to", "times", "--plugins-dir", folder]
-    assert run_app(Interrupt(), [str(one) for one in command]) == 0
-    assert len((tmp_path / "run.times").read_text().splitlines()) >= 2
-
-
 def test_register_faults_disturbs_a_run(run):
     spawn = '<SpawnObject object="{cube}"/>'
     body = f'<Sequence>{spawn}<Sleep name="rest" msec="100"/></Sequence>'

@@ -8,7 +8,7 @@ import pytest
 
 from bt_manip.exceptions import BtManipError
 from bt_manip.record.files import RecordingError
-from bt_manip.record.tables.trace import Trace, read_trace
+from bt_manip.record.trace import Trace, read_trace
 from bt_manip.runner import STEP_FIELDS
 
 

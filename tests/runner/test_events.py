@@ -26,7 +26,7 @@ from bt_manip.runner import (
     RunObserver,
     log_line,
 )
-from tests.run_fixtures import Listener
+from tests.support.runs import Listener
 
 
 @pytest.fixture

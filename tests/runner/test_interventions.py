@@ -18,7 +18,7 @@ from bt_manip.bt import (
 from bt_manip.exceptions import BtManipError
 from bt_manip.record import Recorder
 from bt_manip.runner import Run, RunObserver, RunRequest, TreeSource, log_line
-from tests.run_fixtures import Listener
+from tests.support.runs import Listener
 
 START = np.array([0.0, 0.0, 1.04])
 

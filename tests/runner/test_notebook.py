@@ -1,4 +1,4 @@
-"""Notebooks show stations, runs, results and recordings by what they are."""
+"""Notebooks show stations, runs and results by what they are."""
 
 import re
 from html import unescape
@@ -7,15 +7,11 @@ import pytest
 
 from bt_manip import build_station
 from bt_manip.behaviours import ObjectExists, RemoveObject, SpawnObject
-from bt_manip.bt import NodeStatus, Sequence, Sleep
+from bt_manip.bt import Sequence, Sleep
 from bt_manip.cell import CellError, NoOpenGLError
 from bt_manip.cell import cell as cell_module
 from bt_manip.exceptions import BtManipError
 from bt_manip.runner import html_table
-
-pytest.importorskip("mcap", reason="the extra [record] is not installed")
-
-from bt_manip.record import Recording  # noqa: E402
 
 
 @pytest.fixture(scope="module")
@@ -72,31 +68,6 @@ def test_a_result_shows_status_reason_and_duration(station):
     assert words(result._repr_html_()) == f"FAILURE reason {result.reason} duration 0.03 s"
 
 
-def test_a_station_records_a_tree_which_runs_as_without_a_recording(station, built, tmp_path):
-    plain = station.run(visit())
-    state = station.cell.state_bytes()
-    station.set_state(built[1])
-    result = station.run(visit(), record=tmp_path / "run.mcap")
-    assert result.status is plain.status is NodeStatus.SUCCESS
-    assert station.cell.state_bytes() == state
-    assert str(result.recording) in result._repr_html_()
-    recording = Recording(tmp_path / "run.mcap")
-    assert recording.complete and recording.end == pytest.approx(result.duration)
-    objects = [
-        (e.data["name"], e.data["present"]) for e in recording.events() if e.kind == "entity"
-    ]
-    assert objects[-2:] == [("cube", True), ("cube", False)]
-    statuses = [e.data for e in recording.events() if e.kind == "status"]
-    assert [d["status"] for d in statuses if d["path"] == "visit"] == ["RUNNING", "SUCCESS", "IDLE"]
-    assert words(recording._repr_html_()).startswith("Recording run.mcap tree visit robot panda")
-
-
-def test_a_recording_is_closed_when_a_tree_takes_too_long(station, tmp_path):
-    with pytest.raises(TimeoutError):
-        station.run(Sleep("rest", msec=100), timeout=0.02, record=str(tmp_path / "run.mcap"))
-    assert Recording(tmp_path / "run.mcap").complete
-
-
 def test_a_file_that_no_recorder_writes_is_refused(station, tmp_path):
-    with pytest.raises(BtManipError, match=r"no recorder writes '\.txt' files, known are .*\.mcap"):
+    with pytest.raises(BtManipError, match=r"no recorder writes '\.txt' files, known are \.npz"):
         station.run(Sleep(msec=10), record=tmp_path / "run.txt")

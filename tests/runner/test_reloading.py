@@ -12,7 +12,7 @@ from bt_manip.registry import Parts
 from bt_manip.runner import Hardware, Run, RunObserver, RunRequest, TreeSource
 from bt_manip.runner.reloading import Reloader
 from bt_manip.runner.xml_tree import load_document
-from tests.run_fixtures import Listener
+from tests.support.runs import Listener
 
 DOCUMENT = """<root BTCPP_format="4" main_tree_to_execute="Main">
   <BehaviorTree ID="Main">

@@ -6,7 +6,6 @@ from bt_manip import build_station
 from bt_manip.behaviours import MoveHome, ObjectExists
 from bt_manip.bt import Delay, NodeStatus, Precondition, Sequence, Sleep, Tree
 from bt_manip.runner import Station
-from bt_manip.scenes import table_and_basket
 
 
 @pytest.fixture(scope="module")
@@ -88,17 +87,3 @@ def test_a_tree_that_takes_too_long_is_halted(station):
     with pytest.raises(TimeoutError, match="after 0.05 s the tree is still at 'long nap'"):
         station.run(tree, timeout=0.05)
     assert tree.statuses() == bytes([NodeStatus.IDLE])
-
-
-def test_a_recording_says_which_station_and_tree_it_is_of(parts, tmp_path):
-    pytest.importorskip("mcap", reason="the extra [record] is not installed")
-    from bt_manip.record import Recording
-
-    station = build_station(parts, scene="two_arms", seed=1)
-    tree = Tree(Sleep("rest", msec=20), tree_id="Rest")
-    result = station.run(tree, record=tmp_path / "run.mcap")
-    identity = Recording(result.recording).identity
-    assert (identity["seed"], identity["scene"], identity["tree"]) == (1, "two_arms", "Rest")
-    built = build_station(parts, scene=table_and_basket())
-    result = built.run(Sleep("rest", msec=20), record=tmp_path / "other.mcap")
-    assert Recording(result.recording).identity["scene"] == "table_and_basket"

@@ -17,7 +17,7 @@ from bt_manip.runner import Run, RunEvent, RunObserver
 from bt_manip_groot.messages import HIGHEST_UID, transition
 
 if TYPE_CHECKING:
-    from bt_manip.record import Recording
+    from bt_manip_recording import Recording
 
 MAGIC = b"BTCPP4-FileLogger2\x01"
 """Name and version of the format, at the beginning of a ``.btlog``."""

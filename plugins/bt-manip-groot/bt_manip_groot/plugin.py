@@ -46,7 +46,7 @@ def register_recorders(register: Callable[[str, Callable[..., Any]], None]) -> N
     register("db3", SqliteRecorder)
 
 
-@hookimpl
+@hookimpl(optionalhook=True)
 def register_export_formats(register: Callable[[str, Callable[..., None]], None]) -> None:
     """Bring the log files of recordings."""
     from bt_manip_groot.log_files import write_btlog, write_sqlite

@@ -15,9 +15,10 @@ from bt_manip import build_station
 from bt_manip.behaviours import MoveToConfiguration, RemoveObject, SpawnObject
 from bt_manip.bt import NodeStatus, Sequence, Sleep, Tree, instance_to_xml
 from bt_manip.exceptions import BtManipError
-from bt_manip.record import McapRecorder, RecordingError
+from bt_manip.record import RecordingError
 from bt_manip.runner import Run, RunObserver, RunRequest, TreeSource
 from bt_manip_groot.log_files import BtlogRecorder, SqliteRecorder
+from bt_manip_recording import McapRecorder
 
 from .conftest import sample_tree
 

@@ -117,9 +117,10 @@ def record(
         use_offscreen_opengl()
     else:
         os.environ.setdefault("MUJOCO_GL", "disable")
+    from bt_manip.cell import parse_size
     from bt_manip.cli import run_tracked
     from bt_manip.evaluation import call_in_process, parse_point
-    from bt_manip.record import RecordingError, parse_size
+    from bt_manip.record import RecordingError
     from bt_manip_learn.demonstrations import DemonstrationRecorder, DemonstrationStore
 
     load_chosen_plugins()  # warns of broken ones

@@ -76,7 +76,7 @@ def register_recorders(register: Callable[[str, Callable[[Path | None], Any]], N
     register("video", VideoRecorder)
 
 
-@hookimpl
+@hookimpl(optionalhook=True)
 def register_export_formats(register: Callable[[str, Callable[..., None]], None]) -> None:
     """Register videos of recordings."""
     from bt_manip_view.video import write_video

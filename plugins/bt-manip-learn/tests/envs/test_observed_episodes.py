@@ -8,9 +8,10 @@ import pytest
 
 import bt_manip_learn.envs  # noqa: F401 (registers the environments)
 from bt_manip.exceptions import BtManipError
-from bt_manip.record import Continuation, Recorder, Recording
+from bt_manip.record import Recorder
 from bt_manip.runner import KINDS, RunObserver
 from bt_manip_learn.envs import LearningTask
+from bt_manip_recording import Continuation, Recording
 
 FAULT = "vanish at=SpawnObject after=0.2"
 

@@ -61,7 +61,7 @@ def replay(
     options: RunOptions,
 ) -> int:
     """Show a recorded run on a page in the browser, at any of its times."""
-    from bt_manip.record import Continuation, Recording
+    from bt_manip_recording import Continuation, Recording
 
     if moment is not None:
         options = options.continuing(Continuation(Recording(recording), moment))

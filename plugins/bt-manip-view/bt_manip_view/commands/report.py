@@ -30,7 +30,8 @@ def report(recording: Path, output: Path | None, axes: tuple[str, str] | None) -
             raise click.UsageError("-o belongs to recordings and folders; a report is printed")
         _print(recording)
         return
-    from bt_manip.record import Recording, check_writable, whole_file, writing
+    from bt_manip.record import check_writable, whole_file, writing
+    from bt_manip_recording import Recording
 
     path = output or recording.with_suffix(".html")
     check_writable(path, "page", source=recording)

@@ -16,7 +16,8 @@ from bokeh.models import (
 )
 from bokeh.plotting import figure
 
-from bt_manip.record import Interval, RecordedRun
+from bt_manip.record import Interval
+from bt_manip_recording import RecordedRun
 
 from .thinning import merge, thin
 

@@ -8,7 +8,8 @@ import numpy as np
 from bokeh.embed import components
 from bokeh.models import Range1d
 
-from bt_manip.record import CycleFigures, RecordedRun, Recording
+from bt_manip.record import CycleFigures
+from bt_manip_recording import RecordedRun, Recording
 
 from .markup import html_list, html_page, html_rows, html_section, html_tiles
 from .plots import LABEL_WIDTH, LONGEST_REASON, ROW_HEIGHT, BarRow, Plots

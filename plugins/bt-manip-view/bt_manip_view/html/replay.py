@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from bt_manip.record import RecordedScene, Recording, running_leaves
+from bt_manip_recording import RecordedScene, Recording, running_leaves
 from bt_manip_view.page.scene import SceneView
 from bt_manip_view.page.server import close_server, open_server
 

@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable, Mapping
 
-from bt_manip.record import RecordedScene, Recording, Timeline
+from bt_manip_recording import RecordedScene, Recording, Timeline
 
 from .controls import UNLIMITED, Controls
 from .error_plot import PLOT_SAMPLES

@@ -13,7 +13,7 @@ from bt_manip.cell import PLANE_THICKNESS, WORLD, Arena, FrameRenderer, camera_n
 from .video_recorder import PIXEL_SAMPLES, SHADOW_SIZE, VideoFile, check_video, overlay_text
 
 if TYPE_CHECKING:
-    from bt_manip.record import RecordedScene, Recording
+    from bt_manip_recording import RecordedScene, Recording
 
 SAME_TIME = 1e-9
 """Largest difference of equal times [s]."""
@@ -125,7 +125,10 @@ def write_video(
     Raises:
         BtManipError: If something of this is impossible, or the video cannot be written.
     """
-    from bt_manip.record import RecordedScene, running_leaves  # slow, and plugins load this module
+    from bt_manip_recording import (  # slow, and plugins load this module
+        RecordedScene,
+        running_leaves,
+    )
 
     _, extent = check_video(path, size, fps)
     scene = RecordedScene(recording)

@@ -7,10 +7,10 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 
 from bt_manip.bt import NodeStatus
-from bt_manip.cell import FrameRenderer, camera_number
+from bt_manip.cell import FrameRenderer, camera_number, parse_size
 from bt_manip.exceptions import BtManipError
 from bt_manip.parameters import Parameter
-from bt_manip.record import RecordingError, check_exists, open_output, parse_size, writing
+from bt_manip.record import RecordingError, check_exists, open_output, writing
 from bt_manip.runner import Run, RunObserver
 
 SHADOW_SIZE = 2048

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bt_manip.bt import AlwaysFailure, Fallback, Sleep
-from bt_manip.record import McapRecorder, RecordedScene, Recording
+from bt_manip_recording import McapRecorder, RecordedScene, Recording
 from bt_manip_view import run_page
 
 from .conftest import POSITION, Window, wait_until

@@ -2,7 +2,7 @@
 
 import pytest
 
-from bt_manip.record import RecordedScene, Recording
+from bt_manip_recording import RecordedScene, Recording
 
 from .conftest import POSITION, Window, wait_until
 

@@ -9,8 +9,9 @@ import pytest
 
 from bt_manip.bt import NodeStatus
 from bt_manip.plugins import load_plugins
-from bt_manip.record import McapRecorder, Recorder, Recording
+from bt_manip.record import Recorder
 from bt_manip.runner import RunObserver, RunRequest, find_tree, prepare
+from bt_manip_recording import McapRecorder, Recording
 
 
 class Intervene(RunObserver):

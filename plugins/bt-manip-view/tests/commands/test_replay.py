@@ -19,8 +19,8 @@ def recording(tmp_path_factory):
 
     from bt_manip import build_station
     from bt_manip.bt import Sleep, Tree
-    from bt_manip.record import McapRecorder
     from bt_manip.runner import Run, RunRequest, TreeSource
+    from bt_manip_recording import McapRecorder
 
     path = tmp_path_factory.mktemp("recording") / "run.mcap"
     station = build_station()

@@ -52,6 +52,13 @@ def test_bad_input_is_one_line(bt_manip, tmp_path, name, content, message):
     assert not path.with_suffix(".html").exists()
 
 
+def test_a_recording_without_an_end_gives_a_page_that_says_so(bt_manip, picked, tmp_path):
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(picked.read_bytes()[:-100])
+    assert "The recording ended without an end, at " in bt_manip("report", cut).out
+    assert "This recording is incomplete:" in cut.with_suffix(".html").read_text()
+
+
 def test_a_file_that_cannot_be_written_is_refused(bt_manip, tmp_path):
     path = tmp_path / "run.mcap"
     path.write_bytes(b"\x89MCAP0\r\n")

@@ -11,7 +11,7 @@ from lxml import html
 
 from bt_manip.bt import AlwaysFailure, Fallback, Sequence, Sleep
 from bt_manip.cli import Interrupt, run_app
-from bt_manip.record import McapRecorder, RecordedRun, Recording
+from bt_manip_recording import McapRecorder, RecordedRun, Recording
 from bt_manip_view import run_page
 from bt_manip_view.html.plots import Plots
 

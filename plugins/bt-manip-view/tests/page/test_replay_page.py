@@ -11,8 +11,8 @@ from mcap.reader import make_reader
 from bt_manip.behaviours import MoveToConfiguration, RemoveObject, SpawnObject
 from bt_manip.bt import AlwaysFailure, Fallback, Script, Sequence, Sleep
 from bt_manip.plugins import load_plugins
-from bt_manip.record import McapRecorder, RecordedScene, Recording
 from bt_manip.runner import RunObserver
+from bt_manip_recording import McapRecorder, RecordedScene, Recording
 from bt_manip_view import Page, Panel, ReplayPage
 from bt_manip_view.page.plugin_panels import page_panels
 

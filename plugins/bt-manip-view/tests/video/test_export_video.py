@@ -11,8 +11,8 @@ from bt_manip.behaviours import MoveToConfiguration, RemoveObject, SpawnObject
 from bt_manip.bt import Node, Sequence, Sleep
 from bt_manip.cell import FrameRenderer, camera_number
 from bt_manip.exceptions import BtManipError
-from bt_manip.record import McapRecorder, RecordedScene, Recording
 from bt_manip.runner import RunObserver
+from bt_manip_recording import McapRecorder, RecordedScene, Recording
 from bt_manip_view import VideoRecorder, write_video
 from bt_manip_view.video.export_video import SceneModel, frame_times
 

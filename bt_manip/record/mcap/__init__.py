@@ -1,1 +1,0 @@
-"""Recordings, MCAP files: writing, reading, and continuing runs from them."""

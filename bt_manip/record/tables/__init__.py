@@ -1,1 +1,0 @@
-"""Control steps as tables: the trace of a run, and CSV and Parquet files of recordings."""

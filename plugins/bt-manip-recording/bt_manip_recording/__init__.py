@@ -1,0 +1,36 @@
+"""Recordings of runs, MCAP files: writing, reading, and continuing runs from them.
+
+Names are imported on first use: writing a recording needs nothing of what reads one.
+"""
+
+from typing import TYPE_CHECKING
+
+from bt_manip import lazy_exports
+
+if TYPE_CHECKING:
+    from bt_manip_recording.continuation import Continuation as Continuation
+    from bt_manip_recording.continuation import RecordedInterventions as RecordedInterventions
+    from bt_manip_recording.export_mcap import write_mcap as write_mcap
+    from bt_manip_recording.export_table import write_csv as write_csv
+    from bt_manip_recording.export_table import write_npz as write_npz
+    from bt_manip_recording.export_table import write_parquet as write_parquet
+    from bt_manip_recording.mcap_recorder import McapRecorder as McapRecorder
+    from bt_manip_recording.recorded_run import RecordedRun as RecordedRun
+    from bt_manip_recording.recorded_run import running_leaves as running_leaves
+    from bt_manip_recording.recorded_scene import RecordedScene as RecordedScene
+    from bt_manip_recording.recording import Recording as Recording
+    from bt_manip_recording.timeline import Timeline as Timeline
+
+__getattr__ = lazy_exports(
+    __name__,
+    {
+        "bt_manip_recording.continuation": "Continuation RecordedInterventions",
+        "bt_manip_recording.export_mcap": "write_mcap",
+        "bt_manip_recording.export_table": "write_csv write_npz write_parquet",
+        "bt_manip_recording.mcap_recorder": "McapRecorder",
+        "bt_manip_recording.recorded_run": "RecordedRun running_leaves",
+        "bt_manip_recording.recorded_scene": "RecordedScene",
+        "bt_manip_recording.recording": "Recording",
+        "bt_manip_recording.timeline": "Timeline",
+    },
+)

@@ -1,0 +1,42 @@
+"""What the package brings; everything expensive is imported when it is needed."""
+
+import importlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from bt_manip import hookimpl
+from bt_manip_recording.hooks import register_export_formats as register_export_formats
+
+FORMATS = ("csv", "parquet", "npz", "mcap")
+"""Formats of ``bt-manip export``, which the functions ``write_NAME`` of the package write."""
+
+
+@hookimpl
+def register_recorders(register: Callable[[str, Callable[[Path | None], Any]], None]) -> None:
+    """Register the recording of everything."""
+    from bt_manip_recording import McapRecorder
+
+    register("mcap", McapRecorder)
+
+
+@hookimpl
+def register_commands(register: Callable[..., None]) -> None:
+    """Register ``bt-manip export``."""
+    register("export", "bt_manip_recording.commands:export")
+
+
+@hookimpl(specname="register_export_formats")
+def register_own_export_formats(register: Callable[[str, Callable[..., None]], None]) -> None:
+    """Register tables, traces, and recordings with an end."""
+    for name in FORMATS:
+        register(name, _writer(f"write_{name}"))
+
+
+def _writer(name: str) -> Callable[[Any, Path], None]:
+    """Return a function of the package, which is imported when it is called."""
+
+    def write(recording: Any, path: Path) -> None:
+        getattr(importlib.import_module("bt_manip_recording"), name)(recording, path)
+
+    return write

@@ -1,0 +1,186 @@
+"""Cycles, nodes, contacts and motion of a recorded run over time."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from bt_manip.exceptions import BtManipError
+from bt_manip.record import (
+    CycleFigures,
+    ExecutionLog,
+    Interval,
+    LoggedNode,
+    RobotFigures,
+    RobotState,
+    RunFigures,
+    StepFigures,
+)
+from bt_manip_recording.recording import Recording
+
+
+class RobotSeries(NamedTuple):
+    """Motion and gripper of a robot over time."""
+
+    joints: list[str]
+    t: np.ndarray
+    """Times of the control steps [s].  # (n,)"""
+    error: np.ndarray
+    """Tracking error: position minus reference [rad].  # (n, nq)"""
+    free: np.ndarray
+    """Whether it moved, grippers and the entities they hold touching only each other.  # (n,)"""
+    use: np.ndarray
+    """Largest fraction of each kind of limit, as in `CycleLimitUse`.  # (n, 5)"""
+    tick_t: np.ndarray
+    """Times of the ticks [s].  # (m,)"""
+    grip_forces: np.ndarray
+    """Forces of the gripper's fingers [N].  # (m, fingers)"""
+    speed_scale: np.ndarray
+    """Speed scaling of the arm.  # (m,)"""
+
+
+class RecordedRobot:
+    """Feeds the figures of a robot from its recording.
+
+    Args:
+        recording: The recording.
+        robot: Name of the robot.
+    """
+
+    def __init__(self, recording: Recording, robot: str) -> None:
+        self._joints, self._block = recording.joints[robot], recording.step_block(robot)
+        self._states = [(t, state) for t, _, state in recording.messages(f"/robots/{robot}/state")]
+        dt = recording.identity["time_step_s"]
+        self._state = RobotState()
+        limits = recording.limits[robot]
+        self.figures = RobotFigures(self._joints, limits, dt, lambda: self._state)
+        self._parts: list[StepFigures] = []
+        self._ticks = self._steps = 0  # that have been fed
+
+    def feed_ticks(self, time: float) -> None:
+        """Feed the states after the ticks up to a simulated time [s]."""
+        while self._ticks < len(self._states) and self._states[self._ticks][0] <= time:
+            state = self._states[self._ticks][1]
+            gripped = state.get("gripped", ())  # older recordings have none
+            self._state = RobotState(state["grip_forces"], gripped, state["saturated_steps"])
+            self.figures.gripped()
+            self._ticks += 1
+
+    def feed_steps(self, time: float) -> None:
+        """Feed the control steps up to a simulated time [s]."""
+        start = self._steps
+        self._steps = end = int(np.searchsorted(self._block.t, time, side="right"))
+        if end > start:
+            self._parts.append(self.figures.update(self._block.part(start, end)))
+
+    def series(self) -> RobotSeries:
+        """Return motion and gripper over time; all has been fed."""
+        nq, states = len(self._joints), [state for _, state in self._states]
+        none = StepFigures(np.zeros((0, nq)), np.zeros(0, dtype=bool), np.zeros((0, 5)))
+        error, free, use = map(np.concatenate, zip(none, *self._parts, strict=True))
+        forces = np.array([state["grip_forces"] for state in states])
+        return RobotSeries(
+            joints=self._joints, t=self._block.t, error=error, free=free, use=use,
+            tick_t=np.array([time for time, _ in self._states]),
+            grip_forces=forces if states else np.zeros((0, 0)),
+            speed_scale=np.array([state["speed_scale"] for state in states]),
+        )  # fmt: skip
+
+
+class RecordedRun:
+    """Description of a run in its recording.
+
+    Attributes:
+        recording: The recording.
+        nodes: The nodes in the order of the tree; those of an edited tree come last.
+        contacts: Intervals in which two bodies touched, by their names.
+        faults: Time, robot and reason of motions that were stopped.
+        robots: Motion of the robots, by name.
+        cycles: The cycles.
+
+    Raises:
+        BtManipError: If it is not that of a run.
+    """
+
+    def __init__(self, recording: Recording) -> None:
+        if "/tree/nodes" not in recording.topics:
+            how = "" if recording.complete else ", and ended without an end"
+            raise BtManipError(
+                f"{recording.path} is not the recording of a run: it has no tree{how}"
+            )
+        self.recording = recording
+        self.nodes: dict[str, LoggedNode] = {}
+        self.contacts: dict[tuple[str, str], list[Interval]] = {}
+        self.faults: list[tuple[float, str, str]] = []
+        self.cycles: list[CycleFigures] = []
+        with recording.decoding():
+            robots = {name: RecordedRobot(recording, name) for name in recording.limits}
+            self._read(robots)
+            self.robots = {name: robot.series() for name, robot in robots.items()}
+
+    # Internal
+
+    def _read(self, robots: Mapping[str, RecordedRobot]) -> None:
+        """Feed the figures with the events, and with the robots' steps and states between them."""
+
+        def ended(node: LoggedNode, interval: Interval) -> None:
+            self.nodes[node.key].intervals.append(interval)
+
+        figures = RunFigures({n: one.figures for n, one in robots.items()}, ended=ended)
+        touching: dict[tuple[str, str], float] = {}
+        end, is_open = self.recording.end, False
+        for event in self.recording.events():
+            time, kind, data = event
+            for robot in robots.values():
+                robot.feed_ticks(time)
+                if kind == "cycle":
+                    robot.feed_steps(time)
+            if kind in figures.kinds:
+                figures.handle(event)
+            if kind == "tree":
+                for node in figures.executions.nodes.values():
+                    known = self.nodes.get(node.key, node)
+                    self.nodes[node.key] = replace(node, intervals=known.intervals)
+            elif kind == "contact":
+                pair = (data["first"], data["second"])
+                if data["touching"]:
+                    touching[pair] = time
+                elif pair in touching:
+                    self._touched(pair, touching.pop(pair), time)
+            elif kind == "motion" and data["fault"]:
+                self.faults.append((time, data["robot"], data["fault"]))
+            elif kind == "cycle":
+                is_open = data["status"] == "RUNNING"
+                if not is_open:
+                    self.cycles.append(figures.cycle(time))
+        for robot in robots.values():
+            robot.feed_ticks(end)
+            robot.feed_steps(end)
+        if is_open:
+            self.cycles.append(figures.cycle(end))
+        figures.executions.end(end, "RUNNING")
+        for pair, start in touching.items():
+            self._touched(pair, start, end)
+
+    def _touched(self, pair: tuple[str, str], start: float, end: float) -> None:
+        self.contacts.setdefault(pair, []).append(Interval(start, end, ""))
+
+
+def running_leaves(
+    recording: Recording, t: Sequence[float] | np.ndarray
+) -> list[tuple[LoggedNode, ...]]:
+    """Return the running leaves of the tree in the ticks of the control steps at some times.
+
+    Args:
+        recording: The recording.
+        t: Ends of the control steps [s].  # (n,)
+    """
+    executions = ExecutionLog(lambda node, interval, robot: None)
+    changes: list[float] = []  # [s]
+    leaves: list[tuple[LoggedNode, ...]] = [()]  # before and after each change
+    for event in recording.events(*executions.kinds):
+        executions.handle(event)
+        changes.append(event.time)
+        leaves.append(executions.running_leaves)
+    return [leaves[i] for i in np.searchsorted(changes, t, side="left").tolist()]

@@ -1,0 +1,12 @@
+"""What the tests share: drawing, runs in stations of their own, and the program."""
+
+from tests.support.drawing import opengl as opengl
+from tests.support.drawing import (
+    processes_draw_if_their_test_does as processes_draw_if_their_test_does,
+)
+from tests.support.program import bt_manip as bt_manip
+from tests.support.program import trees as trees
+from tests.support.runs import make_run as make_run
+from tests.support.runs import picked as picked
+from tests.support.runs import shared_stations as shared_stations
+from tests.support.runs import station_pool as station_pool

@@ -1,0 +1,515 @@
+"""A recording holds the run, for Foxglove and for programs, and leaves the run as it is."""
+
+import itertools
+import json
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+from datetime import datetime
+from io import BytesIO
+from pathlib import Path
+from time import sleep
+
+import mujoco
+import numpy as np
+import pytest
+from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
+from foxglove_schemas_protobuf.Log_pb2 import Log
+from foxglove_schemas_protobuf.SceneEntityDeletion_pb2 import SceneEntityDeletion
+from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
+from foxglove_schemas_protobuf.TriangleListPrimitive_pb2 import TriangleListPrimitive
+from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
+from mcap.reader import make_reader
+from mcap.writer import CompressionType, Writer
+
+from bt_manip import build_station
+from bt_manip.behaviours import MoveToConfiguration, RemoveObject, SpawnObject
+from bt_manip.bt import AlwaysFailure, Fallback, Node, Script, Sequence, Sleep
+from bt_manip.exceptions import BtManipError
+from bt_manip.record import Recorder, RecordingError
+from bt_manip.runner import RunObserver
+from bt_manip.scenes import two_arms
+from bt_manip_recording import McapRecorder, Recording, mcap_file, mcap_recorder
+from bt_manip_recording.foxglove import SceneMessages, serialized_points
+from bt_manip_recording.mcap_file import BlockWriter
+from bt_manip_recording.mcap_recorder import tool_wrenches
+from tests.support.runs import Listener
+
+pytestmark = pytest.mark.usefixtures("shared_stations")
+
+
+def coming_and_going() -> Node:
+    return Sequence(
+        "root",
+        Script(code="speed := 0.5"),
+        SpawnObject(object="{cube}"),
+        MoveToConfiguration(configuration=[0.1, -0.7, 0.1, -2.3, 0.0, 1.6, 0.8]),
+        Sleep("rest", msec=1000),
+        RemoveObject(object="{cube}"),
+        Fallback("rescue", AlwaysFailure("never"), Sleep(msec=30)),
+    )
+
+
+class Watch(RunObserver):
+    """Keep what the recording should hold."""
+
+    def run_started(self, run):
+        self.station = run.station
+        self.steps, self.poses, self.wrenches, self.free = [], [], [], []
+
+    def after_step(self):
+        self.free.append(self.station.cell.contact_monitor.summary().free)
+        robot, arm = self.station.robot, self.station.arm
+        tau = self.station.controller.tau.copy()
+        state = (robot.q, robot.v, arm.q.copy(), arm.v.copy(), arm.a.copy(), tau)
+        self.steps.append((self.station.cell.time, np.array(state)))
+
+    def after_tick(self):
+        cell = self.station.cell
+        hand = cell.data.body("panda/hand")
+        self.poses.append((cell.time, hand.xpos.copy(), hand.xquat.copy()))
+        self.wrenches.append(self.station.robot.wrist_wrench())
+
+
+@pytest.fixture(scope="module")
+def recorded(make_run, tmp_path_factory):
+    """Record a run once: the file, what an observer saw, and the events."""
+    path = tmp_path_factory.mktemp("recorded") / "run.mcap"
+    watch, events = Watch(), []
+    run = make_run(coming_and_going(), seed=7)
+    run.execute([watch, Listener(events, McapRecorder.kinds), McapRecorder(path)])
+    return path, watch, events
+
+
+def read(path: Path, *topics: str):
+    """Read a file by the library's own reader."""
+    with path.open("rb") as file:
+        yield from make_reader(file, validate_crcs=True).iter_messages(topics or None)
+
+
+def test_every_control_step_is_recorded_bit_for_bit(recorded):
+    path, watch, _ = recorded
+    found = list(read(path, "/robots/panda/joints"))
+    assert len(found) == len(watch.steps) > 500
+    schema = found[0][0]
+    assert (schema.name, schema.encoding) == ("bt_manip.ControlStep", "protobuf")
+    # The file itself says how its messages are to be read.
+    files = descriptor_pb2.FileDescriptorSet.FromString(schema.data)
+    pool = descriptor_pool.DescriptorPool()
+    for file in files.file:
+        pool.Add(file)
+    step_class = message_factory.GetMessageClass(pool.FindMessageTypeByName(schema.name))
+    for (_, _, message), (time, state) in zip(found, watch.steps, strict=True):
+        step = step_class.FromString(message.data)
+        fields = [step.q, step.v, step.q_ref, step.v_ref, step.a_ref, step.tau]
+        np.testing.assert_array_equal(np.array(fields), state)
+        assert message.log_time == message.publish_time == round(time * 1e9)
+    assert json.loads(found[0][1].metadata["joints"]) == [f"joint{i}" for i in range(1, 8)]
+
+
+def test_limits_and_steps_without_foreign_contacts_are_recorded(recorded):
+    path, watch, _ = recorded
+    recording = Recording(path)
+    np.testing.assert_array_equal(recording.control_steps()["free"], watch.free)
+    for name, limits in vars(watch.station.robot.limits).items():
+        np.testing.assert_array_equal(getattr(recording.limits["panda"], name), limits)
+
+
+def test_frames_are_those_of_the_physics_at_each_tick(recorded):
+    path, watch, _ = recorded
+    first, *found = list(read(path, "/tf"))
+    assert first[2].log_time == 0  # where the run starts
+    assert len(found) == len(watch.poses)
+    assert [message.sequence for _, _, message in found] == list(range(1, len(found) + 1))
+    for (schema, _, message), (time, xpos, xquat) in zip(found, watch.poses, strict=True):
+        assert schema.name == "foxglove.FrameTransforms"
+        frames = {t.child_frame_id: t for t in FrameTransforms.FromString(message.data).transforms}
+        hand = frames["panda/hand"]
+        assert hand.parent_frame_id == "world"
+        assert hand.timestamp.ToNanoseconds() == message.log_time == round(time * 1e9)
+        p, r = hand.translation, hand.rotation
+        np.testing.assert_array_equal([p.x, p.y, p.z], xpos)
+        np.testing.assert_array_equal([r.w, r.x, r.y, r.z], xquat)
+
+
+def test_geometry_comes_once_for_each_entity_and_goes_with_it(recorded):
+    path, _, _ = recorded
+    updates: dict[str, list[SceneUpdate]] = {}
+    for schema, channel, message in read(path):
+        if channel.topic.startswith("/scene/"):
+            assert schema.name == "foxglove.SceneUpdate"
+            updates.setdefault(channel.topic, []).append(SceneUpdate.FromString(message.data))
+    assert updates.keys() >= {"/scene/world", "/scene/table", "/scene/panda", "/scene/cube"}
+    assert len(updates["/scene/panda"]) == 1  # although the cell was compiled twice since
+    added, removed = updates["/scene/cube"]
+    (cube,) = added.entities
+    assert cube.frame_locked and cube.frame_id == "cube/cube"
+    assert len(cube.cubes) + len(cube.triangles) >= 1
+    assert [d.type for d in removed.deletions] == [removed.deletions[0].ALL]
+    links = {entity.frame_id: entity for entity in updates["/scene/panda"][0].entities}
+    assert sum(len(t.indices) for t in links["panda/link1"].triangles) > 300
+
+
+def test_fixed_frames_are_written_again_after_each_compile(recorded):
+    path, _, _ = recorded
+    found = [FrameTransforms.FromString(m.data) for _, _, m in read(path, "/tf_static")]
+    assert len(found) >= 3
+    for frames in found:
+        assert "table" in {t.child_frame_id for t in frames.transforms}
+
+
+def test_the_wrench_is_that_of_the_robot(recorded):
+    path, watch, _ = recorded
+    found = [json.loads(m.data) for _, _, m in read(path, "/robots/panda/state")]
+    assert len(found) == len(watch.wrenches)
+    for state, wrench in zip(found, watch.wrenches, strict=True):
+        np.testing.assert_allclose(state["force"], wrench.force, rtol=1e-5, atol=1e-9)
+        np.testing.assert_allclose(state["torque"], wrench.torque, rtol=1e-5, atol=1e-9)
+        assert len(state["grip_forces"]) == 2 and isinstance(state["held"], list)
+
+
+def test_wrenches_of_many_ticks_are_those_of_each_one(parts):
+    station = build_station(parts)
+    station.cell.step(30)
+    robot, data = station.robot, station.cell.data
+    wrench = robot.wrist_wrench()
+    body, site = robot.wrist_body_id, robot.tool_site_id
+    root = station.cell.model.body_rootid[body]
+    parts_ = (
+        data.cfrc_int[body],
+        data.subtree_com[root],
+        data.site_xpos[site],
+        data.site_xmat[site],
+    )
+    twice = np.tile(np.concatenate(parts_), 2)
+    expected = np.concatenate([wrench.force, wrench.torque])
+    np.testing.assert_allclose(tool_wrenches(twice), [expected, expected], rtol=1e-12, atol=1e-12)
+
+
+def test_the_events_of_the_run_are_recorded(recorded):
+    path, _, events = recorded
+    expected = [event for event in events if event.kind != "tick"]
+    found = list(Recording(path).events())
+    assert len(found) == len(expected)
+    for event, other in zip(found, expected, strict=True):
+        assert event.kind == other.kind and event.data == other.data
+        assert event.time == pytest.approx(other.time, abs=1e-9)
+
+
+def test_the_log_tells_people_what_happened(recorded):
+    path, _, _ = recorded
+    found = [Log.FromString(message.data) for _, _, message in read(path, "/log")]
+    lines = [(Log.Level.Name(log.level), log.message) for log in found]
+    assert ("INFO", "cycle 1 started") in lines and ("INFO", "cube added") in lines
+    assert ("INFO", "cycle 1 succeeded") in lines
+    assert all(log.timestamp.ToNanoseconds() >= 0 for log in found)
+
+
+def test_a_failed_cycle_is_an_error_in_the_log(make_run, tmp_path):
+    make_run(Sequence("root", AlwaysFailure("never"))).execute([McapRecorder(tmp_path / "a.mcap")])
+    logs = [Log.FromString(m.data) for _, _, m in read(tmp_path / "a.mcap", "/log")]
+    (failed,) = [log.message for log in logs if log.level == Log.ERROR]
+    assert failed.startswith("cycle 1 failed: never")
+
+
+def test_metadata_identify_the_run_as_the_report_does(make_run, tmp_path):
+    path = tmp_path / "run.mcap"
+    recorder = Recorder("test", 7)
+    run = make_run(Sleep(msec=20), seed=7, settings={"a": "1"})
+    run.execute([recorder, McapRecorder(path)])
+    report = json.loads(recorder.report().to_json())
+    identity = Recording(path).identity
+    assert identity["seed"] == 7 and identity["settings"] == {"a": "1"}
+    assert identity == {key: report[key] for key in identity}
+
+
+def test_the_date_of_the_run_is_in_the_metadata_alone(make_run, tmp_path, monkeypatch):
+    class Clock(datetime):
+        @classmethod
+        def now(cls, tz=None):
+            return cls(next(years), 3, 1, 12, 30, tzinfo=tz)
+
+    monkeypatch.setattr(mcap_recorder, "datetime", Clock)
+    years, paths = iter((2024, 2026)), [tmp_path / "a.mcap", tmp_path / "b.mcap"]
+    for path in paths:
+        make_run(Sleep(msec=20)).execute([McapRecorder(path)])
+    first, second = map(Recording, paths)
+    assert (first.date, second.date) == ("2024-03-01T12:30:00+00:00", "2026-03-01T12:30:00+00:00")
+    assert first.identity == second.identity
+    messages = [[(m.log_time, m.data) for _, _, m in read(path)] for path in paths]
+    assert messages[0] == messages[1]
+
+
+def test_the_planned_path_of_the_tool_is_drawn_while_the_arm_moves(recorded):
+    path, watch, _ = recorded
+    updates = [
+        (schema.name, SceneUpdate.FromString(message.data), message.log_time / 1e9)
+        for schema, _, message in read(path, "/motions/panda")
+    ]
+    (name, drawn, start), (_, removed, end) = updates
+    assert name == "foxglove.SceneUpdate"
+    ((line,),) = (entity.lines for entity in drawn.entities)
+    points = np.array([(p.x, p.y, p.z) for p in line.points])
+    # The tool of the Panda is 0.1034 m in front of its hand.
+    for at, point in ((start, points[0]), (end, points[-1])):
+        _, position, quat = min(watch.poses, key=lambda pose: abs(pose[0] - at))
+        lever = np.empty(3)
+        mujoco.mju_rotVecQuat(lever, np.array([0.0, 0.0, 0.1034]), quat)
+        np.testing.assert_allclose(point, position + lever, atol=2e-3)
+    assert [one.type for one in removed.deletions] == [SceneEntityDeletion.ALL]
+
+
+def test_a_recorded_run_keeps_its_digest(make_run, tmp_path):
+    def digest(*observers):
+        recorder = Recorder("test", 0)
+        make_run(coming_and_going()).execute([recorder, *observers])
+        return recorder.report().state_digest
+
+    assert digest() == digest(McapRecorder(tmp_path / "run.mcap"))
+
+
+def test_the_same_run_gives_the_same_messages(make_run, tmp_path):
+    contents = []
+    for name in ("a.mcap", "b.mcap"):
+        make_run(coming_and_going()).execute([McapRecorder(tmp_path / name)])
+        contents.append({})
+        for _, channel, message in read(tmp_path / name):
+            # Where a slow run writes a chunk early, topics are mixed in another way.
+            of_topic = contents[-1].setdefault(channel.topic, [])
+            of_topic.append((message.log_time, message.sequence, message.data))
+    assert contents[0] == contents[1]
+
+
+def test_several_robots_have_topics_of_their_own(make_run, tmp_path):
+    path = tmp_path / "two.mcap"
+    make_run(Sleep(msec=30), scene=two_arms()).execute([McapRecorder(path)])
+    recording = Recording(path)
+    assert set(recording.joints) == {"left", "right"}
+    left, right = recording.control_steps("left"), recording.control_steps("right")
+    assert left["q"].shape == right["q"].shape == (40, 7)
+    with pytest.raises(BtManipError, match="has the robots left, right"):
+        recording.control_steps()
+
+
+def test_the_layout_opens_topics_that_are_in_the_file(recorded):
+    path, _, _ = recorded
+    layout = json.loads(path.with_suffix(".layout.json").read_text())
+    topics = Recording(path).topics
+    panels = layout["configById"]
+    paths = [series["value"] for p in panels.values() for series in p.get("paths", [])]
+    assert len(paths) > 20
+    for value in paths:
+        assert value.split(".")[0].split("{")[0] in topics
+    assert set(panels["3D!scene"]["topics"]) == {
+        t for t in topics if t.startswith(("/scene/", "/motions/"))
+    }
+
+    def shown(node):
+        return {node} if isinstance(node, str) else shown(node["first"]) | shown(node["second"])
+
+    assert shown(layout["layout"]) == panels.keys()
+
+
+def test_a_layout_that_cannot_be_written_does_not_end_the_run(make_run, tmp_path):
+    (tmp_path / "run.layout.json").mkdir()
+    make_run(Sleep(msec=20)).execute([McapRecorder(tmp_path / "run.mcap")])
+    assert Recording(tmp_path / "run.mcap").complete
+
+
+def test_blocks_of_messages_are_written_as_the_librarys_writer_writes_them_one_by_one():
+    times = [5, 3, 9, 9, 12, 1]
+    data = [bytes([t]) * 40 for t in times]
+    expected, found = BytesIO(), BytesIO()
+    library, ours = (
+        Writer(expected, 1 << 30, CompressionType.LZ4),
+        BlockWriter(found, 1 << 30, CompressionType.LZ4),
+    )
+    for writer in (library, ours):
+        writer.start("", "bt-manip")
+        writer.add_metadata("run", {"seed": "7"})
+        schema = writer.register_schema("s", "jsonschema", b"{}")
+        for topic in ("a", "b"):
+            channel = writer.register_channel(topic, "json", schema, {"joints": "[]"})
+            if writer is ours:
+                ours.add_messages(channel, times[:1], data[:1], [0])
+                ours.add_messages(channel, times[1:], data[1:], [7, 8, 9, 9, 9])
+            else:
+                for time, content, number in zip(times, data, [0, 7, 8, 9, 9, 9], strict=True):
+                    library.add_message(channel, time, content, time, number)
+            writer.flush()
+        writer.finish()
+    assert found.getvalue() == expected.getvalue()
+
+
+def test_a_full_disk_is_an_error_at_the_end_of_the_run(make_run):
+    run, events = make_run(Sleep("rest", msec=1500)), []
+    with pytest.raises(RecordingError, match="'/dev/full' cannot be written: No space left"):
+        run.execute([Listener(events, McapRecorder.kinds), McapRecorder(Path("/dev/full"))])
+    assert events[-1].data["status"] == "SUCCESS"
+    assert not Path("/dev/full.layout.json").exists()
+
+
+def test_an_unwritable_file_is_an_error_that_names_it(make_run, tmp_path):
+    with pytest.raises(BtManipError, match="'.*/missing/run.mcap' cannot be written"):
+        make_run(Sleep(msec=20)).execute([McapRecorder(tmp_path / "missing" / "run.mcap")])
+    with pytest.raises(BtManipError, match="a recording needs a file"):
+        McapRecorder(None)
+
+
+# Recordings that were cut
+
+
+def test_a_file_cut_at_any_byte_opens_up_to_its_last_complete_chunk(recorded, tmp_path):
+    path, _, _ = recorded
+    data = path.read_bytes()
+    with path.open("rb") as file:
+        chunks = make_reader(file).get_summary().chunk_indexes
+    ends = [chunk.chunk_start_offset + chunk.chunk_length for chunk in chunks]
+    counts = []
+    with path.open("rb") as file:
+        reader = make_reader(file)
+        for chunk in chunks:
+            between = reader.iter_messages(
+                starting_at=chunk.message_start_time, ending_at=chunk.message_end_time
+            )
+            counts.append(sum(1 for _ in between))
+    assert len(ends) >= 2
+    cut = tmp_path / "cut.mcap"
+    everything = [(t, topic, d) for t, topic, d in Recording(path).messages()]
+    near = {end + offset for end in ends for offset in (-1, 0, 1, 8, 9, 10)}
+    random = np.random.default_rng(0).integers(8, len(data), 60).tolist()
+    seen = set()
+    for length in sorted({*near, *random, 8, 9, 17, len(data) - 1}):
+        cut.write_bytes(data[:length])
+        recording = Recording(cut)
+        assert not recording.complete
+        found = list(recording.messages())
+        complete = sum(end <= length for end in ends)
+        assert (len(found) > 0) == (complete > 0)
+        assert found == everything[: len(found)]
+        seen.add((complete, len(found)))
+    # The number of messages depends on nothing but the number of complete chunks.
+    assert len(seen) == len({complete for complete, _ in seen}) == len(ends) + 1
+    assert max(seen) == (len(ends), len(everything))
+
+
+def test_what_is_no_recording_is_refused(tmp_path):
+    with pytest.raises(BtManipError, match="cannot read .*: No such file"):
+        Recording(tmp_path / "no.mcap")
+    (tmp_path / "text.mcap").write_text("no recording")
+    with pytest.raises(BtManipError, match="is no MCAP file"):
+        Recording(tmp_path / "text.mcap")
+
+
+def test_a_complete_recording_says_so_and_knows_its_topics(recorded):
+    path, watch, _ = recorded
+    recording = Recording(path)
+    assert recording.complete
+    assert recording.end == pytest.approx(watch.steps[-1][0])
+    steps = recording.control_steps()
+    np.testing.assert_array_equal(steps["q_ref"], [state[2] for _, state in watch.steps])
+    with pytest.raises(BtManipError, match="no topic '/tree/statu'.*'/tree/status'"):
+        next(recording.messages("/tree/statu"))
+
+
+@pytest.mark.parametrize("real_time", [pytest.param(1.0, marks=pytest.mark.soak), 0.2])
+def test_a_killed_run_loses_at_most_a_second(tmp_path, real_time):
+    path = tmp_path / "run.mcap"
+    code = f"""
+        from pathlib import Path
+        from bt_manip.bt import Sleep, Tree
+        from bt_manip_recording import McapRecorder
+        from bt_manip.runner import Run, RunObserver, RunRequest, TreeSource
+        from bt_manip import build_station
+
+        class Tell(RunObserver):
+            def run_started(self, run):
+                self.cell = run.station.cell
+            def after_tick(self):
+                print(self.cell.time, flush=True)
+
+        station = build_station()
+        tree = Tree(Sleep(msec=10**9), clock=station.clock)
+        request = RunRequest(TreeSource("test", "python"), real_time={real_time})
+        Run(request, tree, station).execute([McapRecorder(Path({str(path)!r})), Tell()])
+    """
+    process = subprocess.Popen(
+        [sys.executable, "-c", textwrap.dedent(code)], stdout=subprocess.PIPE, text=True
+    )
+    assert process.stdout is not None
+    for line in itertools.islice(process.stdout, round(230 * real_time)):
+        last = float(line)
+    os.kill(process.pid, signal.SIGKILL)
+    process.wait()
+    recording = Recording(path)
+    assert not recording.complete
+    assert recording.end >= last - real_time
+    assert recording.identity["tree"] == "test"
+    assert next(recording.messages("/tree/nodes"))[2]["nodes"][0]["name"] == "Sleep"
+
+
+def test_points_of_meshes_are_serialized_as_protobuf_does():
+    points = np.array([[0.0, -1.0, 0.5], [1e-9, 2.0, 3.0]], dtype=np.float32)
+    read_back = TriangleListPrimitive.FromString(serialized_points(points)).points
+    np.testing.assert_array_equal([[p.x, p.y, p.z] for p in read_back], points)
+
+
+def test_mesh_and_primitive_geoms_keep_their_sizes(parts):
+    model = mujoco.MjModel.from_xml_string("""
+        <mujoco><worldbody>
+          <geom type="plane" size="0 0 1"/>
+          <body name="thing/" pos="0 0 1"><freejoint/>
+            <geom type="box" size=".1 .2 .3" rgba="1 0 0 1"/>
+            <geom type="sphere" size=".1" pos="0 0 1"/>
+            <geom type="ellipsoid" size=".1 .2 .3"/>
+            <geom type="cylinder" size=".1 .2"/>
+            <geom type="capsule" size=".1 .2" quat=".7071067811865476 .7071067811865476 0 0"/>
+            <geom type="box" size="1 1 1" group="3"/>
+          </body>
+        </worldbody></mujoco>""")
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    scene = SceneMessages(model, data)
+    assert list(scene.scene.entities()) == ["world", "thing"]
+    (thing,) = SceneUpdate.FromString(scene.geometry("thing", 0)).entities
+    (box,) = thing.cubes
+    assert (box.size.x, box.size.y, box.size.z) == (0.2, 0.4, 0.6)
+    assert (box.color.r, box.color.g, box.color.b, box.color.a) == (1.0, 0.0, 0.0, 1.0)
+    assert [c.size.z for c in thing.cylinders] == [0.4, 0.4]
+    ball, ellipsoid, *ends = thing.spheres
+    assert ball.pose.position.z == 1.0 and ball.size.x == 0.2
+    assert (ellipsoid.size.x, ellipsoid.size.y, ellipsoid.size.z) == (0.2, 0.4, 0.6)
+    assert sorted(round(end.pose.position.y, 6) for end in ends) == [-0.2, 0.2]
+    (floor,) = SceneUpdate.FromString(scene.geometry("world", 0)).entities
+    assert floor.frame_id == "world" and floor.cubes[0].size.x == 10.0
+
+
+def test_no_pose_is_lost_when_a_chunk_is_written_meanwhile(make_run, tmp_path, monkeypatch):
+    copy = SceneMessages.copy_poses
+
+    def copy_while_another_thread_writes(scene):
+        sleep(0.02)
+        return copy(scene)
+
+    monkeypatch.setattr(mcap_file, "FLUSH_INTERVAL", 1e-3)
+    monkeypatch.setattr(SceneMessages, "copy_poses", copy_while_another_thread_writes)
+    recorder = McapRecorder(tmp_path / "run.mcap")
+    make_run(Sleep(msec=50)).execute([recorder])
+    assert len(list(Recording(tmp_path / "run.mcap").messages("/tf"))) == 7
+
+
+def test_frames_have_their_times_and_poses_at_whole_seconds_too(make_run):
+    cell = make_run(Sleep(msec=1)).station.cell
+    scene = SceneMessages(cell.model, cell.data)
+    times = [0, 10**7, 5 * 10**8, 10**9, 2 * 10**9, 2 * 10**9 + 10**7, 300 * 10**9]
+    poses = [scene.copy_poses() for _ in times]
+    rows = scene.movable_frames(times, poses)
+    found = [FrameTransforms.FromString(row.tobytes()) for row in rows]
+    hand = cell.data.body("panda/hand").xpos
+    for time, message in zip(times, found, strict=True):
+        stamps = {(one.timestamp.seconds, one.timestamp.nanos) for one in message.transforms}
+        assert stamps == {divmod(time, 10**9)}
+        (one,) = (one for one in message.transforms if one.child_frame_id == "panda/hand")
+        assert [one.translation.x, one.translation.y, one.translation.z] == hand.tolist()

@@ -1,0 +1,88 @@
+"""bt-manip run --record: recordings from the command line."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from bt_manip_recording import Recording
+
+
+def test_a_bare_file_name_chooses_the_recorder_of_its_suffix(bt_manip, trees, tmp_path):
+    recording, trace = tmp_path / "run.mcap", tmp_path / "run.npz"
+    code, _, err = bt_manip("run", f"{trees}:quick", "--record", recording, "--record", trace)
+    assert (code, err) == (0, "")
+    steps = Recording(recording).control_steps()
+    with np.load(trace) as read:
+        assert {*steps, "joints"} == {*read.files, "free"}
+        for name in set(read.files) - {"joints"}:
+            column = steps[name]
+            np.testing.assert_allclose(read[name], column, rtol=0.0, atol=1e-9)
+
+
+def test_a_recorded_run_keeps_the_digest_of_its_report(bt_manip, trees, tmp_path):
+    digests = []
+    for options in ((), ("--record", f"mcap={tmp_path / 'run.mcap'}")):
+        report = tmp_path / "report.json"
+        assert bt_manip("run", f"{trees}:quick", "--report", report, *options).code == 0
+        digests.append(json.loads(report.read_text())["state_digest"])
+    assert digests[0] == digests[1]
+
+
+def test_a_run_that_ends_with_a_fault_leaves_a_complete_recording(bt_manip, trees, tmp_path):
+    path = tmp_path / "run.mcap"
+    assert bt_manip("run", f"{trees}:loud", "--record", path).code == 3
+    recording = Recording(path)
+    assert recording.complete and recording.end >= 0.02
+
+
+@pytest.mark.parametrize(
+    ("record", "message"),
+    [
+        ("run.mcap camera=panda/wrist", "recorder 'mcap' has no parameter 'camera'; did you mean"),
+        ("mcap", "a recording needs a file"),
+    ],
+)
+def test_bad_options_of_a_recorder_are_bad_input(bt_manip, trees, tmp_path, record, message):
+    text = record.replace("run.", f"{tmp_path}/run.")
+    code, _, err = bt_manip("run", f"{trees}:quick", "--record", text)
+    assert code == 2 and message in err
+    assert not [path for path in tmp_path.iterdir() if path.stem == "run"]
+
+
+def test_after_a_recording_the_last_line_is_the_command_that_opens_it(bt_manip, trees, tmp_path):
+    file = tmp_path / "a run.mcap"
+    for tree in ("quick", "failing"):
+        _, out, _ = bt_manip("run", f"{trees}:{tree}", "--record", str(file))
+        hint = f"To watch the recording: bt-manip replay '{file}', or bt-manip report '{file}'"
+        assert " ".join(out.split()).endswith(hint)
+    assert bt_manip("run", f"{trees}:quick", "--record", str(file), "--quiet") == (0, "", "")
+
+
+def test_the_options_of_a_recorder_are_listed_with_their_defaults(bt_manip):
+    out = bt_manip("list", "recorders", "mcap").out
+    assert out.startswith("mcap (") and "  cameras (" in out
+
+
+LEAVING = """
+import os
+from bt_manip.bt import Action, Sequence, Sleep
+
+
+class Leave(Action):
+    def update(self):
+        os._exit(0)
+
+
+def leaving():
+    return Sequence("task", Sleep("work", msec=5000), Leave("leave"))
+"""
+
+
+def test_a_process_that_leaves_does_not_end_its_recording(tmp_path):
+    (tmp_path / "leaving.py").write_text(LEAVING)
+    command = sys.executable, "-m", "bt_manip", "run", "leaving.py:leaving", "--record", "r.mcap"
+    assert subprocess.run([*command, "--quiet"], cwd=tmp_path).returncode == 0
+    assert not Recording(tmp_path / "r.mcap").complete

@@ -1,0 +1,109 @@
+"""The state of a recording after a tick is that of the run before its next tick."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from mcap.reader import make_reader
+
+from bt_manip.behaviours import MoveToConfiguration, RemoveObject, SpawnObject
+from bt_manip.bt import AlwaysFailure, Fallback, Script, Sequence, Sleep
+from bt_manip.runner import RunObserver
+from bt_manip_recording import McapRecorder, Recording, Timeline, mcap_file
+from tests.support.runs import Listener
+
+
+class States(RunObserver):
+    """Keep the events before each tick, and the joints after it."""
+
+    def __init__(self, events):
+        self.events, self.seen, self.joints = events, [], []
+
+    def run_started(self, run):
+        self.robot, self.arm = run.station.robot, run.station.arm
+
+    def before_tick(self):
+        self.seen.append([event for event in self.events if event.kind != "tick"])
+
+    def after_tick(self):
+        self.joints.append((self.robot.q.copy(), self.arm.q.copy()))
+
+
+@pytest.fixture(scope="module")
+def recorded(make_run, tmp_path_factory):
+    """Record a run in several chunks."""
+    path = tmp_path_factory.mktemp("timeline") / "run.mcap"
+    root = Sequence(
+        "root",
+        Script(code="speed := 0.5"),
+        SpawnObject(object="{cube}"),
+        MoveToConfiguration(configuration=[0.1, -0.7, 0.1, -2.3, 0.0, 1.6, 0.8]),
+        Sleep(msec=200),
+        RemoveObject(object="{cube}"),
+        Fallback("rescue", AlwaysFailure("never"), Sleep(msec=30)),
+    )
+    events = []
+    states = States(events)
+    run = make_run(root, cycles=2)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(mcap_file, "CHUNK_DURATION", 0.2)
+        run.execute([Listener(events, McapRecorder.kinds), McapRecorder(path), states])
+    return path, states
+
+
+@pytest.fixture(scope="module")
+def timeline(recorded):
+    return Timeline(Recording(recorded[0]))
+
+
+def test_each_state_has_the_events_of_the_run_so_far(recorded, timeline):
+    _, states = recorded
+    assert len(timeline.scene.times) == len(states.seen) + 1
+    for i, expected in enumerate(states.seen):
+        found = timeline.events(-1, i)
+        assert [(e.kind, e.data) for e in found] == [(e.kind, e.data) for e in expected]
+        assert [e.time for e in found] == pytest.approx([e.time for e in expected])
+
+
+def test_the_events_between_two_states_lead_from_one_to_the_other(timeline):
+    last = len(timeline.scene.times) - 1
+    pieces = [timeline.events(i, j) for i, j in pairwise([-1, 0, 3, 4, 20, last])]
+    assert [event for piece in pieces for event in piece] == timeline.events(-1, last)
+
+
+def test_joints_are_those_at_the_end_of_each_tick(recorded, timeline):
+    _, states = recorded
+    times, joints = timeline.joints(1, len(states.joints) + 1)
+    np.testing.assert_array_equal(times, timeline.scene.times[1:])
+    expected = np.array(states.joints)
+    np.testing.assert_array_equal(joints["panda"][0], expected[:, 0])
+    np.testing.assert_array_equal(joints["panda"][1], expected[:, 1])
+    assert np.isnan(timeline.joints(0, 1)[1]["panda"]).all()
+
+
+def test_a_cut_recording_has_the_states_up_to_its_last_complete_chunk(recorded, tmp_path):
+    path, states = recorded
+    with path.open("rb") as file:
+        chunk = make_reader(file).get_summary().chunk_indexes[-2]
+    end = chunk.chunk_start_offset + chunk.chunk_length
+    (tmp_path / "cut.mcap").write_bytes(path.read_bytes()[: end + 5])
+    cut = Recording(tmp_path / "cut.mcap")
+    assert not cut.complete
+    timeline = Timeline(cut)
+    assert 1 < len(timeline.scene.times) <= len(states.seen)
+    for i in range(len(timeline.scene.times) - 1):
+        assert len(timeline.events(-1, i)) == len(states.seen[i])
+
+
+def test_while_an_interrupted_run_stops_its_arms_time_goes_on(make_run, tmp_path):
+    path = tmp_path / "run.mcap"
+    run = make_run(MoveToConfiguration(configuration=[0.1, -0.7, 0.1, -2.3, 0.0, 1.6, 0.8]))
+    run.execute([McapRecorder(path)], stop=lambda: run.station.cell.time > 0.1)
+    timeline = Timeline(Recording(path))
+    times, ticks = timeline.scene.times, timeline.scene.ticks
+    assert ticks[-1] == ticks[-2] and times[-1] > times[-2] > 0.1
+    kinds = [
+        (event.kind, event.data.get("moving")) for event in timeline.events(-1, len(times) - 1)
+    ]
+    assert kinds[-1] == ("motion", False)
+    assert ("motion", False) not in [(e.kind, e.data.get("moving")) for e in timeline.events(-1, 5)]

@@ -1,0 +1,72 @@
+"""The program, run inside the test's own process, and trees that are over at once."""
+
+import textwrap
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+from bt_manip.cli import Interrupt, run_app
+
+TREES = """
+    from bt_manip.behaviours import ObjectExists
+    from bt_manip.bt import Action, Delay, Fallback, Sequence, Sleep, Status
+
+
+    class Shout(Action):
+        def update(self):
+            raise ValueError("so loud")
+
+
+    def quick(name="table"):
+        return Sequence("quick", [ObjectExists(object=name), Sleep("rest", msec=20)])
+
+
+    def failing():
+        return Sequence("failing", [Sleep("rest", msec=20), ObjectExists("look", object="no")])
+
+
+    def endless():
+        return Sleep("rest", msec=10_000_000)
+
+
+    def loud():
+        return Sequence("loud", [Sleep("rest", msec=20), Shout()])
+
+
+    def broken():
+        raise RuntimeError("no tree today")
+
+
+    def no_tree():
+        return 3
+"""
+
+
+class Outcome(NamedTuple):
+    """What a command came to."""
+
+    code: int
+    out: str
+    err: str
+
+
+@pytest.fixture
+def trees(tmp_path: Path) -> Path:
+    """Give a file with small trees."""
+    path = tmp_path / "small_trees.py"
+    path.write_text(textwrap.dedent(TREES))
+    return path
+
+
+@pytest.fixture
+def bt_manip(capfd: pytest.CaptureFixture[str]) -> Callable[..., Outcome]:
+    """Run a command and give what it came to."""
+
+    def run(*arguments: object) -> Outcome:
+        code = run_app(Interrupt(), [str(argument) for argument in arguments])
+        out, err = capfd.readouterr()
+        return Outcome(code, out, err)
+
+    return run
