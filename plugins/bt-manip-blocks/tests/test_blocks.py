@@ -269,7 +269,7 @@ def test_another_block_does_not_stand_for_one_that_vanished(station, trial):
         put(station, "red", 0.3, 0.1 * i - 0.2)
     are_stacked = trial(AreStacked())
     station.cell.remove("red_1")
-    put(station, "green", 0.3, 0.2)
+    put(station, "green", 0.3, -0.3)
     assert are_stacked.fails_with("gone from the cell: red_1")
     put(station, "red", 0.3, -0.1)  # it is named red_1
     station.cell.step(50)
