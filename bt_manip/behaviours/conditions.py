@@ -7,7 +7,7 @@ import pinocchio as pin
 
 from bt_manip.bt import Input, Status
 from bt_manip.bt.nodes import Condition
-from bt_manip.cell import Cell, CellError, is_rest_velocity, why_not_in, why_not_on
+from bt_manip.cell import Cell, CellError, entity_of, is_rest_velocity, why_not_in, why_not_on
 
 from .poses import pose_input
 from .robot_port import RobotCondition
@@ -62,8 +62,9 @@ class IsIn(ObjectCondition):
     """Check that an object is at rest inside a container.
 
     It touches only the container and freely moving objects, and is supported from below by the
-    inside of the container or another object inside. The container surrounds its lower end: a place
-    on the container's rim, foot or handle is not inside. A gripped object is not in the container.
+    inside of the container or another object inside. The container surrounds its lower end up to
+    gaps narrower than the object: a place on the container's rim, foot or handle is not inside, nor
+    is one in a container that lies on its side. A gripped object is not in the container.
     """
 
     destination = "container"
@@ -91,18 +92,32 @@ class IsOn(ObjectCondition):
 
 
 class IsHolding(RobotCondition):
-    """Check that the gripper holds an object."""
+    """Check that the gripper holds an object, moving or not.
+
+    Two fingers hold what both touch from opposite sides, not what both press on from one side; a
+    real gripper holds what it says.
+    """
 
     needs_gripper = True
 
     object = Input(str, doc="Name of the object.")
 
+    def setup(self, **infrastructure: Any) -> None:
+        """Store the cell, too."""
+        super().setup(**infrastructure)
+        self.cell: Cell = infrastructure["cell"]
+
     def update(self) -> Status:
-        """Compare the held objects with the given one."""
+        """Compare the held objects with the given one, and the sides of the fingers' contacts."""
         held = self.gripper.held
-        if self.object in held:
-            return Status.SUCCESS
-        return self.fail(f"the gripper holds {', '.join(held) or 'nothing'}, not '{self.object}'")
+        if self.object not in held:
+            holds = ", ".join(held) or "nothing"
+            return self.fail(f"the gripper holds {holds}, not '{self.object}'")
+        points = self.cell.contacts.points(self.object) if len(self.gripper.forces) > 1 else []
+        normals = np.array([p.normal for p in points if entity_of(p.other) == self.robot_name])
+        if len(normals) and not (normals @ normals.T < 0.0).any():
+            return self.fail(f"the fingers press on one side of '{self.object}'")
+        return Status.SUCCESS
 
 
 class IsAt(RobotCondition):

@@ -1,10 +1,11 @@
 """Predicates on objects: at rest, released, in a container, on a support.
 
-All predicates are false in a state that is not finite. Whether a point is inside a container is
+All predicates are false in a state that is not finite. Whether a container surrounds an object is
 decided by rays that hit its collision geometry, not by its bounding box.
 """
 
 import math
+from itertools import chain
 from typing import TYPE_CHECKING
 
 import mujoco
@@ -20,8 +21,10 @@ if TYPE_CHECKING:
 MAX_REST_SPEED = 5e-3  # [m/s] maximum speed of an object at rest
 MAX_REST_TURNING = 0.2  # [rad/s] maximum angular speed: 9 mm/s at a corner of a 50 mm cube
 RIM = 5e-3  # [m] contacts less than this below a container's top are on its rim, not inside
+MAX_REST_ACCELERATION = 1.0  # [m/s^2] of an object at rest; at a turning point it is larger
 _RAYS = 16  # number of directions in which a container must surround a point
 _LEVELS = 4  # number of heights of these rays, from `RIM` to the object's height
+_FINE = 17  # number of heights, and of places side by side, where all of these rays miss
 MIN_SLOPE = 0.05  # [-] minimum vertical component of the normal of a supporting contact
 MIN_SUPPORT = 0.25  # [-] minimum share of an object's weight carried by a support
 _DOWN = np.array([0.0, 0.0, -1.0])
@@ -68,7 +71,7 @@ def is_within(cell: "Cell", name: str, container: str) -> bool:
     """
     lower, upper = extent(cell, name)
     centre = 0.5 * (lower + upper)
-    return _is_inside(cell, container, np.array([*centre[:2], lower[2]]), upper[2] - lower[2])
+    return _is_inside(cell, container, np.array([*centre[:2], lower[2]]), upper - lower)
 
 
 def surrounds(
@@ -77,11 +80,12 @@ def surrounds(
     points: np.ndarray,
     axis: np.ndarray | None = None,
     within: float = math.inf,
+    width: float = 0.0,
 ) -> bool:
     """Return whether an entity's collision geometry surrounds a place.
 
-    Each of `_RAYS` rays perpendicular to an axis must hit it from at least one of the points; gaps
-    between the rays go unnoticed.
+    In each of `_RAYS` directions perpendicular to an axis, a ray from at least one of the points
+    must hit it; gaps between these directions go unnoticed.
 
     Args:
         cell: The cell.
@@ -89,6 +93,8 @@ def surrounds(
         points: Points of the place in the world [m].  # (n, 3)
         axis: The axis in the world; default: vertical.  # (3,)
         within: Maximum distance of the geometry [m].
+        width: Width of an object at the place, for which narrower gaps, as of a wire basket, are
+            closed: where rays from all points miss, rays beside and between them count [m].
 
     Raises:
         CellError: If there is no such entity.
@@ -98,9 +104,13 @@ def surrounds(
     first = np.cross(up, np.eye(3)[np.argmin(np.abs(up))])
     first /= np.linalg.norm(first)
     second = np.cross(up, first)
+    heights = np.linspace(points[0], points[-1], _FINE)
+    sides = np.linspace(-0.5 * width, 0.5 * width, _FINE)
     for angle in np.arange(_RAYS) * (2.0 * math.pi / _RAYS):
         ray = math.cos(angle) * first + math.sin(angle) * second
-        distances = (_distance(cell, geom, point, ray) for point in points for geom in geoms)
+        across = np.cross(up, ray)
+        beside = (h + side * across for side in sides for h in heights) if width > 0.0 else ()
+        distances = (_distance(cell, g, p, ray) for p in chain(points, beside) for g in geoms)
         if not any(0.0 <= distance <= within for distance in distances):
             return False
     return True
@@ -121,6 +131,12 @@ def why_not_at_rest(cell: "Cell", name: str) -> str:
     if not (np.isfinite(cell.data.qpos).all() and np.isfinite(cell.data.qvel).all()):
         return "the state of the cell is not finite"
     reason = _why_moving(cell.velocity(name))
+    if not reason and cell.is_free(name):
+        dof = cell.model.body_dofadr[cell.body_id(name)]
+        acceleration = float(np.linalg.norm(cell.data.qacc[dof : dof + 3]))
+        if not acceleration <= MAX_REST_ACCELERATION:
+            falls = not cell.contacts.touching(name)
+            reason = "touches nothing" if falls else f"is accelerated by {acceleration:.1f} m/s^2"
     return reason and f"'{name}' {reason}"
 
 
@@ -194,16 +210,16 @@ def _why_unsupported(cell: "Cell", name: str, container: str, seen: set[str]) ->
         if entity_of(point.other) != container and not _is_loose(cell, entity_of(point.other)):
             return f"'{name}' touches '{point.other}'"
     lower, upper = extent(cell, name)
-    height, centre = float(upper[2] - lower[2]), 0.5 * (lower + upper)
+    size, centre = upper - lower, 0.5 * (lower + upper)
     depths = [_distance(cell, g, centre, _DOWN) for g in collision_geoms(cell, container)]
     below = min((depth for depth in depths if depth >= 0.0), default=math.inf)
-    if below == math.inf or not _is_inside(cell, container, centre + below * _DOWN, height):
+    if below == math.inf or not _is_inside(cell, container, centre + below * _DOWN, size):
         return f"'{name}' is not inside '{container}'"
     inside: set[str] = set()
     for point in points:
         other = entity_of(point.other)
         carries = other not in inside and point.normal[2] >= MIN_SLOPE
-        if carries and _is_inside(cell, container, point.position, height):
+        if carries and _is_inside(cell, container, point.position, size):
             if other == container:
                 return ""
             inside.add(other)
@@ -213,10 +229,10 @@ def _why_unsupported(cell: "Cell", name: str, container: str, seen: set[str]) ->
     return f"'{name}' does not rest on the inside of '{container}'"
 
 
-def _is_inside(cell: "Cell", container: str, place: np.ndarray, height: float) -> bool:
-    """Return whether a container surrounds an object of a height [m] that rests at a place [m]."""
-    points = place - np.linspace(RIM, max(height, RIM), _LEVELS)[:, None] * _DOWN
-    return surrounds(cell, container, points)
+def _is_inside(cell: "Cell", container: str, place: np.ndarray, size: np.ndarray) -> bool:
+    """Return whether a container surrounds an object of a size [m] that rests at a place [m]."""
+    points = place - np.linspace(RIM, max(size[2], RIM), _LEVELS)[:, None] * _DOWN
+    return surrounds(cell, container, points, width=float(min(size[:2])))
 
 
 def _distance(cell: "Cell", geom: int, point: np.ndarray, ray: np.ndarray) -> float:

@@ -10,10 +10,11 @@ from typing import Any, Self
 
 import numpy as np
 import pinocchio as pin
+from dm_control import mjcf
 
 from bt_manip import spatial
 from bt_manip.bt import NodeStatus, Tree
-from bt_manip.cell import Cell, extent
+from bt_manip.cell import Cell, MonitoredEntity, extent
 from bt_manip.cell.objects import Box
 from bt_manip.testing.behaviour_contract import BehaviourCase
 
@@ -23,6 +24,21 @@ _RIM = 0.005  # [m] an object whose bottom is less deep below the top is on the 
 _CLEAR = 0.02  # [m] gap between the object and the bounding box of its destination
 _TURNED = (0.0, math.pi / 4)  # [rad] yaw of the destination in the state beside it
 _SIDES = np.arange(8) * math.pi / 4  # [rad]
+_FINGER = 0.003  # [m] half the size of the finger that touches an object
+_PRESSED = 2e-4  # [m] depth of its contact
+
+
+class _Finger(MonitoredEntity):
+    """A robot that consists of a finger, a cube that does not move."""
+
+    def _build(self) -> None:
+        self._mjcf_root = mjcf.RootElement(model="contract_finger")
+        self._mjcf_root.worldbody.add("geom", type="box", size=(_FINGER,) * 3)
+
+    @property
+    def mjcf_model(self) -> mjcf.RootElement:
+        """The model."""
+        return self._mjcf_root
 
 
 @dataclass(frozen=True)
@@ -115,6 +131,41 @@ def fails_for_falling_objects(case: BehaviourCase) -> None:
         judged.check_fails("is falling")
 
 
+def fails_for_held_objects(case: BehaviourCase) -> None:
+    """Check that it fails on or in its destination, where it held, once a robot touches it."""
+    for on_top in (True, False):
+        judged = _Judged.of(case)
+        name, destination = judged.names
+        lower, upper = extent(judged.cell, destination)
+        below = judged.cell.pose(name).translation - extent(judged.cell, name)[0]
+        position = 0.5 * (lower + upper)
+        position[2] = (upper if on_top else lower)[2] + below[2] + _RIM
+        judged.put(position)
+        if judged.tree.tick() is not NodeStatus.SUCCESS:
+            continue
+        lower, upper = extent(judged.cell, name)
+        top = np.array([*0.5 * (lower + upper)[:2], upper[2] + _FINGER - _PRESSED])
+        judged.cell.add(_Finger(), spatial.pose(top), name="contract_finger", free=False)
+        judged.cell.step(20)
+        judged.check_fails("is held")
+
+
+def fails_on_containers_upside_down(case: BehaviourCase) -> None:
+    """Check that it fails for an object at rest on a container that is upside down."""
+    judged = _Judged.of(case)
+    if judged.condition.destination != "container":
+        return
+    name, destination = judged.names
+    turned = judged.cell.pose(destination) * pin.SE3(pin.utils.rotate("x", math.pi), np.zeros(3))
+    height = np.ptp(extent(judged.cell, destination), axis=0)[2]
+    turned.translation[2] += height + _PRESSED
+    judged.cell.move(destination, turned, overlap=math.inf)
+    lower, upper = extent(judged.cell, destination)
+    below = judged.cell.pose(name).translation - extent(judged.cell, name)[0]
+    judged.put(np.array([*0.5 * (lower + upper)[:2], upper[2] + below[2] + _PRESSED]))
+    judged.check_fails("is on the bottom of its destination, which is upside down")
+
+
 def fails_beside_turned_destinations(case: BehaviourCase) -> None:
     """Check that it fails for an object at rest beside its destination, turned or not."""
     for yaw in _TURNED:
@@ -162,6 +213,7 @@ def forgets_earlier_cycles(case: BehaviourCase) -> None:
 
 CONDITION_CONTRACT: tuple[Callable[[BehaviourCase], None], ...] = (
     fails_for_objects_far_away, fails_for_objects_that_vanished, fails_for_falling_objects,
-    fails_beside_turned_destinations, fails_for_swapped_objects, fails_on_the_rim,
+    fails_for_held_objects, fails_beside_turned_destinations, fails_for_swapped_objects,
+    fails_on_the_rim, fails_on_containers_upside_down,
 )  # fmt: skip
 """Checks of conditions on an object with a destination; each raises `AssertionError`."""

@@ -6,7 +6,9 @@ import mujoco
 import numpy as np
 import pytest
 
+from bt_manip import spatial
 from bt_manip.behaviours import (
+    IsHolding,
     IsIn,
     IsOn,
     ObjectExists,
@@ -17,6 +19,7 @@ from bt_manip.behaviours import (
 )
 from bt_manip.bt import NodeStatus
 from bt_manip.cell import at_rest
+from bt_manip.cell.objects import Box
 from bt_manip.exceptions import NodeError
 
 RUNNING, SUCCESS, FAILURE = NodeStatus.RUNNING, NodeStatus.SUCCESS, NodeStatus.FAILURE
@@ -206,6 +209,15 @@ def test_where_an_object_rests_is_checked_from_the_physics(station, trial):
 def test_a_held_object_rests_nowhere(with_the_cube, trial):
     assert trial(IsOn(object="cube", support="table")).fails_with("'cube' touches 'panda/")
     assert trial(IsIn(object="cube", container="basket")).fails_with("'cube' touches 'panda/")
+
+
+def test_what_both_fingers_press_on_from_above_is_not_held(station, trial):
+    plate = Box(size=(0.2, 0.2, 0.02))
+    T_to = spatial.pose((0.0, 0.0, 0.01))  # 1 mm over the fingertips
+    station.cell.add(plate, station.robot.tool_pose * T_to, name="plate", free=False, overlap=0.01)
+    station.cell.step(20)
+    assert station.gripper.held == ("plate",)
+    assert trial(IsHolding(object="plate")).fails_with("press on one side of 'plate'")
 
 
 def test_a_spawned_object_comes_with_the_pose_that_was_chosen(station, trial):

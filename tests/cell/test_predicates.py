@@ -155,6 +155,56 @@ def test_nothing_holds_in_a_state_that_is_not_finite(cell, inside, quantity):
     assert not (at_rest(cell, inside) or is_in(cell, inside, "basket"))
 
 
+def test_at_the_turning_point_of_a_bounce_nothing_is_at_rest(cell):
+    cell.add(Cube(), pose((-0.3, 0.0, TOP + 0.05)), name="cube")
+    steps = []
+    for _ in range(1000):
+        cell.step()
+        steps.append(is_on(cell, "cube", "table"))
+    assert steps[-1] and False not in steps[steps.index(True) :]
+
+
+def test_contacts_of_the_old_place_end_with_a_move(cell):
+    put(cell, Cube(), -0.3, 0.0, 0.026, "cube")
+    assert is_on(cell, "cube", "table")
+    cell.move("cube", pose((-0.3, 0.0, TOP + 0.2)))
+    assert why_not_on(cell, "cube", "table") == "'cube' touches nothing"
+
+
+def grid(count):
+    """Return the model of a container whose wall consists of posts."""
+    floor = '<geom type="box" size=".06 .06 .003" pos="0 0 .003"/>'
+    angles = np.arange(count) * 2.0 * np.pi / count
+    posts = "".join(
+        f'<geom type="cylinder" size=".003 .03" '
+        f'pos="{0.055 * np.cos(a):.4f} {0.055 * np.sin(a):.4f} .036"/>'
+        for a in angles
+    )
+    return (
+        f'<mujoco model="grid"><worldbody><body name="grid">{floor}{posts}</body></worldbody>'
+        "</mujoco>"
+    )
+
+
+@pytest.mark.parametrize(("posts", "holds"), [(6, False), (12, True), (20, True)])
+def test_gaps_that_the_object_does_not_fit_through_are_closed(posts, holds, tmp_path):
+    """Between 6 posts are 52 mm, between 12 are 23 mm; the cube is 30 mm wide."""
+    file = tmp_path / "grid.xml"
+    file.write_text(grid(posts))
+    cell = Cell()
+    with cell.editing():
+        cell.add(Table(), pose((0.0, 0.0, 0.0)))
+        cell.add(ModelObject(str(file)), pose((0.0, 0.0, TOP)), name="grid", free=False)
+        cell.add(Box(size=(0.03,) * 3), pose((0.0, 0.0, TOP + 0.022)), name="cube", free=True)
+        cell.add(
+            Box(size=(0.2, 0.1, 0.005)), pose((0.17, 0.0, TOP + 0.003)), name="board", free=True
+        )
+        cell.add(Box(size=(0.03,) * 3), pose((0.085, 0.0, TOP + 0.022)), name="beside", free=True)
+    cell.step(500)
+    assert is_in(cell, "cube", "grid") is holds
+    assert not is_in(cell, "beside", "grid")
+
+
 FOOT_CUP = """<mujoco model="foot_cup"><worldbody><body name="foot_cup">
 <geom type="box" size=".12 .12 .005" pos="0 0 .005"/>
 <geom type="box" size=".04 .003 .04" pos="0 .037 .05"/>

@@ -130,7 +130,7 @@ class CompiledPhysics:
         data.qpos[qpos : qpos + 7] = pose
         for field in (data.qvel, data.qacc, data.qacc_warmstart):
             field[dof : dof + 6] = 0.0
-        mujoco.mj_kinematics(model, data)
+        mujoco.mj_forward(model, data)
 
     def state_before_last_step(self) -> np.ndarray | None:
         """Return the state at the start of the last step, if repeating it gives the present state.

@@ -10,12 +10,14 @@ from bt_manip_blocks.blocks import blocks_in, blocks_on, tower_on, unsorted_bloc
 
 
 class BlocksCondition(CellCondition):
-    """A condition on all coloured blocks: those present, and those removed since one was added."""
+    """A condition on all coloured blocks: those present, and those that were removed one by one.
 
-    memory = ("_gone", "_left")
+    When no block is left, as after the removal of all, the removed ones no longer count.
+    """
+
+    memory = ("_gone",)
 
     _gone: tuple[str, ...] = ()  # names of removed blocks
-    _left: tuple[str, ...] = ()  # names of all blocks after the last removal
 
     def setup(self, **infrastructure: Any) -> None:
         """Observe removals."""
@@ -26,17 +28,18 @@ class BlocksCondition(CellCondition):
     def _note_removal(self, name: str) -> None:
         blocks = blocks_in(self.cell).keys()
         if name in blocks:
-            self._gone = (*self.gone, name)
-            self._left = tuple(sorted(blocks - {name}))
+            self._gone = (*self.gone, name) if len(blocks) > 1 else ()
 
     @property
     def gone(self) -> tuple[str, ...]:
-        """Names of the blocks that were removed since the last one was added."""
-        return () if blocks_in(self.cell).keys() - set(self._left) else tuple(self._gone)
+        """Names of the blocks that were removed, and are not in the cell again."""
+        return tuple(name for name in self._gone if name not in self.cell.entities)
 
     def why_incomplete(self) -> str:
-        """Return which blocks are gone; empty if none is."""
-        return f"gone from the cell: {', '.join(self.gone)}" if self.gone else ""
+        """Return which blocks are gone, or that there is none; empty if all are there."""
+        if self.gone:
+            return f"gone from the cell: {', '.join(self.gone)}"
+        return "" if blocks_in(self.cell) else "the cell has no coloured blocks"
 
 
 class AreSorted(BlocksCondition):

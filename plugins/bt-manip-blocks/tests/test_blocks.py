@@ -259,6 +259,23 @@ def test_a_block_that_vanishes_is_neither_sorted_nor_stacked_until_blocks_are_ad
     assert are_sorted.fails_with("not in the row of their colour: red, green, blue")
 
 
+def test_without_blocks_nothing_is_sorted_or_stacked(trial):
+    for condition in (AreSorted(), AreStacked()):
+        assert trial(condition).fails_with("the cell has no coloured blocks")
+
+
+def test_another_block_does_not_stand_for_one_that_vanished(station, trial):
+    for i in range(3):
+        put(station, "red", 0.3, 0.1 * i - 0.2)
+    are_stacked = trial(AreStacked())
+    station.cell.remove("red_1")
+    put(station, "green", 0.3, -0.3)
+    assert are_stacked.fails_with("gone from the cell: red_1")
+    put(station, "red", 0.3, -0.1)  # it is named red_1
+    station.cell.step(50)
+    assert are_stacked.fails_with("4 blocks stand on 'table'")
+
+
 def test_the_base_of_a_tower_must_stand_on_its_support(station, trial):
     put(station, "red", 0.3, -0.1, z=0.2)
     station.cell.step(5)

@@ -170,19 +170,20 @@ class HoldOut(PlannedMove):
 class IsHandedOver(ObjectCondition):
     """Check that one robot has handed an object over to another one, in the air.
 
-    It is judged by contacts: it holds from the time when both robots touch the object and nothing
-    else does. It no longer holds when the support or, without the receiver, the giver touches the
-    object again, or when the receiver loses it within `HELD` after the giver has let go. A goal
-    counts hand-overs in its own cycle.
+    It is judged by contacts: first the giver alone touches the object, then both robots and nothing
+    else, then the receiver alone for `HELD` or longer. It no longer holds when the support or,
+    without the receiver, the giver touches the object again; the receiver may put it elsewhere.
+    A goal counts hand-overs in its own cycle.
     """
 
-    memory = ("_handed_over", "_let_go")
+    memory = ("_alone", "_handed_over", "_let_go")
 
     giver = Input(str, doc="Name of the giving robot.")
     receiver = Input(str, doc="Name of the receiving robot.")
     support = Input(str, default="table", doc="Name of the support that it must not touch.")
 
-    _handed_over = False
+    _alone = ""  # name of the last entity that touched it alone
+    _handed_over = False  # whether the receiver has taken it from the giver
     _let_go: float | None = None  # [s] time from which the receiver alone has touched it
 
     def setup(self, **infrastructure: Any) -> None:
@@ -199,11 +200,13 @@ class IsHandedOver(ObjectCondition):
         others = {entity_of(other) for other in self.cell.contacts.partners(name)}
         lost = self._let_go is not None and event.time - self._let_go < HELD
         if others == {giver, receiver}:
-            self._handed_over, self._let_go = True, None
+            self._handed_over, self._let_go = self._handed_over or self._alone == giver, None
         elif support in others or (receiver not in others and (lost or giver in others)):
             self._handed_over = False
         elif others == {receiver} and self._let_go is None:
             self._let_go = event.time
+        if len(others) == 1:
+            (self._alone,) = others
 
     def _names(self) -> tuple[str, str, str, str]:
         return self.object, self.giver, self.receiver, self.support
@@ -213,7 +216,10 @@ class IsHandedOver(ObjectCondition):
         for name in self._names():
             self.cell.find(name)
         if self._handed_over:
-            return ""
+            kept = self._let_go is not None and self.cell.time - self._let_go >= HELD
+            return (
+                "" if kept else f"'{self.giver}' has not let go of '{self.object}' for {HELD:g} s"
+            )
         return (
             f"'{self.giver}' has not handed '{self.object}' over to '{self.receiver}' without "
             f"putting it down on '{self.support}'"

@@ -232,7 +232,9 @@ class IsInserted(ObjectCondition):
     """Check that an object is at rest in the hole of a socket, released.
 
     The hole is where the socket surrounds the object's axis closely: its own axis that is nearest
-    to the z axis of the socket.
+    to the z axis of the socket. Its end is deep in the hole, or beyond it if its other end sticks
+    out; if that end is in the hole, too, as after an insertion from below, the surrounded length
+    counts.
     """
 
     destination = "socket"
@@ -253,8 +255,16 @@ class IsInserted(ObjectCondition):
         width = float(np.delete(size, along).max())
         up = T_wo.rotation[:, along] * np.sign(T_wo.rotation[:, along] @ axis)
         end = centre - 0.5 * size[along] * up
-        for depth in np.arange(max(self.depth - DEPTH_TOLERANCE, 0.0), size[along], STEP):
-            if surrounds(cell, socket, (end + depth * up)[None], axis, within=width):
+        length, needed = size[along], max(self.depth - DEPTH_TOLERANCE, 0.0)
+        inside = [
+            place
+            for place in np.arange(needed % STEP, length, STEP)  # `needed` is one of them
+            if surrounds(cell, socket, (end + place * up)[None], axis, within=width)
+        ]
+        if inside:
+            sticks_out = inside[-1] + STEP < length
+            depth = inside[-1] if sticks_out else inside[-1] - inside[0] + STEP
+            if depth >= needed - 1e-9:
                 return ""
         return f"'{name}' is not {1e3 * self.depth:.3g} mm deep in a hole of '{socket}'"
 

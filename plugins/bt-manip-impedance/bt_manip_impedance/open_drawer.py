@@ -183,7 +183,7 @@ class IsOpen(ObjectCondition):
     """Check that a drawer is open and at rest, held or not."""
 
     object = Input(str, doc="Name of the drawer.")
-    opening = Input(float, default=0.15, doc="Minimum opening [m].")
+    opening = Input(float, default=0.15, doc="Minimum opening [m].", above=0.0)
 
     def setup(self, **infrastructure: Any) -> None:
         """Keep the cell and the robots."""

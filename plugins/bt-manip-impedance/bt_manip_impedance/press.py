@@ -136,13 +136,17 @@ class IsReleased(ButtonCondition):
 
 
 class WasPressed(ButtonCondition):
-    """Check that a button has been pressed since its creation; in a goal, in this cycle."""
+    """Check that a button has been pressed since its creation; in a goal, in this cycle.
+
+    A robot or an object may have pressed it. A press counts at its start: a button that has been
+    down since an earlier cycle was not pressed in this one.
+    """
 
     memory = ("_since",)
 
     released = Input(bool, default=False, doc="Whether it also must be released.")
 
-    _since = 0.0  # [s] simulated time from which presses count
+    _since = 0.0  # [s] simulated time after which presses count
 
     def setup(self, **infrastructure: Any) -> None:
         """Keep the cell and the robots."""
@@ -157,7 +161,7 @@ class WasPressed(ButtonCondition):
     def _was_pressed(self) -> bool:
         """Whether the button was pressed in the counted time."""
         pressed_at = self.button.pressed_at
-        return pressed_at is not None and pressed_at >= self._since
+        return pressed_at is not None and pressed_at > self._since
 
     def why_not(self) -> str:
         """Compare the time of the last press with the start of the cycle, and read the depth."""

@@ -31,7 +31,7 @@ def move(cell: Cell, x: float, y: float, z: float) -> None:
     cell.step(200)
 
 
-def test_an_object_is_handed_over_while_both_touch_it_in_the_air(cell):
+def test_an_object_is_handed_over_once_the_giver_has_let_go_of_it_in_the_air(cell):
     condition = IsHandedOver("handed over", object="rod", giver="left", receiver="right")
     tree = Tree(condition)
     tree.setup(cell=cell)
@@ -40,7 +40,9 @@ def test_an_object_is_handed_over_while_both_touch_it_in_the_air(cell):
         ((0.0, 0.3), 0.115, NodeStatus.FAILURE),  # on the table
         (on_left, 0.115 + HIGH, NodeStatus.FAILURE),  # with the giver
         (on_right, 0.115 + HIGH, NodeStatus.FAILURE),  # with the receiver, but not by the giver
-        (on_posts, 0.115 + HIGH, NodeStatus.SUCCESS),  # with both
+        (on_posts, 0.115 + HIGH, NodeStatus.FAILURE),  # with both, after the receiver
+        (on_left, 0.115 + HIGH, NodeStatus.FAILURE),  # with the giver
+        (on_posts, 0.115 + HIGH, NodeStatus.FAILURE),  # with both, after the giver
         (on_right, 0.115 + HIGH, NodeStatus.SUCCESS),  # with the receiver
         ((0.0, 0.3), 0.115, NodeStatus.FAILURE),  # put down
     ):

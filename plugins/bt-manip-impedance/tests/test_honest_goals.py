@@ -47,6 +47,24 @@ def test_a_peg_on_the_board_is_not_inserted():
     assert "not 30 mm deep in a hole" in inserted(0.0, 0.05, 0.0, 0.04 + LENGTH / 2 + 0.001)
 
 
+@pytest.mark.parametrize(("depth", "holds"), [(0.005, False), (0.035, True)])
+def test_from_below_the_surrounded_length_counts(depth, holds):
+    """The board lies on two posts, and the peg stands on a third one in its hole."""
+    cell = Cell()
+    with cell.editing():
+        for name, x, height in (("left", -0.07, 0.2), ("right", 0.07, 0.2), ("post", 0.0, 0.11)):
+            size = (0.01, 0.1, height + (depth if name == "post" else 0.0))
+            T = spatial.pose((x, 0.0, 0.5 * size[2]))
+            cell.add(Box(size=size), T, name=name, free=False)
+        cell.add(HoleBoard(), spatial.pose((0.0, 0.0, 0.2)), name="board", free=False)
+        cell.add(Peg(), spatial.pose((0.0, 0.0, 0.11 + depth + LENGTH / 2)), name="peg")
+    cell.step(500)
+    condition = IsInserted("inserted", object="peg", socket="board", depth=0.03)
+    tree = Tree(condition)
+    tree.setup(cell=cell)
+    assert (tree.tick() is NodeStatus.SUCCESS) is holds
+
+
 def test_a_goal_counts_presses_of_its_own_cycle():
     cell = Cell()
     cell.add(PushButton(), spatial.pose((0.0, 0.0, 0.0)), name="button")
@@ -88,23 +106,29 @@ def handing():
 def test_a_rod_that_lies_on_a_block_is_not_handed_over_in_the_air(handing):
     cell, _, put = handing
     cell.move("block", spatial.pose((0.0, 0.0, 0.355)))
-    assert not put(-0.1) and not put(0.0)
+    assert not put(-0.25) and not put(0.0) and not put(0.25)
     cell.move("block", spatial.pose((0.0, 0.0, 0.345)))  # lower than the posts
-    assert put(0.0)
+    assert not put(-0.1) and not put(0.0) and put(0.1)
 
 
-def test_a_rod_that_the_giver_keeps_is_not_handed_over(handing):
+def test_a_rod_is_handed_over_once_the_giver_has_let_go(handing):
     _, _, put = handing
-    assert put(0.0) and put(0.1) and not put(-0.1)
+    assert not put(-0.1) and not put(0.0) and put(0.1) and not put(-0.1)
 
 
 def test_a_rod_that_the_receiver_drops_at_once_is_not_handed_over(handing):
     _, _, put = handing
-    assert put(0.0) and put(0.1, steps=20) and not put(0.0, z=0.9, steps=5)
+    assert not put(-0.1) and not put(0.0) and not put(0.1, steps=20)
+    assert not put(0.0, z=0.9, steps=5)
+
+
+def test_a_rod_that_the_receiver_had_first_is_not_handed_over(handing):
+    _, _, put = handing
+    assert not put(0.1) and not put(0.0) and not put(0.1)
 
 
 def test_a_hand_over_of_an_earlier_cycle_does_not_count(handing):
     _, condition, put = handing
-    assert put(0.0)
+    assert not put(-0.1) and not put(0.0) and put(0.1)
     condition.begin_cycle()
-    assert not put(0.1)
+    assert not put(0.1) and not put(0.0) and not put(0.1)
