@@ -194,8 +194,11 @@ class ArmWorker:
         if not self._streaming:
             return max(1, round(min(cycles, LONGEST_PAUSE / period)))
         lost = round(min(cycles, 1e9)) - 1
-        self._repeated = self._repeated + 1 if lost < 0 else 0
-        self._header[Field.LOST] += max(lost, 0)
+        if lost >= 0:  # readings that repeated a time have passed already
+            lost, self._repeated = max(0, lost - self._repeated), 0
+            self._header[Field.LOST] += lost
+        else:
+            self._repeated += 1
         if abs(now - before) > LONGEST_LOSS + period or self._repeated * period > LONGEST_LOSS:
             change = f"went from {before:.4f} to {now:.4f} s"
             self._refused = self._refused or f"the robot's clock {change} in a cycle of a motion"
@@ -238,7 +241,7 @@ class ArmWorker:
         self._streaming, self._rested = False, 0
         try:
             self._device.finish()
-        except Exception as error:
+        except ANY_BUT_INTERRUPT as error:
             self._refused = self._refused or f"the motion could not be ended: {one_line(error)}"
 
     def _take_messages(self, state: DeviceState) -> None:
@@ -262,7 +265,7 @@ class ArmWorker:
             if kind == "recover":
                 self._refused = ""
             getattr(self._device, kind)(*arguments)
-        except Exception as error:
+        except ANY_BUT_INTERRUPT as error:
             self._refused = one_line(error)
 
     def _splice(self, state: DeviceState, first: int, setpoints: np.ndarray) -> tuple[str, str]:
@@ -301,7 +304,7 @@ class ArmWorker:
             return "", ""
         try:
             self._device.start()
-        except Exception as error:
+        except ANY_BUT_INTERRUPT as error:
             self._refused = one_line(error)
             return "problem", self._refused
         self._table, self._first, self._streaming, self._rested = setpoints, first, True, 0

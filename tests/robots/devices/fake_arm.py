@@ -2,9 +2,11 @@
 
 The address is the speed of its clock, and a file for all references: ``fake=4,rows.npy``. A file
 ``rows.npy.problem`` is a problem of the arm while it exists, ``rows.npy.pushed`` moves the arm,
-``rows.npy.force`` is an external torque, and the arm writes ``rows.npy.moving`` when it sets off.
+``rows.npy.force`` is an external torque, and the arm writes the id of its process to
+``rows.npy.moving`` when it sets off.
 """
 
+import os
 import time
 from pathlib import Path
 
@@ -48,7 +50,7 @@ class FakeArm(ArmDevice):
 
     def start(self):
         if self.file is not None:
-            self.beside("moving").touch()
+            self.beside("moving").write_text(str(os.getpid()))
 
     def write(self, q):
         self.q = q.copy()

@@ -264,30 +264,58 @@ def moving_setpoints(setpoints, limits):
     return np.abs(np.diff(setpoints, axis=0)).max(axis=1) / 1e-3
 
 
-@pytest.mark.parametrize(
-    "sign", [signal.SIGKILL, pytest.param(signal.SIGINT, marks=pytest.mark.soak)]
-)
-def test_the_arm_rests_on_its_path_when_the_run_is_killed_or_interrupted(run, station, sign):
-    process, file = run("--speed", 0.3)
+def set_off_in_run(run, *options):
+    """Start a run; return it, the file of references and the process of its moving arm."""
+    process, file = run(*options)
     progress = Path(f"{file}.moving")
-    for _ in range(600):
-        time.sleep(0.05)
-        if progress.exists():
-            break
-    time.sleep(0.6)
-    process.send_signal(sign)
-    process.wait(20)
+    while not (progress.exists() and progress.read_text()):
+        assert process.poll() is None, process.stdout.read()
+        time.sleep(0.01)
+    return process, file, int(progress.read_text())
+
+
+def check_that_it_rests(file, limits):
+    """Check that the arm comes to rest, and that references were inside the limits until then."""
     for _ in range(200):
         time.sleep(0.05)
         if file.exists():
             break
-    speeds = moving_setpoints(np.load(file), station.robot.limits)
+    speeds = moving_setpoints(np.load(file), limits)
     assert speeds.max() > 0.1  # it was moving
     assert not speeds[-20:].any()  # and rests
-    if sign is signal.SIGKILL:
-        assert process.returncode == -signal.SIGKILL
-    else:
-        assert process.returncode == 130
+
+
+MOMENTS = [0.6, *(pytest.param(t, marks=pytest.mark.soak) for t in np.linspace(0.01, 4.0, 20))]
+
+
+@pytest.mark.parametrize("moment", MOMENTS)
+def test_the_arm_rests_on_its_path_when_the_run_is_killed(run, station, moment):
+    process, file, _ = set_off_in_run(run, "--speed", 0.3)
+    time.sleep(moment)
+    process.kill()
+    check_that_it_rests(file, station.robot.limits)
+    assert process.wait(20) == -signal.SIGKILL
+
+
+@pytest.mark.soak
+def test_the_arm_rests_on_its_path_when_the_run_is_interrupted(run, station):
+    process, file, _ = set_off_in_run(run, "--speed", 0.3)
+    time.sleep(0.6)
+    process.send_signal(signal.SIGINT)
+    assert process.wait(20) == 130
+    check_that_it_rests(file, station.robot.limits)
+
+
+@pytest.mark.parametrize("moment", MOMENTS)
+def test_a_run_whose_arm_process_is_killed_ends_at_once_and_names_it(run, moment):
+    process, _, arm = set_off_in_run(run, "--speed", 0.3)
+    time.sleep(moment)
+    os.kill(arm, signal.SIGKILL)
+    began = time.monotonic()
+    out, _ = process.communicate(timeout=20)
+    assert time.monotonic() - began < 5.0  # with the end of the process
+    assert process.returncode not in (0, -signal.SIGKILL)
+    assert "arm: its process has ended" in out and "Traceback" not in out
 
 
 def test_a_motion_that_has_not_begun_is_replaced_by_one_that_begins_earlier(station):
