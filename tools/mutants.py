@@ -21,20 +21,23 @@ runs work in copies of the checkout; nothing in place is written.
 import argparse
 import ast
 import hashlib
+import importlib
 import json
+import multiprocessing
 import os
-import queue
-import random
 import re
 import resource
 import shutil
+import signal
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, NamedTuple
+
+import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
 STORE = ROOT / ".mutants"
@@ -43,7 +46,7 @@ NOT_NUMERIC = re.compile(
     r"/(viewer|cli|testing|html|page|video|mcap|tables|report|examples|\w*contract|looks|levels"
     r"|visuals|rendering|png|textured_mesh|camera_images|step_log|stopwatch)\b"
 )
-DRAWN = re.compile(r"colou?r|rgba|width|height|decimals|digits|precision|indent|font|format", re.I)
+DRAWN = re.compile(r"colou?r|rgba|decimals|digits|precision|indent|font|format", re.I)
 SPOKEN = {"warn", "warning", "debug", "info", "error", "print", "log", "round", "field", "Port"}
 OPPOSITE = {
     ast.Lt: ast.GtE, ast.GtE: ast.Lt, ast.Gt: ast.LtE, ast.LtE: ast.Gt, ast.Eq: ast.NotEq,
@@ -196,15 +199,17 @@ def numeric_modules() -> list[str]:
 
 
 def draw(seed: int, count: int) -> list[Mutant]:
-    """Draw places, and for each one of its changes."""
-    places = [
-        place
-        for module in numeric_modules()
-        for place in mutants_of(module, (ROOT / module).read_text())
-    ]
-    generator = random.Random(seed)
-    generator.shuffle(places)
-    return [generator.choice(place) for place in places[:count]]
+    """Draw places, and for each one of its changes; changes elsewhere leave the draw as it is."""
+    drawn: dict[str, Mutant] = {}
+    for module in numeric_modules():
+        source = (ROOT / module).read_bytes()
+        seen: dict[str, int] = {}
+        for place in mutants_of(module, source.decode()):
+            text = f"{seed} {module} {source[place[0].start : place[0].end].decode()}"
+            seen[text] = seen.get(text, 0) + 1
+            key = digest(f"{text} {seen[text]}".encode())
+            drawn[key] = place[int(key, 16) % len(place)]
+    return [drawn[key] for key in sorted(drawn)[:count]]
 
 
 # As a plugin of pytest, it records which test reaches which lines.
@@ -235,6 +240,9 @@ def pytest_unconfigure(config: Any) -> None:
         Path(path).write_text(json.dumps(passed))
 
 
+LIBRARIES = ("numpy", "mujoco", "pinocchio", "dm_control.composer", "trimesh", "ruckig", "scipy")
+
+
 class Copy:
     """A copy of the checkout, in which changed modules are tested."""
 
@@ -260,20 +268,31 @@ class Copy:
             "BT_MANIP_CACHE": str(self.root / "cache"),
         }
 
-    def run(self, arguments: list[str], seconds: float, **variables: str) -> tuple[int | None, str]:
-        """Run Python in the copy; without an exit code, it took too long."""
-        limit = int(seconds)
-        process = subprocess.Popen(
-            [sys.executable, *arguments], cwd=self.root, env={**self.environment, **variables},
-            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True,
-            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (limit, limit + 5)),
-        )  # fmt: skip
-        try:
-            output, _ = process.communicate(timeout=5 * seconds)
-        except subprocess.TimeoutExpired:
-            os.killpg(process.pid, 9)
-            return None, process.communicate()[0]
-        return (process.returncode if process.returncode >= 0 else None), output
+    def test(self, arguments: list[str], seconds: float) -> tuple[int | None, str]:
+        """Run pytest in a fork, which has the libraries already; no exit code: it took too long."""
+        with tempfile.TemporaryFile() as output:
+            if (process := os.fork()) == 0:
+                os.setsid()
+                resource.setrlimit(resource.RLIMIT_CPU, (int(seconds), int(seconds) + 5))
+                os.chdir(self.root)
+                os.environ.update(self.environment)
+                sys.path[:0] = self.environment["PYTHONPATH"].split(os.pathsep)
+                sys.dont_write_bytecode = True
+                for stream in (1, 2):
+                    os.dup2(output.fileno(), stream)
+                try:
+                    code = int(pytest.main(arguments))
+                    sys.stdout.flush()
+                finally:
+                    os._exit(code)
+            deadline = time.monotonic() + 20 * seconds  # others may use the processor, too
+            while not (ended := os.waitpid(process, os.WNOHANG))[0]:
+                time.sleep(0.02)
+                if time.monotonic() > deadline:
+                    os.killpg(process, signal.SIGKILL)
+            output.seek(0)
+            code = os.waitstatus_to_exitcode(ended[1])
+            return (code if code >= 0 else None), output.read().decode(errors="replace")
 
 
 class Reach:
@@ -342,38 +361,58 @@ def record(folder: str, copy: Copy) -> None:
                  "--include=*/bt_manip/*,*/bt_manip_*/*", "-m", "pytest", "-q", "-p", "mutants",
                  "-p", "no:cacheprovider", "-p", "no:xdist", folder]  # fmt: skip
     path = f"{copy.environment['PYTHONPATH']}{os.pathsep}{copy.root / 'tools'}"
-    code, output = copy.run(arguments, 3600, PYTHONPATH=path, MUTANTS_SECONDS=str(seconds))
-    print("\n".join(output.splitlines()[-8:]), f"{time.monotonic() - begin:.0f} s", flush=True)
+    environment = {**copy.environment, "PYTHONPATH": path, "MUTANTS_SECONDS": str(seconds)}
+    subprocess.run([sys.executable, *arguments], cwd=copy.root, env=environment)
+    print(f"{time.monotonic() - begin:.0f} s", flush=True)
     sources = {module: digest((ROOT / module).read_bytes()) for module in numeric_modules()}
     passed = json.loads(seconds.read_text()) if seconds.exists() else {}
     described.write_text(json.dumps({"tests": key, "sources": sources, "seconds": passed}))
 
 
-def judge(mutant: Mutant, reach: Reach, copy: Copy, budget: float) -> str:
-    """Return how the tests took a change: an empty text if one noticed it."""
-    tests, total = [], 0.0
-    reaching = reach.tests_of(mutant)
-    for test in reaching:
-        if not tests or total + reach.seconds[test] <= budget:
-            tests.append(test)
-            total += reach.seconds[test]
-    if not tests:
-        return "no test reaches it"
-    target = copy.root / mutant.module
-    original = (ROOT / mutant.module).read_bytes()
-    target.write_bytes(mutated(mutant, original))
-    try:
-        arguments = ["-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", "-p", "no:xdist"]
-        code, output = copy.run([*arguments, *tests], 30 + 3 * total)
-    finally:
-        target.write_bytes(original)
-    if code == 0:
-        return f"{len(tests)} of {len(reaching)} tests that reach it pass"
-    if code not in (1, 2, None):
-        raise RuntimeError(f"pytest ended with {code}:\n{output[-2000:]}")
-    failed = re.findall(r"^(?:FAILED|ERROR) (\S+)", output, re.MULTILINE)
-    (STORE / "noticed.log").open("a").write(f"{mutant}: {failed or 'too long'}\n")
-    return ""
+class Judge:
+    """Tests changes in a copy, in a process of its own."""
+
+    def __init__(self, copies: Any, folders: list[str], budget: float) -> None:
+        self._copy, self._reach, self._budget = copies.get(), Reach(folders), budget
+
+    def verdict(self, mutant: Mutant) -> str:
+        """Return how the tests took a change: an empty text if one noticed it."""
+        tests, total = [], 0.0
+        reaching = self._reach.tests_of(mutant)
+        for test in reaching:
+            if not tests or total + self._reach.seconds[test] <= self._budget:
+                tests.append(test)
+                total += self._reach.seconds[test]
+        if not tests:
+            return "no test reaches it"
+        target = self._copy.root / mutant.module
+        original = (ROOT / mutant.module).read_bytes()
+        target.write_bytes(mutated(mutant, original))
+        try:
+            arguments = ["-q", "-x", "-p", "no:cacheprovider", "-p", "no:xdist", *tests]
+            code, output = self._copy.test(arguments, 30 + 3 * total)
+        finally:
+            target.write_bytes(original)
+        if code == 0:
+            return f"{len(tests)} of {len(reaching)} tests that reach it pass"
+        if code not in (1, 2, None):
+            raise RuntimeError(f"pytest ended with {code}:\n{output[-2000:]}")
+        failed = re.findall(r"^(?:FAILED|ERROR) (\S+)", output, re.MULTILINE)
+        with (STORE / "noticed.log").open("a") as log:
+            log.write(f"{mutant.module}:{mutant.line} {mutant.text}: {failed or 'too long'}\n")
+        return ""
+
+
+def start(*arguments: Any) -> None:
+    """Begin a process that judges."""
+    global _judge
+    _judge = Judge(*arguments)
+
+
+def try_one(mutant: Mutant) -> tuple[str, float]:
+    """Return the verdict on a change, and how long it took [s]."""
+    begin = time.monotonic()
+    return _judge.verdict(mutant), time.monotonic() - begin
 
 
 def main() -> int:
@@ -383,36 +422,37 @@ def main() -> int:
     parser.add_argument("--count", type=int, default=100)
     parser.add_argument("--skip", type=int, default=0)
     parser.add_argument("--only", default="")
-    parser.add_argument("--budget", type=float, default=30.0)
+    parser.add_argument("--budget", type=float, default=20.0)
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--tests", nargs="+", metavar="FOLDER", default=folders_of_tests())
     options = parser.parse_args()
-    copies: queue.SimpleQueue[Copy] = queue.SimpleQueue()
-    for number in range(options.workers):
-        copies.put(Copy(number))
-    first = copies.get()
-    for folder in options.tests:
-        record(folder, first)
-    copies.put(first)
-    reach = Reach(options.tests)
-    mutants = draw(options.seed, options.count)[options.skip :]
-    mutants = [mutant for mutant in mutants if re.search(options.only, mutant.module)]
+    os.environ["MUJOCO_GL"] = "disable"
+    for library in LIBRARIES:
+        importlib.import_module(library)
+    context = multiprocessing.get_context("fork")
+    copies = [Copy(number) for number in range(options.workers)]
+    try:
+        for folder in options.tests:
+            record(folder, copies[0])
+        waiting = context.SimpleQueue()
+        for copy in copies:
+            waiting.put(copy)
+        mutants = draw(options.seed, options.count)[options.skip :]
+        mutants = [mutant for mutant in mutants if re.search(options.only, mutant.module)]
+        given = (waiting, options.tests, options.budget)
+        with context.Pool(options.workers, start, given) as pool:
+            report(mutants, pool.imap(try_one, mutants), options.seed)
+    finally:
+        shutil.rmtree(copies[0].root.parent, ignore_errors=True)
+    return 0
 
-    def tried(mutant: Mutant) -> tuple[str, float]:
-        copy = copies.get()
-        begin = time.monotonic()
-        try:
-            return judge(mutant, reach, copy, options.budget), time.monotonic() - begin
-        finally:
-            copies.put(copy)
 
-    counts: dict[str, list[int]] = {}
-    with ThreadPoolExecutor(options.workers) as pool:
-        for mutant, (verdict, seconds) in zip(mutants, pool.map(tried, mutants), strict=True):
-            package = "/".join(mutant.module.split("/")[:2])
-            counts.setdefault(package, []).append(not verdict)
-            if not verdict:
-                continue
+def report(mutants: list[Mutant], verdicts: Iterator[tuple[str, float]], seed: int) -> None:
+    """Print each change that was not noticed, and then the counts."""
+    counts: dict[str, list[bool]] = {}
+    for mutant, (verdict, seconds) in zip(mutants, verdicts, strict=True):
+        counts.setdefault("/".join(mutant.module.split("/")[:2]), []).append(not verdict)
+        if verdict:
             source = (ROOT / mutant.module).read_bytes()
             old = source.splitlines()[mutant.line - 1].decode().strip()
             new = mutated(mutant, source).splitlines()[mutant.line - 1].decode().strip()
@@ -421,9 +461,7 @@ def main() -> int:
     for package, noticed in sorted(counts.items()):
         print(f"{sum(noticed):4} of {len(noticed):4} noticed  {package}")
     everything = sum(counts.values(), [])
-    print(f"{sum(everything)} of {len(everything)} noticed with seed {options.seed}")
-    shutil.rmtree(first.root.parent, ignore_errors=True)
-    return 0
+    print(f"{sum(everything)} of {len(everything)} noticed with seed {seed}")
 
 
 if __name__ == "__main__":
