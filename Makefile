@@ -1,6 +1,6 @@
 # Everything works on a fresh clone with git, make and Python 3.11 to 3.14.
 .DEFAULT_GOAL := help
-.PHONY: help setup run test test-packages test-clients rehearsal lint types docs bench soak soak-memory stress-tables
+.PHONY: help setup run test test-packages test-clients rehearsal lint types docs bench soak soak-memory stress-tables mutants
 
 # Compiled modules are kept: uv compiles none, and the tests start hundreds of processes.
 unexport PYTHONDONTWRITEBYTECODE
@@ -11,6 +11,7 @@ WORKERS ?= 3
 CYCLES ?= 1000
 MINUTES ?= 30
 SEED ?= 0
+COUNT ?= 100
 
 help:  ## Show what there is
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/make \1\t\2/p' Makefile | expand -t 20
@@ -64,3 +65,6 @@ soak-memory: setup  ## Print the memory of a run with page, recording and Groot2
 
 stress-tables: setup  ## Stress all trees, and write the tables to docs/stress_tables.md; takes hours
 	$(BIN)/python tools/stress_tables.py --workers $(WORKERS)
+
+mutants: setup  ## Change COUNT numbers and bounds at random by SEED, and print what no test notices
+	$(BIN)/python tools/mutants.py --seed $(SEED) --count $(COUNT) --workers $(WORKERS)

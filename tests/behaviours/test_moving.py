@@ -256,6 +256,18 @@ def test_is_at_says_how_far_away_the_tool_is(station, trial):
     assert trial(IsAt(pose=beside)).fails_with("20.0 mm")
 
 
+@pytest.mark.parametrize("axis", range(3))
+def test_a_turned_tool_is_not_at_a_pose(station, trial, axis):
+    there = station.robot.tool_pose
+    for angle, at in ((0.005, True), (0.02, False), (np.pi, False)):
+        turned = pin.SE3(there.rotation @ pin.exp3(angle * np.eye(3)[axis]), there.translation)
+        asked = trial(IsAt(pose=turned))
+        if at:
+            assert asked.tick() is SUCCESS
+        else:
+            assert asked.fails_with(f"0.0 mm and {angle:.3f} rad away")
+
+
 def test_a_tool_that_moves_through_a_pose_is_not_at_it(station, trial):
     moving = trial(MoveToConfiguration(configuration=NEAR_HOME))
     for _ in range(10):

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import pytest
 
 from bt_manip.bt import Action, AlwaysFailure, AlwaysSuccess, Sequence, Sleep, Status, Tree
-from bt_manip.runner import Hardware, Run, RunObserver, RunRequest, TreeSource
+from bt_manip.runner import Hardware, Run, RunModifier, RunObserver, RunRequest, TreeSource
 from bt_manip.runner.loop import Pacing
 
 
@@ -76,6 +76,21 @@ def test_observers_are_told_everything_in_order():
         "step", "step", "after_tick", "step", "step", "after_tick", "step", "step", "after_tick",
         "cycle_ended SUCCESS", "run_ended",
     ]  # fmt: skip
+
+
+def test_a_modifier_of_the_run_is_told_after_all_who_watch():
+    told = []
+
+    class Modifier(RunModifier):
+        def after_tick(self):
+            told.append("modifier")
+
+    class Watcher(RunObserver):
+        def after_tick(self):
+            told.append("watcher")
+
+    make(Sleep("rest", msec=3)).execute([Modifier(), Watcher(), Modifier(), Watcher()])
+    assert told[:8] == ["watcher", "watcher", "modifier", "modifier"] * 2
 
 
 def test_a_failed_cycle_is_told_with_its_reason_and_the_next_one_follows():

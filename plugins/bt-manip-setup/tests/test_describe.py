@@ -188,3 +188,16 @@ def test_a_position_is_reached_where_the_gripper_stays_above_the_table():
     assert reach.reached(0.0).all(axis=1).tolist() == [False, False, True]
     height = np.array([0.2, 0.4])
     assert reach.covers(np.full(2, 0.5), height, 0.0).tolist() == [False, True]
+
+
+@pytest.mark.parametrize("friction, kept", [(2.0, True), (40.0, False)])  # [N] of each finger
+def test_dry_friction_that_takes_the_grip_is_left_out(parts, tmp_path, friction, kept):
+    path = write_small_arm(tmp_path).with_name("small.xml")
+    text, old = path.read_text(), 'damping="10" frictionloss="0"'
+    assert old in text
+    path.write_text(text.replace(old, f'damping="10" frictionloss="{friction}"'))
+    draft = describe_robot(str(path), parts, name="small")
+    assert draft.description.gripper.parameters.get("frictionloss") == (None if kept else 0.0)
+    model = draft.robot.mj_model
+    fingers = [model.joint(name).dofadr[0] for name in ("left", "right")]
+    assert model.dof_frictionloss[fingers] == pytest.approx(friction if kept else 0.0)

@@ -1,0 +1,468 @@
+"""Change numeric code at random, one place at a time, and print the changes no test notices.
+
+``python tools/mutants.py --seed 4 --count 300`` draws places at random, the same for the same seed
+and sources, and runs the tests that reach the line of each: those of the nearest names first, then
+the quickest, up to ``--budget`` seconds, with ``-x``. A change is noticed when a test fails or
+takes too long. Of what is drawn, ``--only`` keeps the modules whose paths match, and ``--skip``
+leaves the first out.
+
+Numeric code is every module of bt_manip and its packages that imports numpy, mujoco, pinocchio or
+scipy, except folders and modules that draw, print, write files or hold the contracts for tests
+(``NOT_NUMERIC``). There, numbers, signs, sums and products, comparisons, bounds (clip, min, max,
+abs), units (a factor of 1000, degrees) and conditions joined by and/or are changed; messages,
+annotations, colours and formats are not.
+
+Which tests reach a line is recorded once for each folder of tests (by coverage, in ``.mutants/``),
+and again when the tests of the folder change. In a module that has changed since, the tests that
+reach any line of it run. Lines that only other processes reach count as reached by no test. All
+runs work in copies of the checkout; nothing in place is written.
+"""
+
+import argparse
+import ast
+import hashlib
+import importlib
+import json
+import multiprocessing
+import os
+import re
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+STORE = ROOT / ".mutants"
+NUMERIC = re.compile(r"^\s*(import|from) (numpy|mujoco|pinocchio|scipy)\b", re.MULTILINE)
+NOT_NUMERIC = re.compile(
+    r"/(viewer|cli|testing|html|page|video|mcap|tables|report|examples|\w*contract|looks|levels"
+    r"|visuals|rendering|png|textured_mesh|camera_images|step_log|stopwatch)\b"
+)
+DRAWN = re.compile(r"colou?r|rgba|decimals|digits|precision|indent|font|format", re.I)
+SPOKEN = {"warn", "warning", "debug", "info", "error", "print", "log", "round", "field", "Port"}
+OPPOSITE = {
+    ast.Lt: ast.GtE, ast.GtE: ast.Lt, ast.Gt: ast.LtE, ast.LtE: ast.Gt, ast.Eq: ast.NotEq,
+    ast.NotEq: ast.Eq, ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult,
+}  # fmt: skip
+BOUNDARY = {ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt}
+SWAPPED = {
+    "min": "max", "max": "min", "minimum": "maximum", "maximum": "minimum", "any": "all",
+    "all": "any", "sin": "cos", "cos": "sin", "nanmin": "nanmax", "nanmax": "nanmin",
+}  # fmt: skip
+UNWRAPPED = {"clip", "minimum", "maximum", "min", "max", "abs", "fabs", "absolute", "deg2rad",
+             "rad2deg", "radians", "degrees", "sqrt"}  # fmt: skip
+
+
+class Mutant(NamedTuple):
+    """A change of the text of a module between two offsets."""
+
+    module: str
+    line: int
+    lines: range  # of the statement; none for what runs at import
+    start: int
+    end: int
+    text: str
+
+
+def variants(node: ast.AST, subscript: bool) -> Iterator[str]:
+    """Yield the texts that may replace an expression."""
+    match node:
+        case ast.Constant(value=bool()):
+            return
+        case ast.Constant(value=int(value)):
+            large = abs(value) > 10  # of such counts, one more or less is none the worse
+            yield from map(str, (value * 2, value // 2) if large else (value + 1, value - 1))
+            if value > 1 and not subscript:
+                yield str(value * 1000)
+        case ast.Constant(value=float(value)):
+            if value and abs(value) < 1e-5:  # a tolerance: twice as much is none the worse
+                yield from (repr(value * 1000), repr(value / 1000))
+            elif value:
+                yield from map(repr, (value * 2, value / 2, -value, value * 1000, value / 1000))
+            else:
+                yield "1.0"
+        case ast.Attribute(value=ast.Name(id="np" | "math"), attr="nan"):
+            yield "0.0"
+        case ast.UnaryOp(op=ast.USub(), operand=operand):
+            yield f"({ast.unparse(operand)})"
+        case ast.BinOp(left=left, op=op, right=right) if type(op) in OPPOSITE:
+            if any(isinstance(a, ast.Constant | ast.JoinedStr) and not is_number(a)
+                   for a in (left, right)):  # fmt: skip
+                return
+            yield f"({ast.unparse(ast.BinOp(left, OPPOSITE[type(op)](), right))})"
+            if isinstance(op, ast.Add | ast.Sub):
+                yield f"({ast.unparse(left)})"
+                yield f"({ast.unparse(right)})"
+        case ast.Compare(left=left, ops=[op], comparators=[right]) if type(op) in OPPOSITE:
+            yield f"({ast.unparse(ast.Compare(left, [OPPOSITE[type(op)]()], [right]))})"
+            if type(op) in BOUNDARY and any(is_count(a) for a in (left, right)):
+                yield f"({ast.unparse(ast.Compare(left, [BOUNDARY[type(op)]()], [right]))})"
+        case ast.BoolOp(op=op, values=values):
+            if any(isinstance(value, ast.Compare) for value in values):
+                for gone in range(len(values)):
+                    kept = [v for index, v in enumerate(values) if index != gone]
+                    new = kept[0] if len(kept) == 1 else ast.BoolOp(op, kept)
+                    yield f"({ast.unparse(new)})"
+        case ast.AugAssign(target=target, op=op, value=value) if type(op) in OPPOSITE:
+            yield ast.unparse(ast.AugAssign(target, OPPOSITE[type(op)](), value))
+        case ast.Call(func=ast.Name(id=name) | ast.Attribute(attr=name), args=[first, *_]):
+            function = ast.unparse(node.func)
+            if name in SWAPPED:
+                new = function[: -len(name)] + SWAPPED[name]
+                yield new + ast.unparse(node)[len(function) :]
+            if name in UNWRAPPED and not isinstance(first, ast.Starred):
+                yield f"({ast.unparse(first)})"
+
+
+def is_number(node: ast.AST) -> bool:
+    """Return whether the node is a number, not text."""
+    return isinstance(node, ast.Constant) and isinstance(node.value, int | float)
+
+
+def is_count(node: ast.AST) -> bool:
+    """Return whether the node is a whole number: elsewhere, < and <= differ by chance only."""
+    return (isinstance(node, ast.Constant) and type(node.value) is int and node.value != 0) or (
+        isinstance(node, ast.Call) and ast.unparse(node.func) == "len"
+    )
+
+
+def is_left_out(node: ast.AST) -> bool:
+    """Return whether nothing is changed below a node: text, colours and formats."""
+    match node:
+        case ast.JoinedStr() | ast.Raise() | ast.Assert() | ast.Import() | ast.ImportFrom():
+            return True
+        case ast.Call(func=ast.Name(id=name) | ast.Attribute(attr=name)):
+            return name in SPOKEN
+        case ast.Assign(targets=[target]) | ast.AnnAssign(target=target):
+            return bool(DRAWN.search(ast.unparse(target)))
+        case ast.keyword(arg=str(name)):
+            return bool(DRAWN.search(name))
+    return False
+
+
+def mutants_of(module: str, text: str) -> Iterator[list[Mutant]]:
+    """Yield the changes of each place of a module."""
+    starts = [0]
+    for line in text.encode().splitlines(keepends=True):
+        starts.append(starts[-1] + len(line))
+    pending: list[tuple[Any, bool, range]] = [(ast.parse(text), False, range(0))]
+    while pending:
+        node, subscript, lines = pending.pop()
+        if is_left_out(node):
+            continue
+        texts = list(variants(node, subscript))
+        if texts:
+            start = starts[node.lineno - 1] + node.col_offset
+            end = starts[node.end_lineno - 1] + node.end_col_offset
+            yield [Mutant(module, node.lineno, lines, start, end, new) for new in texts]
+        for name, value in ast.iter_fields(node):
+            if name in ("annotation", "returns", "decorator_list", "type_params"):
+                continue
+            below = subscript or (isinstance(node, ast.Subscript) and name == "slice")
+            for child in value if isinstance(value, list) else [value]:
+                reached = lines
+                if isinstance(child, ast.stmt) and is_deferred(node, name, lines):
+                    body = getattr(child, "body", None)
+                    end = body[0].lineno if body else child.end_lineno + 1
+                    reached = range(child.lineno, max(end, child.lineno + 1))
+                if isinstance(child, ast.AST):
+                    pending.append((child, below, reached))
+
+
+def is_deferred(node: ast.AST, name: str, lines: range) -> bool:
+    """Return whether a statement below the node runs in a call, not at import."""
+    return len(lines) > 0 or (isinstance(node, ast.FunctionDef) and name == "body")
+
+
+def mutated(mutant: Mutant, source: bytes) -> bytes:
+    """Return the module with the change."""
+    return source[: mutant.start] + mutant.text.encode() + source[mutant.end :]
+
+
+def numeric_modules() -> list[str]:
+    """Return the modules with numeric code, relative to the root."""
+    paths = [*ROOT.glob("bt_manip/**/*.py"), *ROOT.glob("plugins/*/bt_manip_*/**/*.py")]
+    names = sorted(str(path.relative_to(ROOT)) for path in paths)
+    return [
+        name
+        for name in names
+        if NUMERIC.search((ROOT / name).read_text()) and not NOT_NUMERIC.search(name)
+    ]
+
+
+def draw(seed: int, count: int) -> list[Mutant]:
+    """Draw places, and for each one of its changes; changes elsewhere leave the draw as it is."""
+    drawn: dict[str, Mutant] = {}
+    for module in numeric_modules():
+        source = (ROOT / module).read_bytes()
+        seen: dict[str, int] = {}
+        for place in mutants_of(module, source.decode()):
+            text = f"{seed} {module} {source[place[0].start : place[0].end].decode()}"
+            seen[text] = seen.get(text, 0) + 1
+            key = digest(f"{text} {seen[text]}".encode())
+            drawn[key] = place[int(key, 16) % len(place)]
+    return [drawn[key] for key in sorted(drawn)[:count]]
+
+
+# As a plugin of pytest, it records which test reaches which lines.
+
+_seconds: dict[str, float] = {}
+_spoiled: set[str] = set()
+
+
+def pytest_runtest_logstart(nodeid: str, location: Any) -> None:
+    """Count the lines from here on for the test."""
+    import coverage
+
+    if measured := coverage.Coverage.current():
+        measured.switch_context(nodeid)
+
+
+def pytest_runtest_logreport(report: Any) -> None:
+    """Add the duration of a phase of a test, and remember tests that do not pass."""
+    _seconds[report.nodeid] = _seconds.get(report.nodeid, 0.0) + report.duration
+    if not report.passed:
+        _spoiled.add(report.nodeid)
+
+
+def pytest_unconfigure(config: Any) -> None:
+    """Write the durations of the tests that passed."""
+    if path := os.environ.get("MUTANTS_SECONDS"):
+        passed = {test: value for test, value in _seconds.items() if test not in _spoiled}
+        Path(path).write_text(json.dumps(passed))
+
+
+LIBRARIES = ("numpy", "mujoco", "pinocchio", "dm_control.composer", "trimesh", "ruckig", "scipy")
+
+
+class Copy:
+    """A copy of the checkout, in which changed modules are tested."""
+
+    def __init__(self, number: int) -> None:
+        self.root = STORE / f"copies-{os.getpid()}" / str(number)
+        listed = subprocess.run(
+            ["git", "ls-files", "-co", "--exclude-standard", "-z"],
+            cwd=ROOT, check=True, capture_output=True, text=True,
+        )  # fmt: skip
+        for name in filter(None, listed.stdout.split("\0")):
+            if (ROOT / name).is_file():
+                (self.root / name).parent.mkdir(parents=True, exist_ok=True)
+                shutil.copy2(ROOT / name, self.root / name)
+        shared = self.root.parent / "shared"  # where tests look for the models of others
+        if (ROOT.parent / "shared").exists() and not shared.exists():
+            shared.symlink_to((ROOT.parent / "shared").resolve())
+        folders = [self.root, *sorted(self.root.glob("plugins/*"))]
+        self.environment = {
+            **os.environ,
+            "PYTHONPATH": os.pathsep.join(map(str, folders)),
+            "PYTHONDONTWRITEBYTECODE": "1",
+            "MUJOCO_GL": "disable",
+            "BT_MANIP_CACHE": str(self.root / "cache"),
+        }
+
+    def test(self, arguments: list[str], seconds: float) -> tuple[int | None, str]:
+        """Run pytest in a fork, which has the libraries already; no exit code: it took too long."""
+        with tempfile.TemporaryFile() as output:
+            if (process := os.fork()) == 0:
+                os.setsid()
+                resource.setrlimit(resource.RLIMIT_CPU, (int(seconds), int(seconds) + 5))
+                os.chdir(self.root)
+                os.environ.update(self.environment)
+                sys.path[:0] = self.environment["PYTHONPATH"].split(os.pathsep)
+                sys.dont_write_bytecode = True
+                for stream in (1, 2):
+                    os.dup2(output.fileno(), stream)
+                try:
+                    code = int(pytest.main(arguments))
+                    sys.stdout.flush()
+                finally:
+                    os._exit(code)
+            deadline = time.monotonic() + 20 * seconds  # others may use the processor, too
+            while not (ended := os.waitpid(process, os.WNOHANG))[0]:
+                time.sleep(0.02)
+                if time.monotonic() > deadline:
+                    os.killpg(process, signal.SIGKILL)
+            output.seek(0)
+            code = os.waitstatus_to_exitcode(ended[1])
+            return (code if code >= 0 else None), output.read().decode(errors="replace")
+
+
+class Reach:
+    """Which tests reach which lines, by folders of tests."""
+
+    def __init__(self, folders: list[str]) -> None:
+        import coverage
+
+        self._data, self._sources, self.seconds = [], [], {}
+        for folder in folders:
+            base = STORE / "reach" / folder.replace("/", "+")
+            if not base.exists():
+                continue
+            record = json.loads(base.with_name(f"{base.name}.json").read_text())
+            data = coverage.CoverageData(basename=str(base))
+            data.read()
+            self._data.append(data)
+            self._sources.append(record["sources"])
+            self.seconds |= record["seconds"]
+
+    def tests_of(self, mutant: Mutant) -> list[str]:
+        """Return the tests that reach the line, the nearest and quickest first."""
+        text = (ROOT / mutant.module).read_bytes()
+        tests: set[str] = set()
+        for data, sources in zip(self._data, self._sources, strict=True):
+            measured = (name for name in data.measured_files() if name.endswith(mutant.module))
+            by_line = data.contexts_by_lineno(next(measured, mutant.module))
+            known = mutant.lines and sources.get(mutant.module) == digest(text)
+            for line in mutant.lines if known else by_line:
+                tests.update(by_line.get(line, ()))
+        words = set(re.findall(r"[a-z]+", mutant.module))
+
+        def distance(test: str) -> tuple[int, float, str]:
+            path = re.findall(r"[a-z]+", test.partition("::")[0])
+            return -len(words.intersection(path)), self.seconds[test], test
+
+        return sorted((test for test in tests if test in self.seconds), key=distance)
+
+
+def digest(text: bytes) -> str:
+    """Return a short hash."""
+    return hashlib.sha256(text).hexdigest()[:16]
+
+
+def folders_of_tests() -> list[str]:
+    """Return the folders whose tests are recorded together."""
+    folders = [path for path in ROOT.glob("tests/*") if list(path.glob("test_*.py"))]
+    folders += ROOT.glob("plugins/*/tests")
+    return sorted(str(path.relative_to(ROOT)) for path in folders)
+
+
+def record(folder: str, copy: Copy) -> None:
+    """Record which lines the tests of a folder reach, unless it is recorded already."""
+    base = STORE / "reach" / folder.replace("/", "+")
+    described = base.with_name(f"{base.name}.json")
+    tests = {str(path): digest(path.read_bytes()) for path in sorted((ROOT / folder).rglob("*.py"))}
+    key = digest(json.dumps(tests).encode())
+    if described.exists() and json.loads(described.read_text())["tests"] == key:
+        return
+    print(f"recording {folder}", flush=True)
+    base.parent.mkdir(parents=True, exist_ok=True)
+    base.unlink(missing_ok=True)
+    seconds = base.with_name(f"{base.name}.seconds")
+    begin = time.monotonic()
+    arguments = ["-m", "coverage", "run", f"--data-file={base}", "--rcfile=/dev/null",
+                 "--include=*/bt_manip/*,*/bt_manip_*/*", "-m", "pytest", "-q", "-p", "mutants",
+                 "-p", "no:cacheprovider", "-p", "no:xdist", folder]  # fmt: skip
+    path = f"{copy.environment['PYTHONPATH']}{os.pathsep}{copy.root / 'tools'}"
+    environment = {**copy.environment, "PYTHONPATH": path, "MUTANTS_SECONDS": str(seconds)}
+    subprocess.run([sys.executable, *arguments], cwd=copy.root, env=environment)
+    print(f"{time.monotonic() - begin:.0f} s", flush=True)
+    sources = {module: digest((ROOT / module).read_bytes()) for module in numeric_modules()}
+    passed = json.loads(seconds.read_text()) if seconds.exists() else {}
+    described.write_text(json.dumps({"tests": key, "sources": sources, "seconds": passed}))
+
+
+class Judge:
+    """Tests changes in a copy, in a process of its own."""
+
+    def __init__(self, copies: Any, folders: list[str], budget: float) -> None:
+        self._copy, self._reach, self._budget = copies.get(), Reach(folders), budget
+
+    def verdict(self, mutant: Mutant) -> str:
+        """Return how the tests took a change: an empty text if one noticed it."""
+        tests, total = [], 0.0
+        reaching = self._reach.tests_of(mutant)
+        for test in reaching:
+            if not tests or total + self._reach.seconds[test] <= self._budget:
+                tests.append(test)
+                total += self._reach.seconds[test]
+        if not tests:
+            return "no test reaches it"
+        target = self._copy.root / mutant.module
+        original = (ROOT / mutant.module).read_bytes()
+        target.write_bytes(mutated(mutant, original))
+        try:
+            arguments = ["-q", "-x", "-p", "no:cacheprovider", "-p", "no:xdist", *tests]
+            code, output = self._copy.test(arguments, 30 + 3 * total)
+        finally:
+            target.write_bytes(original)
+        if code == 0:
+            return f"{len(tests)} of {len(reaching)} tests that reach it pass"
+        if code not in (1, 2, None):
+            raise RuntimeError(f"pytest ended with {code}:\n{output[-2000:]}")
+        failed = re.findall(r"^(?:FAILED|ERROR) (\S+)", output, re.MULTILINE)
+        with (STORE / "noticed.log").open("a") as log:
+            log.write(f"{mutant.module}:{mutant.line} {mutant.text}: {failed or 'too long'}\n")
+        return ""
+
+
+def start(*arguments: Any) -> None:
+    """Begin a process that judges."""
+    global _judge
+    _judge = Judge(*arguments)
+
+
+def try_one(mutant: Mutant) -> tuple[str, float]:
+    """Return the verdict on a change, and how long it took [s]."""
+    begin = time.monotonic()
+    return _judge.verdict(mutant), time.monotonic() - begin
+
+
+def main() -> int:
+    """Print the changes that no test noticed, and the share of noticed ones by package."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--count", type=int, default=100)
+    parser.add_argument("--skip", type=int, default=0)
+    parser.add_argument("--only", default="")
+    parser.add_argument("--budget", type=float, default=20.0)
+    parser.add_argument("--workers", type=int, default=1)
+    parser.add_argument("--tests", nargs="+", metavar="FOLDER", default=folders_of_tests())
+    options = parser.parse_args()
+    os.environ["MUJOCO_GL"] = "disable"
+    for library in LIBRARIES:
+        importlib.import_module(library)
+    context = multiprocessing.get_context("fork")
+    copies = [Copy(number) for number in range(options.workers)]
+    try:
+        for folder in options.tests:
+            record(folder, copies[0])
+        waiting = context.SimpleQueue()
+        for copy in copies:
+            waiting.put(copy)
+        mutants = draw(options.seed, options.count)[options.skip :]
+        mutants = [mutant for mutant in mutants if re.search(options.only, mutant.module)]
+        given = (waiting, options.tests, options.budget)
+        with context.Pool(options.workers, start, given) as pool:
+            report(mutants, pool.imap(try_one, mutants), options.seed)
+    finally:
+        shutil.rmtree(copies[0].root.parent, ignore_errors=True)
+    return 0
+
+
+def report(mutants: list[Mutant], verdicts: Iterator[tuple[str, float]], seed: int) -> None:
+    """Print each change that was not noticed, and then the counts."""
+    counts: dict[str, list[bool]] = {}
+    for mutant, (verdict, seconds) in zip(mutants, verdicts, strict=True):
+        counts.setdefault("/".join(mutant.module.split("/")[:2]), []).append(not verdict)
+        if verdict:
+            source = (ROOT / mutant.module).read_bytes()
+            old = source.splitlines()[mutant.line - 1].decode().strip()
+            new = mutated(mutant, source).splitlines()[mutant.line - 1].decode().strip()
+            print(f"{mutant.module}:{mutant.line}: {verdict} ({seconds:.0f} s)\n- {old}\n+ {new}")
+            sys.stdout.flush()
+    for package, noticed in sorted(counts.items()):
+        print(f"{sum(noticed):4} of {len(noticed):4} noticed  {package}")
+    everything = sum(counts.values(), [])
+    print(f"{sum(everything)} of {len(everything)} noticed with seed {seed}")
+
+
+if __name__ == "__main__":
+    sys.exit(main())
