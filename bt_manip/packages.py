@@ -54,6 +54,12 @@ PACKAGES: dict[str, dict[str, str]] = {
         "module": "bt_manip.agents bt_manip.demonstrations bt_manip.envs",
     },
     "bt-manip-menagerie": {"robot": "fr3 iiwa14 menagerie_panda ur5e xarm7"},
+    "bt-manip-moveit-pro": {
+        "dialect": "moveit-pro",
+        "node of a dialect": (
+            "ForEach ForEachUntilSuccess RepeatUnlessFailureEachTick RepeatUnlessFailureWithinTick"
+        ),
+    },
     "bt-manip-policy": {
         "behaviour": "IsAbove RunPolicy",
         "kind of policies": "onnx",

@@ -58,6 +58,7 @@ EXPERIMENTAL = {
         "WaitValueUpdate LoopBool LoopDouble LoopInt AlwaysSuccess AlwaysFailure "
         "ScriptCondition SetBlackboard UnsetBlackboard WasEntryUpdated Blackboard InOut Comment "
         "as_written TreeWatch read_tree Reading ReadingOptions declare Stubs Libraries "
+        "Dialect Document Element Problems "
         "LeafMapping Node NodeKind texts_of instance_to_xml tree_instances"
     ),
     "bt_manip.behaviours": (
