@@ -13,6 +13,13 @@ PACKAGES: dict[str, dict[str, str]] = {
         "scene": "table_and_tray",
         "tree": "sort_blocks stack_blocks",
     },
+    "bt-manip-btcpp3": {
+        "dialect": "btcpp-3",
+        "node of a dialect": (
+            "BlackboardCheckBool BlackboardCheckDouble BlackboardCheckInt BlackboardCheckString "
+            "SequenceStar"
+        ),
+    },
     "bt-manip-everyday": {
         "object": "blue_can bowl coffee_mug green_can red_can yellow_can",
         "behaviour": "HoldsExactly ReadSentence",
@@ -54,6 +61,12 @@ PACKAGES: dict[str, dict[str, str]] = {
         "module": "bt_manip.agents bt_manip.demonstrations bt_manip.envs",
     },
     "bt-manip-menagerie": {"robot": "fr3 iiwa14 menagerie_panda ur5e xarm7"},
+    "bt-manip-moveit-pro": {
+        "dialect": "moveit-pro",
+        "node of a dialect": (
+            "ForEach ForEachUntilSuccess RepeatUnlessFailureEachTick RepeatUnlessFailureWithinTick"
+        ),
+    },
     "bt-manip-policy": {
         "behaviour": "IsAbove RunPolicy",
         "kind of policies": "onnx",

@@ -14,7 +14,7 @@ STABLE = {
         "Tree load_tree parse_tree tree_to_xml BehaviourRegistry Status NodeStatus Action "
         "Condition Control SubTree Input Output Sequence Fallback ReactiveFallback Parallel "
         "IfThenElse TryCatch Inverter ForceSuccess Repeat RetryUntilSuccessful Script Sleep "
-        "SyncAction Decorator LoopString"
+        "SyncAction Decorator LoopString Dialect"
     ),
     "bt_manip.behaviours": (
         "CellBehaviour MotionBehaviour SpawnObject RemoveObject ObjectExists IsIn Hover Reach "
@@ -58,6 +58,7 @@ EXPERIMENTAL = {
         "WaitValueUpdate LoopBool LoopDouble LoopInt AlwaysSuccess AlwaysFailure "
         "ScriptCondition SetBlackboard UnsetBlackboard WasEntryUpdated Blackboard InOut Comment "
         "as_written TreeWatch read_tree Reading ReadingOptions declare Stubs Libraries "
+        "Document Element Problems PortType STRING DOUBLE is_pointer "
         "LeafMapping Node NodeKind texts_of instance_to_xml tree_instances"
     ),
     "bt_manip.behaviours": (

@@ -16,7 +16,7 @@ from bt_manip.bt.registry import BehaviourRegistry
 from bt_manip.bt.tree import Tree
 from bt_manip.bt.xml.builder import Builder
 from bt_manip.bt.xml.context import ReadingContext
-from bt_manip.bt.xml.dialect import dialect_named
+from bt_manip.bt.xml.dialect import BTCPP, Dialect, choose_dialect
 from bt_manip.bt.xml.document import Document, parse_document, read_document
 from bt_manip.bt.xml.problem import Problem, Problems
 from bt_manip.bt.xml.reader import read_trees
@@ -39,6 +39,7 @@ class Reading:
         document: The document, as far as it could be read.
         stubbed: The description of each stub, with the number of its nodes.
         registry: The behaviours, stubs included, and the nodes of the dialect.
+        dialect: The dialect of the document.
     """
 
     tree: Tree | None
@@ -46,6 +47,7 @@ class Reading:
     document: Document | None
     stubbed: Mapping[str, int] = field(default_factory=dict)
     registry: BehaviourRegistry = field(default_factory=BehaviourRegistry)
+    dialect: Dialect = BTCPP
 
     @property
     def errors(self) -> tuple[Problem, ...]:
@@ -168,18 +170,23 @@ def _read(
     if document is None:
         return Reading(None, tuple(problems), None)
     main, own_trees = options.main or document.main_tree(), list(document.trees)
-    libraries = Libraries.of(options.libraries)
+    dialect = choose_dialect(options.dialect, document.root, registry.dialects, problems)
+    libraries = Libraries.of(options.libraries).extended(dialect.libraries)
     libraries.add_to(document)
+    for source in document.sources.values():
+        if source.findings is None:  # else another document named it before
+            source.findings = Problems()
+            dialect.translate(source.root, document, source.findings)
+        problems.extend(source.findings)
     if options.mapping is not None:
         options.mapping.apply(document, problems)
-    dialect = dialect_named(options.dialect, document.root)
     context = ReadingContext(document, registry, problems, dialect, options)
     tree, built, stubbed = _build(context, main, own_trees)
     reached = {document.trees[name].place.file for name in built if name in document.trees}
     problems.extend(libraries.problems_of(reached, context))
     if problems.errors:
         tree = None
-    return Reading(tree, tuple(problems), document, stubbed, context.registry)
+    return Reading(tree, tuple(problems), document, stubbed, context.registry, dialect)
 
 
 def _build(

@@ -1,0 +1,47 @@
+"""The dialect of MoveIt Pro's objectives."""
+
+from bt_manip.bt import Dialect, Element, Problems
+from bt_manip_moveit_pro.for_each import ForEach, ForEachUntilSuccess
+from bt_manip_moveit_pro.repeat_unless_failure import (
+    RepeatUnlessFailureEachTick,
+    RepeatUnlessFailureWithinTick,
+)
+
+NODES = {
+    cls.__name__: cls
+    for cls in (
+        ForEach,
+        ForEachUntilSuccess,
+        RepeatUnlessFailureEachTick,
+        RepeatUnlessFailureWithinTick,
+    )
+}
+
+
+def is_objective(root: Element, problems: Problems) -> bool:
+    """Return whether a document has a trait that only MoveIt Pro's have."""
+    for element in root.iterate():
+        if element.name in NODES or element.get("ID") in NODES:
+            return True
+        if element.name in ("MetadataFields", "Metadata"):
+            return True
+        if element.name in ("BehaviorTree", "SubTree"):
+            if " " in (element.get("ID") or ""):
+                return True
+            if element.attributes.keys() & {"_subtreeOnly", "_hardcoded", "_external"}:
+                return True
+    return False
+
+
+MOVEIT_PRO = Dialect(
+    "moveit-pro",
+    "objectives of MoveIt Pro",
+    nodes=NODES,
+    attributes=frozenset(
+        "_subtreeOnly _hardcoded _category _displayName _external _runnable _tags "
+        "_skipValidation".split()
+    ),
+    spaces_in_names=True,
+    double_quotes=True,
+    recognises=is_objective,
+)
