@@ -54,6 +54,13 @@ PACKAGES: dict[str, dict[str, str]] = {
         "module": "bt_manip.agents bt_manip.demonstrations bt_manip.envs",
     },
     "bt-manip-menagerie": {"robot": "fr3 iiwa14 menagerie_panda ur5e xarm7"},
+    "bt-manip-nav2": {
+        "behaviour": (
+            "DistanceController GoalUpdatedController GoalUpdater NonblockingSequence "
+            "PathLongerOnApproach PersistentSequence PipelineSequence RateController RecoveryNode "
+            "RoundRobin SingleTrigger SpeedController"
+        ),
+    },
     "bt-manip-policy": {
         "behaviour": "IsAbove RunPolicy",
         "kind of policies": "onnx",
