@@ -44,8 +44,9 @@ class RunOptions(StationOptions):
         help="Seed of all randomness.  [default: the scene's, or 0]",
     )  # fmt: skip
     configurations: Path | None = option(
-        "--configurations", type=click.Path(path_type=Path), metavar="FILE.toml",
-        help="Named configurations for MoveToConfiguration, as the page saves them.",
+        "--configurations", type=click.Path(path_type=Path), metavar="FILE",
+        help="Named configurations for MoveToConfiguration: a TOML file, as the page saves them, "
+        "or a waypoints.yaml of MoveIt Pro.",
     )  # fmt: skip
     tick_ms: float = option(
         "--tick", default=10.0, show_default=True, metavar="MS",
