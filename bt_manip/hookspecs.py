@@ -82,6 +82,15 @@ def register_behaviours(register: Callable[..., None]) -> None:
 
 
 @hookspec
+def register_dialects(register: Callable[[Any], None]) -> None:
+    """Register dialects of trees: how documents of other engines and editors are read.
+
+    Args:
+        register: ``register(dialect)`` with a `bt_manip.bt.Dialect`, which includes its name.
+    """
+
+
+@hookspec
 def register_trees(register: Callable[[str, Any], None]) -> None:
     """Register trees that ``bt-manip run`` accepts by name.
 

@@ -219,6 +219,7 @@ class Parts:
         controllers: Factories, ``factory(robot) -> Controller``.
         planners: Factories, ``factory() -> Planner``.
         behaviours: Classes of tree nodes, without the built-in nodes of the tree language.
+        dialects: Dialects of trees, `bt_manip.bt.Dialect`.
         trees: Locations: ``path.xml`` or ``path.py:function``.
         scenes: Factories, ``factory() -> Scene``.
         model_sources: Functions, ``find(address, progress) -> FoundModel | Path``, by the kind of
@@ -240,6 +241,7 @@ class Parts:
 
     trees: Registry[str] = _registry("tree")
     behaviours: Registry[type] = _registry("behaviour")
+    dialects: Registry[Any] = _registry("dialect")
     objects: Registry[Callable[..., Any]] = _registry("object")
     robots: Registry[Any] = _registry("robot")
     grippers: Registry[Callable[..., Any]] = _registry("gripper")

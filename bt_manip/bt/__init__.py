@@ -93,13 +93,17 @@ from .stubs import Stubs as Stubs
 from .substitution import Rule as Rule
 from .substitution import Substitutions as Substitutions
 from .substitution import find_rule as find_rule
+from .xml.dialect import Dialect as Dialect
+from .xml.document import Document as Document
 from .xml.instance import instance_to_xml as instance_to_xml
 from .xml.instance import tree_instances as tree_instances
 from .xml.model import models_document as models_document
 from .xml.problem import Place as Place
 from .xml.problem import Problem as Problem
+from .xml.problem import Problems as Problems
 from .xml.python_source import to_python as to_python
 from .xml.schema import tree_schema as tree_schema
+from .xml.source import Element as Element
 from .xml.source import Source as Source
 from .xml.source import decode as decode
 from .xml.source import parse_source as parse_source

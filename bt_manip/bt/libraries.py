@@ -35,11 +35,20 @@ class Libraries:
                     if document is not None:
                         self.documents.append(document)
         self._checked: dict[str, list[Problem]] = {}
+        self._extended: dict[tuple[Path, ...], Libraries] = {}
 
     @classmethod
     def of(cls, given: "Iterable[str | Path] | Libraries") -> "Libraries":
         """Return the libraries, with paths replaced by the libraries in these files."""
         return given if isinstance(given, Libraries) else cls(given)
+
+    def extended(self, paths: tuple[Path, ...]) -> "Libraries":
+        """Return these libraries and further ones, whose trees of the same ID do not count."""
+        if not paths:
+            return self
+        if paths not in self._extended:
+            self._extended[paths] = Libraries((*self.paths, *paths))
+        return self._extended[paths]
 
     def add_to(self, document: Document) -> None:
         """Let a document name the trees as sub-trees; its own trees of the same ID count.

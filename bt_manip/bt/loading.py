@@ -16,7 +16,7 @@ from bt_manip.bt.registry import BehaviourRegistry
 from bt_manip.bt.tree import Tree
 from bt_manip.bt.xml.builder import Builder
 from bt_manip.bt.xml.context import ReadingContext
-from bt_manip.bt.xml.dialect import dialect_named
+from bt_manip.bt.xml.dialect import choose_dialect
 from bt_manip.bt.xml.document import Document, parse_document, read_document
 from bt_manip.bt.xml.problem import Problem, Problems
 from bt_manip.bt.xml.reader import read_trees
@@ -167,11 +167,16 @@ def _read(
     if document is None:
         return Reading(None, tuple(problems), None)
     main, own_trees = options.main or document.main_tree(), list(document.trees)
-    libraries = Libraries.of(options.libraries)
+    dialect = choose_dialect(options.dialect, document.root, registry.dialects, problems)
+    libraries = Libraries.of(options.libraries).extended(dialect.libraries)
     libraries.add_to(document)
+    for source in document.sources.values():
+        if source.findings is None:  # else another document named it before
+            source.findings = Problems()
+            dialect.translate(source.root, document, source.findings)
+        problems.extend(source.findings)
     if options.mapping is not None:
         options.mapping.apply(document, problems)
-    dialect = dialect_named(options.dialect, document.root)
     context = ReadingContext(document, registry, problems, dialect, options)
     tree, built, stubbed = _build(context, main, own_trees)
     reached = {document.trees[name].place.file for name in built if name in document.trees}

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from enum import Enum
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from bt_manip.bt.nodes.actions.blackboard import SetBlackboard, UnsetBlackboard, WasEntryUpdated
 from bt_manip.bt.nodes.actions.constant import AlwaysFailure, AlwaysSuccess
@@ -40,6 +40,9 @@ from bt_manip.bt.nodes.subtree import SubTree
 from bt_manip.exceptions import TreeError, UnknownBehaviourError
 from bt_manip.packages import suggestion
 
+if TYPE_CHECKING:
+    from bt_manip.bt.xml.dialect import Dialect
+
 FORBIDDEN = frozenset(" \t\n\r<>&\"'/\\:*?|.")
 """Characters that no name of a behaviour, tree or port has."""
 
@@ -55,7 +58,7 @@ BUILT_IN: Final[tuple[type[Node], ...]] = (
 
 
 class BehaviourRegistry:
-    """Classes of behaviours by the name that trees use, and numbers that scripts know by name.
+    """Behaviours by the name that trees use, numbers that scripts know by name, and dialects.
 
     The nodes of the language are in every registry.
 
@@ -67,6 +70,7 @@ class BehaviourRegistry:
         self._classes = {cls.registration: cls for cls in BUILT_IN}
         self._built_in = frozenset(self._classes)
         self._enums: dict[str, int] = {}
+        self._dialects: dict[str, Dialect] = {}
         for behaviour in behaviours:
             self.register(behaviour)
 
@@ -115,6 +119,22 @@ class BehaviourRegistry:
             if self._enums.setdefault(name, number) != number:
                 raise TreeError(f"'{name}' is {self._enums[name]} already; it cannot be {number}")
 
+    def register_dialect(self, dialect: "Dialect") -> None:
+        """Let documents be of a dialect."""
+        self._dialects[dialect.name] = dialect
+
+    @property
+    def dialects(self) -> Mapping[str, "Dialect"]:
+        """The dialects that documents may be of, by name."""
+        return dict(self._dialects)
+
+    def of_dialect(self, dialect: "Dialect") -> "BehaviourRegistry":
+        """Return a registry with the nodes of a dialect, which replace those of the same name."""
+        copied = self.copy()
+        copied._classes.update(dialect.nodes)
+        copied._built_in = copied._built_in - dialect.without | dialect.nodes.keys()
+        return copied
+
     def get(self, name: str) -> type[Node]:
         """Return the class that is registered under a name.
 
@@ -157,6 +177,8 @@ class BehaviourRegistry:
         copied = BehaviourRegistry()
         copied._classes = dict(self._classes)
         copied._enums = dict(self._enums)
+        copied._dialects = dict(self._dialects)
+        copied._built_in = self._built_in
         return copied
 
     def __contains__(self, name: object) -> bool:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from bt_manip.cli.completion import complete_part
 from bt_manip.cli.options import option
 from bt_manip.exceptions import BtManipError, did_you_mean
 
@@ -21,6 +22,7 @@ class ForeignTrees:
     """Values of the options.
 
     Attributes:
+        dialect: The name of a dialect, or ``auto``.
         stubs: ``NAME=RESULT``, as given.
         stub_unknown: Whether unknown leaves and sub-trees succeed.
         models: Files that declare nodes.
@@ -28,6 +30,11 @@ class ForeignTrees:
         libraries: Files and folders whose trees may be named as sub-trees.
     """
 
+    dialect: str = option(
+        "--dialect", default="auto", metavar="NAME", shell_complete=complete_part("dialects"),
+        help="Dialect of the document: btcpp, or one of bt-manip list dialects.  [default: it is "
+        "recognised]",
+    )  # fmt: skip
     stubs: tuple[str, ...] = option(
         "--stub", multiple=True, metavar="NAME=RESULT",
         help="Let a leaf or sub-tree return SUCCESS, FAILURE or RUNNING, or any node be another "
@@ -69,7 +76,7 @@ class ForeignTrees:
                 )
             results[name] = result
         return ReadingOptions(
-            dialect="auto",
+            dialect=self.dialect,
             stubs=Stubs(self.stub_unknown, results, self.models),
             libraries=Libraries(self.libraries),
             mapping=None if self.mapping is None else LeafMapping.read(self.mapping),
@@ -78,6 +85,7 @@ class ForeignTrees:
     def fields(self) -> dict[str, Any]:
         """Return the options that were given, as plain data."""
         given = {
+            "dialect": self.dialect if self.dialect != "auto" else None,
             "libraries": list(map(str, self.libraries)),
             "models": list(map(str, self.models)),
             "stub_unknown": self.stub_unknown,
@@ -91,6 +99,7 @@ class ForeignTrees:
         """Return the options of some `fields`."""
         mapping = fields.get("mapping")
         return cls(
+            fields.get("dialect", "auto"),
             tuple(fields.get("stubs", ())),
             fields.get("stub_unknown", False),
             tuple(map(Path, fields.get("models", ()))),

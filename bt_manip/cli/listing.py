@@ -205,6 +205,8 @@ def _summary(part: Any) -> str:
         return part
     if suffixes := getattr(part, "suffixes", ()):  # a model format
         return ", ".join(suffixes)
+    if summary := getattr(part, "summary", ""):  # of a dialect
+        return str(summary)
     if not callable(part):  # such as a robot's description
         return str(getattr(part, "model", "") or getattr(part, "make", ""))
     # Not that of a base class, which getdoc() would give.

@@ -22,13 +22,6 @@ if TYPE_CHECKING:
     from bt_manip.bt import BehaviourRegistry, Place, Problem, Reading, ReadingOptions, Tree
     from bt_manip.runner import TreeSource
 
-_dialect = click.option(
-    "--dialect",
-    type=click.Choice(["auto", "btcpp", "moveit-pro"]),
-    default="auto",
-    show_default=True,
-    help="Dialect of the document.",
-)
 _output = click.option(
     "-o",
     "--output",
@@ -47,17 +40,16 @@ def tree() -> None:
 @click.argument(
     "files", nargs=-1, required=True, metavar="TREE...", shell_complete=complete_part("trees")
 )
-@_dialect
 @takes(ForeignTrees, name="foreign")
 @click.option("--engine", is_flag=True, help="Report only what BehaviorTree.CPP rejects.")
-def check(files: tuple[str, ...], dialect: str, foreign: ForeignTrees, engine: bool) -> int:
+def check(files: tuple[str, ...], foreign: ForeignTrees, engine: bool) -> int:
     """Print all errors and warnings of trees, each with file, line and column.
 
     Exits with 2 if there are errors.
     """
     parts, registry = _registered()
     errors = warnings = 0
-    options = replace(foreign.reading(), dialect=dialect, strict=not engine, library=True)
+    options = replace(foreign.reading(), strict=not engine, library=True)
     seen: set[Problem] = set()  # the problems of a library recur for many trees
     for text in files:
         for problem in _findings(text, parts, registry, foreign, options):
@@ -86,7 +78,6 @@ def check(files: tuple[str, ...], dialect: str, foreign: ForeignTrees, engine: b
 )
 @click.option("--ports/--no-ports", default=True, help="Include the ports of each node.")
 @click.option("--docs/--no-docs", default=False, help="Include the documentation of each leaf.")
-@_dialect
 @takes(ForeignTrees, name="foreign")
 @_output
 def show(
@@ -94,7 +85,6 @@ def show(
     form: str,
     ports: bool,
     docs: bool,
-    dialect: str,
     foreign: ForeignTrees,
     output: Path | None,
 ) -> None:
@@ -103,7 +93,7 @@ def show(
 
     parts, registry = _registered()
     draw = {"text": draw_text, "dot": draw_dot, "svg": draw_svg}[form]
-    loaded = _load(name, parts, registry, dialect, foreign)
+    loaded = _load(name, parts, registry, foreign)
     foreign.print_stubs()
     _write(draw(loaded, ports=ports, docs=docs), output)
 
@@ -150,14 +140,12 @@ def format_(files: tuple[Path, ...], only_check: bool, foreign: ForeignTrees) ->
     help="Output language.  [default: the other one]",
 )
 @click.option("--model", is_flag=True, help="Add the models of all behaviours, for Groot2.")
-@_dialect
 @takes(ForeignTrees, name="foreign")
 @_output
 def convert(
     name: str,
     form: str | None,
     model: bool,
-    dialect: str,
     foreign: ForeignTrees,
     output: Path | None,
 ) -> None:
@@ -178,7 +166,7 @@ def convert(
         text = tree_to_xml(written, registry, tree_id="MainTree", model=model)
         _write(text, output)
         return
-    options = replace(foreign.reading(), dialect=dialect, library=True)
+    options = replace(foreign.reading(), library=True)
     reading = _read(source, registry, foreign, options)
     reading.raise_errors()
     foreign.print_stubs()
@@ -277,7 +265,6 @@ def _load(
     text: str,
     parts: Parts,
     registry: "BehaviourRegistry",
-    dialect: str,
     foreign: ForeignTrees,
 ) -> "Tree":
     source = _find(text, parts)
@@ -285,7 +272,7 @@ def _load(
         from bt_manip.runner import make_tree
 
         return make_tree(source, {}, lambda: 0.0)
-    options = replace(foreign.reading(), dialect=dialect, strict=False)
+    options = replace(foreign.reading(), strict=False)
     return _read(source, registry, foreign, options).usable_tree()
 
 

@@ -170,6 +170,13 @@ class Registrar:
             )
         self._add("behaviours", name or cls.__name__, cls)
 
+    def _register_dialects(self, dialect: Any) -> None:
+        from bt_manip.bt import Dialect
+
+        if not isinstance(dialect, Dialect):
+            raise BtManipError(f"a dialect is a Dialect, got {dialect!r}")
+        self._add("dialects", dialect.name, dialect)
+
     def _register_faults(self, name: str, cls: type) -> None:
         self._add_factory("faults", name, cls)
         own = isinstance(cls, type) and "__dataclass_fields__" in vars(cls)

@@ -55,10 +55,12 @@ def load_document(
 
 
 def known_behaviours(parts: Parts) -> BehaviourRegistry:
-    """Give the nodes of the language and all registered behaviours, for reading trees."""
+    """Return the nodes of the language and all registered behaviours and dialects."""
     behaviours = BehaviourRegistry()
     for name in parts.behaviours.names():
         behaviours.register(parts.behaviours.get(name), name)
+    for dialect in parts.dialects.copies().values():
+        behaviours.register_dialect(dialect)
     return behaviours
 
 

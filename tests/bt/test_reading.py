@@ -2,9 +2,21 @@
 
 # ruff: noqa: E501  (a mistake and its finding stand on one line)
 
+from dataclasses import replace
+
 import pytest
 
-from bt_manip.bt import Action, BehaviourRegistry, Input, Status, load_tree, parse_tree
+from bt_manip.bt import (
+    Action,
+    AlwaysFailure,
+    AlwaysSuccess,
+    BehaviourRegistry,
+    Dialect,
+    Input,
+    Status,
+    load_tree,
+    parse_tree,
+)
 from bt_manip.bt.loading import read_tree, read_tree_text
 from bt_manip.exceptions import TreeError
 
@@ -311,43 +323,75 @@ class TestEngineMode:
             parse_tree(two, registry, main="C")
 
 
-class TestMoveItPro:
-    """The dialect of MoveIt Pro."""
+class Shout(AlwaysSuccess):
+    """A node of a dialect."""
 
-    TEXT = """<root BTCPP_format="4" main_tree_to_execute="Pick All Cubes">
-      <BehaviorTree ID="Pick All Cubes" _description="picks" _favorite="true">
-        <Decorator ID="ForEach" vector_in="a;b;c" out="{item}" index="{index}">
-          <SubTree ID="Pick One" item="{item}" index="{index}" _collapsed="true"/>
-        </Decorator>
-      </BehaviorTree>
-      <BehaviorTree ID="Pick One" _subtreeOnly="true">
-        <Script code="@all := &quot;it's &quot; .. item .. index"/>
-      </BehaviorTree>
-      <TreeNodesModel><SubTree ID="Pick One"><MetadataFields><Metadata runnable="false"/>
-      </MetadataFields></SubTree></TreeNodesModel>
-    </root>"""
 
-    @pytest.mark.parametrize("dialect", ["moveit-pro", "auto"])
-    def test_its_documents_run(self, registry, dialect):
-        tree = parse_tree(self.TEXT, registry, dialect=dialect)
+LOUD = Dialect(
+    "loud",
+    nodes={"Shout": Shout, "Sleep": AlwaysFailure},
+    attributes=frozenset({"_volume"}),
+    spaces_in_names=True,
+    double_quotes=True,
+    recognises=lambda root, problems: any(e.name == "Shout" for e in root.iterate()),
+    translate=lambda root, document, problems: [
+        element.attributes.pop("loudly", None) for element in root.iterate()
+    ],
+)
 
-        assert [tree.tick().name for _ in range(3)] == ["RUNNING", "RUNNING", "SUCCESS"]
-        assert tree.blackboard["all"] == "it's c2"
 
-    def test_they_give_no_warnings(self, registry):
-        assert read_tree_text(self.TEXT, registry, dialect="auto").problems == ()
+class TestDialects:
+    """A dialect that is made here; those of packages have their own tests."""
+
+    TEXT = """<root BTCPP_format="4"><BehaviorTree ID="Pick One">
+      <Fallback _volume="11"><Sleep/><Script code="a := &quot;it's&quot;" loudly="yes"/><Shout/>
+      </Fallback></BehaviorTree></root>"""
+
+    @pytest.fixture
+    def registry(self, registry):
+        registry.register_dialect(LOUD)
+        return registry
+
+    @pytest.mark.parametrize("dialect", ["loud", "auto"])
+    def test_its_documents_run_with_its_nodes_for_those_of_the_same_name(self, registry, dialect):
+        reading = read_tree_text(self.TEXT, registry, dialect=dialect)
+        assert reading.problems == ()
+        assert reading.tree.tick().name == "SUCCESS"
+        assert reading.tree.blackboard["a"] == "it's"
 
     def test_the_engine_refuses_them(self, registry):
-        with pytest.raises(TreeError, match="the tree name 'Pick All Cubes' contains"):
+        with pytest.raises(TreeError) as error:
             parse_tree(self.TEXT, registry)
+        assert "the tree name 'Pick One' contains" in str(error.value)
+        assert "no node is named 'Shout'; --dialect loud has it" in str(error.value)
 
-    def test_an_unknown_dialect_offers_the_nearest(self, registry):
-        with pytest.raises(TreeError, match="did you mean 'moveit-pro'"):
-            parse_tree(self.TEXT, registry, dialect="moveit_pro")
+    def test_an_unknown_dialect_offers_the_nearest_and_the_package(self, registry):
+        with pytest.raises(TreeError, match="no dialect is named 'lout'; did you mean 'loud'"):
+            parse_tree(self.TEXT, registry, dialect="lout")
+        with pytest.raises(TreeError, match="it needs the package bt-manip-moveit-pro"):
+            parse_tree(self.TEXT, registry, dialect="moveit-pro")
 
     def test_plain_documents_are_not_taken_for_it(self, registry):
         with pytest.raises(TreeError, match="single quotes"):
             parse_tree(document("<Script code='a := \"b\"'/>"), registry, dialect="auto")
+
+    def test_its_libraries_have_sub_trees_that_the_documents_own_replace(self, registry, tmp_path):
+        (tmp_path / "all.xml").write_text(
+            '<root BTCPP_format="4"><BehaviorTree ID="A"><AlwaysFailure/></BehaviorTree>'
+            '<BehaviorTree ID="B"><AlwaysFailure/></BehaviorTree></root>'
+        )
+        registry.register_dialect(replace(LOUD, libraries=(tmp_path,)))
+        text = (
+            '<root BTCPP_format="4" main_tree_to_execute="Main"><BehaviorTree ID="Main"><Sequence>'
+            '<SubTree ID="A"/><Shout/><SubTree ID="B"/></Sequence></BehaviorTree>'
+            '<BehaviorTree ID="A"><AlwaysSuccess/></BehaviorTree></root>'
+        )
+        tree = parse_tree(text, registry, dialect="auto")
+        assert tree.tick().name == "FAILURE"
+        assert [child.status.name for child in tree.root.children][::2] == ["SUCCESS", "FAILURE"]
+        plain = text.replace("<Shout/>", "")
+        with pytest.raises(TreeError, match="no tree is named 'B'"):
+            parse_tree(plain, registry, dialect="auto")
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ import pytest
 
 from bt_manip.bt import (
     BehaviourRegistry,
+    Dialect,
     Fallback,
     Libraries,
     Status,
@@ -29,8 +30,8 @@ DOCUMENT = """\
     <Control ID="Sequence" name="top" _collapsed="false">
       <Action ID="DetectTags" image="{image}" poses="{poses}"/>
       <SubTree ID="Move to Place" place_name="Above" _collapsed="true"/>
-      <Decorator ID="ForEach" vector_in="1;2" out="{one}" index="{index}">
-        <Action ID="MoveHand" name="close it" opening="0.7" _skipIf="index &gt; 5"/>
+      <Decorator ID="Repeat" num_cycles="2">
+        <Action ID="MoveHand" name="close it" opening="0.7" _skipIf="2 &gt; 5"/>
       </Decorator>
     </Control>
   </BehaviorTree>
@@ -63,7 +64,15 @@ MODELS = """\
 
 @pytest.fixture
 def registry():
-    return BehaviourRegistry()
+    registry = BehaviourRegistry()
+    registry.register_dialect(
+        Dialect(
+            "spaces",
+            spaces_in_names=True,
+            recognises=lambda root, problems: "_favorite" in root.children[0].attributes,
+        )
+    )
+    return registry
 
 
 def read(text, registry, **options):

@@ -200,6 +200,12 @@ def test_register_model_caches_lists_fetches_and_deletes_models(example, capfd):
     assert not mug.exists()
 
 
+def test_register_dialects_reads_trees_of_others(run, tmp_path):
+    run("register_dialects", body="<Seq><Nop/><Nop/></Seq>")
+    with pytest.raises(AssertionError):
+        run("register_dialects", "--dialect", "btcpp", body="<Seq><Nop/></Seq>")
+
+
 def test_register_backends_makes_robots_that_can_be_chosen(parts_of):
     parts = parts_of("register_backends")
     with pytest.raises(BtManipError, match="--backend wants acme=ADDRESS, where ADDRESS is the co"):

@@ -35,6 +35,6 @@ class ReadingContext:
         Raises:
             TreeError: If a stub does not suit its node.
         """
-        self.known = self.registry = self.dialect.extended(self.known)
+        self.known = self.registry = self.known.of_dialect(self.dialect)
         if self.options.stubs is not None:
             self.registry = self.options.stubs.extend(self.document, self.known)

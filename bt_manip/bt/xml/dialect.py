@@ -1,113 +1,88 @@
-"""The dialects of tree documents: BehaviorTree.CPP's own, and MoveIt Pro's."""
+"""Dialects of tree documents: what others write beyond the engine's rules, or differently."""
 
-import re
-from dataclasses import dataclass
-from typing import Final
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
 
-from bt_manip.bt.nodes.decorators.for_each import ForEach, ForEachUntilSuccess
-from bt_manip.bt.nodes.decorators.repeat_unless_failure import (
-    RepeatUnlessFailureEachTick,
-    RepeatUnlessFailureWithinTick,
-)
 from bt_manip.bt.nodes.node import Node
-from bt_manip.bt.registry import BehaviourRegistry
+from bt_manip.bt.xml.problem import Problems
 from bt_manip.bt.xml.source import Element
-from bt_manip.exceptions import TreeError, did_you_mean
+from bt_manip.exceptions import TreeError
+from bt_manip.packages import suggestion
 
-
-@dataclass(frozen=True)
-class Dialect:
-    """The extensions of a dialect to the engine's rules.
-
-    Attributes:
-        name: Its name.
-        spaces_in_names: Whether names of trees may contain spaces and the like.
-        double_quotes: Whether strings in scripts may stand between double quotes.
-        known_attributes: Attributes that its editor writes; they are no typing errors.
-        nodes: Nodes that the dialect has beyond the engine's.
-    """
-
-    name: str
-    spaces_in_names: bool = False
-    double_quotes: bool = False
-    known_attributes: frozenset[str] = frozenset()
-    nodes: tuple[type[Node], ...] = ()
-
-    def plain_name(self, name: str) -> str:
-        """Return a name without the characters that the dialect allows in names."""
-        return re.sub(r"[ .'/:?*|()]", "_", name) if self.spaces_in_names else name
-
-    def extended(self, registry: BehaviourRegistry) -> BehaviourRegistry:
-        """Return a registry that knows the dialect's nodes too."""
-        missing = [cls for cls in self.nodes if cls.registration not in registry]
-        if missing:
-            registry = registry.copy()
-            for cls in missing:
-                registry.register(cls)
-        return registry
-
+if TYPE_CHECKING:
+    from bt_manip.bt.xml.document import Document
 
 EDITOR_ATTRIBUTES: Final = frozenset(
     {"_uid", "_fullpath", "_collapsed", "_description", "_favorite", "_autoremap", "_onHalted"}
 )
 """Attributes that Groot2 and the engine's own writer put on nodes and trees."""
 
-BTCPP: Final = Dialect("btcpp", known_attributes=EDITOR_ATTRIBUTES)
-MOVEIT_PRO: Final = Dialect(
-    "moveit-pro",
-    spaces_in_names=True,
-    double_quotes=True,
-    known_attributes=EDITOR_ATTRIBUTES
-    | {
-        "_subtreeOnly",
-        "_hardcoded",
-        "_category",
-        "_displayName",
-        "_external",
-        "_runnable",
-        "_tags",
-        "_skipValidation",
-    },
-    nodes=(
-        ForEach,
-        ForEachUntilSuccess,
-        RepeatUnlessFailureEachTick,
-        RepeatUnlessFailureWithinTick,
-    ),
-)
-DIALECTS: Final = {dialect.name: dialect for dialect in (BTCPP, MOVEIT_PRO)}
+
+@dataclass(frozen=True)
+class Dialect:
+    """How some documents differ from those of BehaviorTree.CPP 4.
+
+    Attributes:
+        name: Its name, for ``--dialect``.
+        summary: One line about it.
+        nodes: Its nodes by name; in its documents they count, not those of others of the same name.
+        without: Nodes of the language that its engine does not have; its documents may use their
+            names for other nodes.
+        libraries: Files and folders with the sub-trees that come with it.
+        attributes: Attributes that its editor writes, each with a ``_`` in front.
+        spaces_in_names: Whether names of trees may contain spaces and the like.
+        double_quotes: Whether strings in scripts may stand between double quotes.
+        recognises: Returns whether a document, given by its ``<root>``, is of the dialect. It may
+            add a warning that says why.
+        translate: Rewrites the elements of a file, given by its ``<root>``, into those of
+            BehaviorTree.CPP 4 and the dialect's `nodes`. The `Document` has the trees and models
+            of all files. It adds errors for what has no meaning here.
+    """
+
+    name: str
+    summary: str = ""
+    nodes: Mapping[str, type[Node]] = field(default_factory=dict)
+    without: frozenset[str] = frozenset()
+    libraries: tuple[Path, ...] = ()
+    attributes: frozenset[str] = frozenset()
+    spaces_in_names: bool = False
+    double_quotes: bool = False
+    recognises: Callable[[Element, Problems], bool] = lambda root, problems: False
+    translate: "Callable[[Element, Document, Problems], None]" = lambda root, whole, problems: None
+
+    def plain_name(self, name: str) -> str:
+        """Return a name without the characters that the dialect allows in names."""
+        return name.translate(_PLAIN) if self.spaces_in_names else name
+
+    def knows(self, attribute: str) -> bool:
+        """Return whether an attribute with a ``_`` in front is one of its editor's."""
+        return attribute in EDITOR_ATTRIBUTES or attribute in self.attributes
 
 
-def dialect_named(name: str, root: Element | None = None) -> Dialect:
-    """Return a dialect by its name; ``auto`` recognises it.
+_PLAIN: Final = str.maketrans(dict.fromkeys(" .'/:?*|()", "_"))
+BTCPP: Final = Dialect("btcpp", "BehaviorTree.CPP 4")
+
+
+def choose_dialect(
+    name: str, root: Element, known: Mapping[str, Dialect], problems: Problems
+) -> Dialect:
+    """Return the dialect of a document.
 
     Args:
-        name: ``btcpp``, ``moveit-pro`` or ``auto``.
-        root: The document to recognise.
+        name: ``btcpp``, ``auto`` to recognise it, or the name of a known one.
+        root: The ``<root>`` of the document.
+        known: The dialects by name.
+        problems: Takes what a dialect says of a document that it recognises.
 
     Raises:
         TreeError: If there is no such dialect.
     """
     if name == "auto":
-        return MOVEIT_PRO if root is not None and _is_moveit_pro(root) else BTCPP
-    try:
-        return DIALECTS[name]
-    except KeyError:
-        raise TreeError(
-            f"no dialect is named '{name}'" + did_you_mean(name, [*DIALECTS, "auto"])
-        ) from None
-
-
-def _is_moveit_pro(root: Element) -> bool:
-    own = {cls.__name__ for cls in MOVEIT_PRO.nodes}
-    for element in root.iterate():
-        if element.name in own or element.get("ID") in own:
-            return True
-        if element.name in ("MetadataFields", "Metadata"):
-            return True
-        if element.name in ("BehaviorTree", "SubTree"):
-            if " " in (element.get("ID") or ""):
-                return True
-            if element.attributes.keys() & {"_subtreeOnly", "_hardcoded", "_external"}:
-                return True
-    return False
+        return next((one for one in known.values() if one.recognises(root, problems)), BTCPP)
+    known = {BTCPP.name: BTCPP, **known}
+    if name not in known:
+        hint = suggestion("dialect", name, [*known, "auto"])
+        raise TreeError(f"no dialect is named '{name}'{hint}")
+    return known[name]

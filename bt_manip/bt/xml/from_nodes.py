@@ -15,7 +15,6 @@ from bt_manip.bt.nodes.parent import Parent
 from bt_manip.bt.nodes.subtree import SubTree
 from bt_manip.bt.registry import BehaviourRegistry, name_problem
 from bt_manip.bt.tree import Tree
-from bt_manip.bt.xml.dialect import MOVEIT_PRO
 from bt_manip.bt.xml.model import tree_nodes_model
 from bt_manip.bt.xml.source import (
     NOWHERE,
@@ -184,7 +183,11 @@ def _comment(item: Comment | Raw) -> SourceComment | Text:
 
 class _Writer:
     def __init__(self, registry: BehaviourRegistry) -> None:
-        self._registry = MOVEIT_PRO.extended(registry)
+        self._registry = registry.copy()
+        for dialect in registry.dialects.values():
+            for name, cls in dialect.nodes.items():
+                if name not in registry:
+                    self._registry.replace(cls, name)
         self.problems: list[str] = []
         self._subtrees: deque[SubTree] = deque()
         self._written: dict[str, Element] = {}

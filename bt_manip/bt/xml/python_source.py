@@ -13,7 +13,6 @@ from bt_manip.bt.nodes.subtree import SubTree
 from bt_manip.bt.ports import Port
 from bt_manip.bt.registry import BehaviourRegistry
 from bt_manip.bt.stubs import Stubs
-from bt_manip.bt.xml.dialect import MOVEIT_PRO
 from bt_manip.bt.xml.document import (
     EXPLICIT,
     Document,
@@ -57,7 +56,7 @@ class _Writer:
     ) -> None:
         self._document = document
         self._stubs = stubs
-        self._registry = MOVEIT_PRO.extended(registry)
+        self._registry = registry
         self._imports: dict[str, set[str]] = {}
         self._reached = self._reached_trees()
         self._functions = self._function_names()

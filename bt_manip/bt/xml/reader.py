@@ -171,7 +171,10 @@ class _TreeReader:
             return None
         if name not in self._registry:
             near = hint(name, [*self._registry.names(), *EXPLICIT_OR_SUBTREE])
-            if package := missing("behaviour", name):
+            others = self._registry.dialects.values()
+            if mine := next((one.name for one in others if name in one.nodes), ""):
+                near = f"; --dialect {mine} has it"
+            elif package := missing("behaviour", name) or missing("node of a dialect", name):
                 near = f"; it {package}"
             if name in self._context.document.trees:
                 near = f'; to tick the tree of that name write <SubTree ID="{name}"/>'

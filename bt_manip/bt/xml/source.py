@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Final
 
-from bt_manip.bt.xml.problem import Place
+from bt_manip.bt.xml.problem import Place, Problems
 from bt_manip.exceptions import TreeError
 
 NOWHERE: Final = Place("<tree>", 1, 1)
@@ -115,11 +115,15 @@ def make_element(name: str, attributes: Mapping[str, str] | None = None) -> Elem
 
 @dataclass
 class Source:
-    """A parsed document: its root element, and the items before and after it."""
+    """A parsed document: its root element, and the items before and after it.
+
+    `findings` are those of the translation from its dialect; None before that.
+    """
 
     root: Element
     prologue: list[SourceComment | Text] = field(default_factory=list)
     epilogue: list[SourceComment | Text] = field(default_factory=list)
+    findings: Problems | None = None
 
 
 class XmlError(TreeError):

@@ -36,7 +36,7 @@ def check_attributes(element: Element, problems: Problems, dialect: Dialect) -> 
             )
         if name in (GOAL, TASK) and element.name == "BehaviorTree":
             continue
-        if name.startswith("_") and name not in scripts and name not in dialect.known_attributes:
+        if name.startswith("_") and name not in scripts and not dialect.knows(name):
             hint = did_you_mean(name, [*scripts, "_autoremap"])
             if not hint.startswith("; did"):
                 hint = ""

@@ -10,7 +10,7 @@ import pinocchio as pin
 
 from bt_manip import spatial
 from bt_manip.behaviours import ArmBehaviour
-from bt_manip.bt import DOUBLE_LIST, InOut, Input, Status, SyncAction
+from bt_manip.bt import InOut, Input, Status, SyncAction
 from bt_manip.exceptions import BtManipError, MotionError
 from bt_manip_moveit_pro.values import PoseStamped
 
@@ -27,14 +27,17 @@ WORLD = ("", "world", "map", "odom")
 """Names of the frame of the world."""
 
 
+_NUMBERS = Input(list[float]).type
+
+
 def _parse_numbers(text: str) -> list[float]:
     """Parse numbers between ``;``, with spaces around them."""
-    assert DOUBLE_LIST.parse is not None
-    numbers: list[float] = DOUBLE_LIST.parse(";".join(part.strip() for part in text.split(";")))
+    assert _NUMBERS.parse is not None
+    numbers: list[float] = _NUMBERS.parse(";".join(part.strip() for part in text.split(";")))
     return numbers
 
 
-NUMBERS = replace(DOUBLE_LIST, parse=_parse_numbers)
+NUMBERS = replace(_NUMBERS, parse=_parse_numbers)
 """The type of a port for numbers between ``;``."""
 
 

@@ -233,8 +233,9 @@ class PlanCartesianPath(RobotLeaf):
 def line(start: pin.SE3, end: pin.SE3) -> list[pin.SE3]:
     """Return poses on the straight line between two others, the last one included."""
     motion = pin.log6(start.actInv(end)).vector
-    distance = np.linalg.norm(end.translation - start.translation)
-    n = math.ceil(max(distance / LINE_STEP, np.linalg.norm(motion[3:]) / (5 * LINE_STEP), 1.0))
+    distance = float(np.linalg.norm(end.translation - start.translation))
+    angle = float(np.linalg.norm(motion[3:]))
+    n = math.ceil(max(distance / LINE_STEP, angle / (5 * LINE_STEP), 1.0))
     return [pin.SE3.Interpolate(start, end, (i + 1) / n) for i in range(n)]
 
 

@@ -7,10 +7,18 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from bt_manip.bt import Libraries, NodeStatus, ReadingOptions, read_tree
+from bt_manip.bt import (
+    KeepRunningUntilFailure,
+    Libraries,
+    Node,
+    NodeStatus,
+    ReadingOptions,
+    Repeat,
+    read_tree,
+)
 from bt_manip.exceptions import BtManipError
 from bt_manip.registry import Parts
-from bt_manip.robots import Configuration, load_configurations
+from bt_manip.robots import load_configurations
 from bt_manip.runner import Run, RunObserver, RunRequest, find_tree, known_behaviours, prepare
 from bt_manip_moveit_pro.values import JointState
 
@@ -83,9 +91,9 @@ class Workspace:
             )
         return self._readings[folder]
 
-    def waypoints(self, folder: Path) -> Mapping[str, Configuration]:
+    def waypoints(self, folder: Path) -> Mapping[str, Any]:
         """Return the waypoints beside a folder of objectives."""
-        found: dict[str, Configuration] = {}
+        found: dict[str, Any] = {}
         for path in sorted((folder.parent / "waypoints").glob("*.yaml")):
             found |= load_configurations(path)
         return found
@@ -93,7 +101,7 @@ class Workspace:
     def check(self, path: Path, reading: ReadingOptions) -> Result:
         """Return what an objective lacks."""
         found = read_tree(path, known_behaviours(self.parts), reading)
-        lacks = {}
+        lacks: dict[str, None] = {}
         for problem in found.errors:
             unknown = UNKNOWN.match(problem.message)
             lacks[unknown[1] if unknown else problem.message] = None
@@ -106,7 +114,7 @@ def _common(one: Path, other: Path) -> int:
     return next((i for i, (a, b) in enumerate(pairs) if a != b), len(one.parts))
 
 
-def robot_of(waypoints: Mapping[str, Configuration], joints: Mapping[str, Sequence[str]]) -> str:
+def robot_of(waypoints: Mapping[str, Any], joints: Mapping[str, Sequence[str]]) -> str:
     """Return the robot whose joints the waypoints name; empty for none.
 
     Args:
@@ -134,11 +142,12 @@ class _Rounds(RunObserver):
         loops = [
             node.children[0]
             for node in run.tree.nodes
-            if node.registration == "KeepRunningUntilFailure"
-            or (node.registration.startswith("Repeat") and node.given.get("num_cycles") == "-1")
+            if isinstance(node, KeepRunningUntilFailure)
+            or (isinstance(node, Repeat) and node.given.get("num_cycles") == "-1")
         ]
         self._bodies = {id(body) for body in loops}
-        run.tree.root.runtime.observers.append(self._observe)
+        if isinstance(run.tree.root, Node):
+            run.tree.root.runtime.observers.append(self._observe)
 
     def _observe(self, node: Any, old: NodeStatus, new: NodeStatus) -> None:
         self.count += id(node) in self._bodies and new is NodeStatus.SUCCESS

@@ -18,7 +18,7 @@ class SceneLeaf(Leaf):
     scene = InOut(default=SCENE, doc="the planning scene")
 
     @property
-    def links(self) -> dict[str, str]:
+    def attachments(self) -> dict[str, str]:
         """The link of each object; empty for one that is not attached."""
         try:
             return dict(self.scene)
@@ -27,7 +27,7 @@ class SceneLeaf(Leaf):
 
     def put(self, name: str, link: str = "") -> None:
         """Add an object, or attach it to a link."""
-        self.scene = {**self.links, name: link}
+        self.scene = {**self.attachments, name: link}
 
 
 class GetCurrentPlanningScene(SceneLeaf):
@@ -37,7 +37,7 @@ class GetCurrentPlanningScene(SceneLeaf):
 
     def run(self) -> None:
         """Write it."""
-        self.planning_scene_msg = self.links
+        self.planning_scene_msg = self.attachments
 
 
 class AddURDF(SceneLeaf):
@@ -61,7 +61,7 @@ class AttachURDF(SceneLeaf):
     def run(self) -> None:
         """Attach it."""
         name = self.urdf_name
-        if name not in self.links:
+        if name not in self.attachments:
             raise ValueError(f"'{name}' is not in the planning scene")
         self.put(name, self.parent_link_name)
 
@@ -74,7 +74,7 @@ class DetachURDF(SceneLeaf):
     def run(self) -> None:
         """Detach it."""
         name = self.urdf_name
-        if not self.links.get(name):
+        if not self.attachments.get(name):
             raise ValueError(f"'{name}' is not attached")
         self.put(name)
 
@@ -86,7 +86,7 @@ class RemoveURDFFromScene(SceneLeaf):
 
     def run(self) -> None:
         """Remove it."""
-        links = self.links
+        links = self.attachments
         if self.urdf_name not in links:
             raise ValueError(f"'{self.urdf_name}' is not in the planning scene")
         del links[self.urdf_name]
@@ -127,7 +127,7 @@ class IsAnyObjectAttached(SceneLeaf):
 
     def run(self) -> None:
         """Look."""
-        if not any(self.links.values()):
+        if not any(self.attachments.values()):
             self.fail("no object is attached")
 
 
@@ -141,7 +141,7 @@ class WhichObjectIsAttached(SceneLeaf):
     def run(self) -> None:
         """Write it."""
         wanted = [name for name in self.object_names if name]
-        for name, link in self.links.items():
+        for name, link in self.attachments.items():
             if link and (not wanted or name in wanted):
                 self.object_name = name
                 return
@@ -156,5 +156,5 @@ class IsCollisionObjectInPlanningScene(SceneLeaf):
 
     def run(self) -> None:
         """Look."""
-        if self.collision_object_name not in self.links:
+        if self.collision_object_name not in self.attachments:
             self.fail(f"'{self.collision_object_name}' is not in the planning scene")

@@ -4,7 +4,7 @@ import pytest
 
 from bt_manip.bt import BehaviourRegistry, NodeStatus, Tree, parse_tree
 from bt_manip.exceptions import BtManipError, NodeError
-from bt_manip_nav2 import (
+from bt_manip_nav2.controls import (
     NonblockingSequence,
     PersistentSequence,
     PipelineSequence,

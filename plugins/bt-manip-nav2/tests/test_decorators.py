@@ -14,7 +14,7 @@ from bt_manip.bt import (
     parse_tree,
 )
 from bt_manip.exceptions import NodeError
-from bt_manip_nav2 import (
+from bt_manip_nav2.decorators import (
     DistanceController,
     GoalUpdatedController,
     GoalUpdater,

@@ -2,11 +2,10 @@
 
 from typing import Any, ClassVar
 
-from bt_manip.bt.literals import split_list
-from bt_manip.bt.nodes.parent import Decorator
-from bt_manip.bt.port_types import INT
-from bt_manip.bt.ports import Input, Output
-from bt_manip.bt.status import FAILURE, IDLE, RUNNING, SUCCESS, NodeStatus
+from bt_manip.bt import Decorator, Input, NodeStatus, Output
+
+FAILURE, IDLE = NodeStatus.FAILURE, NodeStatus.IDLE
+RUNNING, SUCCESS = NodeStatus.RUNNING, NodeStatus.SUCCESS
 
 
 class ForEach(Decorator):
@@ -20,8 +19,6 @@ class ForEach(Decorator):
     | RUNNING | RUNNING; the next tick goes on with this item                       |
     | SKIPPED | as SUCCESS                                                          |
     | halt    | the child is halted; the next round starts with the first item      |
-
-    Not a node of BehaviorTree.CPP: it belongs to the dialect ``moveit-pro``.
     """
 
     memory: ClassVar = ("_position",)
@@ -29,13 +26,13 @@ class ForEach(Decorator):
     _at_the_end: ClassVar[NodeStatus] = SUCCESS
     vector_in = Input(doc="the items: a list, or a text such as 1;2;3")
     out = Output(doc="the item that the child works on")
-    index = Output(INT, doc="its index, from 0")
+    index = Output(int, doc="its index, from 0")
     _position = 0
 
     def _tick(self) -> NodeStatus:
         items: Any = self.read_port("vector_in")
         if isinstance(items, str):
-            items = split_list(items)
+            items = items.removesuffix(";").split(";") if items else []
         if self._node_status is IDLE:
             self._position = 0
         if self._position >= len(items):
@@ -76,8 +73,6 @@ class ForEachUntilSuccess(ForEach):
     | RUNNING | RUNNING; the next tick goes on with this item                       |
     | SKIPPED | as FAILURE                                                          |
     | halt    | the child is halted; the next round starts with the first item      |
-
-    Not a node of BehaviorTree.CPP: it belongs to the dialect ``moveit-pro``.
     """
 
     _ends_with: ClassVar = SUCCESS

@@ -3,12 +3,19 @@
 import pytest
 
 from bt_manip.bt import BehaviourRegistry, parse_tree
+from bt_manip_moveit_pro.dialect import MOVEIT_PRO
 
 TREE = '<root><BehaviorTree ID="Main">{}</BehaviorTree></root>'
 
 
+def registered():
+    registry = BehaviourRegistry()
+    registry.register_dialect(MOVEIT_PRO)
+    return registry
+
+
 def make(text):
-    return parse_tree(TREE.format(text), BehaviourRegistry(), dialect="auto")
+    return parse_tree(TREE.format(text), registered(), dialect="auto")
 
 
 def statuses(tree, ticks):

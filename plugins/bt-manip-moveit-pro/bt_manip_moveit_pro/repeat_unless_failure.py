@@ -2,10 +2,10 @@
 
 from typing import ClassVar
 
-from bt_manip.bt.nodes.decorators.repeat import Repeat
-from bt_manip.bt.nodes.parent import Decorator
-from bt_manip.bt.ports import Input
-from bt_manip.bt.status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, NodeStatus
+from bt_manip.bt import Decorator, Input, NodeStatus, Repeat
+
+FAILURE, IDLE, RUNNING = NodeStatus.FAILURE, NodeStatus.IDLE, NodeStatus.RUNNING
+SKIPPED, SUCCESS = NodeStatus.SKIPPED, NodeStatus.SUCCESS
 
 
 class RepeatUnlessFailureEachTick(Decorator):
@@ -20,8 +20,6 @@ class RepeatUnlessFailureEachTick(Decorator):
     | halt    | the child is halted, the count starts anew                          |
 
     -1 cycles never end, 0 cycles succeed without a tick of the child.
-
-    Not a node of BehaviorTree.CPP: it belongs to the dialect ``moveit-pro``.
     """
 
     memory: ClassVar = ("_count",)
@@ -50,7 +48,4 @@ class RepeatUnlessFailureEachTick(Decorator):
 
 
 class RepeatUnlessFailureWithinTick(Repeat):
-    """Do as Repeat: tick the child again in the same tick, a number of times.
-
-    Not a node of BehaviorTree.CPP: it belongs to the dialect ``moveit-pro``.
-    """
+    """Do as Repeat: tick the child again in the same tick, a number of times."""

@@ -1,0 +1,1 @@
+"""Trees of MoveIt Pro: its dialect, its nodes and its sub-trees."""
