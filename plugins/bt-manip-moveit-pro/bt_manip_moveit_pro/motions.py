@@ -323,12 +323,12 @@ class MoveGripperAction(ArmBehaviour):
     """Open or close the gripper.
 
     A position above 0.1 closes: the angle of a Robotiq gripper [rad], or the suction. Other
-    positions open it, except those below 0.02 of grippers whose position is an opening [m]: these
-    have no ``robotiq``, ``vacuum``, ``suction`` or ``tool`` in the name of their action.
+    positions open it, except those below 0.02 of a Franka hand, whose position is an opening [m]:
+    the name of its action has one of the words in `METRIC`.
     """
 
     needs_gripper = True
-    ANGULAR: ClassVar = ("robotiq", "vacuum", "suction", "tool")
+    METRIC: ClassVar = ("franka", "panda", "left_gripper", "right_gripper")
     memory: ClassVar[tuple[str, ...]] = (*ArmBehaviour.memory, "_closes")
     _closes = False
     gripper_command_action_name = Input(str, default="", doc="name of the action")
@@ -338,8 +338,8 @@ class MoveGripperAction(ArmBehaviour):
     def start(self) -> None:
         """Start opening or closing."""
         action, position = self.gripper_command_action_name, self.position
-        angular = any(word in action for word in self.ANGULAR)
-        self._closes = position > 0.1 or (not angular and position < 0.02)
+        metric = any(word in action for word in self.METRIC)
+        self._closes = position > 0.1 or (metric and position < 0.02)
         if self._closes:
             self.gripper.close(self.gripper.default_force())
         else:

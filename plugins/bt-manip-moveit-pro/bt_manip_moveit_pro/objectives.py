@@ -25,6 +25,9 @@ from bt_manip_moveit_pro.values import JointState
 ROBOTS = ("ur5e", "gen3", "panda")
 """Robots on which objectives run: the first whose joints a waypoint of the folder names."""
 
+SHOWN = 4
+"""Number of missing leaves that a row of the table names."""
+
 SCENE = Path(__file__).parent / "scenes" / "robot_alone.toml"
 UNKNOWN = re.compile(r"no (?:node|tree) is named '([^']*)'")
 
@@ -40,6 +43,7 @@ class Result:
         outcome: ``SUCCESS``, ``FAILURE``, a number of rounds, or why it did not begin.
         seconds: Simulated time [s].
         travelled: Whether the arm moved.
+        nodes: Names of the nodes that it uses, sub-trees included; where it lacks none.
     """
 
     path: Path
@@ -48,6 +52,7 @@ class Result:
     outcome: str = ""
     seconds: float = 0.0
     travelled: bool = False
+    nodes: frozenset[str] = frozenset()
 
 
 @dataclass
@@ -105,7 +110,8 @@ class Workspace:
         for problem in found.errors:
             unknown = UNKNOWN.match(problem.message)
             lacks[unknown[1] if unknown else problem.message] = None
-        return Result(path.relative_to(self.root), tuple(lacks))
+        used = () if found.tree is None else (node.registration for node in found.tree.nodes)
+        return Result(path.relative_to(self.root), tuple(lacks), nodes=frozenset(used))
 
 
 def _common(one: Path, other: Path) -> int:
@@ -245,7 +251,8 @@ def survey(workspace: Workspace, *, run: bool, only: str = "") -> Iterator[Resul
 
 def table_row(result: Result) -> str:
     """Return a row of the table, in Markdown."""
-    lacks = ", ".join(result.lacks) or "-"
+    more = len(result.lacks) - SHOWN
+    lacks = ", ".join(result.lacks[:SHOWN]) + (f" and {more} more" if more > 0 else "") or "-"
     seconds = f"{result.seconds:.1f}" if result.outcome and result.seconds else ""
     outcome = result.outcome.replace("|", "/").partition("\n")[0]
     cells = (str(result.path), lacks, result.robot, outcome, seconds)
