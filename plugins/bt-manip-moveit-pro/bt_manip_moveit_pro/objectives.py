@@ -79,13 +79,10 @@ class Workspace:
         if not self.folders:
             raise BtManipError(f"{self.root}: there is no folder 'objectives' in it")
 
-    @property
-    def objectives(self) -> Iterator[Path]:
-        """The files with trees."""
-        for folder in self.folders:
-            for path in sorted(folder.rglob("*.xml")):
-                if b"<BehaviorTree" in path.read_bytes():
-                    yield path
+    def objectives(self, folder: Path) -> list[Path]:
+        """Return the files with trees in a folder of objectives."""
+        paths = sorted(folder.rglob("*.xml"))
+        return [path for path in paths if b"<BehaviorTree" in path.read_bytes()]
 
     def reading(self, folder: Path) -> ReadingOptions:
         """Return how objectives of a folder are read: with the trees of all, its own first."""
@@ -235,11 +232,10 @@ def survey(workspace: Workspace, *, run: bool, only: str = "") -> Iterator[Resul
         if name in workspace.parts.robots
     }
     for folder in workspace.folders:
-        reading = workspace.reading(folder)
-        robot = robot_of(workspace.waypoints(folder), joints)
-        for path in workspace.objectives:
-            if folder not in path.parents or only not in str(path):
-                continue
+        paths = [path for path in workspace.objectives(folder) if only in str(path)]
+        robot = robot_of(workspace.waypoints(folder), joints) if run and paths else ""
+        for path in paths:
+            reading = workspace.reading(folder)
             result = workspace.check(path, reading)
             if run and robot and not result.lacks:
                 try:

@@ -39,7 +39,9 @@ def test_107_objectives_are_complete_without_the_task_constructor(results):
 
 def test_each_objective_is_recognised(workspace):
     registry = known_behaviours(workspace.parts)
-    for path in workspace.objectives:
+    paths = [path for folder in workspace.folders for path in workspace.objectives(folder)]
+    assert len(paths) == 296
+    for path in paths:
         reading = read_tree(path, registry, dialect="auto", library=True, strict=False)
         assert "ForEach" in reading.registry, path
 
