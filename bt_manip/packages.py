@@ -63,8 +63,44 @@ PACKAGES: dict[str, dict[str, str]] = {
     "bt-manip-menagerie": {"robot": "fr3 iiwa14 menagerie_panda ur5e xarm7"},
     "bt-manip-moveit-pro": {
         "dialect": "moveit-pro",
+        "robot": "gen3",
+        "command": "objectives",
         "node of a dialect": (
-            "ForEach ForEachUntilSuccess RepeatUnlessFailureEachTick RepeatUnlessFailureWithinTick"
+            "AddCollisionBox AddCollisionMesh AddPoseStampedToVector AddURDF AttachURDF "
+            "AveragePoseStampedVector BiasedCoinFlip BreakpointSubscriber CalculatePoseOffset "
+            "CallTriggerService ClearSnapshot ComputeInverseKinematics "
+            "ComputeLinkPoseForwardKinematics ConvertMtcSolutionToJointTrajectory "
+            "CreatePoseStamped CreateRobotState CreateStringMessage CreateTwistStamped "
+            "CreateWrenchStamped DetachURDF ExecuteMTCSolution ExecuteTrajectory ForEach "
+            "ForEachUntilSuccess GenerateCoveragePath GeneratePointToPointTrajectory "
+            "GetCurrentPlanningScene GetElementOfVector GetJointState GetSizeOfVector "
+            "InitializeMTCTask InsertInVector IsAnyObjectAttached "
+            "IsCollisionObjectInPlanningScene IsPoseNearIdentity IsUserAvailable "
+            "ListControllers LoadPoseStampedFromYaml LoadPoseStampedVectorFromYaml LogMessage "
+            "MoveGripperAction OverridePoseOrientation PlanCartesianPath PlanMTCTask "
+            "PlanToJointGoal PublishEmpty PublishMarkers PublishString PublishTF "
+            "PushBackVector ReadTextFileAsString RemoveFromVector RemoveURDFFromScene "
+            "RepeatUnlessFailureEachTick RepeatUnlessFailureWithinTick ReplaceInVector "
+            "ResetMujocoKeyframe ResetPlanningSceneObjects ResetPoseStampedVector ResetVector "
+            "RetrieveWaypoint ReversePoseStampedVector SaveCurrentState SavePoseStampedToYaml "
+            "SetAdmittanceParameters SetMujocoState SetupMTCBatchPoseIK "
+            "SetupMTCCartesianMoveToRobotState SetupMTCConnectWithProRRT SetupMTCCurrentState "
+            "SetupMTCFromSolution SetupMTCMoveAlongFrameAxis SetupMTCPathIK "
+            "SetupMTCPlanToPose SetupMTCPlanToRobotState SetupMTCSetCollisionRule "
+            "SplitMTCSolution StopwatchBegin StopwatchEnd SwitchController "
+            "SwitchUIPrimaryView TransformPose TransformPoseFrame TransformPoseWithPose "
+            "UnpackJointStateMessage UnpackPointMessage UnpackPoseMessage "
+            "UnpackRobotStateMessage UnpackStringMessage UnpackTwistStampedMessage "
+            "UnpackWrenchStampedMessage ValidateTrajectory VisualizeMesh VisualizePath "
+            "VisualizePose WaitForDuration WaitForMTCSolutionApproval WaitForUserPathApproval "
+            "WhichObjectIsAttached"
+        ),
+    },
+    "bt-manip-nav2": {
+        "behaviour": (
+            "DistanceController GoalUpdatedController GoalUpdater NonblockingSequence "
+            "PathLongerOnApproach PersistentSequence PipelineSequence RateController RecoveryNode "
+            "RoundRobin SingleTrigger SpeedController"
         ),
     },
     "bt-manip-policy": {

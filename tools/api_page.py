@@ -14,7 +14,7 @@ STABLE = {
         "Tree load_tree parse_tree tree_to_xml BehaviourRegistry Status NodeStatus Action "
         "Condition Control SubTree Input Output Sequence Fallback ReactiveFallback Parallel "
         "IfThenElse TryCatch Inverter ForceSuccess Repeat RetryUntilSuccessful Script Sleep "
-        "SyncAction Decorator LoopString Dialect"
+        "SyncAction Decorator LoopString AlwaysSuccess Dialect"
     ),
     "bt_manip.behaviours": (
         "CellBehaviour MotionBehaviour SpawnObject RemoveObject ObjectExists IsIn Hover Reach "
@@ -55,7 +55,7 @@ EXPERIMENTAL = {
         "SequenceWithMemory AsyncSequence ReactiveSequence AsyncFallback ParallelAll "
         "WhileDoElse Switch2 Switch3 Switch4 Switch5 Switch6 ForceFailure "
         "KeepRunningUntilFailure RunOnce Delay Timeout Precondition SkipUnlessUpdated "
-        "WaitValueUpdate LoopBool LoopDouble LoopInt AlwaysSuccess AlwaysFailure "
+        "WaitValueUpdate LoopBool LoopDouble LoopInt AlwaysFailure "
         "ScriptCondition SetBlackboard UnsetBlackboard WasEntryUpdated Blackboard InOut Comment "
         "as_written TreeWatch read_tree Reading ReadingOptions declare Stubs Libraries "
         "Document Element Problems PortType STRING DOUBLE is_pointer "
@@ -84,8 +84,8 @@ EXPERIMENTAL = {
         "GripperError RobotError DeviceError GripperDescription MotionLimits Tolerance ToolLimits "
         "Payload RobotModel verify GraspGenerator FoundGripper effort_limit ensure_motors "
         "ArmBounds ArmDevice GripperDevice DeviceState GripperState MENAGERIE assemble "
-        "compile_alone description_text element_names model_file read_gripper read_model site_pose "
-        "GraspCandidate save_configuration"
+        "compile_alone description_text element_names load_configurations model_file read_gripper "
+        "read_model site_pose GraspCandidate save_configuration"
     ),
     "bt_manip.planning": "Planner LineTo ArcTo TurnAbout edge_is_free shortcut",
     "bt_manip_learn.agents": (
@@ -104,7 +104,8 @@ EXPERIMENTAL = {
     ),
     "bt_manip.plugins": "Plugins guarded",
     "bt_manip.runner": (
-        "TreeResult RunRequest Run find_tree save_snapshot load_snapshot EventQueue RunEvent "
+        "TreeResult RunRequest Run find_tree known_behaviours save_snapshot load_snapshot "
+        "EventQueue RunEvent "
         "KINDS TreeSource Interventions CommandedRobot RunLoop Actor RunModifier make_station "
         "load_source next_digest recorder_for EventStream Pacing MAX_FORCE TICK log_line "
         "PendingSteps STEP_FIELDS StepBlock StepLog html_table"

@@ -27,6 +27,8 @@ MODELS = {
     "MENAGERIE_ROOT": "menagerie",
     "MENAGERIE_MORE_ROOT": "menagerie_more",
     "BTCPP_ROOT": "btcpp",
+    "NAV2_ROOT": "nav2",
+    "MOVEIT_PRO_ROOT": "moveit_pro",
 }
 """Environment variables of folders beside the checkout."""
 

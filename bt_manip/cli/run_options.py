@@ -69,8 +69,9 @@ class RunOptions(StationOptions):
     )  # fmt: skip
     configurations: Path | None = option(
         "--configurations", group="Cell and robot",
-        type=click.Path(path_type=Path), metavar="FILE.toml",
-        help="Named configurations for MoveToConfiguration, as the page saves them.",
+        type=click.Path(path_type=Path), metavar="FILE",
+        help="Named configurations for MoveToConfiguration: a TOML file, as the page saves them, "
+        "or a waypoints.yaml of MoveIt Pro.",
     )  # fmt: skip
     tick_ms: float = option(
         "--tick", group="Task", default=10.0, show_default=True, metavar="MS",

@@ -65,10 +65,15 @@ def _positions(named: TomlTable, name: str) -> Configuration:
 def load_configurations(path: Path) -> dict[str, Configuration]:
     """Return the named configurations of a file that has nothing else.
 
+    Args:
+        path: A TOML file, or a waypoint file of MoveIt Pro (``.yaml``, ``.yml``).
+
     Raises:
-        RobotError: If the file cannot be read, or has other keys than those of
+        BtManipError: If the file cannot be read, or has other keys than those of
             `read_configurations`.
     """
+    if path.suffix in (".yaml", ".yml"):
+        return read_waypoints(path)
     table = TomlFile(path, "file of configurations", RobotError).whole
     found = read_configurations(table)
     table.finish()

@@ -1,13 +1,16 @@
 """The dialect of MoveIt Pro's objectives."""
 
+from pathlib import Path
+
 from bt_manip.bt import Dialect, Element, Problems
 from bt_manip_moveit_pro.for_each import ForEach, ForEachUntilSuccess
+from bt_manip_moveit_pro.nodes import LEAVES
 from bt_manip_moveit_pro.repeat_unless_failure import (
     RepeatUnlessFailureEachTick,
     RepeatUnlessFailureWithinTick,
 )
 
-NODES = {
+CONTROLS = {
     cls.__name__: cls
     for cls in (
         ForEach,
@@ -18,10 +21,13 @@ NODES = {
 }
 
 
+NODES = {**CONTROLS, **{cls.__name__: cls for cls in LEAVES}}
+
+
 def is_objective(root: Element, problems: Problems) -> bool:
     """Return whether a document has a trait that only MoveIt Pro's have."""
     for element in root.iterate():
-        if element.name in NODES or element.get("ID") in NODES:
+        if element.name in CONTROLS or element.get("ID") in CONTROLS:
             return True
         if element.name in ("MetadataFields", "Metadata"):
             return True
@@ -37,6 +43,7 @@ MOVEIT_PRO = Dialect(
     "moveit-pro",
     "objectives of MoveIt Pro",
     nodes=NODES,
+    libraries=(Path(__file__).with_name("library.xml"),),
     attributes=frozenset(
         "_subtreeOnly _hardcoded _category _displayName _external _runnable _tags "
         "_skipValidation".split()

@@ -1,0 +1,272 @@
+"""Which objectives of a workspace of MoveIt Pro have all their leaves, and run."""
+
+import contextlib
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from bt_manip.bt import (
+    KeepRunningUntilFailure,
+    Libraries,
+    Node,
+    NodeStatus,
+    ReadingOptions,
+    Repeat,
+    read_tree,
+)
+from bt_manip.exceptions import BtManipError
+from bt_manip.registry import Parts
+from bt_manip.robots import load_configurations
+from bt_manip.runner import Run, RunObserver, RunRequest, find_tree, known_behaviours, prepare
+from bt_manip_moveit_pro.values import JointState
+
+ROBOTS = ("ur5e", "gen3", "panda")
+"""Robots on which objectives run: the first whose joints a waypoint of the folder names."""
+
+SHOWN = 4
+"""Number of missing leaves that a row of the table names."""
+
+SCENE = Path(__file__).parent / "scenes" / "robot_alone.toml"
+UNKNOWN = re.compile(r"no (?:node|tree) is named '([^']*)'")
+
+
+@dataclass(frozen=True)
+class Result:
+    """A line of the table.
+
+    Attributes:
+        path: The file, relative to the workspace.
+        lacks: Names of leaves and sub-trees that nobody has, and other errors.
+        robot: The robot of the run; empty where it was not run.
+        outcome: ``SUCCESS``, ``FAILURE``, a number of rounds, or why it did not begin.
+        seconds: Simulated time [s].
+        travelled: Whether the arm moved.
+        nodes: Names of the nodes that it uses, sub-trees included; where it lacks none.
+    """
+
+    path: Path
+    lacks: tuple[str, ...] = ()
+    robot: str = ""
+    outcome: str = ""
+    seconds: float = 0.0
+    travelled: bool = False
+    nodes: frozenset[str] = frozenset()
+
+
+@dataclass
+class Workspace:
+    """The objectives of a folder, by the folder that they are in.
+
+    Args:
+        root: The folder.
+        parts: The registered parts.
+    """
+
+    root: Path
+    parts: Parts
+    folders: list[Path] = field(default_factory=list)
+    _readings: dict[Path, ReadingOptions] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Find the folders.
+
+        Raises:
+            BtManipError: If there are no objectives.
+        """
+        self.folders = sorted(path for path in self.root.rglob("objectives") if path.is_dir())
+        if not self.folders:
+            raise BtManipError(f"{self.root}: there is no folder 'objectives' in it")
+
+    def objectives(self, folder: Path) -> list[Path]:
+        """Return the files with trees in a folder of objectives."""
+        paths = sorted(folder.rglob("*.xml"))
+        return [path for path in paths if b"<BehaviorTree" in path.read_bytes()]
+
+    def reading(self, folder: Path) -> ReadingOptions:
+        """Return how objectives of a folder are read: with the trees of all, its own first."""
+        if folder not in self._readings:
+            near = sorted(self.folders, key=lambda other: (-_common(folder, other), str(other)))
+            self._readings[folder] = ReadingOptions(
+                dialect="moveit-pro", libraries=Libraries(near), strict=False
+            )
+        return self._readings[folder]
+
+    def waypoints(self, folder: Path) -> Mapping[str, Any]:
+        """Return the waypoints beside a folder of objectives."""
+        found: dict[str, Any] = {}
+        for path in sorted((folder.parent / "waypoints").glob("*.yaml")):
+            found |= load_configurations(path)
+        return found
+
+    def check(self, path: Path, reading: ReadingOptions) -> Result:
+        """Return what an objective lacks."""
+        found = read_tree(path, known_behaviours(self.parts), reading)
+        lacks: dict[str, None] = {}
+        for problem in found.errors:
+            unknown = UNKNOWN.match(problem.message)
+            lacks[unknown[1] if unknown else problem.message] = None
+        used = () if found.tree is None else (node.registration for node in found.tree.nodes)
+        return Result(path.relative_to(self.root), tuple(lacks), nodes=frozenset(used))
+
+
+def _common(one: Path, other: Path) -> int:
+    """Return how many parts of their paths two folders share; own folders share all."""
+    pairs = zip(one.parts, other.parts, strict=False)
+    return next((i for i, (a, b) in enumerate(pairs) if a != b), len(one.parts))
+
+
+def robot_of(waypoints: Mapping[str, Any], joints: Mapping[str, Sequence[str]]) -> str:
+    """Return the robot whose joints the waypoints name; empty for none.
+
+    Args:
+        waypoints: The waypoints by name.
+        joints: Names of joints by robot.
+    """
+    for robot, names in joints.items():
+        for positions in waypoints.values():
+            with contextlib.suppress(ValueError):
+                if isinstance(positions, Mapping):
+                    JointState(positions).configuration(names, "first", "left")
+                    return robot
+    return ""
+
+
+class _Rounds(RunObserver):
+    """Ends a run after a number of rounds of its endless loops, or a simulated time."""
+
+    def __init__(self, run: Run, rounds: int, seconds: float) -> None:
+        self._run, self._rounds, self._seconds = run, rounds, seconds
+        self.status = self.reason = ""
+        self.count = 0
+        self.travelled = False
+        self._q = {name: one.arm.q.copy() for name, one in run.station.robots.items()}
+        loops = [
+            node.children[0]
+            for node in run.tree.nodes
+            if isinstance(node, KeepRunningUntilFailure)
+            or (isinstance(node, Repeat) and node.given.get("num_cycles") == "-1")
+        ]
+        self._bodies = {id(body) for body in loops}
+        if isinstance(run.tree.root, Node):
+            run.tree.root.runtime.observers.append(self._observe)
+
+    def _observe(self, node: Any, old: NodeStatus, new: NodeStatus) -> None:
+        self.count += id(node) in self._bodies and new is NodeStatus.SUCCESS
+
+    def after_tick(self) -> None:
+        """Note whether an arm moved."""
+        robots = self._run.station.robots
+        moved = (abs(robots[name].arm.q - q).max() > 0.01 for name, q in self._q.items())
+        self.travelled = self.travelled or any(moved)
+
+    def cycle_ended(self, status: str, reason: str) -> None:
+        """Keep the result."""
+        self.status, self.reason = str(status), reason
+
+    def stop(self) -> bool:
+        """Return whether the run ends."""
+        return self.count >= self._rounds or self._run.station.cell.time > self._seconds
+
+    @property
+    def outcome(self) -> str:
+        """The result in words."""
+        if self.status:
+            return self.status if self.status == "SUCCESS" else f"FAILURE: {self.reason}"
+        if self.count >= self._rounds:
+            return f"{self.count} rounds"
+        return f"still running after {self._seconds:g} s"
+
+
+def run_objective(
+    path: Path,
+    robot: str,
+    workspace: Workspace,
+    *,
+    rounds: int = 2,
+    seconds: float = 120.0,
+    scene: Path = SCENE,
+) -> tuple[Run, Result]:
+    """Run an objective with the waypoints of its folder.
+
+    Args:
+        path: The file.
+        robot: The robot.
+        workspace: The workspace that it is in.
+        rounds: Number of rounds of an endless loop after which the run is stopped.
+        seconds: Simulated time after which it is stopped [s].
+        scene: The scene.
+
+    Raises:
+        BtManipError: If it cannot begin.
+    """
+    folder = next(parent for parent in path.parents if parent in workspace.folders)
+    request = RunRequest(
+        find_tree(str(path.resolve()), {}),
+        robot=robot,
+        scene=str(scene),
+        configurations=workspace.waypoints(folder),
+        reading=workspace.reading(folder),
+    )
+    with contextlib.chdir(path.parent):  # where it looks for files
+        run = prepare(request, workspace.parts)
+        watch = _Rounds(run, rounds, seconds)
+        run.execute([watch], stop=watch.stop)
+    time = run.station.cell.time
+    name = path.relative_to(workspace.root)
+    return run, Result(name, (), robot, watch.outcome, time, watch.travelled)
+
+
+def survey(workspace: Workspace, *, run: bool, only: str = "") -> Iterator[Result]:
+    """Yield a result for each objective.
+
+    Args:
+        workspace: The workspace.
+        run: Whether those that have all leaves run, on a robot that their waypoints fit.
+        only: Part of the paths of the objectives that count.
+    """
+    joints = {
+        name: workspace.parts.robots.get(name).arm_joints
+        for name in ROBOTS
+        if name in workspace.parts.robots
+    }
+    for folder in workspace.folders:
+        paths = [path for path in workspace.objectives(folder) if only in str(path)]
+        robot = robot_of(workspace.waypoints(folder), joints) if run and paths else ""
+        for path in paths:
+            reading = workspace.reading(folder)
+            result = workspace.check(path, reading)
+            if run and robot and not result.lacks:
+                try:
+                    _, result = run_objective(path, robot, workspace)
+                except BtManipError as error:
+                    result = Result(result.path, (), robot, f"before the run: {error}")
+            yield result
+
+
+def table_row(result: Result) -> str:
+    """Return a row of the table, in Markdown."""
+    more = len(result.lacks) - SHOWN
+    lacks = ", ".join(result.lacks[:SHOWN]) + (f" and {more} more" if more > 0 else "") or "-"
+    seconds = f"{result.seconds:.1f}" if result.outcome and result.seconds else ""
+    outcome = result.outcome.replace("|", "/").partition("\n")[0]
+    cells = (str(result.path), lacks, result.robot, outcome, seconds)
+    return f"| {' | '.join(cells)} |"
+
+
+HEADER = (
+    "| objective | lacks | robot | result | time [s] |\n"
+    "|-----------|-------|-------|--------|----------|"
+)
+
+
+def summary(results: Sequence[Result]) -> str:
+    """Return the numbers of a table in a sentence."""
+    complete = [result for result in results if not result.lacks]
+    ended = [r for r in complete if r.outcome == "SUCCESS" or r.outcome.endswith("rounds")]
+    moved = [result for result in ended if result.travelled]
+    text = f"{len(complete)} of {len(results)} objectives have all leaves and sub-trees"
+    if any(result.outcome for result in results):
+        text += f"; {len(ended)} run to their end, {len(moved)} of these move an arm"
+    return text + "."

@@ -1,0 +1,186 @@
+"""Leaves that make poses and lists, read files and keep the planning scene."""
+
+import math
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from bt_manip.bt import Sequence, Status, Tree
+from bt_manip_moveit_pro import interface, planning_scene, poses, vectors
+from bt_manip_moveit_pro.values import JointState, PoseStamped
+
+HALF = math.sqrt(0.5)
+
+
+def run(*leaves, **entries):
+    """Tick leaves once, in a sequence; give the tree."""
+    tree = Tree(Sequence(list(leaves)))
+    for name, value in entries.items():
+        tree.blackboard[name] = value
+    tree.tick()
+    return tree
+
+
+def test_a_pose_is_made_of_texts_with_or_without_spaces():
+    tree = run(
+        poses.CreatePoseStamped(
+            reference_frame="base_link", position_xyz="0.1; 0.2;-0.3",
+            orientation_xyzw=f"0;0;{HALF}; {HALF}", pose_stamped="{pose}",
+        )
+    )  # fmt: skip
+    assert tree.blackboard["pose"] == PoseStamped("base_link", (0.1, 0.2, -0.3), (0, 0, HALF, HALF))
+
+
+@pytest.mark.parametrize("text", ["0;0", "0;0;0;0;0"])
+def test_a_position_has_three_numbers(text):
+    tree = run(poses.CreatePoseStamped(position_xyz=text, pose_stamped="{pose}"))
+    assert tree.root.status is Status.FAILURE
+    assert "3 numbers" in tree.failure_reason()
+
+
+def test_a_pose_moves_along_its_own_axes():
+    start = PoseStamped("world", (1.0, 0.0, 0.0), (0.0, 0.0, HALF, HALF))  # x points along y
+    tree = run(
+        poses.TransformPose(input_pose="{a}", translation_xyz="0.5;0;0", output_pose="{b}"), a=start
+    )
+    np.testing.assert_allclose(tree.blackboard["b"].position, (1.0, 0.5, 0.0), atol=1e-12)
+    np.testing.assert_allclose(tree.blackboard["b"].orientation, start.orientation, atol=1e-12)
+
+
+def test_a_pose_is_moved_by_another_one_in_its_frame():
+    by = PoseStamped("camera", (0.0, 0.0, 1.0), (0.0, 0.0, HALF, HALF))
+    pose = PoseStamped("object", (1.0, 0.0, 0.0))
+    tree = run(
+        poses.TransformPoseWithPose(input_pose="{a}", transform_pose="{by}", output_pose="{b}"),
+        a=pose, by=by,
+    )  # fmt: skip
+    assert tree.blackboard["b"].frame == "camera"
+    np.testing.assert_allclose(tree.blackboard["b"].position, (0.0, 1.0, 1.0), atol=1e-12)
+
+
+def test_the_average_of_orientations_does_not_depend_on_their_signs():
+    """Of two rotations about z, the average is the one half way."""
+    angles = (0.2, 0.6)
+    quaternions = [(0.0, 0.0, math.sin(a / 2), math.cos(a / 2)) for a in angles]
+    quaternions[1] = tuple(-q for q in quaternions[1])
+    given = [PoseStamped("world", (float(i), 0, 0), q) for i, q in enumerate(quaternions)]
+    tree = run(
+        poses.AveragePoseStampedVector(pose_stamped_vector="{p}", average_pose_stamped="{m}"),
+        p=given,
+    )
+    mean = tree.blackboard["m"]
+    assert mean.position == (0.5, 0.0, 0.0)
+    np.testing.assert_allclose(pin.log3(mean.T.rotation), (0, 0, 0.4), atol=1e-12)
+
+
+@pytest.mark.parametrize(("x", "angle", "near"), [(0.005, 0.0, 1), (0.0, 0.3, 0), (0.02, 0.0, 0)])
+def test_a_pose_is_compared_with_the_identity(x, angle, near):
+    pose = PoseStamped("world", (x, 0, 0), (0, 0, math.sin(angle / 2), math.cos(angle / 2)))
+    leaf = poses.IsPoseNearIdentity(pose="{p}", position_tolerance="0.01", rotation_tolerance="0.1")
+    assert run(leaf, p=pose).root.status is (Status.SUCCESS if near else Status.FAILURE)
+
+
+def test_a_coverage_path_goes_back_and_forth_in_lanes():
+    leaf = poses.GenerateCoveragePath(
+        bottom_right_corner="{c}", width="0.5", height="0.2", stride_distance="0.1",
+        vector_of_poses="{path}",
+    )  # fmt: skip
+    path = run(leaf, c=PoseStamped("world", (1.0, 2.0, 0.0))).blackboard["path"]
+    expected = [(1.0, 2.0), (1.0, 2.5), (1.1, 2.5), (1.1, 2.0), (1.2, 2.0), (1.2, 2.5)]
+    np.testing.assert_allclose([pose.position[:2] for pose in path], expected, atol=1e-12)
+
+
+def test_lists_are_changed_as_copies():
+    tree = run(
+        vectors.ResetVector(vector="{v}"),
+        vectors.PushBackVector(input_vector="{v}", element="a", output_vector="{v}"),
+        vectors.PushBackVector(input_vector="{v}", element="c", output_vector="{v}"),
+        vectors.InsertInVector(input_vector="{v}", element="b", index="1", output_vector="{w}"),
+        vectors.ReplaceInVector(input_vector="{w}", element="x", index="0", output_vector="{r}"),
+        vectors.RemoveFromVector(input_vector="{w}", index="0", output_vector="{s}"),
+        vectors.ReversePoseStampedVector(input_vector="{w}", output_vector="{t}"),
+        vectors.GetElementOfVector(vector_in="{w}", index="2", element="{last}"),
+        vectors.GetSizeOfVector(vector_in="{w}", vector_size="{n}"),
+    )
+    assert tree.root.status is Status.SUCCESS, tree.failure_reason()
+    entries = tree.blackboard
+    assert (entries["v"], entries["w"], entries["r"]) == (["a", "c"], ["a", "b", "c"], [*"xbc"])
+    assert (entries["s"], entries["t"]) == (["b", "c"], ["c", "b", "a"])
+    assert (entries["last"], entries["n"]) == ("c", 3)
+
+
+@pytest.mark.parametrize(
+    "leaf",
+    [
+        vectors.GetElementOfVector(vector_in="{v}", index="1", element="{e}"),
+        vectors.RemoveFromVector(input_vector="{v}", index="-1", output_vector="{v}"),
+        vectors.InsertInVector(input_vector="{v}", element="b", index="3", output_vector="{v}"),
+        vectors.GetSizeOfVector(vector_in="{missing}", vector_size="{n}"),
+    ],
+    ids=lambda leaf: leaf.name,
+)
+def test_a_missing_item_or_list_is_a_failure_with_a_reason(leaf):
+    tree = run(leaf, v=["a"])
+    assert tree.root.status is Status.FAILURE
+    assert tree.failure_reason()
+
+
+def test_poses_are_written_to_a_file_and_read_again(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    first, second = (
+        PoseStamped("tool", (0.1, 0.2, 0.3)),
+        PoseStamped("world", (1, 2, 3), (1, 0, 0, 0)),
+    )
+    tree = run(
+        interface.SavePoseStampedToYaml(message="{a}", yaml_filename="poses", overwrite="true"),
+        interface.SavePoseStampedToYaml(message="{b}", yaml_filename="poses", overwrite="false"),
+        interface.LoadPoseStampedVectorFromYaml(file_path="poses.yaml", output="{both}"),
+        interface.LoadPoseStampedFromYaml(file_path="poses.yaml", output="{one}"),
+        a=first, b=second,
+    )  # fmt: skip
+    assert tree.root.status is Status.SUCCESS, tree.failure_reason()
+    assert tree.blackboard["both"] == [first, second]
+    assert tree.blackboard["one"] == first
+
+
+def test_a_missing_file_is_a_failure():
+    tree = run(interface.LoadPoseStampedFromYaml(file_path="nothing.yaml", output="{one}"))
+    assert "nothing.yaml" in tree.failure_reason()
+
+
+def test_the_planning_scene_knows_what_is_attached():
+    tree = run(
+        planning_scene.AddURDF(urdf_name="part"),
+        planning_scene.AddCollisionBox(object_id="wall"),
+        planning_scene.AttachURDF(urdf_name="part", parent_link_name="tool0"),
+        planning_scene.IsAnyObjectAttached(),
+        planning_scene.WhichObjectIsAttached(object_name="{name}"),
+        planning_scene.DetachURDF(urdf_name="part"),
+        planning_scene.RemoveURDFFromScene(urdf_name="part"),
+        planning_scene.IsCollisionObjectInPlanningScene(collision_object_name="wall"),
+        planning_scene.IsAnyObjectAttached(),
+    )
+    assert tree.blackboard["name"] == "part"
+    assert tree.failure_reason().endswith("no object is attached")
+
+
+@pytest.mark.parametrize(
+    ("names", "joints", "found"),
+    [
+        (["rail", "joint1", "joint2"], ["joint1", "joint2"], (1.0, 2.0)),
+        (["fr3_finger_joint1", "fr3_joint1", "fr3_joint2"], ["joint1", "joint2"], (1.0, 2.0)),
+        (["r_j1", "r_j2", "l_j1", "l_j2"], ["j1", "j2"], (2.0, 3.0)),
+    ],
+    ids=["joints of a rail", "a prefix and a finger", "two arms, of which the hint selects one"],
+)
+def test_joints_of_others_are_left_out(names, joints, found):
+    state = JointState({name: float(i) for i, name in enumerate(names)})
+    assert state.configuration(joints, "l") == found
+
+
+@pytest.mark.parametrize("names", [["joint1"], ["r_j1", "r_j2", "x_j1", "x_j2"]])
+def test_a_joint_state_of_other_joints_is_refused(names):
+    state = JointState(dict.fromkeys(names, 0.0))
+    with pytest.raises(ValueError, match="not of the joints"):
+        state.configuration(["j1", "j2"], "l")

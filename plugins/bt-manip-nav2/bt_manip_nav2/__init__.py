@@ -1,0 +1,1 @@
+"""Control nodes and decorators of Nav2."""
