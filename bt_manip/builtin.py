@@ -35,12 +35,11 @@ def register_robots(register: Callable[[Any], None]) -> None:
 
 @hookimpl
 def register_grippers(register: Callable[[str, Callable[..., Any]], None]) -> None:
-    """Bring grippers of two fingers, and suction cups."""
-    from bt_manip.grippers import NativeTwoFingerGripper, SuctionGripper, TwoFingerGripper
+    """Bring grippers of two fingers."""
+    from bt_manip.grippers import NativeTwoFingerGripper, TwoFingerGripper
 
     register(TwoFingerGripper.kind, TwoFingerGripper)
     register(NativeTwoFingerGripper.kind, NativeTwoFingerGripper)
-    register(SuctionGripper.kind, SuctionGripper)
 
 
 @hookimpl

@@ -41,7 +41,14 @@ PACKAGES: dict[str, dict[str, str]] = {
         "file": ".btlog .db3",
         "module": "bt_manip.groot",
     },
-    "bt-manip-hands": {"robot": "ur5e_allegro", "gripper": "hand"},
+    "bt-manip-hands": {
+        "robot": "ur5e_allegro",
+        "gripper": "hand suction",
+        "module": (
+            "bt_manip.grippers.suction bt_manip.grippers.SuctionGripper "
+            "bt_manip.grippers.suction_gripper"
+        ),
+    },
     "bt-manip-impedance": {
         "object": "drawer push_button",
         "controller": "cartesian_impedance joint_impedance",

@@ -1,15 +1,16 @@
-"""What all tests share: how mujoco draws, and where the models of others are."""
+"""What all tests share."""
 
 import gc
-import os
-from pathlib import Path
 from typing import Any
 
 import pytest
 
-pytest_plugins = ["tests.support.drawing", "tests.robot_fixtures", "tests.support.runs"]
-
-_REPOSITORY = Path(__file__).resolve().parent.parent
+pytest_plugins = [
+    "tests.support.drawing",
+    "tests.support.models",
+    "tests.robot_fixtures",
+    "tests.support.runs",
+]
 
 gc.disable()  # until all is collected: its passes over modules and tests take time
 
@@ -42,12 +43,3 @@ def build_station(parts: Any) -> Any:
     from bt_manip import build_station
 
     return lambda: build_station(parts)
-
-
-@pytest.fixture(scope="session")
-def menagerie() -> Path:
-    """Give the folder of MuJoCo Menagerie, or skip the test where it is missing."""
-    root = Path(os.environ.get("MENAGERIE_ROOT", _REPOSITORY.parent / "shared" / "menagerie"))
-    if not root.is_dir():
-        pytest.skip(f"no models of MuJoCo Menagerie at {root}")
-    return root

@@ -116,7 +116,7 @@ EXPERIMENTAL = {
         "DEVICE_CONTRACT ROBOT_CONTRACT RobotCase recovers_from_a_problem"
     ),
     "bt_manip.grippers": (
-        "FingerTravel TwoFingerParameters travel_digests SuctionGripper suction_gripper "
+        "FingerTravel TwoFingerParameters travel_digests Polyhedron "
         "GRIP_DEPTH Solid solids_of BodySurface collision_geoms_of NativeTwoFingerGripper"
     ),
     "bt_manip.faults": "FaultError FaultContext FaultInjector parse_fault",
@@ -164,6 +164,7 @@ EXPERIMENTAL = {
         "McapRecorder Recording RecordedRun RecordedScene Continuation RecordedInterventions "
         "Timeline running_leaves write_csv write_mcap write_npz write_parquet"
     ),
+    "bt_manip_hands": "Hand SuctionGripper suction_gripper",
     "bt_manip_setup": "describe_robot check_description try_robot",
     "bt_manip_setup.finger_travel": "FoundFingers measured write_travel",
     "bt_manip.toml": "Key TomlTable documented read_part toml_text write_fields",

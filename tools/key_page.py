@@ -6,11 +6,11 @@
 from itertools import groupby
 from pathlib import Path
 
-from bt_manip.grippers.suction.parameters import SuctionParameters
 from bt_manip.grippers.two_finger.parameters import TwoFingerParameters
 from bt_manip.robots import RobotDescription
 from bt_manip.scenes import Scene
 from bt_manip.toml import Row, rows
+from bt_manip_hands.suction.parameters import SuctionParameters
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
 
@@ -36,7 +36,11 @@ does, too. Paths are from the folder of the file. `[randomization]` has
 
 KINDS = (
     ("two_finger", TwoFingerParameters, "two fingers or a jaw: the default kind"),
-    ("suction", SuctionParameters, "a suction cup, whose lip is the tool frame"),
+    (
+        "suction",
+        SuctionParameters,
+        "a suction cup ([bt-manip-hands](../plugins/bt-manip-hands)), whose lip is the tool frame",
+    ),
 )
 
 

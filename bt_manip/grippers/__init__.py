@@ -3,13 +3,11 @@
 from bt_manip import lazy_exports
 
 from .solids import BodySurface as BodySurface
+from .solids import Polyhedron as Polyhedron
 from .solids import Solid as Solid
 from .solids import collision_geoms_of as collision_geoms_of
 from .solids import contact_friction as contact_friction
 from .solids import solids_of as solids_of
-from .suction import DEFAULT_LENGTH as DEFAULT_LENGTH
-from .suction import SuctionGripper as SuctionGripper
-from .suction import suction_gripper as suction_gripper
 from .two_finger import GRIP_DEPTH as GRIP_DEPTH
 from .two_finger import FingerTravel as FingerTravel
 from .two_finger import NativeTwoFingerGripper as NativeTwoFingerGripper

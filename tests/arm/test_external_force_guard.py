@@ -20,8 +20,8 @@ from bt_manip.exceptions import MotionError
 from bt_manip.grippers import TwoFingerGripper
 from bt_manip.robots import Robot, panda
 from tests.measuring.disturbances import contacts
-from tests.measuring.small_arm import write_small_arm
 from tests.robot_fixtures import Box
+from tests.support.small_arm import write_small_arm
 
 THERE = np.array([0.6, -0.3, 0.3, -2.0, 0.2, 1.8, 0.4])
 

@@ -9,7 +9,7 @@ from bt_manip.control.computed_torque import MAX_INERTIA_RATIO, added_inertia
 from bt_manip.control.exceptions import ControllerFault
 from bt_manip.control.pd_law import POSITION_GAIN, VELOCITY_GAIN, default_gains
 from bt_manip.runner import Station
-from tests.measuring.small_arm import write_small_arm
+from tests.support.small_arm import write_small_arm
 
 
 def station_of(parts, folder, **inertia: float) -> Station:

@@ -7,8 +7,8 @@ from bt_manip.grasping import REFERENCE_AREA, ReachFromAbove
 from bt_manip.runner import Station
 from bt_manip.scenes import two_arms
 from bt_manip.spatial import pointing_down, pose
-from tests.measuring.small_arm import write_small_arm
 from tests.robot_fixtures import Box
+from tests.support.small_arm import write_small_arm
 
 HEIGHT = 0.04  # [m] of the tool over the table, at a grasp of the cube
 

@@ -6,7 +6,7 @@ from bt_manip.record.report.recorder import Recorder
 from bt_manip.record.report.run_report import RunReport
 from bt_manip.registry import Parts
 from bt_manip.runner import RunRequest, find_tree, prepare
-from tests.measuring.small_arm import write_small_arm
+from tests.support.small_arm import write_small_arm
 
 
 def run(parts: Parts, robot: Path, tree: str = "pick_place", **request) -> RunReport:

@@ -52,6 +52,11 @@ class Outcome(NamedTuple):
     err: str
 
 
+def run_program(*arguments: object) -> int:
+    """Run a command; return its exit code."""
+    return run_app(Interrupt(), [str(argument) for argument in arguments])
+
+
 @pytest.fixture
 def trees(tmp_path: Path) -> Path:
     """Give a file with small trees."""
@@ -65,8 +70,7 @@ def bt_manip(capfd: pytest.CaptureFixture[str]) -> Callable[..., Outcome]:
     """Run a command and give what it came to."""
 
     def run(*arguments: object) -> Outcome:
-        code = run_app(Interrupt(), [str(argument) for argument in arguments])
-        out, err = capfd.readouterr()
-        return Outcome(code, out, err)
+        code = run_program(*arguments)
+        return Outcome(code, *capfd.readouterr())
 
     return run

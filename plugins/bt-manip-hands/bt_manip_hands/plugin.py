@@ -9,10 +9,11 @@ ROBOTS = Path(__file__).parent / "robots"
 
 @hookimpl
 def register_grippers(register):
-    """Register the hand."""
-    from bt_manip_hands.hand import Hand
+    """Register the hand and the suction cup."""
+    from bt_manip_hands import Hand, SuctionGripper
 
     register(Hand.kind, Hand)
+    register(SuctionGripper.kind, SuctionGripper)
 
 
 @hookimpl

@@ -21,6 +21,8 @@ from bt_manip.cell.objects import Box, Cube, Cylinder, Sphere
 from bt_manip.robots import RobotError
 from bt_manip.spatial import pose
 
+pytestmark = pytest.mark.usefixtures("hand_models")
+
 ROBOT = "ur5e_allegro"
 TABLE = 1.015  # [m]
 FORCE = 8.0  # [N]

@@ -24,8 +24,8 @@ def carried(path):
 
 
 @pytest.mark.parametrize("side", ["right", pytest.param("left", marks=pytest.mark.soak)])
-def test_palm_thumb_and_postures_of_a_hand_are_found(menagerie, side):
-    model = carried(menagerie / "wonik_allegro" / f"{side}_hand.xml")
+def test_palm_thumb_and_postures_of_a_hand_are_found(hand_models, side):
+    model = carried(hand_models / "wonik_allegro" / f"{side}_hand.xml")
     found, prefix = find_hand(model, ["turn"]), f"allegro_{side}/"
     given = found.parameters
     assert (given["palm"], given["thumb"]) == (f"{prefix}palm", f"{prefix}th_base")
@@ -48,16 +48,16 @@ def test_palm_thumb_and_postures_of_a_hand_are_found(menagerie, side):
     assert gaps["open"] > given["max_width"] > 2.0 * gaps["closed"]
 
 
-def test_two_fingers_are_no_hand(menagerie):
-    model = mujoco.MjModel.from_xml_path(str(menagerie / "universal_robots_ur5e" / "ur5e.xml"))
+def test_two_fingers_are_no_hand(hand_models):
+    model = mujoco.MjModel.from_xml_path(str(hand_models / "universal_robots_ur5e" / "ur5e.xml"))
     assert find_hand(model, [model.joint(j).name for j in range(model.njnt)]) is None
     assert Hand.found_in(model, ["shoulder_pan_joint"]) is None
 
 
 @pytest.mark.soak
-def test_an_arm_with_a_hand_that_nobody_described_picks(menagerie, tmp_path):
-    arm = menagerie / "universal_robots_ur5e" / "ur5e.xml"
-    hand = menagerie / "wonik_allegro" / "left_hand.xml"
+def test_an_arm_with_a_hand_that_nobody_described_picks(hand_models, tmp_path):
+    arm = hand_models / "universal_robots_ur5e" / "ur5e.xml"
+    hand = hand_models / "wonik_allegro" / "left_hand.xml"
     command = [sys.executable, "-m", "bt_manip", "robot", "new", arm, "--gripper", hand]
     done = subprocess.run([*command, "-o", tmp_path / "one.toml"], capture_output=True, text=True)
     assert done.returncode == 0, done.stdout

@@ -11,7 +11,7 @@ import pinocchio as pin
 
 from bt_manip import spatial
 from bt_manip.cell import escaped_name, literal_name
-from bt_manip.grippers import TwoFingerGripper, suction_gripper, two_finger_gripper
+from bt_manip.grippers import TwoFingerGripper, two_finger_gripper
 from bt_manip.registry import Parts
 from bt_manip.robots import (
     MENAGERIE,
@@ -82,7 +82,7 @@ def with_gripper(
         return _measured(description, given, mount, tool_frame, parts)
     except RobotError as error:
         joints = ",".join(description.arm_joints)
-        kinds = ", ".join(sorted({*parts.grippers} - {"two_finger", "suction"}))
+        kinds = ", ".join(sorted({*parts.grippers} - {"two_finger", CUP}))
         others = kinds and f"; for another kind ({kinds}) give a registered gripper's name"
         raise RobotError(f"{error}{others} (the arm: --joints {joints})") from error
 
@@ -98,8 +98,13 @@ def _built_cup(mount: str) -> dict[str, Any]:
     return {
         "tool_frame": mount,
         "T_ft": spatial.pose((0.0, 0.0, _CUP_LENGTH)),
-        "gripper": suction_gripper(
-            diameter=_CUP_DIAMETER, pressure=_CUP_PRESSURE, length=_CUP_LENGTH
+        "gripper": GripperDescription(
+            kind=CUP,
+            parameters={
+                "diameter": _CUP_DIAMETER,
+                "pressure": _CUP_PRESSURE,
+                "length": _CUP_LENGTH,
+            },
         ),
     }
 
@@ -160,7 +165,7 @@ def _measured(
                 "name the one at its lip whose z axis is the cup's (--tool-frame)"
             )
         frame = tool_frame or local(assembled.alone.site(sites[0]).name)
-        gripper = suction_gripper(model=model, mount=mount if model else None)
+        gripper = GripperDescription(kind=CUP, model=model, mount=mount if model else None)
         return replace(description, tool_frame=frame, gripper=gripper), {}
     tool = None
     if tool_frame is not None:

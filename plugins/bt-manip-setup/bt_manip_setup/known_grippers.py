@@ -8,7 +8,7 @@ from bt_manip.registry import Parts
 from bt_manip.robots import MENAGERIE, RobotDescription, RobotError
 
 CUP = "suction"
-"""Name of a suction cup built at the flange."""
+"""Kind of gripper of a suction cup, and name of one that is built at the flange."""
 
 
 def known_grippers(parts: Parts) -> dict[str, RobotDescription]:

@@ -2,9 +2,10 @@
 
 from pathlib import Path
 
-from .small_arm import write_small_arm
+from tests.support.models import ROBOTS
+from tests.support.small_arm import write_small_arm
 
-SIX_JOINTS = Path(__file__).parent / "models" / "six_joints.urdf"
+SIX_JOINTS = ROBOTS / "six_joints.urdf"
 
 _LINK = """<link name="{name}"><inertial><mass value="0.05"/>
 <inertia ixx="2e-5" iyy="2e-5" izz="2e-5" ixy="0" ixz="0" iyz="0"/></inertial>{boxes}</link>"""

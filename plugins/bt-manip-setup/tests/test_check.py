@@ -9,8 +9,7 @@ from bt_manip.robots import read_description
 from bt_manip_setup import check_description
 from bt_manip_setup.finger_travel import write_travel
 from bt_manip_setup.trial import Checked
-
-from .small_arm import write_small_arm
+from tests.support.small_arm import write_small_arm
 
 PANDA = f"""
 model = "{bundled_path("panda/panda.xml")}"

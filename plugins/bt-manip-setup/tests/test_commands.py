@@ -3,11 +3,11 @@
 import os
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
 from bt_manip.models import bundled_path
+from tests.support.models import ROBOTS
 
 PANDA = bundled_path("panda/panda.xml")
 
@@ -96,7 +96,7 @@ def test_bad_input_exits_with_2(bt_manip, tmp_path, monkeypatch, arguments, mess
 
 
 def test_new_says_that_an_arm_has_no_gripper(bt_manip, tmp_path):
-    arm = Path(__file__).parent / "models" / "six_joints.urdf"
+    arm = ROBOTS / "six_joints.urdf"
     code, _, err = bt_manip("robot", "new", arm, "-o", tmp_path / "six.toml")
     assert code == 0
     assert err.startswith("no gripper: the model has none, and --gripper gives it one: ")

@@ -9,6 +9,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from bt_manip import load_plugins
 from bt_manip.collision import CollisionWorld, self_collisions
 from bt_manip.models import bundled_path
 from bt_manip.robots import RobotError, Tolerance, description_text, read_description
@@ -17,12 +18,12 @@ from bt_manip_setup.describe import Draft
 from bt_manip_setup.known_grippers import find_gripper
 from bt_manip_setup.placement import find_home
 from bt_manip_setup.reach import RadialReach
-
-from .small_arm import write_small_arm
+from tests.support.models import ROBOTS
+from tests.support.small_arm import write_small_arm
 
 PANDA = str(bundled_path("panda/panda.xml"))
 MODELS = Path(__file__).parent / "models"
-SIX_JOINTS, FIVE_JOINTS = MODELS / "six_joints.urdf", MODELS / "five_joints.xml"
+SIX_JOINTS, FIVE_JOINTS = ROBOTS / "six_joints.urdf", MODELS / "five_joints.xml"
 TWO_LINK = MODELS / "two_link.urdf"
 
 
@@ -93,7 +94,8 @@ def test_velocities_and_efforts_of_urdf_are_kept(parts):
     assert found.effort is None and found.gripper is None
 
 
-def test_an_adhesion_actuator_is_a_suction_cup(parts, tmp_path):
+def test_an_adhesion_actuator_is_a_suction_cup(tmp_path):
+    parts = load_plugins().parts
     cup = """<mujoco><worldbody><body name="cup"><geom type="cylinder" size="0.015 0.02"
         pos="0 0 0.02"/><site name="lip" pos="0 0 0.04"/></body></worldbody>
         <actuator><adhesion body="cup" gain="40" ctrlrange="0 1"/></actuator></mujoco>"""
@@ -152,7 +154,8 @@ def test_a_robot_that_collides_wherever_its_tool_points_down_is_refused_with_the
         find_home(downward, reach, pin.SE3.Identity())
 
 
-def test_an_arm_may_be_given_a_suction_cup_that_is_built(parts):
+def test_an_arm_may_be_given_a_suction_cup_that_is_built():
+    parts = load_plugins().parts
     draft = describe_robot(str(SIX_JOINTS), parts, name="six", gripper="suction")
     assert draft.description.gripper.kind == "suction"
     assert draft.robot.gripper.max_force == pytest.approx(0.25 * np.pi * 0.03**2 * 6e4)

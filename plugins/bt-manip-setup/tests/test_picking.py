@@ -7,9 +7,9 @@ from typing import Any
 import pytest
 
 from bt_manip.models import bundled_path
+from tests.support.program import run_program
 
 from .assembled_arms import SIX_JOINTS, write_jaw_arm, write_mimic_arm, write_mobile_arm
-from .program import run_program
 
 GRIPPER = "robotiq_2f85/2f85.xml"
 MENAGERIE = {

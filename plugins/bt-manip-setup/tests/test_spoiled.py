@@ -7,8 +7,7 @@ import pytest
 from bt_manip.models import bundled_path
 from bt_manip.robots import description_text
 from bt_manip_setup import check_description, describe_robot
-
-from .program import run_program
+from tests.support.program import run_program
 
 CYCLES = 20
 LINES = {

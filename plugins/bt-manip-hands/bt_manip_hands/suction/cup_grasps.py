@@ -6,9 +6,9 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from bt_manip.exceptions import MotionError
+from bt_manip.grippers import Polyhedron, Solid
 from bt_manip.robots import GraspCandidates
 
-from ..solids import SIDEWAYS, Polyhedron, Solid
 from .lip import LIP_RADIUS, MAX_SAG, ring
 
 CURVATURE_WEIGHT = 0.3
@@ -20,6 +20,7 @@ _BUMP = 1e-3  # [m] maximum height of a bump of the surface under the lip
 _BELOW = -0.1  # cosine of approach and straight down below which a grasp approaches from below
 _MAX_FACES = 32  # considered faces of a solid, the largest first
 _TOLERANCE = 4  # digits of normals and offsets [m] to which triangles belong to one face
+_QUARTERS = tuple(math.pi * k / 4 for k in (0, 1, -1, 2, -2))  # [rad] from the vertical
 _EIGHTHS = tuple(0.25 * math.pi * k for k in range(8))  # [rad] of a turn
 
 Place = tuple[np.ndarray, np.ndarray]
@@ -137,7 +138,7 @@ def _places(solid: Solid, com: np.ndarray, radius: float, up: np.ndarray) -> Ite
         free = max(half - radius - _EDGE, 0.0)
         middle = centre + np.clip((com - centre) @ axis, -free, free) * axis
         frame = _frame(axis, up)
-        for a in SIDEWAYS:
+        for a in _QUARTERS:
             normal = frame @ np.array([math.cos(a), math.sin(a), 0.0])
             yield middle + size[0] * normal, normal
         if solid.kind == "capsule":

@@ -1,5 +1,4 @@
 """Suction cups, modelled by MuJoCo's adhesion actuator."""
 
 from .gripper import SuctionGripper as SuctionGripper
-from .parameters import DEFAULT_LENGTH as DEFAULT_LENGTH
 from .parameters import suction_gripper as suction_gripper

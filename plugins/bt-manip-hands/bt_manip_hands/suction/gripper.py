@@ -9,10 +9,10 @@ from dm_control import composer, mjcf
 from dm_control.composer.observation import observable
 
 from bt_manip.cell import entity_of
+from bt_manip.grippers import Solid
 from bt_manip.robots import Gripper, GripperError, Robot
 from bt_manip.toml import TomlTable
 
-from ..solids import Solid
 from .cup import Cup, adhesion_actuators
 from .cup_grasps import CupGraspGenerator
 from .lip import seals

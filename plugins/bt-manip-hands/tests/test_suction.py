@@ -24,13 +24,14 @@ from bt_manip.behaviours import (
 )
 from bt_manip.bt import NodeStatus, Sequence
 from bt_manip.cell.objects import Box, Capsule, ConvexMesh, Cylinder, Sphere
-from bt_manip.grippers import SuctionGripper, suction_gripper
 from bt_manip.robots import RobotError, read_description
 from bt_manip.spatial import pointing_down, pose
-from bt_manip.testing.robot_contract import ROBOT_CONTRACT, RobotCase
+from bt_manip.testing import ROBOT_CONTRACT, RobotCase
+from bt_manip_hands import SuctionGripper, suction_gripper
+from tests.support.models import ROBOTS
 
-MODELS = Path(__file__).with_name("models")
-WITH_CUP = MODELS / "six_joints_cup.toml"
+WITH_CUP = ROBOTS / "six_joints_cup.toml"
+ON_UR5E = Path(__file__).with_name("ur5e_cup.toml")
 TABLE = 1.015  # [m]
 
 
@@ -201,7 +202,7 @@ def test_a_run_continues_from_a_state_bit_for_bit(station):
 
 
 def test_the_model_may_have_a_cup_of_its_own(parts, tmp_path):
-    arm = WITH_CUP.read_text().replace("six_joints.urdf", str(MODELS / "six_joints.urdf"))
+    arm = WITH_CUP.read_text().replace("six_joints.urdf", str(ROBOTS / "six_joints.urdf"))
     arm = arm.partition("[tool]")[0]
     (tmp_path / "cup.xml").write_text(
         """<mujoco><worldbody><body name="pad">
@@ -239,7 +240,7 @@ def test_a_file_and_python_say_the_same():
     ],
 )
 def test_wrong_descriptions_are_refused_with_the_key(parts, tmp_path, old, new, message):
-    text = WITH_CUP.read_text().replace("six_joints.urdf", str(MODELS / "six_joints.urdf"))
+    text = WITH_CUP.read_text().replace("six_joints.urdf", str(ROBOTS / "six_joints.urdf"))
     (tmp_path / "arm.toml").write_text(text.replace(old, new))
     with pytest.raises(RobotError, match=rf"arm.toml:\d+: key {message}"):
         build_station(parts, robot=str(tmp_path / "arm.toml"))
@@ -248,17 +249,17 @@ def test_wrong_descriptions_are_refused_with_the_key(parts, tmp_path, old, new, 
 @pytest.mark.parametrize(
     ("arm", "model", "cycles"),
     [
-        ("ur5e_cup", "sphere", 1),
+        (ON_UR5E, "sphere", 1),
         *(
             pytest.param(arm, model, 20, marks=pytest.mark.soak)
-            for arm in ("six_joints_cup", "ur5e_cup")
+            for arm in (WITH_CUP, ON_UR5E)
             for model in ("cube", "sphere")
         ),
     ],
 )
 def test_pick_place_puts_all_into_the_basket(menagerie, tmp_path, arm, model, cycles):
     report = tmp_path / "report.json"
-    options = {"--robot": MODELS / f"{arm}.toml", "--cycles": cycles, "--report": report}
+    options = {"--robot": arm, "--cycles": cycles, "--report": report}
     settings = ("--set", f"cube={model}")
     words = [str(word) for option in options.items() for word in option]
     code = subprocess.run(
