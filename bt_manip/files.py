@@ -1,12 +1,14 @@
 """Bounded reading and atomic writing of the files that a user names, and the cache folder."""
 
 import errno
+import hashlib
 import os
 import shutil
 import stat
 import uuid
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from math import inf
 from pathlib import Path
 from typing import BinaryIO
@@ -16,6 +18,8 @@ MAX_BYTES = 64 * 2**20
 
 CACHE_VARIABLE = "BT_MANIP_CACHE"
 """Environment variable with the cache folder."""
+
+_notes: ContextVar[tuple[dict[str, str], ...]] = ContextVar("notes", default=())
 
 
 def read_bytes(path: Path | str, limit: int = MAX_BYTES) -> bytes:
@@ -34,7 +38,44 @@ def read_bytes(path: Path | str, limit: int = MAX_BYTES) -> bytes:
     with path.open("rb") as file:  # files of the system may be longer than their size says
         data = file.read(limit + 1)
     _check_size(path, len(data), limit)
+    if _notes.get():
+        note(path.name, hashlib.sha256(data).hexdigest())
     return data
+
+
+@contextmanager
+def noting(found: dict[str, str]) -> Iterator[None]:
+    """Note the files that are read inside, in this thread.
+
+    Args:
+        found: Gets the SHA-256 of each, by name; of several of one name, all of them.
+    """
+    before = _notes.set((*_notes.get(), found))
+    try:
+        yield
+    finally:
+        _notes.reset(before)
+
+
+def note(name: str, digest: str) -> None:
+    """Note what was read, in each block of `noting` around."""
+    for found in _notes.get():
+        found[name] = " ".join(sorted({digest, *found.get(name, "").split()}))
+
+
+def note_files(name: str, paths: Collection[Path]) -> None:
+    """Note files that others read as one part.
+
+    Args:
+        name: The part: ``"files of w.xml"``.
+        paths: The files, of which each exists.
+    """
+    if paths and _notes.get():
+        digest = hashlib.sha256()
+        for path in sorted(paths):
+            with path.open("rb") as file:
+                digest.update(hashlib.file_digest(file, "sha256").digest())
+        note(name, digest.hexdigest())
 
 
 def read_text(path: Path | str, limit: int = MAX_BYTES) -> str:

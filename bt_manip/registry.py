@@ -236,6 +236,7 @@ class Parts:
         pose_sources: Factories, ``factory(expected) -> bt_manip.scenes.PoseSource``.
         tree_defaults: Required scene and controller of trees, by the name of the tree.
         declared: Parts of the kinds that plugins declare, by kind.
+        plugins: Versions of the plugins that provide them, except the built-in one, by name.
     """
 
     trees: Registry[str] = _registry("tree")
@@ -259,6 +260,7 @@ class Parts:
     contracts: Registry[Callable[..., Any]] = _registry("contract")
     tree_defaults: dict[str, TreeDefaults] = field(default_factory=dict)
     declared: dict[str, Registry[Any]] = field(default_factory=dict)
+    plugins: dict[str, str] = field(default_factory=dict)
 
     def by_kind(self) -> Mapping[str, Registry[Any]]:
         """Return all registries by kind, ``"objects"`` and so on."""

@@ -90,7 +90,10 @@ def _run_app(interrupt: Interrupt, arguments: list[str] | None) -> int:
         code = app.main(arguments, prog_name="bt-manip", standalone_mode=False, obj=interrupt)
         sys.stdout.flush()
         return code if isinstance(code, int) else SUCCESS
-    except (KeyboardInterrupt, click.Abort):
+    except (KeyboardInterrupt, click.Abort) as error:
+        if isinstance(error.__cause__, EOFError):  # what Click takes for the end of the input
+            _print_fault(error.__cause__)
+            return FAULT
         return INTERRUPTED
     except click.ClickException as error:
         error.message = with_short_values(error.message)  # type: ignore[misc]  # Final in Click

@@ -17,6 +17,7 @@ from bt_manip.cli.plugin_options import print_warning
 from bt_manip.cli.record_option import is_rendered
 from bt_manip.cli.run_options import RunOptions, make_request
 from bt_manip.exceptions import ANY_BUT_INTERRUPT, BtManipError, NodeError, reason_of
+from bt_manip.files import noting
 
 if TYPE_CHECKING:
     from bt_manip.cli.session import Session
@@ -126,7 +127,9 @@ class RunJob:
 
             resumed = read_snapshot(options.resume)
         parts, by_view = self._plugins.parts, session.stays
-        request = session.requested = make_request(options, parts, resumed, by_view=by_view)
+        read: dict[str, str] = {}
+        with noting(read):
+            request = session.requested = make_request(options, parts, resumed, by_view=by_view)
         # Slow imports come last: the errors above are reported at once.
         from bt_manip.cli.run_observers import observers_of
         from bt_manip.record import Recorder, restore_snapshot
@@ -135,7 +138,8 @@ class RunJob:
         run = prepare(request, parts, print_warning, self._station)
         if speeds := run.station.hardware.speeds:
             session.tell(speeds)
-        run.identity.update(plugins=self._plugins.versions, foreign=options.foreign.fields())
+        run.identity["foreign"] = options.foreign.fields()
+        run.files.update(read)
         if options.episode is not None:
             run.begin_episode(options.episode)
         self._recorder = Recorder(request.tree.name, request.seed, file=self._open_report())

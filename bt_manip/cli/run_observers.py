@@ -58,9 +58,27 @@ def observers_of(
     if window is not None:
         observers += [guarded(window, "the window", print_warning)]
     observers += session.open_views()
+    if options.varied:
+        observers += [_NeverPresent()]
     if options.faults:
         observers += [_fault_injector(run, plugins.parts)]
     return observers
+
+
+class _NeverPresent(RunObserver):
+    """Warns after the run of varied quantities whose objects were in the cell in no cycle."""
+
+    def run_started(self, run: Run) -> None:
+        self._run = run
+        self._absent: list[str] | None = None  # before the end of a cycle
+
+    def cycle_ended(self, status: str, reason: str) -> None:
+        known = self._absent
+        self._absent = [name for name in self._run.absent if known is None or name in known]
+
+    def run_ended(self) -> None:
+        if self._absent:
+            print_warning(f"{', '.join(self._absent)}: no such object was ever in the cell")
 
 
 def _stopwatch(plugins: Plugins) -> list[RunObserver]:

@@ -13,7 +13,7 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.context import ForkServerContext, SpawnContext
 from typing import Any, NoReturn, Protocol, TypeVar
 
-from bt_manip.exceptions import BtManipError
+from bt_manip.exceptions import BtManipError, reason_of
 
 Episode = TypeVar("Episode")
 Result = TypeVar("Result")
@@ -217,6 +217,8 @@ class _Process:
             if not chosen:  # NumPy reads it when it is imported
                 os.environ[BLAS_THREADS[0]] = "1"
             self._process.start()
+        except (EOFError, OSError) as error:
+            raise WorkerDiedError(f"a process did not start: {reason_of(error)}") from error
         finally:
             if not chosen:
                 del os.environ[BLAS_THREADS[0]]

@@ -21,8 +21,8 @@ from bt_manip.runner import EPISODE_TIMEOUT, NOT_MET, ParameterSet, Run, prepare
 
 from .engine import WorkerDiedError
 
-OBJECTS = "scene.objects."
-"""Start of the names of varied quantities of objects."""
+NO_OUTCOME = ("UNSTARTED", "DIED")
+"""Statuses of episodes of which nothing is known but that they did not succeed."""
 
 
 class EpisodeId(NamedTuple):
@@ -73,7 +73,8 @@ class EpisodeResult:
         seed: The seed.
         success: Whether the tree succeeded, and its goal held in the physics.
         status: ``"SUCCESS"``, ``"FAILURE"``, ``"TIMEOUT"``, ``"ERROR"`` if a behaviour or a
-            plugin raised, or ``"DIED"`` if the process died again and again.
+            plugin raised, ``"UNSTARTED"`` if the episode did not begin, or ``"DIED"`` if the
+            process died again and again.
         reason: Why it did not succeed.
         node: Path of the node that failed; ``goal`` if the tree succeeded without its goal.
         goal: Whether the goal held; None if the tree declares none.
@@ -88,6 +89,8 @@ class EpisodeResult:
         results: `CycleReport.results` as JSON.
         cpu: Type of the CPU that it ran on.
         absent: Varied quantities of objects that were not in the cell, separated by spaces.
+        files: SHA-256 of the files that were loaded besides those of the evaluation's identity, by
+            name, as JSON.
     """
 
     point: int
@@ -109,12 +112,14 @@ class EpisodeResult:
     results: str = "{}"
     cpu: str = ""
     absent: str = ""
+    files: str = "{}"
 
 
 class EpisodeWorker:
     """Runs episodes in one station, which returns to its initial state for each.
 
     Attributes:
+        evaluation: What is evaluated.
         identity: What the results depend on besides the episode, as plain data.
 
     Raises:
@@ -123,9 +128,8 @@ class EpisodeWorker:
 
     def __init__(self, evaluation: Evaluation) -> None:
         os.environ.setdefault("MUJOCO_GL", "disable")
-        self._evaluation = evaluation
-        plugins = load_plugins(choice=evaluation.choice, warn=lambda message: None)
-        self._parts, self._plugins = plugins.parts, plugins.versions
+        self.evaluation = evaluation
+        self._parts = load_plugins(choice=evaluation.choice, warn=lambda message: None).parts
         self._request = request_of(evaluation.tree, self._parts, **evaluation.options)
         self._point = 0
         self._run = self._prepare(0)
@@ -139,20 +143,21 @@ class EpisodeWorker:
             self._run, self._point = self._prepare(episode.point), episode.point
         run, start = self._run, time.perf_counter()
         run.begin_episode(episode.episode)
-        recorder = Recorder(self._evaluation.tree, run.request.seed)
-        end = run.station.cell.time + self._evaluation.timeout
+        recorder = Recorder(self.evaluation.tree, run.request.seed)
+        end = run.station.cell.time + self.evaluation.timeout
         status, reason, node = "", "", ""
         try:
             run.execute([recorder], stop=lambda: run.station.cell.time > end)
         except ANY_BUT_INTERRUPT as error:
-            status, reason = "ERROR", reason_of(error)
+            status = "ERROR" if recorder.began else "UNSTARTED"
+            reason = reason_of(error)
             if isinstance(error, NodeError):
                 node = error.path
         report = recorder.report(status or "TIMEOUT")
         cycle = report.cycles[-1] if report.cycles else CycleReport(status)
         if cycle.status == "TIMEOUT":
             node = ", ".join(one.name for one in cycle.phases if one.status == "HALTED")
-            reason = f"no end within {self._evaluation.timeout:g} s simulated"
+            reason = f"no end within {self.evaluation.timeout:g} s simulated"
         elif cycle.status == "FAILURE" and cycle.reason.startswith(NOT_MET):
             node, reason = "goal", cycle.goal_reason
         elif cycle.status == "FAILURE":
@@ -175,24 +180,16 @@ class EpisodeWorker:
             rescues=json.dumps(cycle.rescues),
             results=json.dumps(cycle.results),
             cpu=cpu_name(),
-            absent=" ".join(self._absent()),
+            absent=" ".join(run.absent),
+            files=json.dumps(dict(other_files(run.all_files, self.identity))),
         )
 
-    def _absent(self) -> Iterator[str]:
-        """Yield the varied quantities of objects that were not in the cell."""
-        absent = self._run.station.randomizer.absent
-        for name in self._evaluation.points[self._point]:
-            if name.startswith(OBJECTS) and name[len(OBJECTS) :].rpartition(".")[0] in absent:
-                yield name
-
     def _prepare(self, point: int) -> Run:
-        varied = self._evaluation.points[point]
-        run = prepare(replace(self._request, varied=varied), self._parts)
-        run.identity["plugins"] = self._plugins
-        return run
+        varied = self.evaluation.points[point]
+        return prepare(replace(self._request, varied=varied), self._parts)
 
     def _identify(self) -> dict[str, Any]:
-        evaluation = self._evaluation
+        evaluation = self.evaluation
         found = {
             "tree": evaluation.tree,
             "seed": evaluation.seed,
@@ -207,6 +204,14 @@ class EpisodeWorker:
 def lost_episode(seed: int, episode: EpisodeId, error: WorkerDiedError) -> EpisodeResult:
     """Return the result of an episode whose processes died."""
     return EpisodeResult(*episode, seed, False, "DIED", str(error), cpu=cpu_name())
+
+
+def other_files(
+    files: Mapping[str, str], identity: Mapping[str, Any] | None
+) -> Iterator[tuple[str, str]]:
+    """Yield name and SHA-256 of files that are not those of an identity."""
+    known = (identity or {}).get("sha256", {})
+    return ((name, digest) for name, digest in files.items() if known.get(name) != digest)
 
 
 def refuse_difference(what: str, found: Mapping[str, Any], expected: Mapping[str, Any]) -> None:

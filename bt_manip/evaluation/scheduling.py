@@ -1,7 +1,10 @@
 """Evaluate a tree: episodes in parallel, as many as are needed."""
 
+import json
 from collections.abc import Generator, Iterator
 from functools import partial
+
+from bt_manip.exceptions import BtManipError
 
 from .engine import Pool, run_episodes
 from .episode import EpisodeId, EpisodeResult, EpisodeWorker, Evaluation, lost_episode
@@ -31,6 +34,9 @@ def evaluate(
         before: Results that are known, which are neither run nor yielded.
         until_width: Ends a point once the Wilson interval of its success rate is at most this
             wide; 0: never.
+
+    Raises:
+        BtManipError: If an episode has loaded another file than the evaluation or other episodes.
     """
     rates = [SuccessRate() for _ in evaluation.points]
     for result in before:
@@ -45,8 +51,21 @@ def evaluate(
                 if (point, episode) not in done:
                     yield EpisodeId(point, episode)
 
+    files = dict((evaluation.identity or {}).get("sha256", {}))
+
+    def check(result: EpisodeResult) -> None:
+        for name, digest in json.loads(result.files).items():
+            if files.setdefault(name, digest) != digest:
+                raise BtManipError(
+                    f"{name} differs between the episodes: SHA-256 {digest[:8]} in episode "
+                    f"{result.episode}, {files[name][:8]} before"
+                )
+
+    for result in before:
+        check(result)
     make = partial(EpisodeWorker, evaluation)
     lost = partial(lost_episode, evaluation.seed)
     for result in run_episodes(make, wanted(), workers, pool=pool, lost=lost):
+        check(result)
         rates[result.point].add(result)
         yield result

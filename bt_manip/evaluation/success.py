@@ -10,7 +10,7 @@ from typing import NamedTuple
 from bt_manip.exceptions import without_numbers
 from bt_manip.record import LeafTime, LeafUse
 
-from .episode import EpisodeResult
+from .episode import NO_OUTCOME, EpisodeResult
 
 Z95 = 1.959963984540054
 """Quantile of the normal distribution for intervals of 95 %."""
@@ -111,11 +111,13 @@ class SuccessRate:
     Attributes:
         trials: Number of episodes.
         successes: How many of them succeeded.
+        no_outcome: How many of them did not begin, or ended with their process.
         use: Leaves that declare `reports_time`.
     """
 
     trials: int = 0
     successes: int = 0
+    no_outcome: int = 0
     use: LeafUse = field(default_factory=LeafUse)
     _results: dict[str, list[float]] = field(default_factory=dict)
     _recoveries: dict[tuple[str, str], Recovery] = field(default_factory=dict)
@@ -134,6 +136,7 @@ class SuccessRate:
         """Count a result."""
         self.trials += 1
         self.successes += result.success
+        self.no_outcome += result.status in NO_OUTCOME
         times = json.loads(result.leaf_times)
         self.use.add({name: LeafTime(**one) for name, one in times.items()}, result.duration_s)
         for key, value in json.loads(result.results).items():
@@ -179,4 +182,5 @@ class SuccessRate:
         return (
             f"{self.successes} of {self.trials} episodes succeeded: {share:.2%} "
             f"(95 %: {low:.2%} to {high:.2%})"
+            + (f", {self.no_outcome} had no outcome" if self.no_outcome else "")
         )

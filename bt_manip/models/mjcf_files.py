@@ -5,7 +5,7 @@ from pathlib import Path
 
 from lxml import etree
 
-from bt_manip.files import check_regular
+from bt_manip.files import check_regular, note_files
 from bt_manip.models.errors import ModelError
 from bt_manip.models.hardened_xml import read_xml
 from bt_manip.models.meshes import MAX_MESH_BYTES
@@ -27,11 +27,18 @@ def check_mjcf(path: Path) -> None:
     root = read_xml(path)
     if root.tag != "mujoco":
         raise ModelError(f"{path}: expected <mujoco>, found <{root.tag}>")
-    _check(path, root, path.parent, [path.resolve()], set())
+    assets: set[Path] = set()
+    _check(path, root, path.parent, [path.resolve()], set(), assets)
+    note_files(f"files of {path.name}", assets)
 
 
 def _check(
-    path: Path, root: etree._Element, main: Path, chain: list[Path], done: set[Path]
+    path: Path,
+    root: etree._Element,
+    main: Path,
+    chain: list[Path],
+    done: set[Path],
+    assets: set[Path],
 ) -> None:
     folders = {main, path.parent}
     for compiler in root.iter("compiler"):
@@ -43,12 +50,14 @@ def _check(
                 raise ModelError(f"{where}: {key} has NaN, expected finite numbers")
             if str(key).startswith("file") and value:
                 for found in _existing(folders, str(value), f"{where}: {key} '{value}'"):
-                    if element.tag in _MODELS:
+                    if element.tag not in _MODELS:
+                        assets.add(found)
+                    else:
                         resolved = found.resolve()
                         if resolved in chain:
                             raise ModelError(f"{where}: {found.name} includes itself")
                         if resolved not in done:
-                            _check(found, read_xml(found), main, [*chain, resolved], done)
+                            _check(found, read_xml(found), main, [*chain, resolved], done, assets)
                             done.add(resolved)
 
 

@@ -88,6 +88,8 @@ def load_plugins(
         plugins.append(plugin)
         if plugin.problem:
             warn(plugin.warning)
+        elif plugin.status == "ok" and plugin.name != BUILTIN:
+            parts.plugins[plugin.name] = plugin.version
     for registry in parts.by_kind().values():
         registry.note = _missing(plugins)
     return Plugins(parts, tuple(plugins))

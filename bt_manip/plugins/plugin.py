@@ -87,12 +87,6 @@ class Plugins:
     parts: Parts
     plugins: tuple[Plugin, ...]
 
-    @property
-    def versions(self) -> dict[str, str]:
-        """Versions of the working plugins, except the built-in one, by name."""
-        working = (p for p in self.plugins if p.status == "ok" and p.name != BUILTIN)
-        return {plugin.name: plugin.version for plugin in working}
-
     def find(self, name: str) -> Plugin | None:
         """Return a plugin by name, preferably a working one, or None."""
         named = sorted((p for p in self.plugins if p.name == name), key=lambda p: p.status != "ok")

@@ -1,6 +1,7 @@
 """Judging the goal of a tree, cycle by cycle, from the physics."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from bt_manip.bt import Tree, texts_of, why_not_met
@@ -8,6 +9,16 @@ from bt_manip.bt.nodes import Condition
 from bt_manip.cell import Cell, why_not_released
 
 NOT_MET = "goal not met: "
+
+
+@dataclass
+class Gripped:
+    """An object that was gripped; `placed` counts once it is removed."""
+
+    name: str
+    robot: str = ""
+    removed: bool = False
+    placed: bool | None = None
 
 
 class GoalJudge:
@@ -20,6 +31,7 @@ class GoalJudge:
     Attributes:
         holds: Whether the goal held in the last cycle; None if the tree declares none.
         reason: Why it did not hold; empty otherwise.
+        gripped: The objects that were gripped in this cycle, as somebody has told, in their order.
     """
 
     def __init__(self, tree: Tree, cell: Cell) -> None:
@@ -30,6 +42,7 @@ class GoalJudge:
         self._cycle: int | None = None
         self.holds: bool | None = None
         self.reason = ""
+        self.gripped: list[Gripped] = []
         self._clear()
 
     def begin(self, cycle: int = 0) -> None:
@@ -37,6 +50,7 @@ class GoalJudge:
         self._follow_tree()
         if cycle != self._cycle:
             self._clear()
+            self.gripped = []
             for condition in self._goal:
                 if isinstance(condition, Condition):
                     condition.begin_cycle()
@@ -88,6 +102,14 @@ class GoalJudge:
             return False if about else None
         return not (why_not_released(self._cell, name) or any(map(why_not_met, about)))
 
+    def grip(self, name: str, robot: str) -> None:
+        """Remember that an object is gripped, until it is removed."""
+        for one in self.gripped:
+            if one.name == name and not one.removed:
+                one.robot = robot
+                return
+        self.gripped.append(Gripped(name, robot))
+
     def stop(self) -> None:
         """Stop observing the cell."""
         self._cycle = None
@@ -101,6 +123,7 @@ class GoalJudge:
             "kept": [list(kept) for kept in self._kept],
             "names": list(map(sorted, self._names)),
             "conditions": [condition.get_state() for condition in self._goal],
+            "gripped": [dict(vars(one)) for one in self.gripped],
         }
 
     def set_state(self, state: Mapping[str, Any]) -> None:
@@ -110,6 +133,7 @@ class GoalJudge:
         self._names = [set(names) for names in state["names"]]
         for condition, remembered in zip(self._goal, state.get("conditions", ()), strict=False):
             condition.set_state(remembered)
+        self.gripped = [Gripped(**one) for one in state.get("gripped", ())]
 
     def _clear(self) -> None:
         self._kept = [[] for _ in self._goal]
@@ -127,8 +151,11 @@ class GoalJudge:
         return bool(removed) and not removed.isdisjoint(texts_of(self._goal[i]))
 
     def _judge_before(self, name: str) -> None:
-        """Judge the conditions that name an object which is about to be removed."""
+        """Judge an object that is about to be removed, and the conditions that name it."""
         self._follow_tree()
+        for one in self.gripped:
+            if one.name == name and not one.removed:
+                one.removed, one.placed = True, self.placed(name)
         for i, condition in enumerate(self._goal):
             named = set(texts_of(condition))
             if name in named and not self._is_judged(i):

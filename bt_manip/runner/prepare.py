@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 from bt_manip.bt import Declared, ReadingOptions, Tree, cannot_run
 from bt_manip.exceptions import BtManipError, NodeError
+from bt_manip.files import noting
 from bt_manip.registry import Parts
 from bt_manip.scenes import find_scene, object_models
 
@@ -34,11 +35,12 @@ def prepare(
     Raises:
         BtManipError: If the request is invalid.
     """
-    request, parts = with_varied(request, parts)
-    clock = _StationClock()
-    models = object_models(request.settings, find_scene(request.scene, parts))
-    settings = {key: text for key, text in request.settings.items() if key not in models}
-    tree = load_source(request.tree, parts, settings, clock, warn, reading=request.reading)
+    clock, files = _StationClock(), dict[str, str]()
+    with noting(files):
+        request, parts = with_varied(request, parts)
+        models = object_models(request.settings, find_scene(request.scene, parts))
+        settings = {key: text for key, text in request.settings.items() if key not in models}
+        tree = load_source(request.tree, parts, settings, clock, warn, reading=request.reading)
     stubs = [node for node in tree.nodes if isinstance(node, Declared)]
     for node in stubs:
         if not node.can_run:
@@ -50,14 +52,15 @@ def prepare(
     for robot in station.robots.values():
         robot.robot.configurations |= request.configurations
     try:
-        tree.setup(**station.infrastructure)
+        with noting(station.files):
+            tree.setup(**station.infrastructure)
     except NodeError as error:  # a user error in a behaviour is one of the request
         if isinstance(error.__cause__, BtManipError):
             raise BtManipError(f"{error.path}: {error.__cause__}") from error
         raise
     for lost in station.models.warnings():
         warn(lost)
-    run = Run(request, tree, station)
+    run = Run(request, tree, station, files=files)
     if station.hardware.simulated:
         run.start = station.get_state()
     return run

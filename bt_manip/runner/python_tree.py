@@ -14,6 +14,7 @@ from py_trees.trees import BehaviourTree
 
 from bt_manip.bt import Tree, TreeDefinition, TreeDocument, declarations
 from bt_manip.exceptions import BtManipError, did_you_mean, shown
+from bt_manip.files import read_bytes
 from bt_manip.parameters import Parameter, parameters_of
 
 from .tree_source import Clock, TreeSource
@@ -116,12 +117,16 @@ def _find(source: TreeSource) -> Any:
 def _import(source: TreeSource) -> ModuleType:
     if source.path is None:
         assert source.module is not None
-        return importlib.import_module(source.module)
+        module = importlib.import_module(source.module)
+        if module.__file__:
+            read_bytes(module.__file__)  # to note it
+        return module
     # By its place and never through sys.path: a user's tree.py would shadow modules of others.
     name = f"_bt_manip_tree_{source.path.stem}"
     spec = importlib.util.spec_from_file_location(name, source.path)
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
+    read_bytes(source.path)  # to note it
     spec.loader.exec_module(module)
     return module
 

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 from bt_manip.bt import BehaviourRegistry, TreeWatch
 from bt_manip.exceptions import BtManipError, NodeError
+from bt_manip.files import noting
 from bt_manip.models import is_address
 
 from .observer import RunModifier
@@ -49,7 +50,8 @@ class Reloader(RunModifier):
         """Take up the file if it has changed."""
         run, tree = self._run, self._run.tree
         try:
-            reading = self._watch.poll()
+            with noting(self._run.files):
+                reading = self._watch.poll()
             if reading is None:
                 return
             for problem in reading.problems:

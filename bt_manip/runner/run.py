@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bt_manip.bt import Tree
+from bt_manip.files import noting
 
 from .events import EventStream
 from .goal import GoalJudge
@@ -35,7 +36,8 @@ class Run:
         cycle: The present cycle, or the next one.
         goal: Judges the tree's goal; it has judged a cycle when `cycle_ended` is called.
         identity: What identifies the run besides its request, by the fields of its report:
-            ``plugins``, ``foreign``, ``agent``.
+            ``foreign``, ``agent``.
+        files: SHA-256 of the files that it has loaded beside those of its station, by name.
         interventions: Takes requests to pull bodies and to set the statuses of nodes.
         log: Control steps and digest of the present or last execution.
         events: Makes its events.
@@ -51,6 +53,7 @@ class Run:
     station: "Station"
     cycle: int = 0
     identity: dict[str, Any] = field(default_factory=dict)
+    files: dict[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Prepare to judge the tree's goal."""
@@ -63,6 +66,21 @@ class Run:
         self.begun = False
         self.ended_early = ""
         self._initial: dict[str, Any] | None = None
+
+    @property
+    def all_files(self) -> dict[str, str]:
+        """SHA-256 of the files that it and its station have loaded, by name."""
+        return self.station.files | self.files
+
+    @property
+    def absent(self) -> list[str]:
+        """Varied quantities of objects of which none was in the cell in this cycle."""
+        absent, start = self.station.randomizer.absent, "scene.objects."
+        return [
+            name
+            for name in self.request.varied
+            if name.startswith(start) and name.removeprefix(start).rpartition(".")[0] in absent
+        ]
 
     def _repr_html_(self) -> str:
         """Show the request, the present cycle and the tree in a notebook."""
@@ -91,7 +109,7 @@ class Run:
         """
         self.stop, request = stop, self.request
         station, failures = self.station, 0
-        with RunLoop(self, observers) as loop:
+        with noting(station.files), RunLoop(self, observers) as loop:
             while request.cycles == 0 or self.cycle < request.cycles:
                 begin = station.cell.time
                 ended = loop.cycle(self.cycle, stop=lambda: self.stop())

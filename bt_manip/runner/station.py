@@ -3,7 +3,7 @@
 import os
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ from bt_manip.cell import Cell
 from bt_manip.cell.objects import Catalogue
 from bt_manip.cell.randomization import Randomizer
 from bt_manip.control import Controller, ControllerManager
+from bt_manip.files import noting
 from bt_manip.registry import Parts
 from bt_manip.robots import Gripper, Robot
 from bt_manip.scenes import (
@@ -85,6 +86,8 @@ class Station:
         request: The request that it was built from.
         poses: The objects that the scene expects; None where the physics decides the poses.
         hardware: Executes the control steps.
+        files: SHA-256 of the files that it was built from, and of those that its trees loaded, by
+            name.
     """
 
     cell: Cell
@@ -97,6 +100,7 @@ class Station:
     request: RunRequest
     poses: ExpectedObjects | None
     hardware: Hardware
+    files: dict[str, str] = field(default_factory=dict)
 
     @property
     def first(self) -> CommandedRobot:
@@ -313,6 +317,12 @@ def make_station(request: RunRequest, parts: Parts, *, first_cycle: bool = False
     Raises:
         BtManipError: If a name is not registered or a model does not compile.
     """
+    files: dict[str, str] = {}
+    with noting(files):
+        return replace(_make_station(request, parts, first_cycle), files=files)
+
+
+def _make_station(request: RunRequest, parts: Parts, first_cycle: bool) -> Station:
     found, seed = find_scene(request.scene, parts), request.seed
     catalogue = Catalogue(parts.objects, sources=parts.model_sources, formats=parts.model_formats)
     scene = with_models(found, object_models(request.settings, found), catalogue)

@@ -61,6 +61,10 @@ def test_success_with_the_cube_on_the_table_is_1_if_the_goal_is_the_basket(bt_ma
     assert read_report(report).cycles[0].goal is True
 
 
+def sha256(path):
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
 @pytest.mark.parametrize("name", ["report.json", "report.jsonl"])
 def test_the_report_says_what_was_run(bt_manip, install, trees, tmp_path, name):
     install("noisy", NOISY)
@@ -74,7 +78,7 @@ def test_the_report_says_what_was_run(bt_manip, install, trees, tmp_path, name):
     assert (read.settings, read.faults) == ({"name": "basket"}, ("push at=rest",))
     assert (read.tick_s, read.time_step_s) == (0.005, 0.001)
     assert read.plugins["noisy"] == "2.5" and "builtin" not in read.plugins
-    assert read.sha256 == {"tree": hashlib.sha256(trees.read_bytes()).hexdigest()}
+    assert read.sha256[trees.name] == sha256(trees)
 
 
 def test_included_trees_and_files_of_scenes_and_robots_are_in_the_report(bt_manip, tmp_path):
@@ -89,13 +93,25 @@ def test_included_trees_and_files_of_scenes_and_robots_are_in_the_report(bt_mani
     scene.write_text('[[robots]]\nname = "left"\nrobot = "panda"\n')
     code, _, err = bt_manip("run", tree, "--scene", scene, "--report", report)
     assert code == 0, err
-    sha256 = read_report(report).sha256
-    both = {
-        hashlib.sha256(a.read_bytes() + b.read_bytes()).hexdigest()
-        for a, b in ((part, tree), (tree, part))
-    }
-    assert sha256["tree"] in both
-    assert sha256["scene"] == hashlib.sha256(scene.read_bytes()).hexdigest()
+    found = read_report(report).sha256
+    for path in (part, tree, scene):
+        assert found[path.name] == sha256(path)
+
+
+def test_a_varied_quantity_of_an_object_that_never_was_there_is_a_warning(bt_manip, trees):
+    absent, there = "scene.objects.bottle.mass", "controller.kp"
+    code, _, err = bt_manip("run", f"{trees}:quick", "--vary", f"{absent}=1", "--cycles", 2)
+    assert code == 0 and err.count(f"{absent}: no such object was ever in the cell") == 1
+    assert bt_manip("run", f"{trees}:quick", "--vary", f"{there}=900").err == ""
+
+
+def test_the_end_of_a_file_is_no_interrupt(bt_manip, trees, monkeypatch):
+    def ended(*arguments):
+        raise EOFError("a process ended")
+
+    monkeypatch.setattr("bt_manip.cli.session.execute_run", ended)
+    code, _, err = bt_manip("run", f"{trees}:quick")
+    assert code == 3 and "EOFError: a process ended" in err
 
 
 ESCAPES = re.compile(r"\x1b\[[0-9;?]*\w")

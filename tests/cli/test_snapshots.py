@@ -56,19 +56,29 @@ def test_a_moment_that_never_comes_is_a_warning(bt_manip, trees, tmp_path):
 
 
 def test_another_request_is_refused_before_anything_is_simulated(bt_manip, trees, tmp_path):
-    moment = tmp_path / "moment.json"
+    moment, named = tmp_path / "moment.json", tmp_path / "named.toml"
+    named.write_text("[configurations]\nthere = [0, -0.785, 0, -2.356, 0, 1.571, 0.785]\n")
     bt_manip("run", f"{trees}:quick", "--snapshot-at", 0.01, moment)
     for options, message in (
-        (("--seed", 5), "is of a run with seed 0, this one has 5"),
-        (("--controller", "gravity_compensated_pd"), "with controller 'computed_torque'"),
-        (("--set", "name=basket"), "with settings {}, this one has {'name': 'basket'}"),
+        (("--seed", 5), "is of another run: seed 0 instead of 5"),
+        (("--controller", "gravity_compensated_pd"), "controller 'computed_torque' instead of"),
+        (("--set", "name=basket"), "settings name None instead of 'basket'"),
+        (("--cycles", 2), "cycles 1 instead of 2"),
+        (("--speed", 0.5), "speed 1.0 instead of 0.5"),
+        (("--tool-speed", 0.5), "tool_speed None instead of 0.5"),
+        (("--tick", 20), "tick 0.01 instead of 0.02"),
+        (("--stub-unknown",), "foreign stub_unknown None instead of True"),
+        (("--vary", "controller.kp=900"), "varied controller.kp None instead of 900"),
+        (("--fault", "push at=rest"), "faults [] instead of ['push at=rest']"),
+        (("--configurations", named), "configurations there None instead of"),
     ):
         code, _, err = bt_manip("run", f"{trees}:quick", "--resume", moment, *options)
-        assert code == 2
-        assert message in err
+        assert (code, message in err) == (2, True), err
+    watched = "--quiet", "--real-time", 50, "--report", tmp_path / "report.json"
+    assert bt_manip("run", f"{trees}:quick", "--resume", moment, *watched).code == 0
     code, _, err = bt_manip("run", f"{trees}:endless", "--resume", moment)
     assert code == 2
-    assert "another tree" in err
+    assert "tree 'small_trees.py:quick' instead of 'small_trees.py:endless'" in err
 
 
 @pytest.mark.parametrize(
@@ -76,7 +86,11 @@ def test_another_request_is_refused_before_anything_is_simulated(bt_manip, trees
     [
         ({"cell": 1}, "is no snapshot of a run"),
         ({"request": {}, "run": 1, "recorder": 2}, "is no snapshot of a run"),
-        ({"request": {}, "run": {}, "recorder": {}}, "is of a run with robot None"),
+        ({"request": {}, "run": {}, "recorder": {}}, "does not say what was run"),
+        (
+            {"request": {}, "run": {}, "recorder": {}, "identity": {}},
+            "is of another run: configurations None instead of {}",
+        ),
     ],
 )
 def test_a_file_that_is_no_snapshot_of_a_run_is_refused(

@@ -1,5 +1,6 @@
 """Episodes run in parallel processes; an episode whose process died runs again."""
 
+import multiprocessing
 import os
 import signal
 import subprocess
@@ -137,3 +138,15 @@ def test_no_process_outlives_the_iteration(squares):
     for process in processes:
         with pytest.raises(ProcessLookupError):
             os.kill(process, 0)
+
+
+@pytest.mark.parametrize("raised", [EOFError, BlockingIOError, ConnectionResetError])
+def test_a_process_that_does_not_start_is_an_error_of_its_own(monkeypatch, raised):
+    def start(process):
+        raise raised
+
+    monkeypatch.setattr(multiprocessing.process.BaseProcess, "start", start)
+    with pytest.raises(WorkerDiedError, match="a process did not start: "):
+        list(run_episodes(Environment, ["HOME"], workers=2))
+    with pytest.raises(WorkerDiedError, match="a process did not start: "):
+        call_in_process("the test", confuse)

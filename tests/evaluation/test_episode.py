@@ -6,6 +6,8 @@ from functools import partial
 
 import pytest
 
+from bt_manip.cell import CellError
+from bt_manip.cell.randomization import Randomizer
 from bt_manip.evaluation import EpisodeId, EpisodeWorker, SuccessRate, run_episodes
 from bt_manip.exceptions import BtManipError
 
@@ -154,3 +156,14 @@ def test_a_worker_with_another_identity_is_refused(evaluation):
     other = {**identity, "versions": {**identity["versions"], "mujoco": "1.0"}}
     with pytest.raises(BtManipError, match="versions mujoco '.*' instead of '1.0'"):
         EpisodeWorker(evaluation(identity=other))
+
+
+def test_an_episode_that_does_not_begin_is_no_failure_of_the_tree(evaluation, monkeypatch):
+    def begin(randomizer, cycle):
+        raise CellError("no free pose")
+
+    worker = EpisodeWorker(evaluation())
+    monkeypatch.setattr(Randomizer, "begin", begin)
+    (result,) = run(worker, 0)
+    assert (result.status, result.success) == ("UNSTARTED", False)
+    assert "no free pose" in result.reason

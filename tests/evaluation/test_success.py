@@ -31,3 +31,9 @@ def test_failures_are_one_if_they_differ_in_numbers_only():
     assert (lift.node, lift.count, lift.first) == ("Lift", 2, 4)
     assert lift.reason == "the payload weighs 0.9 kg" and (drop.node, drop.count) == ("Drop", 1)
     assert str(rate) == "2 of 5 episodes succeeded: 40.00% (95 %: 11.76% to 76.93%)"
+
+
+def test_episodes_without_an_outcome_are_said():
+    lost = [EpisodeResult(0, i, 0, False, status) for i, status in enumerate(("DIED", "UNSTARTED"))]
+    assert str(SuccessRate.of([result(5)])).endswith("100.00%)")
+    assert str(SuccessRate.of([result(5), *lost])).endswith("%), 2 had no outcome")

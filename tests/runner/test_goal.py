@@ -135,3 +135,22 @@ def test_what_was_judged_is_part_of_the_state(cell, station):
     assert resumed.holds is False
     resumed.begin(4)
     assert "'cube'" in resumed.end(True, "")[1]
+
+
+def test_a_restored_judge_knows_what_was_gripped_in_this_cycle(cell):
+    tree = Tree(Sleep(msec=1), goal=IsIn(object="cube", container="basket"))
+    cell.add(Cube(), IN_BASKET, name="cube")
+    judge, restored = GoalJudge(tree, cell), GoalJudge(tree, cell)
+    judge.begin(4)
+    judge.grip("cube", "left")
+    judge.grip("cube", "right")
+    restored.set_state(judge.get_state())
+    restored.begin(4)
+    assert [(one.name, one.robot) for one in restored.gripped] == [("cube", "right")]
+    cell.remove("cube")
+    (one,) = restored.gripped
+    assert one.removed and one.placed is not None
+    restored.begin(5)
+    assert restored.gripped == []
+    for each in (judge, restored):
+        each.stop()

@@ -58,7 +58,9 @@ def run(tmp_path, edited):
     behaviours = BehaviourRegistry()
     tree = load_document(source, Parts(), {"note": "wild"}, lambda: cell.time, told.append)
     randomizer = SimpleNamespace(begin=lambda cycle: None)
-    station = SimpleNamespace(cell=cell, randomizer=randomizer, robots={}, hardware=Hardware(cell))
+    station = SimpleNamespace(
+        cell=cell, randomizer=randomizer, robots={}, hardware=Hardware(cell), files={}
+    )
 
     made = Run(RunRequest(source, settings={"note": "wild"}), tree, station)
     events = []

@@ -64,7 +64,9 @@ def make(root, cycles=1, tick=0.002) -> Run:
     return Run(
         request,
         tree,
-        SimpleNamespace(cell=cell, robots={}, randomizer=randomizer, hardware=Hardware(cell)),
+        SimpleNamespace(
+            cell=cell, robots={}, randomizer=randomizer, hardware=Hardware(cell), files={}
+        ),
     )
 
 

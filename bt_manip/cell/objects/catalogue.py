@@ -10,6 +10,7 @@ from bt_manip.models import (
     Source,
     built_in_sources,
     can_decompose,
+    check_mjcf,
     is_address,
     load_model,
     no_downloads,
@@ -125,6 +126,8 @@ class Catalogue:
     def _load(self, address: str, convex: str) -> MjcfModel:
         if (address, convex) not in self._loaded:
             model = load_model(address, convex=convex, sources=self._sources, formats=self._formats)
+            if model.path is not None:
+                check_mjcf(model.path)  # it notes the model's files
             self._loaded[address, convex] = self._loaded[model.address, convex] = model
             self._warnings.update(dict.fromkeys(model.warnings))
         return self._loaded[address, convex]

@@ -168,12 +168,17 @@ class Randomizer:
 
     def get_state(self) -> dict[str, Any]:
         """Return the state in the present cycle as plain data."""
-        return {"cycle": self._cycle, "drawn": self.sampled, "made": dict(self._made)}
+        return {
+            "cycle": self._cycle,
+            "drawn": self.sampled,
+            "made": dict(self._made),
+            "present": sorted(self._present),
+        }
 
     def set_state(self, state: Mapping[str, Any]) -> None:
         """Restore a state, after the state of the cell."""
         self._cycle = self._resumed = state["cycle"]
-        self._made = dict(state["made"])
+        self._made, self._present = dict(state["made"]), set(state.get("present", ()))
         self._sampled = _copied(state["drawn"])
         if self._cycle is not None:
             self._connect()

@@ -2,8 +2,8 @@
 
 import hashlib
 import time
-from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from collections.abc import Callable, Mapping
+from dataclasses import fields
 from functools import partial
 from typing import Any
 
@@ -19,16 +19,6 @@ from bt_manip.record.report.run_report import (
     versions,
 )
 from bt_manip.runner import Hardware, Run, RunEvent, RunObserver, StepBlock
-
-
-@dataclass
-class _Gripped:
-    """An object that was gripped; `placed` counts once it is removed."""
-
-    name: str
-    robot: str = ""
-    removed: bool = False
-    placed: bool | None = None
 
 
 class Recorder(RunObserver):
@@ -48,7 +38,7 @@ class Recorder(RunObserver):
         self._tree_name = tree
         self._seed = seed
         self._file = file
-        self._identity: dict[str, Any] = {}
+        self._identify: Callable[[], dict[str, Any]] = dict
         self._digest = b""  # to continue
         self._hardware: Hardware | None = None
         self._cycles: list[CycleReport] = []
@@ -56,15 +46,18 @@ class Recorder(RunObserver):
         self._wall_start: float | None = None
         self._wall = 0.0
         self._time_start = self._time_now = 0.0
-        self._gripped: list[_Gripped] = []
-        self._present: dict[str, _Gripped] = {}  # those of them that have not been removed
         self._unexpected: dict[tuple[str, str], None] = {}  # an ordered set
+
+    @property
+    def began(self) -> bool:
+        """Whether a cycle has begun."""
+        return self._unfinished or bool(self._cycles)
 
     # Called by the runner
 
     def run_started(self, run: Run) -> None:
         """Ask for control steps and digest, and observe the tree."""
-        self._run = run
+        self._run, self._identify = run, partial(identify, run)
         run.log.keep_digest(self._digest)
         run.log.steps(self._read)
         self._station = station = run.station
@@ -82,8 +75,6 @@ class Recorder(RunObserver):
         self._figures = RunFigures(robots, cell.time)
         self._nodes = NodeLog()
         run.tree.observers.append(self._nodes)
-        cell.before_remove.append(self._judge)
-        self._identity = identify(run)
         self._hardware = station.hardware
         self._wall_start = time.perf_counter()
         self._write()
@@ -91,7 +82,7 @@ class Recorder(RunObserver):
     def cycle_started(self, cycle: int) -> None:
         """Start a cycle."""
         self._nodes.begin()
-        self._gripped, self._present, self._unexpected = [], {}, {}
+        self._unexpected = {}
         self._unfinished = True
 
     def handle(self, event: RunEvent) -> None:
@@ -99,15 +90,11 @@ class Recorder(RunObserver):
         self._figures.handle(event)
 
     def after_tick(self) -> None:
-        """Record the objects that are gripped, each until it is removed."""
+        """Record the objects that are gripped."""
         self._time_now = self._cell.time
         for robot, figures in self._figures.robots.items():
             for name in figures.gripped():
-                gripped = self._present.get(name)
-                if gripped is None:
-                    gripped = self._present[name] = _Gripped(name)
-                    self._gripped.append(gripped)
-                gripped.robot = robot
+                self._run.goal.grip(name, robot)
 
     def cycle_ended(self, status: str, reason: str) -> None:
         """Add the cycle to the report."""
@@ -116,12 +103,11 @@ class Recorder(RunObserver):
         self._write()
 
     def run_ended(self) -> None:
-        """Measure the wall time and stop observing the cell."""
+        """Measure the wall time."""
         if self._wall_start is None:
             return
         self._time_now = self._cell.time
         self._wall = self._wall_so_far()
-        self._cell.before_remove.remove(self._judge)
 
     # Results
 
@@ -155,7 +141,7 @@ class Recorder(RunObserver):
             error=error,
             ended_early="" if self._wall_start is None else self._run.ended_early,
             real={} if self._hardware is None else self._hardware.report,
-            **self._identity,
+            **self._identify(),
         )
 
     def set_state(self, state: Mapping[str, Any]) -> None:
@@ -179,11 +165,6 @@ class Recorder(RunObserver):
             if touch.unexpected:
                 self._unexpected.update(dict.fromkeys(touch.unexpected))
 
-    def _judge(self, name: str) -> None:
-        """Judge an object in the step before it is removed."""
-        if gripped := self._present.pop(name, None):
-            gripped.removed, gripped.placed = True, self._run.goal.placed(name)
-
     def _leaf_times(self, duration: float) -> dict[str, LeafTime]:
         """Return how long the leaves that declare `reports_time` ran in this cycle [s]."""
         nodes = self._run.tree.nodes
@@ -202,7 +183,7 @@ class Recorder(RunObserver):
         goal = self._run.goal
         objects = tuple(
             GrippedObject(one.name, one.placed if one.removed else goal.placed(one.name), one.robot)
-            for one in self._gripped
+            for one in goal.gripped
         )
         placed = [one.placed for one in objects if one.placed is not None]
         ended = status in ("SUCCESS", "FAILURE")

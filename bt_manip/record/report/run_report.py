@@ -239,8 +239,13 @@ class RunReport:
         foreign: Options for trees of others, where any were given.
         varied: Parameters that were set as a sweep varies them, by name.
         agent: Kind of the actions of an agent that acted in place of the tree; empty without one.
-        sha256: SHA-256 of the files of the ``tree`` (one after the other, if it includes others),
-            and of ``scene`` and ``robot`` where these are files.
+        sha256: SHA-256 of the files that were read for the run, by name without folder: of the tree
+            and what it includes, scene, robot, models and so on. ``files of NAME`` are the meshes
+            and textures of a model together; of several of one name there are several.
+        modules: SHA-256 of the Python modules of no installed package that were imported, by name.
+        speed: Factor of all speeds of the arm.
+        tool_speed: Limit of the speed of the tool that was given [m/s].
+        poses: Source of the objects' poses.
         real: On a real robot: ``backend``, ``late_ticks``, ``lost_cycles``, ``longest_gap_s``
             between two cycles, ``assumed`` objects, whose poses nobody has measured since they were
             released, and what the device says. Empty in simulation.
@@ -270,6 +275,10 @@ class RunReport:
     varied: dict[str, Any] = field(default_factory=dict)
     agent: str = ""
     sha256: dict[str, str] = field(default_factory=dict)
+    modules: dict[str, str] = field(default_factory=dict)
+    speed: float = 1.0
+    tool_speed: float | None = None
+    poses: str = "physics"
     real: dict[str, Any] = field(default_factory=dict)
 
     def to_json(self) -> str:

@@ -1,14 +1,17 @@
 """Snapshots of a run with its request and the digest of its report."""
 
+import json
+import re
 from collections.abc import Callable, Mapping
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 from bt_manip.exceptions import BtManipError, shown
+from bt_manip.record.identification import identify, identity_differences
 from bt_manip.record.report.recorder import Recorder
+from bt_manip.record.report.run_report import versions
 from bt_manip.runner import Run, RunObserver, RunRequest, load_snapshot, save_snapshot
-from bt_manip.scenes import PHYSICS, is_scene_file
+from bt_manip.scenes import PHYSICS
 
 
 def request_fields(request: RunRequest) -> dict[str, Any]:
@@ -27,6 +30,21 @@ def request_fields(request: RunRequest) -> dict[str, Any]:
         **({} if request.tool_speed is None else {"tool_speed": request.tool_speed}),
         **({} if request.poses == PHYSICS else {"poses": request.poses}),
     }
+
+
+def _identity(run: Run) -> dict[str, Any]:
+    return _plain(identify(run) | {"versions": versions()})
+
+
+def _plain(fields: Mapping[str, Any]) -> dict[str, Any]:
+    """Return fields as they are read from a file."""
+    return json.loads(json.dumps(fields))
+
+
+def _by_name(fields: Mapping[str, Any]) -> dict[str, Any]:
+    """Return fields with the names of files instead of their paths, which may be others."""
+    files = ("tree", "scene", "robot")
+    return {**fields, **{key: re.sub(r"[^, ]*/", "", str(fields.get(key))) for key in files}}
 
 
 def take_snapshot(run: Run) -> dict[str, Any]:
@@ -76,8 +94,11 @@ class SnapshotWriter(SnapshotAt):
     """
 
     def __init__(self, time: float, path: Path, warn: Callable[[str], None]) -> None:
-        super().__init__(time, partial(save_snapshot, path))
+        super().__init__(time, self._write)
         self._path, self._warn = path, warn
+
+    def _write(self, snapshot: dict[str, Any]) -> None:
+        save_snapshot(self._path, snapshot | {"identity": _identity(self._run)})
 
     def run_ended(self) -> None:
         """Warn if the run ended before."""
@@ -98,6 +119,8 @@ def read_snapshot(path: Path) -> dict[str, Any]:
     parts = [snapshot.get(key) for key in ("request", "run", "recorder")]
     if not all(isinstance(part, Mapping) for part in parts):
         raise BtManipError(f"{path} is no snapshot of a run: bt-manip run --snapshot-at makes them")
+    if not isinstance(snapshot.get("identity"), Mapping):
+        raise BtManipError(f"{path} does not say what was run: an older version has written it")
     if not isinstance(snapshot["request"].get("seed", 0), int):
         raise BtManipError(f"{path}: the seed of the run is no number")
     return snapshot
@@ -117,14 +140,17 @@ def restore_snapshot(
     Raises:
         BtManipError: If the request differs, or the snapshot does not fit.
     """
-    for key, now in request_fields(run.request).items():
-        if key in ("tree", "cycles", "configurations"):
-            continue
-        if key == "scene" and is_scene_file(now):
-            continue  # the path of a file may have changed
-        then = snapshot["request"].get(key)
-        if then != now:
-            raise BtManipError(f"{where} is of a run with {key} {then!r}, this one has {now!r}")
+    then, now = snapshot["request"], _plain(request_fields(run.request))
+    if "identity" in snapshot:
+        then, now = then | snapshot["identity"], now | _identity(run)
+        if then.get("faults"):
+            raise BtManipError(
+                f"{where} is of a run with --fault, which cannot be continued: the same options "
+                "of bt-manip run repeat it from its start"
+            )
+    differences = identity_differences(_by_name(then), _by_name(now))
+    if differences:
+        raise BtManipError(f"{where} is of another run: {'; '.join(differences.values())}")
     try:
         run.set_state(snapshot["run"])
         recorder.set_state(snapshot["recorder"])

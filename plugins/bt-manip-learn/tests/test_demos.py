@@ -89,7 +89,7 @@ def test_the_same_command_continues_and_others_are_refused(record, tmp_path):
     assert digests(folder).items() > first.items()
     assert (folder / "episode_000000.h5").stat().st_mtime_ns == written
     code, _, err = record("--episodes", 2, "--seed", 7)
-    assert code == 2 and "holds demonstrations that differ in seed: choose" in err
+    assert code == 2 and "holds demonstrations that differ: seed 0 instead of 7: choose" in err
 
 
 def test_a_folder_is_recorded_by_one_process_at_a_time(record, tmp_path):

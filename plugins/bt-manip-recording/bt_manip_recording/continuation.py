@@ -1,11 +1,23 @@
 """Continuing a recorded run from any of its moments."""
 
+import hashlib
 from collections.abc import Mapping
+from importlib.machinery import PathFinder
+from pathlib import Path
 from typing import Any
 
 from bt_manip.exceptions import BtManipError
-from bt_manip.record import Recorder, SnapshotAt, identify, restore_snapshot, versions
-from bt_manip.runner import Run, RunModifier, RunRequest, find_tree
+from bt_manip.files import read_bytes
+from bt_manip.record import (
+    Recorder,
+    SnapshotAt,
+    identify,
+    identity_differences,
+    reading,
+    restore_snapshot,
+    versions,
+)
+from bt_manip.runner import Run, RunModifier, RunRequest, TreeSource, find_tree
 from bt_manip_recording.mcap_recorder import SNAPSHOTS
 from bt_manip_recording.recording import Recording
 
@@ -33,6 +45,14 @@ class RecordedInterventions(RunModifier):
 class Continuation:
     """A recorded run to be continued from one of its moments.
 
+    Code that a recording names is not imported: a recording may come from anybody.
+
+    Args:
+        recording: The recording.
+        time: Simulated time of the moment [s].
+        tree: The tree of the recording, as the user names it; only needed if it is in Python, whose
+            code then runs if it has the recorded SHA-256. Empty: the one that the recording names.
+
     Attributes:
         recording: The recording.
         time: Simulated time of the moment [s].
@@ -42,8 +62,8 @@ class Continuation:
         BtManipError: If there is none, or the run cannot be continued.
     """
 
-    def __init__(self, recording: Recording, time: float) -> None:
-        self.recording, self.time = recording, time
+    def __init__(self, recording: Recording, time: float, tree: str = "") -> None:
+        self.recording, self.time, self._tree = recording, time, tree
         where = recording.path
         for key, option in (("faults", "--fault"), ("varied", "--vary")):
             if recording.identity.get(key):
@@ -66,7 +86,8 @@ class Continuation:
         if time > recording.end:
             raise BtManipError(f"{where} ends at {recording.end:.3f} s, before {time:g} s")
         with recording.decoding():
-            self.fields: Mapping[str, Any] = self._snapshot["request"]
+            fields = self._snapshot["request"]
+            self.fields: Mapping[str, Any] = {**fields, "tree": tree or str(fields["tree"])}
 
     @property
     def interventions(self) -> RunModifier:
@@ -81,10 +102,34 @@ class Continuation:
             **others: Further fields of the request.
 
         Raises:
-            BtManipError: If the tree is not there.
+            BtManipError: If the tree is not there, or is in Python and the user has not named it,
+                or its file is not the recorded one.
         """
         fields = dict(self.fields)
-        return RunRequest(find_tree(fields.pop("tree"), trees), **fields, **others)
+        source = find_tree(fields.pop("tree"), trees)
+        if source.kind == "python" and source.name not in trees:
+            self._check_code(source)
+        return RunRequest(source, **fields, **others)
+
+    def _check_code(self, source: TreeSource) -> None:
+        """Check that the code of a tree may run; nothing is imported.
+
+        Raises:
+            BtManipError: If the user has not named the tree, or its file is not the recorded one.
+        """
+        where = self.recording.path
+        if not self._tree:
+            raise BtManipError(
+                f"{where} is of a tree in Python, '{source.name}', whose code would run: if you "
+                f"trust it, say so with --tree {source.name}"
+            )
+        path = source.path or _module_file(source.module or "")
+        with reading(path, "tree"):
+            digest = hashlib.sha256(read_bytes(path)).hexdigest()
+        if digest not in self.recording.identity.get("sha256", {}).get(path.name, "").split():
+            raise BtManipError(
+                f"{where} cannot be continued: {path} is not the file that was recorded (SHA-256)"
+            )
 
     def differences(self, run: Run) -> list[str]:
         """Return the differences from the installation that recorded the run, as warnings.
@@ -96,13 +141,12 @@ class Continuation:
             BtManipError: If a file of tree, scene or robot has changed since.
         """
         then, now = self.recording.identity, identify(run)
-        files = {**then["sha256"], **now["sha256"]}
-        changed = [f for f in files if then["sha256"].get(f) != now["sha256"].get(f)]
+        changed: dict[str, str] = {}
+        for kind in ("sha256", "modules"):
+            changed |= identity_differences(then.get(kind), now[kind], kind)
         if changed:
-            raise BtManipError(
-                f"{self.recording.path} cannot be continued: the {' and the '.join(changed)} "
-                "changed since it was recorded (SHA-256)"
-            )
+            why = "; ".join(changed.values())
+            raise BtManipError(f"{self.recording.path} cannot be continued: {why}")
         lines, plugins = [], now.get("plugins", {})
         pairs = (versions(), then["versions"]), (plugins, then.get("plugins", plugins))
         for here, recorded in pairs:
@@ -131,3 +175,21 @@ class Continuation:
         if not found:
             raise BtManipError(f"{self.recording.path}: the run ends before {self.time:g} s")
         return found[0]
+
+
+def _module_file(name: str) -> Path:
+    """Return the file of a module; neither it nor a package around it is imported.
+
+    Raises:
+        BtManipError: If there is none.
+    """
+    folders, spec = None, None
+    parts = name.split(".")
+    for i in range(len(parts)):
+        spec = PathFinder.find_spec(".".join(parts[: i + 1]), folders)
+        folders = None if spec is None else spec.submodule_search_locations
+        if spec is None or (folders is None and i < len(parts) - 1):
+            raise BtManipError(f"there is no module '{name}'")
+    if spec is None or spec.origin is None:
+        raise BtManipError(f"the module '{name}' has no file")
+    return Path(spec.origin)

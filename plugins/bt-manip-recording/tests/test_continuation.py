@@ -156,8 +156,8 @@ def test_a_changed_file_is_refused_and_other_versions_are_warnings(run, recorded
     identity["versions"] = {**identity["versions"], "mujoco": "2.0"}
     (line,) = continued.differences(run)
     assert line.startswith("recorded with mujoco 2.0, here ")
-    identity["sha256"] = {"tree": "0"}
-    with pytest.raises(BtManipError, match="the tree changed since it was recorded"):
+    identity["sha256"] = {**identity["sha256"], "panda.xml": "0"}
+    with pytest.raises(BtManipError, match="cannot be continued: panda.xml differs"):
         continued.differences(run)
 
 

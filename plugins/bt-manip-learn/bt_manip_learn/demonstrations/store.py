@@ -129,8 +129,8 @@ class DemonstrationStore:
         other = identity_differences({key: there.get(key) for key in here}, here)
         if other:
             raise BtManipError(
-                f"'{folder}' holds demonstrations that differ in {', '.join([*other][:5])}: choose "
-                "another folder, or the same options and versions"
+                f"'{folder}' holds demonstrations that differ: {'; '.join([*other.values()][:5])}: "
+                "choose another folder, or the same files, options and versions"
             )
         return store
 

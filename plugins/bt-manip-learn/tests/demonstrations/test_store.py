@@ -58,7 +58,7 @@ def test_the_manifest_has_the_outcome_of_each_episode(store):
 def test_a_folder_is_opened_again_with_the_same_identity_only(store):
     store.write_outcomes()
     assert DemonstrationStore.create(store.folder, IDENTITY).episodes() == [0, 1, 2, 3]
-    with pytest.raises(BtManipError, match="holds demonstrations that differ in tree: choose"):
+    with pytest.raises(BtManipError, match="that differ: tree 'pick' instead of"):
         DemonstrationStore.create(store.folder, {**IDENTITY, "tree": "place"})
 
 

@@ -49,6 +49,11 @@ WATCHING = ("real_time", "window", "report", "records", "quiet")
     help="Simulate on from this simulated time [s], with the recorded interventions; the options "
     "below are those of bt-manip run.",
 )  # fmt: skip
+@click.option(
+    "--tree", "named", metavar="TREE",
+    help="With --continue: the recorded tree, as of bt-manip run. A tree in Python must be named: "
+    "its code runs if its file is the recorded one.",
+)  # fmt: skip
 @takes(RunOptions, only=WATCHING)
 @click.pass_obj
 def replay(
@@ -58,15 +63,17 @@ def replay(
     speed: float,
     port: int,
     moment: float | None,
+    named: str | None,
     options: RunOptions,
 ) -> int:
     """Show a recorded run on a page in the browser, at any of its times."""
     from bt_manip_recording import Continuation, Recording
 
     if moment is not None:
-        options = options.continuing(Continuation(Recording(recording), moment))
+        options = options.continuing(Continuation(Recording(recording), moment, named or ""))
         return execute_run(options, interrupt)
-    others = (f"--{name}" for name in options.views if name != VIEW)  # a page is shown anyway
+    others = [f"--{name}" for name in options.views if name != VIEW]  # a page is shown anyway
+    others += ["--tree"] * (named is not None)
     for name in (*given_options(options), *others):
         raise BtManipError(f"{name} needs --continue T")
     os.environ.setdefault("MUJOCO_GL", "disable")  # nothing is drawn here

@@ -69,6 +69,7 @@ def test_bad_input_is_one_line(bt_manip, trees, tmp_path):
     path = tmp_path / "run.mcap"
     assert bt_manip("run", f"{trees}:quick", "--record", path).code == 0
     for options, message in (
+        (("--tree", f"{trees}:quick"), "--tree needs --continue T"),
         (("--continue", 9.0), "run.mcap ends at 0.0.* s, before 9 s"),
         (("--continue", -1), "run.mcap has no snapshot at or before -1 s to continue from"),
         (("--report", "report.json"), "--report needs --continue T"),
@@ -76,10 +77,30 @@ def test_bad_input_is_one_line(bt_manip, trees, tmp_path):
         code, out, err = bt_manip("replay", path, *options)
         assert (code, out) == (2, "")
         assert re.fullmatch(f"Error: .*{message}\n", err)
-    trees.write_text(trees.read_text() + "\n# edited\n")
-    code, _, err = bt_manip("replay", path, "--continue", 0.01)
-    assert code == 2
-    assert "cannot be continued: the tree changed since it was recorded (SHA-256)" in err
+
+
+def test_code_that_a_recording_names_runs_only_if_the_user_names_it_and_it_is_the_recorded_one(
+    bt_manip, trees, tmp_path, monkeypatch
+):
+    path, ran = tmp_path / "run.mcap", tmp_path / "ran"
+    module = tmp_path / "of_a_stranger.py"
+    module.write_text(trees.read_text())
+    monkeypatch.syspath_prepend(tmp_path)
+    for tree, file in ((f"{trees}:quick", trees), ("of_a_stranger:quick", module)):
+        path.unlink(missing_ok=True)
+        assert bt_manip("run", tree, "--record", path).code == 0
+        sys.modules.pop("of_a_stranger", None)
+        kept = file.read_text()
+        go_on = "replay", path, "--quiet", "--continue", 0.01
+        assert bt_manip(*go_on, "--tree", tree).code == 0
+        sys.modules.pop("of_a_stranger", None)
+        file.write_text(f"open({str(ran)!r}, 'w')\n{kept}")
+        code, _, err = bt_manip(*go_on)
+        assert code == 2 and f"say so with --tree {tree}\n" in err
+        code, _, err = bt_manip(*go_on, "--tree", tree)
+        assert code == 2 and f"{file} is not the file that was recorded" in err
+        assert not ran.exists() and "of_a_stranger" not in sys.modules
+        file.write_text(kept)
 
 
 def test_a_run_with_faults_is_refused(bt_manip, trees, tmp_path):

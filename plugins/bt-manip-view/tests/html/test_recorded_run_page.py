@@ -41,7 +41,7 @@ def test_the_report_identifies_the_run(page, picked):
     assert facts["tree"] == "pick_place" and facts["seed"] == "0" and facts["robot"] == "panda"
     assert facts["scene"] == "table_and_basket" and facts["controller"] == "computed_torque"
     assert facts["versions: mujoco"] == identity["versions"]["mujoco"]
-    assert facts["sha256: tree"] == identity["sha256"]["tree"]
+    assert facts["sha256: pick_place.xml"] == identity["sha256"]["pick_place.xml"]
 
 
 def test_figures_are_those_of_the_json_report(page, picked):
