@@ -375,7 +375,9 @@ def record(folder: str, copy: Copy) -> None:
         if sources.get(module) != key:
             sources[module] = ""  # the lines of earlier records have moved
     passed = json.loads(seconds.read_text()) if seconds.exists() else {}
-    now = {"tests": tests, "sources": sources, "seconds": before["seconds"] | passed}
+    kept = {*tests} - {*changed}
+    known = {test: s for test, s in before["seconds"].items() if test.partition("::")[0] in kept}
+    now = {"tests": tests, "sources": sources, "seconds": known | passed}
     described.write_text(json.dumps(now))
 
 
@@ -406,7 +408,7 @@ class Judge:
         if code == 0:
             return f"{len(tests)} of {len(reaching)} tests that reach it pass"
         if code not in (1, 2, None):
-            raise RuntimeError(f"pytest ended with {code}:\n{output[-2000:]}")
+            return f"pytest ended with {code}: {output[-200:]}"
         failed = re.findall(r"^(?:FAILED|ERROR) (\S+)", output, re.MULTILINE)
         with (STORE / "noticed.log").open("a") as log:
             log.write(f"{mutant.module}:{mutant.line} {mutant.text}: {failed or 'too long'}\n")
