@@ -318,8 +318,11 @@ class Reach:
         text = (ROOT / mutant.module).read_bytes()
         tests: set[str] = set()
         for data, sources in zip(self._data, self._sources, strict=True):
-            measured = (name for name in data.measured_files() if name.endswith(mutant.module))
-            by_line = data.contexts_by_lineno(next(measured, mutant.module))
+            by_line: dict[int, set[str]] = {}
+            for name in data.measured_files():
+                if name.endswith(f"/{mutant.module}"):
+                    for line, contexts in data.contexts_by_lineno(name).items():
+                        by_line.setdefault(line, set()).update(contexts)
             known = mutant.lines and sources.get(mutant.module) == digest(text)
             for line in mutant.lines if known else by_line:
                 tests.update(by_line.get(line, ()))
@@ -345,28 +348,37 @@ def folders_of_tests() -> list[str]:
 
 
 def record(folder: str, copy: Copy) -> None:
-    """Record which lines the tests of a folder reach, unless it is recorded already."""
+    """Record which lines the tests of a folder reach, those of new and changed files."""
     base = STORE / "reach" / folder.replace("/", "+")
-    described = base.with_name(f"{base.name}.json")
-    tests = {str(path): digest(path.read_bytes()) for path in sorted((ROOT / folder).rglob("*.py"))}
-    key = digest(json.dumps(tests).encode())
-    if described.exists() and json.loads(described.read_text())["tests"] == key:
+    described, seconds = (base.with_name(base.name + end) for end in (".json", ".seconds"))
+    before: dict[str, dict[str, Any]] = {"tests": {}, "sources": {}, "seconds": {}}
+    if described.exists():
+        before = json.loads(described.read_text())
+    paths = sorted((ROOT / folder).rglob("test_*.py"))
+    tests = {str(path.relative_to(ROOT)): digest(path.read_bytes()) for path in paths}
+    changed = [test for test, key in tests.items() if before["tests"].get(test) != key]
+    if not changed:
         return
-    print(f"recording {folder}", flush=True)
+    print(f"recording {len(changed)} files of {folder}", flush=True)
     base.parent.mkdir(parents=True, exist_ok=True)
-    base.unlink(missing_ok=True)
-    seconds = base.with_name(f"{base.name}.seconds")
+    seconds.unlink(missing_ok=True)
     begin = time.monotonic()
-    arguments = ["-m", "coverage", "run", f"--data-file={base}", "--rcfile=/dev/null",
+    arguments = ["-m", "coverage", "run", "--append", f"--data-file={base}", "--rcfile=/dev/null",
                  "--include=*/bt_manip/*,*/bt_manip_*/*", "-m", "pytest", "-q", "-p", "mutants",
-                 "-p", "no:cacheprovider", "-p", "no:xdist", folder]  # fmt: skip
+                 "-p", "no:cacheprovider", "-p", "no:xdist", *changed]  # fmt: skip
     path = f"{copy.environment['PYTHONPATH']}{os.pathsep}{copy.root / 'tools'}"
     environment = {**copy.environment, "PYTHONPATH": path, "MUTANTS_SECONDS": str(seconds)}
     subprocess.run([sys.executable, *arguments], cwd=copy.root, env=environment)
     print(f"{time.monotonic() - begin:.0f} s", flush=True)
     sources = {module: digest((ROOT / module).read_bytes()) for module in numeric_modules()}
+    for module, key in before["sources"].items():
+        if sources.get(module) != key:
+            sources[module] = ""  # the lines of earlier records have moved
     passed = json.loads(seconds.read_text()) if seconds.exists() else {}
-    described.write_text(json.dumps({"tests": key, "sources": sources, "seconds": passed}))
+    kept = {*tests} - {*changed}
+    known = {test: s for test, s in before["seconds"].items() if test.partition("::")[0] in kept}
+    now = {"tests": tests, "sources": sources, "seconds": known | passed}
+    described.write_text(json.dumps(now))
 
 
 class Judge:
@@ -396,7 +408,7 @@ class Judge:
         if code == 0:
             return f"{len(tests)} of {len(reaching)} tests that reach it pass"
         if code not in (1, 2, None):
-            raise RuntimeError(f"pytest ended with {code}:\n{output[-2000:]}")
+            return f"pytest ended with {code}: {output[-200:]}"
         failed = re.findall(r"^(?:FAILED|ERROR) (\S+)", output, re.MULTILINE)
         with (STORE / "noticed.log").open("a") as log:
             log.write(f"{mutant.module}:{mutant.line} {mutant.text}: {failed or 'too long'}\n")

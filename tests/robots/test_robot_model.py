@@ -3,7 +3,8 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from bt_manip.robots import Payload
+from bt_manip.cell import Cell
+from bt_manip.robots import Payload, Robot, panda
 
 
 def test_the_jacobian_is_the_derivative_of_the_pose(model, rng):
@@ -33,6 +34,25 @@ def test_the_effort_is_what_mujoco_needs_to_make_that_acceleration(robot, model,
     mujoco.mj_inverse(robot.mj_model, data)
     asked = model.effort(q, v, a) - model.friction * np.sign(v)
     assert np.abs(asked - data.qfrc_inverse[robot.dof_adr]).max() < 1e-9
+
+
+@pytest.mark.parametrize("gravity", [(0.0, 0.0, -9.81), (3.0, -2.0, 1.0), None])
+def test_the_effort_at_rest_is_mujocos_bias_force_in_any_gravity(gravity, rng):
+    robot, cell = Robot(panda()), Cell()
+    if gravity is None:
+        cell.arena.mjcf_model.option.flag.gravity = "disable"
+    else:
+        cell.arena.mjcf_model.option.gravity = gravity
+    cell.add(robot, free=False)
+    model, data = robot.make_model(), robot.mj_data
+    q, still = rng.uniform(model.limits.lower, model.limits.upper), np.zeros(7)
+    data.qpos[:] = model.locked_qpos
+    data.qpos[robot.qpos_adr] = q
+    data.qvel[:] = 0.0
+    mujoco.mj_forward(robot.mj_model, data)
+    bias = data.qfrc_bias[robot.dof_adr]
+    assert np.abs(model.rnea(q, still, still) - bias).max() < 1e-9
+    assert bool(np.abs(bias).max() > 1e-3) is (gravity is not None)
 
 
 def test_a_payload_adds_its_weight_at_its_place(model, rng):
