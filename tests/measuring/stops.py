@@ -80,7 +80,7 @@ def _measure(planned: Planned, kind: str, share: float) -> Stop:
     while arm.moving:
         arm.advance(STEP)
         samples.append((arm.q_ref, arm.v.copy(), arm.a.copy()))
-    off_path = max(_distance(np.array(path), q) for q, _, _ in samples)
+    off_path = max(distance(np.array(path), q) for q, _, _ in samples)
     use = _limit_use(arm, samples)
     return Stop(kind, duration, shortest, remaining, off_path, use, computing)
 
@@ -103,7 +103,7 @@ def _shortest(arm: Arm) -> float:
     )
 
 
-def _distance(path: np.ndarray, q: np.ndarray) -> float:
+def distance(path: np.ndarray, q: np.ndarray) -> float:
     """Return the distance of a configuration from a polyline, as the largest of a joint [rad]."""
     i = int(np.abs(path - q).max(axis=1).argmin())
     nearest = np.abs(path[i] - q).max()
