@@ -13,6 +13,13 @@ PACKAGES: dict[str, dict[str, str]] = {
         "scene": "table_and_tray",
         "tree": "sort_blocks stack_blocks",
     },
+    "bt-manip-btcpp3": {
+        "dialect": "btcpp-3",
+        "node of a dialect": (
+            "BlackboardCheckBool BlackboardCheckDouble BlackboardCheckInt BlackboardCheckString "
+            "SequenceStar"
+        ),
+    },
     "bt-manip-everyday": {
         "object": "blue_can bowl coffee_mug green_can red_can yellow_can",
         "behaviour": "HoldsExactly ReadSentence",

@@ -37,7 +37,9 @@ def registered() -> dict[str, dict[str, set[str]]]:
             form = parts.model_formats.get(name)
             names["file"] |= {*form.suffixes, form.tag} - {""}
         for name in plugin.provides.get("dialects", ()):
-            names["node of a dialect"] |= {*parts.dialects.get(name).nodes}
+            names["node of a dialect"] |= {*parts.dialects.get(name).nodes} - {
+                *BehaviourRegistry().names()
+            }
         if plugin.package:
             module = vars(importlib.import_module(plugin.module))
             hooks = {name for name, value in module.items() if hasattr(value, "bt_manip_spec")}

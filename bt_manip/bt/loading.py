@@ -16,7 +16,7 @@ from bt_manip.bt.registry import BehaviourRegistry
 from bt_manip.bt.tree import Tree
 from bt_manip.bt.xml.builder import Builder
 from bt_manip.bt.xml.context import ReadingContext
-from bt_manip.bt.xml.dialect import choose_dialect
+from bt_manip.bt.xml.dialect import BTCPP, Dialect, choose_dialect
 from bt_manip.bt.xml.document import Document, parse_document, read_document
 from bt_manip.bt.xml.problem import Problem, Problems
 from bt_manip.bt.xml.reader import read_trees
@@ -38,6 +38,7 @@ class Reading:
         document: The document, as far as it could be read.
         stubbed: The description of each stub, with the number of its nodes.
         registry: The behaviours, stubs included, and the nodes of the dialect.
+        dialect: The dialect of the document.
     """
 
     tree: Tree | None
@@ -45,6 +46,7 @@ class Reading:
     document: Document | None
     stubbed: Mapping[str, int] = field(default_factory=dict)
     registry: BehaviourRegistry = field(default_factory=BehaviourRegistry)
+    dialect: Dialect = BTCPP
 
     @property
     def errors(self) -> tuple[Problem, ...]:
@@ -183,7 +185,7 @@ def _read(
     problems.extend(libraries.problems_of(reached, context))
     if problems.errors:
         tree = None
-    return Reading(tree, tuple(problems), document, stubbed, context.registry)
+    return Reading(tree, tuple(problems), document, stubbed, context.registry, dialect)
 
 
 def _build(

@@ -148,9 +148,9 @@ def convert(
     model: bool,
     foreign: ForeignTrees,
     output: Path | None,
-) -> None:
+) -> int:
     """Convert an XML document to Python, or a Python tree to XML."""
-    from bt_manip.bt import Tree, to_python, tree_to_xml
+    from bt_manip.bt import Problems, Tree, to_python, tree_to_xml
     from bt_manip.runner import as_tree, make_any
 
     parts, registry = _registered()
@@ -165,7 +165,7 @@ def convert(
             written = getattr(written, "root", written)
         text = tree_to_xml(written, registry, tree_id="MainTree", model=model)
         _write(text, output)
-        return
+        return SUCCESS
     options = replace(foreign.reading(), library=True)
     reading = _read(source, registry, foreign, options)
     reading.raise_errors()
@@ -175,9 +175,16 @@ def convert(
         made: Any = reading.tree
         if made is None:
             raise BtManipError(f"'{name}' does not say which of its trees runs")
+        problems = Problems()
+        reading.dialect.to_version_4(reading.document.root, reading.document, problems)
+        for problem in problems:
+            click.echo(str(problem), err=True)
+        if problems.errors:
+            return BAD_INPUT
         _write(tree_to_xml(made, registry, model=model), output)
     else:
         _write(to_python(reading.document, reading.registry, options.stubs), output)
+    return SUCCESS
 
 
 @tree.command()

@@ -201,9 +201,9 @@ def test_register_model_caches_lists_fetches_and_deletes_models(example, capfd):
 
 
 def test_register_dialects_reads_trees_of_others(run, tmp_path):
-    run("register_dialects", body="<Seq><Nop/><Nop/></Seq>")
+    run("register_dialects", body='<Chain><Nap msec="30"/></Chain>')
     with pytest.raises(AssertionError):
-        run("register_dialects", "--dialect", "btcpp", body="<Seq><Nop/></Seq>")
+        run("register_dialects", "--dialect", "btcpp", body="<Chain/>")
 
 
 def test_register_backends_makes_robots_that_can_be_chosen(parts_of):

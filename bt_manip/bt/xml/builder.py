@@ -12,7 +12,6 @@ from bt_manip.bt.nodes.declared import Declared
 from bt_manip.bt.nodes.guard import Guard
 from bt_manip.bt.nodes.node import Node, NodeKind
 from bt_manip.bt.nodes.parent import Parent
-from bt_manip.bt.nodes.subtree import SubTree
 from bt_manip.bt.nodes.test_node import TestNode, TestNodeConfig
 from bt_manip.bt.substitution import Substitutions, find_rule
 from bt_manip.bt.xml.context import ReadingContext
@@ -171,7 +170,7 @@ class Builder:
                 node = TestNode(spec.label, config=rule, replaced=cls, orphans=orphans, **ports)
             elif spec.subtree is not None and rule is None:
                 use = spec.subtree
-                node = SubTree(
+                node = cls(
                     spec.name,
                     *children,
                     tree_id=use.tree_id,

@@ -39,6 +39,8 @@ class Dialect:
         translate: Rewrites the elements of a file, given by its ``<root>``, into those of
             BehaviorTree.CPP 4 and the dialect's `nodes`. The `Document` has the trees and models
             of all files. It adds errors for what has no meaning here.
+        to_version_4: Rewrites a file that was translated, so that the engine's own nodes do the
+            same; errors say what they cannot do. For ``bt-manip tree convert --to xml``.
     """
 
     name: str
@@ -51,6 +53,9 @@ class Dialect:
     double_quotes: bool = False
     recognises: Callable[[Element, Problems], bool] = lambda root, problems: False
     translate: "Callable[[Element, Document, Problems], None]" = lambda root, whole, problems: None
+    to_version_4: "Callable[[Element, Document, Problems], None]" = lambda root, whole, problems: (
+        None
+    )
 
     def plain_name(self, name: str) -> str:
         """Return a name without the characters that the dialect allows in names."""

@@ -11,7 +11,6 @@ from bt_manip.bt.literals import parse_boolean
 from bt_manip.bt.nodes.binding import MAX_DEPTH
 from bt_manip.bt.nodes.declared import declare
 from bt_manip.bt.nodes.node import CONDITIONS, Comment, Node, NodeKind
-from bt_manip.bt.nodes.subtree import SubTree
 from bt_manip.bt.ports import Port
 from bt_manip.bt.registry import name_problem
 from bt_manip.bt.script.parser import parse_script
@@ -298,7 +297,7 @@ class _TreeReader:
                 place,
                 f"'{tree_id}' is the name of a node, not of a tree; write <{tree_id} .../>",
             )
-        spec = self._spec_of(element, SubTree, "SubTree")
+        spec = self._spec_of(element, self._registry.get("SubTree"), "SubTree")
         remaps = {key: attribute.value for key, attribute in port_attributes(element).items()}
         spec.subtree = use = SubTreeUse(tree_id, place, remaps)
         text = element.get("_autoremap")
