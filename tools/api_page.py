@@ -14,7 +14,7 @@ STABLE = {
         "Tree load_tree parse_tree tree_to_xml BehaviourRegistry Status NodeStatus Action "
         "Condition Control SubTree Input Output Sequence Fallback ReactiveFallback Parallel "
         "IfThenElse TryCatch Inverter ForceSuccess Repeat RetryUntilSuccessful Script Sleep "
-        "SyncAction Decorator LoopString AlwaysSuccess Dialect"
+        "SyncAction Decorator LoopString Dialect"
     ),
     "bt_manip.behaviours": (
         "CellBehaviour MotionBehaviour SpawnObject RemoveObject ObjectExists IsIn Hover Reach "
@@ -55,7 +55,7 @@ EXPERIMENTAL = {
         "SequenceWithMemory AsyncSequence ReactiveSequence AsyncFallback ParallelAll "
         "WhileDoElse Switch2 Switch3 Switch4 Switch5 Switch6 ForceFailure "
         "KeepRunningUntilFailure RunOnce Delay Timeout Precondition SkipUnlessUpdated "
-        "WaitValueUpdate LoopBool LoopDouble LoopInt AlwaysFailure "
+        "WaitValueUpdate LoopBool LoopDouble LoopInt AlwaysSuccess AlwaysFailure "
         "ScriptCondition SetBlackboard UnsetBlackboard WasEntryUpdated Blackboard InOut Comment "
         "as_written TreeWatch read_tree Reading ReadingOptions declare Stubs Libraries "
         "Document Element Problems PortType STRING DOUBLE is_pointer "
