@@ -26,6 +26,7 @@ from bt_manip.bt.xml.static_checks import (
     check_unused,
 )
 from bt_manip.exceptions import BtManipError, TreeError
+from bt_manip.packages import missing
 
 
 @dataclass(frozen=True)
@@ -170,6 +171,14 @@ def _read(
         return Reading(None, tuple(problems), None)
     main, own_trees = options.main or document.main_tree(), list(document.trees)
     dialect = choose_dialect(options.dialect, document.root, registry.dialects, problems)
+    form = document.root.get("BTCPP_format")
+    if options.dialect == "auto" and options.strict and dialect is BTCPP and form != "4":
+        package = missing("dialect", "btcpp-3") if "btcpp-3" not in registry.dialects else ""
+        problems.warning(
+            document.root.place,
+            'no BTCPP_format="4": read as version 4; --dialect btcpp-3 reads version 3'
+            + (package and f", and {package}"),
+        )
     libraries = Libraries.of(options.libraries).extended(dialect.libraries)
     libraries.add_to(document)
     for source in document.sources.values():
@@ -209,11 +218,15 @@ def _build(
             if tree is not None and not problems.errors:
                 given = document.models.get(main, {})
                 check_keys([*tree.nodes, *tree.goal], builder.places, problems, given)
-    elif not options.library and document.root.name == "root":
-        names = ", ".join(document.trees) or "none"
-        problems.error(
+    elif document.root.name == "root" and (
+        not options.library or (options.strict and len(own_trees) > 1)
+    ):
+        add = problems.warning if options.library else problems.error
+        names = ", ".join(document.top_trees()) or "none"
+        add(
             document.root.place,
-            f"which tree to run? <root> needs main_tree_to_execute; trees: {names}",
+            "which tree to run? <root> has no main_tree_to_execute, and 'run "
+            f"{document.file}:TREE' names one; trees that no other uses: {names}",
         )
     built, stubbed = builder.built, builder.stubbed
     if options.strict and not builder.is_too_deep:

@@ -55,7 +55,9 @@ class Stubs:
             read.append(document)
         object.__setattr__(self, "_read", tuple(read))
 
-    def extend(self, document: Document, registry: BehaviourRegistry) -> BehaviourRegistry:
+    def extend(
+        self, document: Document, registry: BehaviourRegistry, problems: Problems
+    ) -> BehaviourRegistry:
         """Return a registry in which the nodes that a document uses are declared.
 
         The models of sub-trees are added to the document's.
@@ -63,6 +65,7 @@ class Stubs:
         Args:
             document: The document, its libraries included.
             registry: The behaviours that are known.
+            problems: Takes warnings of ports that the model of a stub does not declare.
 
         Raises:
             TreeError: If a result asked for does not suit the node.
@@ -80,6 +83,8 @@ class Stubs:
                     continue
                 if model is None and (not self.unknown or name in document.trees):
                     continue
+            if model is not None and known is None and (asked is not None or self.unknown):
+                _complete(name, model, elements, problems)
             cls = self._declared(name, elements, known, asked, model, registry)
             if cls is not None:
                 extended.replace(cls, name)
@@ -156,6 +161,17 @@ class Stubs:
 class _NodeModel:
     kind: str
     ports: dict[str, Port]
+
+
+def _complete(name: str, model: _NodeModel, elements: Iterable[Element], found: Problems) -> None:
+    """Add the ports that a node has and its model lacks, with a warning for each."""
+    ports = dict(model.ports)
+    for element in elements:
+        for key, attribute in port_attributes(element).items():
+            if key not in model.ports:
+                found.warning(attribute.place, f"the model of {name} declares no port '{key}'")
+                ports.setdefault(key, model_port("inout", key, None))
+    model.ports = ports
 
 
 def _kind(

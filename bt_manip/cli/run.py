@@ -26,7 +26,7 @@ _EPILOG = exit_code_help({
 def run(interrupt: Interrupt, options: RunOptions) -> int:
     """Run TREE in a cell.
 
-    TREE is a registered name (see: bt-manip list trees), path.xml, path.py:NAME or
+    TREE is a registered name (see: bt-manip list trees), path.xml, path.xml:TREE, path.py:NAME or
     package.module:NAME, where NAME is a tree or a function that returns one.
     """
     from bt_manip.cli.session import execute_run

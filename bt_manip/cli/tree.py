@@ -4,7 +4,7 @@ import os
 import re
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -52,7 +52,13 @@ def check(files: tuple[str, ...], foreign: ForeignTrees, engine: bool) -> int:
     options = replace(foreign.reading(), strict=not engine, library=True)
     seen: set[Problem] = set()  # the problems of a library recur for many trees
     for text in files:
-        for problem in _findings(text, parts, registry, foreign, options):
+        try:
+            found = _findings(text, parts, registry, foreign, options)
+        except BtManipError as error:  # the others are checked all the same
+            click.echo(f"{text}: error: {error}")
+            errors += 1
+            continue
+        for problem in found:
             if problem not in seen:
                 seen.add(problem)
                 click.echo(str(problem))
@@ -172,16 +178,13 @@ def convert(
     foreign.print_stubs()
     assert reading.document is not None
     if form == "xml":
-        made: Any = reading.tree
-        if made is None:
-            raise BtManipError(f"'{name}' does not say which of its trees runs")
         problems = Problems()
         reading.dialect.to_version_4(reading.document.root, reading.document, problems)
         for problem in problems:
             click.echo(str(problem), err=True)
         if problems.errors:
             return BAD_INPUT
-        _write(tree_to_xml(made, registry, model=model), output)
+        _write(tree_to_xml(reading.document, registry, model=model), output)
     else:
         _write(to_python(reading.document, reading.registry, options.stubs), output)
     return SUCCESS
@@ -263,7 +266,8 @@ def _read(
     from bt_manip.bt import read_tree
 
     assert source.path is not None
-    reading = read_tree(source.path, registry, options)
+    main = source.function or options.main
+    reading = read_tree(source.path, registry, options, main=main)
     foreign.note(reading.stubbed)
     return reading
 

@@ -42,7 +42,9 @@ class Reloader(RunModifier):
     def run_started(self, run: "Run") -> None:
         """Begin to watch."""
         self._run = run
-        self._watch = TreeWatch(run.tree, self._behaviours, run.request.reading)
+        reading = run.request.reading
+        main = self._source.function or reading.main
+        self._watch = TreeWatch(run.tree, self._behaviours, reading, main=main)
 
     def before_tick(self) -> None:
         """Take up the file if it has changed."""

@@ -22,7 +22,7 @@ class TreeSource:
         kind: ``"xml"``, or ``"python"`` for a function that returns a tree, or a tree itself.
         path: The file that holds it, or None if it is in an installed module.
         module: Name of the module that holds it, or None.
-        function: Name of the function or tree; empty for XML.
+        function: Name of the function or tree; empty for the main tree of XML.
     """
 
     name: str
@@ -39,7 +39,7 @@ def find_tree(text: str, registered: Mapping[str, str]) -> TreeSource:
     """Find the tree that a user means.
 
     Args:
-        text: A registered name, ``path.xml``, ``path.py:name`` or
+        text: A registered name, ``path.xml``, ``path.xml:tree``, ``path.py:name`` or
             ``package.module:name``.
         registered: Names of trees and where they are: ``path.xml`` or ``path.py:name``.
 
@@ -58,7 +58,7 @@ def find_tree(text: str, registered: Mapping[str, str]) -> TreeSource:
     if source is not None:
         return source
     module, _, function = text.partition(":")
-    if _MODULE_FUNCTION.fullmatch(text) and not module.endswith(".py"):
+    if _MODULE_FUNCTION.fullmatch(text) and not module.endswith((".py", ".xml")):
         return TreeSource(text, "python", module=module, function=function)
     raise BtManipError(_not_found(text, registered))
 
@@ -67,6 +67,8 @@ def _from_place(name: str, place: str) -> TreeSource | None:
     if place.endswith(".xml") and Path(place).is_file():
         return TreeSource(name, "xml", path=Path(place))
     path, colon, function = place.rpartition(":")
+    if function and path.endswith(".xml") and Path(path).is_file():
+        return TreeSource(name, "xml", path=Path(path), function=function)
     if colon and path.endswith(".py") and function.isidentifier() and Path(path).is_file():
         return TreeSource(name, "python", path=Path(path), function=function)
     return None
@@ -77,8 +79,9 @@ def _not_found(text: str, registered: Mapping[str, str]) -> str:
     for place in (text, path):
         if place.endswith((".xml", ".py")) and Path(place).is_dir():
             return f"'{place}' is a folder; a tree is a file, path.xml or path.py:name"
-    if text.endswith(".xml"):
-        return f"no tree file '{text}'" + _beside(Path(text), ".xml")
+    file = path if path.endswith(".xml") else text
+    if file.endswith(".xml"):
+        return f"no tree file '{file}'" + _beside(Path(file), ".xml")
     if text.endswith(".py"):
         return f"'{text}' does not say which tree; write '{text}:NAME' of a function or tree in it"
     if path.endswith(".py"):
@@ -92,7 +95,8 @@ def _not_found(text: str, registered: Mapping[str, str]) -> str:
     return (
         f"unknown tree '{text}'"
         + did_you_mean(text, registered)
-        + " (a tree is a registered name, path.xml, path.py:name or package.module:name)"
+        + " (a tree is a registered name, path.xml, path.xml:tree, path.py:name "
+        "or package.module:name)"
     )
 
 

@@ -46,7 +46,8 @@ def load_document(
         BtManipError: When the document is wrong, or a setting does not fit it.
     """
     assert source.path is not None
-    found = read_tree(source.path, known_behaviours(parts), reading, clock=clock)
+    main = source.function or reading.main
+    found = read_tree(source.path, known_behaviours(parts), reading, clock=clock, main=main)
     for warning in found.warnings:
         warn(str(warning))
     tree = found.usable_tree()

@@ -101,7 +101,7 @@ def test_all_mistakes_of_a_document_are_found_at_once(registry):
         ("hello", "1:1: error: text stands outside of the root element"),
         ("<!DOCTYPE a [<!ENTITY b 'c'>]><root/>", "1:1: error: document types and entities are not allowed in tree documents"),
         ("<tree/>", "1:1: error: the outermost element must be <root>; found <tree>"),
-        ("<root/>", "1:1: error: which tree to run? <root> needs main_tree_to_execute; trees: none"),
+        ("<root/>", "1:1: error: which tree to run? <root> has no main_tree_to_execute, and 'run <text>:TREE' names one; trees that no other uses: none"),
         ("<root>\0</root>", "1:7: error: a NUL character is no part of XML"),
     ],
 )  # fmt: skip

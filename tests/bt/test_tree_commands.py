@@ -73,7 +73,11 @@ def test_check_takes_several_trees_and_files_that_hold_only_sub_trees(call, writ
     part += '<BehaviorTree ID="B"><AlwaysFailure/></BehaviorTree></root>'
     result = call("check", write(GOOD), write(part, "part.xml"))
 
-    assert result.return_value == 0 and result.stderr == "2 trees: 0 errors, 0 warnings\n"
+    assert result.return_value == 0 and result.stderr == "2 trees: 0 errors, 2 warnings\n"
+    version, choice = result.stdout.splitlines()
+    assert "part.xml:1:1: warning: which tree to run?" in choice
+    assert choice.endswith("'run part.xml:TREE' names one; trees that no other uses: A, B")
+    assert 'no BTCPP_format="4": read as version 4; --dialect btcpp-3 reads version 3' in version
 
 
 def test_check_like_the_engine_finds_only_what_it_rejects(call, write):
@@ -84,9 +88,29 @@ def test_check_like_the_engine_finds_only_what_it_rejects(call, write):
 
 
 def test_a_missing_tree_offers_the_nearest(call):
-    error = call("check", "pick_plac").exception
+    result = call("check", "pick_plac", "nothing.xml")
 
-    assert isinstance(error, BtManipError) and "did you mean 'pick_place'" in str(error)
+    assert result.return_value == 2 and result.stderr == "2 trees: 2 errors, 0 warnings\n"
+    first, second = result.stdout.splitlines()
+    assert first.startswith("pick_plac: error: ") and "did you mean 'pick_place'" in first
+    assert second.startswith("nothing.xml: error: no tree file")
+
+
+PARTS = """<root BTCPP_format="4">
+<BehaviorTree ID="Main"><SubTree ID="Part"/></BehaviorTree>
+<BehaviorTree ID="Part"><AlwaysSuccess/></BehaviorTree>
+<BehaviorTree ID="Other"><AlwaysFailure/></BehaviorTree>
+</root>"""
+
+
+def test_a_tree_of_a_file_is_named_after_a_colon(call, write):
+    name = write(PARTS)
+
+    assert call("show", f"{name}:Part").output == "Part\n└─ AlwaysSuccess\n"
+    assert "no tree is named 'Prt'; did you mean 'Part'" in call("check", f"{name}:Prt").stdout
+    assert str(call("show", name).exception).endswith("trees that no other uses: Main, Other")
+    assert "no tree file 'none.xml'" in call("check", "none.xml:Main").stdout
+    assert call("convert", name, "--to", "xml").output.startswith('<root BTCPP_format="4">')
 
 
 def test_show_draws_as_text_dot_and_svg(call, write):

@@ -37,4 +37,4 @@ class ReadingContext:
         """
         self.known = self.registry = self.known.of_dialect(self.dialect)
         if self.options.stubs is not None:
-            self.registry = self.options.stubs.extend(self.document, self.known)
+            self.registry = self.options.stubs.extend(self.document, self.known, self.problems)

@@ -17,6 +17,10 @@ EXPLICIT: Final = ("Action", "Condition", "Control", "Decorator")
 
 EXPLICIT_OR_SUBTREE: Final = (*EXPLICIT, "SubTree")
 
+_PORTS: Final = {
+    "inputport": "input_port", "outputport": "output_port", "inoutport": "inout_port"
+}  # fmt: skip
+
 MAX_INCLUDES: Final = 1000
 MAX_INCLUDE_DEPTH: Final = 100  # files that include each other in a chain
 
@@ -67,6 +71,21 @@ class Document:
         if declared is None and len(own) == 1 and own[0].get("ID"):
             return own[0].get("ID")
         return next(iter(self.trees)) if len(self.trees) == 1 else None
+
+    def top_trees(self) -> list[str]:
+        """Return the IDs of this file's trees that no other tree names; of all if there are none.
+
+        Trees without an ID are left out.
+        """
+        own = [one.get("ID") for one in self.root.children if one.name == "BehaviorTree"]
+        used = {
+            element.get("ID")
+            for tree in self.trees.values()
+            for element in tree.iterate()
+            if element.name.startswith("SubTree")
+        }
+        names = [tree_id for tree_id in own if tree_id]
+        return [tree_id for tree_id in names if tree_id not in used] or names
 
 
 class Sources:
@@ -219,8 +238,18 @@ class _Reader:
         for models in root.children:
             if models.name == "TreeNodesModel":
                 for element in models.children:
+                    self._check_model(element)
                     if element.name == "SubTree":
                         self._model(document, element)
+
+    def _check_model(self, element: Element) -> None:
+        """Warn of ports whose element is misspelt."""
+        for port in element.children:
+            near = _PORTS.get(port.name.lower().replace("_", ""))
+            if near is not None and near != port.name:
+                self._problems.warning(
+                    port.place, f"<{port.name}> declares nothing; did you mean <{near}>?"
+                )
 
     def _model(self, document: Document, element: Element) -> None:
         tree_id = element.get("ID")
@@ -228,7 +257,7 @@ class _Reader:
             self._problems.error(element.place, "the model of a SubTree needs the attribute 'ID'")
             return
         model = document.models.setdefault(tree_id, {})
-        for kind in ("input_port", "output_port", "inout_port"):  # in this order: the last counts
+        for kind in _PORTS.values():  # in this order: the last counts
             for port in element.children:
                 if port.name == kind:
                     self._model_port(model, port)

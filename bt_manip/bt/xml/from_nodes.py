@@ -15,6 +15,7 @@ from bt_manip.bt.nodes.parent import Parent
 from bt_manip.bt.nodes.subtree import SubTree
 from bt_manip.bt.registry import BehaviourRegistry, name_problem
 from bt_manip.bt.tree import Tree
+from bt_manip.bt.xml.document import Document
 from bt_manip.bt.xml.model import tree_nodes_model
 from bt_manip.bt.xml.source import (
     NOWHERE,
@@ -112,7 +113,7 @@ class TreeDocument:
 
 
 def tree_to_xml(
-    tree: Tree | Behaviour | TreeDocument,
+    tree: Tree | Behaviour | TreeDocument | Document,
     registry: BehaviourRegistry,
     *,
     tree_id: str | None = None,
@@ -121,8 +122,8 @@ def tree_to_xml(
     """Write a tree as a document.
 
     Args:
-        tree: A tree, a root, or a whole document made in Python. Of a tree that was read from a
-            document, that document is written.
+        tree: A tree, a root, a document, or a whole one made in Python. Of a tree that was read
+            from a document, that document is written.
         registry: The names of the behaviours.
         tree_id: The ID of the main tree; by default the tree's own, or ``MainTree``.
         model: Whether to add the models of the behaviours, for Groot2's palette.
@@ -136,10 +137,12 @@ def tree_to_xml(
     """
     goal: Sequence[Node] = ()
     task = ""
+    if isinstance(tree, Tree) and tree.document is not None:
+        tree = tree.document
+    if isinstance(tree, Document):
+        source = tree.source
+        return write_source(_with_models(source, registry) if model else source)
     if isinstance(tree, Tree):
-        if tree.document is not None:
-            source = tree.document.source
-            return write_source(_with_models(source, registry) if model else source)
         tree_id = tree_id or (tree.tree_id if name_problem(tree.tree_id) is None else None)
         goal, task, tree = tree.goal, tree.given_task, tree.root
     writer = _Writer(registry)

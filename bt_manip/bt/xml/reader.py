@@ -19,6 +19,7 @@ from bt_manip.bt.xml.document import (
     EXPLICIT,
     EXPLICIT_OR_SUBTREE,
     editor_attributes,
+    is_port_name,
     node_name,
     port_attributes,
 )
@@ -175,6 +176,9 @@ class _TreeReader:
                 near = f"; --dialect {mine} has it"
             elif package := missing("behaviour", name) or missing("node of a dialect", name):
                 near = f"; it {package}"
+            if element.children and name_problem(name) is None:
+                like = "Fallback" if len(element.children) > 1 else "RetryUntilSuccessful"
+                near += f"; --stub {name}={like} lets it do the same as another"
             if name in self._context.document.trees:
                 near = f'; to tick the tree of that name write <SubTree ID="{name}"/>'
             place = element.place_of("ID") if explicit else element.place
@@ -307,8 +311,10 @@ class _TreeReader:
             except ValueError as error:
                 use.problems.error(element.place_of("_autoremap"), f"_autoremap: {error}")
         for name, default in self._context.document.models.get(tree_id, {}).items():
-            if use.autoremap or name in remaps:
+            if use.autoremap or name in element.attributes:
                 continue
+            if default is not None and not is_port_name(name):
+                continue  # such as '__shared_blackboard', which Groot writes into models
             if default is None:
                 use.problems.error(
                     element.place,

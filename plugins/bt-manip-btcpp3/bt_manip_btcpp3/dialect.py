@@ -33,6 +33,7 @@ SCRIPTS = frozenset(
 """Attributes to which version 4 gives a meaning, and version 3 does not."""
 
 EXPLICIT = ("Action", "Condition", "Control", "Decorator")
+_NEGATIVE = re.compile(r"-[0-9]{1,9}$")
 _PLAIN = re.compile(r"[A-Za-z_][\w-]*")
 _POINTER = re.compile(r"\$(\{.+\})")
 
@@ -86,8 +87,8 @@ def is_version_3(root: Element, problems: Problems) -> bool:
     why = f'BTCPP_format="{form}"' if form is not None else f'no BTCPP_format="4", but {trait}'
     problems.warning(
         place,
-        f"{why}: read as BehaviorTree.CPP 3; --dialect btcpp-3 says so too, 'bt-manip tree convert "
-        "--to xml' writes version 4",
+        f"{why}: read as BehaviorTree.CPP 3 (--dialect btcpp-3); 'bt-manip tree convert --to xml' "
+        "writes version 4",
     )
     return True
 
@@ -110,6 +111,8 @@ def translate(root: Element, document: Document, problems: Problems) -> None:
 
 def _translate(element: Element, document: Document, problems: Problems) -> None:
     for key, attribute in element.attributes.items():
+        if key in ("msec", "delay_msec") and _NEGATIVE.match(attribute.value):
+            attribute.value = str(int(attribute.value) % 2**32)  # as the conversion of C does
         attribute.value = _POINTER.sub(r"\1", attribute.value)
         if key in SCRIPTS:
             problems.error(attribute.place, f"'{key}' is no port: version 4 reserves this name")

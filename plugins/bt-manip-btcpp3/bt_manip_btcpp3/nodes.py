@@ -7,7 +7,7 @@ its branch ``v3.8``. No child is ever skipped there, and a tick never pauses to 
 from typing import Any, ClassVar
 
 from bt_manip import bt
-from bt_manip.bt import Blackboard, Control, Decorator, Input, NodeStatus, SyncAction
+from bt_manip.bt import Blackboard, Control, Decorator, Input, NodeStatus
 from bt_manip.exceptions import PortError
 
 FAILURE, IDLE = NodeStatus.FAILURE, NodeStatus.IDLE
@@ -231,16 +231,13 @@ BlackboardCheckString = _check("BlackboardCheckString", str)
 BlackboardCheckBool = _check("BlackboardCheckBool", bool)
 
 
-class SetBlackboard(SyncAction):
+class SetBlackboard(bt.SetBlackboard):
     """Write a text, or the value of another entry, to an entry; no type is checked in a copy.
 
     | tick | SUCCESS; an entry that is not there to be copied is an error of the tree           |
     |------|------------------------------------------------------------------------------------|
     | halt | nothing                                                                            |
     """
-
-    value = Input(doc="a text, or {key} for the value of another entry")
-    output_key = bt.InOut(doc="name of the entry, or {key} for an entry that holds the name")
 
     def _tick(self) -> NodeStatus:
         key = self.read_port("output_key", bt.STRING)
