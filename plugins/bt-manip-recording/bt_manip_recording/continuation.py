@@ -1,6 +1,7 @@
 """Continuing a recorded run from any of its moments."""
 
 import hashlib
+import sys
 from collections.abc import Mapping
 from importlib.machinery import PathFinder
 from pathlib import Path
@@ -124,11 +125,27 @@ class Continuation:
                 f"trust it, say so with --tree {source.name}"
             )
         path = source.path or _module_file(source.module or "")
+        if path is None:
+            raise BtManipError(f"there is no file of the module '{source.module}'")
+        recorded = self.recording.identity
+        self._check_file(path, recorded.get("sha256", {}).get(path.name, ""))
+        for name, digest in recorded.get("modules", {}).items():
+            imported = None if name in sys.modules else _module_file(name, str(path.parent))
+            if imported is not None:
+                self._check_file(imported, digest)
+
+    def _check_file(self, path: Path, recorded: str) -> None:
+        """Check that a file has one of the recorded SHA-256, which spaces separate.
+
+        Raises:
+            BtManipError: If not.
+        """
         with reading(path, "tree"):
             digest = hashlib.sha256(read_bytes(path)).hexdigest()
-        if digest not in self.recording.identity.get("sha256", {}).get(path.name, "").split():
+        if digest not in recorded.split():
             raise BtManipError(
-                f"{where} cannot be continued: {path} is not the file that was recorded (SHA-256)"
+                f"{self.recording.path} cannot be continued: {path} is not the file that was "
+                "recorded (SHA-256)"
             )
 
     def differences(self, run: Run) -> list[str]:
@@ -177,19 +194,18 @@ class Continuation:
         return found[0]
 
 
-def _module_file(name: str) -> Path:
-    """Return the file of a module; neither it nor a package around it is imported.
+def _module_file(name: str, *folders: str) -> Path | None:
+    """Return the file of a module, None without one; neither it nor a package is imported.
 
-    Raises:
-        BtManipError: If there is none.
+    Args:
+        name: Its name, with those of the packages around it.
+        *folders: Folders to search first.
     """
-    folders, spec = None, None
+    spec, places = None, [*folders, *sys.path]
     parts = name.split(".")
     for i in range(len(parts)):
-        spec = PathFinder.find_spec(".".join(parts[: i + 1]), folders)
-        folders = None if spec is None else spec.submodule_search_locations
-        if spec is None or (folders is None and i < len(parts) - 1):
-            raise BtManipError(f"there is no module '{name}'")
-    if spec is None or spec.origin is None:
-        raise BtManipError(f"the module '{name}' has no file")
-    return Path(spec.origin)
+        spec = PathFinder.find_spec(".".join(parts[: i + 1]), places)
+        if spec is None:
+            return None
+        places = list(spec.submodule_search_locations or ())
+    return Path(spec.origin) if spec is not None and spec.has_location and spec.origin else None

@@ -103,6 +103,23 @@ def test_code_that_a_recording_names_runs_only_if_the_user_names_it_and_it_is_th
         file.write_text(kept)
 
 
+def test_what_the_recorded_tree_imports_runs_only_if_it_is_the_recorded_one(
+    bt_manip, trees, tmp_path, monkeypatch
+):
+    path, ran, helper = (tmp_path / name for name in ("run.mcap", "ran", "helper_of_a_stranger.py"))
+    helper.write_text("NAME = 'table'\n")
+    trees.write_text(f"import {helper.stem}\n{trees.read_text()}")
+    with monkeypatch.context() as patched:
+        patched.syspath_prepend(tmp_path)
+        assert bt_manip("run", f"{trees}:quick", "--record", path).code == 0
+    sys.modules.pop(helper.stem)
+    helper.write_text(f"open({str(ran)!r}, 'w')\n")
+    go_on = "replay", path, "--quiet", "--continue", 0.01, "--tree", f"{trees}:quick"
+    code, _, err = bt_manip(*go_on)
+    assert code == 2 and f"{helper} is not the file that was recorded" in err
+    assert not ran.exists()
+
+
 def test_a_run_with_faults_is_refused(bt_manip, trees, tmp_path):
     path = tmp_path / "run.mcap"
     bt_manip("run", f"{trees}:quick", "--fault", "push at=rest", "--record", path)
