@@ -1,0 +1,58 @@
+"""Places for a suction cup lie on the surface of the solid, where a ray of MuJoCo meets it."""
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from bt_manip.grippers.suction.cup_grasps import CupGraspGenerator, _places
+from tests.grippers.shapes import solid
+
+RADIUS, AWAY = 0.012, 0.1  # [m]
+SIZES = {
+    "sphere": (0.04,),
+    "ellipsoid": (0.03, 0.04, 0.06),
+    "capsule": (0.03, 0.05),
+    "box": (0.03, 0.04, 0.05),
+}
+
+
+@pytest.mark.parametrize("com", [(0.0, 0.0, 0.0), (0.01, -0.005, 0.02)])
+@pytest.mark.parametrize("kind", SIZES)
+def test_a_ray_against_the_normal_meets_the_solid_at_the_place(kind, com):
+    rotation = pin.exp3(np.array([0.4, -0.7, 0.3]))
+    at, com = np.array([0.2, -0.1, 0.3]), np.array([0.2, -0.1, 0.3]) + com
+    quaternion = pin.Quaternion(rotation).coeffs()[[3, 0, 1, 2]]
+
+    def text(values) -> str:
+        return " ".join(map(str, values))
+
+    model = mujoco.MjModel.from_xml_string(
+        f'<mujoco><worldbody><geom type="{kind}" size="{text(SIZES[kind])}" pos="{text(at)}" '
+        f'quat="{text(quaternion)}"/></worldbody></mujoco>'
+    )
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    shape = solid(kind, *SIZES[kind], at=at, rotation=rotation)
+    places = list(_places(shape, com, RADIUS, np.array([0.0, 0.0, 1.0])))
+    assert len(places) >= 6
+    for point, normal in places:
+        geom = np.zeros(1, dtype=np.int32)
+        start = point + AWAY * normal
+        met = mujoco.mj_ray(model, data, start, -normal, None, 1, -1, geom, None)
+        assert met == pytest.approx(AWAY, abs=1e-6)
+        # Beside it the solid curves away alike on both sides: the normal is that of the surface.
+        for side in np.linalg.svd(normal[None])[2][1:]:
+            beside = [
+                mujoco.mj_ray(model, data, start + step * side, -normal, None, 1, -1, geom, None)
+                for step in (1e-3, -1e-3)
+            ]
+            assert beside[0] == pytest.approx(beside[1], abs=1e-5)
+
+
+def test_a_cup_approaches_a_block_from_above_and_from_the_sides_but_not_from_below():
+    block, down = solid("box", 0.04, 0.04, 0.06), np.array([0.0, 0.0, -1.0])
+    found = CupGraspGenerator("block", [block], RADIUS, np.zeros(3)).candidates(down)
+    approaches = found.rotation[:, :, 2] @ down  # cosine of the approach and straight down
+    assert approaches.max() == pytest.approx(1.0) and approaches.min() == pytest.approx(0.0)
+    assert found.costs["curvature"] == pytest.approx(0.0, abs=1e-12)
