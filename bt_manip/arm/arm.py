@@ -589,7 +589,7 @@ class Arm:
             and np.abs(self.q - self.robot.q).max() > MAX_TRACKING_ERROR
         ):
             self._hold_compliantly()  # it is blocked: to go on would only press
-        if follower.lagging and not follower.step % RETRY_INTERVAL:
+        if follower.lagging and (not self.moving or not follower.step % RETRY_INTERVAL):
             self.speed_scale = follower.speed_scale / self.speed_factor
         if self._guarded:
             self._unchecked += 1

@@ -145,6 +145,10 @@ def _effort_inside(path: LimitedPath, profile: MotionProfile, model: RobotModel)
     x, v, a = path.sample(profile, sample_times(profile.duration, CONTROL_STEP))
     if max(path.limits.use(x, v, a)) > 1.0 + ROUNDING:
         return np.inf
+    q = x[:, : model.nq]
+    moved = np.diff(q, axis=0) / CONTROL_STEP  # faster than the velocities where these peak between
+    if max(limited.use for limited in model.limits.speeds(q[:-1], moved)) > 1.0 + ROUNDING:
+        return np.inf
     if has_jump((x, v, a), path.limits.jerk):
         return np.inf
     q, v, a = (rows[::_EFFORT_EVERY, : model.nq] for rows in (x, v, a))
