@@ -4,8 +4,8 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
-
 from bt_manip.grippers.suction.cup_grasps import CupGraspGenerator, _places
+
 from tests.grippers.shapes import solid
 
 RADIUS, AWAY = 0.012, 0.1  # [m]
