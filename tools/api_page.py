@@ -83,7 +83,7 @@ EXPERIMENTAL = {
         "Payload RobotModel verify GraspGenerator FoundGripper effort_limit ensure_motors "
         "ArmBounds ArmDevice GripperDevice DeviceState GripperState MENAGERIE assemble "
         "compile_alone description_text element_names model_file read_gripper read_model site_pose "
-        "GraspCandidate save_configuration"
+        "GraspCandidate save_configuration DeviceAddress"
     ),
     "bt_manip.planning": "Planner LineTo ArcTo TurnAbout edge_is_free shortcut",
     "bt_manip_learn.agents": (
@@ -109,7 +109,8 @@ EXPERIMENTAL = {
     "bt_manip.scenes": "table_and_basket two_arms scene_of find_robot Level",
     "bt_manip.testing": (
         "Trial Situations built_in_situations AT_REST assert_stands_still assert_touches_only "
-        "DEVICE_CONTRACT ROBOT_CONTRACT RobotCase recovers_from_a_problem"
+        "DEVICE_CONTRACT GRIPPER_CONTRACT ROBOT_CONTRACT RobotCase holds_an_object "
+        "recovers_from_a_problem"
     ),
     "bt_manip.grippers": (
         "FingerTravel TwoFingerParameters travel_digests SuctionGripper suction_gripper "
