@@ -24,7 +24,8 @@ class Gear(ArmDevice):
         """Parse the address; `connect` connects."""
         self._address = Address.parse(address)
         self.period = 2e-3  # [s] between two references
-        self.gripper = GearGripper()  # None where Backend.gripper names a device of its own
+        # None where `Backend.gripper` names a device of its own:
+        self.gripper = GearGripper()
         self._q, self._v = HOME.copy(), np.zeros(7)
 
     @property

@@ -10,5 +10,9 @@ def register_backends(register):
 
     register(
         "gear",
-        Backend("bt_manip_gear.gear:Gear", controllers=("position",), address="the arm's host"),
+        Backend(
+            arm="bt_manip_gear.gear:Gear",
+            controllers=("position",),
+            address="the host of the arm's controller",
+        ),
     )
