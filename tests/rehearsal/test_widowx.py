@@ -102,7 +102,10 @@ def test_the_cubes_of_the_scene_end_in_the_real_basket(parts, start, tmp_path):
     robot = start(model)
     names = "widowx_ai", "trossen"
     run = Operator(robot, scene, cell, "--report", str(report), cycles=CUBES, names=names)
-    code = run.end(seconds=180.0 * CUBES)
+    try:
+        code = run.end(seconds=180.0 * CUBES)
+    finally:
+        run.process.kill()
     found, steps = json.loads(report.read_text()), tmp_path / "steps.npy"
     robot.ask("save_references", file=str(steps))
     used = exceeded(np.load(steps), TOOL_SPEED)

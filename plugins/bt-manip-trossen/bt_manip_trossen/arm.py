@@ -15,7 +15,7 @@ from bt_manip.robots import ArmDevice, DeviceAddress, DeviceError, DeviceState
 from .gripper import Carriages
 
 POLL = 2e-4  # [s] between two looks for a new state
-SILENCE = 0.5  # [s] of wall time without one, after which the connection is lost
+SILENCE = 1.0  # [s] of wall time without one, after which the connection is lost
 TIMEOUT = 5.0  # [s] for connecting
 REMEDY = "check the address, the cable, and that no other client is connected"
 
