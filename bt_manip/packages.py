@@ -137,6 +137,7 @@ PACKAGES: dict[str, dict[str, str]] = {
         "command": "robot robot-measure",
         "module": "bt_manip.robot_setup bt_manip.grippers.find_fingers",
     },
+    "bt-manip-trossen": {"backend": "trossen", "robot": "widowx_ai"},
     "bt-manip-view": {
         "option": "--view --view-port",
         "command": "view replay report",

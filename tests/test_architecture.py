@@ -395,6 +395,7 @@ PUBLIC_BY_PROTOCOL = {
 }  # fmt: skip
 TESTS_WITH_PRIVATE_NAMES = {
     "plugins/bt-manip-franka/tests/simulated_robot.py",  # extends the simulator of libfranka
+    "plugins/bt-manip-trossen/tests/simulated_widowx.py",  # extends the simulator of the driver
     "tests/bt/test_decorators.py",  # timers that pile up are not seen otherwise
     "tests/cell/test_mjcf_writer.py",  # what is written anew is not seen otherwise
     "tests/collision/test_conservative_advancement.py",  # inflates bodies as other robots are

@@ -27,7 +27,8 @@ STABLE = {
     "bt_manip.parameters": "Parameter",
     "bt_manip.cell.objects": "Cube",
     "bt_manip.robots": (
-        "Robot RobotDescription Gripper JointLimits panda read_description GraspCandidates Backend"
+        "Robot RobotDescription Gripper JointLimits panda read_description GraspCandidates Backend "
+        "ArmDevice GripperDevice DeviceState GripperState DeviceAddress DeviceError"
     ),
     "bt_manip.planning": "PlanningProblem PlanningResult RRTConnect",
     "bt_manip_learn.agents": "ActionKind ActionSpace",
@@ -36,7 +37,10 @@ STABLE = {
     "bt_manip.plugins": "load_plugins",
     "bt_manip.runner": "Station RunObserver RunView prepare request_of",
     "bt_manip.scenes": "Scene SceneRobot SceneObject PoseSource",
-    "bt_manip.testing": "Stub Example contracts_of trees_of run_tree play assert_tower Check",
+    "bt_manip.testing": (
+        "Stub Example contracts_of trees_of run_tree play assert_tower Check DEVICE_CONTRACT "
+        "GRIPPER_CONTRACT"
+    ),
     "bt_manip.grippers": "TwoFingerGripper two_finger_gripper",
     "bt_manip.faults": "Fault parameter",
     "bt_manip_view": "Panel",
@@ -81,11 +85,11 @@ EXPERIMENTAL = {
         "GreenBlock BlueBlock YellowBlock geom_box"
     ),
     "bt_manip.robots": (
-        "GripperError RobotError DeviceError GripperDescription MotionLimits Tolerance ToolLimits "
+        "GripperError RobotError GripperDescription MotionLimits Tolerance ToolLimits "
         "Payload RobotModel verify GraspGenerator FoundGripper effort_limit ensure_motors "
-        "ArmBounds ArmDevice GripperDevice DeviceState GripperState MENAGERIE assemble "
-        "compile_alone description_text element_names load_configurations model_file read_gripper "
-        "read_model site_pose GraspCandidate save_configuration"
+        "ArmBounds MENAGERIE assemble compile_alone description_text element_names "
+        "load_configurations model_file read_gripper read_model site_pose GraspCandidate "
+        "save_configuration"
     ),
     "bt_manip.planning": "Planner LineTo ArcTo TurnAbout edge_is_free shortcut",
     "bt_manip_learn.agents": (
@@ -113,7 +117,8 @@ EXPERIMENTAL = {
     "bt_manip.scenes": "table_and_basket two_arms scene_of find_robot Level",
     "bt_manip.testing": (
         "Trial Situations built_in_situations AT_REST assert_stands_still assert_touches_only "
-        "DEVICE_CONTRACT ROBOT_CONTRACT RobotCase recovers_from_a_problem"
+        "ROBOT_CONTRACT RobotCase holds_an_object "
+        "recovers_from_a_problem"
     ),
     "bt_manip.grippers": (
         "FingerTravel TwoFingerParameters travel_digests Polyhedron "

@@ -1,37 +1,84 @@
-"""Rehearse with Franka's own client and franka-sim, a server of its protocol, on loopback.
+"""Rehearse with the clients of arms' makers against simulators of their protocols, on loopback.
 
     .venv/bin/python tools/rehearsal.py [PYTEST OPTION...]
 
-franka-sim gets an environment of its own, `.venv-rehearsal`, which is made where it is missing, or
-other packages are listed. Where the packages or the models cannot be had, nothing is rehearsed, and
-the reason is printed. ``CUBES=20`` picks and places 20 cubes instead of 3. ``-m soak -s`` measures
-gaps in the communication, for ``MINUTES=10`` instead of one each.
+| arm | client | simulator |
+|---|---|---|
+| Franka Research 3 | `pylibfranka`, its maker's | `franka-sim` |
+| WidowX AI | `trossen-arm`, its maker's | `trossen-arm-sim` |
+
+The simulators get environments of their own, `.venv-rehearsal` and `.venv-rehearsal-trossen`, which
+are made where they are missing, or other packages are listed. Where the packages or the models of
+an arm cannot be had, it is not rehearsed, and the reason is printed. ``CUBES=20`` picks and places
+20 cubes instead of 3. ``-m soak -s`` measures gaps in the communication, for ``MINUTES=10`` instead
+of one each.
 """
 
 import importlib.util
 import os
 import subprocess
 import sys
+from pathlib import Path
+from typing import NamedTuple
 
 from own_environment import REPOSITORY, OwnEnvironment
 
-REQUIREMENTS = REPOSITORY / "tests" / "rehearsal" / "requirements.txt"
-TESTS = ("tests/rehearsal", "plugins/bt-manip-franka/tests", "tests/robots/test_fr3_limits.py")
+
+class Rehearsed(NamedTuple):
+    """An arm whose maker's client speaks to a simulator.
+
+    Attributes:
+        client: Module of its maker's client, in the environment of bt-manip.
+        simulator: Module of the simulator.
+        folder: Environment of the simulator.
+        requirements: File of `tests/rehearsal` that lists what is in it.
+        variable: Environment variable that names its Python for the tests.
+        tests: Tests of this arm.
+    """
+
+    client: str
+    simulator: str
+    folder: str
+    requirements: str
+    variable: str
+    tests: tuple[str, ...]
+
+
+ARMS = (
+    Rehearsed(
+        "pylibfranka", "franka_sim", ".venv-rehearsal", "requirements.txt", "FRANKA_SIM_PYTHON",
+        ("plugins/bt-manip-franka/tests", "tests/robots/test_fr3_limits.py"),
+    ),
+    Rehearsed(
+        "trossen_arm", "trossen_arm_sim", ".venv-rehearsal-trossen", "requirements-trossen.txt",
+        "TROSSEN_SIM_PYTHON", ("plugins/bt-manip-trossen/tests",),
+    ),
+)  # fmt: skip
 
 
 def main(options: list[str]) -> int:
-    """Rehearse; return pytest's exit code, or 0 where something is missing."""
-    environment = OwnEnvironment(".venv-rehearsal", REQUIREMENTS)
-    if importlib.util.find_spec("pylibfranka") is None:
-        reason = "pylibfranka is not installed: it has wheels for Linux, Python 3.11 and 3.12"
-    else:
-        reason = environment.install(("--only-binary", ":all:", "-r", str(REQUIREMENTS)))
-    if reason:
-        print(f"skipped: the rehearsal needs an environment with franka-sim: {reason}")
+    """Rehearse; return pytest's exit code, or 0 where everything is missing."""
+    variables, tests = dict(os.environ), []
+    for arm in ARMS:
+        requirements = REPOSITORY / "tests" / "rehearsal" / arm.requirements
+        environment = OwnEnvironment(arm.folder, requirements)
+        if importlib.util.find_spec(arm.client) is None:
+            reason = f"{arm.client} is not installed"
+        else:
+            reason = environment.install(("--only-binary", ":all:", "-r", str(requirements)))
+        if reason:
+            print(f"skipped: the rehearsal with {arm.simulator}: {reason}")
+            continue
+        variables[arm.variable] = environment.python
+        tests += arm.tests
+        for assets in Path(environment.python).parents[1].glob("lib/*/site-packages/*/assets"):
+            if assets.parent.name == "trossen_arm_sim":
+                variables.setdefault("TROSSEN_ARM_ASSETS", str(assets))
+    if not tests:
         return 0
     # Tests that need models are skipped where these are missing, and say so.
-    command = [sys.executable, "-m", "pytest", *TESTS, "-q", "-p", "no:cacheprovider", *options]
-    variables = os.environ | {"FRANKA_SIM_PYTHON": environment.python}
+    command = [sys.executable, "-m", "pytest", "tests/rehearsal", *tests, "-q"]
+    command += ["-p", "no:cacheprovider", *options]
     return subprocess.run(command, cwd=REPOSITORY, env=variables).returncode
 
 

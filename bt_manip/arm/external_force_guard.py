@@ -94,7 +94,8 @@ class ExternalForceGuard:
     inertia matrix times that change since the last check, less what the motors contributed, is its
     impulse. Motor torques are held for a control step, so the arm lags changes of the reference
     acceleration by half a step; the impulse of that is subtracted too. External torques that are
-    present when a motion begins, such as from a table under a gripped object, are tolerated.
+    present when a motion begins, such as from a table under a gripped object, are tolerated. A real
+    arm that knows no external torques is not guarded: see `measures`.
 
     Args:
         robot: The robot with its measured motion and motor torques.
@@ -110,6 +111,12 @@ class ExternalForceGuard:
         self._tolerate(self.thresholds)
         self._detections = 0
         self._last = _Measurement(*np.zeros((5, model.nq)))
+
+    @property
+    def measures(self) -> bool:
+        """Whether external torques are known; a real arm may know none."""
+        measured = self._robot.read_tau_external
+        return measured is None or not np.isnan(measured()).any()
 
     def begin(self, model: RobotModel, v_ref: np.ndarray, a_ref: np.ndarray) -> None:
         """Tolerate the external torques that are present when a motion begins.
@@ -143,7 +150,7 @@ class ExternalForceGuard:
             The detected force; None when there is none.
         """
         if self._robot.read_tau_external is not None:
-            return self._sustained(self._robot.read_tau_external())
+            return self._sustained(self._robot.read_tau_external()) if self.measures else None
         before, now = self._last, self._measure(model, v_ref, a_ref)
         self._last, a = now, self._robot.read_a()
         inverse_dynamics = model.rnea(now.q, now.v, a)

@@ -172,7 +172,8 @@ class ArmBehaviour(RobotPort, CellBehaviour):
             self.feedback_message = f"{arm.remaining:.2f} s left"
             return Status.RUNNING
         error = float(np.max(np.abs(arm.q - arm.robot.q)))
-        if error <= self.largest_error:
+        sag = 0.0 if arm.connection is None else arm.connection.steady_state_error
+        if error <= self.largest_error + sag:
             return Status.SUCCESS
         if self._ended is None:
             self._ended = self.cell.time

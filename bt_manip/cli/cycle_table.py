@@ -1,5 +1,6 @@
 """Results of a run in the terminal: table of cycles, summary and next step."""
 
+import math
 import shlex
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -31,7 +32,7 @@ _COLUMNS = (
     _Column("time\n[s]", lambda cycle: f"{cycle.duration_s:.2f}"),
     _Column("grip\n[N]", lambda cycle: _number(cycle.grip_force_n, "{:.1f}")),
     _Column("error\n[mrad]", lambda cycle: _number(cycle.max_tracking_error_rad, "{:.2f}", 1e3)),
-    _Column("effort\n[%]", lambda cycle: f"{100 * cycle.limits.effort:.0f}"),
+    _Column("effort\n[%]", lambda cycle: _percent(cycle.limits.effort)),
 )
 """Columns beside the number of the cycle; in narrow terminals the last ones are left out."""
 
@@ -106,6 +107,11 @@ def next_step(options: RunOptions, report: RunReport, *, is_terminal: bool = Fal
     return ""
 
 
+def _percent(part: float) -> str:
+    """Return a fraction in percent; a hyphen for one that is not known."""
+    return "-" if math.isnan(part) else f"{100 * part:.0f}"
+
+
 def _tracking(error: float, peak: TrackingPeak, cycle: int) -> str:
     """Return a sentence on the largest tracking error [rad] and its likely cause."""
     text = (
@@ -117,7 +123,7 @@ def _tracking(error: float, peak: TrackingPeak, cycle: int) -> str:
     if peak.after_contact_s is not None:
         return f"{text}, {1e3 * peak.after_contact_s:.0f} ms after a contact ended."
     return (
-        f"{text}, without contact and with motors at up to {100 * peak.effort:.0f} % of their "
+        f"{text}, without contact and with motors at up to {_percent(peak.effort)} % of their "
         "limits: friction, little rotor inertia, or a controller without a model of the dynamics."
     )
 

@@ -10,7 +10,7 @@ from bt_manip.cli.plugin_options import load_chosen_plugins
 
 PLUGIN_KINDS = (
     "object", "controller", "robot", "behaviour", "planner", "gripper", "fault", "panel",
-    "recorder",
+    "recorder", "backend",
 )  # fmt: skip
 
 

@@ -36,6 +36,7 @@ from .device import DeviceError as DeviceError
 from .device import DeviceState as DeviceState
 from .device import GripperDevice as GripperDevice
 from .device import GripperState as GripperState
+from .device_address import DeviceAddress as DeviceAddress
 from .errors import GripperError as GripperError
 from .errors import RobotError as RobotError
 from .grasp_candidates import GraspCandidate as GraspCandidate

@@ -1,4 +1,4 @@
-"""Connections to a real arm and its gripper, each in a process of its own."""
+"""Connections to a real arm and its gripper, each in a process of its own, or both in one."""
 
 import contextlib
 import json
@@ -9,7 +9,7 @@ import sys
 import tempfile
 import time
 import weakref
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
 from typing import Any
@@ -68,7 +68,7 @@ class _DeviceConnection:
                 pass_fds=[other.fileno(), *files], stdin=subprocess.DEVNULL, env=environment,
                 process_group=0,  # Ctrl-C reaches this process only
             )  # fmt: skip
-        self._end = weakref.finalize(self, _end, self.process, self.pipe)
+        self._end: Callable[[], object] = weakref.finalize(self, _end, self.process, self.pipe)
         try:
             self.pipe.send(message)
             self.receive(START_TIME)
@@ -122,6 +122,8 @@ class ArmConnection(_DeviceConnection):
         setpoint: Number of the last setpoint whose reading was taken.
         last: That reading.
         properties: What the device says about itself and its host.
+        steady_state_error: That of the device [rad].
+        gripper_pipe: Leads to the gripper on the arm's connection; None where it has none.
 
     Raises:
         DeviceError: If the arm cannot be reached.
@@ -132,12 +134,20 @@ class ArmConnection(_DeviceConnection):
         with tempfile.TemporaryFile() as file:
             file.truncate(SharedReadings.size(joints))
             self._memory = mmap.mmap(file.fileno(), SharedReadings.size(joints))
-            super().__init__(
-                "arm", address, CONNECT_TIME, "arm", file.fileno(), factory, address, limits,
-                files=[file.fileno()],
-            )  # fmt: skip
+            self.gripper_pipe: Connection | None
+            self.gripper_pipe, other = Pipe()
+            files = [file.fileno(), other.fileno()]
+            with other:
+                super().__init__(
+                    "arm", address, CONNECT_TIME, "arm", *files, factory, address, limits,
+                    files=files,
+                )  # fmt: skip
         self._shared = SharedReadings(self._memory, joints)
-        self.properties: dict[str, str] = self.about[0]
+        self.properties: dict[str, str]
+        self.steady_state_error: float
+        self.properties, self.steady_state_error, with_gripper = self.about
+        if not with_gripper:
+            self.gripper_pipe = None
         self.setpoint = 0
         self.setpoint += self.wait(1)
         self.last = self.latest
@@ -252,8 +262,10 @@ class GripperConnection(_DeviceConnection):
     """Sends commands to a gripper, and reads its state.
 
     Args:
-        factory: ``"module:name"`` of a function that makes the `GripperDevice`.
+        factory: ``"module:name"`` of a function that makes the `GripperDevice`; None for that on
+            the connection of `arm`.
         address: Its argument.
+        arm: The connection to the arm that has it.
 
     Attributes:
         state: The latest state.
@@ -263,8 +275,18 @@ class GripperConnection(_DeviceConnection):
         DeviceError: If it cannot be reached.
     """
 
-    def __init__(self, factory: str, address: str) -> None:
-        super().__init__("gripper", address, HOMING_TIME, "gripper", factory, address)
+    def __init__(self, factory: str | None, address: str, arm: ArmConnection | None = None) -> None:
+        if factory is not None:
+            super().__init__("gripper", address, HOMING_TIME, "gripper", factory, address)
+        elif arm is None or arm.gripper_pipe is None:
+            raise DeviceError("there is no gripper", address)
+        else:
+            self._what, self._address = "gripper", address
+            self.pipe, self.process = arm.gripper_pipe, arm.process
+            self._end = weakref.finalize(self, self.pipe.close)  # the arm ends the process
+            kind, *reason = self.receive(HOMING_TIME)
+            if kind == "error":
+                raise DeviceError(*reason)
         self._sent = self._done = 0
         self.problem = ""
         self._read(self.receive())

@@ -1,13 +1,18 @@
 """The process that speaks to a real arm or gripper; it knows no vendor and plans nothing.
 
 One thread does everything: the clients of vendors hold Python's lock while they wait for the robot.
+A gripper on the arm's connection has a second thread.
 Messages come through a pipe, whose end tells that the parent has ended. Readings of the arm go to
 memory that both processes share, so that a busy parent never delays a cycle.
 """
 
+import contextlib
 import gc
 import mmap
+import os
 import signal
+import sys
+import threading
 import time
 from multiprocessing.connection import Connection
 from pkgutil import resolve_name
@@ -36,7 +41,16 @@ LONGEST_PAUSE = 1.0
 """Robot's time that passes between two readings at rest, at most [s]."""
 
 MOVED = 0.02
-"""Distance of a joint from the first reference from which it was moved by someone else [rad]."""
+"""Distance of a joint from what is held, beyond the steady-state error, at which it moves [rad]."""
+
+START_OFFSET = 5e-3
+"""Largest distance of the first reference from what is held [rad]."""
+
+OFFSET_TIME = 1.0
+"""Time in which that distance is reduced to zero [s]."""
+
+PRIORITY = 50
+"""Real-time priority of the process, of 1 to 99."""
 
 IDLE_PERIOD = 0.05
 """Time between two readings of a gripper [s]."""
@@ -57,8 +71,8 @@ class ArmReading(NamedTuple):
     Attributes:
         q: Measured positions [rad].  # (n,)
         v: Measured velocities [rad/s].  # (n,)
-        tau: Measured torques [N m].  # (n,)
-        tau_external: External torques [N m].  # (n,)
+        tau: Measured torques [N m]; NaN if unknown.  # (n,)
+        tau_external: External torques [N m]; NaN if unknown.  # (n,)
         q_ref: The reference of this cycle, or the configuration held [rad].  # (n,)
     """
 
@@ -86,8 +100,9 @@ class SharedReadings:
     def write(self, number: int, state: DeviceState, q_ref: np.ndarray) -> None:
         """Write the reading of a setpoint."""
         reading = self._readings[number % KEPT_SETPOINTS]
-        reading[0], reading[1], reading[2] = state.q, state.v, state.tau
-        reading[3], reading[4] = state.tau_external, q_ref
+        reading[0], reading[1], reading[4] = state.q, state.v, q_ref
+        reading[2] = np.nan if state.tau is None else state.tau
+        reading[3] = np.nan if state.tau_external is None else state.tau_external
 
     def read(self, number: int) -> ArmReading:
         """Return the reading of a setpoint, a copy."""
@@ -113,14 +128,17 @@ class ArmWorker:
 
     Every table ends at rest. After a fault that the device does not report itself, such as an
     invalid reading, the motion goes on to this end while new setpoints are refused. Setpoints are
-    passed over only as far as the vendor's controller extrapolates the reference.
+    passed over only as far as the vendor's controller extrapolates the reference. Between two
+    setpoints, references are interpolated for devices of other periods.
     """
 
     def __init__(self, device: ArmDevice, pipe: Connection, limits: MotionLimits) -> None:
         self._device, self._pipe, self._limits = device, pipe, limits
-        self._setpoints_per_cycle = max(1, round(device.period / CONTROL_STEP))
+        self._setpoints_per_cycle = device.period / CONTROL_STEP
         self._table = np.empty((0, len(limits.lower)))
         self._first = self._setpoint = self._rested = 0
+        self._cycle = 0  # since the arm was connected
+        self._start, self._offset = 0, np.zeros(len(limits.lower))  # of this motion
         self._time = 0.0  # [s] of the robot, of the last reading
         self._repeated = 0  # readings with the same time, one after the other
         self._streaming = self._orphaned = False
@@ -128,7 +146,7 @@ class ArmWorker:
         self._refused = ""  # why the arm has to recover, where the device does not say it
         self._state: DeviceState | None = None  # the last valid reading
         self._written = np.empty((0, len(limits.lower)))  # the last two references
-        self._passed = 1  # setpoints from the one to the other
+        self._passed = 1  # cycles from the one to the other
 
     def end(self, *_: Any) -> None:
         """End, once the arm is at rest."""
@@ -146,11 +164,12 @@ class ArmWorker:
             last = now
             cycles = self._cycles(state.time)
             before = self._setpoint
-            self._setpoint += cycles * self._setpoints_per_cycle
+            self._cycle += cycles
+            self._setpoint = int(self._position + 1e-6)
             if state.problem and self._streaming:
                 self._end()
             problem = state.problem or self._refused
-            held = state.q if state.q_held is None else state.q_held
+            held = _held(state)
             oldest = max(before, self._setpoint - KEPT_SETPOINTS) + 1
             for number in range(oldest, self._setpoint + 1):
                 shared.write(number, state, self._reference(number) if self._streaming else held)
@@ -210,8 +229,8 @@ class ArmWorker:
         Args:
             cycles: Cycles since the last reference.
         """
-        q, passed = self._reference(self._setpoint), cycles * self._setpoints_per_cycle
-        times = self._passed * CONTROL_STEP, passed * CONTROL_STEP
+        q = self._reference(self._position) + self._start_offset
+        times = self._passed * self._device.period, cycles * self._device.period
         problem = self._limits.reference_problem(np.stack([*self._written, q]), times)
         if not problem:
             try:
@@ -222,19 +241,38 @@ class ArmWorker:
             self._refused = self._refused or f"a reference could not be written: {problem}"
             self._end()
             return
-        self._written, self._passed = np.stack([self._written[-1], q]), passed
+        self._written, self._passed = np.stack([self._written[-1], q]), cycles
         self._rested = self._rested + 1 if self._setpoint >= self._end_setpoint else 0
         if self._rested * self._device.period > REST_TIME:
             self._end()
 
     @property
+    def _position(self) -> float:
+        """The number of the present setpoint, with its fraction."""
+        return self._cycle * self._setpoints_per_cycle
+
+    @property
     def _end_setpoint(self) -> int:
         return self._first + len(self._table) - 1
 
-    def _reference(self, number: int) -> np.ndarray:
-        """Return the setpoint of a number."""
-        place = min(max(number - self._first, 0), len(self._table) - 1)
-        return np.asarray(self._table[place])
+    def _reference(self, position: float) -> np.ndarray:
+        """Return the setpoint of a number, or a cubic through the four nearest of a fraction."""
+        number = int(position + 1e-6)
+        t = position - number
+        if abs(t) < 1e-6:
+            return np.asarray(self._table[min(max(number - self._first, 0), len(self._table) - 1)])
+        places = np.clip(np.arange(number - 1, number + 3) - self._first, 0, len(self._table) - 1)
+        weights = [
+            -t * (t - 1.0) * (t - 2.0) / 6.0, (t * t - 1.0) * (t - 2.0) / 2.0,
+            -t * (t + 1.0) * (t - 2.0) / 2.0, t * (t * t - 1.0) / 6.0,
+        ]  # fmt: skip
+        return np.asarray(np.array(weights) @ self._table[places])
+
+    @property
+    def _start_offset(self) -> np.ndarray:
+        """What is left of the offset of the start, reduced with a minimum-jerk polynomial [rad]."""
+        s = min((self._position - self._start) * CONTROL_STEP / OFFSET_TIME, 1.0)
+        return np.asarray((1.0 - s**3 * (10.0 - 15.0 * s + 6.0 * s**2)) * self._offset)
 
     def _end(self) -> None:
         """End the motion."""
@@ -278,7 +316,7 @@ class ArmWorker:
         """
         if state.problem or self._refused:
             return "problem", state.problem or self._refused
-        if first <= self._setpoint + self._setpoints_per_cycle:
+        if first <= self._position + self._setpoints_per_cycle:
             return "late", ""
         begin = max(0, first - self._first)  # 0: in place of a motion that has not begun
         if self._streaming:
@@ -287,10 +325,8 @@ class ArmWorker:
             if begin > len(self._table):
                 before = np.repeat(self._table[-1:], 3, axis=0)
         else:
-            off = np.abs(state.q - setpoints[0])
-            joint = int(off.argmax())
-            if off[joint] > MOVED:
-                return "moved", f"joint {joint + 1} by {off[joint]:.3f} rad"
+            if moved := self._moved(state, setpoints[0]):
+                return "moved", moved
             before = np.repeat(setpoints[:1], 3, axis=0)
         if problem := self._limits.setpoints_problem(before, setpoints):
             return "limits", problem
@@ -309,8 +345,24 @@ class ArmWorker:
             return "problem", self._refused
         self._table, self._first, self._streaming, self._rested = setpoints, first, True, 0
         self._time, self._repeated = 0.0, 0  # a start may take more than a cycle
-        self._written, self._passed = np.repeat(setpoints[:1], 2, axis=0), 1
+        held = _held(state)
+        self._start, self._offset = self._setpoint, held - setpoints[0]
+        self._written, self._passed = np.repeat(held[np.newaxis], 2, axis=0), 1
         return "", ""
+
+    def _moved(self, state: DeviceState, first: np.ndarray) -> str:
+        """Return which joint is elsewhere than at the first reference, or than it is held."""
+        held, allowed = _held(state), MOVED + self._device.steady_state_error
+        for moved, limit in ((held - first, START_OFFSET), (state.q - held, allowed)):
+            joint = int(np.abs(moved).argmax())
+            if abs(moved[joint]) > limit:
+                return f"joint {joint + 1} by {abs(moved[joint]):.3f} rad"
+        return ""
+
+
+def _held(state: DeviceState) -> np.ndarray:
+    """Return the configuration that the controller of an arm holds [rad]."""
+    return np.asarray(state.q if state.q_held is None else state.q_held)
 
 
 def state_problem(state: Any, joints: int) -> str:
@@ -324,7 +376,7 @@ def state_problem(state: Any, joints: int) -> str:
         return f"a reading is no DeviceState but {type(state).__name__}"
     for name in ("q", "v", "tau", "tau_external", "q_held"):
         values = getattr(state, name)
-        if name == "q_held" and values is None:
+        if values is None and name not in ("q", "v"):
             continue
         try:
             array = np.asarray(values, dtype=float)
@@ -342,13 +394,17 @@ def state_problem(state: Any, joints: int) -> str:
 
 
 def _made(factory: str, address: str) -> Any:
-    """Make and connect a device.
+    """Make and connect a device, with the real-time priority that it wants.
 
     Raises:
         BtManipError: If that fails.
     """
     try:
         device = resolve_name(factory)(address)
+        if getattr(device, "realtime", False):
+            with contextlib.suppress(OSError, AttributeError):  # not permitted, or not on Linux
+                policy = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
+                os.sched_setscheduler(0, policy, os.sched_param(PRIORITY))
         device.connect()
     except BtManipError:
         raise
@@ -359,9 +415,23 @@ def _made(factory: str, address: str) -> Any:
 
 
 def serve_arm(
-    pipe: Connection, memory: Any, factory: str, address: str, limits: MotionLimits
+    pipe: Connection,
+    memory: Any,
+    factory: str,
+    address: str,
+    limits: MotionLimits,
+    gripper_pipe: Connection | None = None,
 ) -> None:
-    """Connect an arm and stream references to it until the parent ends."""
+    """Connect an arm and stream references to it until the parent ends.
+
+    Args:
+        pipe: The parent's messages.
+        memory: The memory of `SharedReadings`.
+        factory: ``"module:name"`` of a function that makes the `ArmDevice`.
+        address: Its argument.
+        limits: Limits of setpoints until the parent sends others.
+        gripper_pipe: The parent's messages for the gripper that shares the arm's connection.
+    """
     try:
         device: ArmDevice = _made(factory, address)
     except BtManipError as error:
@@ -372,7 +442,12 @@ def serve_arm(
         if problem := state_problem(device.read(), joints):
             pipe.send(("error", f"{address}: {problem}"))
             return
-        pipe.send(("connected", device.properties))
+        gripper = device.gripper
+        pipe.send(("connected", _about(device), device.steady_state_error, gripper is not None))
+        if gripper is not None and gripper_pipe is not None:
+            sys.setswitchinterval(2e-4)  # a longer one would delay cycles
+            arguments = gripper_pipe, gripper
+            threading.Thread(target=_serve_connected, args=arguments, daemon=True).start()
         worker = ArmWorker(device, pipe, limits)
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, worker.end)
@@ -392,15 +467,38 @@ def main(descriptor: int) -> None:
         if kind == "gripper":
             serve_gripper(pipe, *arguments)
             return
-        file, *arguments = arguments
-        joints = len(arguments[-1].lower)
-        serve_arm(pipe, mmap.mmap(file, SharedReadings.size(joints)), *arguments)
+        file, gripper, factory, address, limits = arguments
+        memory = mmap.mmap(file, SharedReadings.size(len(limits.lower)))
+        serve_arm(pipe, memory, factory, address, limits, Connection(gripper))
+
+
+def _about(device: ArmDevice) -> dict[str, str]:
+    """Return what a report says about an arm and its process."""
+    scheduling = {}
+    if device.realtime:
+        fifo = hasattr(os, "SCHED_FIFO") and bool(os.sched_getscheduler(0) & os.SCHED_FIFO)
+        scheduling["scheduling"] = "SCHED_FIFO" if fifo else "normal"
+    return {**scheduling, **device.properties}
 
 
 def serve_gripper(pipe: Connection, factory: str, address: str) -> None:
     """Connect a gripper and execute commands until the parent ends."""
     try:
         device: GripperDevice = _made(factory, address)
+    except BtManipError as error:
+        pipe.send(("error", str(error)))
+        return
+    _serve_connected(pipe, device)
+
+
+def _serve_connected(pipe: Connection, device: GripperDevice) -> None:
+    """Home a connected gripper and execute commands until the pipe ends; end the pipe."""
+    with pipe:
+        _execute_commands(pipe, device)
+
+
+def _execute_commands(pipe: Connection, device: GripperDevice) -> None:
+    try:
         device.home()
     except BtManipError as error:
         pipe.send(("error", str(error)))

@@ -1,6 +1,7 @@
 """Device interfaces of real arms and grippers, which plugins implement for a vendor."""
 
 import abc
+import time
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -35,8 +36,9 @@ class DeviceState(NamedTuple):
     Attributes:
         q: Measured positions [rad].  # (nq,)
         v: Measured velocities [rad/s].  # (nq,)
-        tau: Measured joint torques [N m].  # (nq,)
-        tau_external: External joint torques as the vendor estimates them [N m].  # (nq,)
+        tau: Measured joint torques [N m]; None if unknown.  # (nq,)
+        tau_external: External joint torques as the vendor estimates them [N m]; None if unknown:
+            contacts are not detected then.  # (nq,)
         problem: Why the arm does not move, such as a reflex or an emergency stop; empty when ready.
         recoverable: Whether `ArmDevice.recover` clears the problem.
         q_held: Configuration that the vendor's controller holds [rad], from which references start;
@@ -47,8 +49,8 @@ class DeviceState(NamedTuple):
 
     q: np.ndarray
     v: np.ndarray
-    tau: np.ndarray
-    tau_external: np.ndarray
+    tau: np.ndarray | None
+    tau_external: np.ndarray | None
     problem: str = ""
     recoverable: bool = False
     q_held: np.ndarray | None = None
@@ -68,15 +70,27 @@ class ArmDevice(abc.ABC):
     or jumps by more than 20 ms stop the motion on its path within a second, with the reason as
     `bt_manip.arm.Arm.problem`; where a reference cannot be written, `finish` is called at once.
 
+    A motion starts where the controller holds the arm: references deviate from the planned ones by
+    the difference to that, at most 5 mrad, which is reduced in the first second.
+
     Attributes:
         period: Time between two readings while references are written [s].
         extrapolated_cycles: Lost cycles for which the vendor's controller extrapolates the
             reference: the setpoints of as many are passed over. After more, the motion goes on
             where it was.
+        steady_state_error: Largest distance of a joint from what the controller holds [rad], at
+            which a motion may start, such as of an arm that sags; 0.02 rad more are tolerated.
+        realtime: Whether its process gets a real-time priority where the system permits it.
+        gripper: The gripper, where it shares the arm's connection. It is connected with the arm,
+            and another thread of the process calls it; None where it is a device of its own.
     """
 
     period: float = 1e-3
     extrapolated_cycles: int = 0
+    steady_state_error: float = 0.0
+    realtime: bool = False
+    gripper: "GripperDevice | None" = None
+    _due = 0.0
 
     @property
     def properties(self) -> Mapping[str, str]:
@@ -98,8 +112,17 @@ class ArmDevice(abc.ABC):
         At rest it returns after at most a period, too.
         """
 
+    def wait_for_cycle(self) -> None:
+        """Wait for the next cycle by the clock of this machine, for drivers that do not wait.
+
+        Late cycles are not made up for, which would make the arm faster than planned.
+        """
+        now = time.perf_counter()
+        self._due = max(self._due + self.period, now)
+        time.sleep(self._due - now)
+
     def start(self) -> None:  # noqa: B027
-        """Begin a motion; the arm is at rest, and the first reference is where it is."""
+        """Begin a motion; the arm is at rest, and the first reference is where it is held."""
 
     @abc.abstractmethod
     def write(self, q: np.ndarray) -> None:
@@ -143,7 +166,11 @@ class GripperState(NamedTuple):
 
 
 class GripperDevice(abc.ABC):
-    """A vendor's gripper. It is made in a process of its own, because its commands block."""
+    """A vendor's gripper, whose commands block.
+
+    It is made in a process of its own, by ``factory(address)``, or is the `ArmDevice.gripper` of
+    an arm.
+    """
 
     @abc.abstractmethod
     def connect(self) -> None:
@@ -181,7 +208,7 @@ class Backend:
 
     Attributes:
         arm: ``"module:name"`` of a function that makes an `ArmDevice` from an address.
-        gripper: The same for a `GripperDevice`; None where there is none.
+        gripper: The same for a `GripperDevice`; None where there is none or the arm brings it.
         controllers: Names under which trees may switch to the vendor's controllers; the first is
             the default.
         address: What an address is, for messages: ``"the controller's host"``.

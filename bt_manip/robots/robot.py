@@ -44,8 +44,8 @@ class Robot(MonitoredEntity):
         read_v: Returns the measured velocities, likewise [rad/s].
         read_a: Returns the accelerations in the last step without a copy [rad/s2].
         read_tau: Returns the efforts of the motors in the last step without a copy [N m].
-        read_tau_external: Returns the external torques that a real arm measures [N m]; None in
-            simulation, where they are estimated.
+        read_tau_external: Returns the external torques that a real arm measures [N m], NaN if it
+            knows none; None in simulation, where they are estimated.
         tool_site_id: Id of the tool site in the compiled model.
         wrist_body_id: Id of the body mounted on the last link, in the compiled model.
     """

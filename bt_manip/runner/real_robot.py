@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from bt_manip.robots import (
     ArmConnection,
     Backend,
     DeviceError,
+    Gripper,
     GripperConnection,
     LateError,
     Robot,
@@ -118,22 +119,31 @@ class RealRobotBuilder(RobotBuilder):
         return robot
 
     def _make_robot(self, parts: Parts) -> Robot:
-        return make_robot(
-            self._chosen, parts, lambda kind: self._make_gripper(parts, kind), TOOL_SPEED
+        robot = make_robot(
+            self._chosen, parts, lambda kind: partial(self._make_gripper, parts, kind), TOOL_SPEED
         )
+        if robot.gripper is None:
+            self._connect(robot)
+        return robot
 
-    def _make_gripper(self, parts: Parts, kind: str) -> Any:
-        backend, gripper = self._backend, self._backend.backend.gripper
-        if gripper is None:
+    def _connect(self, robot: Robot) -> None:
+        backend = self._backend
+        self._connection = ArmConnection(backend.backend.arm, backend.address, robot.limits)
+
+    def _make_gripper(self, parts: Parts, kind: str, robot: Robot) -> Gripper:
+        """Connect the arm, then its gripper, on the arm's connection or its own."""
+        self._connect(robot)
+        backend, arm = self._backend, self._connection
+        gripper = backend.backend.gripper
+        if gripper is None and arm.gripper_pipe is None:
             raise DeviceError(f"backend '{backend.name}' has no gripper", backend.address)
         made: Any = parts.grippers.get(kind)
-        return made.on_device(GripperConnection(gripper, backend.address))
+        connection = GripperConnection(gripper, backend.address, arm)
+        return cast(Gripper, made.on_device(connection)(robot))
 
     def _controller_factories(self, parts: Parts) -> dict[str, Any]:
-        backend, limits = self._backend, self._robot.limits
-        self._connection = ArmConnection(backend.backend.arm, backend.address, limits)
         make = partial(MeasuredArm, connection=self._connection)
-        return dict.fromkeys(backend.backend.controllers, make)
+        return dict.fromkeys(self._backend.backend.controllers, make)
 
 
 def find_backend(text: str, parts: Parts) -> Simulation:
@@ -223,7 +233,10 @@ class RealRobot(Hardware):
         """How fast the arm moves at most, for users."""
         speed, limit = self._arm.speed_factor, self._arm.robot.limits.tool_speed
         tool = f"its tool at most at {limit:g} m/s" if limit < np.inf else "its tool without limit"
-        return f"The arm moves at {100.0 * speed:g} % of its speed, {tool}."
+        text = f"The arm moves at {100.0 * speed:g} % of its speed, {tool}."
+        if self._measures_forces:
+            return text
+        return f"{text} It measures no external forces: contacts do not stop it."
 
     @property
     def report(self) -> dict[str, Any]:  # type: ignore[override]
@@ -236,9 +249,14 @@ class RealRobot(Hardware):
             "late_ticks": self.late_ticks,
             "lost_cycles": self._connection.lost_cycles,
             "longest_gap_s": self._connection.longest_gap,
+            "external_forces": "measured" if self._measures_forces else "unknown",
             "assumed": sorted(gripper),
             **self._connection.properties,
         }
+
+    @property
+    def _measures_forces(self) -> bool:
+        return self._arm.guard is not None and self._arm.guard.measures
 
     def _send(self, latency: int, setpoints: np.ndarray) -> None:
         self._connection.send(latency, setpoints)

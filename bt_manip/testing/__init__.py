@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from bt_manip.testing.contracts import contracts_of as contracts_of
     from bt_manip.testing.contracts import trees_of as trees_of
     from bt_manip.testing.device_contract import DEVICE_CONTRACT as DEVICE_CONTRACT
+    from bt_manip.testing.device_contract import GRIPPER_CONTRACT as GRIPPER_CONTRACT
+    from bt_manip.testing.device_contract import holds_an_object as holds_an_object
     from bt_manip.testing.device_contract import recovers_from_a_problem as recovers_from_a_problem
     from bt_manip.testing.end_states import assert_stands_still as assert_stands_still
     from bt_manip.testing.end_states import assert_touches_only as assert_touches_only
@@ -34,7 +36,9 @@ __getattr__ = lazy_exports(
         "bt_manip.testing.behaviour_contract": "Example",
         "bt_manip.testing.contract_list": "Check",
         "bt_manip.testing.contracts": "contracts_of trees_of",
-        "bt_manip.testing.device_contract": "DEVICE_CONTRACT recovers_from_a_problem",
+        "bt_manip.testing.device_contract": (
+            "DEVICE_CONTRACT GRIPPER_CONTRACT holds_an_object recovers_from_a_problem"
+        ),
         "bt_manip.testing.end_states": "assert_stands_still assert_touches_only assert_tower",
         "bt_manip.testing.robot_contract": "ROBOT_CONTRACT RobotCase",
         "bt_manip.testing.situations": "AT_REST Situations built_in_situations play",

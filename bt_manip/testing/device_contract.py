@@ -1,7 +1,8 @@
-"""Contract of backends: an arm that is driven through one behaves as bt-manip needs it.
+"""Contract of backends: the arm and the gripper of one behave as bt-manip needs it.
 
-Each check gets a station with a real robot, simulated by its vendor or not, which can move its
-first joint by 0.5 rad, and leaves the arm at rest.
+Each check of an arm gets a station with a real robot, simulated by its vendor or not, which can
+move its first joint by 0.5 rad, and leaves the arm at rest. Each check of a gripper gets the
+connected device, with nothing between its fingers, and its maximum width [m].
 """
 
 import time
@@ -9,7 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from bt_manip.robots import DeviceError, LateError
+from bt_manip.robots import DeviceError, GripperDevice, LateError
 from bt_manip.runner import Station
 
 STROKE = 0.5  # [rad] of the first joint
@@ -17,6 +18,9 @@ ARRIVED = 5e-3  # [rad]
 STOP_TIME = 0.05  # [s] in which a stop begins
 LONGEST = 20.0  # [s] of a motion
 RECOVERY_TIME = 2.0  # [s] from a problem's recovery until the arm is ready
+READ_TIME = 0.1  # [s] of wall time in which a gripper tells its state
+WIDTH_ERROR = 5e-3  # [m]
+SPEED, FORCE = 0.1, 20.0  # [m/s], [N] of commands to grippers
 
 
 def stays_on_a_motion_to_its_end(station: Station) -> None:
@@ -120,6 +124,71 @@ DEVICE_CONTRACT = (
 )
 
 
+def moves_to_widths(gripper: GripperDevice, open_width: float) -> None:
+    """Check that the gripper moves to widths, tells that it got there, and holds nothing there."""
+    for width in (open_width, 0.5 * open_width, 0.5 * open_width, open_width):
+        assert gripper.move(width, SPEED) is True, f"it says it did not get to {width:g} m"
+        _assert_width(gripper, width)
+
+
+def grips_nothing_where_nothing_is(gripper: GripperDevice, open_width: float) -> None:
+    """Check that the gripper closes on nothing and tells so, and opens again."""
+    gripper.move(open_width, SPEED)
+    assert gripper.grasp(0.0, SPEED, FORCE) is False, "it says that it grips something"
+    state = gripper.read()
+    assert not state.is_grasped and state.width < open_width - WIDTH_ERROR, f"it is {state}"
+    moves_to_widths(gripper, open_width)
+
+
+def refuses_a_width_that_it_cannot_reach(gripper: GripperDevice, open_width: float) -> None:
+    """Check that the gripper does not claim to reach a width beyond its range."""
+    try:
+        reached = gripper.move(2.0 * open_width, SPEED)
+    except DeviceError:
+        reached = False
+    assert reached is False, f"it says that it got to {2.0 * open_width:g} m"
+    moves_to_widths(gripper, open_width)
+
+
+def tells_its_state_at_once(gripper: GripperDevice, open_width: float) -> None:
+    """Check that a reading takes at most 0.1 s, is finite and has no problem."""
+    begun = time.monotonic()
+    state = gripper.read()
+    took = time.monotonic() - begun
+    assert took < READ_TIME, f"it told its state after {took:.2f} s"
+    assert np.isfinite(state.width) and not state.problem, f"it is {state}"
+
+
+def holds_an_object(gripper: GripperDevice, open_width: float, width: float) -> None:
+    """Check that the gripper grips an object between its fingers, tells so, and releases it.
+
+    Args:
+        gripper: The connected device, with an object between its fingers.
+        open_width: Its maximum width [m].
+        width: Width of the object [m].
+    """
+    assert gripper.grasp(0.0, SPEED, FORCE) is True, "it says that it grips nothing"
+    for _ in range(2):
+        state = gripper.read()
+        assert state.is_grasped and abs(state.width - width) < WIDTH_ERROR, f"it is {state}"
+        time.sleep(0.5)
+    moves_to_widths(gripper, open_width)
+
+
+GRIPPER_CONTRACT = (
+    moves_to_widths,
+    grips_nothing_where_nothing_is,
+    refuses_a_width_that_it_cannot_reach,
+    tells_its_state_at_once,
+)
+
+
+def _assert_width(gripper: GripperDevice, width: float) -> None:
+    state = gripper.read()
+    assert abs(state.width - width) < WIDTH_ERROR, f"at {width:g} m its width is {state.width:g} m"
+    assert not state.is_grasped, "it says that it grips something"
+
+
 def _set_off(station: Station, away: float = STROKE) -> np.ndarray:
     """Begin a motion of the first joint towards zero or away from it; return its goal."""
     arm = station.arm
@@ -162,5 +231,7 @@ def _wait(station: Station, condition: Callable[[], bool], timeout: float, probl
 
 
 def _assert_at(station: Station, goal: np.ndarray) -> None:
-    off = float(np.abs(station.robot.q - goal).max())
-    assert off < ARRIVED, f"the arm is {off:.4f} rad from where it should be"
+    off, connection = float(np.abs(station.robot.q - goal).max()), station.arm.connection
+    assert connection is not None
+    allowed = ARRIVED + connection.steady_state_error
+    assert off < allowed, f"the arm is {off:.4f} rad from where it should be"

@@ -9,10 +9,10 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from real_cell import RealCell
-from simulation import SimulatedRobot
 
 from bt_manip import spatial
 
@@ -24,6 +24,14 @@ ASKED = re.compile(r"(Put|Take) '(\w+)'")
 class Operator:
     """Runs ``bt-manip run`` on a simulated robot, and does what it asks for.
 
+    Args:
+        robot: The simulated robot.
+        scene: The scene file.
+        cell: What the simulated cell has.
+        options: More options of the command.
+        cycles: Cycles of the tree.
+        names: Names of the robot and of its backend.
+
     Attributes:
         output: What it has printed.
         before_answer: Called when an object is where it was asked for.
@@ -32,7 +40,13 @@ class Operator:
     """
 
     def __init__(
-        self, robot: SimulatedRobot, scene: Path, cell: RealCell, *options: str, cycles: int = 1
+        self,
+        robot: Any,
+        scene: Path,
+        cell: RealCell,
+        *options: str,
+        cycles: int = 1,
+        names: tuple[str, str] = ("fr3", "franka"),
     ) -> None:
         """Start the process."""
         self._robot, self._cell = robot, cell
@@ -40,8 +54,8 @@ class Operator:
         self.placed: list[str] = []
         self.output = ""
         command = [
-            sys.executable, "-m", "bt_manip", "run", "pick_place", "--robot", "fr3",
-            "--scene", str(scene), "--backend", f"franka={robot.host}", "--poses", "operator",
+            sys.executable, "-m", "bt_manip", "run", "pick_place", "--robot", names[0],
+            "--scene", str(scene), "--backend", f"{names[1]}={robot.host}", "--poses", "operator",
             "--cycles", str(cycles), "--speed", str(SPEED), *options,
         ]  # fmt: skip
         self.process = subprocess.Popen(
@@ -87,7 +101,7 @@ class Operator:
             self.process.stdin.flush()
 
 
-def in_basket(robot: SimulatedRobot, cell: RealCell, name: str) -> bool:
+def in_basket(robot: Any, cell: RealCell, name: str) -> bool:
     """Judge by the simulated robot's own state whether an object lies in the basket."""
     end = time.monotonic() + SETTLE
     while (found := robot.ask("poses")[name])["speed"] > 0.1 and time.monotonic() < end:

@@ -1,4 +1,4 @@
-"""A simulated Franka in a process of its own, and the scene that both it and bt-manip are given."""
+"""Simulated robots in processes of their own, and the scenes that they and bt-manip are given."""
 
 import os
 import sys
@@ -8,10 +8,9 @@ import pytest
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 CUBES = int(os.environ.get("CUBES", "3"))
-for folder in (Path(__file__).parent, REPOSITORY / "plugins" / "bt-manip-franka" / "tests"):
-    sys.path.insert(0, str(folder))
-
-pytest.importorskip("pylibfranka")
+sys.path.insert(0, str(Path(__file__).parent))
+for package in ("franka", "trossen"):
+    sys.path.insert(0, str(REPOSITORY / "plugins" / f"bt-manip-{package}" / "tests"))
 
 from real_cell import RealCell, write_model, write_scene  # noqa: E402
 from simulation import MENAGERIE, SimulatedRobot  # noqa: E402
@@ -19,9 +18,10 @@ from simulation import MENAGERIE, SimulatedRobot  # noqa: E402
 ARM = MENAGERIE / "franka_fr3" / "fr3.xml"
 
 
-@pytest.fixture(scope="session", autouse=True)
+@pytest.fixture(scope="session")
 def models():
     """Let ``menagerie:`` mean the folder of the models."""
+    pytest.importorskip("pylibfranka")
     if not os.environ.get("FRANKA_SIM_PYTHON"):
         pytest.skip("FRANKA_SIM_PYTHON names no Python with franka-sim: see make rehearsal")
     if not ARM.is_file():
@@ -47,7 +47,7 @@ def real(scene) -> tuple[Path, RealCell]:
 
 
 @pytest.fixture(scope="session")
-def start_robot(tmp_path_factory):
+def start_robot(models, tmp_path_factory):
     """Start simulated robots, which end with the tests."""
     started = []
 

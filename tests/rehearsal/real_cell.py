@@ -1,4 +1,4 @@
-"""The model of the simulated real cell, made from the scene file that bt-manip runs with."""
+"""The models of simulated real cells, made from the scene files that bt-manip runs with."""
 
 import xml.etree.ElementTree as ET
 from pathlib import Path
@@ -28,8 +28,8 @@ model = "table"
 [[objects]]
 model = "basket"
 on = "table"
-position = [0.6, 0.0]
-rpy = [0.0, 0.0, 1.5707963267948966]
+position = [{x}, {y}]
+rpy = [0.0, 0.0, {yaw}]
 """
 CUBE = """
 [[objects]]
@@ -44,12 +44,30 @@ expected = true
 CUBE_SIZE = 0.03  # [m]: twenty of them fit into the basket
 
 
-def write_scene(path: Path, cubes: int, seed: int = 0) -> None:
+class Places(NamedTuple):
+    """Where a basket stands, and cubes come, on the table.
+
+    Attributes:
+        basket: Position [m] and angle [rad].
+        lowest: Lowest coordinates of cubes [m].
+        highest: Highest coordinates [m].
+    """
+
+    basket: tuple[float, float, float] = (0.6, 0.0, np.pi / 2)
+    lowest: tuple[float, float] = (0.2, -0.3)
+    highest: tuple[float, float] = (0.4, 0.3)
+
+
+BEFORE_THE_FR3 = Places()
+
+
+def write_scene(path: Path, cubes: int, places: Places = BEFORE_THE_FR3, seed: int = 0) -> None:
     """Write a scene file with a table, a basket and cubes to come at random poses."""
     rng = np.random.default_rng(seed)
-    text = SCENE
+    x, y, yaw = places.basket
+    text = SCENE.format(x=x, y=y, yaw=yaw)
     for number in range(1, cubes + 1):
-        (x, y), yaw = rng.uniform([0.2, -0.3], [0.4, 0.3]), rng.uniform(-np.pi, np.pi)
+        (x, y), yaw = rng.uniform(places.lowest, places.highest), rng.uniform(-np.pi, np.pi)
         text += CUBE.format(number=number, x=x, y=y, yaw=yaw, size=CUBE_SIZE)
     path.write_text(text)
 
@@ -66,21 +84,23 @@ class RealCell(NamedTuple):
     basket: pin.SE3
 
 
-def write_model(scene: Path, arm: Path, path: Path) -> RealCell:
+def write_model(scene: Path, arm: Path, path: Path, robot: str = "fr3") -> RealCell:
     """Write a model of the arm with the fixtures of a scene, and the objects that it expects.
 
     Args:
         scene: The scene file.
         arm: The arm's MJCF file.
         path: The file to write.
+        robot: The arm's name in bt-manip.
     """
-    station = build_station(scene=str(scene), robot="fr3", poses="scene")
+    station = build_station(scene=str(scene), robot=robot, poses="scene")
     cell, root = station.cell, ET.parse(arm).getroot()
     compiler = root.find("compiler")
-    compiler.set("meshdir", str((arm.parent / compiler.get("meshdir")).resolve()))
+    compiler.set("meshdir", str((arm.parent / compiler.get("meshdir", "")).resolve()))
     world = root.find("worldbody")
     (base,) = world
-    _set_pose(base, station.scene.robots[0].T_wb)
+    data = station.robot.mj_data.body(f"arm/{base.get('name')}")
+    _set_pose(base, spatial.pose(data.xpos, data.xquat))
     objects = {}
     for fixture in station.scene.objects:
         if fixture.expected:

@@ -1,7 +1,5 @@
 """The arm: joint positions for Franka's own joint impedance controller."""
 
-import contextlib
-import os
 import time
 from collections.abc import Callable
 from typing import Any
@@ -14,13 +12,6 @@ from .address import Address, realtime_kernel
 from .errors import device_error, libfranka, problem
 
 JOINTS = 7
-FIFO = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
-PRIORITY = 50  # of 1 to 99
-MAX_MISS = 1e-3  # [rad] of the first reference from what the controller holds
-
-# That difference is reduced with velocity and acceleration 0 at both ends: 10 s^3 - 15 s^4 + 6 s^5
-_S = np.linspace(0.0, 1.0, 501)
-REDUCED = _S**3 * (10.0 - 15.0 * _S + 6.0 * _S**2)
 MAX_LOAD = 3.0  # [kg] of the FR3's data sheet
 
 # Tool frame of the Franka hand in the flange: turned by -45 degrees, 0.1034 m along z
@@ -38,14 +29,12 @@ class FrankaArm(ArmDevice):
     def __init__(self, address: str) -> None:
         """Parse the address; `connect` connects."""
         self._address = Address.parse(address)
+        self.realtime = self._address.realtime != "ignore"
         self._robot: Any = None
         self._control: Any = None
         self._state: Any = None
         self._aborted = ""  # the motion, for a reason that the state no longer shows
-        self._scheduler: tuple[int, os.sched_param] | None = None  # before connecting
         self._last: np.ndarray | None = None  # reference of this motion
-        self._missing = np.zeros(JOINTS)  # what the controller held minus the first reference
-        self._cycle = 0  # of this motion
 
     @property
     def properties(self) -> dict[str, str]:
@@ -55,23 +44,14 @@ class FrankaArm(ArmDevice):
             "controller": "joint_impedance, by joint positions",
             "realtime_config": "kEnforce" if address.enforces_realtime else "kIgnore",
             "realtime_kernel": "yes" if realtime_kernel() else "no",
-            "scheduling": "SCHED_FIFO" if self._scheduler else "normal",
             "collision_thresholds": (
                 f"{address.collision_torque:g} N m, {address.collision_force:g} N"
             ),
         }
 
     def connect(self) -> None:
-        """Connect, and set the collision thresholds.
-
-        The process gets a real-time priority where that is permitted, on any kernel.
-        """
+        """Connect, and set the collision thresholds."""
         pf, address = libfranka(), self._address
-        if address.realtime != "ignore" and self._scheduler is None:
-            before = os.sched_getscheduler(0), os.sched_getparam(0)
-            with contextlib.suppress(OSError):
-                os.sched_setscheduler(0, FIFO, os.sched_param(PRIORITY))
-                self._scheduler = before
         realtime = pf.RealtimeConfig
         config = realtime.kEnforce if address.enforces_realtime else realtime.kIgnore
         torques, forces = [address.collision_torque] * JOINTS, [address.collision_force] * 6
@@ -83,9 +63,6 @@ class FrankaArm(ArmDevice):
     def close(self) -> None:
         """Disconnect; a motion ends as when the connection breaks."""
         self._control = self._robot = None
-        if self._scheduler is not None:
-            os.sched_setscheduler(0, *self._scheduler)
-            self._scheduler = None
 
     def read(self) -> DeviceState:
         """Return the next state that the controller sends; the last one when not connected."""
@@ -125,22 +102,8 @@ class FrankaArm(ArmDevice):
 
     def write(self, q: np.ndarray) -> None:
         """Command a reference; nothing is sent after a problem, which `read` reports."""
-        if self._control is None:
-            return
-        if self._last is None:
-            self._missing = self._state.q_d - q
-            self._cycle = 0
-            miss, joint = np.abs(self._missing).max(), int(np.abs(self._missing).argmax())
-            if miss > MAX_MISS:
-                self._aborted = (
-                    f"the first reference of joint {joint + 1} is {miss:.4f} rad from what the "
-                    "controller holds"
-                )
-                self.finish()
-                return
-        left = 1.0 - REDUCED[min(self._cycle, len(REDUCED) - 1)]
-        self._cycle += 1
-        self._send(q + left * self._missing)
+        if self._control is not None:
+            self._send(q)
 
     def finish(self) -> None:
         """End the motion where the last reference was."""

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from bt_manip.robots import DeviceError
+from bt_manip.testing import GRIPPER_CONTRACT
 
 pytest.importorskip("pylibfranka")
 
@@ -84,15 +85,6 @@ def test_a_lost_connection_is_named_and_built_up_anew(robot, arm):
     assert not move(arm, FAR / 10).problem
 
 
-def test_a_first_reference_that_jumps_is_not_sent(arm):
-    arm.start()
-    arm.write(arm.read().q_held + FAR)
-    state = arm.read()
-    assert "joint 4 is 0.3000 rad from" in state.problem
-    arm.recover()
-    assert not arm.read().problem
-
-
 def test_the_payload_is_refused_in_a_motion(arm):
     load = 0.1, np.zeros(3), np.eye(3) * 1e-4
     arm.set_payload(*load)
@@ -117,14 +109,10 @@ def test_no_robot_is_refused_with_a_remedy():
         FrankaArm("127.0.0.1").connect()
 
 
-def test_the_hand_grips_nothing_where_nothing_is(robot):
+@pytest.mark.parametrize("check", GRIPPER_CONTRACT, ids=lambda check: check.__name__)
+def test_the_hand_keeps_the_contract(robot, check):
     hand = FrankaHand(robot.host)
     hand.connect()
     hand.home()
-    assert hand.read().width == pytest.approx(0.08, abs=1e-3)
-    assert not hand.grasp(0.0, 0.1, 30.0)
-    assert hand.move(0.06, 0.1)
-    assert hand.read().width == pytest.approx(0.06, abs=1e-3)
-    with pytest.raises(DeviceError, match="failed"):
-        hand.move(0.2, 0.1)
+    check(hand, 0.08)
     hand.close()

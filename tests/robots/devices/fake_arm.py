@@ -46,7 +46,7 @@ class FakeArm(ArmDevice):
         text = self.beside("problem").read_text() if self.beside("problem").exists() else ""
         force = np.full(7, 30.0 if self.beside("force").exists() else 0.0)
         v, self.before = (self.q - self.before) / self.period, self.q.copy()
-        return DeviceState(self.q, v, np.zeros(7), force, text, recoverable=bool(text))
+        return DeviceState(self.q, v, np.zeros(7), force, text, bool(text))
 
     def start(self):
         if self.file is not None:
@@ -63,6 +63,8 @@ class FakeArm(ArmDevice):
 class FakeGripper(GripperDevice):
     """Finds an object of 40 mm wherever it closes."""
 
+    found = 0.05  # [m]
+
     def __init__(self, address):
         self.width, self.grasped = 0.08, False
 
@@ -77,16 +79,34 @@ class FakeGripper(GripperDevice):
 
     def grasp(self, width, speed, force):
         time.sleep(0.05)
-        self.width, self.grasped = 0.05, True
-        return True
+        self.width, self.grasped = self.found or 0.0, bool(self.found)
+        return self.grasped
 
     def move(self, width, speed):
         time.sleep(0.05)
+        if width > 0.08:
+            return False
         self.width, self.grasped = width, False
         return True
+
+
+class SaggingArm(FakeArm):
+    """Sags, measures no torques, has a period of 2.5 ms, and a gripper on its connection."""
+
+    period, steady_state_error = 2.5e-3, 0.06
+    sag = np.array([0.0, 0.05, 0.0, 0.0, 0.0, 0.03, 0.0])  # [rad]
+
+    def __init__(self, address):
+        super().__init__(address)
+        self.gripper = FakeGripper(address)
+
+    def read(self):
+        state = super().read()
+        return state._replace(q=self.q + self.sag, tau=None, tau_external=None, q_held=self.q)
 
 
 @hookimpl
 def register_backends(register):
     """Register the fake arm; the folder of this file is to be in the path of modules."""
     register("fake", Backend("fake_arm:FakeArm", "fake_arm:FakeGripper"))
+    register("sagging", Backend("fake_arm:SaggingArm"))

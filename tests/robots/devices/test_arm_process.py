@@ -9,10 +9,11 @@ from hypothesis import strategies as st
 
 from bt_manip import build_station
 from bt_manip.robots import ArmDevice, DeviceState
-from bt_manip.robots.connection_worker import ArmWorker, Field, SharedReadings
+from bt_manip.robots.connection_worker import ArmWorker, Field, SharedReadings, state_problem
 from bt_manip.trajectories import sample_times, time_parameterize_segment
 
 STEP = 1e-3
+BEGUN, FIRST = 5.0, 30  # [s] of the arm's clock when it is connected, and a motion's setpoint
 TOLERANCE = 1.01
 
 
@@ -30,17 +31,18 @@ class Device(ArmDevice):
     Attributes:
         written: The references [rad].
         passed: For each, the time from the one before, as far as the arm extrapolates [s].
+        times: When each was written [s].
         readings: Readings in the motion.
         after_fault: Those after the first fault.
         finished: How often the end of a motion was asked for.
     """
 
     def __init__(self, q, faults=(), raised=(), *, extrapolated=0, period=STEP):
-        self.q, self.time, self.last = q.copy(), 5.0, 5.0
+        self.q, self.time, self.last = q.copy(), BEGUN, BEGUN
         self.faults, self.raised = dict(faults), dict(raised)
         self.extrapolated_cycles, self.period = extrapolated, period
         self.written, self.passed, self.finished, self.moving = [], [], 0, False
-        self.readings = 0
+        self.times, self.readings = [], 0
         self.first = min([*self.faults, *(at for at, _ in self.raised.values())], default=math.inf)
 
     @property
@@ -80,6 +82,7 @@ class Device(ArmDevice):
         self.passed.append((cycles if extrapolates else 1) * self.period)
         self.q = np.array(q)
         self.written.append(self.q)
+        self.times.append(self.time)
 
     def finish(self):
         self.moving, self.finished = False, self.finished + 1
@@ -90,7 +93,7 @@ class Parent:
     """The end of the pipe: sends one motion, and ends when the arm rests after it."""
 
     def __init__(self, device, setpoints):
-        self.device, self.messages, self.answers = device, [("setpoints", 30, setpoints)], []
+        self.device, self.messages, self.answers = device, [("setpoints", FIRST, setpoints)], []
         self.polls = 0
 
     def poll(self):
@@ -125,6 +128,22 @@ def run(device, motion, limits):
     worker = ArmWorker(device, Parent(device, motion), limits)
     worker.run(shared)
     return shared
+
+
+def bounded_run(device, motion, limits):
+    """Let a device execute a motion, or refuse it; return the readings and the parent."""
+    shared = SharedReadings(bytearray(SharedReadings.size(len(limits.lower))), len(limits.lower))
+    parent = Parent(device, motion)
+    poll = parent.poll
+
+    def poll_once_more():
+        if parent.answers and parent.answers[0][0]:
+            raise EOFError
+        return poll()
+
+    parent.poll = poll_once_more
+    ArmWorker(device, parent, limits).run(shared)
+    return shared, parent
 
 
 def check_written(device, limits):
@@ -220,6 +239,73 @@ def test_lost_cycles_are_passed_over_only_where_the_arm_extrapolates(
     assert max(device.passed) == pytest.approx((1 + skipped) * STEP)
     assert np.allclose(device.written[-1], motion[-1])
     check_written(device, model.limits)
+
+
+@pytest.mark.parametrize("period", [5e-4, 1e-3, 2e-3, 2.5e-3, 4e-3, 1e-2])
+def test_an_arm_of_any_period_gets_the_motion_in_its_own_time(model, motion, period):
+    device = Device(motion[0])
+    device.period = period
+    shared = run(device, motion, model.limits)
+    assert not shared.problem
+    q, setpoint = np.array(device.written), (np.array(device.times) - BEGUN) / STEP - FIRST
+    planned = [np.interp(setpoint, np.arange(len(motion)), joint) for joint in motion.T]
+    np.testing.assert_allclose(q, np.transpose(planned), atol=1e-5)
+    v = np.diff(q, axis=0) / period
+    assert (np.abs(v) <= TOLERANCE * model.limits.velocity + 1e-3).all()
+    assert (np.abs(np.diff(v, axis=0)) / period <= 1.05 * model.limits.acceleration).all()
+    assert np.allclose(q[-1], motion[-1])
+
+
+class Held(Device):
+    """An arm that measures something else than what it holds, and that knows no torques."""
+
+    def __init__(self, held, measured):
+        super().__init__(held)
+        self.measured = measured - held
+
+    def read(self):
+        state = super().read()
+        return state._replace(
+            q=self.q + self.measured, q_held=self.q.copy(), tau=None, tau_external=None
+        )
+
+
+@pytest.mark.parametrize("off", [0.0, 1e-3, 4.9e-3])
+def test_a_motion_starts_smoothly_from_what_the_controller_holds(model, motion, off):
+    device = Held(motion[0] + off, motion[0] + off)
+    shared = run(device, motion, model.limits)
+    assert not shared.problem
+    check_written(device, model.limits)
+    assert np.allclose(device.written[0], motion[0] + off)
+    assert np.allclose(device.written[-1], motion[-1], atol=off)
+    moved = np.abs(np.diff(np.array(device.written), axis=0))[:20].max()
+    assert moved < 1e-4  # no jump to the first setpoint
+
+
+def test_a_motion_that_begins_elsewhere_than_the_controller_holds_is_refused(model, motion):
+    device = Held(motion[0] + 6e-3, motion[0])
+    _, parent = bounded_run(device, motion, model.limits)
+    assert not device.written
+    assert parent.answers == [("moved", "joint 1 by 0.006 rad")]
+
+
+@pytest.mark.parametrize(("error", "moves"), [(0.0, False), (0.05, True)])
+def test_a_sagging_arm_starts_where_it_says_that_it_sags(model, motion, error, moves):
+    device = Held(motion[0], motion[0] + np.array([0, 0.06, 0, 0, 0, 0, 0]))
+    device.steady_state_error = error
+    shared, parent = bounded_run(device, motion, model.limits)
+    assert not shared.problem
+    assert bool(device.written) is moves
+    assert parent.answers == [("", "") if moves else ("moved", "joint 2 by 0.060 rad")]
+
+
+def test_torques_that_are_unknown_are_a_valid_reading_and_no_zeros(model, motion):
+    device = Held(motion[0], motion[0])
+    assert state_problem(device.read(), 7) == ""
+    shared = run(device, motion, model.limits)
+    reading = shared.read(int(shared.header[Field.SETPOINT]))
+    assert np.isnan(reading.tau).all() and np.isnan(reading.tau_external).all()
+    assert np.isfinite(reading.q).all()
 
 
 TIMES = st.one_of(st.floats(-10.0, 10.0), st.integers(1, 10_000).map(lambda n: n * STEP))

@@ -20,7 +20,13 @@ from bt_manip.exceptions import BtManipError, MotionError
 from bt_manip.plugins import PluginSelection
 from bt_manip.robots import DeviceError, panda
 from bt_manip.robots.connection_worker import serve_arm
-from bt_manip.testing import DEVICE_CONTRACT, recovers_from_a_problem
+from bt_manip.testing import (
+    DEVICE_CONTRACT,
+    GRIPPER_CONTRACT,
+    holds_an_object,
+    recovers_from_a_problem,
+)
+from bt_manip.testing.device_contract import stays_on_a_motion_to_its_end
 from tests.measuring.tool_speeds import ToolPositions
 
 HERE = Path(__file__).parent
@@ -163,6 +169,44 @@ def test_an_arm_that_is_moved_by_hand_is_named(station, file):
     assert station.arm.fault.startswith("the arm was moved: joint 2 by 0.1")
     steps(station, 2)  # the cell follows the readings a tick later
     np.testing.assert_allclose(station.arm.q, station.robot.q, atol=1e-6)
+
+
+def test_an_arm_that_sags_and_feels_nothing_works_with_a_gripper_on_its_connection(parts):
+    station = build_station(
+        parts, backend=FAKE.replace("fake", "sagging"), controller="joint_impedance", speed=1.0
+    )
+    try:
+        arm, gripper, hardware = station.arm, station.gripper, station.hardware
+        assert "measures no external forces" in hardware.speeds
+        assert hardware.report["external_forces"] == "unknown" and not arm.guard.measures
+        goal = set_off(station)
+        gripper.close(20.0)
+        until(station, lambda: not arm.busy and arm.at_rest and not gripper.moving)
+        assert gripper.width == 0.05 and not arm.fault
+        np.testing.assert_allclose(arm.connection.latest.q_ref, goal, atol=1e-6)
+        assert station.robot.q[1] == pytest.approx(goal[1] + 0.05, abs=1e-3)
+        stays_on_a_motion_to_its_end(station)
+    finally:
+        station.hardware.close()
+
+
+@pytest.mark.parametrize("check", GRIPPER_CONTRACT, ids=lambda check: check.__name__)
+def test_the_fake_gripper_keeps_the_contract(parts, check):
+    from fake_arm import FakeGripper
+
+    gripper = FakeGripper("")
+    gripper.found = 0.0
+    check(gripper, 0.08)
+
+
+def test_the_contract_of_grippers_finds_one_that_claims_too_much(parts):
+    from fake_arm import FakeGripper
+
+    with pytest.raises(AssertionError, match="says that it grips something"):
+        GRIPPER_CONTRACT[1](FakeGripper(""), 0.08)
+    holds_an_object(FakeGripper(""), 0.08, 0.05)
+    with pytest.raises(AssertionError, match="width=0.05"):
+        holds_an_object(FakeGripper(""), 0.08, 0.03)
 
 
 def test_a_tree_that_wants_another_controller_is_refused_before_it_runs(station):
