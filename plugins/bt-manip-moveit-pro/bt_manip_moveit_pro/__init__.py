@@ -2,6 +2,7 @@
 
 from bt_manip_moveit_pro.for_each import ForEach as ForEach
 from bt_manip_moveit_pro.for_each import ForEachUntilSuccess as ForEachUntilSuccess
+from bt_manip_moveit_pro.mapping import LeafMapping as LeafMapping
 from bt_manip_moveit_pro.repeat_unless_failure import (
     RepeatUnlessFailureEachTick as RepeatUnlessFailureEachTick,
 )
