@@ -63,7 +63,7 @@ EXPERIMENTAL = {
         "ScriptCondition SetBlackboard UnsetBlackboard WasEntryUpdated Blackboard InOut Comment "
         "as_written TreeWatch read_tree Reading ReadingOptions declare Stubs Libraries "
         "Document Element Problems PortType STRING DOUBLE is_pointer "
-        "LeafMapping Node NodeKind texts_of instance_to_xml tree_instances"
+        "Node NodeKind texts_of instance_to_xml tree_instances"
     ),
     "bt_manip.behaviours": (
         "IsAt FollowTarget Stop PlannedMove Recover pose_to_text pose_from_text pose_input "

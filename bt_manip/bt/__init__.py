@@ -78,7 +78,6 @@ from bt_manip.bt.xml.from_nodes import tree_to_xml as tree_to_xml
 from .libraries import Libraries as Libraries
 from .loading import Reading as Reading
 from .loading import read_tree as read_tree
-from .mapping import LeafMapping as LeafMapping
 from .nodes.declared import Declared as Declared
 from .nodes.declared import cannot_run as cannot_run
 from .nodes.declared import declare as declare

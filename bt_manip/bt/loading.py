@@ -187,8 +187,11 @@ def _read(
             source.findings = Problems()
             dialect.translate(source.root, document, source.findings)
         problems.extend(source.findings)
-    if options.mapping is not None:
-        options.mapping.apply(document, problems)
+    mapping = options.mapping
+    if isinstance(mapping, Path):
+        mapping = _read_mapping(mapping, registry)
+    if mapping is not None:
+        mapping.apply(document, problems)
     context = ReadingContext(document, registry, problems, dialect, options)
     tree, built, stubbed = _build(context, main, own_trees)
     reached = {document.trees[name].place.file for name in built if name in document.trees}
@@ -196,6 +199,13 @@ def _read(
     if problems.errors:
         tree = None
     return Reading(tree, tuple(problems), document, stubbed, context.registry, dialect)
+
+
+def _read_mapping(path: Path, registry: BehaviourRegistry) -> Any:
+    for dialect in registry.dialects.values():
+        if dialect.read_mapping is not None:
+            return dialect.read_mapping(path)
+    raise TreeError(f"--map {path} {missing('dialect', 'moveit-pro')}")
 
 
 def _build(

@@ -12,7 +12,6 @@ from bt_manip.bt.substitution import Substitutions
 
 if TYPE_CHECKING:
     from bt_manip.bt.libraries import Libraries
-    from bt_manip.bt.mapping import LeafMapping
     from bt_manip.bt.stubs import Stubs
 
 
@@ -29,7 +28,8 @@ class ReadingOptions:
         libraries: Other files and folders whose trees may be named as sub-trees; `Libraries`
             that are given to several readings are read and checked once.
         stubs: Placeholders for unknown behaviours and sub-trees; by default these are errors.
-        mapping: Rules that replace leaves and sub-trees of other projects by behaviours.
+        mapping: Rules that replace leaves and sub-trees of other projects by behaviours: a file,
+            or what a dialect's `read_mapping` makes of it.
         strict: Whether the static checks, beyond the rules of the engine, are made.
         library: Whether a document needs no main tree.
     """
@@ -41,7 +41,7 @@ class ReadingOptions:
     substitutions: Substitutions | None = None
     libraries: "Sequence[str | Path] | Libraries" = ()
     stubs: "Stubs | None" = None
-    mapping: "LeafMapping | None" = None
+    mapping: Any = None
     strict: bool = True
     library: bool = False
 

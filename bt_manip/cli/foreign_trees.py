@@ -65,7 +65,7 @@ class ForeignTrees:
         Raises:
             BtManipError: If a file cannot be read, or a stub is not of the form ``NAME=RESULT``.
         """
-        from bt_manip.bt import LeafMapping, Libraries, ReadingOptions, Stubs
+        from bt_manip.bt import Libraries, ReadingOptions, Stubs
 
         results: dict[str, str] = {}
         for text in self.stubs:
@@ -79,7 +79,7 @@ class ForeignTrees:
             dialect=self.dialect,
             stubs=Stubs(self.stub_unknown, results, self.models),
             libraries=Libraries(self.libraries),
-            mapping=None if self.mapping is None else LeafMapping.read(self.mapping),
+            mapping=self.mapping,
         )
 
     def fields(self) -> dict[str, Any]:

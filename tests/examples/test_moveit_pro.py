@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from bt_manip.bt import LeafMapping, ReadingOptions
+from bt_manip.bt import ReadingOptions
 from bt_manip.exceptions import BtManipError
 from bt_manip.plugins import load_plugins
 from bt_manip.runner import RunObserver, RunRequest, find_tree, prepare
@@ -13,11 +13,10 @@ FOLDER = Path(__file__).resolve().parents[2] / "examples" / "moveit_pro"
 
 
 def request(tree):
-    mapping = LeafMapping.read(FOLDER / "mapping.toml")
     return RunRequest(
         find_tree(str(tree), {}),
         scene=str(FOLDER / "cell.toml"),
-        reading=ReadingOptions(dialect="auto", mapping=mapping),
+        reading=ReadingOptions(dialect="auto", mapping=FOLDER / "mapping.toml"),
     )
 
 

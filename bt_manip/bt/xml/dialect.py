@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from bt_manip.bt.nodes.node import Node
 from bt_manip.bt.xml.problem import Problems
@@ -39,6 +39,8 @@ class Dialect:
         translate: Rewrites the elements of a file, given by its ``<root>``, into those of
             BehaviorTree.CPP 4 and the dialect's `nodes`. The `Document` has the trees and models
             of all files. It adds errors for what has no meaning here.
+        read_mapping: Reads the file of ``--map``: an object whose ``apply(document, problems)``
+            replaces leaves and sub-trees by behaviours.
         to_version_4: Rewrites a file that was translated, so that the engine's own nodes do the
             same; errors say what they cannot do. For ``bt-manip tree convert --to xml``.
     """
@@ -56,6 +58,8 @@ class Dialect:
     to_version_4: "Callable[[Element, Document, Problems], None]" = lambda root, whole, problems: (
         None
     )
+
+    read_mapping: "Callable[[Path], Any] | None" = None
 
     def plain_name(self, name: str) -> str:
         """Return a name without the characters that the dialect allows in names."""

@@ -4,6 +4,7 @@ from pathlib import Path
 
 from bt_manip.bt import Dialect, Element, Problems
 from bt_manip_moveit_pro.for_each import ForEach, ForEachUntilSuccess
+from bt_manip_moveit_pro.mapping import LeafMapping
 from bt_manip_moveit_pro.nodes import LEAVES
 from bt_manip_moveit_pro.repeat_unless_failure import (
     RepeatUnlessFailureEachTick,
@@ -51,4 +52,5 @@ MOVEIT_PRO = Dialect(
     spaces_in_names=True,
     double_quotes=True,
     recognises=is_objective,
+    read_mapping=LeafMapping.read,
 )

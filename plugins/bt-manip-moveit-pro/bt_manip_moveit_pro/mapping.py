@@ -1,22 +1,26 @@
 """Leaf mappings: behaviours that replace the leaves and sub-trees of other projects."""
 
 import re
+import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from bt_manip.bt import (
+    Blackboard,
+    Document,
+    Element,
+    Problems,
+    ScriptCondition,
+    Tree,
+    is_pointer,
+)
+from bt_manip.exceptions import BtManipError, ScriptError, TreeError, did_you_mean
 from bt_manip.files import read_text
-from bt_manip.toml import MAX_TOML_BYTES, parse_toml
 
-from ..exceptions import ScriptError, TreeError, did_you_mean
-from .blackboard import Blackboard
-from .ports import is_pointer
-from .script.evaluation import Environment, is_true
-from .script.parser import parse_script
-from .xml.document import Document, node_name, port_attributes
-from .xml.problem import Problems
-from .xml.source import Attribute, Element
+MAX_TOML_BYTES = 1_000_000
+_EXPLICIT = ("Action", "Condition", "Control", "Decorator")
 
 _KEYS = ("node", "when", "ports", "set")
 
@@ -73,7 +77,7 @@ class LeafMapping:
     def parse(cls, text: str, file: str = "<mapping>") -> "LeafMapping":
         """Read a mapping from a text; see `read`."""
         try:
-            data = parse_toml(text)
+            data = tomllib.loads(text)
         except ValueError as error:
             raise TreeError(f"{file}: {error}") from None
         rules = {}
@@ -96,13 +100,14 @@ class LeafMapping:
                     self._replace(element, problems)
 
     def _replace(self, element: Element, problems: Problems) -> None:
-        name = (element.get("ID") or "") if element.name == "SubTree" else node_name(element)
+        named = element.name in (*_EXPLICIT, "SubTree")
+        name = (element.get("ID") or "") if named else element.name
         if name not in self.rules or element.children:
             return
-        given = port_attributes(element)
+        given = _ports_of(element)
         try:
             rules = self._choose(name, {key: a.value for key, a in given.items()})
-        except (ScriptError, TreeError) as error:
+        except BtManipError as error:
             problems.error(element.place, f"{self._file}: {name}: {error}")
             return
         kept = {
@@ -118,7 +123,7 @@ class LeafMapping:
         branch = made[-1]
         for (condition, _), leaf in zip(reversed(rules[:-1]), reversed(made[:-1]), strict=True):
             test = Element("ScriptCondition", element.place)
-            test.attributes["code"] = Attribute("code", condition, element.place, element.place)
+            test.set("code", condition)
             branch = Element("IfThenElse", element.place, content=[test, leaf, branch])
         element.name, element.attributes = branch.name, kept
         element.content = branch.content
@@ -134,7 +139,7 @@ class LeafMapping:
         for rule in self.rules[name]:
             if not rule.when:
                 return [*rules, ("", rule)]
-            reads = parse_script(rule.when).reads
+            reads = _reads(rule.when)
             for key in reads - given.keys():
                 raise TreeError(f"the rule '{rule.when}' needs the port '{key}'")
             pointers = {key: given[key].strip(" ")[1:-1] for key in reads if is_pointer(given[key])}
@@ -145,21 +150,37 @@ class LeafMapping:
                         rf"(?<![\w@.]){key}\b", entry if entry != "=" else key, condition
                     )
                 rules.append((condition, rule))
-            elif is_true(parse_script(rule.when).evaluate(Environment(scope, {}))):
+            elif _condition(rule.when, scope).tick_exactly_once().name == "SUCCESS":
                 return [*rules, ("", rule)]
         values = ", ".join(f"{key}={text}" for key, text in given.items())
         raise TreeError(f"no rule holds for {values or 'a leaf without ports'}")
 
 
-def _made(rule: MappingRule, given: Mapping[str, Attribute], element: Element) -> Element:
+def _ports_of(element: Element) -> dict[str, Any]:
+    """Return the attributes of an element that are ports, by name."""
+    given = element.attributes.items()
+    return {key: a for key, a in given if key[0].isalpha() and key not in ("ID", "name")}
+
+
+def _condition(script: str, scope: Blackboard) -> Tree:
+    return Tree(ScriptCondition(code=script), blackboard=scope)
+
+
+def _reads(script: str) -> set[str]:
+    """Return the names in a script."""
+    plain = re.sub(r"'[^']*'|\"[^\"]*\"|\b0x[0-9A-Fa-f]+|\b[0-9.]+([eE][-+]?[0-9]+)?", " ", script)
+    return {*re.findall(r"[A-Za-z_@]\w*", plain)} - {"true", "false"}
+
+
+def _made(rule: MappingRule, given: Mapping[str, Any], element: Element) -> Element:
     made = Element(rule.node, element.place)
     for port, theirs in rule.ports.items():
         if theirs in given:
             a = given[theirs]
             value = f"{{{theirs}}}" if a.value == "{=}" else a.value
-            made.attributes[port] = Attribute(port, value, a.place, a.value_place)
+            made.attributes[port] = replace(a, name=port, value=value)
     for port, text in rule.constants.items():
-        made.attributes[port] = Attribute(port, text, element.place, element.place)
+        made.set(port, text)
     return made
 
 
@@ -177,7 +198,7 @@ def _rule(table: Any, where: str) -> MappingRule:
         raise TreeError(f"{where}: 'set' is a table of values, 'when' a script")
     if when:
         try:
-            parse_script(when)
+            _condition(when, Blackboard())
         except ScriptError as error:
             raise TreeError(f"{where}: when: {error}") from None
     return MappingRule(table["node"], when, ports, {k: _text(v) for k, v in constants.items()})

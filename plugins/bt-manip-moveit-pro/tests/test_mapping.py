@@ -2,9 +2,10 @@
 
 import pytest
 
-from bt_manip.bt import Action, BehaviourRegistry, Input, LeafMapping, Status
-from bt_manip.bt.loading import read_tree_text
+from bt_manip.bt import Action, BehaviourRegistry, Input, Status, read_tree
 from bt_manip.exceptions import TreeError
+from bt_manip_moveit_pro import LeafMapping
+from bt_manip_moveit_pro.dialect import MOVEIT_PRO
 
 MAPPING = """\
 ["Move to Waypoint"]
@@ -62,11 +63,13 @@ def read(tmp_path):
     NOTES.clear()
     (tmp_path / "mapping.toml").write_text(MAPPING)
     registry = BehaviourRegistry([Go, Open, Close])
+    registry.register_dialect(MOVEIT_PRO)
 
     def read(position, **options):
         mapping = LeafMapping.read(tmp_path / "mapping.toml")
-        return read_tree_text(
-            TREE.format(position), registry, dialect="auto", mapping=mapping, **options
+        (tmp_path / "tree.xml").write_text(TREE.format(position))
+        return read_tree(
+            tmp_path / "tree.xml", registry, dialect="auto", mapping=mapping, **options
         )
 
     return read
@@ -87,14 +90,16 @@ def test_a_rule_chooses_by_the_value_of_a_port(read):
 
 
 @pytest.mark.parametrize(("opening", "expected"), [(0.0, "Open"), (0.9, "Close")])
-def test_a_rule_over_an_entry_chooses_at_the_tick(read, opening, expected):
+def test_a_rule_over_an_entry_chooses_at_the_tick(read, tmp_path, opening, expected):
     mapping = MAPPING.replace('when = "position > 0.5"\n', "")
     tree = read("{opening}", blackboard={"opening": opening})
     assert tree.errors and "no rule holds" in str(tree.errors[0])
     rules = LeafMapping.parse(mapping)  # the last rule always holds
     registry = BehaviourRegistry([Go, Open, Close])
-    tree = read_tree_text(
-        TREE.format("{opening}"), registry, dialect="auto", mapping=rules,
+    registry.register_dialect(MOVEIT_PRO)
+    path = tmp_path / "tree.xml"
+    tree = read_tree(
+        path, registry, dialect="auto", mapping=rules,
         blackboard={"opening": opening},
     ).usable_tree()  # fmt: skip
     tree.tick()
