@@ -40,7 +40,8 @@ def did_you_mean(name: str, valid: Iterable[str], *, most: int = 3) -> str:
 
     choices = sorted(valid)
     by_folded = {choice.casefold(): choice for choice in reversed(choices)}
-    near = difflib.get_close_matches(name.casefold(), by_folded, n=most, cutoff=0.6)
+    folded = name.casefold() if len(name) <= _LISTED else ""  # nothing is near to longer names
+    near = difflib.get_close_matches(folded, by_folded, n=most, cutoff=0.6)
     if near:
         return "; did you mean " + " or ".join(f"'{by_folded[n]}'" for n in near) + "?"
     if not choices:

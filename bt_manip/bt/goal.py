@@ -35,6 +35,9 @@ NO_CELL: Final = (
 )
 """The warning for a goal that `reads_cell` does not hold for."""
 
+MAX_GOAL: Final = 2**16
+"""Maximum number of characters of a goal."""
+
 AND: Final = "&&"
 """Joins the conditions of a goal."""
 
@@ -94,6 +97,8 @@ def parse_goal(text: str, registry: BehaviourRegistry) -> tuple[Node, ...]:
     Raises:
         TreeError: If the text is malformed or names an unknown condition or port.
     """
+    if len(text) > MAX_GOAL:
+        raise TreeError(f"the goal is longer than {MAX_GOAL} characters")
     try:
         words = [*shlex.split(text), AND]
     except ValueError as error:

@@ -7,7 +7,8 @@ from typing import Any
 
 from bt_manip.files import read_text
 
-MAX_TOML_BYTES = 4 * 2**20
+MAX_TOML_BYTES = 2**18  # 256 kB, of which the worst takes about a second
+
 MAX_TOML_NESTING = 64
 """Deepest nesting of tables, lists and dotted keys."""
 

@@ -106,7 +106,8 @@ def ladder(count):
         ("<a>" * 100_000, "nested deeper than 498 levels"),
         ("<root>" + "<!--" * 100_000, "the comment is not closed"),
         ("<root " + "a " * 100_000, "has no value in quotes"),
-        ("<root " + "".join(f"a{i}='1' " for i in range(50_000)), "is not closed by '>'"),
+        ("<root " + "".join(f"a{i}='1' " for i in range(50_000)), "has more than 1000 attributes"),
+        ("<root>" + "<a/>" * 80_000, "has more than 70000 elements"),
         ("x" * 17_000_000, "more than 16000000 characters"),
         (ladder(40), "the tree has more than 2000 nodes"),
         (
@@ -115,7 +116,10 @@ def ladder(count):
             "nested deeper than 256 levels",
         ),
     ],
-    ids=["entities", "external", "deep", "comment", "attributes", "many", "long", "bomb", "nest"],
+    ids=[
+        "entities", "external", "deep", "comment", "attributes", "many", "wide", "long", "bomb",
+        "nest",
+    ],
 )  # fmt: skip
 def test_a_bomb_is_refused_before_it_bursts(text, message, monkeypatch):
     monkeypatch.setattr("bt_manip.bt.xml.builder.MAX_NODES", 2000)

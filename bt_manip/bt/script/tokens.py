@@ -5,6 +5,9 @@ from typing import Final, NamedTuple
 
 from bt_manip.exceptions import ScriptError, shortened
 
+MAX_SCRIPT: Final = 2**16
+"""Maximum number of characters of a script."""
+
 
 class Token(NamedTuple):
     """A piece of a script.
@@ -42,8 +45,10 @@ def tokenize(text: str, *, double_quotes: bool = False) -> list[Token]:
     """Cut a script into tokens, ``end`` being the last one.
 
     Raises:
-        ScriptError: If a piece is no token.
+        ScriptError: If a piece is no token, or the script is longer than `MAX_SCRIPT`.
     """
+    if len(text) > MAX_SCRIPT:
+        raise ScriptError(f"longer than {MAX_SCRIPT} characters")
     tokens: list[Token] = []
     position = 0
     while position < len(text):

@@ -9,6 +9,9 @@ from bt_manip.exceptions import did_you_mean, shortened
 MAX_SUGGESTED_NAMES: Final = 12
 """Longer lists of names are left out of messages."""
 
+MAX_HINTS: Final = 100
+"""Number of findings after which names are no longer compared with the valid ones."""
+
 ERROR: Final = "error"
 WARNING: Final = "warning"
 
@@ -71,7 +74,11 @@ class Problems:
 
     def unknown(self, place: Place, text: str, name: str, valid: Iterable[str]) -> None:
         """Add the error of an unknown name, such as ``no tree is named 'Mian'``, with hints."""
-        self.error(place, f"{text} '{shortened(name)}'{hint(name, valid)}")
+        self.error(place, f"{text} '{shortened(name)}'{self.hint(name, valid)}")
+
+    def hint(self, name: str, valid: Iterable[str]) -> str:
+        """Name the valid choices nearest to a mistyped one, as `hint` does, in the first errors."""
+        return hint(name, valid) if len(self._found) < MAX_HINTS else ""
 
     def extend(self, problems: Iterable[Problem]) -> None:
         """Add findings that were collected elsewhere."""

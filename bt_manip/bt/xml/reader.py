@@ -23,7 +23,7 @@ from bt_manip.bt.xml.document import (
     node_name,
     port_attributes,
 )
-from bt_manip.bt.xml.problem import Problems, hint
+from bt_manip.bt.xml.problem import Problems
 from bt_manip.bt.xml.source import Attribute, Element, Text
 from bt_manip.bt.xml.specs import NodeSpec, SubTreeUse, TreeSpec
 from bt_manip.bt.xml.static_checks import check_attributes, check_node
@@ -170,7 +170,7 @@ class _TreeReader:
             self._rules.error(element.place, f"the node name '{shortened(name)}' {problem}")
             return None
         if name not in self._registry:
-            near = hint(name, [*self._registry.names(), *EXPLICIT_OR_SUBTREE])
+            near = self._rules.hint(name, [*self._registry.names(), *EXPLICIT_OR_SUBTREE])
             others = self._registry.dialects.values()
             if mine := next((one.name for one in others if name in one.nodes), ""):
                 near = f"; --dialect {mine} has it"

@@ -20,6 +20,8 @@ NOWHERE: Final = Place("<tree>", 1, 1)
 
 MAX_CHARACTERS: Final = 16_000_000
 MAX_NESTING: Final = 498  # of the engine's parser
+MAX_ELEMENTS: Final = 70_000  # of a document; a tree has at most 65,535 nodes
+MAX_ATTRIBUTES: Final = 1_000  # of an element
 
 # Excluding characters of ASCII compiles in a fiftieth of the time of including the others.
 _NAME: Final = r"[^\x00-9;-@\[-^`{-\x7f][^\x00-,/;-@\[-^`{-\x7f]*"
@@ -174,6 +176,7 @@ class _Parser:
         self._lines += [found.end() for found in re.finditer("\n", text)]
         self._source = Source(Element("", self._place(0)))
         self._open: list[Element] = []  # the elements around the position
+        self._count = 0  # of elements
         self._done = False  # whether the root element is closed
 
     def _place(self, position: int) -> Place:
@@ -276,6 +279,9 @@ class _Parser:
     def _start_tag(self, name: str, start: int, position: int) -> int:
         if self._done:
             raise self._error(start, "a document has one root element; found another")
+        self._count += 1
+        if self._count > MAX_ELEMENTS:
+            raise self._error(start, f"the document has more than {MAX_ELEMENTS} elements")
         text = self._text
         element = Element(name, self._place(start), spaced=self._spaced)
         while (end := _TAG_END.match(text, position)) is None:
@@ -295,6 +301,8 @@ class _Parser:
                 raise self._error(where, f"attribute '{key}' has no value in quotes")
             if key in element.attributes:
                 raise self._error(where, f"attribute '{key}' stands twice in <{name}>")
+            if len(element.attributes) == MAX_ATTRIBUTES:
+                raise self._error(where, f"<{name}> has more than {MAX_ATTRIBUTES} attributes")
             value, well_formed = _unescape(raw)
             element.attributes[key] = Attribute(
                 key, value, self._place(where), self._place(found.start(group)), well_formed
