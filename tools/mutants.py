@@ -407,9 +407,9 @@ class Judge:
             target.write_bytes(original)
         if code == 0:
             return f"{len(tests)} of {len(reaching)} tests that reach it pass"
-        if code not in (1, 2, None):
-            return f"pytest ended with {code}: {output[-200:]}"
         failed = re.findall(r"^(?:FAILED|ERROR) (\S+)", output, re.MULTILINE)
+        if code is not None and not failed:
+            return f"pytest ended with {code}: {output[-200:]}"
         with (STORE / "noticed.log").open("a") as log:
             log.write(f"{mutant.module}:{mutant.line} {mutant.text}: {failed or 'too long'}\n")
         return ""

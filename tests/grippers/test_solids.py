@@ -27,6 +27,19 @@ def test_the_polyhedron_of_a_primitive_has_nearly_its_volume(kind, size, volume)
     ).all()
 
 
+@pytest.mark.parametrize("kind", ["box", "cylinder", "sphere", "capsule", "ellipsoid"])
+def test_the_surface_of_a_primitive_is_closed(kind):
+    surface = surface_triangles(kind, np.array([0.02, 0.03, 0.04]))
+    triangles = Polyhedron.from_triangles(surface).triangles  # without those of no area
+    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    ends = np.round(edges, 9) + 0.0
+    undirected = {}
+    for first, second in ends.tolist():
+        key = tuple(sorted((tuple(first), tuple(second))))
+        undirected[key] = undirected.get(key, 0) + 1
+    assert set(undirected.values()) == {2}  # an edge borders on two triangles
+
+
 def test_the_support_function_of_a_primitive_is_that_of_its_polyhedron():
     directions = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.6, 0.0, 0.8]])
     for kind in ("box", "sphere", "cylinder", "capsule", "ellipsoid"):
