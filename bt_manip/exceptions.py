@@ -10,6 +10,7 @@ ANY_BUT_INTERRUPT = (Exception, GeneratorExit, SystemExit)
 
 _SHOWN = 72  # characters of a value that a message shows
 _LISTED = 100  # characters of a list of choices
+_COMPARED = 2000  # number of choices among which the nearest are searched
 
 _LONGEST = 120  # characters of a value, such as the path of a file, that messages show whole
 _LONG_VALUE = re.compile(rf"(?<!\w)'[^'\n]{{{_LONGEST},}}'(?!\w)|\S{{{_LONGEST},}}")
@@ -41,7 +42,8 @@ def did_you_mean(name: str, valid: Iterable[str], *, most: int = 3) -> str:
     choices = sorted(valid)
     by_folded = {choice.casefold(): choice for choice in reversed(choices)}
     folded = name.casefold() if len(name) <= _LISTED else ""  # nothing is near to longer names
-    near = difflib.get_close_matches(folded, by_folded, n=most, cutoff=0.6)
+    compared = by_folded if len(choices) <= _COMPARED else ()
+    near = difflib.get_close_matches(folded, compared, n=most, cutoff=0.6)
     if near:
         return "; did you mean " + " or ".join(f"'{by_folded[n]}'" for n in near) + "?"
     if not choices:
