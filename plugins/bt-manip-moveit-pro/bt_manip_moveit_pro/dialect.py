@@ -21,6 +21,8 @@ CONTROLS = {
     )
 }
 
+METADATA = frozenset(("subcategory", "runnable", "description"))
+"""Attributes of ``<Metadata>`` in MoveIt Pro's models; other tools write other ones."""
 
 NODES = {**CONTROLS, **{cls.__name__: cls for cls in LEAVES}}
 
@@ -30,7 +32,7 @@ def is_objective(root: Element, problems: Problems) -> bool:
     for element in root.iterate():
         if element.name in CONTROLS or element.get("ID") in CONTROLS:
             return True
-        if element.name in ("MetadataFields", "Metadata"):
+        if element.name == "Metadata" and element.attributes.keys() & METADATA:
             return True
         if element.name in ("BehaviorTree", "SubTree"):
             if " " in (element.get("ID") or ""):
