@@ -21,7 +21,7 @@ CONTROLS = {
     )
 }
 
-METADATA = frozenset(("subcategory", "runnable", "description"))
+METADATA = frozenset(("subcategory", "runnable"))
 """Attributes of ``<Metadata>`` in MoveIt Pro's models; other tools write other ones."""
 
 NODES = {**CONTROLS, **{cls.__name__: cls for cls in LEAVES}}
