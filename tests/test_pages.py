@@ -122,7 +122,8 @@ def test_the_commands_of_a_page_exist_with_their_options(page):
 
     for line in commands(page):
         command, words = app, shlex.split(line)
-        context = click.Context(app)
+        names = app.context_settings["help_option_names"]  # kept by each command for all
+        context = click.Context(app, help_option_names=names)
         options = {name for p in app.params for name in (*p.opts, *p.secondary_opts)}
         while words and isinstance(command, click.Group):
             if words[0].startswith("-"):
@@ -131,7 +132,8 @@ def test_the_commands_of_a_page_exist_with_their_options(page):
             found = command.get_command(context, name)
             assert found is not None, f"bt-manip {line}: no command '{name}'"
             command = found
-            known = command.get_params(click.Context(command))  # those of views, too
+            own = click.Context(command, help_option_names=names)
+            known = command.get_params(own)  # those of views, too
             options |= {name for p in known for name in (*p.opts, *p.secondary_opts)}
         given = {word.partition("=")[0] for word in words if word.startswith("--")}
         assert given <= options | {"--help"}, f"bt-manip {line}"

@@ -172,7 +172,7 @@ EXPERIMENTAL = {
     "bt_manip_hands": "Hand SuctionGripper suction_gripper",
     "bt_manip_setup": "describe_robot check_description try_robot",
     "bt_manip_setup.finger_travel": "FoundFingers measured write_travel",
-    "bt_manip.toml": "Key TomlTable documented read_part toml_text write_fields",
+    "bt_manip.toml": "Key TomlTable documented parse_toml read_part toml_text write_fields",
     "bt_manip.cli": (
         "BAD_INPUT FAILED INTERRUPTED SUCCESS Interrupt PluginGroup RunOptions Session "
         "StationOptions ViewingCommand chosen complete_part execute_run exit_code_help "

@@ -171,7 +171,7 @@ class AxisResidual(VectorResidual):
         scale: float = 1.0,
         accepted: float = 0.0,
     ) -> None:
-        super().__init__(arm, frame, direction, _chord(tolerance), scale, _chord(accepted))
+        super().__init__(arm, frame, direction, chord(tolerance), scale, chord(accepted))
         self._axis = axis
 
     def evaluate(self) -> np.ndarray:
@@ -193,7 +193,7 @@ class AxisResidual(VectorResidual):
         return self._scaled_jacobian(pin.skew(-self._current).dot(jacobian[3:]))
 
 
-def _chord(angle: float) -> float:
+def chord(angle: float) -> float:
     """Return the distance of two unit vectors at an angle [rad]; infinite for an infinite angle."""
     return 2.0 * math.sin(0.5 * min(angle, math.pi)) if angle < math.inf else angle
 

@@ -89,6 +89,8 @@ def load_source(
         BtManipError: When the tree is wrong, or a setting does not fit it.
     """
     if source.kind == "python":
+        if reading.mapping is not None:
+            raise BtManipError(f"--map: '{source.name}' is made in Python; it maps leaves in XML")
         return make_tree(source, settings, clock)
     return load_document(source, parts, settings, clock, warn, reading=reading)
 

@@ -95,8 +95,7 @@ def _not_found(text: str, registered: Mapping[str, str]) -> str:
     return (
         f"unknown tree '{text}'"
         + did_you_mean(text, registered)
-        + " (a tree is a registered name, path.xml, path.xml:tree, path.py:name "
-        "or package.module:name)"
+        + " (a tree is a registered name, path.xml[:tree], path.py:name or package.module:name)"
     )
 
 

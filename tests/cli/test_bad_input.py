@@ -197,7 +197,6 @@ DEEP = "a = " + "[" * 100_000 + "]" * 100_000
     ("option", "name", "text", "message"),
     [
         ("--scene", "s.toml", DEEP, "s.toml: not a TOML file: nested deeper than 64 levels"),
-        ("--map", "m.toml", DEEP, "m.toml: nested deeper than 64 levels"),
         ("--scene", "s.toml", SCENE.format(x="nan"), "s.toml:2: key 'robots[1].position' is a"),
         ("--scene", "s.toml", SCENE.format(x="1e300"), "of at most 1e+10 in size, got 1e+300"),
         (
@@ -214,6 +213,14 @@ def test_a_hostile_file_is_one_line(refused, trees, tmp_path, option, name, text
     if text is not None:
         (tmp_path / name).write_text(text)
     assert message in refused("small_trees.py:quick", option, name)
+
+
+def test_a_mapping_is_read_for_documents_and_refused_for_trees_in_python(refused, trees, tmp_path):
+    path = tmp_path / "m.toml"
+    path.write_text(DEEP)
+    assert "m.toml: nested deeper than 64 levels" in refused("pick_place", "--map", path)
+    message = refused("small_trees.py:quick", "--map", path)
+    assert "--map: 'small_trees.py:quick' is made in Python" in message
 
 
 @pytest.mark.parametrize("named", ["/dev/zero", "pipe", "."])

@@ -5,17 +5,17 @@ import pytest
 TREE = """\
 <root BTCPP_format="4" main_tree_to_execute="Main">
   <BehaviorTree ID="Main">
-    <RecoveryNode number_of_retries="2">
+    <TryTwice number_of_retries="2">
       <FollowPath path="{path}"/>
       <SubTree ID="Clear things"/>
-    </RecoveryNode>
+    </TryTwice>
   </BehaviorTree>
 </root>
 """
 MODELS = """\
 <root><TreeNodesModel>
   <Action ID="FollowPath"><output_port name="path"/></Action>
-  <Control ID="RecoveryNode"><input_port name="number_of_retries"/></Control>
+  <Control ID="TryTwice"><input_port name="number_of_retries"/></Control>
   <SubTree ID="Clear things"/>
 </TreeNodesModel></root>
 """
@@ -32,15 +32,15 @@ def folder(tmp_path, monkeypatch):
 def test_models_declare_nodes_for_check_and_show(bt_manip, folder):
     code, _, err = bt_manip("tree", "check", "tree.xml", "--models", "nodes.xml")
     assert code == 0
-    assert "Stubs:" in err and "RecoveryNode (Control, only declared)" in err
+    assert "Stubs:" in err and "TryTwice (Control, only declared)" in err
     assert "FollowPath" in bt_manip("tree", "show", "tree.xml", "--models", "nodes.xml").out
 
 
 def test_a_run_refuses_a_declared_control_until_a_known_one_does_its_work(bt_manip, folder):
     code, _, err = bt_manip("run", "tree.xml", "--models", "nodes.xml")
-    assert code == 2 and '--stub "RecoveryNode=Fallback"' in err
+    assert code == 2 and '--stub "TryTwice=Fallback"' in err
     code, _, err = bt_manip(
-        "run", "tree.xml", "--stub-unknown", "--stub", "RecoveryNode=Fallback", "--stub",
+        "run", "tree.xml", "--stub-unknown", "--stub", "TryTwice=Fallback", "--stub",
         "FollowPath=FAILURE", "--quiet",
     )  # fmt: skip
     assert code == 0
@@ -48,10 +48,10 @@ def test_a_run_refuses_a_declared_control_until_a_known_one_does_its_work(bt_man
 
 
 def test_a_conversion_to_python_runs_and_leads_back(bt_manip, folder):
-    options = ("--stub-unknown", "--stub", "RecoveryNode=Fallback")
+    options = ("--stub-unknown", "--stub", "TryTwice=Fallback")
     assert bt_manip("tree", "convert", "tree.xml", "-o", "made.py", *options).code == 0
     assert bt_manip("tree", "convert", "made.py:document").out == TREE
-    assert "RecoveryNode" in bt_manip("tree", "show", "made.py:document").out
+    assert "TryTwice" in bt_manip("tree", "show", "made.py:document").out
     assert bt_manip("run", "made.py:document", "--quiet").code == 0
 
 

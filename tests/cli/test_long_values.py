@@ -69,10 +69,10 @@ def test_a_long_option_is_cut(short, trees, options, value):
         (f'<Hover object="{SENTENCE}"/>', "", 1),
         (f'<Hover object="cube" {WORD}="1"/>', "", 2),
         (f'<Sleep msec="{WORD}"/>', "", 2),
-        (f'<Sleep msec="{{{WORD}}}"/>', "", 3),
+        (f'<Sleep msec="{{{WORD}}}"/>', "", 1),
         (f"<{WORD}/>", "", 2),
         (f'<SubTree ID="{WORD}"/>', "", 2),
-        (f'<Script code="a:={WORD}"/>', "", 3),
+        (f'<Script code="a:={WORD}"/>', "", 1),
     ],
 )
 def test_a_long_value_in_a_tree_is_cut(short, tmp_path, node, goal, code):

@@ -21,7 +21,7 @@ CONSTRAINTS = (REPOSITORY / "constraints.txt").read_text()
 def constrained() -> dict[str, str]:
     """Give the exact versions by normalised name."""
     lines = [line for line in CONSTRAINTS.splitlines() if not line.startswith("#")]
-    pairs = [line.split("==") for line in lines if line]
+    pairs = [line.partition(";")[0].strip().split("==") for line in lines if line]
     return {re.sub(r"[-_.]+", "-", name).lower(): version for name, version in pairs}
 
 

@@ -311,7 +311,7 @@ def test_an_object_may_overhang_its_support_up_to_its_middle(write, parts):
 
 @pytest.mark.parametrize(
     ("kind", "count", "line", "most"),
-    [("objects", 10_000, 3, 250), ("objects", 251, 3, 250), ("robots", 10_000, 1, 16)],
+    [("objects", 3000, 3, 250), ("objects", 251, 3, 250), ("robots", 3000, 1, 16)],
 )
 def test_more_tables_than_a_scene_can_have_are_one_error(write, parts, kind, count, line, most):
     tables = "".join(

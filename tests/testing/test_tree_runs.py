@@ -6,7 +6,7 @@ from bt_manip.exceptions import BtManipError
 from bt_manip.testing.coverage import TreeCoverage
 from bt_manip.testing.tree_runs import run_tree
 
-SPAWN = """<root BTCPP_format="4"><BehaviorTree ID="Spawn"><Sequence>
+SPAWN = """<root BTCPP_format="4"><BehaviorTree ID="Spawn" _continues="true"><Sequence>
   <SpawnObject region="0.2;0.4;-0.3;0.3" object="{o}"/><Sleep msec="{pause}"/>
 </Sequence></BehaviorTree>
 <TreeNodesModel><SubTree ID="Spawn"><input_port name="pause" default="20"/></SubTree>

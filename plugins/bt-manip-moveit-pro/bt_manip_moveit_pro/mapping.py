@@ -1,7 +1,6 @@
 """Leaf mappings: behaviours that replace the leaves and sub-trees of other projects."""
 
 import re
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -18,8 +17,9 @@ from bt_manip.bt import (
 )
 from bt_manip.exceptions import BtManipError, ScriptError, TreeError, did_you_mean
 from bt_manip.files import read_text
+from bt_manip.toml import parse_toml
 
-MAX_TOML_BYTES = 1_000_000
+MAX_TOML_BYTES = 2**18
 _EXPLICIT = ("Action", "Condition", "Control", "Decorator")
 
 _KEYS = ("node", "when", "ports", "set")
@@ -77,7 +77,7 @@ class LeafMapping:
     def parse(cls, text: str, file: str = "<mapping>") -> "LeafMapping":
         """Read a mapping from a text; see `read`."""
         try:
-            data = tomllib.loads(text)
+            data = parse_toml(text)
         except ValueError as error:
             raise TreeError(f"{file}: {error}") from None
         rules = {}

@@ -4,8 +4,8 @@ import pytest
 
 from bt_manip.bt import Action, BehaviourRegistry, Input, Status, read_tree
 from bt_manip.exceptions import TreeError
-from bt_manip_moveit_pro import LeafMapping
 from bt_manip_moveit_pro.dialect import MOVEIT_PRO
+from bt_manip_moveit_pro.mapping import LeafMapping
 
 MAPPING = """\
 ["Move to Waypoint"]

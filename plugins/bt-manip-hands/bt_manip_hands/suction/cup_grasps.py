@@ -68,7 +68,7 @@ class CupGraspGenerator:
         places = [
             place
             for solid in self.solids
-            for place in _places(solid, self.com, self.radius, -down)
+            for place in places_on(solid, self.com, self.radius, -down)
             if -place[1] @ down >= _BELOW
         ]
         surface: np.ndarray = np.reshape(places, (-1, 2, 3))
@@ -110,7 +110,7 @@ class CupGraspGenerator:
         return np.min(hits, axis=0).reshape(starts.shape[:2]) - self.radius
 
 
-def _places(solid: Solid, com: np.ndarray, radius: float, up: np.ndarray) -> Iterator[Place]:
+def places_on(solid: Solid, com: np.ndarray, radius: float, up: np.ndarray) -> Iterator[Place]:
     """Yield points for a cup on a solid: on faces near the centre of mass, and on round sides.
 
     Args:

@@ -4,11 +4,18 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
-from bt_manip.grippers.suction.cup_grasps import CupGraspGenerator, _places
 
-from tests.grippers.shapes import solid
+from bt_manip.grippers import Solid
+from bt_manip_hands.suction.cup_grasps import CupGraspGenerator, places_on
 
 RADIUS, AWAY = 0.012, 0.1  # [m]
+
+
+def solid(kind, *size, at=(0.0, 0.0, 0.0), rotation=None):
+    T = pin.SE3(np.eye(3) if rotation is None else rotation, np.array(at))
+    return Solid(kind, np.array([*size, 0.0, 0.0][:3]), T, 0.7)
+
+
 SIZES = {
     "sphere": (0.04,),
     "ellipsoid": (0.03, 0.04, 0.06),
@@ -34,9 +41,9 @@ def test_a_ray_against_the_normal_meets_the_solid_at_the_place(kind, com):
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     shape = solid(kind, *SIZES[kind], at=at, rotation=rotation)
-    places = list(_places(shape, com, RADIUS, np.array([0.0, 0.0, 1.0])))
-    assert len(places) >= 6
-    for point, normal in places:
+    found = list(places_on(shape, com, RADIUS, np.array([0.0, 0.0, 1.0])))
+    assert len(found) >= 6
+    for point, normal in found:
         geom = np.zeros(1, dtype=np.int32)
         start = point + AWAY * normal
         met = mujoco.mj_ray(model, data, start, -normal, None, 1, -1, geom, None)
