@@ -11,7 +11,7 @@ from bt_manip_recording import McapRecorder, RecordedRun, Recording
 
 JUDGED = {
     "goal", "goal_reason", "judged_by", "object", "placed", "objects", "unexpected_contacts",
-    "randomized", "leaf_times", "drawn", "retries", "rescues",
+    "randomized", "leaf_times", "drawn", "retries", "rescues", "results",
 }  # fmt: skip
 """Fields of a report that only the run knows: the physics or the nodes give them."""
 
