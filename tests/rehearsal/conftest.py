@@ -46,9 +46,9 @@ def real(scene) -> tuple[Path, RealCell]:
     return model, write_model(scene, ARM, model)
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def start_robot(models, tmp_path_factory):
-    """Start simulated robots, which end with the tests."""
+    """Start simulated robots, which end with the tests of a file: each takes a third of a core."""
     started = []
 
     def start(model: Path = ARM, *options: str) -> SimulatedRobot:
