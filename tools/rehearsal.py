@@ -9,11 +9,10 @@
 
 The simulators get environments of their own, `.venv-rehearsal` and `.venv-rehearsal-trossen`, which
 are made where they are missing, or other packages are listed. Where the packages or the models of
-an arm cannot be had, it is not rehearsed, and the reason is printed. ``ARMS="franka trossen"`` names
-the arms; by default the Franka alone: not all connections of the WidowX's driver to its simulator
-come up on a small computer. ``CUBES=20`` picks and places
-20 cubes instead of 3. ``-m soak -s`` measures gaps in the communication, for ``MINUTES=10`` instead
-of one each.
+an arm cannot be had, it is not rehearsed, and the reason is printed. ``ARMS="franka trossen"``
+names the arms; by default the Franka alone: not all connections of the WidowX's driver to its
+simulator come up on a small computer. ``CUBES=20`` picks and places 20 cubes instead of 3.
+``-m soak -s`` measures gaps in the communication, for ``MINUTES=10`` instead of one each.
 """
 
 import importlib.util
