@@ -276,7 +276,7 @@ def _bind(main: str, root: Behaviour, builder: Builder, context: ReadingContext)
 
 
 def _declarations(element: Element, context: ReadingContext) -> dict[str, Any]:
-    """Return what a tree's attributes declare; an error is collected."""
+    """Return the declarations of a tree's attributes; an error is collected."""
     try:
         return declarations({name: one.value for name, one in element.attributes.items()})
     except TreeError as error:

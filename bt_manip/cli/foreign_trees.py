@@ -31,7 +31,8 @@ class ForeignTrees:
     """
 
     dialect: str = option(
-        "--dialect", default="auto", metavar="NAME", shell_complete=complete_part("dialects"),
+        "--dialect", group="Trees of others", default="auto", metavar="NAME",
+        shell_complete=complete_part("dialects"),
         help="Dialect of the document: btcpp, or one of bt-manip list dialects.  [default: it is "
         "recognised]",
     )  # fmt: skip

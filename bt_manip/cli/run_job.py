@@ -203,8 +203,9 @@ class RunJob:
         if report.ended_early:
             print_warning(f"the run ended early: {report.ended_early}")
         elif self._options.quiet and code == FAILED and not self.error:
-            number, reason = next((n, c.reason) for n, c in enumerate(report.cycles, 1) if c.reason)
-            click.echo(f"cycle {number} failed: {reason}", err=True)
+            failed = (n for n, one in enumerate(report.cycles) if one.status == "FAILURE")
+            number = next(failed, len(report.cycles) - 1)
+            click.echo(f"cycle {number + 1} failed: {report.cycles[number].reason}", err=True)
         for show in (lambda: self._print_cycles(report), self._keep_window):
             try:
                 show()

@@ -119,7 +119,7 @@ class EpisodeWorker:
     """Runs episodes in one station, which returns to its initial state for each.
 
     Attributes:
-        evaluation: What is evaluated.
+        evaluation: The evaluation.
         identity: What the results depend on besides the episode, as plain data.
 
     Raises:

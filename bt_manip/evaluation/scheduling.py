@@ -27,7 +27,7 @@ def evaluate(
     """Run episodes 0 to n - 1 of each point, and yield their results as they end.
 
     Args:
-        evaluation: What is evaluated.
+        evaluation: The evaluation.
         episodes: Number of episodes of each point.
         workers: Number of workers.
         pool: Starts them, as for `run_episodes`.

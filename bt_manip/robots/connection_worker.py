@@ -473,7 +473,7 @@ def main(descriptor: int) -> None:
 
 
 def _about(device: ArmDevice) -> dict[str, str]:
-    """Return what a report says about an arm and its process."""
+    """Return the fields of a report about an arm and its process."""
     scheduling = {}
     if device.realtime:
         fifo = hasattr(os, "SCHED_FIFO") and bool(os.sched_getscheduler(0) & os.SCHED_FIFO)

@@ -50,7 +50,7 @@ def is_port(key: str) -> bool:
 
 
 def trait_of(element: Element) -> str:
-    """Return what only version 3 means so, or an empty text."""
+    """Return a trait that only documents of version 3 have, or an empty text."""
     name = name_of(element)
     if name in FORMER or name == "SequenceStar" or name.startswith("BlackboardCheck"):
         return f"<{name}>"
@@ -94,7 +94,7 @@ def is_version_3(root: Element, problems: Problems) -> bool:
 
 
 def translate(root: Element, document: Document, problems: Problems) -> None:
-    """Write what version 3 means in the form of version 4, for the nodes of this dialect."""
+    """Rewrite nodes of this dialect as nodes of version 4 with the same meaning."""
     if root.get("BTCPP_format") == "4":
         problems.error(root.place_of("BTCPP_format"), "this file is of version 4, not of version 3")
         return

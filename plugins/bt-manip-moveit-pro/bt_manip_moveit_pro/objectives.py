@@ -101,7 +101,7 @@ class Workspace:
         return found
 
     def check(self, path: Path, reading: ReadingOptions) -> Result:
-        """Return what an objective lacks."""
+        """Return the result for an objective: the leaves and sub-trees that it lacks."""
         found = read_tree(path, known_behaviours(self.parts), reading)
         lacks: dict[str, None] = {}
         for problem in found.errors:
