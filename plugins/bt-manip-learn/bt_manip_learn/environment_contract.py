@@ -13,6 +13,7 @@ from bt_manip.runner import prepare, request_of
 from bt_manip.spatial import pose
 from bt_manip.testing import Check
 
+from .agents import without_progress
 from .envs import LearningTask
 
 Moment = Callable[[LearningTask, np.random.Generator], bool]
@@ -38,9 +39,11 @@ class EnvironmentCase:
     options: Mapping[str, Any] = field(default_factory=dict)
 
     def make(self) -> LearningTask:
-        """Return a new environment, in a station of its own."""
+        """Return a new environment, in a station of its own; with the dense reward if possible."""
+        goal = prepare(request_of(self.tree, self.parts, **self.options), self.parts).tree.goal
+        reward = "sparse" if without_progress(goal) else "dense"
         return LearningTask(
-            self.tree, action=self.action, reward="dense", parts=self.parts, **self.options
+            self.tree, action=self.action, reward=reward, parts=self.parts, **self.options
         )
 
 

@@ -19,6 +19,38 @@ def register_own_actions(register: Callable[[str, Callable[[Any], Any]], None]) 
 
 
 @hookimpl
+def register_controllers(register: Callable[[str, Callable[..., Any]], None]) -> None:
+    """Register the controller whose feedback is part of the model."""
+    from bt_manip_learn.native import NativePD
+
+    register(NativePD.kind, NativePD)
+
+
+@hookimpl
+def register_grippers(register: Callable[[str, Callable[..., Any]], None]) -> None:
+    """Register the gripper whose feedback is part of the model."""
+    from bt_manip_learn.native import NativeTwoFingerGripper
+
+    register(NativeTwoFingerGripper.kind, NativeTwoFingerGripper)
+
+
+def ray(make_worker: Callable[[], Any], address: str, workers: int) -> Any:
+    """Run on a Ray cluster, HOST:PORT; without an address, on a local one."""
+    from bt_manip_learn.ray_pool import RayPool
+
+    return RayPool(make_worker, address, workers)
+
+
+ray.metavar = "[ADDRESS]"  # type: ignore[attr-defined]
+
+
+@hookimpl
+def register_pools(register: Callable[[str, Callable[..., Any]], None]) -> None:
+    """Register clusters of Ray."""
+    register("ray", ray)
+
+
+@hookimpl
 def register_commands(register: Callable[..., None]) -> None:
     """Register ``bt-manip demos``."""
     register("demos", "bt_manip_learn.commands:demos")

@@ -1,9 +1,16 @@
-"""What the tests share: whether mujoco draws, the program, and which contracts are left out."""
+"""What the tests share: drawing, the program, stations, and which contracts are left out."""
 
 import pytest
 
 from tests.support.drawing import opengl as opengl
 from tests.support.program import bt_manip as bt_manip
+from tests.support.runs import shared_stations as shared_stations
+from tests.support.runs import station_pool as station_pool
+
+
+@pytest.fixture(autouse=True)
+def tests_share_stations(shared_stations) -> None:
+    """Let episodes have the stations of the tests before."""
 
 
 @pytest.hookimpl(tryfirst=True)

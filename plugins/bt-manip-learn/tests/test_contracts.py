@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bt_manip.testing import contracts_of
+from bt_manip_contracts import contracts_of
 from bt_manip_learn import environment_contract as environments
 from bt_manip_learn.agents import ActionSpace, JointTargets
 from bt_manip_learn.environment_contract import EnvironmentCase

@@ -64,13 +64,15 @@ def test_episodes_are_recorded_and_exported(record, bt_manip, tmp_path):
     folder = tmp_path / "demos"
     code, out, err = record("--episodes", 2)
     assert (code, err) == (0, "")
-    assert out == f"{folder}: 2 of 2 succeeded, 2 steps\n"
+    assert out == f"{folder}: 2 of 2 succeeded, 12 steps\n"
     assert [one.episode for one in read_demonstrations(folder)] == [0, 1]
     for form, file in (("robomimic", tmp_path / "d.hdf5"), ("parquet", tmp_path / "d.parquet")):
         code, out, err = bt_manip("demos", "export", folder, "--format", form, "-o", file)
         assert (code, out, err) == (0, f"{file}: 2 demonstrations\n", "")
     with h5py.File(tmp_path / "d.hdf5") as file:
-        assert file["data"].attrs["total"] == 2
+        assert (
+            file["data"].attrs["total"] == 12
+        )  # the goal holds from the first step, and five more
         assert "cube_position" in file["data/demo_0/obs"]
     words = "--format", "robomimic", "-o", tmp_path / "d.hdf5", "--observations", "robot"
     assert bt_manip("demos", "export", folder, *words).code == 0

@@ -18,5 +18,6 @@ from .observations import Observations as Observations
 from .observations import ObservationSpec as ObservationSpec
 from .progress import LossCheck as LossCheck
 from .progress import goal_progress as goal_progress
+from .progress import without_progress as without_progress
 from .references import end_velocity as end_velocity
 from .subtree_choice import SubtreeChoice as SubtreeChoice

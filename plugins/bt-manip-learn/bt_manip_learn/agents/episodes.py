@@ -1,7 +1,9 @@
 """Episodes of a tree in a station: reset, steps of the expert or an agent, success."""
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
 
 from bt_manip.bt import NodeStatus
 from bt_manip.exceptions import BtManipError
@@ -13,6 +15,9 @@ if TYPE_CHECKING:
 
 STEP = 0.05
 """Default time between two actions [s]."""
+
+MAX_LAG = 0.1
+"""Largest distance of an agent's reference from the joints at which its position is kept [rad]."""
 
 START_TIMEOUT = 10.0
 """Longest simulated time until the first command of the tree to a robot [s]."""
@@ -26,7 +31,9 @@ class Episodes:
     An episode depends only on its seed and number, as in ``bt-manip run --seed S --episode N``.
     After `reset` the tree has just commanded a robot for the first time; earlier actions, such as
     adding objects, are complete. Then the tree continues as the expert (`expert_step`), or an agent
-    acts in its place (`agent_step`).
+    acts in its place (`agent_step`). The expert can take over again at any step: its tree starts
+    again behind the leaves that have added and removed objects, so that its conditions skip what is
+    done.
 
     Observers see an episode as one cycle of a run, from `reset` to `finish`, the next `reset`,
     `set_state` or `close`.
@@ -67,6 +74,8 @@ class Episodes:
         self.make_observers: MakeObservers = lambda run, episode: ()
         self._loop = RunLoop(self.run)
         self._ticked = self.ended = False
+        self._again: dict[str, Any] | None = None  # state in which the tree starts again
+        self._took_over = False  # since the start of the episode
         self.gripped: dict[str, int] = {}
         self._gripping = self._read_gripping()
 
@@ -84,6 +93,12 @@ class Episodes:
         self._begin(seed, episode)
         self._open(self.make_observers(self.run, episode))
         self._loop.begin(episode)
+        with SetUp(self.run) as set_up:
+            self._tick_until_commanded()
+            self._again = set_up.state_behind()
+
+    def _tick_until_commanded(self) -> None:
+        """Tick the tree until it has commanded a robot."""
         while True:
             self.status = self._loop.tick()
             if self.status is not NodeStatus.RUNNING:
@@ -97,8 +112,14 @@ class Episodes:
             self._loop.step()
 
     def expert_step(self) -> None:
-        """Make one step in which the tree acts, until its goal holds or it has ended."""
+        """Make one step in which the tree acts, until its goal holds or it has ended.
+
+        Raises:
+            BtManipError: If it cannot take over from an agent, or has failed after it did.
+        """
         self.gripped = {}
+        if self.status is NodeStatus.IDLE and not self.success:
+            self._take_over()
         for i in range(self.ticks):
             if not self._ticked:
                 self._loop.tick(self)
@@ -109,6 +130,10 @@ class Episodes:
             self._gripping = gripping
             self._loop.step()
         self.steps += 1
+        if self._took_over and self.status is NodeStatus.FAILURE:
+            self._took_over = False
+            reason = self.run.tree.failure_reason()
+            raise BtManipError(f"the expert cannot go on from the actions of the agent: {reason}")
 
     def tick(self) -> NodeStatus:
         """Act as the expert at a tick: tick the tree unless its goal holds, or it has ended."""
@@ -163,6 +188,8 @@ class Episodes:
             "status": self.status.name,
             "ticked": self._ticked,
             "ended": self.ended,
+            "again": self._again,
+            "took_over": self._took_over,
         }
 
     def set_state(self, state: dict[str, Any]) -> None:
@@ -173,10 +200,34 @@ class Episodes:
         self.steps, self._ticked, self.ended = state["steps"], state["ticked"], state["ended"]
         if not self.ended:
             self._loop.begin(self.episode, in_place=True)
-        self.status = NodeStatus[state["status"]]
+        self.status, self._again = NodeStatus[state["status"]], state["again"]
+        self._took_over = state["took_over"]
         self._gripping = self._read_gripping()
 
     # Internal
+
+    def _take_over(self) -> None:
+        """Let the tree start again, and let the robots follow their arms from where they are.
+
+        Raises:
+            BtManipError: If the leaves that add objects run beside others.
+        """
+        if self._again is None:
+            raise BtManipError(
+                "the expert cannot take over: its tree adds or removes objects beside other actions"
+            )
+        for one in self.station.robots.values():
+            reference, q = one.controllers.reference, one.robot.q
+            if reference is one.arm:
+                continue
+            if np.abs(reference.q - q).max() < MAX_LAG and not one.arm.fault:
+                q = reference.q.copy()
+            one.arm.reset(q.clip(one.arm.model.limits.lower, one.arm.model.limits.upper))
+            one.arm.payload = reference.payload
+            one.controllers.activate(one.controllers.default)
+            one.controllers.reference = one.arm
+        self.run.tree.set_state(self._again)
+        self.status, self._took_over = NodeStatus.RUNNING, True
 
     def _begin(self, seed: int, episode: int) -> None:
         """Return to the state before the first tick of an episode."""
@@ -184,6 +235,7 @@ class Episodes:
         self.run.begin_episode(episode, seed)
         self.seed, self.episode, self.steps = seed, episode, 0
         self.status, self._ticked, self.ended = NodeStatus.IDLE, False, False
+        self._took_over = False
         self._gripping = self._read_gripping()
 
     def _open(self, observers: Sequence[RunObserver] = ()) -> None:
@@ -204,3 +256,59 @@ class Episodes:
             or (one.gripper is not None and one.gripper.moving)
             for one in self.station.robots.values()
         )
+
+
+class SetUp:
+    """Finds the leaves that change which objects there are, while a tree starts.
+
+    A leaf is one of them if objects were added or removed, or the run's random generator was used,
+    until it completed.
+
+    Args:
+        run: The run, before the first tick.
+    """
+
+    def __init__(self, run: Run) -> None:
+        self._run, self._found = run, set[int]()
+        self._places = {id(node): i for i, node in enumerate(run.tree.nodes)}
+        self._fresh, self._seen = run.tree.get_state(), self._read()
+
+    def __enter__(self) -> Self:
+        """Observe the tree."""
+        self._run.tree.observers.append(self._note)
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        """Observe it no longer."""
+        if self._note in self._run.tree.observers:
+            self._run.tree.observers.remove(self._note)
+
+    def state_behind(self) -> dict[str, Any] | None:
+        """Return the present state of the tree, in which all nodes behind these leaves are idle.
+
+        None if such leaves and others run side by side.
+        """
+        tree, node, first = self._run.tree, self._run.tree.nodes[0], 0
+        while not self._found.isdisjoint(range(first, first + _count(node))):
+            running = [one for one in node.child_nodes if one.engine_status is NodeStatus.RUNNING]
+            if len(running) != 1:
+                return None
+            node, first = running[0], self._places[id(running[0])]
+        state, end = tree.get_state(), first + _count(node)
+        state["nodes"][first:end] = self._fresh["nodes"][first:end]
+        return state
+
+    def _read(self) -> Any:
+        station = self._run.station
+        return tuple(station.cell.entities), station.rng.bit_generator.state
+
+    def _note(self, node: Any, old: NodeStatus, new: NodeStatus) -> None:
+        if new in (NodeStatus.SUCCESS, NodeStatus.FAILURE) and not node.child_nodes:
+            if (now := self._read()) != self._seen:
+                self._seen = now
+                self._found.add(self._places[id(node)])
+
+
+def _count(node: Any) -> int:
+    """Return the number of nodes from a node downwards."""
+    return 1 + sum(map(_count, node.child_nodes))

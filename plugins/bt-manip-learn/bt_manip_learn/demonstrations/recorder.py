@@ -25,6 +25,8 @@ from .store import Demonstration, DemonstrationStore
 MAX_EPISODE_STEPS = 1200
 """Steps after which an episode fails: 60 s; a pick and place takes 80 steps."""
 
+SETTLING_STEPS = 5
+"""Steps for which the goal holds before an episode ends, so that a replay has time to reach it."""
 
 ACTION_KINDS = ("joint_targets", "cartesian_deltas")
 """Recorded kinds of actions."""
@@ -75,6 +77,7 @@ class DemonstrationRecorder:
         self.episodes = Episodes(request, parts)
         self._run = self.episodes.run
         self._actions = [action_kind(name, self.episodes) for name in ACTION_KINDS]
+        self._store: DemonstrationStore | None = None
         nodes = self._run.tree.nodes
         self._leaves = {i: node.path for i, node in enumerate(nodes) if not node.child_nodes}
 
@@ -112,14 +115,20 @@ class DemonstrationRecorder:
         }
 
     def run(self, episode: int) -> None:
-        """Run an episode and write its file; an exception becomes the reason of a failure."""
+        """Run an episode and write its file; an exception becomes the reason of a failure.
+
+        Raises:
+            BtManipError: If the folder is of another identity, such as that of a tree edited since.
+        """
+        if self._store is None:
+            self._store = DemonstrationStore.create(self.folder, self.identity())
         try:
             demonstration = self.record(episode)
         except ANY_BUT_INTERRUPT as error:
             demonstration = Demonstration(episode, False, reason_of(error))
         if not (demonstration.success or self.failures):
             demonstration = Demonstration(episode, False, demonstration.reason)
-        DemonstrationStore(self.folder).write(demonstration)
+        self._store.write(demonstration)
 
     def record(self, episode: int) -> Demonstration:
         """Run an episode and return it.
@@ -134,7 +143,7 @@ class DemonstrationRecorder:
         observed, states = [observations.read()], [cell.state_bytes()]
         actions = defaultdict(list)
         statuses: list[bytes] = []
-        digest, ended = b"", False
+        digest, ended, held = b"", False, 0
         try:
             while not ended:
                 for one in self._actions:
@@ -147,8 +156,9 @@ class DemonstrationRecorder:
                 states.append(cell.state_bytes())
                 digest = next_digest(digest, states[-1], statuses[-1])
                 success = episodes.success
-                ended = success or episodes.status is not NodeStatus.RUNNING
-                ended = ended or episodes.steps >= MAX_EPISODE_STEPS
+                held = held + 1 if success else 0
+                going = success or episodes.status is NodeStatus.RUNNING
+                ended = held > SETTLING_STEPS or not going or episodes.steps >= MAX_EPISODE_STEPS
         finally:
             observations.close()
         rows = np.array([np.frombuffer(one, dtype=np.uint8) for one in statuses])

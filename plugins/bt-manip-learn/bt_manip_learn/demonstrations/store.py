@@ -1,5 +1,6 @@
 """Folders of demonstrations: a manifest, and one HDF5 file per episode."""
 
+import hashlib
 import json
 import re
 from collections.abc import Iterator, Mapping
@@ -29,6 +30,9 @@ LOCK = "recording.lock"
 
 ALL = "all"
 """The observations of all groups."""
+
+MAX_EPISODE_BYTES = 2**32
+"""Size of the arrays of the largest episode that is read [bytes]; a small file may claim more."""
 
 _MAX_MANIFEST_BYTES = 2**26  # 64 MiB; an episode takes 200 bytes
 _EPISODE = re.compile(r"episode_(\d{6,})\.h5")
@@ -76,7 +80,7 @@ class Demonstration:
 
 _ARRAYS = ("rewards", "dones", "states", "statuses")
 _FACTS = ("episode", "success", "reason", "digest")
-_TASK = "task"  # files of older versions have none
+_TASK, _IDENTITY = "task", "identity"  # files of older versions have none
 
 
 class DemonstrationStore:
@@ -113,7 +117,8 @@ class DemonstrationStore:
             identity: Identity of the demonstrations, as plain data.
 
         Raises:
-            BtManipError: If it cannot be written, or holds demonstrations of another identity.
+            BtManipError: If it cannot be written, or its manifest or one of its files is of another
+                identity.
         """
         folder = Path(folder)
         if not (folder / MANIFEST).exists():
@@ -121,9 +126,9 @@ class DemonstrationStore:
                 folder.mkdir(parents=True, exist_ok=True)
                 if any(folder.iterdir()):
                     raise BtManipError(f"'{folder}' holds other files: choose an empty folder")
-            _write_manifest(
-                folder, {"format": MANIFEST_FORMAT, "version": MANIFEST_VERSION, **identity}
-            )
+            digest = hashlib.sha256(json.dumps(identity).encode()).hexdigest()
+            head = {"format": MANIFEST_FORMAT, "version": MANIFEST_VERSION, _IDENTITY: digest}
+            _write_manifest(folder, {**head, **identity})
         store = cls(folder)
         there, here = store.manifest, json.loads(json.dumps(identity))
         other = identity_differences({key: there.get(key) for key in here}, here)
@@ -132,6 +137,9 @@ class DemonstrationStore:
                 f"'{folder}' holds demonstrations that differ: {'; '.join([*other.values()][:5])}: "
                 "choose another folder, or the same files, options and versions"
             )
+        for episode in store.episodes():
+            with store._opened(episode):
+                pass
         return store
 
     @contextmanager
@@ -199,6 +207,7 @@ class DemonstrationStore:
         buffer = BytesIO()
         with h5py.File(buffer, "w") as file:
             file.attrs.update({key: getattr(demonstration, key) for key in (*_FACTS, _TASK)})
+            file.attrs[_IDENTITY] = self.manifest.get(_IDENTITY, "")
             if len(demonstration):
                 for group in ("observations", "actions"):
                     for name, array in getattr(demonstration, group).items():
@@ -218,12 +227,9 @@ class DemonstrationStore:
         """Read the file of an episode.
 
         Raises:
-            BtManipError: If there is no such file, or it is not a demonstration.
+            BtManipError: If there is no such file, or it is not a demonstration of this identity.
         """
-        import h5py
-
-        path = self.path(episode)
-        with reading(path, "demonstration"), h5py.File(path) as file:
+        with self._opened(episode) as file:
             facts = {**_facts(file), _TASK: file.attrs.get(_TASK, "")}
             if "rewards" not in file:
                 return Demonstration(**facts)
@@ -244,17 +250,32 @@ class DemonstrationStore:
 
     def write_outcomes(self) -> list[dict[str, Any]]:
         """Write the outcomes and digests of all episodes into the manifest, and return them."""
-        import h5py
-
         outcomes = []
         for episode in self.episodes():
-            path = self.path(episode)
-            with reading(path, "demonstration"), h5py.File(path) as file:
+            with self._opened(episode) as file:
                 steps = len(file["rewards"]) if "rewards" in file else 0
                 outcomes.append({**_facts(file), "steps": steps})
         self.manifest["episodes"] = outcomes
         _write_manifest(self.folder, self.manifest)
         return outcomes
+
+    @contextmanager
+    def _opened(self, episode: int) -> Iterator[Any]:
+        """Open the HDF5 file of an episode, which must have the identity of the manifest."""
+        import h5py
+
+        path = self.path(episode)
+        with reading(path, "demonstration"), h5py.File(path) as file:
+            if file.attrs.get(_IDENTITY, "") != self.manifest.get(_IDENTITY, ""):
+                raise BtManipError(f"'{path}' is of another recording than the folder: remove it")
+            sizes: list[int] = []
+            file.visititems(lambda name, item: sizes.append(getattr(item, "nbytes", 0)))
+            if sum(sizes) > MAX_EPISODE_BYTES:
+                raise BtManipError(
+                    f"'{path}' has arrays of {sum(sizes) / 2**30:.0f} GB, at most "
+                    f"{MAX_EPISODE_BYTES / 2**30:g} GB are read"
+                )
+            yield file
 
 
 def read_demonstrations(folder: Path | str) -> DemonstrationStore:

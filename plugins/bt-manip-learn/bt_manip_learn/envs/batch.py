@@ -1,7 +1,7 @@
 """Batch of episodes of one environment, simulated in parallel by MuJoCo."""
 
 import copy
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
@@ -11,18 +11,18 @@ import numpy as np
 from dm_control import composer
 from mujoco.batch import Batch as Simulations
 
-from bt_manip.control import FEEDFORWARD_STEPS, ControllerManager, NativePD
+from bt_manip.control import ControllerManager
 from bt_manip.exceptions import BtManipError
-from bt_manip.grippers import NativeTwoFingerGripper
 from bt_manip.robots import Payload, RobotModel
 from bt_manip_learn.agents import ArmAction, JointTorques
+from bt_manip_learn.native import FEEDFORWARD_STEPS, NativePD, NativeTwoFingerGripper
 
 from .gymnasium_env import GymnasiumEnvironment
 from .learning_task import LearningTask
 
 _STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION.value)
-_OF_ENVIRONMENT = ("_seed", "_episode", "_np_random", "_np_random_seed")
-_OF_TASK = ("_losses", "_progress", "_diverged", "_last")
+_OF_ENVIRONMENT = ("_seed", "_episode", "_results", "_np_random", "_np_random_seed")
+_OF_TASK = ("_losses", "progress", "_diverged", "_last")
 _GROUPS = 4  # one group is simulated while others are commanded and judged
 
 
@@ -91,8 +91,6 @@ class Batch:
         Raises:
             BtManipError: If it cannot be started, or its model differs from that of the batch.
         """
-        if "state" in options:
-            raise BtManipError("an episode of a batch cannot continue from a state")
         self._keep(self._slots[i].kept if i in self._slots else self._at_first)
         observation, info = self._env.reset(seed=seed, options=dict(options))
         model, data = self._cell.model, self._cell.data
@@ -141,6 +139,19 @@ class Batch:
             for group, raised in running:
                 results += map(self._judge, group, raised.result())
         return results
+
+    def within(self, i: int, function: Callable[[], Any]) -> Any:
+        """Return the result of a function that reads the environment, in the state of an episode.
+
+        Before the first reset, that is the state of the environment that all share.
+        """
+        if i not in self._slots:
+            return function()
+        self._load(i)
+        self._keep(self._slots[i].kept)
+        found = function()
+        self._slots[i].kept = self._kept()
+        return found
 
     def _simulate(self, ids: Sequence[int]) -> np.ndarray:
         """Simulate a step of episodes of one group; return the MuJoCo warnings of each."""

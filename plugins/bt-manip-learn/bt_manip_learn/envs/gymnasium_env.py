@@ -1,5 +1,6 @@
 """Gymnasium environment of a tree."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import gymnasium
@@ -21,8 +22,10 @@ class GymnasiumEnvironment(gymnasium.Env[dict[str, np.ndarray], Any]):
 
     An episode is terminated when the goal of the tree holds, when it can no longer be reached, or
     when the physics diverges; Gymnasium's time-limit wrapper truncates it. ``info`` has
-    ``is_success``, ``failure`` (why the goal can no longer be reached), ``task`` (a sentence that
-    describes it), and ``seed`` and ``episode_number``, which identify the episode.
+    ``is_success``, ``failure`` (why the goal can no longer be reached), ``progress`` (from 0 to 1
+    where the goal holds), ``task`` (a sentence that describes it), and ``seed`` and
+    ``episode_number``, which identify the episode. For a tree that declares results, ``results``
+    has those that were written, numbers as floats.
 
     Unless it is recorded or observed, an environment can be pickled, and copied by
     ``copy.deepcopy``; the copy continues the episode in its own station.
@@ -33,8 +36,8 @@ class GymnasiumEnvironment(gymnasium.Env[dict[str, np.ndarray], Any]):
         physical_units: Whether actions have the units of ``task.action.space``; by default,
             continuous actions are scaled to [-1, 1].
         goal_conditioned: Whether observations are ``observation`` (all values in one array),
-            ``achieved_goal`` and ``desired_goal`` (positions [m]), and the reward is that of
-            `PositionGoal.compute_reward`.
+            ``achieved_goal`` and ``desired_goal`` (positions [m] and flags), and the reward is
+            that of `PositionGoal.compute_reward`: 0 if the goal of the tree holds, otherwise -1.
         **options: Options of `LearningTask`: ``robot``, ``action``, ``reward``, ``images``, ...
 
     Attributes:
@@ -58,7 +61,9 @@ class GymnasiumEnvironment(gymnasium.Env[dict[str, np.ndarray], Any]):
     ) -> None:
         own = {"render_mode", "physical_units", "goal_conditioned"}
         refuse_unknown("an environment has no option", options, {*OPTIONS, *own})
-        if goal_conditioned and ("images" in options or options.get("reward", "sparse") == "dense"):
+        if goal_conditioned and (
+            "images" in options or options.get("reward", "sparse") != "sparse"
+        ):
             raise BtManipError(
                 "a goal-conditioned environment observes numbers only, and has a reward of its "
                 "own: leave out 'images' and 'reward'"
@@ -68,8 +73,13 @@ class GymnasiumEnvironment(gymnasium.Env[dict[str, np.ndarray], Any]):
         self.metadata = {**self.metadata, "render_fps": round(1 / self.task.episodes.step_time)}
         observations = self.task.observations
         last = len(observations.entities) - 1
+        robots, bounds = self.task.episodes.station.robots, dict[str, Any](BOUNDS)
+        for name, one in robots.items():
+            label, limits = name if len(robots) > 1 else "robot", one.arm.model.limits
+            found = limits.lower - JOINT_MARGIN, limits.upper + JOINT_MARGIN
+            bounds[f"{label}_joint_positions"] = found
         boxes: dict[str, spaces.Space[Any]] = {
-            name: _box(spec, last) for name, spec in observations.specs.items()
+            name: _box(name, spec, last, bounds) for name, spec in observations.specs.items()
         }
         self._goal = PositionGoal(self.task.episodes) if goal_conditioned else None
         if self._goal is not None:  # checkers recognise goal environments by this method
@@ -82,10 +92,11 @@ class GymnasiumEnvironment(gymnasium.Env[dict[str, np.ndarray], Any]):
             boxes = {name: spaces.Box(-np.inf, np.inf, (n,)) for name, n in sizes.items()}
         self.observation_space: Any = spaces.Dict(boxes)
         self._scaled = not physical_units
-        self.action_space = _action_space(self.task.action.space, self._scaled)
+        self.action_space = action_space_of(self.task.action.space, self._scaled)
         self._rendered: Observations | None = None
-        self._seed: int | None = None
-        self._episode = 0
+        self._seed: int | None = options.get("seed")
+        self._episode = -1  # no episode has begun
+        self._results: dict[str, Any] = {}
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -93,7 +104,8 @@ class GymnasiumEnvironment(gymnasium.Env[dict[str, np.ndarray], Any]):
         """Start an episode.
 
         Args:
-            seed: Seed of this and the following episodes; None: the next episode.
+            seed: Seed of this and the following episodes; None: the next episode. The first one has
+                the option ``seed``, or else a random seed.
             options: ``episode``, the number of the episode, or ``state`` of `get_state` to
                 continue from.
 
@@ -105,20 +117,49 @@ class GymnasiumEnvironment(gymnasium.Env[dict[str, np.ndarray], Any]):
         refuse_unknown("reset has no option", options, ("episode", "state"))
         if seed is not None:
             self._seed, self._episode = seed, 0
-        elif self._seed is None:
-            self._seed = int(self.np_random.integers(2**31))
         else:
             self._episode += 1
+            if self._seed is None:
+                self._seed = int(self.np_random.integers(2**31))
         if "state" in options:
             self.set_state(options["state"])
         else:
             self._episode = int(options.get("episode", self._episode))
             self.task.reset(self._seed, self._episode)
+        self._results = self._read_results()
         return self._observe(), self._info(False, "")
 
     def step(self, action: Any) -> tuple[dict[str, np.ndarray], float, bool, bool, dict[str, Any]]:
         """Make one step; see `gymnasium.Env`."""
-        return self.result(self.task.step(self.in_units(action)))
+        outcome = self.task.step(self.in_units(action))
+        self._results = self._read_results()
+        return self.result(outcome)
+
+    def expert_step(
+        self,
+    ) -> tuple[dict[str, np.ndarray], float, bool, bool, dict[str, Any]]:
+        """Make one step in which the tree acts; ``info["expert_action"]`` has its action.
+
+        Raises:
+            BtManipError: If the expert cannot take over in the present state.
+        """
+        self.task.action.watch()
+        outcome = self.task.expert_step()
+        self._results = self._read_results()
+        observation, reward, terminated, truncated, info = self.result(outcome)
+        info["expert_action"] = self._scale(self.task.action.recorded())
+        return observation, reward, terminated, truncated, info
+
+    def expert_action(self) -> np.ndarray:
+        """Return the action of the expert in the present state, see `LearningTask.expert_action`.
+
+        Raises:
+            BtManipError: If the expert cannot take over in the present state.
+        """
+        return self._scale(self.task.expert_action())
+
+    def _scale(self, action: np.ndarray) -> np.ndarray:
+        return self.task.action.space.normalized(action) if self._scaled else action
 
     def in_units(self, action: Any) -> Any:
         """Convert an action to the physical units of the task."""
@@ -158,6 +199,7 @@ class GymnasiumEnvironment(gymnasium.Env[dict[str, np.ndarray], Any]):
         """Continue an episode from a state, bit for bit, also in another process."""
         self.task.set_state(state)
         self._seed, self._episode = self.task.episodes.seed, self.task.episodes.episode
+        self._results = self._read_results()
 
     def __getstate__(self) -> dict[str, Any]:
         """Return the attributes without the renderer, which is made again."""
@@ -167,28 +209,57 @@ class GymnasiumEnvironment(gymnasium.Env[dict[str, np.ndarray], Any]):
         found = self.task.observe()
         if self._goal is None:
             return found
-        cell = self.task.episodes.station.cell
         return {
             "observation": np.concatenate([one.ravel() for one in found.values()]),
-            "achieved_goal": self._goal.achieved(cell),
-            "desired_goal": self._goal.desired(cell),
+            "achieved_goal": self._goal.achieved(),
+            "desired_goal": self._goal.desired(),
         }
 
     def _info(self, success: bool, failure: str) -> dict[str, Any]:
         identity = {"seed": self._seed, "episode_number": self._episode}
         task = self.task.episodes.run.tree.task
-        return {"is_success": success, "failure": failure, "task": task, **identity}
+        results = {"results": self._results} if self._results else {}
+        found = {"is_success": success, "failure": failure, "progress": self.task.progress}
+        return {**found, "task": task, **identity, **results}
+
+    def _read_results(self) -> dict[str, Any]:
+        """Return the results that the tree has written; numbers as floats, for arrays of them."""
+        written = self.task.episodes.run.tree.result_values().items()
+        return {
+            key: float(value) if type(value) in (int, float) else value
+            for key, value in written
+            if value is not None
+        }
 
 
-def _box(spec: ObservationSpec, last: int) -> spaces.Box:
-    """Return the space of an observation; ``last`` is the largest id in a segmentation."""
-    low, high = 0.0, {"uint8": 255, "int32": last}.get(spec.dtype, np.inf)
+BOUNDS = {"_rotation": (-1.001, 1.001), "_gripper_opening": (-0.1, 1.1)}
+"""Bounds of observations by the end of their names, with a margin for the physics and `float32`."""
+
+JOINT_MARGIN = 0.1
+"""Distance beyond its limits that a joint may reach against their springs [rad] or [m]."""
+
+
+def _box(name: str, spec: ObservationSpec, last: int, bounds: Mapping[str, Any]) -> spaces.Box:
+    """Return the space of an observation.
+
+    Args:
+        name: Its name.
+        spec: Its shape and type.
+        last: The largest id in a segmentation.
+        bounds: Bounds by the end of the name.
+    """
+    low: Any = 0.0
+    high: Any = {"uint8": 255, "int32": last}.get(spec.dtype, np.inf)
     if len(spec.shape) == 1:
-        low = -np.inf
-    return spaces.Box(low, high, spec.shape, np.dtype(spec.dtype).type)
+        found = (values for end, values in bounds.items() if name.endswith(end))
+        low, high = next(found, (-np.inf, np.inf))
+    dtype = np.dtype(spec.dtype).type
+    lower, upper = (np.full(spec.shape, one, dtype) for one in (low, high))
+    return spaces.Box(lower, upper, dtype=dtype)
 
 
-def _action_space(space: ActionSpace, scaled: bool) -> spaces.Space[Any]:
+def action_space_of(space: ActionSpace, scaled: bool) -> spaces.Space[Any]:
+    """Return the space of actions for Gymnasium; scaled: from -1 to 1."""
     if space.choices:
         return spaces.Discrete(len(space.choices))
     if scaled:

@@ -4,29 +4,35 @@ from typing import Any
 
 import numpy as np
 
-from bt_manip.cell import Cell, extent
+from bt_manip.cell import extent
 from bt_manip.exceptions import BtManipError
 from bt_manip_learn.agents import Episodes
 
+TOLERANCE = 0.05
+"""Largest difference of a position from one that was relabelled as a goal, along each axis [m]."""
+
 
 class PositionGoal:
-    """Present and desired positions of the objects of a goal.
+    """Present and desired positions of the objects of a goal, each with a flag.
 
     Each condition of the goal names an object and, by its ``destination``, the object in or on
-    which it belongs. A position is reached if, along each world axis, it differs from the middle of
-    the destination by at most half the destination's size, plus half the object's size in height.
+    which it belongs. The flag is 1 where the condition holds, in the present goal, and 1 in the
+    desired one; so the desired goal is reached if and only if the tree's goal holds. A goal whose
+    flag is 0, a relabelled one, is reached at positions within `TOLERANCE`.
 
     Args:
         episodes: The episodes, of which one has started.
+
+    Attributes:
+        size: Size of a goal: 4 numbers for each condition.
 
     Raises:
         BtManipError: If a condition of the goal does not define a position.
     """
 
     def __init__(self, episodes: Episodes) -> None:
-        cell = episodes.station.cell
+        self._episodes = episodes
         self._pairs: list[tuple[str, str]] = []
-        tolerances = []
         for one in episodes.run.tree.goal:
             port = getattr(one, "destination", "")
             if not port:
@@ -36,31 +42,35 @@ class PositionGoal:
                 )
             name, destination = (str(getattr(one, key)) for key in ("object", port))
             self._pairs.append((name, destination))
-            half = 0.5 * np.subtract(*extent(cell, destination)[::-1])
-            half[2] += 0.5 * np.subtract(*extent(cell, name)[::-1])[2]
-            tolerances.append(half)
-        self._tolerance = np.array(tolerances)  # (n, 3)
-        self.size = self._tolerance.size
+        self.size = 4 * len(self._pairs)
 
-    def achieved(self, cell: Cell) -> np.ndarray:
-        """Return the positions of the objects, zeros for removed ones [m]."""  # (3n,)
-        names = [name for name, _ in self._pairs]
-        found = [cell.pose(n).translation if n in cell.entities else np.zeros(3) for n in names]
-        return np.concatenate(found).astype(np.float32)
+    def achieved(self) -> np.ndarray:
+        """Return the positions of the objects [m], 0 for removed ones, and the flags."""  # (4n,)
+        cell, found = self._episodes.station.cell, []
+        reasons = self._episodes.run.goal.reasons()
+        for (name, _), reason in zip(self._pairs, reasons, strict=True):
+            here = cell.pose(name).translation if name in cell.entities else np.zeros(3)
+            found += [*here, not reason]
+        return np.array(found, dtype=np.float32)
 
-    def desired(self, cell: Cell) -> np.ndarray:
-        """Return the middles of the destinations [m]."""  # (3n,)
+    def desired(self) -> np.ndarray:
+        """Return the middles of the destinations [m], and flags of 1."""  # (4n,)
+        cell = self._episodes.station.cell
         middles = [np.mean(extent(cell, name), axis=0) for _, name in self._pairs]
-        return np.concatenate(middles).astype(np.float32)
+        return np.array([[*middle, 1.0] for middle in middles], dtype=np.float32).ravel()
 
     def compute_reward(self, achieved_goal: Any, desired_goal: Any, info: Any) -> Any:
-        """Return 0 where all objects are at their destinations, otherwise -1.
+        """Return 0 where all parts of the desired goal are reached, otherwise -1.
 
         Args:
-            achieved_goal: Positions of the objects [m].  # (..., 3n)
-            desired_goal: Positions of their destinations [m].  # (..., 3n)
+            achieved_goal: Positions of the objects [m] and flags.  # (..., 4n)
+            desired_goal: Desired positions [m] and flags.  # (..., 4n)
             info: Unused.
         """  # (...)
-        differences = np.abs(np.subtract(achieved_goal, desired_goal, dtype=float))
-        reached = (differences <= self._tolerance.ravel()).all(axis=-1)
+        achieved, desired = (
+            np.asarray(one, dtype=float).reshape(*np.shape(one)[:-1], -1, 4)
+            for one in (achieved_goal, desired_goal)
+        )
+        near = (np.abs(achieved - desired)[..., :3] <= TOLERANCE).all(axis=-1)
+        reached = np.where(desired[..., 3] > 0.5, achieved[..., 3] > 0.5, near).all(axis=-1)
         return np.where(reached, 0.0, -1.0)[()]

@@ -15,6 +15,11 @@ from .batch import Batch
 from .gymnasium_env import GymnasiumEnvironment
 from .registration import MAX_EPISODE_STEPS
 
+NOT_FOR_ONE = frozenset(
+    {"step", "reset", "close", "get_state", "set_state", "expert_step", "expert_action"}
+)
+"""Methods of an environment that change the physics, or need what a batch does not keep of one."""
+
 
 class BatchEnvironment(gymnasium.vector.VectorEnv[Any, Any, Any]):
     """Vector environment of a tree: environments with one model, stepped by MuJoCo's threads.
@@ -48,6 +53,7 @@ class BatchEnvironment(gymnasium.vector.VectorEnv[Any, Any, Any]):
         threads: int = 0,
         **options: Any,
     ) -> None:
+        self._first_seed: int | None = options.pop("seed", None)
         if num_envs < 1:
             raise BtManipError(f"a batch has at least one environment, got {num_envs}")
         self.env = GymnasiumEnvironment(tree, **{"controller": "native_pd", **options})
@@ -58,6 +64,7 @@ class BatchEnvironment(gymnasium.vector.VectorEnv[Any, Any, Any]):
             raise
         self.num_envs = num_envs
         self._mode = AutoresetMode(autoreset_mode)
+        self.render_mode = self.env.render_mode
         self.metadata = {**self.env.metadata, "autoreset_mode": self._mode}
         self.single_observation_space = self.env.observation_space
         self.single_action_space = self.env.action_space
@@ -77,14 +84,16 @@ class BatchEnvironment(gymnasium.vector.VectorEnv[Any, Any, Any]):
         """Start an episode in each environment, or in those selected by a mask.
 
         Args:
-            seed: Seed of the first environment, incremented for each further one; or one each.
-            options: Options of `GymnasiumEnvironment.reset` except ``state``, and ``reset_mask``:
-                which environments to reset.
+            seed: Seed of the first environment, incremented for each further one; or one each. In
+                the first call the option ``seed`` of the environments is the default.
+            options: Options of `GymnasiumEnvironment.reset`, and ``reset_mask``: which environments
+                to reset. A ``state`` is that of a single environment with the same options.
 
         Raises:
             BtManipError: If an episode cannot be started.
         """
         options = dict(options or {})
+        seed, self._first_seed = self._first_seed if seed is None else seed, None
         mask = options.pop("reset_mask", np.ones(self.num_envs, dtype=bool))
         if seed is None or isinstance(seed, int):
             seed = [None if seed is None else seed + i for i in range(self.num_envs)]
@@ -129,6 +138,46 @@ class BatchEnvironment(gymnasium.vector.VectorEnv[Any, Any, Any]):
                 info = self._reset(i, None, {})
             infos = self._add_info(infos, info, i)
         return self._gathered(), rewards, ends, limits, infos
+
+    @property
+    def autoreset_mode(self) -> AutoresetMode:
+        """When an environment that has ended is reset."""
+        return self._mode
+
+    def render(self) -> tuple[Any, ...]:
+        """Return the image of each environment, see `GymnasiumEnvironment.render`."""
+        return self.call("render")
+
+    def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
+        """Return the results of a method that reads each environment, or their attribute.
+
+        Raises:
+            BtManipError: If the method changes the physics, which is that of the batch, or copies
+                what a batch does not keep.
+        """
+        if name in NOT_FOR_ONE:
+            raise BtManipError(f"'{name}' is not possible in single environments of a batch")
+
+        def read() -> Any:
+            found = getattr(self.env, name)
+            return found(*args, **kwargs) if callable(found) else found
+
+        return tuple(self._batch.within(i, read) for i in range(self.num_envs))
+
+    def get_attr(self, name: str) -> tuple[Any, ...]:
+        """Return an attribute of each environment."""
+        return self.call(name)
+
+    def set_attr(self, name: str, values: Any) -> None:
+        """Set an attribute of all environments, which share it: to one value.
+
+        Raises:
+            BtManipError: If the values differ.
+        """
+        given = list(values) if isinstance(values, list | tuple) else [values]
+        if any(value is not given[0] and value != given[0] for value in given[1:]):
+            raise BtManipError(f"environments of a batch share '{name}': set one value for all")
+        setattr(self.env, name, given[0])
 
     @property
     def simulations(self) -> list[Simulations]:

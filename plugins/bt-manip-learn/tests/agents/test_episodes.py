@@ -1,11 +1,18 @@
 """Episodes start where the tree first commands a robot, and depend on their seed only."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
+from bt_manip.behaviours import Destination
+from bt_manip.cell import Cell
+from bt_manip.cell.objects import Cube
 from bt_manip.plugins import load_plugins
 from bt_manip.runner import request_of
+from bt_manip.spatial import pose
 from bt_manip_learn.agents import Episodes, action_kind
+from bt_manip_learn.agents.progress import placing_progress
 
 
 @pytest.fixture(scope="module")
@@ -54,3 +61,25 @@ def test_a_state_continues_bit_for_bit(episodes, parts):
     again.set_state(state["action"])
     again.step(target)
     assert other.station.cell.state_bytes() == episodes.station.cell.state_bytes()
+
+
+def test_a_step_in_which_no_gripper_is_commanded_says_so(episodes):
+    episodes.reset(1)
+    episodes.expert_step()
+    assert episodes.gripped == {}
+
+
+def test_targets_of_joints_are_bounded_by_their_limits(episodes):
+    limits, space = episodes.station.arm.model.limits, action_kind("joint_targets", episodes).space
+    np.testing.assert_allclose(space.low[:-1], limits.lower, rtol=1e-6)
+    np.testing.assert_allclose(space.high[:-1], limits.upper, rtol=1e-6)
+
+
+def test_an_object_at_its_place_has_made_all_progress():
+    cell = Cell()
+    cell.add(Cube(), pose((0.3, -0.2, 0.025)))
+    box = np.array([[0.1, 0.1, 0.0]])
+    place = Destination(pose((0.3, -0.2, 0.0)), -box, box)
+    tool = SimpleNamespace(tool_pose=pose((0.0, 0.0, 1.0)))
+    robots = {"arm": SimpleNamespace(robot=tool, gripper=None)}
+    assert placing_progress(cell, robots, {"cube": place}) == pytest.approx(1.0, abs=1e-6)

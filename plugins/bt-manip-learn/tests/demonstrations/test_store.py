@@ -2,6 +2,7 @@
 
 import json
 
+import h5py
 import numpy as np
 import pytest
 
@@ -60,6 +61,27 @@ def test_a_folder_is_opened_again_with_the_same_identity_only(store):
     assert DemonstrationStore.create(store.folder, IDENTITY).episodes() == [0, 1, 2, 3]
     with pytest.raises(BtManipError, match="that differ: tree 'pick' instead of"):
         DemonstrationStore.create(store.folder, {**IDENTITY, "tree": "place"})
+
+
+def test_a_file_of_another_recording_is_refused(store, make_demonstration, tmp_path):
+    other = DemonstrationStore.create(tmp_path / "other", {**IDENTITY, "tree": "place"})
+    other.write(make_demonstration(7))
+    store.path(7).write_bytes(other.path(7).read_bytes())
+    for use in (
+        lambda: DemonstrationStore.create(store.folder, IDENTITY),
+        lambda: list(read_demonstrations(store.folder)),
+        store.write_outcomes,
+    ):
+        with pytest.raises(BtManipError, match="episode_000007.h5' is of another recording"):
+            use()
+
+
+def test_a_small_file_that_claims_huge_arrays_is_refused(store):
+    with h5py.File(store.path(1), "a") as file:
+        file.create_dataset("observations/huge", shape=(2**40,), dtype="f4", chunks=True)
+    assert store.path(1).stat().st_size < 2**20
+    with pytest.raises(BtManipError, match="has arrays of 4096 GB, at most 4 GB are read"):
+        store.read(1)
 
 
 def test_a_folder_with_other_files_is_refused(tmp_path):

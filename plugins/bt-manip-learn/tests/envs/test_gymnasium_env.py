@@ -12,7 +12,9 @@ from gymnasium.utils.env_checker import check_env
 
 from bt_manip.exceptions import BtManipError
 from bt_manip.plugins import load_plugins
+from bt_manip_learn.agents.actions import ActionSpace
 from bt_manip_learn.envs import environment_id
+from bt_manip_learn.envs.gymnasium_env import action_space_of
 
 ID = "bt_manip/PickPlace-v0"
 ACTIONS = tuple(load_plugins().parts.of("actions"))
@@ -166,3 +168,10 @@ def test_vectorized_environments_have_the_observations_of_single_ones(env):
     single, _ = env.reset(seed=6)
     many.close()
     assert all(np.array_equal(observations[name][1], single[name]) for name in single)
+
+
+def test_scaled_actions_are_from_minus_1_to_1():
+    space = action_space_of(
+        ActionSpace(np.zeros(2), np.ones(2), ("a", "b"), ("m", "m")), scaled=True
+    )
+    assert (space.low.tolist(), space.high.tolist()) == ([-1.0, -1.0], [1.0, 1.0])

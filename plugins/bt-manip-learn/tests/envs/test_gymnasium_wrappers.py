@@ -12,6 +12,7 @@ from gymnasium.wrappers import vector
 
 import bt_manip_learn.envs  # noqa: F401 (registers the environments)
 from bt_manip.exceptions import BtManipError
+from bt_manip.spatial import pose
 from bt_manip_learn.envs.gymnasium_env import GymnasiumEnvironment
 
 ID = "bt_manip/PickPlace-v0"
@@ -177,30 +178,52 @@ def test_an_environment_that_records_says_why_it_cannot_be_copied(tmp_path):
 # Goals
 
 
-def test_a_goal_conditioned_environment_rewards_positions_of_the_object():
+def test_relabelled_goals_are_positions_of_the_object():
     env = GymnasiumEnvironment("pick_place", goal_conditioned=True)
     observation, _ = env.reset(seed=0)
     assert set(observation) == {"observation", "achieved_goal", "desired_goal"}
     assert env.observation_space.contains(observation)
     cell = env.task.episodes.station.cell
-    np.testing.assert_allclose(observation["achieved_goal"], cell.pose("cube").translation)
     achieved, desired = observation["achieved_goal"], observation["desired_goal"]
-    rewards = env.compute_reward(
-        np.stack([achieved, desired, desired + [0.5, 0, 0]]), np.stack([desired] * 3), [{}] * 3
-    )
-    assert rewards.tolist() == [-1.0, 0.0, -1.0]
+    np.testing.assert_allclose(achieved[:3], cell.pose("cube").translation, atol=1e-7)
+    beside = achieved + [0.06, 0.0, 0.0, 0.0]
+    found = np.stack([achieved, beside, [*desired[:3], 0.0], desired])
+    assert env.compute_reward(found, np.stack([achieved] * 4), [{}] * 4).tolist() == [0, -1, -1, -1]
+    assert env.compute_reward(found, np.stack([desired] * 4), [{}] * 4).tolist() == [-1, -1, -1, 0]
     after, reward, *_, info = env.step(np.zeros(env.action_space.shape, np.float32))
     assert reward == env.compute_reward(after["achieved_goal"], after["desired_goal"], info) == -1.0
 
 
-def test_the_expert_reaches_the_goal_position():
-    env = GymnasiumEnvironment("pick_place", goal_conditioned=True)
-    observation, _ = env.reset(seed=0)
-    episodes, desired = env.task.episodes, observation["desired_goal"]
-    while not episodes.success:
-        episodes.expert_step()
-    achieved = episodes.station.cell.pose("cube").translation
-    assert env.compute_reward(achieved, desired, {}) == 0.0
+def steps_of_the_expert(env, seed, disturbed):
+    """Yield the goals after each step; disturbed: the object is put elsewhere now and then."""
+    observation, _ = env.reset(seed=seed)
+    task, rng = env.task, np.random.default_rng(seed)
+    cell = task.episodes.station.cell
+    goal = task.episodes.run.tree.goal[0]
+    name, destination = goal.object, getattr(goal, goal.destination)
+    for _ in range(400):
+        yield env.result(task.expert_step())[0]
+        if task.episodes.ended:
+            return
+        if disturbed and rng.random() < 0.1 and name in cell.entities:
+            place = cell.pose(destination).translation + rng.uniform(-0.15, 0.15, 3)
+            cell.move(name, pose(place + [0, 0, 0.15]), overlap=1.0)
+
+
+@pytest.mark.parametrize(
+    "tree",
+    ["pick_place", "pick_place_cluttered", pytest.param("peg_in_hole", marks=pytest.mark.soak)],
+)
+@pytest.mark.parametrize("disturbed", [False, True])
+def test_a_goal_is_reached_if_and_only_if_that_of_the_tree_holds(tree, disturbed):
+    env = GymnasiumEnvironment(tree, goal_conditioned=True)
+    reached = []
+    for goals in steps_of_the_expert(env, 1, disturbed):
+        reward = env.compute_reward(goals["achieved_goal"], goals["desired_goal"], {})
+        reached.append(reward == 0.0)
+        assert reached[-1] == (not env.task.episodes.run.goal.why_not())
+    assert disturbed or reached.count(True) == 1 and reached[-1]
+    env.close()
 
 
 @pytest.mark.parametrize("wrong", [{"images": {}}, {"reward": "dense"}])
@@ -213,6 +236,25 @@ def test_a_goal_that_is_no_position_is_refused():
     pytest.importorskip("bt_manip_impedance", reason="the plugin is not installed")
     with pytest.raises(BtManipError, match="not a position: 'IsOpen'"):
         GymnasiumEnvironment("open_drawer", goal_conditioned=True)
+
+
+def test_an_unknown_option_is_a_type_error_as_libraries_expect():
+    with pytest.raises(TypeError, match="unexpected keyword argument 'frameskip'"):  # TorchRL
+        gymnasium.make(ID, frameskip=1)
+
+
+def test_known_bounds_are_declared_and_kept():
+    env = gymnasium.make(ID, disable_env_checker=True)
+    space, limits = env.observation_space, env.unwrapped.task.episodes.station.arm.model.limits
+    joints = space["robot_joint_positions"]
+    assert (joints.low < limits.lower).all() and (limits.upper < joints.high).all()
+    assert joints.is_bounded() and space["cube_rotation"].is_bounded()
+    assert space["robot_gripper_opening"].is_bounded()
+    observation, _ = env.reset(seed=0)
+    for _ in range(20):
+        assert space.contains(observation)
+        observation, *_ = env.step(np.sign(env.action_space.sample()))
+    env.close()
 
 
 def test_gymnasiums_checker_warns_of_nothing_but_unbounded_observations():

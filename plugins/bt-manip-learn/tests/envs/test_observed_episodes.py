@@ -64,7 +64,7 @@ def test_each_episode_of_an_environment_is_a_recording(tmp_path):
     assert (identity["seed"], identity["agent"], identity["tree"]) == (
         3, "joint_targets", "pick_place",
     )  # fmt: skip
-    assert identity["faults"] == [FAULT]
+    assert identity["modifiers"] == {"fault": [FAULT]}
     assert recording.end == pytest.approx(0.05 * steps, abs=0.02)
     assert len(recording.control_steps()["t"]) == pytest.approx(50 * steps, abs=20)
 

@@ -1,17 +1,21 @@
-"""The dense reward is the progress towards the goal."""
+"""The dense reward is the progress made towards the goal; the shaped one preserves the optimum."""
 
 import json
 
+import gymnasium
+import numpy as np
 import pytest
+from gymnasium.wrappers import RecordEpisodeStatistics
 
+import bt_manip_learn.envs  # noqa: F401 (registers the ids)
 from bt_manip.exceptions import BtManipError
 from bt_manip_learn.agents import goal_progress
-from bt_manip_learn.envs import LearningTask
+from bt_manip_learn.envs import REWARDS, LearningTask
 
 
 def test_the_shaping_of_an_episode_telescopes_to_its_first_and_last_progress():
     """Ng, Harada and Russell 1999: shaping adds a constant to the discounted sparse return."""
-    task = LearningTask("pick_place", reward="dense", discount=0.9)
+    task = LearningTask("pick_place", reward="shaped", discount=0.9)
     task.reset(0)
     start = goal_progress(task.episodes)
     total, n, success = 0.0, 0, False
@@ -26,7 +30,7 @@ def test_the_shaping_of_an_episode_telescopes_to_its_first_and_last_progress():
 def test_a_lost_object_costs_the_progress_that_was_made():
     from bt_manip.spatial import pose
 
-    task = LearningTask("pick_place", reward="dense", discount=1.0)
+    task = LearningTask("pick_place", reward="dense")
     task.reset(0)
     total = sum(task.expert_step().reward for _ in range(20))
     task.episodes.station.cell.move("cube", pose((0.0, 3.0, 0.025)))
@@ -53,7 +57,52 @@ def test_a_state_keeps_the_progress():
 
 def test_a_discount_beyond_one_is_refused():
     with pytest.raises(BtManipError, match="the discount is from 0 to 1, got 1.5"):
-        LearningTask("pick_place", reward="dense", discount=1.5)
+        LearningTask("pick_place", reward="shaped", discount=1.5)
+
+
+def test_a_discount_without_effect_is_refused():
+    with pytest.raises(BtManipError, match="'shaped', and has no effect on 'dense'"):
+        LearningTask("pick_place", reward="dense", discount=0.9)
+
+
+TREE = """\
+<root BTCPP_format="4">
+  <BehaviorTree ID="Look" _goal="ObjectExists object={cube}">
+    <Sequence>
+      <SpawnObject object="{cube}"/>
+      <MoveHome/>
+    </Sequence>
+  </BehaviorTree>
+</root>
+"""
+
+
+@pytest.mark.parametrize("reward", ["dense", "shaped"])
+def test_a_condition_without_progress_is_refused_by_its_name(tmp_path, reward):
+    path = tmp_path / "look.xml"
+    path.write_text(TREE)
+    with pytest.raises(BtManipError, match="ObjectExists has no method 'places' or 'progress'"):
+        LearningTask(str(path), reward=reward)
+
+
+def test_the_dense_return_is_the_progress_made_and_1_for_success():
+    env = gymnasium.make("bt_manip/PickPlace-v0", reward="dense", max_episode_steps=30)
+    env = RecordEpisodeStatistics(env)
+    _, info = env.reset(seed=0)
+    rng, seen, truncated = np.random.default_rng(0), [info["progress"]], False
+    while not truncated:
+        *_, truncated, info = env.step(rng.uniform(-1.0, 1.0, env.action_space.shape))
+        seen.append(info["progress"])
+    assert all(0.0 <= value <= 1.0 for value in seen)
+    assert info["episode"]["r"] == pytest.approx(seen[-1] - seen[0])
+    task = env.unwrapped.task
+    task.reset(0)
+    total = 0.0
+    while not task.episodes.success:
+        total += task.expert_step().reward
+    assert task.progress == 1.0
+    assert total == pytest.approx(2.0 - seen[0])
+    env.close()
 
 
 def test_an_object_that_the_expert_puts_away_is_not_lost():
@@ -64,3 +113,11 @@ def test_an_object_that_the_expert_puts_away_is_not_lost():
         _, success, failure = task.expert_step()
     assert success
     assert "cube" not in task.episodes.station.cell.objects
+
+
+@pytest.mark.parametrize("reward", REWARDS)
+def test_rewards_are_inside_their_bounds(reward):
+    task = LearningTask("pick_place", reward=reward)
+    task.reset(0)
+    low, high = task.reward_bounds
+    assert all(low <= task.expert_step().reward <= high for _ in range(5))

@@ -1,10 +1,14 @@
 """A batch of environments has the bits of single ones."""
 
+import json
+from pathlib import Path
+
 import gymnasium
 import numpy as np
 import pytest
 
 from bt_manip.exceptions import BtManipError
+from bt_manip_learn.envs.gymnasium_env import GymnasiumEnvironment
 from bt_manip_learn.envs.vector_env import BatchEnvironment
 
 ID = "bt_manip/PickPlace-v0"
@@ -63,6 +67,30 @@ def same(a, b, where="result"):
 @pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
 def test_a_batch_has_the_bits_of_single_environments_over_resets(mode):
     assert assert_same_bits(12, n=2, limit=5, mode=mode) >= 4
+
+
+def test_results_of_the_tree_are_in_the_info_of_each_environment(tmp_path, parts):
+    text = Path(parts.trees.get("pick_place")).read_text()
+    text = text.replace('<BehaviorTree ID="PickPlace"', '<BehaviorTree ID="PickPlace" '
+                        '_results="object half unwritten"')  # fmt: skip
+    text = text.replace(
+        '<SpawnObject model="{cube}"',
+        '<Script code="half := 0.5"/><SpawnObject name_hint="part" model="{cube}"',
+    )
+    tree = tmp_path / "counted.xml"
+    tree.write_text(text)
+    single, batch = GymnasiumEnvironment(str(tree)), BatchEnvironment(str(tree), 2)
+    _, info = single.reset(seed=5)
+    assert info["results"] == {"object": "part", "half": 0.5}
+    _, infos = batch.reset(seed=5)
+    for _ in range(2):
+        assert infos["results"]["half"].tolist() == [0.5, 0.5]
+        assert infos["results"]["object"].tolist() == ["part", "part"]
+        *_, infos = batch.step(batch.action_space.sample())
+    *_, info = single.step(single.action_space.sample())
+    assert info["results"] == {"object": "part", "half": 0.5}
+    single.close()
+    batch.close()
 
 
 @pytest.mark.soak
@@ -170,3 +198,51 @@ def test_an_environment_whose_physics_diverge_ends_and_the_others_go_on():
     assert np.isfinite(started["cube_position"]).all()
     batch.close()
     calm.close()
+
+
+def test_a_batch_goes_on_from_states_of_single_environments():
+    options = {"max_episode_steps": 50, "autoreset_mode": "Disabled"}
+    batch, single = make_batch(2, **options), GymnasiumEnvironment("pick_place", **COMMON)
+    single.reset(seed=4)
+    rng = np.random.default_rng(0)
+    actions = rng.uniform(-0.3, 0.3, (8, *single.action_space.shape)).astype(np.float32)
+    for action in actions[:4]:
+        single.step(action)
+    batch.reset(seed=0)
+    mask, state = np.array([False, True]), json.loads(json.dumps(single.get_state()))
+    observed, info = batch.reset(options={"reset_mask": mask, "state": state})
+    assert info["seed"][1] == 4
+    for action in actions[4:]:
+        observed, rewards, *_ = batch.step(np.stack([np.zeros_like(action), action]))
+        expected, reward, *_ = single.step(action)
+        assert rewards[1] == reward
+        for name, values in expected.items():
+            assert observed[name][1].tobytes() == values.tobytes(), name
+    batch.close()
+    single.close()
+
+
+def test_a_batch_has_what_clients_ask_of_a_vector_environment():
+    batch = make_batch(2, autoreset_mode="SameStep")
+    assert batch.unwrapped.autoreset_mode is gymnasium.vector.AutoresetMode.SAME_STEP
+    assert batch.get_attr("render_mode") == (None, None)  # also before the first reset
+    batch.reset(seed=[3, 8])
+    assert batch.render() == (None, None)
+    batch.step(np.zeros(batch.action_space.shape, np.float32))
+    assert batch.get_attr("np_random_seed") == (3, 8)  # of each environment
+    assert batch.call("has_wrapper_attr", "task") == (True, True)
+    batch.set_attr("mark", [7, 7])
+    assert batch.get_attr("mark") == (7, 7)
+    with pytest.raises(BtManipError, match="share 'mark': set one value"):
+        batch.set_attr("mark", [1, 2])
+    with pytest.raises(BtManipError, match="'step' is not possible in single environments"):
+        batch.call("step", None)
+    batch.close()
+
+
+def test_an_image_of_each_environment_is_rendered(opengl):
+    batch = make_batch(2, render_mode="rgb_array")
+    batch.reset(seed=[3, 8])
+    first, second = batch.render()
+    assert first.shape == second.shape and (first != second).any()
+    batch.close()

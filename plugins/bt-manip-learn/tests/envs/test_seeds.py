@@ -1,0 +1,101 @@
+"""A reset is a function of its seed, whatever was before it."""
+
+from dataclasses import replace
+
+import gymnasium
+import mujoco
+import numpy as np
+import pytest
+from dm_control.composer.variation import distributions, noises
+
+import bt_manip_learn.envs  # noqa: F401 (registers the ids)
+from bt_manip.cell.randomization import Randomization
+from bt_manip_learn.envs import LearningTask
+from bt_manip_learn.envs.vector_env import BatchEnvironment
+
+TREE = """\
+<root BTCPP_format="4">
+  <BehaviorTree ID="Look" _goal="IsHolding robot={robot} object={object}">
+    <Sequence><Hover robot="{robot}" object="{object}" height="0.3"/></Sequence>
+  </BehaviorTree>
+  <TreeNodesModel>
+    <SubTree ID="Look">
+      <input_port name="robot"/>
+      <input_port name="object"/>
+    </SubTree>
+  </TreeNodesModel>
+</root>
+"""
+
+QUANTITIES = {
+    "mass": distributions.Uniform(0.05, 1.0),
+    "friction": distributions.Uniform(0.2, 1.0),
+    "yaw": distributions.Uniform(-1.0, 1.0),
+    "colour": distributions.Uniform((0.0,) * 3, (1.0,) * 3),
+    "position": noises.Additive(distributions.Uniform((-0.02, -0.02, -5e-4), (0.02, 0.02, -4e-4))),
+}
+"""Variations of an object that lies half a millimetre deep in the table: contact from the start."""
+
+
+@pytest.fixture
+def look(tmp_path):
+    """Return the file of a tree that moves in its first tick: nothing is simulated before."""
+    path = tmp_path / "look.xml"
+    path.write_text(TREE)
+    return str(path)
+
+
+def make(parts, look, scene, quantities, seed=0):
+    robot, name = {"peg_in_hole": ("arm", "peg"), "hand_over": ("left", "rod")}[scene]
+    random = Randomization(objects={name: {key: QUANTITIES[key] for key in quantities}})
+    varied = replace(parts.scenes.create(scene), randomization=random)
+    parts = replace(parts, scenes=parts.scenes.with_part("varied", lambda: varied))
+    settings = {"robot": robot, "object": name}
+    return LearningTask(look, parts=parts, scene="varied", settings=settings, seed=seed)
+
+
+def first_observation(task, seed):
+    """Return what is observed after a reset, and the state of the physics."""
+    task.reset(seed)
+    observed = {name: values.tobytes() for name, values in task.observe().items()}
+    return observed | {"physics": task.episodes.station.cell.state_bytes()}
+
+
+@pytest.mark.parametrize("scene", ["peg_in_hole", "hand_over"])
+@pytest.mark.parametrize("number", range(3))
+def test_the_first_observation_is_a_function_of_the_seed(parts, look, scene, number):
+    rng = np.random.default_rng(number)
+    count = len(QUANTITIES) - number
+    quantities = ["mass", *rng.permutation(["friction", "yaw", "colour", "position"])[: count - 1]]
+    task, other = (make(parts, look, scene, quantities, seed) for seed in (0, 8))
+    expected = first_observation(task, 3)
+    for seed in rng.integers(100, size=2):
+        task.reset(int(seed), 1)
+        task.step(task.action.space.low)
+    found = first_observation(task, 3), first_observation(other, 3)
+    for name, values in expected.items():
+        assert found[0][name] == values, f"'{name}' depends on the episodes before"
+        assert found[1][name] == values, f"'{name}' depends on the seed of the environment"
+
+
+def test_the_first_contact_wrench_is_that_of_the_sampled_mass(parts, look):
+    task = make(parts, look, "peg_in_hole", ["mass", "position"])
+    cell = task.episodes.station.cell
+    for seed in range(3):
+        task.reset(seed)
+        first = task.observe()["peg_contact_wrench"]
+        mujoco.mj_forward(cell.model, cell.data)
+        assert np.array_equal(first, task.observe()["peg_contact_wrench"]) and first[2] > 0.0
+
+
+def test_the_seed_of_make_is_that_of_the_first_episode():
+    env = gymnasium.make("bt_manip/PickPlace-v0", seed=3, disable_env_checker=True)
+    observation, info = env.reset()
+    assert (info["seed"], info["episode_number"]) == (3, 0)
+    assert env.reset()[1]["episode_number"] == 1
+    again, _ = env.reset(seed=3)
+    assert (again["cube_position"] == observation["cube_position"]).all()
+    env.close()
+    batch = BatchEnvironment("pick_place", 2, seed=3)
+    assert batch.reset()[1]["seed"].tolist() == [3, 4]
+    batch.close()

@@ -1,0 +1,4 @@
+"""Tiny worlds for control."""
+
+from tests.support.arms import description as description
+from tests.support.arms import make_arm as make_arm
