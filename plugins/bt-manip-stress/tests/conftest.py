@@ -1,0 +1,27 @@
+"""What the tests share: faults that end with the test, the program, and a terminal."""
+
+import numpy as np
+import pytest
+
+from bt_manip.bt import Sleep, Tree
+from bt_manip_stress.faults import FaultContext
+from tests.support.program import bt_manip as bt_manip
+from tests.support.program import trees as trees
+from tests.support.terminal import terminal as terminal
+
+
+@pytest.fixture
+def start(station):
+    """Start a fault in the station; it ends after the test if it has not ended."""
+    started = []
+
+    def start(fault, seed=0, tree=None, within=station):
+        tree = tree or Tree(Sleep("rest", msec=1000), clock=station.clock)
+        context = FaultContext(within, tree, tree.nodes[-1], np.random.default_rng(seed))
+        fault.start(context)
+        started.append(fault)
+        return fault
+
+    yield start
+    for fault in started:
+        fault.end()

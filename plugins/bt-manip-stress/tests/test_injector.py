@@ -1,0 +1,111 @@
+"""Faults begin at their node and end with their time or their cycle."""
+
+from dataclasses import dataclass
+
+import pytest
+
+from bt_manip.bt import Sequence, Sleep, Tree
+from bt_manip.exceptions import NodeError
+from bt_manip.registry import Registry
+from bt_manip.runner import Run, RunRequest, TreeSource
+from bt_manip_stress.faults import Fault, FaultError, FaultInjector, parse_fault
+
+LOG = []
+
+
+@dataclass
+class Noted(Fault):
+    """Writes down when it begins and ends [ms]."""
+
+    def begin(self):
+        self.note("begins")
+        self.at_end(self.note, "ends")
+
+    def note(self, what):
+        LOG.append((what, round(1000 * (self.context.cell.time - BEGIN[0]))))
+
+
+@dataclass
+class Impossible(Fault):
+    """Cannot happen."""
+
+    def begin(self):
+        raise FaultError("nothing to break")
+
+
+BEGIN = [0.0]
+
+
+@pytest.fixture
+def run(station, parts):
+    """Run two Sleeps of 50 ms with faults; give the problems."""
+    faults = Registry("fault")
+    faults.add("noted", Noted, "test")
+    faults.add("impossible", Impossible, "test")
+    for name in ("exception", "tick_delay"):
+        faults.add(name, parts.of("faults").get(name), "test")
+    LOG.clear()
+
+    def run(*texts, cycles=1, observers=()):
+        tree = Tree(
+            Sequence("all", [Sleep("first", msec=50), Sleep("second", msec=50)]),
+            clock=station.clock,
+        )
+        tree.setup(**station.infrastructure)
+        request = RunRequest(TreeSource("sleeps", "python"), cycles=cycles)
+        injector = FaultInjector([parse_fault(text, faults) for text in texts], faults)
+        BEGIN[0] = station.cell.time
+        Run(request, tree, station).execute([*observers, injector])
+        return injector
+
+    return run
+
+
+def test_a_fault_begins_with_its_node_and_ends_with_its_time(run):
+    assert run("noted at=second duration=0.02").happened == 1
+    assert LOG == [("begins", 60), ("ends", 80)]
+
+
+def test_a_fault_begins_some_time_after_its_node_and_ends_with_its_cycle(run):
+    run("noted at=first after=0.03")
+    assert LOG == [("begins", 30), ("ends", 110)]
+
+
+def test_a_fault_happens_in_each_cycle_or_in_one(run):
+    assert run("noted at=first", cycles=3).happened == 3
+    assert run("noted at=first cycle=2", cycles=3).happened == 1
+
+
+def test_a_fault_whose_node_ended_too_early_or_did_not_start_is_reported(run):
+    injector = run("noted at=second after=1")
+    assert injector.problems == [
+        "fault 'noted at=second after=1' did not happen in cycle 1: 'second' ended too early"
+    ]
+
+
+def test_a_fault_that_cannot_happen_is_reported(run):
+    injector = run("impossible at=first")
+    assert injector.happened == 0 and "in cycle 1: nothing to break" in injector.problems[0]
+
+
+def test_a_node_that_the_tree_does_not_have_is_refused(run):
+    with pytest.raises(FaultError, match="the tree has no node 'third'"):
+        run("noted at=third")
+
+
+def test_a_behaviour_raises_and_the_faults_end_with_the_run(run):
+    with pytest.raises(NodeError, match="first .Sleep.: injected exception"):
+        run("noted at=first", "exception at=first")
+    assert LOG[0] == ("begins", 10) and LOG[1][0] == "ends"
+
+
+def test_ticks_are_delayed_while_the_physics_goes_on(run):
+    run("noted at=first", "tick_delay at=first duration=0.3")
+    assert LOG == [("begins", 10), ("ends", 370)]
+
+
+def test_the_nodes_and_the_tree_are_as_before(run, station):
+    run("tick_delay at=first duration=0.02", "noted at=second")
+    LOG.clear()
+    run("noted at=second")
+    assert LOG == [("begins", 60), ("ends", 110)]

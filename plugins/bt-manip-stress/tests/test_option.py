@@ -1,0 +1,52 @@
+"""``--fault`` of ``run`` and ``evaluate`` disturbs the same episodes in the same way."""
+
+import json
+
+import pytest
+
+from bt_manip.evaluation import Evaluation, evaluate
+from bt_manip.exceptions import BtManipError
+
+FAULT = "sensor_noise at=rest"
+
+
+def options(*faults):
+    return {"modifiers": {"fault": faults}} if faults else {}
+
+
+def test_an_evaluation_in_processes_has_the_episodes_of_single_runs(bt_manip, trees, tmp_path):
+    tree, report = f"{trees}:quick", tmp_path / "report.json"
+    found = evaluate(Evaluation(tree, options(FAULT)), episodes=2, workers=2)
+    digests = {one.episode: one.digest for one in found}
+    for episode, digest in digests.items():
+        arguments = "--seed", 0, "--episode", episode, "--fault", FAULT
+        assert bt_manip("run", tree, *arguments, "--report", report).code == 0
+        assert json.loads(report.read_text())["state_digest"] == digest
+    undisturbed = {one.episode: one.digest for one in evaluate(Evaluation(tree), episodes=2)}
+    assert all(undisturbed[episode] != digest for episode, digest in digests.items())
+
+
+def test_results_of_other_faults_are_not_continued(bt_manip, trees, tmp_path):
+    pytest.importorskip("pyarrow")
+    words = "evaluate", f"{trees}:quick", "--episodes", 1, "--workers", 1, "--to", tmp_path / "out"
+    assert bt_manip(*words, "--fault", FAULT).code == 0
+    code, _, err = bt_manip(*words)
+    assert code == 2 and "is of another evaluation: modifiers fault" in err
+
+
+def test_a_failed_episode_is_watched_with_its_fault(bt_manip, trees):
+    words = "evaluate", f"{trees}:quick", "--episodes", 1, "--workers", 1
+    code, out, _ = bt_manip(*words, "--fault", "exception at=rest")
+    assert code == 1 and "--fault 'exception at=rest' --episode 0 --view" in out.replace("\n", " ")
+
+
+def test_a_real_robot_has_no_faults(bt_manip, trees):
+    code, _, err = bt_manip("run", f"{trees}:quick", "--backend", "any=1", "--fault", FAULT)
+    assert code == 2 and "--fault needs a simulation, not --backend any=1" in err
+
+
+def test_a_fault_at_a_node_that_the_tree_does_not_have_is_bad_input(bt_manip, trees):
+    code, _, err = bt_manip("run", f"{trees}:quick", "--fault", "push at=nap")
+    assert code == 2 and err.startswith("Error: fault 'push': the tree has no node 'nap'; known: ")
+    with pytest.raises(BtManipError, match="the tree has no node 'nap'"):
+        list(evaluate(Evaluation(f"{trees}:quick", options("push at=nap")), episodes=1))

@@ -1,0 +1,83 @@
+"""Trees recover from faults, and leave nothing behind where they cannot."""
+
+import pytest
+
+from bt_manip.record import Recorder, RunReport
+from bt_manip.registry import Parts
+from bt_manip.runner import RunObserver, prepare, request_of
+
+
+class Leftovers(RunObserver):
+    """Lists the free objects in the cell after each cycle."""
+
+    def run_started(self, run):
+        self.cell, self.after = run.station.cell, []
+
+    def cycle_ended(self, status, reason):
+        self.after.append([name for name in self.cell.objects if self.cell.is_free(name)])
+
+
+@pytest.fixture
+def disturbed(parts: Parts):
+    def run(tree: str, *faults: str, cycles: int = 1) -> RunReport:
+        request = request_of(tree, parts, cycles=cycles, modifiers={"fault": faults})
+        recorder, leftovers, problems = Recorder(tree, 0), Leftovers(), []
+        prepare(request, parts, problems.append).execute([recorder, leftovers])
+        assert not problems
+        assert leftovers.after == [[]] * cycles
+        return recorder.report()
+
+    return run
+
+
+@pytest.mark.parametrize(
+    "fault",
+    [
+        "move at=Hover after=0.3",
+        "knock at=Lift after=0.3",
+        "push at=Drop after=0.2 force=100 duration=2",
+        "obstacle at=Drop after=0.1",
+        "stuck_finger at=Grasp duration=1",
+        *(
+            pytest.param(fault, marks=pytest.mark.soak)  # the same faults in other phases
+            for fault in (
+                "knock at=Reach after=0.3",
+                "knock at=Drop after=0.3",
+                "move at=Grasp after=0.2",
+                "push at=Hover force=100 duration=2",
+                "obstacle at=Hover",
+            )
+        ),
+    ],
+)
+def test_the_cube_is_placed_in_spite_of_a_fault(disturbed, fault):
+    report = disturbed("pick_place", f"{fault} cycle=1")
+    assert [(cycle.status, cycle.placed) for cycle in report.cycles] == [("SUCCESS", True)]
+
+
+def test_the_arm_moves_again_when_the_push_is_over(disturbed):
+    cycle = disturbed("pick_place", "push at=Lift force=100 duration=2").cycles[0]
+    phases = {phase.behaviour: phase for phase in cycle.phases}
+    assert phases["BackOff"].start_s > phases["Lift"].start_s + 2.0
+    assert [phase.status for phase in cycle.phases if phase.behaviour == "BackOff"] == ["SUCCESS"]
+
+
+def test_an_object_that_is_still_held_is_not_picked_again(disturbed):
+    cycle = disturbed("pick_place", "push at=Drop after=0.2 force=60 duration=0.5 cycle=1").cycles[
+        0
+    ]
+    names = [phase.behaviour for phase in cycle.phases]
+    assert names.count("Drop") == 2 and names.count("Grasp") == 1
+
+
+def test_an_object_that_vanishes_fails_its_cycle_only(disturbed):
+    report = disturbed("pick_place", "vanish at=Reach cycle=1", cycles=2)
+    assert [cycle.status for cycle in report.cycles] == ["FAILURE", "SUCCESS"]
+    assert "no 'cube'" in report.cycles[0].reason
+
+
+def test_a_failed_cycle_leaves_no_object_even_if_the_arm_cannot_move(disturbed):
+    report = disturbed("pick_place", "stuck_joint at=Drop joint=2 duration=60 cycle=1", cycles=2)
+    assert [cycle.status for cycle in report.cycles] == ["FAILURE", "SUCCESS"]
+    ended = {phase.behaviour: phase.status for phase in report.cycles[0].phases}
+    assert (ended["MoveHome"], ended["RemoveObject"]) == ("FAILURE", "SUCCESS")

@@ -1,0 +1,165 @@
+"""Each fault at each phase: how a cycle ends is judged by the goal, in the physics."""
+
+from functools import partial
+
+import pytest
+
+from bt_manip.evaluation import run_episodes
+from bt_manip.exceptions import BtManipError
+from bt_manip_stress import (
+    FaultError,
+    StressEpisode,
+    StressTable,
+    StressTester,
+    plan_episodes,
+    stress_test,
+)
+
+TREES = """
+from bt_manip.behaviours import ObjectExists, SpawnObject
+from bt_manip.bt import AlwaysFailure, Condition, Fallback, Input, Sequence, Sleep, Status, Tree
+
+
+class IsLight(Condition):
+    object = Input(str, doc="Name of the object.")
+
+    def setup(self, **infrastructure):
+        self.cell = infrastructure["cell"]
+
+    def update(self):
+        if self.cell.overrides.get(self.object):
+            return self.fail("it is heavy")
+        return Status.SUCCESS
+
+
+def task(*end, goal=True):
+    spawn, work = SpawnObject(object="{object}"), Sleep("work", msec=300)
+    goal = IsLight(object="{object}") if goal else ()
+    return Tree(Sequence("task", spawn, work, *end), goal=goal)
+
+
+def trusting():
+    return task()
+
+
+def checking():
+    return task(IsLight(object="{object}"))
+
+
+def waiting():
+    return task(Fallback(IsLight(object="{object}"), Sleep("wait", msec=100000)))
+
+
+def failing():
+    return task(AlwaysFailure())
+
+
+def empty():
+    return Tree(Sleep("work", msec=300), goal=ObjectExists(object="table"))
+
+
+def aimless():
+    return task(goal=False)
+"""
+
+
+@pytest.fixture
+def tree(tmp_path):
+    """Return what makes the tester of a tree; some notice that their object is heavy."""
+    path = tmp_path / "small.py"
+    path.write_text(TREES)
+    return lambda name: partial(StressTester, f"{path}:{name}")
+
+
+def results_of(tester, *faults, seeds=1, workers=1):
+    episodes = plan_episodes(tester(), seeds, faults)
+    found = {result.episode: result for result in run_episodes(tester, episodes, workers)}
+    return [found[episode] for episode in episodes]
+
+
+def test_a_tree_that_succeeds_although_its_goal_does_not_hold_is_dishonest(tree):
+    (result,) = results_of(tree("trusting"), "heavy")
+    assert result.outcome == "dishonest" and not result.acceptable
+    assert result.reason == "goal not met: it is heavy"
+
+
+def test_a_tree_that_checks_fails_honestly_and_the_next_cycle_succeeds(tree):
+    (result,) = results_of(tree("checking"), "heavy")
+    assert result.outcome == "failed" and result.acceptable
+    assert result.reason.endswith(": it is heavy") and result.next_reason == ""
+
+
+def test_a_tree_recovers_if_its_goal_holds_in_the_end(tree):
+    results = results_of(tree("checking"), "move", "push")
+    assert [result.outcome for result in results] == ["recovered", "recovered"]
+
+
+def test_a_tree_that_does_not_end_hangs_and_the_next_run_succeeds(tree, monkeypatch):
+    monkeypatch.setattr(stress_test, "TIMEOUT", 1.0)
+    (result,) = results_of(tree("waiting"), "heavy")
+    assert result.outcome == "hung" and not result.acceptable
+    assert result.next_reason == ""
+
+
+def test_an_exception_is_an_honest_failure(tree):
+    (result,) = results_of(tree("checking"), "exception")
+    assert result.outcome == "failed" and "injected exception" in result.reason
+    assert result.next_reason == ""
+
+
+def test_a_fault_that_cannot_happen_is_no_failure(tree):
+    (result,) = results_of(tree("empty"), "vanish")
+    assert result.outcome == "none" and result.acceptable
+    assert "there is no object" in result.reason
+
+
+def test_phases_are_the_leaves_that_take_time(tree):
+    (phase,) = tree("checking")().phases()
+    assert (phase.name, phase.duration) == ("work", 0.3)
+
+
+def test_seeds_begin_faults_at_different_times_within_the_phase(tree):
+    episodes = plan_episodes(tree("checking")(), 5, ["push"])
+    begins = [episode.plan().after for episode in episodes]
+    assert len(set(begins)) == 5 and all(0.0 <= begin < 0.15 for begin in begins)
+    assert begins == [episode.plan().after for episode in episodes]
+
+
+def test_the_results_do_not_depend_on_the_number_of_processes(tree):
+    faults = ("move", "heavy")
+    one, two = (results_of(tree("checking"), *faults, workers=workers) for workers in (1, 2))
+    assert one == two
+    assert StressTable(one).markdown("") == StressTable(two).markdown("")
+
+
+@pytest.mark.parametrize(
+    ("name", "problem"),
+    [
+        ("aimless", "declares no goal to judge it by"),
+        ("failing", "fails without any fault: AlwaysFailure"),
+    ],
+)
+def test_a_tree_that_cannot_be_judged_is_refused(tree, name, problem):
+    with pytest.raises(FaultError, match=problem):
+        tree(name)().phases()
+
+
+def test_unknown_faults_and_phases_are_refused(tree):
+    tester = tree("checking")()
+    with pytest.raises(BtManipError, match="unknown fault 'pusch'; did you mean 'push'"):
+        plan_episodes(tester, 1, ["pusch"])
+    with pytest.raises(FaultError, match="no leaf 'wrk' runs in this tree; did you mean 'work'"):
+        plan_episodes(tester, 1, phases=["wrk"])
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("before", [True, False])
+def test_an_episode_of_two_arms_does_not_depend_on_the_one_before(before):
+    tester = StressTester("two_arms")
+    firsts = "left/the first/OpenGripper", "right/the first/OpenGripper"
+    phases = [one for one in tester.phases() if one.path.partition("::")[0] in firsts]
+    episodes = [StressEpisode("container_vanishes", phase, 0) for phase in phases]
+    assert len(episodes) == 2
+    results = [tester.run(episode) for episode in (episodes if before else episodes[1:])]
+    for result in results:
+        assert (result.outcome, result.next_reason) == ("failed", "")
