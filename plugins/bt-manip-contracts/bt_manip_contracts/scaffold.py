@@ -1,0 +1,140 @@
+"""Creation of packages for new plugins from templates."""
+
+import keyword
+import re
+import shutil
+import tempfile
+import tokenize
+from pathlib import Path
+
+from bt_manip.exceptions import BtManipError
+from bt_manip.plugins import Plugins, load_plugins
+
+_BUILTIN = "builtin"
+"""Name of the plugin with the built-in parts."""
+
+_NAME = re.compile(r"[a-z][a-z0-9]*([-_][a-z0-9]+)*")
+_LONGEST = 24  # letters, to keep lines of the templates short
+_PLACEHOLDER = re.compile("bt-manip-gear|bt_manip_gear|Gear|gear")
+
+
+def templates() -> Path:
+    """Return the folder of the templates: in a wheel beside this module, else that of the clone."""
+    here = Path(__file__).resolve().parent
+    packed = here / "templates"
+    return packed if packed.is_dir() else here.parents[2] / "templates"
+
+
+def write_plugin(name: str, kind: str, parent: Path, plugins: Plugins | None = None) -> Path:
+    """Write a package for a plugin, ready to install, that passes its linter and tests.
+
+    The templates are such packages with a part named ``gear``. The package is written atomically.
+
+    Args:
+        name: Name of the plugin, in lower case with ``-`` between words.
+        kind: Kind of its part, the name of a template.
+        parent: Folder in which the package's folder is created.
+        plugins: Installed plugins, whose names are taken; default: only the built-in one.
+
+    Returns:
+        The package's folder, ``bt-manip-NAME``.
+
+    Raises:
+        BtManipError: If the name is invalid or taken, the folder exists, or it cannot be
+            written.
+    """
+    words = re.split("[-_]", name)
+    names = {
+        "bt-manip-gear": f"bt-manip-{'-'.join(words)}",
+        "bt_manip_gear": f"bt_manip_{'_'.join(words)}",
+        "Gear": "".join(word.capitalize() for word in words),
+        "gear": "_".join(words),
+    }
+    is_keyword = any(keyword.iskeyword(names[part]) for part in ("gear", "Gear"))
+    if is_keyword or not _NAME.fullmatch(name) or len(name) > _LONGEST:
+        raise BtManipError(
+            f"the name of a plugin is made of small letters and digits, with '-' between words, "
+            f"is at most {_LONGEST} long and no word of Python's own, got '{name}'"
+        )
+    template = templates() / kind
+    files = [path for path in sorted(template.rglob("*")) if _belongs(path, template)]
+    part = names["Gear" if kind == "behaviour" else "gear"]
+    _check_free(names["gear"], part, kind, plugins or load_plugins(entry_points=()))
+    _check_unused(name, names, files)
+    folder = parent / names["bt-manip-gear"]
+    if folder.exists() or folder.is_symlink():
+        raise BtManipError(f"there is a '{folder}' already")
+
+    def filled(text: str) -> str:
+        return _PLACEHOLDER.sub(lambda match: names[match[0]], text)
+
+    texts = {
+        filled(path.relative_to(template).as_posix()): filled(path.read_text(encoding="utf-8"))
+        for path in files
+    }
+    try:
+        _write(folder, texts)
+    except OSError as error:
+        raise BtManipError(f"cannot write '{folder}': {error.strerror}") from error
+    return folder
+
+
+def _write(folder: Path, texts: dict[str, str]) -> None:
+    """Write files to a temporary folder, then rename the folder."""
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    unfinished = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
+    try:
+        for place, text in texts.items():
+            path = unfinished / "package" / place
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text, encoding="utf-8")
+        (unfinished / "package").rename(folder)
+    finally:
+        shutil.rmtree(unfinished, ignore_errors=True)
+
+
+def _belongs(path: Path, template: Path) -> bool:
+    parts = path.relative_to(template).parts
+    return path.is_file() and not any(part.startswith((".", "__pycache__")) for part in parts)
+
+
+def _check_free(name: str, part: str, kind: str, plugins: Plugins) -> None:
+    """Raise an error if a plugin of a name could not register its part."""
+    if name == _BUILTIN:
+        raise BtManipError(f"a plugin cannot be called '{_BUILTIN}'")
+    there = plugins.find(name)
+    if there is not None:
+        raise BtManipError(f"{there.label} is installed already; choose another name")
+    plugins.parts.of(f"{kind}s").check(part)
+    if kind == "behaviour":
+        from bt_manip.bt import BehaviourRegistry
+
+        if part in BehaviourRegistry().names():
+            raise BtManipError(f"'{part}' is a node of the tree language already")
+
+
+def _check_unused(name: str, names: dict[str, str], files: list[Path]) -> None:
+    """Raise an error if the template's code uses the name otherwise."""
+    if names["gear"] == "gear":
+        return
+    for path in files:
+        clashes = names["gear"] == path.stem
+        if path.suffix == ".py" and not clashes:
+            used = _words(path)
+            clashes = any(old in used and names[old] in used for old in ("Gear", "gear"))
+        if clashes:
+            raise BtManipError(
+                f"'{name}' cannot be the name: the code of the package uses this word otherwise; "
+                f"choose another, such as 'my-{name}'"
+            )
+
+
+def _words(path: Path) -> set[str]:
+    """Return the names in a module, without attributes."""
+    found, before = set(), ""
+    with path.open("rb") as file:
+        for token in tokenize.tokenize(file.readline):
+            if token.type == tokenize.NAME and before != ".":
+                found.add(token.string)
+            before = token.string
+    return found

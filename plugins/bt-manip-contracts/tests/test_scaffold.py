@@ -1,0 +1,163 @@
+"""A new plugin installs, lints, and its tests pass at once; the templates are real packages."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from bt_manip import hookimpl
+from bt_manip.exceptions import BtManipError
+from bt_manip.plugins import load_plugins
+from bt_manip_contracts.commands import PLUGIN_KINDS
+from bt_manip_contracts.scaffold import templates, write_plugin
+
+NAME = "big-toothed-gear"
+
+
+def run(*command: object, cwd: Path, **variables: str) -> str:
+    """Run something and give what it printed."""
+    done = subprocess.run(
+        [sys.executable, *map(str, command)], cwd=cwd, capture_output=True, text=True,
+        env={**os.environ, **variables}, stdin=subprocess.DEVNULL,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory) -> Path:
+    """Write a plugin of each kind into one folder."""
+    folder = tmp_path_factory.mktemp("written")
+    for kind in PLUGIN_KINDS:
+        write_plugin(f"my-{kind}", kind, folder, load_plugins())
+    return folder
+
+
+def test_the_command_offers_every_kind():
+    assert {path.name for path in templates().iterdir() if path.is_dir()} == set(PLUGIN_KINDS)
+
+
+def test_they_lint(written):
+    run("-m", "ruff", "check", ".", cwd=written)
+    run("-m", "ruff", "format", "--check", ".", cwd=written)
+
+
+@pytest.mark.parametrize("kind", PLUGIN_KINDS)
+def test_another_name_lints_too(kind, tmp_path):
+    write_plugin("a" * 24, kind, tmp_path, load_plugins())
+    run("-m", "ruff", "check", ".", cwd=tmp_path)
+
+
+@pytest.mark.parametrize("kinds", ["behaviour", pytest.param("*", marks=pytest.mark.soak)])
+def test_they_install_and_their_tests_pass(written, tmp_path, kinds):
+    packages = sorted(written.glob(f"bt-manip-my-{kinds}"))
+    run(
+        "-m", "pip", "--disable-pip-version-check", "install", "-q", "--no-index", "--no-deps",
+        "--no-build-isolation", "--target", tmp_path, *packages, cwd=tmp_path,
+    )  # fmt: skip
+    check = run("-m", "bt_manip", "plugins", "--check", cwd=written, PYTHONPATH=str(tmp_path))
+    assert "nothing is wrong" in check
+    tests = ["-m", "pytest", "-q", "-p", "no:cacheprovider", "--import-mode=importlib"]
+    out = run(*tests, *packages, cwd=written, PYTHONPATH=str(tmp_path))
+    assert "passed" in out and "skipped" not in out
+
+
+def test_every_name_is_put_in_everywhere(tmp_path):
+    folder = write_plugin(NAME, "behaviour", tmp_path)
+    assert folder == tmp_path / "bt-manip-big-toothed-gear"
+    code = (folder / "bt_manip_big_toothed_gear" / "big_toothed_gear.py").read_text()
+    assert "class BigToothedGear(" in code
+    project = (folder / "pyproject.toml").read_text()
+    assert 'big_toothed_gear = "bt_manip_big_toothed_gear.plugin"' in project
+    assert 'name = "bt-manip-big-toothed-gear"' in project
+
+
+NO_NAMES = ["Gear", "2fast", "a b", "-x", "class", "none", "../x", "", "x" * 40]
+
+
+@pytest.mark.parametrize("name", NO_NAMES)
+def test_what_is_no_name_is_refused(name, tmp_path):
+    with pytest.raises(BtManipError, match="the name of a plugin is"):
+        write_plugin(name, "object", tmp_path)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "message"),
+    [
+        ("cube", "object", "'cube' is registered already"),
+        ("builtin", "robot", "cannot be called 'builtin'"),
+        ("sequence", "behaviour", "'Sequence' is a node of the tree language"),
+        ("hover", "behaviour", "'Hover' is registered already"),
+    ],
+)
+def test_a_name_that_is_taken_is_refused(name, kind, message, tmp_path):
+    with pytest.raises(BtManipError, match=message):
+        write_plugin(name, kind, tmp_path)
+    assert not list(tmp_path.iterdir())
+
+
+def test_what_is_there_already_is_left_alone(tmp_path):
+    (tmp_path / "bt-manip-wheel").mkdir()
+    with pytest.raises(BtManipError, match="already"):
+        write_plugin("wheel", "object", tmp_path)
+    assert not list((tmp_path / "bt-manip-wheel").iterdir())
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [
+        ("input", "behaviour"),  # class Input(...): object = Input(...)
+        ("planning-result", "planner"),
+        ("pi", "robot"),
+        ("plugin", "object"),  # plugin.py twice
+        ("cell", "controller"),  # in its test
+    ],
+)
+def test_a_word_that_the_template_needs_is_refused(name, kind, tmp_path):
+    with pytest.raises(BtManipError, match=f"choose another, such as 'my-{name}'"):
+        write_plugin(name, kind, tmp_path)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("kind", PLUGIN_KINDS)
+def test_the_name_of_the_templates_themselves_is_none_of_these_words(kind, tmp_path):
+    assert (
+        write_plugin("gear", kind, tmp_path, load_plugins()) / "tests" / "test_gear.py"
+    ).is_file()
+
+
+class toys:  # noqa: N801  the name of the plugin
+    @hookimpl
+    def register_objects(self, register):
+        register("ball", dict)
+
+
+def test_what_is_installed_already_is_refused(load_plugin, tmp_path):
+    plugins = load_plugin(toys())
+    with pytest.raises(BtManipError, match="plugin 'toys' .*is installed already"):
+        write_plugin("toys", "planner", tmp_path, plugins)
+    with pytest.raises(BtManipError, match="'ball' is registered already, by plugin 'toys'"):
+        write_plugin("ball", "object", tmp_path, plugins)
+
+
+def test_where_nothing_can_be_written_is_bad_input(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(BtManipError, match="cannot write .*bt-manip-wheel.*: "):
+        write_plugin("wheel", "object", tmp_path / "file")
+
+
+def test_an_interrupt_in_the_middle_leaves_nothing_behind(tmp_path, monkeypatch):
+    write = Path.write_text
+
+    def interrupted(path, *arguments, **options):
+        if path.name == "test_wheel.py":
+            raise KeyboardInterrupt
+        return write(path, *arguments, **options)
+
+    monkeypatch.setattr(Path, "write_text", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        write_plugin("wheel", "object", tmp_path)
+    assert not list(tmp_path.iterdir())
