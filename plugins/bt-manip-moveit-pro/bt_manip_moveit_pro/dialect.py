@@ -35,8 +35,6 @@ def is_objective(root: Element, problems: Problems) -> bool:
         if element.name == "Metadata" and element.attributes.keys() & METADATA:
             return True
         if element.name in ("BehaviorTree", "SubTree"):
-            if " " in (element.get("ID") or ""):
-                return True
             if element.attributes.keys() & {"_subtreeOnly", "_hardcoded", "_external"}:
                 return True
     return False

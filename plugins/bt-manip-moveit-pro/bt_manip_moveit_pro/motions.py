@@ -157,7 +157,7 @@ class PlanCartesianPath(RobotLeaf):
     """
 
     ignored = (
-        "trajectory_timing debug_solution ik_cartesian_space_density ik_joint_space_density "
+        "trajectory_timing ik_cartesian_space_density ik_joint_space_density "
         "tip_link max_optimizer_iterations acceleration_scale_factor trajectory_sampling_rate"
     )
     path_ = Input(name="path", doc="poses")
@@ -170,6 +170,7 @@ class PlanCartesianPath(RobotLeaf):
     blending_radius = Input(float, default=0.0, doc="distance from corners", unit="m", at_least=0.0)
     velocity_scale_factor = Input(float, default=1.0, doc="fraction of the limits", above=0.0)
     joint_trajectory_msg = Output(default="{joint_trajectory_msg}", doc="the plan")
+    debug_solution = Output(default="{debug_solution}", doc="the plan, to be approved")
 
     def run(self) -> None:
         """Write the plan."""
@@ -177,7 +178,8 @@ class PlanCartesianPath(RobotLeaf):
         poses = [pose_of(pose) for pose in self.path_]
         speed = min(self.velocity_scale_factor, 1.0)
         targets = self.targets(poses, self.tip_offset, self.position_only)
-        self.joint_trajectory_msg = Plan(self.motions(targets, self.blending_radius, speed))
+        plan = Plan(self.motions(targets, self.blending_radius, speed))
+        self.joint_trajectory_msg = self.debug_solution = plan
 
     def targets(
         self, path: Sequence[PoseStamped], offset: Sequence[float], position_only: bool
@@ -242,15 +244,13 @@ def line(start: pin.SE3, end: pin.SE3) -> list[pin.SE3]:
 class ValidateTrajectory(RobotLeaf):
     """Succeed with a plan: where it is executed, its motions are checked for collisions."""
 
-    ignored = (
-        "cartesian_space_step joint_space_step planning_group_name planning_scene_msg "
-        "debug_solution"
-    )
+    ignored = "cartesian_space_step joint_space_step planning_group_name planning_scene_msg"
     joint_trajectory_msg = Input(default="{joint_trajectory_msg}", doc="the plan")
+    debug_solution = Output(default="{debug_solution}", doc="the plan, to be approved")
 
     def run(self) -> None:
         """Check that there is a plan."""
-        plan_of(self.joint_trajectory_msg)
+        self.debug_solution = plan_of(self.joint_trajectory_msg)
 
 
 class PlanExecution(MotionBehaviour):

@@ -7,7 +7,8 @@ from bt_manip.exceptions import TreeError
 from bt_manip_moveit_pro.dialect import MOVEIT_PRO
 
 TEXT = """<root BTCPP_format="4" main_tree_to_execute="Pick All Cubes">
-  <BehaviorTree ID="Pick All Cubes" _description="picks" _favorite="true">
+  <BehaviorTree ID="Pick All Cubes" _results="all" _description="picks"
+      _favorite="true">
     <Decorator ID="ForEach" vector_in="a;b;c" out="{item}" index="{index}">
       <SubTree ID="Pick One" item="{item}" index="{index}" _collapsed="true"/>
     </Decorator>
@@ -44,3 +45,11 @@ def test_they_give_no_warnings(registry, tmp_path):
 def test_the_engine_refuses_them(registry):
     with pytest.raises(TreeError, match="the tree name 'Pick All Cubes' contains"):
         parse_tree(TEXT, registry)
+
+
+def test_a_space_in_a_tree_name_alone_is_no_trait_of_theirs(registry):
+    text = """<root BTCPP_format="4">
+      <BehaviorTree ID="My Tree"><AlwaysSuccess/></BehaviorTree>
+    </root>"""
+    with pytest.raises(TreeError, match="the tree name 'My Tree' contains"):
+        parse_tree(text, registry, dialect="auto")

@@ -224,3 +224,19 @@ def test_a_halted_plan_stops_the_arm(station):
     tree.halt()
     station.step_until(lambda: station.arm.at_rest)
     assert abs(station.arm.q - np.array(list(READY.values()))).max() > 0.05
+
+
+def test_a_pose_is_reached_at_the_asked_speed_and_split_off_from_the_first_stage(run):
+    tree = run(
+        task_constructor.SetupMTCPlanToPose(
+            task="{t}", target_pose="{near}", velocity_scale_factor="0.5"
+        ),
+        task_constructor.PlanMTCTask(task="{t}", solution="{s}"),
+        task_constructor.SplitMTCSolution(
+            solution_in="{s}", index="0", solution_out_1="{one}", solution_out_2="{two}"
+        ),
+        t=Task(), near=PoseStamped("grasp_link", (0.0, 0.0, -0.05)),
+    )  # fmt: skip
+    assert tree.root.status is Status.SUCCESS, tree.failure_reason()
+    assert tree.blackboard["one"].motions == ()
+    assert [motion.speed for motion in tree.blackboard["two"].motions] == [0.5]

@@ -8,7 +8,7 @@ import pytest
 
 from bt_manip.bt import BehaviourRegistry, Stubs, read_tree
 from bt_manip_nav2 import controls, decorators
-from bt_manip_nav2.plugin import register_behaviours
+from bt_manip_nav2.plugin import register_behaviours, register_dialects
 
 FOLDER = Path(os.environ.get("NAV2_ROOT", Path(__file__).resolve().parents[4] / "shared" / "nav2"))
 TREES = sorted(FOLDER.glob("nav2_bt_navigator/behavior_trees/*.xml"))
@@ -21,6 +21,7 @@ OWN = {
 def registry():
     known = BehaviourRegistry()
     register_behaviours(known.register)
+    register_dialects(known.register_dialect)
     return known
 
 
@@ -60,6 +61,16 @@ pytestmark = pytest.mark.skipif(not TREES, reason=f"no trees of Nav2 at {FOLDER}
 
 def test_there_are_15_trees():
     assert len(TREES) == 15
+
+
+@pytest.mark.parametrize("path", TREES, ids=lambda path: path.stem)
+def test_only_a_tree_without_its_selectors_reads_what_nobody_writes(path, registry):
+    models = list(FOLDER.rglob("nav2_tree_nodes.xml"))
+    reading = read_tree(path, registry, dialect="auto", stubs=Stubs(models=models))
+    unwritten = [w.message.split("'")[1] for w in reading.warnings if w.code == "never-written"]
+    lacks = path.stem == "navigate_to_pose_w_bounds_check"
+    assert unwritten == (["selected_planner", "selected_controller"] if lacks else [])
+    assert len(reading.warnings) == len(unwritten)
 
 
 @pytest.mark.parametrize("path", TREES, ids=lambda path: path.stem)
