@@ -1,0 +1,1 @@
+"""Cameras with the errors of real ones for bt-manip, and poses from their depth images."""

@@ -1,0 +1,142 @@
+"""``bt-manip camera``: calibrate a camera on a robot's hand, and check a calibration."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from bt_manip.cli import FAILED, SUCCESS, PluginGroup, complete_part, load_chosen_plugins
+
+if TYPE_CHECKING:
+    import pinocchio as pin
+
+    from .calibration import HandEye
+
+DISTANCE, ANGLE = 2e-3, 0.5
+"""Distance [m] and angle [degrees] from which a description does not fit any more."""
+
+
+@click.group(cls=PluginGroup)
+def camera() -> None:
+    """Calibrate a camera on the hand of a robot, and check a calibration."""
+
+
+def _options(command: Callable[..., Any]) -> Callable[..., Any]:
+    for option in reversed(
+        (
+            click.option(
+                "--scene",
+                default="table_with_tag",
+                show_default=True,
+                metavar="S",
+                shell_complete=complete_part("scenes"),
+                help="Scene with the camera and an april_tag: a registered name, or path.toml.",
+            ),
+            click.option(
+                "--robot",
+                default="panda",
+                show_default=True,
+                metavar="R",
+                shell_complete=complete_part("robots"),
+                help="Robot to use.",
+            ),
+            click.option(
+                "--camera",
+                "name",
+                default="",
+                metavar="C",
+                help="Name of the camera.  [default: the only one]",
+            ),
+            click.option(
+                "--views",
+                type=click.IntRange(min=5),
+                default=12,
+                show_default=True,
+                metavar="N",
+                help="Number of configurations from which the tag is looked at.",
+            ),
+            click.option("--seed", default=0, show_default=True, metavar="S", help="Seed."),
+        )  # fmt: skip
+    ):
+        command = option(command)
+    return command
+
+
+@camera.command()
+@_options
+def calibrate(**options: Any) -> int:
+    """Find where a camera is on its robot's tool, from a tag that it sees.
+
+    The arm looks at the tag from several configurations. Prints the keys of the camera for the
+    scene file, with the residual.
+    """
+    found, believed, pixels = find_calibration(**options)
+    _print(found, believed, pixels)
+    return SUCCESS
+
+
+@camera.command()
+@_options
+def check(**options: Any) -> int:
+    """Check that the description of a camera still fits.
+
+    Exits with 1 if the camera is 2 mm or 0.5 degrees away from where it is believed to be.
+    """
+    import numpy as np
+
+    from .calibration import difference
+
+    found, believed, pixels = find_calibration(**options)
+    distance, angle = difference(found.T_gc, believed)
+    fits = distance < DISTANCE and np.degrees(angle) < ANGLE
+    click.echo(
+        f"{'it fits' if fits else 'it does not fit any more'}: {1e3 * distance:.1f} mm and "
+        f"{np.degrees(angle):.2f} degrees from the description; residual {pixels:.2f} pixels in "
+        f"{found.views} views"
+    )
+    return SUCCESS if fits else FAILED
+
+
+def find_calibration(
+    scene: str, robot: str, name: str, views: int, seed: int
+) -> "tuple[HandEye, pin.SE3, float]":
+    """Return the calibration, what was believed before, and the residual [pixels]."""
+    from bt_manip import build_station
+    from bt_manip.cell import CellError
+
+    from .behaviours import chosen_camera
+    from .calibration import calibrate, take_views
+    from .camera import DepthCamera
+    from .tags import Tag
+
+    station = build_station(load_chosen_plugins().parts, scene=scene, robot=robot, seed=seed)
+    entities = station.cell.entities.items()
+    cameras = {key: one for key, one in entities if isinstance(one, DepthCamera)}
+    tags = {key: one for key, one in entities if isinstance(one, Tag)}
+    if len(tags) != 1:
+        raise CellError(f"a scene to calibrate a camera in has one april_tag, not {len(tags)}")
+    (label, tag), (_, one) = *tags.items(), chosen_camera(name, cameras)
+    number, size = int(tag.parameters["number"]), float(tag.parameters["size"])
+    at = station.cell.pose(label).translation
+    taken = list(take_views(station, one, number=views, tag=number, size=size, at=at))
+    believed = one.expose(station.rng, station.robots).T_wc
+    commanded = station.robots[one.mount]
+    T_gc = commanded.arm.model.pose(commanded.robot.q).actInv(believed)
+    found = calibrate(taken, size)
+    return found, T_gc, found.residual * one.focal_length
+
+
+def _print(found: "HandEye", believed: "pin.SE3", pixels: float) -> None:
+    import numpy as np
+    import pinocchio as pin
+
+    from .calibration import difference
+
+    distance, angle = difference(found.T_gc, believed)
+    x, y, z = found.T_gc.translation
+    rpy = ", ".join(f"{value:.6f}" for value in pin.rpy.matrixToRpy(found.T_gc.rotation))
+    click.echo(
+        f"position = [{x:.6f}, {y:.6f}, {z:.6f}]   # residual {pixels:.2f} pixels in "
+        f"{found.views} views\nrpy = [{rpy}]\n"
+        f"# {1e3 * distance:.1f} mm and {np.degrees(angle):.2f} degrees from the description"
+    )

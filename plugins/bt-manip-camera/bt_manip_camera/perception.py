@@ -1,0 +1,206 @@
+"""What frames show: named objects, and the believed cell that is kept up to date with them."""
+
+import contextlib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, cast
+
+import numpy as np
+import pinocchio as pin
+
+from bt_manip.cell import Cell, CellError, as_object
+from bt_manip.runner import CommandedRobot
+from bt_manip.scenes import ExpectedObjects
+
+from .estimation import Estimate, KnownObject, describe, fit_pose, name_clusters, why_not
+from .frame import Frame
+from .segmentation import find_clusters
+
+MOVED = 5e-4
+"""Distance from which the believed pose of an object is changed [m]."""
+
+
+@dataclass(frozen=True)
+class Sighting:
+    """What a frame shows.
+
+    Attributes:
+        found: The estimated poses, by name. They are those of the objects' origins.
+        refused: Why objects are not named that could be there, by name.
+        seen: The clusters, for messages, with the reasons why none is an object, by name.
+        gone: Names of those that are not any more where they were seen before.
+    """
+
+    found: Mapping[str, Estimate]
+    refused: Mapping[str, str]
+    seen: Mapping[str, str]
+    gone: frozenset[str]
+
+    def why_not(self, name: str) -> str:
+        """Return why an object was not found; empty if it was."""
+        if name in self.found:
+            return ""
+        return self.refused.get(name) or f"'{name}' is not seen; seen is {self.seen[name]}"
+
+
+class Perception:
+    """Finds expected objects in frames, and lets them be there in the cell of the tree.
+
+    Args:
+        cell: The cell of the tree.
+        poses: The expected objects; None: only objects of the cell are found.
+        robots: The robots of the tree, whose grippers may hold objects.
+        models: Makes objects.
+    """
+
+    def __init__(
+        self, cell: Cell, poses: ExpectedObjects | None, robots: Mapping[str, CommandedRobot],
+        models: Any,
+    ) -> None:  # fmt: skip
+        self._cell, self._poses, self._robots, self._models = cell, poses, robots, models
+
+    @property
+    def source(self) -> Any:
+        """The `SeenPoses`; None where the tree knows the physics."""
+        source = None if self._poses is None else self._poses.source
+        return source if hasattr(source, "report") else None
+
+    def see(self, frame: Frame, surface: float, wanted: Iterable[str] = ()) -> Sighting:
+        """Find all expected objects in a frame.
+
+        Args:
+            frame: The frame.
+            surface: Height of their support in the world [m].
+            wanted: Names of objects that must be among those which could be there.
+
+        Raises:
+            CellError: If a wanted object is not known, or has a shape that is not recognised.
+        """
+        entities, known = {}, {}
+        for name in dict.fromkeys((*wanted, *self._expected())):
+            if name not in wanted and self._is_held(name):
+                continue
+            entities[name] = self.entity(name)
+            with contextlib.nullcontext() if name in wanted else contextlib.suppress(CellError):
+                known[name] = known_object(name, entities[name])
+        clusters = find_clusters(frame, surface)
+        believed, gone = {}, set[str]()
+        for name, one in known.items():
+            if self.source is None or name not in self._cell.entities:
+                continue
+            centre = self._cell.pose(name) * centre_of(entities[name], one)
+            believed[name] = centre.translation[:2]
+            away = sees_through(frame, centre.translation, 0.25 * one.size[2])
+            if away or name in self.source.lost:
+                gone.add(name)
+        named, refused = name_clusters(clusters, list(known.values()), believed, gone)
+        found = {}
+        for name, cluster in named.items():
+            fitted = fit_pose(cluster, known[name], frame.time)
+            origin = centre_of(entities[name], known[name]).inverse()
+            found[name] = replace(fitted, T_wo=fitted.T_wo * origin)
+        seen = {
+            name: "; ".join(f"{describe(one)} ({why_not(one, known[name])})" for one in clusters)
+            or "nothing"
+            for name in wanted
+            if name not in found
+        }
+        return Sighting(found, refused, seen, frozenset(gone - found.keys()))
+
+    def believe(self, found: Estimate, camera: str) -> None:
+        """Let an object be where it was seen in what the tree knows.
+
+        Args:
+            found: The estimate, of its origin.
+            camera: Name of the camera.
+        """
+        source, name = self.source, found.name
+        if source is None:
+            return
+        assert self._poses is not None
+        source.report(name, found.T_wo, found, camera)
+        if name not in self._cell.entities:
+            self._poses.add(name)
+        elif not self._is_held(name):  # else it moves with the hand
+            now = self._cell.pose(name)
+            moved = np.linalg.norm(now.translation - found.T_wo.translation) > MOVED
+            if moved or not now.isApprox(found.T_wo, 0.01):
+                self._cell.move(name, found.T_wo, overlap=0.01)
+
+    def lose(self, names: Iterable[str]) -> None:
+        """Note that objects are gone from where they were seen; held ones are in the hand."""
+        for name in names:
+            if self.source is not None and not self._is_held(name):
+                self.source.lose(name)
+
+    def _is_held(self, name: str) -> bool:
+        grippers = (one.gripper for one in self._robots.values() if one.gripper is not None)
+        return any(name in gripper.held for gripper in grippers)
+
+    def _expected(self) -> list[str]:
+        return [] if self._poses is None else [one.name for one in self._poses.source.expected]
+
+    def entity(self, name: str) -> Any:
+        """Return the object of the cell, or an expected one as it is described.
+
+        Raises:
+            CellError: If there is none of this name.
+        """
+        if name not in self._cell.entities and self._poses is not None:
+            for one in self._poses.source.expected:
+                if one.name == name:
+                    return self._models.nominal(one.model, **one.parameters)
+        return self._cell.find(name)
+
+
+def known_object(name: str, entity: Any) -> KnownObject:
+    """Return size and colour of an object: a box, or an upright cylinder.
+
+    Args:
+        name: Its name.
+        entity: The object, whose collision geometry is one box or one cylinder.
+
+    Raises:
+        CellError: If it has another shape.
+    """
+    geoms = getattr(entity, "collision_geoms", None)
+    if geoms is None:
+        geoms = entity.mjcf_model.find_all("geom", exclude_attachments=True)
+    kind = geoms[0].type if len(geoms) == 1 else ""
+    if kind not in ("box", "cylinder"):
+        raise CellError(f"'{name}' is no single box or cylinder, and nothing else is recognised")
+    rgba = geoms[0].rgba
+    opaque = rgba is not None and geoms[0].material is None and rgba[3] == 1.0
+    seen = tuple(float(part) for part in rgba[:3]) if opaque else None
+    if kind == "box":
+        x, y, z = (2.0 * float(half) for half in geoms[0].size)
+        return KnownObject(name, "box", (x, y, z), cast(Any, seen))
+    radius, half = (float(part) for part in geoms[0].size[:2])
+    return KnownObject(name, "cylinder", (2.0 * radius,) * 2 + (2.0 * half,), cast(Any, seen))
+
+
+def centre_of(entity: Any, known: KnownObject) -> pin.SE3:
+    """Return the pose of an upright object's centre in the frame of its origin."""
+    one = as_object(entity)
+    x, y = one.centre_offset[:2]
+    return pin.SE3(np.eye(3), np.array([x, y, 0.5 * known.size[2] - one.rest_height]))
+
+
+def sees_through(frame: Frame, point: np.ndarray, margin: float) -> bool:
+    """Return whether a frame shows what is behind a point, so that nothing can be there.
+
+    Args:
+        frame: The frame.
+        point: The point in the world [m].  # (3,)
+        margin: Distance behind it from which something is behind it [m].
+    """
+    x, y, z = frame.T_wc.actInv(point)
+    if z >= 0.0:
+        return False
+    height, width = frame.depth.shape
+    u = int(np.floor(0.5 * width - frame.focal_length * x / z))
+    v = int(np.floor(0.5 * height + frame.focal_length * y / z))
+    if not (2 <= u < width - 2 and 2 <= v < height - 2):
+        return False
+    around = frame.depth[v - 2 : v + 3, u - 2 : u + 3]
+    return bool(around.all() and np.median(around) > -z + margin)

@@ -1,0 +1,96 @@
+"""Where a camera is on a hand is found from the tag that it sees."""
+
+import re
+import tomllib
+from types import SimpleNamespace
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from click.testing import CliRunner
+
+from bt_manip.cell import CellError
+from bt_manip_camera import commands
+from bt_manip_camera.calibration import View, calibrate, difference, park_martin, take_views
+
+SIZE = 0.06
+T_GC = pin.SE3(pin.exp3(np.array([2.9, 0.3, -0.2])), np.array([0.07, 0.01, -0.06]))
+T_WT = pin.SE3(pin.exp3(np.array([0.0, 0.1, 0.7])), np.array([0.4, 0.05, 1.0]))
+
+
+def views(number, noise=0.0, turns=1.0):
+    """Give views of a tag, with noise of the corners as a fraction of the focal length."""
+    rng, found = np.random.default_rng(0), []
+    half = 0.5 * SIZE * np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
+    for _ in range(number):
+        turn = pin.exp3(rng.uniform(-0.6, 0.6, 3) * (turns, turns, 1.0))
+        T_ct = pin.SE3(turn, np.array([*rng.uniform(-0.05, 0.05, 2), -rng.uniform(0.25, 0.4)]))
+        points = half @ T_ct.rotation.T + T_ct.translation
+        corners = points[:, :2] / -points[:, 2:] + rng.normal(0.0, noise, (4, 2))
+        found.append(View(T_WT * T_ct.inverse() * T_GC.inverse(), T_ct, corners))
+    return found
+
+
+def test_exact_motions_give_the_exact_camera():
+    seen = views(6)
+    T_gc = park_martin([one.T_wg for one in seen], [one.T_ct for one in seen])
+    assert difference(T_gc, T_GC) == pytest.approx((0.0, 0.0), abs=1e-9)
+    found = calibrate(seen, SIZE)
+    assert difference(found.T_gc, T_GC) == pytest.approx((0.0, 0.0), abs=1e-8)
+    assert difference(found.T_wt, T_WT) == pytest.approx((0.0, 0.0), abs=1e-8)
+    assert found.residual < 1e-9
+
+
+def test_the_residual_is_the_noise_of_the_corners():
+    found = calibrate(views(30, noise=4e-4), SIZE)
+    assert found.residual == pytest.approx(4e-4 * np.sqrt(2), rel=0.15)
+    assert difference(found.T_gc, T_GC)[0] < 1e-3
+
+
+def test_too_few_views_and_one_axis_are_refused():
+    with pytest.raises(CellError, match="needs at least 5 views of the tag, not 4"):
+        calibrate(views(4), SIZE)
+    with pytest.raises(CellError, match="rotations about at least two axes"):
+        calibrate(views(8, turns=0.0), SIZE)
+
+
+def test_a_camera_is_found_on_the_hand(parts, opengl):
+    pytest.importorskip("pupil_apriltags", reason="pupil-apriltags is not installed")
+    from bt_manip import build_station
+
+    station = build_station(parts, scene="table_with_tag")
+    camera, true = station.cell.find("eye"), station.cell.pose("eye")
+    at = station.cell.pose("tag").translation
+    seen = list(take_views(station, camera, number=12, tag=0, size=SIZE, at=at))
+    assert len(seen) == 12
+    frame, robot = camera.expose(station.rng, station.robots), station.robot
+    believed = station.arm.model.pose(robot.q).actInv(frame.T_wc)
+    assert difference(believed, true) == pytest.approx((5e-3, np.radians(1.0)))
+    found = calibrate(seen, SIZE)
+    distance, angle = difference(found.T_gc, true)
+    print(f"{1e3 * distance:.2f} mm, {np.degrees(angle):.3f} degrees")
+    assert distance < 1e-3
+    assert np.degrees(angle) < 0.2
+
+
+def test_the_commands_print_the_keys_of_the_camera_and_say_whether_they_fit(opengl):
+    pytest.importorskip("pupil_apriltags", reason="pupil-apriltags is not installed")
+    ran = CliRunner().invoke(commands.camera, ["calibrate", "--views", "6"], standalone_mode=False)
+    keys = tomllib.loads(ran.output)
+    np.testing.assert_allclose(keys["position"], (0.07, 0.0, -0.06), atol=1e-3)
+    assert re.search(r"# (4.9|5.[01]) mm and (0.9|1.0). degrees from the description", ran.output)
+    ran = CliRunner().invoke(commands.camera, ["check", "--views", "6"], standalone_mode=False)
+    assert ran.return_value == 1
+    assert ran.output.startswith("it does not fit any more: ")
+
+
+@pytest.mark.parametrize(
+    ("distance", "degrees", "fits"), [(1e-3, 0.2, True), (3e-3, 0.2, False), (1e-3, 0.7, False)]
+)
+def test_a_description_fits_within_2_mm_and_half_a_degree(monkeypatch, distance, degrees, fits):
+    off = pin.SE3(pin.exp3(np.array([0.0, np.radians(degrees), 0.0])), np.array([distance, 0, 0]))
+    found = SimpleNamespace(T_gc=T_GC * off, views=6)
+    monkeypatch.setattr(commands, "find_calibration", lambda **options: (found, T_GC, 0.1))
+    ran = CliRunner().invoke(commands.camera, ["check"], standalone_mode=False)
+    assert ran.return_value == (0 if fits else 1)
+    assert ran.output.startswith("it fits: " if fits else "it does not fit any more: ")

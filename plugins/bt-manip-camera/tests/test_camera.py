@@ -1,0 +1,179 @@
+"""Depth cameras see what is there, with the errors that they declare."""
+
+import hashlib
+import subprocess
+import sys
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from bt_manip import build_station
+from bt_manip.cell import Cell, CellError, NoOpenGLError, looking_at
+from bt_manip.cell.objects import Cube
+from bt_manip.spatial import pose
+from bt_manip_camera.camera import DepthCamera
+from bt_manip_camera.noise import DepthErrors
+
+PERFECT = dict.fromkeys(("noise", "smooth_noise", "dropout"), 0.0)
+
+
+@pytest.fixture
+def rng():
+    return np.random.default_rng(0)
+
+
+def rays_of(cell, camera, frame):
+    """Give pixels at random, with the distance along the axis that MuJoCo's ray casting finds."""
+    rng = np.random.default_rng(1)
+    rays = frame.rays()
+    geom = np.zeros(1, np.int32)
+    for v, u in rng.integers(0, (camera.height, camera.width), (60, 2)):
+        along = frame.T_wc.rotation @ rays[v, u]
+        length = np.linalg.norm(along)
+        away = mujoco.mj_ray(
+            cell.model, cell.data, frame.T_wc.translation, along / length, None, 1, -1, geom
+        )
+        yield v, u, away / length
+
+
+def test_depth_is_what_rays_meet(see, rng):
+    cell, camera = see(width=160, height=120, **PERFECT)
+    frame = camera.expose(rng)
+    found = [(frame.depth[v, u], d) for v, u, d in rays_of(cell, camera, frame)]
+    measured, expected = np.array(found).T
+    close = np.abs(measured - expected) < 5e-4
+    assert close.mean() > 0.95  # the others are at edges
+
+
+def test_colour_is_that_of_a_camera_of_the_cell(see, rng, parts):
+    cell, camera = see(width=160, height=120)
+    other = parts.objects.create("camera", width=160, height=120, fovy=50.0)
+    cell.add(other, cell.pose("camera"), name="other", free=False)
+    np.testing.assert_array_equal(camera.expose(rng).colour, other.rgb())
+    other.close()
+
+
+def test_a_camera_on_a_hand_sees_what_a_fixed_one_at_its_pose_does(opengl):
+    station = build_station()
+    cell, arm = station.cell, station.arm
+    T_tc = looking_at((0.05, 0.0, -0.1), (0.0, 0.0, 0.2))
+    size = {"width": 160, "height": 120}
+    hand = DepthCamera(mount=station.first.name, **size, **PERFECT)
+    cell.add(hand, T_tc, name="hand_camera", free=False)
+    station.robot.set_configuration(arm.q + 0.1)
+    cell.step(1)
+    colour, depth, T_wc = hand.render(station.robots)
+    assert T_wc.isApprox(arm.model.pose(station.robot.q) * T_tc)
+    fixed = DepthCamera(**size, **PERFECT)
+    before = cell.data.qpos.copy()
+    cell.add(fixed, T_wc, name="fixed", free=False)
+    np.testing.assert_array_equal(cell.data.qpos, before)
+    other_colour, other_depth, _ = fixed.render()
+    assert np.mean(colour != other_colour) < 0.01  # rounding at edges
+    assert np.median(np.abs(depth - other_depth)) < 1e-5
+    with pytest.raises(CellError, match="mounted on 'panda', which is no robot of this cell"):
+        hand.render({})
+
+
+def test_the_same_seed_gives_the_same_bits(see):
+    _, camera = see()
+    one, other, third = (camera.expose(np.random.default_rng(s)) for s in (3, 3, 4))
+    np.testing.assert_array_equal(one.depth, other.depth)
+    assert not np.array_equal(one.depth, third.depth)
+
+
+PROCESS = """
+import hashlib, numpy as np
+from bt_manip.cell import Cell, Table
+from bt_manip.spatial import pose
+from bt_manip_camera.camera import DepthCamera
+cell, camera = Cell(), DepthCamera()
+cell.add(Table(), pose((0.0, 0.0, 0.0)), free=False)
+cell.add(camera, pose((0.0, 0.0, 1.6)), free=False)
+frame = camera.expose(np.random.default_rng(0))
+print(hashlib.sha256(frame.depth.tobytes() + frame.colour.tobytes()).hexdigest())
+"""
+
+
+def test_processes_see_the_same_bits(opengl):
+    command = [sys.executable, "-c", PROCESS]
+    first, second = (
+        subprocess.run(command, capture_output=True, text=True, check=True).stdout for _ in "ab"
+    )
+    assert first == second and len(first) == 2 * hashlib.sha256().digest_size + 1
+
+
+def test_the_renderer_is_kept_when_objects_come_and_go(see):
+    cell, camera = see(width=80, height=60)
+    fresh = DepthCamera(width=80, height=60)
+    seen, kept = [camera.render()[0]], []
+    for _ in range(3):
+        cell.add(Cube(size=0.04), pose((0.1, 0.1, 1.2)), name="another")
+        seen.append(camera.render()[0])
+        cell.remove("another")
+        seen.append(camera.render()[0])
+        kept.append(list(camera.contexts.values()))
+    assert kept[0] == kept[1] == kept[2] and len(kept[0]) == 2  # with and without its texture
+    np.testing.assert_array_equal(seen[0], seen[-1])
+    assert not np.array_equal(seen[0], seen[1])
+    cell.add(fresh, cell.pose("camera"), name="fresh", free=False)
+    np.testing.assert_array_equal(fresh.render()[0], seen[-1])
+
+
+def test_noise_has_the_declared_size_and_grows_with_the_square_of_the_depth(rng):
+    for depth, scale in ((0.65, 1.0), (1.3, 4.0)):
+        flat = np.full((120, 160), depth)
+        each = DepthErrors(noise=1e-3, smooth_noise=0.0).corrupt(flat, rng) - flat
+        assert np.std(each) == pytest.approx(1e-3 * scale, rel=0.05)
+
+
+def test_the_smooth_part_of_the_noise_does_not_average_out(rng):
+    flat = np.full((120, 160), 0.65)
+    errors = DepthErrors(noise=0.0, smooth_noise=2e-3)
+    patches = [(errors.corrupt(flat, rng) - flat)[50:70, 70:90].mean() for _ in range(400)]
+    assert 1e-3 < np.std(patches) < 2.2e-3  # of independent noise: 0.1e-3
+
+
+def test_only_pixels_at_edges_are_lost(rng):
+    depth = np.full((40, 40), 0.7)
+    depth[:, 20:] = 0.6
+    lost = DepthErrors(dropout=0.5).corrupt(depth, rng) == 0.0
+    assert lost[:, 18:22].mean() > 0.3
+    assert not lost[:, :17].any() and not lost[:, 23:].any()
+
+
+def test_a_bias_is_added_to_all_depths(rng):
+    flat = np.full((20, 20), 0.65)
+    wrong = DepthErrors(noise=0.0, smooth_noise=0.0, bias=4e-3).corrupt(flat, rng)
+    np.testing.assert_allclose(wrong, 0.654)
+
+
+def test_calibration_is_wrong_by_the_declared_distance_and_angle(see, rng):
+    _, camera = see(calibration_distance=5e-3, calibration_angle=1.0, width=80, height=60)
+    _, exact = see(width=80, height=60)
+    error = exact.expose(rng).T_wc.actInv(camera.expose(rng).T_wc)
+    assert np.linalg.norm(error.translation) == pytest.approx(5e-3)
+    assert np.degrees(np.linalg.norm(pin.log3(error.rotation))) == pytest.approx(1.0)
+    assert camera.expose(rng).T_wc == camera.expose(rng).T_wc  # the same in all frames
+
+
+def test_frames_begin_at_multiples_of_their_period():
+    camera = DepthCamera(rate=30.0)
+    assert camera.next_exposure(0.0) == 0.0
+    assert camera.next_exposure(0.01) == pytest.approx(1 / 30)
+    assert camera.next_exposure(1 / 30) == pytest.approx(1 / 30)
+
+
+def test_a_camera_outside_a_cell_sees_nothing(rng):
+    with pytest.raises(CellError, match="camera 'depth_camera' is not in a cell yet"):
+        DepthCamera().expose(rng)
+
+
+def test_without_opengl_the_message_says_what_to_set(monkeypatch, rng):
+    monkeypatch.setenv("MUJOCO_GL", "disable")
+    cell, camera = Cell(), DepthCamera()
+    cell.add(camera, pose((0.0, 0.0, 1.0)), name="camera", free=False)
+    with pytest.raises(NoOpenGLError, match="nothing with MUJOCO_GL disable; .*MUJOCO_GL=egl"):
+        camera.expose(rng)

@@ -1,0 +1,117 @@
+"""Clusters on a table become named objects, or are refused with what was seen."""
+
+import numpy as np
+import pytest
+
+from bt_manip.cell import Cell, looking_at
+from bt_manip.cell.objects import Box, Cylinder
+from bt_manip.spatial import pose
+from bt_manip_camera.camera import DepthCamera
+from bt_manip_camera.estimation import KnownObject, NotSeenError, estimate_pose, fit_pose
+from bt_manip_camera.segmentation import find_clusters, fit_circle, fit_rectangle
+
+BOX = KnownObject("box", "box", (0.06, 0.04, 0.05))
+
+
+@pytest.fixture
+def look(opengl, parts):
+    """See boxes, given by place, yaw and parameters, from above a table."""
+
+    def see(*boxes, target=(0.3, 0.0, 1.0)):
+        cell, camera = Cell(), DepthCamera()
+        with cell.editing():
+            cell.add(parts.objects.create("table"), pose((0.3, 0.0, 0.0)), name="table", free=False)
+            top = cell.surface_height("table")
+            for i, ((x, y), yaw, made) in enumerate(boxes):
+                at = pose((x, y, top + made.rest_height), (np.cos(yaw / 2), 0, 0, np.sin(yaw / 2)))
+                cell.add(made, at, name=f"thing_{i}")
+            cell.add(camera, looking_at((0.3, -0.35, 1.5), target), name="camera", free=False)
+        return camera.expose(np.random.default_rng(0))
+
+    return see
+
+
+def box(**parameters):
+    return Box(**{"size": (0.06, 0.04, 0.05), **parameters})
+
+
+def test_a_box_is_found_on_a_surface_of_unknown_height(look):
+    found = estimate_pose(look(((0.32, 0.05), 0.4, box())), BOX)
+    surface = find_clusters(look(((0.32, 0.05), 0.4, box())))[0].surface
+    assert abs(surface - 1.0) < 0.03
+    assert np.linalg.norm(found.T_wo.translation[:2] - (0.32, 0.05)) < 2e-3
+    yaw = np.arctan2(found.T_wo.rotation[1, 0], found.T_wo.rotation[0, 0])
+    assert abs(yaw - 0.4) < 0.03
+
+
+def test_clusters_are_in_the_order_of_x(look):
+    frame = look(((0.36, 0.0), 0.0, box()), ((0.22, 0.03), 0.0, box()))
+    assert [round(float(one.middle[0]), 2) for one in find_clusters(frame)] == [0.22, 0.36]
+
+
+def test_two_that_look_alike_are_refused(look):
+    frame = look(((0.36, 0.0), 0.0, box()), ((0.22, 0.03), 0.0, box()))
+    both = "2 things look like 'box': .* mm at .0.22.*; .* mm at .0.36"
+    with pytest.raises(NotSeenError, match=both):
+        estimate_pose(frame, BOX)
+
+
+def test_colour_tells_two_of_one_size_apart(look):
+    frame = look(
+        ((0.36, 0.0), 0.0, box(colour=(0.9, 0.1, 0.1))),
+        ((0.22, 0.03), 0.0, box(colour=(0.1, 0.2, 0.9))),
+    )
+    blue = KnownObject("blue", "box", BOX.size, (0.1, 0.2, 0.9))
+    red = KnownObject("red", "box", BOX.size, (0.9, 0.1, 0.1))
+    assert abs(estimate_pose(frame, blue, others=[red]).T_wo.translation[0] - 0.22) < 3e-3
+    assert abs(estimate_pose(frame, red, others=[blue]).T_wo.translation[0] - 0.36) < 3e-3
+
+
+def test_a_thing_that_fits_two_names_is_refused(look):
+    twin = KnownObject("twin", "box", BOX.size)
+    with pytest.raises(NotSeenError, match="'box' and 'twin' look like the same thing"):
+        estimate_pose(look(((0.3, 0.0), 0.0, box())), BOX, others=[twin])
+
+
+def test_what_was_seen_instead_is_said(look):
+    with pytest.raises(NotSeenError, match="'box' is not seen; seen is .*it is 90 mm high"):
+        estimate_pose(look(((0.3, 0.0), 0.0, box(size=(0.08, 0.08, 0.09)))), BOX)
+    with pytest.raises(NotSeenError, match="'box' is not seen; seen is nothing"):
+        estimate_pose(look(), BOX)
+
+
+def test_a_round_thing_is_no_square_one(look):
+    frame = look(((0.3, 0.0), 0.0, Cylinder(radius=0.025, height=0.05)))
+    with pytest.raises(NotSeenError, match="it is round"):
+        estimate_pose(frame, KnownObject("cube", "box", (0.05, 0.05, 0.05)))
+    known = KnownObject("can", "cylinder", (0.05, 0.05, 0.05))
+    assert np.linalg.norm(estimate_pose(frame, known).T_wo.translation[:2] - (0.3, 0.0)) < 2e-3
+
+
+def test_what_the_border_cuts_is_not_named(look):
+    frame = look(((0.3, 0.0), 0.0, box()), target=(-0.16, 0.0, 1.0))
+    with pytest.raises(NotSeenError, match="it is cut by the image's border"):
+        estimate_pose(frame, BOX)
+
+
+def test_rectangles_and_circles_are_those_of_their_points():
+    rng = np.random.default_rng(0)
+    turn = np.array([[np.cos(0.5), -np.sin(0.5)], [np.sin(0.5), np.cos(0.5)]])
+    inside = rng.uniform((-0.04, -0.02), (0.04, 0.02), (4000, 2))
+    found = fit_rectangle(inside @ turn.T + (0.2, 0.1))
+    np.testing.assert_allclose(found.centre, (0.2, 0.1), atol=5e-4)
+    assert found.yaw == pytest.approx(0.5, abs=0.01)
+    np.testing.assert_allclose(found.size, (0.08, 0.04), atol=5e-4)
+    angle, radius = rng.uniform(0, 2 * np.pi, 4000), 0.03 * np.sqrt(rng.uniform(size=4000))
+    disc = np.column_stack([radius * np.cos(angle), radius * np.sin(angle)]) + (0.2, 0.1)
+    circle = fit_circle(disc)
+    np.testing.assert_allclose(circle.centre, (0.2, 0.1), atol=5e-4)
+    assert circle.diameter == pytest.approx(0.06, abs=5e-4)
+
+
+def test_a_fit_tells_how_sure_it_is(look):
+    (cluster,) = find_clusters(look(((0.3, 0.0), 0.3, box())))
+    good = fit_pose(cluster, BOX)
+    bad = fit_pose(cluster, KnownObject("box", "box", (0.066, 0.046, 0.05)))
+    assert 0.2e-3 < good.position_error < 1.5e-3 < bad.position_error
+    assert good.yaw_error < bad.yaw_error

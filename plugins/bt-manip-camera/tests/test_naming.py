@@ -1,0 +1,126 @@
+"""Which cluster is which object: by look, by place for those that look alike, or refused."""
+
+import numpy as np
+import pytest
+
+from bt_manip.cell.objects import Cylinder
+from bt_manip_camera.estimation import KnownObject, name_clusters
+from bt_manip_camera.perception import known_object
+from bt_manip_camera.segmentation import Cluster
+
+RED, YELLOW, BLUE = (0.78, 0.2, 0.18), (0.92, 0.76, 0.22), (0.2, 0.4, 0.72)
+
+
+def block(name, colour=RED):
+    return KnownObject(name, "box", (0.04, 0.04, 0.04), colour)
+
+
+def cluster(x, y=0.0, colour=RED):
+    side = np.linspace(-0.02, 0.02, 41)
+    top = np.stack(np.meshgrid(x + side, y + side), axis=-1).reshape(-1, 2)
+    return Cluster(top, 0.04, 1.0, np.array(colour), 1e-3)
+
+
+def named(places, names, believed=None, gone=()):
+    """Give the x of each named object, and the reasons of refusals."""
+    believed = {name: np.array([x, 0.0]) for name, x in (believed or {}).items()}
+    clusters, objects = [cluster(x) for x in sorted(places)], [block(name) for name in names]
+    found, refused = name_clusters(clusters, objects, believed, gone)
+    return {name: round(float(one.middle[0]), 3) for name, one in found.items()}, refused
+
+
+def test_objects_that_look_alike_are_numbered_by_position_when_all_are_seen():
+    assert named([0.4, 0.2, 0.3], "abc") == ({"a": 0.2, "b": 0.3, "c": 0.4}, {})
+
+
+def test_some_of_several_that_were_never_seen_are_refused():
+    found, refused = named([0.2, 0.3], "abc")
+    assert found == {}
+    assert "'a' and 'b' and 'c' look like the same thing" in refused["b"]
+
+
+def test_they_keep_their_names_where_they_were_seen():
+    believed = {"a": 0.41, "b": 0.2, "c": 0.3}
+    assert named([0.2, 0.3, 0.4], "abc", believed) == ({"a": 0.4, "b": 0.2, "c": 0.3}, {})
+
+
+def test_one_that_has_moved_is_known_as_the_others_are_where_they_were():
+    believed = {"a": 0.2, "b": 0.3, "c": 0.4}
+    assert named([0.2, 0.3, 0.5], "abc", believed, {"c"}) == ({"a": 0.2, "b": 0.3, "c": 0.5}, {})
+
+
+def test_two_that_have_moved_are_not_exchanged_in_silence():
+    found, refused = named([0.2, 0.35, 0.5], "abc", {"a": 0.2, "b": 0.27, "c": 0.4}, {"b", "c"})
+    assert found == {}
+    assert "'b' and 'c' look alike, and may have been exchanged" in refused["b"]
+
+
+def test_those_out_of_sight_keep_their_places():
+    believed = {"a": 0.2, "b": 0.9}
+    assert named([0.2], "ab", believed) == ({"a": 0.2}, {})
+
+
+def test_a_look_alike_is_not_the_object_while_its_place_is_out_of_sight():
+    found, refused = named([0.4], "a", {"a": 0.2})
+    assert found == {}
+    assert "'a' may be what looks the same elsewhere" in refused["a"]
+    assert named([0.4], "a", {"a": 0.2}, {"a"}) == ({"a": 0.4}, {})
+    assert named([0.235], "a", {"a": 0.2}) == ({"a": 0.235}, {})  # nothing else has room there
+
+
+def test_a_look_alike_is_refused_also_where_the_object_was_seen_before():
+    found, refused = named([0.2, 0.4], "a", {"a": 0.2})
+    assert found == {}
+    assert "2 things look like 'a'" in refused["a"]
+
+
+def test_the_nearest_colour_decides_and_nothing_where_two_are_as_near():
+    objects = [block("red"), block("yellow", YELLOW), block("blue", BLUE)]
+    clusters = [cluster(0.2, colour=YELLOW), cluster(0.3), cluster(0.4, colour=BLUE)]
+    found, refused = name_clusters(clusters, objects)
+    assert refused == {}
+    assert {name: round(float(one.middle[0]), 2) for name, one in found.items()} == {
+        "yellow": 0.2, "red": 0.3, "blue": 0.4
+    }  # fmt: skip
+    between = tuple((np.array(RED) / np.linalg.norm(RED) + YELLOW / np.linalg.norm(YELLOW)) / 2)
+    found, refused = name_clusters([cluster(0.2, colour=between)], objects)
+    assert found == {}
+    assert refused["red"].startswith("'red' and 'yellow' look like the same thing")
+
+
+@pytest.mark.parametrize(
+    ("model", "parameters"),
+    [
+        ("box", {"size": (0.06, 0.04, 0.09)}),
+        ("can", {}),
+        ("coloured_block", {"colour": "green"}),
+    ],
+)
+def test_an_object_is_where_it_stands_whatever_its_origin_is(parts, opengl, model, parameters):
+    from bt_manip.cell import Cell, as_object, looking_at
+    from bt_manip.spatial import pose
+    from bt_manip_camera.camera import DepthCamera
+    from bt_manip_camera.perception import Perception
+
+    cell, camera, models = Cell(), DepthCamera(), parts.objects
+    thing = models.create(model, **parameters)
+    with cell.editing():
+        cell.add(models.create("table"), pose((0.3, 0.0, 0.0)), name="table", free=False)
+        top = cell.surface_height("table")
+        height = top + as_object(thing).rest_height
+        at = pose((0.32, 0.05, height), (np.cos(0.1), 0, 0, np.sin(0.1)))
+        cell.add(thing, at, name="thing")
+        cell.add(camera, looking_at((0.3, -0.3, 1.5), (0.3, 0.0, 1.0)), name="camera", free=False)
+    frame = camera.expose(np.random.default_rng(0))
+    seen = Perception(cell, None, {}, models).see(frame, top, ["thing"])
+    assert seen.why_not("thing") == ""
+    np.testing.assert_allclose(seen.found["thing"].T_wo.translation, at.translation, atol=3e-3)
+
+
+def test_look_alikes_that_are_gone_and_nowhere_else_are_not_found_without_a_refusal():
+    assert named([], "ab", {"a": 0.2, "b": 0.3}, gone="ab") == ({}, {})
+
+
+def test_what_is_known_of_a_cylinder_is_its_diameter_twice_and_its_height():
+    found = known_object("can", Cylinder(radius=0.03, height=0.1))
+    assert found.shape == "cylinder" and found.size == pytest.approx((0.06, 0.06, 0.1))

@@ -1,0 +1,72 @@
+"""AprilTags are read and measured by the library of others that detects them."""
+
+import numpy as np
+import pytest
+
+from bt_manip.cell import Cell, looking_at
+from bt_manip.exceptions import BtManipError
+from bt_manip.spatial import pose
+from bt_manip_camera.camera import DepthCamera
+from bt_manip_camera.tags import CODES, Tag, detect_tags, tag_detector
+
+
+@pytest.fixture(scope="module")
+def library():
+    return pytest.importorskip("pupil_apriltags", reason="pupil-apriltags is not installed")
+
+
+def look(tags, eye=(0.3, -0.3, 1.5), target=(0.3, 0.0, 1.0)):
+    """Give a frame of tags, given by number, place and yaw."""
+    cell, camera = Cell(), DepthCamera()
+    with cell.editing():
+        for number, (x, y), yaw in tags:
+            at = pose((x, y, 1.0), (np.cos(yaw / 2), 0, 0, np.sin(yaw / 2)))
+            cell.add(Tag(number=number), at, name=f"tag_{number}", free=False)
+        cell.add(camera, looking_at(eye, target), name="camera", free=False)
+    return camera.expose(np.random.default_rng(0))
+
+
+def test_each_tag_has_its_number(library, opengl):
+    number = len(CODES)
+    places = [(0.1 + 0.1 * (i % 4), -0.15 + 0.1 * (i // 4)) for i in range(number)]
+    seen = detect_tags(look([(i, places[i], 0.3 * i) for i in range(number)]), 0.032)
+    assert [one.number for one in seen] == list(range(number))
+
+
+def errors(number, height=None):
+    """Give errors across the view [mm] and of the yaw [degrees] at random poses."""
+    rng = np.random.default_rng(3)
+    for _ in range(number):
+        at, yaw = rng.uniform((0.2, -0.1), (0.4, 0.1)), rng.uniform(-np.pi, np.pi)
+        elevation, azimuth = np.radians(rng.uniform(60, 90)), rng.uniform(-np.pi, np.pi)
+        flat = np.cos(elevation) * np.array([np.cos(azimuth), np.sin(azimuth)])
+        eye = (*at, 1.0) + 0.65 * np.append(flat, np.sin(elevation))
+        (seen,) = detect_tags(look([(5, at, yaw)], eye, (*at, 1.0)), 0.032, height)
+        off = seen.T_wt.translation - (*at, 1.0)
+        view = ((*at, 1.0) - eye) / 0.65
+        across = np.linalg.norm(off if height is not None else off - (off @ view) * view)
+        turn = np.arctan2(seen.T_wt.rotation[1, 0], seen.T_wt.rotation[0, 0]) - yaw
+        yield 1e3 * across, np.degrees(abs(np.angle(np.exp(1j * turn))))
+
+
+@pytest.mark.parametrize("height", [None, 1.0])
+def test_tags_are_accurate(library, opengl, height):
+    across, yaw = np.array(list(errors(8, height))).T
+    assert np.median(across) < 0.15
+    assert np.median(yaw) < 0.3
+
+
+@pytest.mark.soak
+def test_25_tags(library, opengl):
+    for height in (None, 1.0):
+        across, yaw = np.array(list(errors(25, height))).T
+        for what, values in (("across [mm]", across), ("yaw [deg]", yaw)):
+            print(height, what, *np.round(np.percentile(values, (50, 95)), 3))
+        assert np.median(across) < 0.1
+        assert np.median(yaw) < 0.2
+
+
+def test_without_the_library_the_extra_is_named(monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "pupil_apriltags", None)
+    with pytest.raises(BtManipError, match=r"pip install 'bt-manip-camera\[tags\]'"):
+        tag_detector.__wrapped__()
