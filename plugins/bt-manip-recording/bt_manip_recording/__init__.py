@@ -14,12 +14,22 @@ if TYPE_CHECKING:
     from bt_manip_recording.export_table import write_csv as write_csv
     from bt_manip_recording.export_table import write_npz as write_npz
     from bt_manip_recording.export_table import write_parquet as write_parquet
+    from bt_manip_recording.log_lines import log_line as log_line
     from bt_manip_recording.mcap_recorder import McapRecorder as McapRecorder
+    from bt_manip_recording.past_states import record_states as record_states
     from bt_manip_recording.recorded_run import RecordedRun as RecordedRun
     from bt_manip_recording.recorded_run import running_leaves as running_leaves
     from bt_manip_recording.recorded_scene import RecordedScene as RecordedScene
     from bt_manip_recording.recording import Recording as Recording
+    from bt_manip_recording.textured_mesh import TexturedMesh as TexturedMesh
     from bt_manip_recording.timeline import Timeline as Timeline
+    from bt_manip_recording.tool_paths import tool_path as tool_path
+    from bt_manip_recording.visuals import PLANE_THICKNESS as PLANE_THICKNESS
+    from bt_manip_recording.visuals import CellScene as CellScene
+    from bt_manip_recording.visuals import SceneCamera as SceneCamera
+    from bt_manip_recording.visuals import SceneSource as SceneSource
+    from bt_manip_recording.visuals import Triangles as Triangles
+    from bt_manip_recording.visuals import VisualShape as VisualShape
 
 __getattr__ = lazy_exports(
     __name__,
@@ -27,10 +37,17 @@ __getattr__ = lazy_exports(
         "bt_manip_recording.continuation": "Continuation RecordedInterventions",
         "bt_manip_recording.export_mcap": "write_mcap",
         "bt_manip_recording.export_table": "write_csv write_npz write_parquet",
+        "bt_manip_recording.log_lines": "log_line",
         "bt_manip_recording.mcap_recorder": "McapRecorder",
+        "bt_manip_recording.past_states": "record_states",
         "bt_manip_recording.recorded_run": "RecordedRun running_leaves",
         "bt_manip_recording.recorded_scene": "RecordedScene",
         "bt_manip_recording.recording": "Recording",
+        "bt_manip_recording.textured_mesh": "TexturedMesh",
         "bt_manip_recording.timeline": "Timeline",
+        "bt_manip_recording.tool_paths": "tool_path",
+        "bt_manip_recording.visuals": (
+            "CellScene PLANE_THICKNESS SceneCamera SceneSource Triangles VisualShape"
+        ),
     },
 )

@@ -66,8 +66,9 @@ class Continuation:
     def __init__(self, recording: Recording, time: float, tree: str = "") -> None:
         self.recording, self.time, self._tree = recording, time, tree
         where = recording.path
-        for key, option in (("faults", "--fault"), ("varied", "--vary")):
-            if recording.identity.get(key):
+        modified = {f"--{name}": True for name in recording.identity.get("modifiers", ())}
+        for option, given in {**modified, "--vary": recording.identity.get("varied")}.items():
+            if given:
                 raise BtManipError(
                     f"{where} is of a run with {option}, which cannot be continued: the same "
                     "options of bt-manip run repeat it from its start"

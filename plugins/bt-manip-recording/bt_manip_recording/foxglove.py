@@ -20,8 +20,9 @@ from foxglove_schemas_protobuf.TriangleListPrimitive_pb2 import TriangleListPrim
 from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 from google.protobuf.timestamp_pb2 import Timestamp
 
-from bt_manip.cell import WORLD, CellScene, Triangles, VisualShape
+from bt_manip.cell import WORLD
 from bt_manip_recording.protobuf import NumberTemplate
+from bt_manip_recording.visuals import CellScene, SceneSource, Triangles, VisualShape
 
 PATH_COLOUR = Color(r=0.1, g=0.5, b=0.9, a=1.0)
 
@@ -99,40 +100,55 @@ class SceneMessages:
             times: Simulated times [ns].  # (n,)
             poses: Results of `copy_poses` then.  # (n,)
         """  # (n, bytes)
-        template, starts = frame_template(self._movable_frames)
-        data = template.serialize(np.frombuffer(b"".join(poses)).reshape(len(times), -1))
-        for offset, part in zip(
-            STAMP_PARTS, np.divmod(times, 1_000_000_000, dtype=np.int64), strict=True
-        ):
-            digits = part[:, None] >> 7 * np.arange(STAMP_DIGITS) & 0x7F
-            digits[:, :-1] |= 0x80  # more digits follow
-            for start in starts:
-                data[:, start + offset : start + offset + STAMP_DIGITS] = digits
-        return data
+        numbers = np.frombuffer(b"".join(poses)).reshape(len(times), -1)
+        return frame_messages(self._movable_frames, times, numbers)
 
     def geometry(self, entity: str, nanoseconds: int) -> bytes:
         """Return a serialized SceneUpdate with the visible shapes of an entity."""
-        update = SceneUpdate()
-        for frame, shapes in self.scene.shapes(entity).items():
-            body = update.entities.add(
-                timestamp=timestamp_of(nanoseconds), frame_id=frame, id=frame, frame_locked=True
-            )
-            for shape in shapes:
-                _add_shape(body, shape)
-        return update.SerializeToString()
+        return geometry_message(self.scene.shapes(entity), nanoseconds)
 
-    def cameras(self) -> dict[str, Any]:
-        """Return the cameras, and the centre [m] and the size [m] of the cell, as plain data."""
-        scene = self.scene
-        cameras = [
-            {
-                **one._asdict(),
-                "position": one.position.tolist(),
-                "quat_wxyz": one.quat_wxyz.tolist(),
-            }
-            for one in scene.cameras
-        ]
-        return {"cameras": cameras, "centre": scene.centre.tolist(), "extent": scene.extent}
+
+def geometry_message(shapes: Mapping[str, Sequence[VisualShape]], nanoseconds: int) -> bytes:
+    """Return a serialized SceneUpdate with shapes, given by the frame of their body."""
+    update = SceneUpdate()
+    for frame, some in shapes.items():
+        body = update.entities.add(
+            timestamp=timestamp_of(nanoseconds), frame_id=frame, id=frame, frame_locked=True
+        )
+        for shape in some:
+            _add_shape(body, shape)
+    return update.SerializeToString()
+
+
+def cameras_of(scene: SceneSource) -> dict[str, Any]:
+    """Return the cameras, and the centre [m] and the size [m] of a scene, as plain data."""
+    cameras = [
+        {**one._asdict(), "position": one.position.tolist(), "quat_wxyz": one.quat_wxyz.tolist()}
+        for one in scene.cameras
+    ]
+    return {"cameras": cameras, "centre": scene.centre.tolist(), "extent": scene.extent}
+
+
+def frame_messages(
+    frames: tuple[str, ...], times: Sequence[int], numbers: np.ndarray
+) -> np.ndarray:
+    """Return serialized FrameTransforms, one per row.
+
+    Args:
+        frames: Names of the frames.
+        times: Simulated times [ns].  # (n,)
+        numbers: All positions [m], then all quaternions (wxyz), at each time.  # (n, 7 frames)
+    """  # (n, bytes)
+    template, starts = frame_template(frames)
+    data = template.serialize(numbers)
+    for offset, part in zip(
+        STAMP_PARTS, np.divmod(times, 1_000_000_000, dtype=np.int64), strict=True
+    ):
+        digits = part[:, None] >> 7 * np.arange(STAMP_DIGITS) & 0x7F
+        digits[:, :-1] |= 0x80  # more digits follow
+        for start in starts:
+            data[:, start + offset : start + offset + STAMP_DIGITS] = digits
+    return data
 
 
 def _transforms(

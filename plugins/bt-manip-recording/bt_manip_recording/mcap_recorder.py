@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 import mujoco
 import numpy as np
 
-from bt_manip.arm import tool_path
 from bt_manip.bt import NodeStatus, instance_to_xml
 from bt_manip.cell import parse_size
 from bt_manip.exceptions import BtManipError
@@ -22,7 +21,9 @@ from bt_manip.record import (
     versions,
     whole_file,
 )
-from bt_manip.runner import PendingSteps, Run, RunEvent, RunObserver, StepLog, log_line
+from bt_manip.runner import PendingSteps, Run, RunEvent, RunObserver, StepLog
+from bt_manip_recording.log_lines import log_line
+from bt_manip_recording.tool_paths import tool_path
 
 if TYPE_CHECKING:
     from bt_manip_recording.camera_images import CameraImages
@@ -115,9 +116,6 @@ class McapRecorder(RunObserver):
 
     def run_started(self, run: Run) -> None:
         """Open the file and identify the run."""
-        from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
-        from foxglove_schemas_protobuf.Log_pb2 import Log
-
         from bt_manip_recording.mcap_file import McapFile
 
         self._run, self._cell, self._tree = run, run.station.cell, run.tree
@@ -128,17 +126,8 @@ class McapRecorder(RunObserver):
         self._robots: list[RobotChannel] = []
         file = self._file = McapFile(self._path, self._encode)
         self._open.callback(file.close)
-        request = run.request
-        identity = {"tree": request.tree.name, "seed": request.seed, "versions": versions()}
-        identity |= identify(run)
-        file.add_metadata("run", {key: json.dumps(value) for key, value in identity.items()})
-        file.add_metadata("date", {"started": datetime.now(UTC).isoformat(timespec="seconds")})
-        file.add_metadata("tree", {"xml": instance_to_xml(run.tree)})
-        for topic in ("/tf", "/tf_static"):
-            file.add_topic(topic, FrameTransforms)
-        file.add_topic("/log", Log)
-        for topic in (*TOPICS.values(), SNAPSHOTS):
-            file.add_topic(topic)
+        describe_run(file, run)
+        file.add_topic(SNAPSHOTS)
         run.log.keep_digest()  # snapshots have it
         logs = run.log.steps()
         self._models = {n: one.arm.model.copy() for n, one in self._station.robots.items()}
@@ -149,7 +138,7 @@ class McapRecorder(RunObserver):
 
     def after_compile(self) -> None:
         """Bind to the new model; write the geometry of new entities."""
-        from bt_manip_recording.foxglove import SceneMessages
+        from bt_manip_recording.foxglove import SceneMessages, cameras_of
 
         first = not self._shown
         with self._file.lock:
@@ -162,21 +151,15 @@ class McapRecorder(RunObserver):
                 robot.bind()
         self._write_scene()
         self._add("/tf_static", self._scene.fixed_frames(self._now))
-        self._file.add_json(CAMERAS, self._now, self._scene.cameras())
+        self._file.add_json(CAMERAS, self._now, cameras_of(self._scene.scene))
         if first:
             self._copy_poses()
 
     def handle(self, event: RunEvent) -> None:
         """Write an event, and its line in the log."""
-        time = nanoseconds(event.time)
-        self._file.add_json(TOPICS[event.kind], time, event.data)
+        add_event(self._file, event)
         if event.kind == "motion":
-            self._draw_path(event.data["robot"], event.data["moving"], time)
-        line = log_line(event)
-        if line is not None:
-            from bt_manip_recording.foxglove import log_message
-
-            self._file.add("/log", time, log_message(time, line[0], event.kind, line[1]))
+            self._draw_path(event.data["robot"], event.data["moving"], nanoseconds(event.time))
 
     def cycle_started(self, cycle: int) -> None:
         """Write the randomized values, and in the first cycle the layout."""
@@ -311,21 +294,16 @@ class RobotChannel:
     """
 
     def __init__(self, file: "McapFile", cell: Any, commanded: Any, log: StepLog) -> None:
-        from bt_manip_recording.protobuf import FREE, control_step_class, control_step_template
+        from bt_manip_recording.protobuf import FREE, control_step_template
 
         self._file, self._cell, self._commanded = file, cell, commanded
         self._saturated_before = commanded.controller.saturated_steps
-        joints, limits = commanded.robot.description.arm_joints, commanded.robot.limits
-        about = {"joints": list(joints), **limits.get_state()}
-        self._joints = f"/robots/{commanded.name}/joints"
+        self._joints = add_joints(file, commanded)
         self._state = f"/robots/{commanded.name}/state"
-        file.add_topic(
-            self._joints, control_step_class(), {k: json.dumps(v) for k, v in about.items()}
-        )
         file.add_topic(self._state)
         self._log = log
         log.readers.append(self._copy_steps)
-        self._template, self._free = control_step_template(len(joints)), FREE
+        self._template, self._free = control_step_template(len(commanded.robot.limits.lower)), FREE
         self._copied: tuple[PendingSteps, int] = log.pending, 0  # how many of which
         self._steps = PendingSteps([], [], [])
         self._ticks: list[tuple[float, bytes, tuple[Any, ...]]] = []
@@ -382,6 +360,45 @@ class RobotChannel:
             names = json.dumps(held), json.dumps(gripped)
             texts.append((STATE % (*wrench, grip, *names, *rest)).encode())
         self._file.add_all(self._state, np.array([time for time, _, _ in ticks]), texts)
+
+
+def describe_run(file: "McapFile", run: Run) -> None:
+    """Add what identifies a run, its tree, and the topics that all recordings have."""
+    from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
+    from foxglove_schemas_protobuf.Log_pb2 import Log
+
+    request = run.request
+    identity = {"tree": request.tree.name, "seed": request.seed, "versions": versions()}
+    identity |= identify(run)
+    file.add_metadata("run", {key: json.dumps(value) for key, value in identity.items()})
+    file.add_metadata("date", {"started": datetime.now(UTC).isoformat(timespec="seconds")})
+    file.add_metadata("tree", {"xml": instance_to_xml(run.tree)})
+    for topic in ("/tf", "/tf_static"):
+        file.add_topic(topic, FrameTransforms)
+    file.add_topic("/log", Log)
+    for topic in TOPICS.values():
+        file.add_topic(topic)
+
+
+def add_event(file: "McapFile", event: RunEvent) -> None:
+    """Add an event, and its line in the log."""
+    time, line = nanoseconds(event.time), log_line(event)
+    file.add_json(TOPICS[event.kind], time, event.data)
+    if line is not None:
+        from bt_manip_recording.foxglove import log_message
+
+        file.add("/log", time, log_message(time, line[0], event.kind, line[1]))
+
+
+def add_joints(file: "McapFile", commanded: Any) -> str:
+    """Add the topic of the control steps of a robot; return its name."""
+    from bt_manip_recording.protobuf import control_step_class
+
+    topic = f"/robots/{commanded.name}/joints"
+    joints, limits = commanded.robot.description.arm_joints, commanded.robot.limits
+    about = {"joints": list(joints), **limits.get_state()}
+    file.add_topic(topic, control_step_class(), {k: json.dumps(v) for k, v in about.items()})
+    return topic
 
 
 def tool_wrenches(wrists: np.ndarray) -> list[list[float]]:

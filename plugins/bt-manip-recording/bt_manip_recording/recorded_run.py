@@ -50,7 +50,9 @@ class RecordedRobot:
 
     def __init__(self, recording: Recording, robot: str) -> None:
         self._joints, self._block = recording.joints[robot], recording.step_block(robot)
-        self._states = [(t, state) for t, _, state in recording.messages(f"/robots/{robot}/state")]
+        topic = f"/robots/{robot}/state"  # missing where only the states of a page were saved
+        states = recording.messages(topic) if topic in recording.topics else ()
+        self._states = [(t, state) for t, _, state in states]
         dt = recording.identity["time_step_s"]
         self._state = RobotState()
         limits = recording.limits[robot]

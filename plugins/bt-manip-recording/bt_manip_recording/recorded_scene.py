@@ -8,11 +8,11 @@ import numpy as np
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 
-from bt_manip.cell import SceneCamera, VisualShape
 from bt_manip.exceptions import BtManipError
 from bt_manip_recording.foxglove import shapes_of
 from bt_manip_recording.mcap_recorder import CAMERAS
 from bt_manip_recording.recording import Recording
+from bt_manip_recording.visuals import SceneCamera, VisualShape
 
 SCENE_TOPICS = "/scene/"
 """Beginning of the topics of entities."""
@@ -24,10 +24,10 @@ SAME_TIME = 1e-9
 class RecordedScene:
     """The scene of a recording after the last tick that ended at or before a time.
 
-    It is a `bt_manip.cell.SceneSource`. `seek` moves it to another time, forwards or backwards, in
-    less than a millisecond; then `entities` tells which entities are there, and `poses` where
-    their bodies are. All frames that ever occur are in `frames`, so what is derived from it
-    (the bodies of an `mujoco.MjSpec`, the nodes of a viewer) can be made once::
+    It is a `bt_manip_recording.SceneSource`. `seek` moves it to another time, forwards or
+    backwards, in less than a millisecond; then `entities` tells which entities are there, and
+    `poses` where their bodies are. All frames that ever occur are in `frames`, so what is derived
+    from it (the bodies of an `mujoco.MjSpec`, the nodes of a viewer) can be made once::
 
         scene = RecordedScene(Recording("run.mcap"))
         for time in np.arange(scene.times[0], scene.times[-1], 1 / 25):

@@ -142,7 +142,7 @@ def test_moments_that_were_not_recorded_are_refused(recorded, moment, message):
 
 def test_runs_with_faults_are_refused(make_run, tmp_path):
     path = tmp_path / "run.mcap"
-    run = make_run(Sequence("root", Sleep("rest", msec=20)), faults=("Push at=rest",))
+    run = make_run(Sequence("root", Sleep("rest", msec=20)), modifiers={"fault": ("push at=rest",)})
     run.execute([McapRecorder(path)])
     with pytest.raises(BtManipError, match="--fault, which cannot be continued"):
         Continuation(Recording(path), 0.01)

@@ -4,7 +4,6 @@ from dataclasses import fields
 
 import pytest
 
-from bt_manip.faults import FaultInjector, parse_fault
 from bt_manip.record import Recorder
 from bt_manip.runner import prepare, request_of
 from bt_manip_recording import McapRecorder, RecordedRun, Recording
@@ -22,10 +21,10 @@ def figures(cycle):
 
 
 def run(parts, path, tree, *faults, cycles=1, seed=0):
-    request = request_of(tree, parts, cycles=cycles, seed=seed)
-    recorder, injector = Recorder(tree, seed), [parse_fault(one, parts.faults) for one in faults]
-    observers = [recorder, McapRecorder(path), FaultInjector(injector, parts.faults)]
-    prepare(request, parts).execute(observers)
+    modifiers = {"fault": faults} if faults else {}
+    request = request_of(tree, parts, cycles=cycles, seed=seed, modifiers=modifiers)
+    recorder = Recorder(tree, seed)
+    prepare(request, parts).execute([recorder, McapRecorder(path)])
     return recorder.report().cycles, RecordedRun(Recording(path)).cycles
 
 

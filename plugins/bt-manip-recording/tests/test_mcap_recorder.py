@@ -513,3 +513,14 @@ def test_frames_have_their_times_and_poses_at_whole_seconds_too(make_run):
         assert stamps == {divmod(time, 10**9)}
         (one,) = (one for one in message.transforms if one.child_frame_id == "panda/hand")
         assert [one.translation.x, one.translation.y, one.translation.z] == hand.tolist()
+
+
+def test_every_body_but_the_world_has_a_frame_in_one_of_both_messages():
+    model = mujoco.MjModel.from_xml_string(
+        '<mujoco><worldbody><body name="post"><geom size=".1"/></body><body name="ball">'
+        '<freejoint/><geom size=".1"/></body></worldbody></mujoco>'
+    )
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    fixed = FrameTransforms.FromString(SceneMessages(model, data).fixed_frames(0)).transforms
+    assert [one.child_frame_id for one in fixed] == ["post"]

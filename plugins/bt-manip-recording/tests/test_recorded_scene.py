@@ -6,11 +6,10 @@ import pytest
 from bt_manip import build_station
 from bt_manip.behaviours import MoveToConfiguration, RemoveObject, SpawnObject
 from bt_manip.bt import Sequence, Sleep, Tree
-from bt_manip.cell import CellScene
 from bt_manip.exceptions import BtManipError
 from bt_manip.plugins import load_plugins
 from bt_manip.runner import Run, RunObserver, RunRequest, TreeSource
-from bt_manip_recording import McapRecorder, RecordedScene, Recording
+from bt_manip_recording import CellScene, McapRecorder, RecordedScene, Recording
 
 
 class Watch(RunObserver):

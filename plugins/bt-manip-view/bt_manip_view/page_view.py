@@ -1,17 +1,28 @@
 """The view ``--view``: runs that are chosen on a page, and the cell between them."""
 
-import contextlib
-from collections.abc import Sequence
+import shlex
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from bt_manip.cli import Session
+from bt_manip.cli import RunOptions, Session, chosen, findings_of, given_options
 from bt_manip.exceptions import BtManipError
 from bt_manip.robots import save_configuration
-from bt_manip.runner import TICK, Pacing, Run, RunLoop, RunRequest, RunView, prepare
+from bt_manip.runner import (
+    TICK,
+    Pacing,
+    Run,
+    RunLoop,
+    RunRequest,
+    RunView,
+    load_source,
+    prepare,
+)
 
+from .page.breakpoints import nodes_of, problem_of
 from .page.jog_panel import JogPanel
+from .page.keep_panel import KeepPanel
 from .page.page import Page
 from .page.plugin_panels import page_panels
 from .page.server import PORT
@@ -26,6 +37,12 @@ RESULT_WIDTH = 46
 SAVED = Path("configurations.toml")
 """File of the configurations that are saved on the page, unless an option names one."""
 
+NOT_REPEATED: Mapping[str, Any] = {
+    "window": False, "quiet": False, "watch": False, "views": {}, "real_time": None,
+    "report": None, "trace": None, "records": (), "snapshots": (),
+}  # fmt: skip
+"""Options that do not change a run, with their defaults."""
+
 
 class PageView(Page, RunView):
     """The page of a session: shows its runs, starts further ones, and jogs the robot between them.
@@ -36,11 +53,13 @@ class PageView(Page, RunView):
     Args:
         session: The session.
         port: The first port to try; 0: chosen by the system.
+        breakpoints: Names or paths of the nodes at whose start a run pauses.
     """
 
-    def __init__(self, session: Session, port: int = PORT) -> None:
-        self._session = session
+    def __init__(self, session: Session, port: int = PORT, breakpoints: Sequence[str] = ()) -> None:
+        self._session, self._named = session, tuple(breakpoints)
         self._is_looked_at = False  # or was waited for
+        self._in_place = False  # the last run began in the cell as it was
         self._is_new = False  # nothing has moved in the station since it was built
         self._loop: RunLoop | None = None  # between runs; None while the cell stands still
 
@@ -52,13 +71,26 @@ class PageView(Page, RunView):
             self._jog = JogPanel(page, self._save)
             return self._jog
 
+        def make_keep(page: Any) -> KeepPanel:
+            self._keep = KeepPanel(page)
+            return self._keep
+
         make_selection.place = SessionPanel.place  # type: ignore[attr-defined]
-        panels = {"run": make_selection, **page_panels(session.plugins), "jog": make_jog}
+        make_keep.place = KeepPanel.place  # type: ignore[attr-defined]
+        panels = {"run": make_selection, **page_panels(session.plugins)}
+        panels |= {"jog": make_jog, "keep": make_keep}
         super().__init__(panels, port=port, speed=session.options.speed or None)
+        self.controls.breakpoints, self.watches = self._named, session.options.watch
         session.tell(f"The page of the run: {self.url}")
 
     def check(self, run: Run) -> None:
-        """Wait before the first run until a browser shows the page, but not long."""
+        """Wait before the first run until a browser shows the page, but not long.
+
+        Raises:
+            BtManipError: If the tree has no node of a breakpoint.
+        """
+        if not self._is_looked_at and (problem := problem_of(self._named, nodes_of(run.tree))):
+            raise BtManipError(problem)
         if FIRST_LOOK and not self._is_looked_at:
             self._session.tell(
                 f"The run begins when it is open, at the latest in {FIRST_LOOK:.0f} s."
@@ -120,7 +152,7 @@ class PageView(Page, RunView):
         """Execute a run; return the internal fault that ended it, or an empty text."""
         self.controls.stopped = False
         self._leave_idle()
-        before = self._session.last
+        before, self._in_place = self._session.last, in_place
         try:
             self._session.run(in_place=in_place, **chosen)
         finally:
@@ -137,20 +169,50 @@ class PageView(Page, RunView):
         job = self._session.last
         if job is None or job.report is None:
             return
-        report = job.report
-        keep = (
-            f"To keep it: bt-manip run {report.tree} --seed {report.seed} --record run.mcap; then "
-            "bt-manip replay run.mcap, or bt-manip report run.mcap."
-        )
-        text = f"{job.lines(RESULT_WIDTH)}\n{job.next_step() or keep}"
+        self._keep.report = job.report
+        recorded = job.next_step() if job.options.records else ""
+        step = recorded or self._way_to_keep(job)
         again = "Run starts it again; another seed places the objects elsewhere."
-        self._selection.show_result(report.status, f"{text}\n\n{again}")
+        text = f"{job.lines(RESULT_WIDTH)}\n{step}\n\n{again}"
+        self._selection.show_result(job.report.status, text)
+
+    def _way_to_keep(self, job: Any) -> str:
+        """Say how to record the same run."""
+        if job.options.backend or job.options.continued is not None:
+            return "To keep the next one: the same command with --record run.mcap."
+        command = shlex.join(command_of(job.options, job.report.seed))
+        if self._in_place:
+            return (
+                "It began where the arm was jogged, or where the run before had ended. From the "
+                f"start, and recorded: {command}"
+            )
+        return (
+            f"To keep it: {command}\nThen: bt-manip replay run.mcap, or bt-manip report run.mcap."
+        )
 
     def _show_tree_of(self, request: RunRequest) -> None:
-        """Show the tree of a request that does not run yet; a mistake is shown when it runs."""
+        """Show the tree of a request that does not run yet, with what is wrong with it."""
         parts, station = self._session.plugins.parts, self._session.station
-        with contextlib.suppress(BtManipError):
-            self.show_prepared(prepare(request, parts, station=station))
+        try:
+            self.show_prepared(run := prepare(request, parts, station=station))
+        except BtManipError as error:
+            self._show_faulty(request, findings_of(error, request.tree.name))
+            return
+        if self._session.last is None:
+            self._selection.tell(problem_of(self._named, nodes_of(run.tree)), error=True)
+
+    def _show_faulty(self, request: RunRequest, errors: list[Any]) -> None:
+        """Show the errors of a tree: at its nodes, if it only does not fit the cell."""
+        parts, station = self._session.plugins.parts, self._session.station
+        try:
+            tree = load_source(
+                request.tree, parts, request.settings, lambda: 0.0, reading=request.reading
+            )
+        except BtManipError:
+            self.show_errors(request.tree.name, errors)
+        else:
+            assert station is not None  # it was built
+            self.show_prepared(Run(request, tree, station), errors)
 
     def _rest(self) -> None:
         """Show the station, in which no tree runs."""
@@ -188,6 +250,21 @@ class PageView(Page, RunView):
             f"'{name}' is saved in {path.absolute()}; MoveToConfiguration finds it on this page, "
             f"and after bt-manip run TREE --configurations {path}"
         )
+
+
+def command_of(options: RunOptions, seed: int) -> list[str]:
+    """Return the words of the command that records the run of some options.
+
+    Args:
+        options: The options.
+        seed: Its seed.
+    """
+    selected = chosen()
+    plugins = [["--block", name] for name in sorted(selected.blocked)]
+    plugins += [["--plugins-dir", str(folder)] for folder in selected.folders]
+    given = given_options(replace(options, seed=seed, **NOT_REPEATED))
+    words = [word for one in (*given, *plugins) for word in one]
+    return ["bt-manip", "run", options.tree, *words, "--record", "run.mcap"]
 
 
 def _selection(page: Any, session: Session) -> SessionPanel:

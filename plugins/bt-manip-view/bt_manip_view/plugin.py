@@ -18,10 +18,11 @@ VIEW = "view"
 
 PANELS = {
     "tree": "tree_panel:TreePanel",
+    "results": "results_panel:ResultsPanel",
     "timeline": "timeline_panel:TimelinePanel",
     "node": "tree_panel:NodePanel",
     "log": "log_panel:LogPanel",
-    "tracking_error": "error_plot:ErrorPlot",
+    "plots": "plot_panel:PlotPanel",
     "blackboard": "log_panel:BlackboardPanel",
     "overlays": "overlay_panel:OverlayPanel",
     "pull": "perturbation_panel:PerturbationPanel",
@@ -37,11 +38,18 @@ def view(
         int,
         Parameter("First port that is tried; 0 lets the system choose.", at_least=0, at_most=65535),
     ] = 8080,
+    breakpoints: Annotated[
+        str | None,
+        Parameter(
+            "Names or paths of nodes, separated by ';', at whose start the run pauses.", type=str
+        ),
+    ] = None,
 ) -> "PageView":
     """Show the run on a page in the browser, which stays up after the run."""
+    from bt_manip_view.page.breakpoints import split_names
     from bt_manip_view.page_view import PageView
 
-    return PageView(session, port)
+    return PageView(session, port, split_names(breakpoints or ""))
 
 
 view.controls_runs = True  # type: ignore[attr-defined]

@@ -45,6 +45,10 @@ WATCHING = ("real_time", "window", "report", "records", "quiet")
     help="The first port that is tried; 0 lets the system choose.",
 )  # fmt: skip
 @click.option(
+    "--breakpoints", default="", metavar="NODES",
+    help="Names or paths of nodes, separated by ';', at whose start it pauses.",
+)  # fmt: skip
+@click.option(
     "--continue", "moment", type=float, metavar="T",
     help="Simulate on from this simulated time [s], with the recorded interventions; the options "
     "below are those of bt-manip run.",
@@ -62,6 +66,7 @@ def replay(
     start: float | None,
     speed: float,
     port: int,
+    breakpoints: str,
     moment: float | None,
     named: str | None,
     options: RunOptions,
@@ -74,17 +79,20 @@ def replay(
         return execute_run(options, interrupt)
     others = [f"--{name}" for name in options.views if name != VIEW]  # a page is shown anyway
     others += ["--tree"] * (named is not None)
-    for name in (*given_options(options), *others):
+    for name in (*(words[0] for words in given_options(options)), *others):
         raise BtManipError(f"{name} needs --continue T")
     os.environ.setdefault("MUJOCO_GL", "disable")  # nothing is drawn here
     opened = Recording(recording)
     if start is not None and start > opened.end:
         raise BtManipError(f"{recording} ends at {opened.end:.3f} s, before {start:g} s")
     from bt_manip_view import ReplayPage
+    from bt_manip_view.page.breakpoints import split_names
     from bt_manip_view.page.plugin_panels import page_panels
 
     panels = page_panels(load_chosen_plugins())
-    page = ReplayPage(opened, panels, port=port, start=start, speed=speed)
+    page = ReplayPage(
+        opened, panels, port=port, start=start, speed=speed, breakpoints=split_names(breakpoints)
+    )
     try:
         with interrupt.held():
             click.echo(f"The page of the recording: {page.url}; press Ctrl-C to leave.")

@@ -15,7 +15,7 @@ from bt_manip.cli import (
 from bt_manip_view.plugin import VIEW
 
 OF_ONE_RUN = (
-    "window", "report", "trace", "records", "faults", "snapshots", "resume", "varied",
+    "window", "report", "trace", "records", "snapshots", "resume", "varied",
 )  # fmt: skip
 """Options of ``bt-manip run`` that ``bt-manip view`` does not have."""
 

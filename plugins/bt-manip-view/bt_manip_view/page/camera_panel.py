@@ -40,7 +40,7 @@ class CameraPanel(Panel):
         self._page = page
         hint = "Shows the image of a camera, a few times a second"
         self._choice = page.gui.add_dropdown("Camera", (NO_CAMERA,), hint=hint)
-        self._picture = page.gui.add("picture", source="")
+        self._picture = page.gui.add("picture", source="", visible=False)
         self._message = page.gui.add_html("")
         self._renderer: FrameRenderer | None = None
         self._cell: Any = None

@@ -2,12 +2,13 @@
 
 import math
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from typing import Any
 
 from bt_manip.exceptions import BtManipError
 from bt_manip.runner import Pacing, Run, RunEvent, Station
 
+from .breakpoints import Breakpoints
 from .gui import Gui
 from .panel import Panel
 
@@ -33,8 +34,11 @@ class Controls(Panel):
     Attributes:
         paused: Whether the run waits before its next tick.
         stopped: Whether the run shall end.
-        breakpoints: Paths of the nodes at whose start the run pauses.
         task: Name of the tree.
+        marked: Paths of the nodes at which the tree's document sets breakpoints.
+        edited: Whether the file of the tree was edited since the run pauses.
+        start_time: Simulated time of the cell at which the clock of the run begins [s].
+        end_time: Time of that clock at which the run ended [s]; None while it goes on.
 
     Raises:
         BtManipError: If the speed is not a positive number.
@@ -46,16 +50,18 @@ class Controls(Panel):
     def __init__(self, gui: Gui, speed: float | None) -> None:
         if speed is not None and not 0.0 < speed < math.inf:
             raise BtManipError(f"the speed must be a positive number, got {speed:g}")
-        self.paused = self.stopped = False
-        self.breakpoints: frozenset[str] = frozenset()
+        self.paused = self.stopped = self.edited = False
         self.task = ""
+        self.marked: Collection[str] = ()
+        self._breakpoints = Breakpoints()
         self._broken = ""  # path of the node whose breakpoint paused the run
         self._steps = 0
         self._changed = threading.Event()
         self._state = self._cycle = self._note = ""
         self._run: Any = None
         self._cell: Any = None  # has the time
-        self._end_time: float | None = None  # of the run that has ended
+        self.start_time = 0.0
+        self.end_time: float | None = None
         speeds = dict(SPEEDS)
         if speed is not None and speed not in speeds.values():
             speeds[f"{speed:g}"] = speed
@@ -78,17 +84,28 @@ class Controls(Panel):
         self._in_run = (self._pause, self._step, self._stop)
 
     @property
+    def breakpoints(self) -> frozenset[str]:
+        """Paths of the nodes of this tree at whose start the run pauses."""
+        return self._breakpoints.paths
+
+    @breakpoints.setter
+    def breakpoints(self, paths: Collection[str]) -> None:
+        self._breakpoints.choose(paths)
+
+    @property
     def time(self) -> float:
-        """The displayed simulated time; it stops at the end of a run [s]."""
-        if self._end_time is not None:
-            return self._end_time
-        return 0.0 if self._cell is None else float(self._cell.time)
+        """The simulated time of the run; it stops at the end of the run [s]."""
+        if self.end_time is not None:
+            return self.end_time
+        return 0.0 if self._cell is None else float(self._cell.time) - self.start_time
 
     def start(self, run: Run) -> None:
         """Enable the controls, and end the run when Stop is pressed."""
-        self._run, self._cell, self._end_time = run, run.station.cell, None
+        self._run, self._cell, self.end_time = run, run.station.cell, None
         request = run.request
-        self._note = f"{request.robot} in {request.scene}, seed {request.seed}"
+        names = list(run.station.robots)
+        robots = " and ".join(names) if len(names) > 1 else request.robot
+        self._note = f"{robots} in {request.scene}, seed {request.seed}"
         for control in self._in_run:
             control.disabled, control.visible = False, True
         stop = run.stop
@@ -124,7 +141,9 @@ class Controls(Panel):
     def handle(self, event: RunEvent) -> None:
         """Pause at a breakpoint; store the cycle."""
         data = event.data
-        if event.kind == "cycle":
+        if event.kind == "tree":
+            self._breakpoints.show(self.task, data["nodes"], self.marked)
+        elif event.kind == "cycle":
             self._cycle = f"cycle {data['cycle'] + 1}"
             self._state = "" if data["status"] == "RUNNING" else data["status"]
         elif event.kind == "status" and data["path"] in self.breakpoints:
@@ -143,21 +162,21 @@ class Controls(Panel):
         """Show that the run has ended."""
         self._state = f"{'stopped' if self.stopped else 'ended'} {self._state}".rstrip()
         self.paused, self._steps = False, 0
-        self._end_time = self.time
+        self.end_time = self.time
         for control in self._in_run:
             control.disabled = True
 
     def begin_idle(self, station: Station) -> None:
-        """Show the time of the cell; hide the controls of a run."""
+        """Hide the controls of a run; in a new cell no time has passed."""
         if station.cell is not self._cell:
             self._cell, self._cycle, self._state = station.cell, "", "ready"
-            self._end_time, self._note = None, ""
+            self.end_time, self._note = 0.0, ""
         for control in self._in_run:
             control.visible = False
 
     def show_ready(self) -> None:
         """Show that the tree is ready to run."""
-        self._state = "ready"
+        self._state, self._cycle, self.end_time = "ready", "", 0.0
 
     def draw(self) -> None:
         """Send the state of the run if it has changed."""

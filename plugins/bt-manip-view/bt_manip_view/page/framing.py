@@ -2,13 +2,15 @@
 
 import time
 from collections import deque
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 import trimesh
 
-from bt_manip.cell import OVERVIEW, WORLD, SceneSource, VisualShape
+from bt_manip.cell import OVERVIEW, WORLD
 from bt_manip.viewer import FREE_CAMERA
+from bt_manip_recording import SceneSource, VisualShape
 
 NOT_FRAMED = (WORLD, "table")
 """Entities that may extend beyond the image."""
@@ -73,6 +75,11 @@ class Framing:
         first.fov = self._fov
         self._own.append(np.array(first.position))  # viser may move a new client there, late
         self._bring_back(self._points)
+
+    def forget(self, bodies: Iterable[str]) -> None:
+        """Frame some bodies no longer: they are not in the scene now."""
+        for body in bodies:
+            self._corners.pop(body, None)
 
     def update(self, source: SceneSource) -> None:
         """Move back cameras whose image some arm or object has left, at most once a second.

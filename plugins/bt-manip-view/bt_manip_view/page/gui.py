@@ -189,9 +189,20 @@ class Gui:
         """Add an input for a line of text."""
         return self.add("text", label=label, value=value, hint=hint)
 
-    def add_plot(self, label: str, unit: str, names: Sequence[str]) -> GuiElement:
-        """Add a line plot; each row of ``samples`` has the time and a value for each line."""
-        return self.add("plot", label=label, unit=unit, names=tuple(names), samples=[])
+    def add_plot(
+        self, label: str, unit: str, names: Sequence[str], *, removable: bool = False
+    ) -> GuiElement:
+        """Add a line plot; each row of ``samples`` has the time and a value for each line.
+
+        Args:
+            label: Its title.
+            unit: Unit of the values; empty without one.
+            names: Names of the lines.
+            removable: Whether it has a button, whose event is ``remove``.
+        """
+        return self.add(
+            "plot", label=label, unit=unit, names=tuple(names), samples=[], removable=removable
+        )
 
     def add_folder(self, label: str) -> GuiElement:
         """Add a container, collapsible if it has a label."""

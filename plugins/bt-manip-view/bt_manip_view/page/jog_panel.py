@@ -74,7 +74,7 @@ class JogPanel(Panel):
         """Update sliders and handles to the arms."""
         with self._page.server.atomic():
             for robot in self._robots:
-                robot.follow()
+                robot.follow(present=self._page.shown_time is None)
 
     # Internal
 
@@ -107,7 +107,7 @@ class _RobotJog:
         self.requests: dict[Any, Callable[[], str]] = {}
         self._robot, self._arm, self._save = robot, robot.arm, save
         self._edited = np.full(self._arm.model.nq, -np.inf)  # wall time of the last change [s]
-        self._dragging = False
+        self._dragging = self._active = False
         gui, limits = page.gui, self._arm.model.limits
         self._lower = np.maximum(limits.lower, -2.0 * np.pi)
         self._upper = np.minimum(limits.upper, 2.0 * np.pi)
@@ -151,11 +151,18 @@ class _RobotJog:
         self._edited[:] = -np.inf
         for slider in self._sliders:
             slider.disabled = not active
+        self._active = active
         for one in (self._handle, *self._others):
             one.visible = active
 
-    def follow(self) -> None:
-        """Show the present configuration, except in inputs that are being edited."""
+    def follow(self, *, present: bool) -> None:
+        """Show the present configuration, except in inputs that are being edited.
+
+        Args:
+            present: Whether the scene shows the present, in which the tool has a handle.
+        """
+        if self._handle.visible != (self._active and present):
+            self._handle.visible = self._active and present
         idle = time.monotonic() - self._edited > EDITING
         if self._arm.busy:
             idle &= np.isneginf(self._edited)

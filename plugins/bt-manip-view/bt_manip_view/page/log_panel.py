@@ -2,7 +2,8 @@
 
 from typing import Any
 
-from bt_manip.runner import RunEvent, log_line
+from bt_manip.runner import RunEvent
+from bt_manip_recording import log_line
 
 from .panel import Panel
 
@@ -75,7 +76,7 @@ class LogPanel(Panel):
     def _say_succeeded(self) -> None:
         if self._succeeded is not None:
             (uid, time), self._succeeded = self._succeeded, None
-            self._say(time, uid, "success", self._texts.get(uid, "") or "succeeded")
+            self._say(time, uid, "success", self._texts.get(uid, ""))
 
     def _say(self, time: float, uid: int, kind: str, text: str) -> None:
         """Add a line of a node, unless a reactive node has just caused the same line."""
@@ -83,8 +84,10 @@ class LogPanel(Panel):
         if before is not None and before[0] > time - REPEATED and before[1] == text:
             return
         node = self._nodes.get(uid, {"kind": "", "name": str(uid)})
-        kind = "condition" if node["kind"] == "Condition" else kind
-        self._new.append([time, kind, f"{node['name']}: {text}", uid])
+        if node["kind"] == "Condition":  # a "no" is an answer, no failure of the task
+            text = f"{'yes' if kind == 'success' else 'no'}{', ' if text else ''}{text}"
+            kind = "condition"
+        self._new.append([time, kind, f"{node['name']}: {text or 'succeeded'}", uid])
 
 
 class BlackboardPanel(Panel):

@@ -5,13 +5,13 @@ from typing import Any
 
 import numpy as np
 
-from bt_manip.arm import tool_path
 from bt_manip.grasping import CheckedGrasps
 from bt_manip.runner import Run, Station
+from bt_manip_recording import tool_path
 
-from .error_plot import LINE_COLOURS
 from .lines import NO_LINES, GraspLines, Lines
 from .panel import Panel
+from .plot_panel import LINE_COLOURS
 
 FORCE_SCALE = 0.005
 """Scale of force lines [m/N]."""
@@ -76,18 +76,19 @@ class OverlayPanel(Panel):
 
     def draw(self) -> None:
         """Draw the paths of new motions, remove those of motions that have ended."""
-        shown = self._checkbox.value and self._page.is_open
+        is_open = self._page.is_open and self._page.shown_time is None  # they are of the present
+        shown = self._checkbox.value and is_open
         for name, robot in self._robots.items():
             trajectory = robot.arm.trajectory
             if not shown or not robot.arm.busy:
                 self._remove(name)
             elif trajectory is not None and trajectory is not self._drawn.get(name):
                 self._add(name, trajectory)
-            self._draw_grasps(name, robot.grasp_planner.checked)
+            self._draw_grasps(name, robot.grasp_planner.checked if is_open else None)
         html = "".join(f"<div>{escape(self._texts[name])}</div>" for name in sorted(self._texts))
         self._html.content = html
         if self._robots:
-            wanted = self._with_forces.value and self._page.is_open
+            wanted = self._with_forces.value and is_open
             self._forces.show(self._force_lines() if wanted else NO_LINES)
 
     # Internal
@@ -109,11 +110,11 @@ class OverlayPanel(Panel):
         return np.stack([starts, starts + FORCE_SCALE * forces], axis=1)
 
     def _draw_grasps(self, name: str, checked: CheckedGrasps | None) -> None:
-        wanted = self._with_grasps.value and self._page.is_open
-        if not wanted or checked is None or checked.object not in self._cell.entities:
+        wanted = checked if self._with_grasps.value else None
+        if wanted is None or wanted.object not in self._cell.entities:
             self._grasps[name].show(None)
         else:
-            self._grasps[name].show(checked, self._cell.pose(checked.object))
+            self._grasps[name].show(wanted, self._cell.pose(wanted.object))
 
     def _add(self, name: str, trajectory: Any) -> None:
         points = tool_path(self._models[name], trajectory)

@@ -1,31 +1,24 @@
 """The page of a run: scene, tree and controls in the browser."""
 
 import time
-from collections import deque
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterable, Mapping
+from functools import partial
+from typing import Any
 
 import numpy as np
 
 from bt_manip.bt import NodeStatus
-from bt_manip.cell import CellScene
-from bt_manip.runner import KINDS, EventStream, Run, RunObserver, Station
+from bt_manip.cli import findings_of
+from bt_manip.runner import KINDS, EventStream, PendingSteps, Run, RunEvent, RunObserver, Station
+from bt_manip_recording import CellScene
 
+from .breakpoints import marked_paths
 from .controls import PAUSE_POLL, Controls
-from .error_plot import PLOT_SAMPLES
+from .findings import count_lines, findings_at_nodes
+from .history import History, Step
+from .plot_panel import PLOT_SAMPLES
 from .scene_page import MakePanel, ScenePage
 from .server import PORT
-
-PAST = 60.0
-"""Simulated time for which past states are kept [s]."""
-
-
-class _State(NamedTuple):
-    """Poses of the bodies at a time."""
-
-    time: float
-    frames: Sequence[str]
-    poses: np.ndarray
 
 
 class Page(ScenePage, RunObserver):
@@ -38,8 +31,12 @@ class Page(ScenePage, RunObserver):
         panels: Factories of the panels by name; see the hook ``register_panels``.
         port: The first port to try; 0: chosen by the system.
         speed: Initial speed, simulated seconds per second of wall time; None: no limit.
+
+    Attributes:
+        watches: Whether an edited file of the tree is read during the run.
     """
 
+    watches = False
     kinds = tuple(kind for kind in KINDS if kind != "contact")  # not shown
 
     def __init__(
@@ -50,11 +47,16 @@ class Page(ScenePage, RunObserver):
         speed: float | None = 1.0,
     ) -> None:
         self._cell: Any = None
+        self.past = History()
         self._source: CellScene | None = None  # None: the scene has changed
-        self._samples: list[tuple[float, dict[str, tuple[np.ndarray, np.ndarray]]]] = []
-        self._past: deque[_State] = deque()
+        self._looked: CellScene | None = None  # the last one that the past has
+        self._bound: CellScene | None = None  # what the scene shows; None: the past
         self._wanted: float | None = None  # past time to show [s]
+        self._steps: dict[str, Step] = {}  # the last control step of each robot
+        self._lines: dict[str, int] = {}  # number in each file of the tree when it was read
+        self._sampled = 0  # number of states that the panels have
         ScenePage.__init__(self, lambda gui: Controls(gui, speed), panels or {}, port)
+        self._present.append(self.controls)
 
     def wait_until_open(self, patience: float, stop: Callable[[], bool]) -> bool:
         """Wait until a browser shows the scene; return whether it does.
@@ -69,8 +71,33 @@ class Page(ScenePage, RunObserver):
         return bool(self.server.get_clients())
 
     def show_time(self, time: float | None) -> None:
-        """Show a time of the last minute in all browsers [s]; None: the present."""
+        """Show a past time of the run in all browsers [s]; None: the present."""
         self._wanted = time
+
+    @property
+    def span(self) -> tuple[float, float | None]:
+        """Start of the kept past, and end of a run that has ended [s]."""
+        start = self.past.times[0] if self.past.times else 0.0
+        return start, self.controls.end_time
+
+    def handle(self, event: RunEvent) -> None:
+        """Pass an event to the panels that show the present, and keep it for the others.
+
+        An event with a new tree also sets the breakpoints in its file, and the findings at nodes.
+        """
+        if event.kind == "tree":
+            self.controls.marked = marked_paths(self._tree)
+            self._lines = count_lines(self._tree)
+            self.findings = findings_at_nodes(self._tree, self._tree.warnings)
+        elif event.kind == "edit" and self._lines == count_lines(self._tree):
+            errors = findings_of(event.data["problems"])
+            self.findings = findings_at_nodes(self._tree, (*self._tree.warnings, *errors))
+        if self.controls.start_time:
+            event = event._replace(time=event.time - self.controls.start_time)
+        if event.kind != "tick":
+            self.past.add(event)
+        for panel in self._panels if self.shown_time is None else self._present:
+            panel.handle(event)
 
     @property
     def stopped(self) -> bool:
@@ -79,10 +106,15 @@ class Page(ScenePage, RunObserver):
 
     def run_started(self, run: Run) -> None:
         """Show the name of the tree, and start the panels."""
-        self._run, self._cell = run, run.station.cell
-        self._samples.clear()
+        cell = run.station.cell
+        # A run that goes on in a cell which rested here begins at 0.
+        self.controls.start_time = cell.time if cell is self._cell else 0.0
+        self._run, self._tree, self._cell = run, run.tree, cell
         self._forget_past()
         self._show_tree(run.request.tree.name)
+        self._logs = run.log.steps()
+        for name, log in self._logs.items():
+            log.readers.append(partial(self._keep_step, name))
         for panel in self._panels:
             panel.start(run)
 
@@ -91,21 +123,24 @@ class Page(ScenePage, RunObserver):
         self._source = None
 
     def cycle_started(self, cycle: int) -> None:
-        """Let the next update show the randomized values."""
+        """Let the next update show the randomized values; keep the state before the first tick."""
         self._source = None
+        if not self.past.times:
+            self._keep_state()
 
     def before_tick(self) -> None:
         """Wait while the run is paused."""
+        self.past.begin_tick()
         if self.controls.paused:
             self.refresh(now=True)
-            self.controls.wait(self.refresh)
+            stamps = self._stamps()
+            self.controls.wait(lambda: self._refresh_paused(stamps))
+            self.controls.edited = False
 
     def after_tick(self) -> None:
         """Update the page if it is open and an update is due."""
-        robots = self._run.station.robots.values()
-        joints = {one.name: (one.robot.q, one.arm.q_ref) for one in robots}
-        self._samples.append((self._cell.time, joints))
-        if len(self._samples) >= PLOT_SAMPLES:
+        self._keep_state()
+        if self.past.last - self._sampled >= PLOT_SAMPLES:
             self._hand_over_samples()
         for panel in self._panels:
             panel.end_tick()
@@ -117,13 +152,38 @@ class Page(ScenePage, RunObserver):
         self.controls.end()
         self.refresh(now=True)
 
-    def show_prepared(self, run: Run) -> None:
-        """Show the tree of a run that has not begun, so that breakpoints can be set."""
+    def show_prepared(self, run: Run, errors: Iterable[Any] = ()) -> None:
+        """Show the tree of a run that has not begun, so that breakpoints can be set.
+
+        Args:
+            run: The run.
+            errors: Errors of its tree in this cell.
+        """
+        self._tree = run.tree
+        self._forget_past()
         self._show_tree(run.request.tree.name)
         self.controls.show_ready()
         events = EventStream(run)
         events.listen(self.handle, ("tree",))
         events.begin_cycle(0)
+        self.findings = findings_at_nodes(run.tree, (*run.tree.warnings, *errors))
+        self.refresh(now=True)
+
+    def show_errors(self, name: str, errors: Iterable[Any]) -> None:
+        """Show the errors of a tree that cannot be built, in place of its nodes.
+
+        Args:
+            name: Its name.
+            errors: The errors.
+        """
+        self._forget_past()
+        self._show_tree(name)
+        self.findings = {}
+        for kind, data in (
+            ("tree", {"nodes": [], "results": []}), ("edit", {"problems": [*map(str, errors)]})
+        ):  # fmt: skip
+            for panel in self._panels:
+                panel.handle(RunEvent(0.0, kind, data))
         self.refresh(now=True)
 
     def begin_idle(self, station: Station) -> None:
@@ -146,42 +206,66 @@ class Page(ScenePage, RunObserver):
 
     # Internal
 
+    def _refresh_paused(self, stamps: list[int]) -> None:
+        """Update the page of a paused run; say whether its file was edited meanwhile."""
+        self.controls.edited = self._stamps() != stamps
+        self.refresh()
+
+    def _stamps(self) -> list[int]:
+        """Return when the files of a tree were edited that is reloaded then [ns]."""
+        document = self._tree.document if self.watches else None
+        files = [] if document is None else document.files
+        return [file.stat().st_mtime_ns for file in files if file.exists()]
+
     def _catch_up(self) -> None:
-        cell = self._cell
+        """Show the selected past time, else the present."""
+        past, wanted = self.past, self._wanted
+        self._hand_over_samples()
+        if wanted is not None and past.times:
+            if self.shown_time is None:
+                self._index, self._entities, self._bound = past.last, {}, None
+            if self._index < past.first:  # it was forgotten meanwhile
+                self._index = past.last + 1
+            past.seek(wanted)
+            self._go_to(past.index)
+            self.shown_time = past.time
+            return
+        if self.shown_time is not None:
+            self._go_to(past.last)
+            self.shown_time = None
+        if self._bound is not (source := self._present_scene()):
+            self._bound = source
+            self._scene.bind(source)
+
+    def _present_scene(self) -> CellScene:
         if self._source is None:
-            self._source = CellScene(cell.model, cell.data, cell.entities)
-            self._scene.bind(self._source)
-        if self._samples:
-            self._hand_over_samples()
+            self._source = CellScene(self._cell.model, self._cell.data, self._cell.entities)
+        return self._source
 
-    def _show_scene(self) -> None:
-        """Store the present poses; show them, or those of the selected past time."""
-        source, past, wanted = self._scene.source, self._past, self._wanted
-        if not past or self._cell.time > past[-1].time:
-            past.append(_State(self._cell.time, source.frames, source.poses()))
-            while past[0].time < self._cell.time - PAST:
-                past.popleft()
-        self.shown_time = None
-        poses = source.poses()
-        if wanted is not None:
-            state = next((one for one in reversed(past) if one.time <= wanted), past[0])
-            self.shown_time = state.time
-            index = {name: i for i, name in enumerate(state.frames)}
-            for i, name in enumerate(source.frames):  # later entities keep their present pose
-                if name in index:
-                    poses[i] = state.poses[index[name]]
-        self._scene.show(poses)
+    def _keep_state(self) -> None:
+        """Add the present state to the past."""
+        source = self._present_scene()
+        if source is not self._looked:
+            self._looked = source
+            self.past.look(source)
+        for name, log in self._logs.items():
+            self._keep_step(name, log.pending)
+        data, time = self._cell.data, self._cell.time - self.controls.start_time
+        poses = np.concatenate((data.xpos, data.xquat), axis=1, dtype=np.float32)
+        self.past.end_tick(time, poses, dict(self._steps))
 
-    def _forget_past(self) -> None:
-        self._past.clear()
-        self._wanted = None
+    def _keep_step(self, robot: str, steps: PendingSteps) -> None:
+        """Keep the last step; it may be the last of a block."""
+        if steps.touches:
+            self._steps[robot] = steps.rows[-1], steps.touches[-1].free
 
     def _hand_over_samples(self) -> None:
-        samples, self._samples = self._samples, []
-        times = np.array([time for time, _ in samples])
-        joints = {}
-        for name in samples[0][1]:
-            q, q_ref = zip(*(sample[name] for _, sample in samples), strict=True)
-            joints[name] = np.array(q), np.array(q_ref)
-        for panel in self._panels:
-            panel.sample(times, joints)
+        """Give panels that show the present the new states."""
+        end = self.past.last + 1
+        self._sample(self._sampled, end, self._panels if self.shown_time is None else self._present)
+        self._sampled = end
+
+    def _forget_past(self) -> None:
+        self.past = History()
+        self._source = self._looked = self._bound = self._wanted = self.shown_time = None
+        self._steps, self._sampled = {}, 0

@@ -1,6 +1,6 @@
 """Interface of the panels of the page."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from html import escape
 from typing import Any
 
@@ -15,8 +15,8 @@ HANDLE_SIZE = 0.15
 class Panel:
     """A part of the page; its methods are called by the thread of the run.
 
-    It shows events and samples of a run or of a recording. When a recording moves to an earlier
-    time, `reset` is called, then all events up to that time follow.
+    It shows events and samples of a run or of a recording. When the page shows an earlier time,
+    `reset` is called, then all events up to that time follow.
 
     Callbacks of its inputs are called by the thread of the server; they should only set attributes
     for the thread of the run. A panel that raises is not called again; page and run continue.
@@ -28,11 +28,13 @@ class Panel:
     Attributes:
         place: ``tab`` for its own tab, ``left`` of the scene, ``below`` or ``over`` it, or ``bar``.
         needs_run: Whether it needs `start` and `end_tick`, which the page of a recording does not
-            call: it is left out there.
+            call: it is left out there, and shows the present where others show the past.
+        whole_run: Whether it gets the events of the whole run, whatever time the page shows.
     """
 
     place = "tab"
     needs_run = False
+    whole_run = False
 
     def __init__(self, page: Any) -> None:
         pass
@@ -64,15 +66,6 @@ class Panel:
 
     def end_tick(self) -> None:
         """Process requests after a tick of a run."""
-
-    def show_recording(self, events: Iterable[RunEvent], start: float, end: float) -> None:
-        """Process a whole recording before one of its times is shown.
-
-        Args:
-            events: All its events.
-            start: Simulated time of its start [s].
-            end: Simulated time of its end [s].
-        """
 
     def draw(self) -> None:
         """Send changes to the open pages; called at most ten times a second."""

@@ -80,6 +80,10 @@ class PerturbationPanel(Panel):
         """Move handle and line to the selected object."""
         if self._run is None:
             return
+        if self._page.shown_time is not None:  # the past cannot be pulled
+            self._remove()
+            self._has_new_objects = True  # the scene may add them anew
+            return
         if self._has_new_objects:
             self._has_new_objects = False
             movable = tuple(filter(self._is_movable, self._cell.entities))

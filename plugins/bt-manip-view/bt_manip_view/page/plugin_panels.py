@@ -37,6 +37,6 @@ def _maker(plugins: Plugins, name: str) -> Callable[[Any], Any]:
         return guarded(panel, label, print_warning, hint, base=Panel)
 
     kind: Any = panels.get(name)
-    make.place = getattr(kind, "place", Panel.place)  # type: ignore[attr-defined]
-    make.needs_run = getattr(kind, "needs_run", Panel.needs_run)  # type: ignore[attr-defined]
+    for attribute in ("place", "needs_run", "whole_run"):
+        setattr(make, attribute, getattr(kind, attribute, getattr(Panel, attribute)))
     return make

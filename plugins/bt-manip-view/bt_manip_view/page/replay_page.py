@@ -1,13 +1,15 @@
 """The page of a recording."""
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
+from bt_manip.exceptions import BtManipError
 from bt_manip_recording import RecordedScene, Recording, Timeline
 
+from .breakpoints import problem_of
 from .controls import UNLIMITED, Controls
-from .error_plot import PLOT_SAMPLES
 from .gui import Gui
+from .quantities import RecordedQuantities
 from .scene_page import POSE_PERIOD, MakePanel, ScenePage
 from .server import PORT
 
@@ -68,9 +70,13 @@ class ReplayPage(ScenePage):
         port: The first port to try; 0: chosen by the system.
         start: Initial simulated time [s]; None: the start of the run.
         speed: Initial speed, simulated seconds per second of wall time.
+        breakpoints: Names or paths of the nodes at whose start it pauses.
+
+    Attributes:
+        quantities: The recorded quantities over time.
 
     Raises:
-        BtManipError: If the recording has no complete chunk.
+        BtManipError: If the recording has no complete chunk, or its tree no node of a breakpoint.
     """
 
     controls: ReplayControls
@@ -83,20 +89,25 @@ class ReplayPage(ScenePage):
         port: int = PORT,
         start: float | None = None,
         speed: float = 1.0,
+        breakpoints: Sequence[str] = (),
     ) -> None:
-        self._timeline, self._index = Timeline(recording), -1
-        self._entities: dict[str, int] = {}
-        scene = self._timeline.scene
+        self.past = Timeline(recording)
+        scene = self.past.scene
+        events = self.past.events(-1, len(scene.times) - 1)
+        nodes = [node for one in events if one.kind == "tree" for node in one.data["nodes"]]
+        if problem := problem_of(breakpoints, nodes):
+            raise BtManipError(problem)
+        self.quantities = RecordedQuantities(recording, self.past)
         shown = {n: make for n, make in (panels or {}).items() if not getattr(make, "needs_run", 0)}
         cut = f"The recording is incomplete: it was cut off after {scene.times[-1]:.2f} s."
         note = "" if recording.complete else cut
         super().__init__(lambda gui: ReplayControls(gui, speed, scene, note), shown, port)
+        self.controls.breakpoints = frozenset(breakpoints)
         self._show_tree(recording.identity["tree"])
-        first, end = float(scene.times[0]), float(scene.times[-1])
-        for panel in self._panels:
-            events = self._timeline.events(-1, len(scene.times) - 1)
-            panel.show_recording(events, first, end)
-        self.seek(first if start is None else start)
+        for event in events:
+            for panel in self._present:
+                panel.handle(event)
+        self.seek(float(scene.times[0]) if start is None else start)
 
     def show_time(self, time: float | None) -> None:
         """Request the state at another time [s]."""
@@ -105,7 +116,7 @@ class ReplayPage(ScenePage):
 
     def seek(self, time: float) -> None:
         """Show the state after the last tick that ended at or before a time [s]."""
-        scene, paused = self._timeline.scene, self.controls.paused
+        scene, paused = self.past.scene, self.controls.paused
         scene.seek(time)
         self._go_to(scene.index)
         self.controls.leave_breakpoint(paused)
@@ -114,7 +125,7 @@ class ReplayPage(ScenePage):
     def serve(self, stop: Callable[[], bool]) -> None:
         """Play under the controls until ``stop`` returns True."""
         before = time.perf_counter()
-        position = self._timeline.scene.time
+        position = self.past.scene.time
         while not stop():
             now = time.perf_counter()
             position = self._act(position, min(now - before, LONGEST_ADVANCE))
@@ -131,7 +142,7 @@ class ReplayPage(ScenePage):
             position: The simulated time reached so far [s].
             elapsed: Wall time since then [s].
         """
-        controls, times = self.controls, self._timeline.scene.times
+        controls, times = self.controls, self.past.scene.times
         last = len(times) - 1
         if (wanted := controls.take_time()) is not None:
             self.seek(wanted)
@@ -148,22 +159,3 @@ class ReplayPage(ScenePage):
             if not controls.paused:
                 return position
         return float(times[self._index])
-
-    def _go_to(self, index: int) -> None:
-        """Bring scene and panels to another state."""
-        timeline, before = self._timeline, self._index
-        if index < before:
-            before = -1
-            for panel in self._panels:
-                panel.reset()
-        for event in timeline.events(before, index):
-            self.handle(event)
-        first = max(before + 1, index + 1 - PLOT_SAMPLES, 1)  # state 0 has no joint samples
-        if first <= index:
-            times, joints = timeline.joints(first, index + 1)
-            for panel in self._panels:
-                panel.sample(times, joints)
-        self._index = timeline.scene.index = index
-        if self._entities != (present := timeline.scene.entities()):
-            self._entities = present
-            self._scene.bind(timeline.scene)

@@ -9,15 +9,18 @@ import numpy as np
 import trimesh
 from PIL import Image
 
-from bt_manip.cell import SceneSource, TexturedMesh, Triangles, VisualShape
+from bt_manip_recording import SceneSource, TexturedMesh, Triangles, VisualShape
 
 from .framing import Framing, rotated
 
 BRIGHTNESS = 0.4
 """Intensity of the environment light; at viser's default, 1, light colours look white."""
 
-SKY = ((214, 226, 240), (246, 248, 250))
-"""Background colours at the top and at the bottom."""
+GROUND_SIZE, GROUND_OPACITY = 4.0, 0.35
+"""Smallest width of a plane that is a ground [m], and its opacity.
+
+The sky shows through it: it is light or dark like the page of each browser.
+"""
 
 AXES_LENGTH = 0.08
 """Length of body axes [m]."""
@@ -45,8 +48,6 @@ class SceneView:
     def __init__(self, server: Any) -> None:
         self._server = server
         server.scene.configure_environment_map(environment_intensity=BRIGHTNESS)
-        sky = np.linspace(*SKY, 64).astype(np.uint8)
-        server.scene.set_background_image(np.repeat(sky[:, None], 2, axis=1))
         self._shown: dict[str, Any] = {}  # appearance of the entities, by name
         self._digests: dict[str, str] = {}  # of shapes, which may be equal in another cell
         self._nodes: dict[str, Any] = {}  # by entity
@@ -70,7 +71,7 @@ class SceneView:
             for name, appearance in present.items():
                 if self._shown.get(name) != appearance:
                     shapes = source.shapes(name)
-                    digest = _digest(shapes)
+                    digest = shapes_digest(shapes)
                     if self._digests.get(name) != digest:
                         self._remove(name)
                         self._add(name, shapes)
@@ -142,6 +143,7 @@ class SceneView:
     def _remove(self, name: str) -> None:
         if self._shown.pop(name, None) is not None:
             self._nodes.pop(name).remove()
+            self._framing.forget(self._frames[name])
             del self._frames[name], self._digests[name], self._shapes[name], self._meshes[name]
             self._clickable.discard(name)
 
@@ -162,15 +164,17 @@ class SceneView:
             meshes += [self._add_shape(f"{path}/shape{i}", shape) for i, shape in enumerate(shapes)]
 
     def _add_shape(self, path: str, shape: VisualShape) -> Any:
+        *rgb, alpha = shape.rgba
+        if shape.kind == "box" and shape.size[2] < 1e-3 and min(shape.size[:2]) > GROUND_SIZE:
+            alpha *= GROUND_OPACITY
         if shape.textured is not None:
             return self._server.scene.add_glb(
                 path,
-                _glb(shape.textured, shape.rgba[3]),
+                _glb(shape.textured, alpha),
                 position=shape.position,
                 wxyz=shape.quat_wxyz,
             )
         vertices, faces = triangles_of(shape)
-        *rgb, alpha = shape.rgba
         return self._server.scene.add_mesh_simple(
             path,
             rotated(shape.quat_wxyz, vertices) + shape.position,
@@ -217,7 +221,7 @@ def _glb(textured: TexturedMesh, alpha: float) -> bytes:
     return data
 
 
-def _digest(bodies: Mapping[str, Sequence[VisualShape]]) -> str:
+def shapes_digest(bodies: Mapping[str, Sequence[VisualShape]]) -> str:
     """Return a digest of shapes; equal shapes have equal digests."""
     digest = hashlib.sha256()
     for body, shapes in bodies.items():

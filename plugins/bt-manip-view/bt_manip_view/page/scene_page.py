@@ -2,14 +2,16 @@
 
 import contextlib
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from bt_manip.runner import RunEvent
 
 from .controls import Controls
+from .findings import Findings
 from .gui import Gui
 from .panel import Panel
+from .plot_panel import PLOT_SAMPLES
 from .scene import SceneView
 from .server import HOST, close_server, open_server, processor_time
 from .site import Site
@@ -47,13 +49,17 @@ class ScenePage:
         server: The ``viser.ViserServer`` of the scene.
         controls: The controls.
         shown_time: The displayed simulated time [s]; None: the present.
+        findings: Findings of the check of the tree, at its nodes; a recording has none.
     """
+
+    past: Any  # the states that can be shown: a History, or the Timeline of a recording
 
     def __init__(
         self, make_controls: Callable[[Any], Controls], panels: Mapping[str, MakePanel], port: int
     ) -> None:
         self.gui = Gui()
         self.shown_time: float | None = None
+        self.findings: Findings = {}
         self.site = Site(self.gui)
         self.server = open_server(port, self.site)
         self.url = f"http://{HOST}:{self.server.get_port()}"
@@ -63,7 +69,12 @@ class ScenePage:
         self._places |= {name: self.gui.add(name) for name in ("below", "over")}
         with self.bar:
             self.controls = make_controls(self.gui)
-        self._panels: list[Panel] = [self.controls, *self._make(panels)]
+        self._panels: list[Panel] = [self.controls]
+        self._present: list[Panel] = []  # those that do not follow the shown time
+        self._index = -1  # number of the state that the others show
+        self._entities: Mapping[str, Any] = {}  # that the scene shows of the past
+        for name, make in panels.items():
+            self._add_panel(name, make)
         self._next = self._next_panels = self._served = 0.0
 
     def close(self) -> None:
@@ -85,6 +96,11 @@ class ScenePage:
     def show_frames(self, shown: bool) -> None:
         """Show or hide the axes of all bodies of the scene."""
         self._scene.show_frames(shown)
+
+    @property
+    def span(self) -> tuple[float, float | None]:
+        """Times of start and end of the past that can be shown [s]; no end while a run goes on."""
+        return float(self.past.times[0]), float(self.past.times[-1])
 
     def show_time(self, time: float | None) -> None:
         """Show another simulated time [s]; None: the present."""
@@ -110,15 +126,16 @@ class ScenePage:
 
     # For subclasses
 
-    def _make(self, panels: Mapping[str, MakePanel]) -> Iterator[Panel]:
-        """Make the panels, each in its container."""
-        for name, make in panels.items():
-            container = self._places.get(getattr(make, "place", Panel.place))
-            if container is None:
-                with self.tabs:
-                    container = self.gui.add("tab", label=name.replace("_", " ").capitalize())
-            with container:
-                yield make(self)
+    def _add_panel(self, name: str, make: MakePanel) -> None:
+        """Add a panel in its container."""
+        container = self._places.get(getattr(make, "place", Panel.place))
+        if container is None:
+            with self.tabs:
+                container = self.gui.add("tab", label=name.replace("_", " ").capitalize())
+        with container:
+            self._panels.append(make(self))
+        if getattr(make, "needs_run", False) or getattr(make, "whole_run", False):
+            self._present.append(self._panels[-1])
 
     def _show_tree(self, name: str) -> None:
         """Show the name of the running tree, and clear the panels."""
@@ -130,6 +147,30 @@ class ScenePage:
         """Pass an event to the panels."""
         for panel in self._panels:
             panel.handle(event)
+
+    def _go_to(self, index: int) -> None:
+        """Bring the scene, and the panels that follow the shown time, to a state of the past."""
+        past, before = self.past, self._index
+        following = [panel for panel in self._panels if panel not in self._present]
+        if index < before:
+            before = -1
+            for panel in following:
+                panel.reset()
+        for event in past.events(before, index):
+            for panel in following:
+                panel.handle(event)
+        self._sample(max(before + 1, index + 1 - PLOT_SAMPLES), index + 1, following)
+        self._index = past.scene.index = index
+        if self._entities != (present := past.scene.entities()):
+            self._entities = present
+            self._scene.bind(past.scene)
+
+    def _sample(self, first: int, end: int, panels: Iterable[Panel]) -> None:
+        """Give panels the states from ``first`` to before ``end``; state 0 has no samples."""
+        if (first := max(first, 1)) < end:
+            times, joints = self.past.joints(first, end)
+            for panel in panels:
+                panel.sample(times, joints)
 
     def _catch_up(self) -> None:
         """Bring scene and panels to the present state before drawing."""

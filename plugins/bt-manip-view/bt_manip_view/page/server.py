@@ -41,6 +41,9 @@ LARGEST_MESSAGE = 1 << 18
 REST = 5e-4
 """Pause after each message, so that a flood of messages does not starve the run [s]."""
 
+LONGEST_ANSWER = 60.0
+"""Time in which a request is answered, also for a recording that is written for it [s]."""
+
 STALLED = 20.0
 """Time after which a browser that does not read is disconnected [s]."""
 
@@ -175,6 +178,7 @@ def _checked_connections(site: Site | None) -> Iterator[None]:
 
         options |= {
             "max_size": LARGEST_MESSAGE,
+            "open_timeout": LONGEST_ANSWER,
             "select_subprotocol": lambda _, asked: asked[0] if asked[0] in protocols else None,
         }
         return serve(handle, *args, process_request=process, **options)

@@ -6,6 +6,7 @@ import functools
 import gzip
 import http
 from collections import deque
+from collections.abc import Awaitable, Callable
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
@@ -53,10 +54,15 @@ class Site:
 
     Args:
         gui: The elements of the page.
+
+    Attributes:
+        downloads: Makers of files by path: each returns the name and the content, or None, in a
+            thread of its own.
     """
 
     def __init__(self, gui: Gui) -> None:
         self.gui = gui
+        self.downloads: dict[str, Callable[[], tuple[str, bytes] | None]] = {}
         self._browsers: dict[Any, _Browser] = {}  # by connection
 
     @property
@@ -73,7 +79,7 @@ class Site:
         for connection in list(self._browsers):
             connection.transport.abort()
 
-    def response(self, path: str, compressed: bool) -> Response:
+    def response(self, path: str, compressed: bool) -> Response | Awaitable[Response]:
         """Return the response to a request.
 
         Args:
@@ -81,6 +87,8 @@ class Site:
             compressed: Whether the browser accepts gzip.
         """
         path = urlsplit(path).path
+        if path in self.downloads:
+            return asyncio.to_thread(_download, self.downloads[path])
         path = "/" if path == "/index.html" else path
         headers = Headers({"Cache-Control": "no-cache", "X-Content-Type-Options": "nosniff"})
         headers["Content-Security-Policy"] = FRAMED if path == SCENE_PATH else PAGE_POLICY
@@ -138,6 +146,17 @@ class Site:
                 if browser.size > LONGEST_QUEUE:
                     browser.queue = None
             browser.wake.set()
+
+
+def _download(make: Callable[[], tuple[str, bytes] | None]) -> Response:
+    headers = Headers({"Cache-Control": "no-store", "X-Content-Type-Options": "nosniff"})
+    if (made := make()) is None:
+        return Response(http.HTTPStatus.NOT_FOUND, "Not Found", headers)
+    name, body = made
+    headers["Content-Type"] = "application/octet-stream"
+    headers["Content-Disposition"] = f'attachment; filename="{name}"'
+    headers["Content-Length"] = str(len(body))
+    return Response(http.HTTPStatus.OK, "OK", headers, body)
 
 
 class _Browser:

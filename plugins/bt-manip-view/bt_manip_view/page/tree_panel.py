@@ -1,4 +1,4 @@
-"""The running tree: states of its nodes, breakpoints, errors of an edit."""
+"""The running tree: states of its nodes, breakpoints, findings of its check."""
 
 from typing import Any
 
@@ -17,10 +17,11 @@ class TreePanel(Panel):
     place = "left"
 
     def __init__(self, page: Any) -> None:
-        self._controls = page.controls
+        self._page, self._controls = page, page.controls
         self._tree = page.gui.add(
-            "tree", nodes=[], states={}, breakpoints=[], problems=[], failed=False
-        )
+            "tree", nodes=[], states={}, breakpoints=[], problems=[], findings={}, edited=False,
+            failed=False,
+        )  # fmt: skip
         self._tree.on("breakpoint", self._toggle, self._is_path)
         self._paths: frozenset[str] = frozenset()
         self._texts: dict[int, str] = {}  # messages by uid
@@ -61,6 +62,8 @@ class TreePanel(Panel):
             self._tree.merge("states", self._changed)
             self._changed = {}
         self._tree.breakpoints = sorted(self._controls.breakpoints)
+        self._tree.findings = self._page.findings
+        self._tree.edited = self._controls.edited
 
     # Internal
 

@@ -23,8 +23,12 @@ UNUSED = (
 )
 """Messages of viser without effect here."""
 
-HIDDEN = "<style>[data-floating-window],.mantine-Notifications-root{display:none!important}</style>"
-"""Hides viser's own panel; the page has the inputs."""
+STYLE = """<style>
+[data-floating-window],.mantine-Notifications-root{display:none!important}
+canvas[data-engine]{background:linear-gradient(#d6e2f0,#f6f8fa)}
+[data-theme=dark] canvas[data-engine]{background:linear-gradient(#10141a,#23272e)}
+</style>"""
+"""Hides viser's own panel, as the page has the inputs; sky behind the scene, light or dark."""
 
 CLIENT = Path(viser.__file__).parent / "client" / "build" / "index.html"
 
@@ -63,4 +67,4 @@ def check_message(message: Any) -> None:
 
 def client_html() -> str:
     """Return viser's client without its panel."""
-    return CLIENT.read_text().replace("</head>", f"{HIDDEN}</head>", 1)
+    return CLIENT.read_text().replace("</head>", f"{STYLE}</head>", 1)

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import mujoco
 import numpy as np
 
-from bt_manip.cell import PLANE_THICKNESS, WORLD, Arena, FrameRenderer, camera_number
+from bt_manip.cell import WORLD, Arena, FrameRenderer, camera_number
+from bt_manip_recording import PLANE_THICKNESS
 
 from .video_recorder import PIXEL_SAMPLES, SHADOW_SIZE, VideoFile, check_video, overlay_text
 

@@ -239,14 +239,9 @@ class Window:
     def wait_for_scene(self) -> None:
         """Wait until the scene is there, with its light and textures."""
         if self.page.locator("iframe#scene").count():
-            scenes: list[Any] = []
-            wait_until(
-                lambda: (
-                    bool(scenes.extend(f for f in self.page.frames if f.url.endswith("/scene")))
-                    or bool(scenes)
-                )
-            )
-            self.frame = scenes[0]
+            # It comes after the rest of the page.
+            self.frame = self.page.locator("iframe#scene[src]").element_handle().content_frame()
+            self.frame.wait_for_url("**/scene*")
         wait_until(lambda: bool(self.evaluate(COMPLETE)))
         # The note that the scene is drawn in software goes by itself, sooner or later.
         self.evaluate("() => document.querySelector('.mantine-Notification-closeButton')?.click()")

@@ -7,7 +7,8 @@ import pytest
 
 from .conftest import Program, wait_until
 
-TREE = """<root BTCPP_format="4"><BehaviorTree ID="Main"><Sequence name="task">
+TREE = """<root BTCPP_format="4"><BehaviorTree ID="Main" _results="count"><Sequence name="task">
+  <Sleep name="begin" msec="50" _onSuccess="count := 3" _break="true"/>
   <SpawnObject name="spawn" region="0.3;0.3;-0.2;-0.2" object="{cube}"/>
   <Repeat num_cycles="-1"><Sequence name="there and back">
     <MoveToConfiguration name="away" configuration="0;0.3;0;-1.8;0;2.1;0.8" speed="0.5"/>
@@ -29,7 +30,28 @@ def tree(tmp_path_factory) -> Path:
 
 @pytest.fixture(scope="module")
 def program(tree, start) -> Program:
-    return start("run", tree, "--view", "--watch", "--real-time", "1")
+    options = ("--view", "--watch", "--real-time", "1", "--view-breakpoints", "spawn")
+    return start("run", tree, *options)
+
+
+def test_breakpoints_of_the_file_and_of_the_option_are_set_and_outlive_a_reload(shared_window):
+    window = shared_window
+    window.wait_for_text("s: paused at begin")
+    window.press("Continue")
+    window.wait_for_text("s: paused at spawn")
+    window.page.reload()
+    window.wait_for_scene()
+    window.wait_for_tree("✓ begin")
+    marked = window.page.locator(".line:not([hidden])", has=window.page.locator(".margin.set"))
+    wait_until(lambda: marked.locator(".name").all_inner_texts() == ["begin", "spawn"])
+    window.keep("breakpoints")
+    window.press("Continue")
+    window.wait_for_text("s: running")
+
+
+def test_results_of_the_tree_are_shown_while_it_runs(window):
+    window.wait_for_text(r"results\s+count\s+cycle 1\s+3")
+    window.keep("results")
 
 
 def test_a_selected_node_shows_its_ports_with_present_values(window):
@@ -76,17 +98,44 @@ def test_a_clicked_object_is_pulled_by_its_handle_and_falls_when_it_is_let_go(wi
     window.wait_for_text("cube is let go")
 
 
-def test_an_edit_with_an_error_is_shown_at_its_line_until_it_is_right(window, tree):
-    def write(text: str, time: int) -> None:
-        tree.write_text(text)
-        os.utime(tree, (time, time))  # another time, however coarse the clock
+def write(tree: Path, text: str, time: int) -> None:
+    tree.write_text(text)
+    os.utime(tree, (time, time))  # another time, however coarse the clock
 
-    write(TREE.replace("<MoveHome", "<MoveHme"), 1)
+
+def test_an_edit_while_the_run_is_paused_is_announced_at_once(window, tree):
+    said = "The file was edited: it is read when the run goes on"
+    window.press("Pause")
+    window.wait_for_text("s: paused")
+    assert said not in window.text()
+    write(tree, TREE.replace('name="away"', 'name="beside"'), 3)
+    window.wait_for_text(said)
+    assert "away" in window.tree()
+    window.keep("edited_while_paused")
+    window.press("Continue")
+    window.wait_for_tree("beside")
+    wait_until(lambda: said not in window.text())
+    for node in ("begin", "spawn"):  # the edited tree begins anew
+        window.wait_for_text(f"s: paused at {node}")
+        window.press("Continue")
+    window.wait_for_text("s: running")
+
+
+def test_an_edit_with_an_error_is_shown_at_its_line_and_one_with_a_warning_at_its_node(
+    window, tree
+):
+    write(tree, TREE.replace("<MoveHome", "<MoveHme"), 1)
     window.wait_for_text("The edited file has errors, the tree goes on as it was")
-    window.wait_for_text(r"task\.xml:5:5: error: .*'MoveHome'")
+    window.wait_for_text(r"task\.xml:6:5: error: .*'MoveHome'")
     window.keep("edit_with_error")
-    write(TREE, 2)
+    write(tree, TREE.replace("<MoveHome", '<MoveHome _skipIf="true"'), 2)
     wait_until(lambda: "The edited file has errors" not in window.text())
+    row = window.page.locator(".line", has=window.page.locator(".found:not(:empty)"))
+    row.wait_for()
+    assert "MoveHome never runs" in row.locator(".found").get_attribute("title")
+    row.click()
+    window.wait_for_text("⚠ MoveHome never runs: its _skipIf always holds")
+    window.keep("warning")
 
 
 LARGE_TREE = """<root BTCPP_format="4"><BehaviorTree ID="Main"><Repeat num_cycles="-1">

@@ -9,7 +9,7 @@ import pytest
 from bt_manip.runner import RunRequest, find_tree, prepare
 from bt_manip.viewer import render
 
-from .conftest import Program, Window, wait_until
+from .conftest import SIZE, Program, Window, wait_until
 from .framing import check_framing
 
 CAMERA = """
@@ -21,6 +21,17 @@ CAMERA = """
     }
 """
 """Gives the pose of the camera in the world, a 4x4 matrix by columns."""
+
+COLOUR = "one => getComputedStyle(one).color"
+
+RED = """
+    () => {
+        const one = document.body.appendChild(document.createElement("i"));
+        one.style.color = "var(--red)";
+        return getComputedStyle(one).color;
+    }
+"""
+"""Gives the colour of failures."""
 
 
 @pytest.fixture(scope="module")
@@ -91,8 +102,93 @@ def test_the_picture_of_a_chosen_camera_is_over_the_scene(opengl, window):
 def test_the_tree_follows_the_run_with_statuses_and_reasons(window):
     window.wait_for_tree("▶ (Hover|Reach|Lift|Drop)")
     window.wait_for_tree("✓ SpawnObject +'cube' at")
-    window.wait_for_tree("✗ IsHolding +the gripper holds nothing, not 'cube'")
+    window.wait_for_tree("no IsHolding +the gripper holds nothing, not 'cube'")
+    red = window.page.evaluate(RED)
+    assert red != window.node("IsHolding").locator(".name").evaluate(COLOUR)
     window.wait_for_tree(r"▶ (Hover|Reach|Lift|Drop) .*\d\.\d\d s$")
+
+
+def test_keys_work_after_a_click_on_a_button_or_a_box(window):
+    focused = "() => document.activeElement.type ?? document.activeElement.tagName"
+    keys = window.page.keyboard
+    for used in (window.button("Pause"), window.page.get_by_label("Follow")):
+        used.click(force=True)
+        keys.press("/")
+        assert window.page.evaluate(focused) == "search"
+        keys.press("Escape")
+    window.page.get_by_label("Follow").click(force=True)
+    window.wait_for_text("s: paused")
+    window.button("Light or dark").click(force=True)
+    keys.press("Space")
+    window.wait_for_text("s: running")
+    window.button("Light or dark").click(force=True)
+    window.select("pick")
+    window.button("Step").click(force=True)
+    keys.press("ArrowDown")
+    wait_until(lambda: "Sequence" in window.page.locator(".line.chosen").inner_text())
+
+
+def test_there_is_no_empty_picture_while_the_page_is_opened(window):
+    page = window.page.context.new_page()
+    page.add_init_script(
+        "window.broken = 0; setInterval(() => { for (const one of document.images)"
+        " window.broken += one.offsetParent !== null && !one.naturalWidth; }, 5);"
+    )
+    page.goto(window.page.url)
+    page.locator(".line .name").first.wait_for()
+    page.wait_for_timeout(500)
+    assert page.evaluate("() => window.broken") == 0
+    page.close()
+
+
+ROOM = """
+    () => [...document.querySelectorAll(".line:not([hidden]) .message")]
+        .filter((one) => one.textContent && one.offsetParent)
+        .map((one) => {
+            const name = one.parentElement.querySelector(".name").getBoundingClientRect();
+            const room = one.clientWidth - parseFloat(getComputedStyle(one).paddingLeft);
+            return [one.textContent, room, one.scrollWidth <= one.clientWidth,
+                one.parentElement.className, one.getBoundingClientRect().top - name.top];
+        })
+"""
+"""Gives text, room [pixels], whether it is whole, classes of the row, and distance to the name."""
+
+
+def test_a_message_has_room_for_20_letters_or_is_below_its_name(window):
+    def rows() -> list[tuple[str, float, bool, bool, bool]]:
+        window.wait_for_tree("IsHolding +the gripper holds nothing")
+        return [
+            (text, room, is_whole, below > 10, "two" in classes.split())
+            for text, room, is_whole, classes, below in window.page.evaluate(ROOM)
+        ]
+
+    try:
+        for width, height in ((1400, 900), (1280, 720), (700, 900)):
+            window.page.set_viewport_size({"width": width, "height": height})
+            if width == 700:
+                window.open_tab("Tree")
+            wait_until(lambda some=width > 700: any(two for *_, two in rows()) == some)
+            for text, room, is_whole, is_below, two in rows():
+                assert is_whole or room >= 120, text
+                assert is_below == two, text
+            window.keep(f"messages_{width}")
+    finally:
+        window.page.set_viewport_size(SIZE)
+        window.open_tab("Log")
+
+
+def test_sky_and_ground_of_the_scene_are_dark_where_the_page_is(opengl, paused):
+    brightness = {}
+    for theme in ("light", "dark"):
+        if paused.page.evaluate("() => document.documentElement.dataset.theme") != theme:
+            paused.press("Light or dark")
+        pixels = paused.scene(f"scene_{theme}")
+        height, width = pixels.shape[:2]
+        sky = pixels[: height // 20, : width // 4]
+        ground = pixels[height // 2 : height * 11 // 20, : width // 20]
+        brightness[theme] = sky.mean(), ground.mean()
+    assert min(brightness["light"]) > 150 and max(brightness["dark"]) < 110, brightness
+    paused.press("Light or dark")
 
 
 def test_the_speed_can_be_changed(window):
@@ -172,20 +268,30 @@ def test_log_blackboard_and_plot_are_in_tabs(window):
     window.wait_for_text(r"Grasp: fingers press with")
     assert "IsHolding: " not in window.text()
     window.page.get_by_label("condition").check()
-    window.wait_for_text("IsHolding: the gripper holds nothing")
+    window.wait_for_text("IsHolding: no, the gripper holds nothing")
     window.page.get_by_label("condition").uncheck()
     window.open_tab("Blackboard")
     window.wait_for_text("cube\\s+auto")
-    window.open_tab("Tracking error")
-    plot = window.page.locator("canvas.plot")
-    plot.wait_for()
+    window.open_tab("Plots")
+    window.page.locator("canvas.plot").first.wait_for()
+    for number, quantity in enumerate(("Grip force", "Height of objects"), 2):
+        window.choose("Quantity", quantity)
+        wait_until(lambda count=number: window.page.locator("canvas.plot").count() == count)
     window.page.wait_for_timeout(500)
-    drawn = plot.evaluate(
-        "canvas => canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data"
-        ".filter((value, index) => index % 4 == 3 && value > 0).length"
-    )
-    assert drawn > 100
-    window.keep("plot")
+    for plot in window.page.locator("canvas.plot").all():
+        drawn = plot.evaluate(
+            "canvas => canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data"
+            ".filter((value, index) => index % 4 == 3 && value > 0).length"
+        )
+        assert drawn > 100
+    window.keep("plots")
+    line = window.page.get_by_role("slider", name="Timeline")
+    window.page.locator("canvas.plot").first.click(position={"x": 150, "y": 60})
+    window.button("Back to now").wait_for()
+    assert float(line.get_attribute("aria-valuenow")) < window.time()
+    window.press("Back to now")
+    window.press("Remove Grip force")
+    wait_until(lambda: window.page.locator("canvas.plot").count() == 2)
     window.open_tab("Log")
 
 

@@ -62,14 +62,19 @@ def test_the_tool_follows_the_handle_that_the_mouse_drags_by_an_arrow(window):
 
 def test_a_tree_runs_is_stopped_and_the_cell_is_reset(window):
     assert "SpawnObject" in window.tree() and "s: ready" in window.text()
+    window.set_breakpoint("SpawnObject")
     window.press("▶ Run")
-    window.wait_for_text("cycle 1, ")
+    window.wait_for_text("s: paused at .*SpawnObject")
+    window.press("Continue")
     window.wait_for_tree("▶ (Hover|Reach|Lift|Drop)")
     window.press("Stop")
     window.wait_for_text("INTERRUPTED")
-    window.wait_for_text(r"bt-manip replay run\.mcap")
+    window.wait_for_text(r"recorded: bt-manip run pick_place .*--record run\.mcap")
     window.button("Reset").wait_for()
     window.press("▶ Run")  # again
+    window.wait_for_text("s: paused at .*SpawnObject")
+    window.set_breakpoint("SpawnObject")
+    window.press("Continue")
     window.wait_for_text("cycle 1, .*running")
     window.press("Stop")
     window.button("Reset").wait_for()

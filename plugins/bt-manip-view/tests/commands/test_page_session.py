@@ -1,6 +1,8 @@
 """Runs that are chosen on the page are the runs of the command line."""
 
 import json
+import re
+import shlex
 import signal
 import time
 from collections import deque
@@ -134,6 +136,39 @@ def test_a_run_begins_where_the_arm_was_jogged(session, serve, user, tree):
     assert session.last.run.station is before
     assert session.last.report.status == "SUCCESS"
     assert session.last.report.state_digest
+
+
+SPAWN = """
+<root BTCPP_format="4"><BehaviorTree ID="Main"><Sequence>
+  <SpawnObject region="0.3;0.5;-0.2;0.2" object="{cube}"/><Sleep msec="{wait}"/>
+</Sequence></BehaviorTree>
+<TreeNodesModel><SubTree ID="Main"><input_port name="wait" default="30"/></SubTree></TreeNodesModel>
+</root>
+"""
+
+
+def test_the_command_of_the_result_repeats_the_run(
+    session, serve, user, tmp_path, bt_manip, monkeypatch
+):
+    tree = tmp_path / "my tree.xml"
+    tree.write_text(SPAWN)
+    session.options = replace(
+        session.options, tree=str(tree), tick_ms=20.0, settings={"wait": "70"}, tool_speed=0.3
+    )
+    chosen = choice(str(tree), scene="two_arms", seed=4, cycles=2)
+    serve(("reset", chosen), ("run", chosen))
+    digest = session.last.report.state_digest
+    ((_, result),) = user.elements("result")
+    (command,) = re.findall("bt-manip (run .* --record run.mcap)", result["text"])
+    assert bt_manip(*shlex.split(command), "--quiet", "--report", "kept.json").code == 0
+    assert json.loads(Path("kept.json").read_text())["state_digest"] == digest
+    assert Path("run.mcap").exists()
+
+
+def test_the_result_says_that_a_run_in_the_present_cell_has_no_command(session, serve, user, tree):
+    serve(lambda: user.jog(0.4), *WHILE, ("run", choice(tree)))
+    ((_, result),) = user.elements("result")
+    assert "began where the arm was jogged" in result["text"]
 
 
 def test_a_jogged_arm_is_at_home_after_a_reset(session, serve, user, tree):

@@ -8,7 +8,18 @@ import sys
 import time
 import urllib.request
 
+import msgspec
 import pytest
+import viser
+from websockets import Subprotocol
+from websockets.sync.client import connect
+
+CAMERA = {
+    "type": "ViewerCameraMessage", "wxyz": (1.0, 0.0, 0.0, 0.0), "position": (0.3, 0.0, 1.2),
+    "fov": 1.0, "near": 0.1, "far": 9.0, "image_height": 9, "image_width": 9,
+    "look_at": (0.0, 0.0, 0.0), "up_direction": (0.0, 0.0, 1.0),
+}  # fmt: skip
+"""The first message of a scene."""
 
 
 def test_the_page_stays_up_after_the_run_until_ctrl_c(trees, tmp_path):
@@ -19,11 +30,16 @@ def test_the_page_stays_up_after_the_run_until_ctrl_c(trees, tmp_path):
     )  # fmt: skip
     assert process.stdout is not None
     try:
-        seen = ""
+        seen, scene = "", None
         while "stays up" not in seen:
             line = process.stdout.readline()
             assert line, seen
             seen += line
+            if (found := re.search(r"http://(127\.0\.0\.1:\d+)", line)) and scene is None:
+                # A browser that shows the scene: without one, the run begins after 10 s.
+                protocols = [Subprotocol(f"viser-v{viser.__version__}")]
+                scene = connect(f"ws://{found[1]}/scene", subprotocols=protocols, max_size=None)
+                scene.send(msgspec.msgpack.encode(CAMERA))
         url = re.findall(r"http://127\.0\.0\.1:\d+", seen)[0]
         assert urllib.request.urlopen(url, timeout=30).status == 200
         process.send_signal(signal.SIGINT)
@@ -55,6 +71,16 @@ def test_ctrl_c_ends_the_page_without_a_run(until):
 def test_a_mistyped_tree_is_bad_input(bt_manip):
     done = bt_manip("view", "pick_plaze")
     assert done.code == 2 and "did you mean 'pick_place'" in done.err
+
+
+def test_a_breakpoint_at_an_unknown_node_is_bad_input(bt_manip, tmp_path):
+    tree = tmp_path / "tree.xml"
+    tree.write_text(
+        '<root BTCPP_format="4"><BehaviorTree ID="A"><Sleep msec="10"/></BehaviorTree></root>'
+    )
+    done = bt_manip("run", tree, "--view", "--view-port", "0", "--view-breakpoints", "Sleep; Slept")
+    assert done.code == 2
+    assert "breakpoint: no node is called 'Slept'; did you mean 'Sleep'?" in done.err
 
 
 def test_a_tree_that_raises_at_its_setup_opens_no_page(bt_manip, tmp_path):

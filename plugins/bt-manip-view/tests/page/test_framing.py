@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 import trimesh
 
-from bt_manip import build_station
-from bt_manip.cell import CellScene
+from bt_manip import build_station, spatial
+from bt_manip.cell.objects import Cube
+from bt_manip_recording import CellScene
 from bt_manip_view import Page
 from bt_manip_view.page.framing import FRAMED_SHARE, NOT_FRAMED, rotated
+from bt_manip_view.page.history import History
 
 from .conftest import CAMERA, wait_until
 
@@ -87,3 +89,18 @@ def test_a_camera_that_viser_puts_to_its_initial_position_is_placed_again(page, 
     placed = report()
     again = report(position=page.server.initial_camera.position.tolist())
     np.testing.assert_allclose(again[0], placed[0])
+
+
+def test_an_object_that_is_not_yet_in_a_past_state_does_not_move_the_camera(parts, page, report):
+    report()
+    past, cell = History(), build_station(parts).cell
+    for x in (0.5, 0.7):  # without an object, then with one
+        source = CellScene(cell.model, cell.data, cell.entities)
+        past.look(source)
+        past.end_tick(cell.time, source.poses(), {})
+        cell.add(Cube(), spatial.pose((x, 0.0, 0.5)))
+    for past.index in (1, 0):
+        page._scene.bind(past.scene)
+        page._scene._framing._next = 0.0  # it looks once a second
+        page._scene.update()
+    assert all(np.isfinite(value).all() for value in report(image_width=500))

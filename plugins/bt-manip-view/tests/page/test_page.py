@@ -11,10 +11,10 @@ import trimesh
 
 from bt_manip.behaviours import IsHolding, MoveHome, RemoveObject, SpawnObject
 from bt_manip.bt import AlwaysFailure, Fallback, Script, Sequence, Sleep
-from bt_manip.cell import CellScene
 from bt_manip.exceptions import BtManipError
 from bt_manip.record import Recorder
-from bt_manip.runner import RunObserver
+from bt_manip.runner import Run, RunObserver
+from bt_manip_recording import CellScene
 from bt_manip_view import Page
 from bt_manip_view.page.scene import SceneView
 
@@ -208,6 +208,24 @@ def test_the_clock_stands_still_after_the_run(make_run, page, connect):
     assert "0.06 s" in connect("page").see().find("status")["text"]
 
 
+def test_the_clock_of_a_second_run_in_the_same_cell_begins_at_zero(make_run, page, connect):
+    run = make_run(Sleep("rest", msec=50))
+    run.execute([page])
+    page.begin_idle(run.station)
+    for _ in range(100):
+        run.station.cell.step()
+    Run(run.request, run.tree, run.station).execute([page])
+    client = connect("page").see()
+    assert client.find("status")["text"] == "cycle 1, 0.06 s: ended SUCCESS"
+    line = client.find("timeline")
+    assert (line["start"], line["end"]) == pytest.approx((0.0, 0.06))
+    leaf = next(time for time, uid, name, _ in line["leaves"] if name == "rest")
+    assert leaf == pytest.approx(0.0)
+    assert client.find("plot")["samples"][0][0] == pytest.approx(0.01)
+    (_, _, start, end) = next(iter(client.find("tree")["states"].values()))
+    assert (start, end) == pytest.approx((0.0, 0.05), abs=0.011)
+
+
 def test_one_can_look_back_while_the_run_is_paused(in_thread, page, connect):
     page.controls.breakpoints = frozenset(["second"])
     root = Sequence("root", Sleep("first", msec=3000), Sleep("second", msec=50))
@@ -219,11 +237,10 @@ def test_one_can_look_back_while_the_run_is_paused(in_thread, page, connect):
     client.see()
     line = client.uid("timeline")
     client.send(line, "seek", 0.0)
-    wait_until(lambda: page.shown_time is not None)
-    assert client.see().find("timeline")["shown"] < run.station.cell.time
+    wait_until(lambda: client.see().find("timeline")["shown"] is not None)
+    assert client.find("timeline")["shown"] < run.station.cell.time
     client.send(line, "seek", None)
-    wait_until(lambda: page.shown_time is None)
-    assert client.see().find("timeline")["shown"] is None
+    wait_until(lambda: client.see().find("timeline")["shown"] is None)
     client.toggle()
     thread.join(30)
 

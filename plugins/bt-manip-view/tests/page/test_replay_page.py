@@ -10,6 +10,7 @@ from mcap.reader import make_reader
 
 from bt_manip.behaviours import MoveToConfiguration, RemoveObject, SpawnObject
 from bt_manip.bt import AlwaysFailure, Fallback, Script, Sequence, Sleep
+from bt_manip.exceptions import BtManipError
 from bt_manip.plugins import load_plugins
 from bt_manip.runner import RunObserver
 from bt_manip_recording import McapRecorder, RecordedScene, Recording
@@ -20,7 +21,6 @@ from .conftest import Client, SceneClient, wait_until
 
 SHOWN = {
     "tree": ("nodes", "states", "failed"), "log": ("lines",), "blackboard": ("values",),
-    "plot": ("samples",),
 }  # fmt: skip
 """Properties of elements that are the same in a run and in its replay."""
 
@@ -33,7 +33,7 @@ def shown_on(client):
     return [
         rounded([element[name] for name in SHOWN[element["kind"]]])
         for element in client.see().elements.values()
-        if element["kind"] in SHOWN and element.get("samples") != []
+        if element["kind"] in SHOWN
     ]
 
 
@@ -69,6 +69,17 @@ class States(RunObserver):
         self.page.refresh(now=True)
         self.seen[self.cell.time] = shown_on(self.client), entities_in(self.scene)
 
+    def look_back(self, times):
+        """Return what the page shows then at some times, now."""
+        seen = {}
+        for moment in times:
+            self.page.show_time(moment)
+            self.page.refresh(now=True)
+            seen[moment] = shown_on(self.client), entities_in(self.scene)
+        self.page.show_time(None)
+        self.page.refresh(now=True)
+        return seen
+
 
 @pytest.fixture(scope="module")
 def panels():
@@ -79,7 +90,10 @@ def panels():
 
 @pytest.fixture(scope="module")
 def recorded(make_run, panels, tmp_path_factory):
-    """Record two cycles on a page; return the file, and what the page showed at each time."""
+    """Record two cycles on a page; return the file, what the page showed at each time, and later.
+
+    The page is looked back on when the run has ended, and when its cell has rested for ten minutes.
+    """
     path = tmp_path_factory.mktemp("replay") / "run.mcap"
     root = Sequence(
         "root",
@@ -93,11 +107,19 @@ def recorded(make_run, panels, tmp_path_factory):
     page = Page(panels, port=0, speed=None)
     states = States(page)
     try:
-        make_run(root, cycles=2).execute([McapRecorder(path), page, states])
+        run = make_run(root, cycles=2)
+        run.execute([McapRecorder(path), page, states])
+        times = np.random.default_rng(1).permutation(list(states.seen)).tolist()
+        end = shown_on(states.client)
+        later = [states.look_back(times)]
+        page.begin_idle(run.station)
+        run.station.cell.data.time += 600.0
+        later += [states.look_back(times[:20])]
+        assert shown_on(states.client) == end  # the present again
     finally:
         states.close()
         page.close()
-    return path, states.seen
+    return path, states.seen, later
 
 
 @pytest.fixture
@@ -108,7 +130,7 @@ def page(recorded, panels):
 
 
 def test_each_time_shows_what_the_run_had_shown(recorded, page, client, scene):
-    _, seen = recorded
+    _, seen, _ = recorded
     times = list(seen)
     np.random.default_rng(0).shuffle(times)
     for moment in (*times, *sorted(times)[:5]):
@@ -116,6 +138,14 @@ def test_each_time_shows_what_the_run_had_shown(recorded, page, client, scene):
         texts, entities = seen[moment]
         assert shown_on(client) == texts
         assert entities_in(scene) == entities
+
+
+@pytest.mark.parametrize("when", [0, 1], ids=["at the end", "ten minutes later"])
+def test_a_run_that_has_ended_shows_at_each_time_what_it_had_shown_then(recorded, when):
+    _, seen, later = recorded
+    assert len(later[when]) >= 20
+    for moment, shown in later[when].items():
+        assert shown == seen[moment]
 
 
 def test_poses_are_the_recorded_ones(recorded, page, scene):
@@ -180,7 +210,7 @@ def test_the_time_line_chooses_the_time(playing, client, shown_time):
 def test_the_time_line_has_the_whole_recording_at_any_time(page, client, times):
     line = client.see().find("timeline")
     before = line["leaves"], line["marks"]
-    assert {name for _, _, name in before[0]} >= {"rest", "MoveToConfiguration", ""}
+    assert {name for _, _, name, _ in before[0]} >= {"rest", "MoveToConfiguration", ""}
     assert [text for _, kind, text in before[1] if kind == "cycle"] == ["cycle 1", "cycle 2"]
     assert any(kind == "failure" and "never" in text for _, kind, text in before[1])
     for moment in (0.5, 0.1):
@@ -206,6 +236,14 @@ def test_playing_pauses_at_a_breakpoint_but_moving_past_it_does_not(
     client.toggle()
     client.toggle()
     wait_until(lambda: status().endswith("s: paused"))
+
+
+def test_a_breakpoint_may_be_named_before_a_replay(recorded, panels):
+    page = ReplayPage(Recording(recorded[0]), panels, port=0, breakpoints=("rest", "root"))
+    page.close()
+    assert page.controls.breakpoints == {"root", "rest"}
+    with pytest.raises(BtManipError, match="no node is called 'rust'; did you mean 'rest'"):
+        ReplayPage(Recording(recorded[0]), panels, port=0, breakpoints=("rust",))
 
 
 def test_panels_that_need_a_run_are_left_out(recorded):

@@ -5,7 +5,12 @@ import pytest
 from bt_manip import build_station
 from bt_manip.behaviours import RemoveObject, SpawnObject
 from bt_manip.bt import AlwaysFailure, Fallback, Sequence, Sleep
-from bt_manip.runner import RunObserver
+from bt_manip.runner import (
+    RunObserver,
+    RunRequest,
+    TreeSource,
+    prepare,
+)
 
 
 def tree():
@@ -81,6 +86,68 @@ def test_errors_of_an_edited_tree_are_shown_until_they_are_gone(make_run, page, 
 
     make_run(Sleep("rest", msec=30)).execute([page, Editor()])
     assert seen[1] == ["task.xml:3:7: error: unknown node '<Slep>'"] and seen[-1] == []
+
+
+CHECKED = """<root BTCPP_format="4"><BehaviorTree ID="Main"><Sequence>
+  <Sleep name="rest" msec="30"/>
+  <Sleep name="never" _skipIf="true" msec="1"/>
+</Sequence></BehaviorTree></root>"""
+
+
+def findings_of(client):
+    """Return the findings of the nodes by name."""
+    tree = client.see().find("tree")
+    names = {str(node["uid"]): node["name"] for node in tree["nodes"]}
+    return {names[uid]: [tuple(one) for one in found] for uid, found in tree["findings"].items()}
+
+
+def prepared(path, parts, text=CHECKED):
+    path.write_text(text)
+    return prepare(RunRequest(TreeSource("task", "xml", path=path)), parts)
+
+
+def test_warnings_are_shown_at_their_nodes_before_a_run_and_in_it(page, connect, parts, tmp_path):
+    run = prepared(tmp_path / "task.xml", parts)
+    client = connect("page")
+    page.begin_idle(run.station)
+    page.show_prepared(run)
+    shown = findings_of(client)
+    ((severity, text),) = shown["never"]
+    assert severity == "warning" and text.startswith("Sleep never runs") and len(shown) == 1
+    run.execute([page])
+    assert findings_of(client) == shown
+    page.show_prepared(prepared(tmp_path / "task.xml", parts, CHECKED.replace("true", "false")))
+    assert findings_of(client) == {}
+
+
+@pytest.mark.parametrize("above", ["", "<!-- its lines are not those of the nodes -->\n"])
+def test_an_error_of_an_edit_is_shown_at_its_node_unless_lines_moved(
+    page, connect, parts, tmp_path, above
+):
+    path, emitted = tmp_path / "task.xml", []
+    run, client = prepared(path, parts), connect("page")
+
+    class Editor(RunObserver):
+        def run_started(self, run):
+            self.emit = run.events.emit
+
+        def after_tick(self):
+            path.write_text(above + CHECKED.replace('msec="30"', 'msec="x"'))
+            problem = f"{path}:{3 if above else 2}:28: error: port 'msec': 'x' is not an integer"
+            self.emit("edit", {"problems": [problem]})
+            page.refresh(now=True)
+            emitted.append(findings_of(client))
+
+    run.execute([page, Editor()])
+    found = {name: [severity for severity, _ in found] for name, found in emitted[0].items()}
+    assert found == ({"never": ["warning"]} | ({} if above else {"rest": ["error"]}))
+
+
+def test_a_tree_with_errors_is_shown_by_them(page, connect, parts):
+    page.begin_idle(build_station(parts))
+    page.show_errors("task", ["task.xml:3:7: error: unknown node '<Slep>'"])
+    tree = connect("page").see().find("tree")
+    assert (tree["nodes"], tree["problems"]) == ([], ["task.xml:3:7: error: unknown node '<Slep>'"])
 
 
 def test_a_cycle_that_fails_marks_the_tree(make_run, page, connect):

@@ -33,7 +33,7 @@ def test_the_names_are_there():
         assert not viser_internals.connections(server)
     finally:
         close_server(server)
-    assert viser_internals.HIDDEN in viser_internals.client_html()
+    assert viser_internals.STYLE in viser_internals.client_html()
     message = {"type": "ViewerCameraMessage", "wxyz": 3}
     with pytest.raises(Exception, match="wxyz|missing"):
         viser_internals.check_message(message)

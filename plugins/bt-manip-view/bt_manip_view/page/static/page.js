@@ -13,7 +13,7 @@ const page = {
   shown() { return this.first("timeline")?.props.shown ?? null; },
   time() { return this.shown() ?? this.now(); },
   select(uid) { this.selected = uid; for (const one of this.elements.values()) if (one.kind == "tree" || one.kind == "node") dirty.add(one); redraw(); },
-  seek(time) { this.first("timeline")?.send("seek", time); },
+  seek(time) { this.first("timeline")?.made.seek(time); },
   front(uid) { if (this.elements.get(uid)?.kind == "tab") showTab(uid); },
 };
 
@@ -35,10 +35,8 @@ function apply(changes) {
     if (what == "remove") { remove(uid); continue; }
     if (what == "set") {
       Object.assign(element.props, rest[0]);
-      for (const name in rest[0]) element.made.note?.("set", name, rest[0][name]);
     } else if (what == "merge") {
       Object.assign(element.props[rest[0]], rest[1]);
-      element.made.note?.("merge", rest[0], rest[1]);
     } else if (what == "append") {
       const [name, values, keep] = rest;
       element.props[name] = [...element.props[name], ...values].slice(-keep);
@@ -185,7 +183,10 @@ setSize("below", sizes.below);
 
 const prefersDark = matchMedia("(prefers-color-scheme: dark)");
 function theme() {
-  document.documentElement.dataset.theme = page.saved("theme") ?? (prefersDark.matches ? "dark" : "light");
+  const name = page.saved("theme") ?? (prefersDark.matches ? "dark" : "light");
+  document.documentElement.dataset.theme = name;
+  const scene = byId("scene").contentDocument?.documentElement;
+  if (scene) scene.dataset.theme = name;
   for (const one of page.elements.values()) dirty.add(one);
   redraw();
 }
@@ -195,10 +196,22 @@ byId("theme").onclick = () => {
   theme();
 };
 
-addEventListener("keydown", (event) => {
-  if (event.target.closest("input, select, textarea, button") || event.ctrlKey || event.metaKey) return;
-  if (event.key == " ") { event.preventDefault(); document.querySelector("#bar .primary:not([hidden]), #bar .run:not([hidden])")?.click(); }
+// Keys. A button or box gives the focus back after a click: the keys are those of the page then.
+
+const TYPING = "input:not([type=checkbox]), select, textarea";  // take all keys themselves
+
+function keydown(event) {
+  if (event.target.closest(TYPING) || event.ctrlKey || event.metaKey || event.altKey || event.defaultPrevented) return;
+  const own = event.target.closest("button, a, input, summary");  // focused by the Tab key
   if (event.key == "/") { event.preventDefault(); document.querySelector(".treetools input")?.focus(); }
+  else if (own) return;
+  else if (event.key == " ") { event.preventDefault(); document.querySelector("#bar .primary:not([hidden]), #bar .run:not([hidden])")?.click(); }
+  else page.first("tree")?.made.key(event);
+}
+addEventListener("keydown", keydown);
+addEventListener("click", (event) => {
+  const used = event.target.closest("button, a, input[type=checkbox]");
+  if (used && event.detail) used.blur();  // not after a key
 });
 
 // The connection
@@ -207,10 +220,16 @@ let socket;
 function connect() {
   socket = new WebSocket(`${location.protocol == "https:" ? "wss" : "ws"}://${location.host}/page`, "bt-manip");
   socket.onopen = () => { byId("lost").hidden = true; };
-  socket.onmessage = (event) => apply(JSON.parse(event.data));
+  socket.onmessage = (event) => { apply(JSON.parse(event.data)); setTimeout(showScene, 50); };
   socket.onclose = () => { byId("lost").hidden = false; setTimeout(connect, 1000); };
 }
+// The scene's script keeps the browser busy for a second: it comes after the rest is painted.
+function showScene() { if (!byId("scene").hasAttribute("src")) byId("scene").src = "scene"; }
+byId("scene").onload = () => {
+  theme();
+  // The scene has keys of its own: W, A, S, D and arrows move its camera.
+  byId("scene").contentWindow.addEventListener("keydown", (event) => { if (event.key == "/" || event.key == " ") keydown(event); });
+};
 theme();
 layout();
 connect();
-byId("scene").src = "scene";

@@ -58,6 +58,15 @@ const WIDGETS = {
     node.onclick = () => element.send("click", null);
     return { node, draw() { node.textContent = p.label; node.disabled = p.disabled; } };
   },
+  download(element) {
+    const p = element.props;
+    const node = make("a", { className: "button", title: p.hint, download: "" });
+    return { node, draw() {
+      node.textContent = p.label;
+      node.setAttribute("aria-disabled", p.disabled);
+      if (p.disabled) node.removeAttribute("href"); else node.href = p.path;
+    } };
+  },
   button_group(element) {
     const p = element.props;
     const buttons = p.options.map((option) => make("button", {
@@ -117,7 +126,10 @@ const WIDGETS = {
   },
   picture(element) {
     const node = make("img", { className: "picture", alt: "Camera image" });
-    return { node, draw() { node.src = element.props.source; } };
+    return { node, draw() {
+      node.hidden = !(element.props.visible && element.props.source);
+      if (!node.hidden) node.src = element.props.source;
+    } };
   },
   status(element) {
     const p = element.props;
@@ -132,13 +144,7 @@ const WIDGETS = {
       document.title = p.task ? `${p.task} – bt-manip` : "bt-manip";
     } };
   },
-  plot(element) {
-    const canvas = make("canvas", { className: "plot" });
-    const node = make("div", {}, canvas);
-    const draw = () => drawPlot(canvas, element.props);
-    new ResizeObserver(draw).observe(canvas);
-    return { node, draw };
-  },
+  plot: makePlot,
   blackboard(element) {
     const body = make("table"), node = make("div", {}, body);
     return { node, draw() {
@@ -197,7 +203,7 @@ function makeNode(element, page) {
   const draw = () => {
     const tree = page.first("tree"), one = tree && tree.made.find(page.selected);
     if (!one) return node.replaceChildren(make("p", { className: "dim", textContent: "Select a node of the tree." }));
-    const [status, message, start, end] = tree.made.state(one.uid);
+    const [status, message, start, end] = tree.props.states[one.uid] ?? IDLE;
     const values = page.first("blackboard")?.props.values ?? {};
     const kinds = one.kind == one.registration ? one.kind : `${one.kind} ${one.registration}`;
     const broken = tree.props.breakpoints.includes(one.path);
@@ -209,14 +215,15 @@ function makeNode(element, page) {
       make("td", {}, port.text, ...(port.key ? [make("div", { textContent: `${port.key} = ${values[port.key] ?? "(not set)"}` })] : []))));
     node.replaceChildren(
       make("div", {}, make("b", { textContent: one.path })),
-      make("div", { textContent: `${kinds}, ${status.toLowerCase()}${took}` }),
-      make("div", { className: status == "FAILURE" ? "error" : "note", textContent: message }),
+      make("div", { textContent: `${kinds}, ${statusOf(one, status)}${took}` }),
+      make("div", { className: status == "FAILURE" && one.kind != "Condition" ? "error" : "note", textContent: message }),
+      ...(tree.props.findings[one.uid] ?? []).map(([severity, text]) => make("div", { className: `finding ${severity}`, textContent: `⚠ ${text}` })),
       make("table", {}, ...ports), make("p", {}, button));
   };
   return { node, draw, follows: ["tree", "blackboard"] };
 }
 
-const COLOURS = ["#1971c2", "#e67700", "#2b8a3e", "#9c36b5"];
+const COLOURS = ["#1971c2", "#e67700", "#2b8a3e", "#9c36b5", "#e03131", "#0c8599", "#a17c00", "#868e96"];
 
 function sized(canvas) {
   // A canvas with the resolution of the screen.
@@ -231,27 +238,67 @@ function sized(canvas) {
 
 const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
-function drawPlot(canvas, { label, unit, names, samples }) {
-  const { context: c, width, height } = sized(canvas);
-  if (!width) return;
-  const [left, top, bottom] = [44, 20, 20];
-  const high = Math.max(1e-9, ...samples.flatMap((one) => one.slice(1)));
-  const first = samples[0]?.[0] ?? 0, end = samples.at(-1)?.[0] ?? 1;
-  const x = (t) => left + (t - first) / Math.max(end - first, 1e-9) * (width - left - 6);
-  const y = (v) => height - bottom - v / high * (height - top - bottom);
-  c.font = "11px system-ui"; c.fillStyle = colour("--dim"); c.strokeStyle = colour("--line"); c.lineWidth = 1;
-  for (const share of [0, 0.5, 1]) {
-    c.fillText((share * high).toPrecision(2), 2, y(share * high) + 4);
-    c.beginPath(); c.moveTo(left, y(share * high)); c.lineTo(width, y(share * high)); c.stroke();
-  }
-  c.fillText(`${first.toFixed(1)} s`, left, height - 5);
-  c.fillText(`${end.toFixed(1)} s`, width - 40, height - 5);
-  c.fillText(`${label} [${unit}]`, left, 12);
-  names.forEach((name, i) => {
-    c.strokeStyle = c.fillStyle = COLOURS[i % COLOURS.length]; c.lineWidth = 1.5;
-    c.fillText(name, width - 70 * (names.length - i), 12);
-    c.beginPath();
-    for (const one of samples) c.lineTo(x(one[0]), y(one[i + 1]));
-    c.stroke();
+function makePlot(element, page) {
+  // Lines over the time range of the timeline, with its cursor; a click shows that time.
+  const p = element.props, canvas = make("canvas", { className: "plot" }), legend = make("div", { className: "legend" });
+  const close = make("button", { textContent: "×", title: "Remove this plot", ariaLabel: `Remove ${p.label}`, hidden: !p.removable });
+  close.onclick = () => element.send("remove", null);
+  const lines = p.names.map((name, i) => {
+    const line = make("span", { textContent: name });
+    line.style.color = COLOURS[i % COLOURS.length];
+    return line;
   });
+  legend.append(make("b", { textContent: p.unit ? `${p.label} [${p.unit}]` : p.label }), ...lines, close);
+  const node = make("div", {}, legend, canvas);
+  const [left, right, top, bottom] = [46, 8, 6, 16];
+
+  const range = () => page.first("timeline")?.made.range?.() ?? [p.samples[0]?.[0] ?? 0, p.samples.at(-1)?.[0] ?? 1];
+  const timeAt = (px) => { const [a, b] = range(); return a + (px - left) / Math.max(canvas.clientWidth - left - right, 1) * (b - a); };
+
+  function draw() {
+    const { context: c, width, height } = sized(canvas), [start, end] = range();
+    if (!width) return;
+    const samples = p.samples.filter(([t]) => t >= start && t <= end);
+    let low = Infinity, high = -Infinity;
+    for (const row of samples) for (let i = 1; i < row.length; i++) if (row[i] !== null) { low = Math.min(low, row[i]); high = Math.max(high, row[i]); }
+    if (low > high) [low, high] = [0, 1];
+    if (low > 0 && low < 0.5 * high) low = 0;
+    if (high - low < 1e-9) [low, high] = [low - 0.5, high + 0.5];
+    const x = (t) => left + (t - start) / Math.max(end - start, 1e-9) * (width - left - right);
+    const y = (v) => height - bottom - (v - low) / (high - low) * (height - top - bottom);
+    c.font = "11px system-ui"; c.fillStyle = colour("--dim"); c.strokeStyle = colour("--line"); c.lineWidth = 1;
+    for (const value of [low, (low + high) / 2, high]) {
+      c.fillText(+value.toPrecision(3), 2, y(value) + 4);
+      c.beginPath(); c.moveTo(left, y(value)); c.lineTo(width - right, y(value)); c.stroke();
+    }
+    c.fillText(`${start.toFixed(1)} s`, left, height - 3);
+    c.fillText(`${end.toFixed(1)} s`, width - 42, height - 3);
+    p.names.forEach((_, i) => {
+      // Of the samples in a column of pixels, the smallest and the largest are drawn.
+      c.strokeStyle = COLOURS[i % COLOURS.length]; c.lineWidth = 1.5;
+      c.beginPath();
+      let column = null, open = false, least, most;
+      const go = (value) => { open ? c.lineTo(column, y(value)) : c.moveTo(column, y(value)); open = true; };
+      for (const row of samples) {
+        const at = Math.round(x(row[0])), value = row[i + 1];
+        if (value === null) { if (column !== null) { go(least); go(most); } column = null; open = false; continue; }
+        if (at !== column) {
+          if (column !== null) { go(least); go(most); }
+          column = at; least = most = value;
+        } else { least = Math.min(least, value); most = Math.max(most, value); }
+      }
+      if (column !== null) { go(least); go(most); }
+      c.stroke();
+    });
+    c.strokeStyle = colour("--blue"); c.lineWidth = 1;
+    c.beginPath(); c.moveTo(x(page.time()), 0); c.lineTo(x(page.time()), height - bottom); c.stroke();
+  }
+
+  canvas.onclick = (event) => page.seek(timeAt(event.offsetX));
+  canvas.onpointermove = (event) => {
+    const at = timeAt(event.offsetX), row = p.samples.findLast(([t]) => t <= at);
+    canvas.title = row ? [`${row[0].toFixed(2)} s`, ...p.names.map((name, i) => `${name} ${row[i + 1] ?? "-"}`)].join("\n") : "";
+  };
+  new ResizeObserver(draw).observe(canvas);
+  return { node, draw, follows: ["timeline"] };
 }

@@ -1,0 +1,97 @@
+"""The visible geometry of a model has sizes, colours and poses of its geoms."""
+
+import mujoco
+import numpy as np
+import pytest
+
+from bt_manip_recording import CellScene
+
+XML = """
+<mujoco>
+  <asset>
+    <material name="blue" rgba="0 0 1 .5"/>
+    <texture name="grey" type="2d" builtin="flat" rgb1=".2 .2 .2" width="8" height="8"/>
+    <material name="textured" texture="grey"/>
+    <mesh name="roof" vertex="0 0 0  1 0 0  0 1 0  0 0 1"/>
+  </asset>
+  <worldbody>
+    <camera name="above" pos="0 0 3" fovy="30"/>
+    <geom type="plane" size="0 2 1"/>
+    <body name="thing/" pos="0 0 1" quat="0 1 0 0"><freejoint/>
+      <geom type="box" size=".1 .2 .3" rgba="1 0 0 1"/>
+      <geom type="sphere" size=".1" pos="0 0 1" material="blue"/>
+      <geom type="ellipsoid" size=".1 .2 .3"/>
+      <geom type="cylinder" size=".1 .2" material="textured"/>
+      <geom type="box" size="1 1 1" group="3"/>
+      <body name="thing/part"><geom type="mesh" mesh="roof"/></body>
+    </body>
+    <body name="pill/">
+      <geom type="capsule" size=".1 .2" quat=".7071067811865476 .7071067811865476 0 0"/>
+    </body>
+  </worldbody>
+</mujoco>"""
+
+
+@pytest.fixture
+def model():
+    return mujoco.MjModel.from_xml_string(XML)
+
+
+@pytest.fixture
+def scene(model):
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    return CellScene(model, data)
+
+
+def test_entities_have_the_visible_shapes_of_their_bodies(scene):
+    assert list(scene.entities()) == ["world", "thing", "pill"]
+    shapes = scene.shapes("thing")
+    assert list(shapes) == ["thing", "thing/part"]
+    assert [one.kind for one in shapes["thing"]] == ["box", "ellipsoid", "ellipsoid", "cylinder"]
+    assert [one.size for one in shapes["thing"]] == [
+        (0.2, 0.4, 0.6), (0.2, 0.2, 0.2), (0.2, 0.4, 0.6), (0.2, 0.2, 0.4)
+    ]  # fmt: skip
+    assert shapes["thing"][1].position.tolist() == [0.0, 0.0, 1.0]
+
+
+def test_colours_are_those_of_geoms_materials_and_textures(scene):
+    colours = [one.rgba for one in scene.shapes("thing")["thing"]]
+    assert colours[:3] == [(1.0, 0.0, 0.0, 1.0), (0.0, 0.0, 1.0, 0.5), (0.5, 0.5, 0.5, 1.0)]
+    np.testing.assert_allclose(colours[3], (0.2, 0.2, 0.2, 1.0))
+
+
+def test_a_vertex_at_a_sharp_edge_is_there_for_each_side(scene):
+    (roof,) = scene.shapes("thing")["thing/part"]
+    assert roof.kind == "mesh" and roof.triangles is not None
+    assert roof.triangles.faces.shape == (4, 3)
+    corners = roof.triangles.vertices[roof.triangles.faces]
+    volume = np.linalg.det(corners).sum() / 6.0
+    assert abs(volume) == pytest.approx(1.0 / 6.0)
+
+
+def test_a_plane_is_a_thin_box_and_a_capsule_three_shapes(scene):
+    (floor,) = scene.shapes("world")["world"]
+    assert floor.kind == "box" and floor.size[:2] == (10.0, 4.0)
+    cylinder, *ends = scene.shapes("pill")["pill"]
+    assert (cylinder.kind, cylinder.size) == ("cylinder", (0.2, 0.2, 0.4))
+    assert sorted(round(end.position[1], 6) for end in ends) == [-0.2, 0.2]
+
+
+def test_poses_are_those_of_the_bodies_in_the_world(scene):
+    poses = dict(zip(scene.frames, scene.poses().tolist(), strict=True))
+    assert poses["thing"] == [0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0]
+
+
+def test_looks_differ_after_a_change_of_colour(model, scene):
+    before = scene.entities()
+    assert scene.entities() == before
+    model.geom_rgba[1] = (0.0, 1.0, 0.0, 1.0)
+    changed = [name for name, looks in scene.entities().items() if looks != before[name]]
+    assert changed == ["thing"]
+
+
+def test_cameras_have_the_frame_of_their_body(scene):
+    (camera,) = scene.cameras
+    assert (camera.name, camera.frame, camera.fovy) == ("above", "world", 30.0)
+    assert camera.position.tolist() == [0.0, 0.0, 3.0]
