@@ -15,7 +15,8 @@ ALBEDO = "<material><pbr><metal>\n<albedo_map>{}</albedo_map></metal></pbr></mat
 
 def compiled(address: str) -> tuple[mujoco.MjModel, tuple[str, ...]]:
     made = load_model(address)
-    return mujoco.MjModel.from_xml_string(made.xml, dict(made.assets)), made.warnings
+    warnings = tuple(text for text in made.warnings if "default is 1 kg" not in text)
+    return mujoco.MjModel.from_xml_string(made.xml, dict(made.assets)), warnings
 
 
 def texture_of(model: mujoco.MjModel) -> list[int]:

@@ -27,7 +27,8 @@ def converted(tmp_path: Path, sdf: str, **options) -> tuple[mujoco.MjModel, tupl
     path = tmp_path / "thing.sdf"
     path.write_text(sdf)
     made = load_model(str(path), **options)
-    return mujoco.MjModel.from_xml_string(made.xml, dict(made.assets)), made.warnings
+    warnings = tuple(text for text in made.warnings if "default is 1 kg" not in text)
+    return mujoco.MjModel.from_xml_string(made.xml, dict(made.assets)), warnings
 
 
 def refused(tmp_path: Path, inside: str) -> str:
@@ -230,7 +231,7 @@ def test_an_inertia_is_turned_with_its_pose(tmp_path):
 @pytest.mark.parametrize(
     ("mass", "inertia", "words"),
     [
-        (0, moments(1, 1, 1), "a mass must be a positive number [kg], got 0"),
+        (0, moments(1, 1, 1), "a mass must be a positive number of at most 1e+10 [kg], got 0"),
         (-2, moments(1, 1, 1), "got -2"),
         ("inf", moments(1, 1, 1), "got inf"),
         (1, moments(-1, 1, 1), "positive about every axis"),
@@ -244,10 +245,11 @@ def test_a_body_that_cannot_be_is_refused_with_its_line(tmp_path, mass, inertia,
     assert "thing.sdf:3: " in message
 
 
-def test_principal_inertias_that_no_body_has_become_a_balls_with_a_warning(tmp_path):
-    sdf = MODEL.format(link("a", INERTIAL.format(1, moments(0.1, 0.1, 1.0))))
-    model, warnings = converted(tmp_path, sdf)
-    assert model.body("a").inertia == pytest.approx([0.4] * 3)
+@pytest.mark.parametrize("size", [1.0, 1e-4])
+def test_principal_inertias_that_no_body_has_become_a_balls_with_a_warning(tmp_path, size):
+    values = moments(0.1 * size, 0.1 * size, 1.0 * size)
+    model, warnings = converted(tmp_path, MODEL.format(link("a", INERTIAL.format(1, values))))
+    assert model.body("a").inertia == pytest.approx([0.4 * size] * 3)
     assert len(warnings) == 1 and "thing.sdf:1: link 'a': invalid principal" in warnings[0]
 
 
@@ -444,6 +446,8 @@ def test_an_axis_may_be_said_in_another_frame(tmp_path):
     assert model.jnt_axis[0] == pytest.approx([0, -1, 0])
     own = compiled(tmp_path, two_links("revolute", "<axis><xyz>1 0 0</xyz></axis>"))
     assert own.jnt_axis[0] == pytest.approx([1, 0, 0])
+    default = compiled(tmp_path, two_links("revolute", "<axis/>"))
+    assert default.jnt_axis[0] == pytest.approx([0, 0, 1])  # of the SDFormat specification
 
 
 def test_a_joint_that_follows_another_one(tmp_path):
@@ -648,3 +652,41 @@ def test_a_document_without_a_model_is_refused(tmp_path, text, words):
     path.write_text(text)
     with pytest.raises(ModelError, match=words):
         load_model(str(path))
+
+
+def test_small_impossible_inertias_are_guesses_too(tmp_path):
+    sdf = MODEL.format(link("a", INERTIAL.format(1, moments(1e-4, 1e-4, 2.1e-4))))
+    model, warnings = converted(tmp_path, sdf)
+    assert len(warnings) == 1 and model.body("a").inertia == pytest.approx([4.1e-4 / 3] * 3)
+
+
+def test_a_mimicking_joint_follows_a_straight_line_and_an_axis_is_z_by_default(tmp_path):
+    mimic = "<mimic joint='j'><multiplier>2</multiplier><offset>0.1</offset></mimic>"
+    model = compiled(
+        tmp_path,
+        MODEL.format(
+            link("a") + link("b") + link("c")
+            + joint("j", "revolute", "a", "b", "<axis/>")
+            + joint("k", "revolute", "b", "c", f"<axis><xyz>0 0 1</xyz>{mimic}</axis>")
+        ),
+    )  # fmt: skip
+    leader = np.linspace(-1.0, 1.0, 5)
+    follower = np.polynomial.polynomial.polyval(leader, model.eq_data[0, :5])
+    assert follower == pytest.approx(2.0 * leader + 0.1)
+    assert model.joint("j").axis == pytest.approx([0.0, 0.0, 1.0])
+
+
+def test_a_mass_that_the_file_does_not_give_is_a_warning(tmp_path):
+    path = tmp_path / "thing.sdf"
+    for inside, expected in (("", 1), ("<inertial><mass>1</mass></inertial>", 0)):
+        path.write_text(MODEL.format(link("a", inside)))
+        found = [text for text in load_model(str(path)).warnings if "gives no mass" in text]
+        assert len(found) == expected
+
+
+def test_a_lost_visual_is_a_warning_and_the_collision_geometry_is_drawn(tmp_path):
+    lost = "<{0} name='{0}'><geometry><mesh><uri>gone.stl</uri></mesh></geometry></{0}>"
+    box = "<collision name='c'><geometry><box><size>1 1 1</size></box></geometry></collision>"
+    model, warnings = converted(tmp_path, MODEL.format(link("a", lost.format("visual") + box)))
+    assert "the visual is left out" in warnings[0] and model.geom_group.tolist() == [2]
+    assert "gone.stl" in refused(tmp_path, link("a", lost.format("collision")))

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from .inspection import summary as summary
     from .known_grippers import gripper_names as gripper_names
     from .trial import try_robot as try_robot
+    from .written import description_text as description_text
 
 __getattr__ = lazy_exports(
     __name__,
@@ -26,5 +27,6 @@ __getattr__ = lazy_exports(
         "bt_manip_setup.inspection": "make_robot picture summary",
         "bt_manip_setup.known_grippers": "gripper_names",
         "bt_manip_setup.trial": "try_robot",
+        "bt_manip_setup.written": "description_text",
     },
 )

@@ -19,7 +19,7 @@ from bt_manip.robots import (
     read_gripper,
     read_model,
 )
-from bt_manip.testing import ROBOT_CONTRACT
+from bt_manip_contracts import ROBOT_CONTRACT
 
 from .inspection import ReachMap, compiled, reach_map, robot_case, tool_findings
 from .joint_data import light_joints
@@ -56,7 +56,7 @@ def check_description(path: Path, parts: Parts, cycles: int = CYCLES) -> Checked
     model = robot.make_model()
     reached = reach_map(robot, model)
     findings += _reach_findings(description, reached)
-    facts = [*reached.lines(), *_light_joints(description, model)]
+    facts = [*robot.warnings, *reached.lines(), *_light_joints(description, model)]
     try:
         case.stand()
     except BtManipError as error:
@@ -137,6 +137,8 @@ def _unknown_names(description: RobotDescription) -> Iterator[str]:
     wanted += [("tool.frame", description.tool_frame, ("site", "body"), (arm, hand))]
     bodies = [name for pair in description.exclude for name in pair if name != "pedestal"]
     wanted += [("exclude", name, ("body",), (arm, hand)) for name in bodies]
+    parts = description.convex_parts
+    wanted += [("convex_parts", name, ("body",), (arm, hand)) for name in parts]
     if gripper is not None:
         if gripper.mount:
             wanted += [("gripper.mount", gripper.mount, ("site", "body"), (arm,))]

@@ -6,7 +6,16 @@ from typing import TYPE_CHECKING
 
 import click
 
-from bt_manip.cli import FAILED, SUCCESS, PluginGroup, complete_part, load_chosen_plugins
+from bt_manip.cli import (
+    FAILED,
+    SUCCESS,
+    PluginGroup,
+    complete_part,
+    findings_of,
+    json_option,
+    load_chosen_plugins,
+    print_json,
+)
 from bt_manip.exceptions import BtManipError, with_short_values
 from bt_manip.files import replace_text
 
@@ -64,8 +73,7 @@ def new(
     if output.exists() and not overwrite:
         raise click.UsageError(f"{output} exists: --overwrite replaces it, -o names another file")
     os.environ.setdefault("MUJOCO_GL", "disable")
-    from bt_manip.robots import description_text
-    from bt_manip_setup import describe_robot, gripper_names, try_robot
+    from bt_manip_setup import describe_robot, description_text, gripper_names, try_robot
 
     parts = load_chosen_plugins().parts
     draft = describe_robot(
@@ -80,10 +88,9 @@ def new(
     carried = "" if gripper is None else f" with {gripper}"
     head = f"{model}{carried}\n\nWritten by bt-manip robot new."
     text = description_text(draft.description, draft.notes, output, head)
-    try:
-        replace_text(output, text)
-    except OSError as error:
-        raise BtManipError(f"cannot write {output}: {error.strerror}") from error
+    _write(output, text)
+    for line in draft.robot.warnings:
+        click.echo(line, err=True)
     if draft.description.gripper is None:
         names = ", ".join(gripper_names(parts))
         kinds = f"--gripper gives it one: {names}, or a model"
@@ -100,6 +107,8 @@ def new(
         click.echo(f"wrote {output}, which does not pick the cube:")
         for line in trial.findings:
             click.echo(line)
+        head += "\n\nIt does not pick the cube yet; to change:\n" + "\n".join(trial.findings)
+        _write(output, description_text(draft.description, draft.notes, output, head))
         return FAILED
     click.echo(f"wrote {output}, ready:\n  bt-manip run pick_place --robot {output} --view")
     return SUCCESS
@@ -111,7 +120,8 @@ def new(
 @click.option(
     "--picture", type=_file, metavar="FILE.png", help="Picture to save.  [default: beside FILE]"
 )
-def check(file: Path, cycles: int, picture: Path | None) -> int:
+@json_option
+def check(file: Path, cycles: int, picture: Path | None, as_json: bool) -> int:
     """Print everything that is wrong with a description, with what to change.
 
     FILE is TOML. Checks keys and names, self-collision at home, the tool frame, the gripper, the
@@ -121,10 +131,13 @@ def check(file: Path, cycles: int, picture: Path | None) -> int:
     from bt_manip_setup import check_description
 
     checked = check_description(file, load_chosen_plugins().parts, cycles)
-    for line in checked.findings:
-        click.echo(line)
-    for line in checked.facts:
-        click.echo(line, err=True)
+    if as_json:
+        print_json(findings_of(checked.findings, str(file)), facts=checked.facts)
+    else:
+        for line in checked.findings:
+            click.echo(line)
+        for line in checked.facts:
+            click.echo(line, err=True)
     if checked.robot is not None:
         _draw(checked.robot, picture or file.with_suffix(".png"))
     findings = len(checked.findings)
@@ -150,6 +163,13 @@ def show(name: str, picture: Path | None) -> None:
         click.echo(line)
     if picture is not None:
         _draw(robot, picture)
+
+
+def _write(path: Path, text: str) -> None:
+    try:
+        replace_text(path, text)
+    except OSError as error:
+        raise BtManipError(f"cannot write {path}: {error.strerror}") from error
 
 
 def _draw(robot: "Robot", path: Path) -> None:

@@ -26,6 +26,7 @@ from .arm_chain import ArmChain, find_arm, find_mount
 from .gripper_keys import CHOSEN, has_two_fingers, with_gripper
 from .inspection import make_robot, stands_on
 from .joint_data import chosen_armature, estimate_efforts, joint_data
+from .linkage import touching_links
 from .placement import find_home, place_base
 from .reach import DownwardReach
 
@@ -115,12 +116,18 @@ def describe_robot(
     notes |= of_gripper
     if has_two_fingers(description, parts):
         description, notes["gripper.travel"] = measured(description), TRAVEL_NOTE
+        links = touching_links(make_robot(description, parts))
+        description = replace(description, exclude=tuple(links))
     robot = make_robot(description, parts)
     overlaps = permanent_self_collisions(CollisionWorld(robot, robot.make_model()))
     if overlaps:
-        description = replace(description, exclude=tuple(overlaps))
-        notes["exclude"] = "Bodies that overlap in every configuration of the model."
+        description = replace(description, exclude=(*description.exclude, *overlaps))
         robot = make_robot(description, parts)
+    if description.exclude:
+        notes["exclude"] = (
+            "CHOSEN: bodies that overlap in all of many random configurations, and links of the "
+            "gripper, except its fingers, that touch at some opening."
+        )
     effort = None
     if None in data.effort:
         estimated = estimate_efforts(robot.make_model())
@@ -154,6 +161,10 @@ def describe_robot(
             "their effort limit, the others the model's."
         )
         robot = make_robot(description, parts)
+    if robot.warnings:
+        notes["model"] = "CHOSEN where the model has none or an impossible one:\n" + "\n".join(
+            robot.warnings
+        )
     return Draft(description, notes, robot, placement.share)
 
 

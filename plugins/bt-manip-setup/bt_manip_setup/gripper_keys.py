@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -23,8 +24,9 @@ from bt_manip.robots import (
     assemble,
     site_pose,
 )
-from bt_manip_setup.finger_travel import find_fingers
+from bt_manip_setup.finger_travel import OverlappingHullsError, find_fingers
 
+from .concave import concave_bodies
 from .known_grippers import CUP, find_gripper
 
 CHOSEN = "CHOSEN, not in the model: replace by the data sheet's"
@@ -35,6 +37,9 @@ _PADS = {"solref": [0.004, 1.0], "solimp": [0.95, 0.99, 0.001]}
 _MAX_FRICTION = 5.0  # [N] at the fingers, from dry friction of the gripper's joints
 _MAX_MASS = 3.0  # [kg] effective mass of a finger, with the armature of its joints
 _FINGER_ARMATURE = 0.005  # [kg m2] in place of a larger armature
+_MIN_MASS = 0.3  # [kg] effective mass of a finger on hinges that control and grip need
+_LINK_ARMATURE = 1e-3  # [kg m2] of each hinge of a lighter linkage
+_CONVEX_NOTE = "Concave bodies of the gripper, whose hulls overlap at every opening."
 _CUP_DIAMETER, _CUP_LENGTH, _CUP_PRESSURE = 0.03, 0.05, 6e4  # [m], [m], [Pa] of a built cup
 _SAME = 1e-6  # largest difference of equal rotations
 _ALONG = 0.9  # least cosine of directions that count as parallel
@@ -173,8 +178,14 @@ def _measured(
         tool = site.parent.full_identifier, site_pose(assembled.alone, site)
     try:
         found = find_fingers(assembled.alone, names, tool=tool, where=model or description.model)
-    except RobotError:
+    except RobotError as error:
         other = _of_another_kind(assembled.alone, names, parts)
+        if isinstance(error, OverlappingHullsError) and find_spec("coacd"):
+            concave = concave_bodies(assembled.alone, names[-1])
+            if concave and not description.convex_parts:
+                description = replace(description, convex_parts=concave)
+                described, notes = _measured(description, model, mount, tool_frame, parts)
+                return described, notes | {"convex_parts": _CONVEX_NOTE}
         if other is None:
             raise
         kind, hand = other
@@ -187,7 +198,7 @@ def _measured(
             mount=mount if model else None,
             T_mg=pin.SE3.Identity()
             if model is None
-            else _standing(assembled.alone, description, hand),
+            else standing_pose(assembled.alone, description, hand),
         )
         described = replace(
             description, gripper=gripper, tool_frame=local(hand.body), T_ft=hand.T_bt
@@ -208,6 +219,12 @@ def _measured(
         changes["armature"] = _FINGER_ARMATURE
         notes["gripper.armature"] = (
             f"With the model's armature, the effective mass of a finger is {travel.mass:.0f} kg."
+        )
+    elif 0.0 < travel.mass < _MIN_MASS and _on_hinges(assembled.alone, travel.joints):
+        changes["armature"] = _LINK_ARMATURE
+        notes["gripper.armature"] = (
+            "CHOSEN: with the model's inertia, the effective mass of a finger is "
+            f"{travel.mass:.2g} kg, too little for a stiff grip [kg m2]."
         )
     R_wt = _rotation(assembled.alone, found.body, found.T_bt)
     gripper = two_finger_gripper(
@@ -232,6 +249,12 @@ def _measured(
             notes["tool"] = "The rotation makes z the direction of approach of the fingers."
             description = replace(description, T_ft=turn)
     return replace(description, gripper=gripper), notes
+
+
+def _on_hinges(model: mujoco.MjModel, joints: Sequence[str]) -> bool:
+    """Return whether hinges alone move the fingers."""
+    kinds = {int(model.joint(name).type[0]) for name in joints}
+    return kinds == {int(mujoco.mjtJoint.mjJNT_HINGE)}
 
 
 def _rotation(model: mujoco.MjModel, body: str, T: pin.SE3) -> np.ndarray:
@@ -261,8 +284,16 @@ def _renamed(value: Any, local: Callable[[str], str]) -> Any:
     return [_renamed(item, local) for item in value] if isinstance(value, list) else value
 
 
-def _standing(model: mujoco.MjModel, description: RobotDescription, found: FoundGripper) -> pin.SE3:
-    """Return the pose in its mount of a gripper that stands on it, z outwards."""
+def standing_pose(
+    model: mujoco.MjModel, description: RobotDescription, found: FoundGripper
+) -> pin.SE3:
+    """Return the pose in its mount of a gripper that stands on it, z outwards.
+
+    Args:
+        model: The gripper on the arm, compiled alone.
+        description: The arm's; its tool frame is the mount.
+        found: The gripper; what of its body is below the origin is lifted onto the mount.
+    """
     body = model.body(found.body).id
     own = (model.geom_bodyid == body) & (model.geom_contype | model.geom_conaffinity != 0)
     low = 0.0

@@ -20,7 +20,7 @@ from bt_manip.robots import (
     compile_alone,
 )
 from bt_manip.spatial import quat_wxyz
-from bt_manip.testing import RobotCase
+from bt_manip_contracts import RobotCase
 from bt_manip_setup.finger_travel import find_fingers
 
 from .reach import GRASP_HEIGHT, DownwardReach

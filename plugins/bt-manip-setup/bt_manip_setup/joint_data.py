@@ -7,8 +7,8 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 import pinocchio as pin
-from lxml import etree
 
+from bt_manip.models import read_xml
 from bt_manip.robots import Payload, RobotModel, effort_limit
 
 # Below those of commercial arms; full acceleration is reached in 20 ms.
@@ -116,10 +116,10 @@ def _rounded_up(value: float) -> float:
 
 
 def _urdf_velocities(file: Path) -> Mapping[str, float]:
-    if file.suffix.lower() != ".urdf":
-        return {}
-    root = etree.parse(str(file), etree.XMLParser(resolve_entities=False)).getroot()
-    found = {}
+    found: dict[str, float] = {}
+    root = read_xml(file)
+    if root.tag != "robot":
+        return found
     for joint in root.iter("joint"):
         limit = joint.find("limit")
         if limit is not None and limit.get("velocity"):

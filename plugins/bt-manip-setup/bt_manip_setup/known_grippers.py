@@ -3,7 +3,6 @@
 from pathlib import Path, PurePosixPath
 
 from bt_manip.exceptions import did_you_mean
-from bt_manip.models import menagerie_grippers
 from bt_manip.registry import Parts
 from bt_manip.robots import MENAGERIE, RobotDescription, RobotError
 
@@ -62,3 +61,16 @@ def _parts(model: str) -> tuple[str, str]:
     """Return the folder name and the stem of a model file."""
     path = PurePosixPath(model.removeprefix(MENAGERIE).replace("\\", "/"))
     return path.parent.name or path.stem, path.stem
+
+
+def menagerie_grippers() -> dict[str, str]:
+    """Return the addresses of Menagerie's grippers and hands by name; of pairs the right hand."""
+    import mujoco_menagerie as menagerie
+
+    robots = [menagerie.get(name) for name in menagerie.names()]
+    return {
+        robot.name: f"menagerie:{robot.name}/"
+        + ("right_hand" if "right_hand" in robot.entry_names else robot.default_model)
+        for robot in robots
+        if robot.category == "end_effector"
+    }

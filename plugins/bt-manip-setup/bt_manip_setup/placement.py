@@ -21,11 +21,11 @@ _TABLE_X = (-0.1, 0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
 _TABLE_Y = (-0.35, -0.25, -0.15, -0.05, 0.05, 0.15, 0.25, 0.35)
 _BASKET_SIZE = 0.15  # [m] distance of the base from the middle of the basket
 
-_BASE_X, _BASE_Z = np.arange(0.0, 0.41, 0.05), np.arange(0.0, 0.21, 0.05)  # [m] offsets
+BASE_X, _BASE_Z = np.arange(0.0, 0.41, 0.05), np.arange(0.0, 0.21, 0.05)  # [m] offsets
 _LEAST_TABLE = 0.1  # least share of the table within reach
 _MOVED = 1.0  # [1/m] cost of an offset of the base, in shares of reached positions
 _HOME_HEIGHT = 0.3  # [m] height of the tool over the table at home; less for small arms
-_FOOT = (0.05, 0.15)  # [m] bounds of the half width of a pedestal
+FOOT = (0.05, 0.15)  # [m] bounds of the half width of a pedestal
 _DIGITS = 3  # decimals of the base position [m]
 
 
@@ -50,13 +50,13 @@ def place_base(robot: Robot, reach: RadialReach) -> Placement:
         robot: The robot, compiled alone.
         reach: Its reach.
     """
-    lowest, footprint = _foot(robot)
+    lowest, footprint = measure_foot(robot)
     yaw = -round(2.0 * reach.front / np.pi) * np.pi / 2.0
     c, s = np.cos(yaw), np.sin(yaw)
     axis = np.array([[c, -s], [s, c]]) @ reach.axis
     best: tuple[float, Placement] | None = None
     for lift in _BASE_Z:
-        for x in _BASE_X:
+        for x in BASE_X:
             if x + footprint > _BASKET_X - _BASKET_SIZE:
                 continue
             z = round(float(lift) - lowest, _DIGITS)
@@ -125,7 +125,7 @@ def _covered(reach: RadialReach, axis: np.ndarray, z: float) -> tuple[float, flo
     return 0.5 * (min(pick[:2]) + max(basket)), score
 
 
-def _foot(robot: Robot) -> tuple[float, float]:
+def measure_foot(robot: Robot) -> tuple[float, float]:
     """Return the height of the lowest point of the foot, and its half width [m]."""
     model, data = robot.mj_model, robot.mj_data
     points = []
@@ -136,6 +136,6 @@ def _foot(robot: Robot) -> tuple[float, float]:
         if model.body_weldid[model.geom_bodyid[geom]] == 0:
             fixed = np.concatenate([fixed, points[-1][:, :2]])
     if not points:
-        return 0.0, _FOOT[0]
-    half = float(np.clip(np.abs(fixed).max(), *_FOOT))
+        return 0.0, FOOT[0]
+    half = float(np.clip(np.abs(fixed).max(), *FOOT))
     return round(float(np.concatenate(points)[:, 2].min()), _DIGITS), round(half, 2)

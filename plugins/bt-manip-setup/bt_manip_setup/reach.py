@@ -102,7 +102,9 @@ class DownwardReach:
             floor: Height above which the whole arm must be [m].
         """  # (nq,)
         best, least = None, np.inf
-        for result in self._ik.solutions(_down(self._ik, position), self._middle, restarts=_MANY):
+        for result in self._ik.solutions(
+            downward_problem(self._ik, position), self._middle, restarts=_MANY
+        ):
             q = np.array(result.q)
             if self._is_above(q, floor) and self._is_free(q, _SELF_CLEARANCE):
                 off = (q - self._middle) / self._half
@@ -116,7 +118,7 @@ class DownwardReach:
         """Measure the reach in front of the arm."""
         axis = self._axis()
         size = self._size(axis)
-        front, q = self._front(axis, size)
+        front, q = self.front(axis, size)
         direction = np.array([np.cos(front), np.sin(front)])
         lowest, below = np.full((len(_HEIGHTS), len(_RADII)), -np.inf), 0.0
         for i, height in enumerate(size * _HEIGHTS):
@@ -141,8 +143,13 @@ class DownwardReach:
         draws = self._middle + self._half * rng.uniform(-1.0, 1.0, (_SAMPLES, len(self._middle)))
         return max(float(np.linalg.norm(self._model.pose(q).translation[:2] - axis)) for q in draws)
 
-    def _front(self, axis: np.ndarray, size: float) -> tuple[float, np.ndarray]:
-        """Return the front of the arm [rad], and a configuration there [rad]."""
+    def front(self, axis: np.ndarray, size: float) -> tuple[float, np.ndarray]:
+        """Return the azimuth of the front of the arm [rad], and a configuration there [rad].
+
+        Args:
+            axis: Position of the first vertical hinge in the base [m].  # (2,)
+            size: The largest distance of the tool from it [m]; it is half of that there.
+        """  # float, (nq,)
         best, front, nearest = self._middle, 0.0, np.inf
         for azimuth in _AZIMUTHS:
             radial = 0.5 * size * np.array([np.cos(azimuth), np.sin(azimuth)])
@@ -160,7 +167,7 @@ class DownwardReach:
             floor: Height above which all links but the last must be [m]; heights above 0 are
                 preferred.
         """  # (nq,)
-        problem, height = _down(self._ik, position), self.lowest.of_links
+        problem, height = downward_problem(self._ik, position), self.lowest.of_links
         result = self._ik.solve(problem, q0, restarts=0)
         if result.solved and height(result.q) > -_ROUNDING and self._is_free(result.q):
             return np.array(result.q)
@@ -184,7 +191,7 @@ class DownwardReach:
         return not collisions
 
 
-def _down(ik: InverseKinematics, position: np.ndarray) -> IKProblem:
+def downward_problem(ik: InverseKinematics, position: np.ndarray) -> IKProblem:
     """Return the IK problem of a tool that points down at a position [m], with any yaw."""
     target = PoseTarget(ik.tool, spatial.pointing_down(position), free_axis="z")
     return IKProblem(targets=[target])

@@ -230,4 +230,4 @@ def _finding(where: str, what: str, reason: str) -> str:
     for words, key, remedy in _REMEDIES:
         if words in reason:
             return f"{where}: key '{key}': {what}: {reason}; {remedy}"
-    return f"{where}: {what}: {reason}"
+    return f"{where}: {what}: {reason}; bt-manip run {_TASK} --robot FILE --view shows it"

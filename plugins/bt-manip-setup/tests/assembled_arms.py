@@ -57,6 +57,29 @@ def write_jaw_arm(folder: Path) -> Path:
     return _write(folder / "jaw.urdf", links)
 
 
+def write_linkage_arm(folder: Path) -> Path:
+    """Write an arm of URDF with light linkages that mimic one joint; some overlap."""
+    links, mimic = [], '<mimic joint="left_knuckle_joint"{}/>'
+    for side, sign in (("left", 1), ("right", -1)):
+        beam = _BOX.format(at="0 0 0.02", size="0.01 0.006 0.04")
+        foot = _BOX.format(at=f"0 {0.01 * sign} 0", size="0.02 0.03 0.01")  # inside the inner link
+        pad = _BOX.format(at=f"0 {-0.01 * sign} 0.03", size="0.02 0.01 0.06")
+        turned, back = mimic.format(""), mimic.format(' multiplier="-1"')
+        first = turned if side == "right" else ""
+        for name, parent, boxes, at, coupling, low, high in (
+            ("knuckle", "mount", beam, f"0 {0.015 * sign} 0.02", first, 0.0, 0.8),
+            ("inner", "mount", beam, f"0 {0.035 * sign} 0.03", turned, 0.0, 0.8),
+            ("finger", f"{side}_knuckle", pad + foot, "0 0 0.04", back, -0.8, 0.0),
+        ):
+            limit = _LIMIT.format(low=low, high=high, effort=20)
+            joint = _JOINT.format(name=f"{side}_{name}_joint", type="revolute", at=at,
+                                  child=f"{side}_{name}", axis=f"{-sign} 0 0",
+                                  rest=limit + coupling)  # fmt: skip
+            links.append(_LINK.format(name=f"{side}_{name}", boxes=boxes))
+            links.append(joint.replace('"mount"', f'"{parent}"'))
+    return _write(folder / "linkage.urdf", links)
+
+
 def write_mobile_arm(folder: Path) -> Path:
     """Write a small arm on a mobile platform with a torso and a head."""
     write_small_arm(folder)

@@ -1,20 +1,42 @@
 """Descriptions that are written from models."""
 
 import shutil
+import sys
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
+import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
+import trimesh
 
 from bt_manip import load_plugins
 from bt_manip.collision import CollisionWorld, self_collisions
+from bt_manip.grippers import collision_geoms_of
 from bt_manip.models import bundled_path
-from bt_manip.robots import RobotError, Tolerance, description_text, read_description
-from bt_manip_setup import check_description, describe_robot, gripper_names
+from bt_manip.robots import (
+    FoundGripper,
+    Robot,
+    RobotError,
+    Tolerance,
+    read_description,
+    read_model,
+)
+from bt_manip_setup import (
+    check_description,
+    describe_robot,
+    description_text,
+    find_fingers,
+    gripper_keys,
+    gripper_names,
+    make_robot,
+    placement,
+    reach,
+)
 from bt_manip_setup.describe import Draft
+from bt_manip_setup.gripper_keys import standing_pose
 from bt_manip_setup.known_grippers import find_gripper
 from bt_manip_setup.placement import find_home
 from bt_manip_setup.reach import RadialReach
@@ -51,6 +73,23 @@ def test_at_home_the_tool_points_down_and_the_arm_is_clear_of_itself(draft):
     assert robot.tool_pose.rotation[:, 2] == pytest.approx([0.0, 0.0, -1.0], abs=1e-3)
     world = CollisionWorld(robot, robot.make_model())
     assert self_collisions(world, np.array(draft.description.home)) == []
+    limits = robot.limits
+    share = (np.array(draft.description.home) - limits.lower) / (limits.upper - limits.lower)
+    assert share.min() > 0.1 and share.max() < 0.9  # also of the elbow, which cannot be straight
+
+
+def test_a_base_from_which_all_is_reached_stays_where_it_is(draft):
+    everything = np.full((20, 20), 5.0)
+    reach = RadialReach(np.zeros(2), 0.0, np.linspace(0, 2, 20), np.linspace(-1, 1, 20), everything)
+    found = placement.place_base(draft.robot, reach)
+    assert found.share == 1.0 and found.pedestal is None
+    assert found.T_rb.translation[0] == pytest.approx(min(placement.BASE_X))
+
+
+def test_an_arm_without_a_foot_stands_on_its_origin(draft, monkeypatch):
+    none = np.zeros(draft.robot.mj_model.nbody, dtype=bool)
+    monkeypatch.setattr(placement, "foot_bodies", lambda robot: none)
+    assert placement.measure_foot(draft.robot) == (0.0, placement.FOOT[0])
 
 
 def test_the_written_file_is_read_as_the_same_description(draft, tmp_path):
@@ -204,3 +243,142 @@ def test_dry_friction_that_takes_the_grip_is_left_out(parts, tmp_path, friction,
     model = draft.robot.mj_model
     fingers = [model.joint(name).dofadr[0] for name in ("left", "right")]
     assert model.dof_frictionloss[fingers] == pytest.approx(friction if kept else 0.0)
+
+
+def test_at_home_joints_are_near_the_middle_of_their_ranges(monkeypatch):
+    monkeypatch.setattr(reach, "downward_problem", lambda ik, position: None)
+    found = [SimpleNamespace(q=[q]) for q in (1.1, 2.1, 2.9)]
+    arm = SimpleNamespace(
+        _ik=SimpleNamespace(solutions=lambda *_, **__: found), _middle=np.array([2.0]),
+        _half=np.ones(1), _model=SimpleNamespace(jacobian=lambda q: np.ones((6, 1))),
+        _is_above=lambda q, floor: True, _is_free=lambda q, clearance: True,
+    )  # fmt: skip
+    assert reach.DownwardReach.configuration(arm, np.zeros(3), 0.0) == pytest.approx([2.1])
+
+
+@pytest.mark.parametrize("height, lift", [(0.03, 0.0), (-0.03, 0.05)])  # [m]
+def test_a_gripper_stands_on_its_mount_with_its_origin_or_with_what_is_lower(height, lift):
+    base = f'<body name="palm"><geom type="box" size="0.02 0.02 0.02" pos="0 0 {height}"/></body>'
+    model = mujoco.MjModel.from_xml_string(
+        '<mujoco><worldbody><body name="link"><joint name="turn"/><geom size="0.01"/>'
+        f"{base}</body></worldbody></mujoco>"
+    )
+    arm = SimpleNamespace(arm_joints=["turn"], tool_frame="link")
+    T = standing_pose(model, arm, FoundGripper({}, None, "palm", pin.SE3.Identity()))
+    assert T.isApprox(pin.SE3(np.eye(3), np.array([0.0, 0.0, lift])))
+
+
+def test_the_front_of_an_arm_is_before_it_half_way_out(draft):
+    downward = reach.DownwardReach(draft.robot, draft.robot.make_model())
+    axis, size = np.array([0.0, 0.0]), 0.9  # [m]
+    front, q = downward.front(axis, size)
+    data, robot = mujoco.MjData(draft.robot.mj_model), draft.robot
+    data.qpos[robot.qpos_adr] = q
+    mujoco.mj_kinematics(robot.mj_model, data)
+    tool = data.body("hand").xpos[:2]  # the tool points down: below the hand
+    assert tool == pytest.approx([0.5 * size * np.cos(front), 0.5 * size * np.sin(front)], abs=1e-3)
+
+
+GRIPPER = """<link name="{name}"><inertial><mass value="0.03"/><inertia ixx="2e-5" iyy="2e-5"
+ izz="2e-5" ixy="0" ixz="0" iyz="0"/></inertial><collision><origin xyz="0 0 0.06"/><geometry>
+ {shape}</geometry></collision></link><joint name="{name}_joint" type="{type}">
+ <parent link="{parent}"/><child link="{name}"/><origin xyz="{at}"/><axis xyz="{axis}"/>{limit}
+ </joint>"""
+
+
+def part(name, shape, kind, at, axis="0 1 0", limit="", parent="mount") -> str:
+    return GRIPPER.format(
+        name=name, shape=shape, type=kind, at=at, axis=axis, limit=limit, parent=parent
+    )
+
+
+ARM = ("pan", "lift", "elbow", "pitch", "roll", "turn")
+PLATE = '<box size="0.02 0.01 0.06"/>'
+LIMIT = '<limit lower="{}" upper="{}" effort="20" velocity="1"/>'
+
+
+def test_a_joint_that_only_decorates_is_left_aside(tmp_path):
+    grip, path = LIMIT.format(0, 0.04), tmp_path / "arm.urdf"
+    parts = [part("left", PLATE, "prismatic", "0 0.005 0", limit=grip),
+             part("right", PLATE, "prismatic", "0 -0.005 0", "0 -1 0", grip + '<mimic joint='
+                  '"left_joint"/>'),
+             part("propeller", '<box size="0.002 0.01 0.01"/>', "continuous", "0.06 0 -0.06",
+                  "1 0 0")]  # fmt: skip
+    path.write_text(SIX_JOINTS.read_text().replace("</robot>", "".join(parts) + "</robot>"))
+    found = find_fingers(read_model(str(path), "arm")[1], ARM)
+    assert found.joints == ("left_joint",) and set(found.fingers) == {"left", "right"}
+
+
+@pytest.fixture
+def concave_jaw(tmp_path, monkeypatch) -> Path:
+    """Write an arm whose moving jaw is inside the hull of a palm with one fixed finger.
+
+    There is no coacd, and no parts are kept.
+    """
+    monkeypatch.setenv("BT_MANIP_CACHE", str(tmp_path / "kept"))
+    monkeypatch.delitem(sys.modules, "coacd", raising=False)
+    monkeypatch.setattr(gripper_keys, "find_spec", lambda name: None)
+    shapes = {(0, 0.02, -0.05): (0.03, 0.1, 0.02), (0, -0.03, 0.01): (0.02, 0.01, 0.1)}
+    boxes = [trimesh.creation.box(size).apply_translation(at) for at, size in shapes.items()]
+    trimesh.util.concatenate(boxes).export(tmp_path / "palm.stl")
+    parts = [part("palm", '<mesh filename="palm.stl"/>', "fixed", "0 0 0.03"),
+             part("jaw", PLATE, "revolute", "0 0.005 0.02", "1 0 0", LIMIT.format(-0.4, 0.4),
+                  "palm")]  # fmt: skip
+    path = tmp_path / "arm.urdf"
+    path.write_text(SIX_JOINTS.read_text().replace("</robot>", "".join(parts) + "</robot>"))
+    return path
+
+
+def split_connected(mesh: trimesh.Trimesh, **options: float) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Decompose a mesh of separate convex shapes, as coacd does."""
+    return [(piece.vertices, piece.faces) for piece in mesh.split()]
+
+
+def test_hulls_that_overlap_at_every_opening_are_named_with_what_decomposes_them(
+    concave_jaw, parts
+):
+    message = "'palm' and 'jaw' overlap at every opening: .* pip install 'bt-manip.convex.'"
+    with pytest.raises(RobotError, match=message):
+        describe_robot(str(concave_jaw), parts, name="arm")
+
+
+def test_a_concave_jaw_collides_by_convex_parts_in_every_run(
+    concave_jaw, parts, tmp_path, monkeypatch
+):
+    coacd = SimpleNamespace(
+        set_log_level=lambda level: None, Mesh=trimesh.Trimesh, run_coacd=split_connected
+    )
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: name)
+    monkeypatch.setattr(gripper_keys, "find_spec", lambda name: name)
+    monkeypatch.setitem(sys.modules, "coacd", coacd)
+    draft, path = describe_robot(str(concave_jaw), parts, name="arm"), tmp_path / "arm.toml"
+    path.write_text(description_text(draft.description, draft.notes, path, "an arm"))
+    again = read_description(path)
+    assert again.convex_parts == ("palm",)
+    assert set(again.gripper.parameters["fingers"]) == {"palm", "jaw"}
+    models = [robot.mj_model for robot in (draft.robot, make_robot(again, parts))]
+    assert [len(collision_geoms_of(m, m.body("palm").id)) for m in models] == [2, 2]
+    undivided = Robot(replace(again, convex_parts=(), gripper=None)).alone
+    assert models[1].body("palm").mass == pytest.approx(undivided.body("palm").mass)
+    monkeypatch.setenv("BT_MANIP_CACHE", str(tmp_path / "other"))
+    monkeypatch.setitem(sys.modules, "coacd", None)
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    with pytest.raises(RobotError, match="key 'convex_parts': 'palm': .* pip install"):
+        make_robot(again, parts)
+
+
+def test_bodies_with_convex_parts_are_checked(draft, parts, tmp_path):
+    path = tmp_path / "one.toml"
+    wrong = replace(draft.description, convex_parts=("left_fingr",))
+    path.write_text(description_text(wrong, {}, path, "an arm"))
+    (finding,) = check_description(path, parts, cycles=0).findings
+    assert (
+        "key 'convex_parts': there is no body 'left_fingr'; did you mean 'left_finger'" in finding
+    )
+
+
+def test_invented_masses_and_replaced_inertias_are_marked_in_the_file(parts, tmp_path):
+    path = tmp_path / "arm.xml"
+    path.write_text(FIVE_JOINTS.read_text())
+    draft = describe_robot(str(path), parts, name="arm")
+    assert draft.notes["model"].startswith("CHOSEN") and "kg" in draft.notes["model"]

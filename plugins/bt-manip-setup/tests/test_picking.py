@@ -7,9 +7,16 @@ from typing import Any
 import pytest
 
 from bt_manip.models import bundled_path
+from bt_manip.robots import read_description
 from tests.support.program import run_program
 
-from .assembled_arms import SIX_JOINTS, write_jaw_arm, write_mimic_arm, write_mobile_arm
+from .assembled_arms import (
+    SIX_JOINTS,
+    write_jaw_arm,
+    write_linkage_arm,
+    write_mimic_arm,
+    write_mobile_arm,
+)
 
 GRIPPER = "robotiq_2f85/2f85.xml"
 MENAGERIE = {
@@ -30,6 +37,7 @@ MORE = {
 ASSEMBLED = {
     "mimic joint": (write_mimic_arm, None),
     "jaw": (write_jaw_arm, None),
+    "linkage": (write_linkage_arm, None),
     "suction cup": (lambda folder: SIX_JOINTS, "suction"),
 }
 
@@ -90,6 +98,15 @@ def test_a_chosen_arm_of_a_larger_robot_picks(tmp_path, capsys):
     joints = ",".join(f"joint{i}" for i in range(1, 7))
     assert run_program("robot", "new", model, "--joints", joints, "--cycles", 1, "-o", file) == 0
     assert "pick_place: 1 of 1 cycles" in capsys.readouterr().err
+
+
+def test_links_of_a_light_linkage_neither_obstruct_each_other_nor_yield_to_the_grip(tmp_path):
+    cycles = pick(tmp_path, write_linkage_arm(tmp_path), None, 1)
+    check_cycles(cycles)
+    assert {phase["status"] for phase in cycles[0]["phases"]} == {"SUCCESS"}
+    excluded = {frozenset(pair) for pair in read_description(tmp_path / "robot.toml").exclude}
+    assert {frozenset((f"{s}_inner", f"{s}_finger")) for s in ("left", "right")} <= excluded
+    assert frozenset(("left_finger", "right_finger")) not in excluded
 
 
 @pytest.mark.soak

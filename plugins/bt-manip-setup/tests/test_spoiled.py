@@ -5,8 +5,7 @@ import json
 import pytest
 
 from bt_manip.models import bundled_path
-from bt_manip.robots import description_text
-from bt_manip_setup import check_description, describe_robot
+from bt_manip_setup import check_description, describe_robot, description_text
 from tests.support.program import run_program
 
 CYCLES = 20

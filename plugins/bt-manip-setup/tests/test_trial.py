@@ -26,16 +26,20 @@ def test_a_robot_that_picks_has_no_findings(parts):
     assert trial.facts[1].startswith("tracking error: 0.")
 
 
-def test_a_grip_too_weak_for_the_cube_is_found_in_the_air_and_on_the_table(parts):
-    trial = try_robot(with_gripper(max_force=0.2), parts, cycles=20)
-    assert set(keys(trial)) == {"gripper.max_force"}
-    assert "a cube on a post: Hover" in trial.findings[0]
-    assert "robot 'panda'" in trial.findings[0] and "; give more" in trial.findings[0]
+@pytest.fixture(scope="module")
+def weak(parts):
+    """Try a robot whose grip is too weak for the cube."""
+    return try_robot(with_gripper(max_force=0.2), parts, cycles=20)
 
 
-def test_failures_that_repeat_are_printed_once_with_their_count(parts):
-    trial = try_robot(with_gripper(max_force=0.2), parts, cycles=20)
-    (table,) = (finding for finding in trial.findings if "pick_place" in finding)
+def test_a_grip_too_weak_for_the_cube_is_found_in_the_air_and_on_the_table(weak):
+    assert set(keys(weak)) == {"gripper.max_force"}
+    assert "a cube on a post: Hover" in weak.findings[0]
+    assert "robot 'panda'" in weak.findings[0] and "; give more" in weak.findings[0]
+
+
+def test_failures_that_repeat_are_printed_once_with_their_count(weak):
+    (table,) = (finding for finding in weak.findings if "pick_place" in finding)
     assert "pick_place, 3 of 3 cycles: Hover: " in table  # and no further cycles are run
 
 

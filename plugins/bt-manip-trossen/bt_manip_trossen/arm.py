@@ -1,9 +1,11 @@
 """The arm: joint positions for the position mode of its controller."""
 
+import atexit
 import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from types import ModuleType
 from typing import Any, Literal
 
@@ -103,7 +105,6 @@ class WidowXAI(ArmDevice):
 
     def _connect(self, clear_error: bool) -> None:
         ta, address = trossen(), self._address
-        ta.TrossenArmDriver.set_logger_backend(lambda level, name, text: None)  # it raises, too
         end = getattr(ta.StandardEndEffector, f"wxai_v0_{address.end_effector}")
         driver = ta.TrossenArmDriver()
         try:
@@ -138,8 +139,9 @@ class WidowXAI(ArmDevice):
             time.sleep(POLL)
 
 
+@cache
 def trossen() -> ModuleType:
-    """Import the driver.
+    """Import the driver, whose log is silenced: it raises exceptions, too.
 
     Raises:
         DeviceError: If it is not installed.
@@ -148,4 +150,8 @@ def trossen() -> ModuleType:
         import trossen_arm
     except ImportError as error:
         raise DeviceError(f"trossen_arm cannot be imported: {one_line(error)}") from None
+    silence = trossen_arm.TrossenArmDriver.set_logger_backend
+    silence(lambda level, name, text: None)
+    # The library would release the function after the interpreter has ended, and crash.
+    atexit.register(silence, None)
     return trossen_arm

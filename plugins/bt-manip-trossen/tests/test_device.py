@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bt_manip.robots import DeviceError
-from bt_manip.testing import GRIPPER_CONTRACT
+from bt_manip_contracts import GRIPPER_CONTRACT
 from bt_manip_trossen import WidowXAI
 from bt_manip_trossen.arm import Address
 

@@ -171,6 +171,10 @@ class _Converter:
             self._add_collision(body, name, collision, attributes is None)
         for visual in link.iterfind("visual"):
             self._add_visual(body, name, visual)
+        if link.find("visual") is not None and body.find("geom[@group='2']") is None:
+            for geom in body.iterfind("geom"):  # drawn in place of the visuals that were lost
+                geom.set("group", "2")
+                geom.set("rgba", "0.7 0.7 0.7 1")
 
     def _add_collision(self, body: Element, link: str, collision: Element, weighs: bool) -> None:
         reader = self._reader

@@ -7,6 +7,7 @@ from bt_manip_fuel.sdf.scopes import Scopes
 
 _PRODUCTS = (("ixy", 0, 1), ("ixz", 0, 2), ("iyz", 1, 2))
 _ROUNDING = 1e-6  # relative to the trace
+_LARGEST = 1e10  # [kg], [kg m^2]
 
 
 def inertial(
@@ -26,6 +27,8 @@ def inertial(
     source = link if element is None else element
     mass = 1.0 if element is None else reader.number(element, "mass", 1.0)
     inertia = np.eye(3) if element is None else _inertia(reader, element)
+    if not static and (element is None or element.find("mass") is None):
+        reader.warn(source, f"link '{name}': the file gives no mass; SDF's default is 1 kg")
     problem = _problem(mass, inertia)
     if problem and static:
         reader.warn(source, f"{problem}; it does not move, so its inertia follows from the shapes")
@@ -51,10 +54,10 @@ def _inertia(reader: SdfReader, element: Element) -> np.ndarray:
 
 
 def _problem(mass: float, inertia: np.ndarray) -> str:
-    if not np.isfinite(mass) or mass <= 0:
-        return f"a mass must be a positive number [kg], got {mass:g}"
-    if not np.isfinite(inertia).all() or np.linalg.eigvalsh(inertia)[0] <= 0:
-        return "an inertia must be positive about every axis [kg m^2]"
+    if not 0 < mass <= _LARGEST:
+        return f"a mass must be a positive number of at most {_LARGEST:g} [kg], got {mass:g}"
+    if not np.abs(inertia).max() <= _LARGEST or np.linalg.eigvalsh(inertia)[0] <= 0:
+        return f"an inertia must be positive about every axis, at most {_LARGEST:g} [kg m^2]"
     return ""
 
 

@@ -104,7 +104,7 @@ class ShapeReader:
     def _mesh(self, shape: Element, collides: bool) -> list[SdfShape]:
         reader = self._reader
         reader.only(shape, {"uri", "scale", "submesh", "convex_decomposition"})
-        uri = reader.text(shape, "uri")
+        uri, path = reader.text(shape, "uri"), None
         try:
             path, root = find_file(uri, reader.document(shape), self.fetch)
             submesh = reader.text(shape, "submesh/name")
@@ -122,9 +122,11 @@ class ShapeReader:
                 convex = "parts" if parts else self._convex
                 names = self._assets.colliding(key, scaled, path.stem, convex)
         except ModelError as error:
-            if str(error).startswith(reader.where(shape)):
-                raise
-            raise reader.error(shape, str(error)) from None
+            reason = str(error).removeprefix(f"{reader.where(shape)}: ")
+            if collides or path is None and reader.document(shape).root is not None:
+                raise reader.error(shape, reason) from None
+            reader.warn(shape, f"{reason}; the visual is left out")
+            return []
         T = pin.SE3.Identity()
         image, unfolded = None, mesh.uv is not None
         if not collides and unfolded and path.suffix.lower() == ".obj":

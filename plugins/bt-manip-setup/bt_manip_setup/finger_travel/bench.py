@@ -16,9 +16,11 @@ BEHIND = 4e-3  # [m] a finger's surface counts from this distance behind the too
 _STEPS = 150  # maximum number of simulation steps of 1 ms for each position
 _STILL = 2e-3  # [rad/s] or [m/s] below which a joint counts as settled
 _POLE = 250.0  # [rad/s] of the loop that moves the joint to each position
+_INERTIA = 1e-3  # [kg m2] or [kg] least inertia for which the loop is designed
 _HEAVY = 1e4  # [kg m2] armature that freezes a joint; larger values harm the solver's accuracy
 _TIGHT = 1e-4  # [m] or [rad] range of a tendon's length up to which it couples its joints
 
+_BADQACC = int(mujoco.mjtWarning.mjWARN_BADQACC)
 _ON_JOINT = int(mujoco.mjtTrn.mjTRN_JOINT)
 _ON_TENDON = int(mujoco.mjtTrn.mjTRN_TENDON)
 _SITE = int(mujoco.mjtWrap.mjWRAP_SITE)
@@ -79,6 +81,7 @@ class FingerBench:
         ]
         frozen = np.delete(np.arange(model.nv), model.jnt_dofadr[self.joints])
         model.dof_armature[frozen] += _HEAVY
+        self._stepped = model
 
     def sweep(self, joint: int, held: Iterable[int] = ()) -> Sweep:
         """Move a joint from its lower to its upper limit.
@@ -106,13 +109,18 @@ class FingerBench:
             spring.append(data.qfrc_spring.copy())
             tendons.append(data.ten_length.copy())
             bodies.append(body_poses(data))
+        diverged = bool(data.warning[_BADQACC].number)
+        if diverged and self._stepped is model:
+            self._stepped = copy.copy(model)  # light links need more inertia, which moves nothing
+            self._stepped.dof_armature[model.jnt_dofadr[self.joints]] += _INERTIA
+            return self.sweep(joint, driven[1:])
         return Sweep(np.array(qpos), np.array(spring), np.array(tendons), bodies)
 
     def _go_to(self, data: mujoco.MjData, joints: Sequence[int], targets: np.ndarray) -> None:
         """Move joints to positions and simulate until the mechanism settles."""
-        model = self.model
+        model = self._stepped
         at_q, at_v = model.jnt_qposadr[joints], model.jnt_dofadr[joints]
-        inertia = np.maximum(model.dof_M0[at_v], 1e-3)
+        inertia = np.maximum(model.dof_M0[at_v], _INERTIA)
         for i in range(_STEPS):
             pull = _POLE**2 * (targets - data.qpos[at_q]) - 2.0 * _POLE * data.qvel[at_v]
             data.qfrc_applied[at_v] = inertia * pull - data.qfrc_spring[at_v]

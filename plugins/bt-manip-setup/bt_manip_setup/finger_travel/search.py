@@ -28,6 +28,15 @@ _MOST_PULLED = 2  # largest number of actuators on spatial tendons, for two fing
 _STEP = 1e-3  # [m] between heights along the fingers
 _TIP_DISTANCE = 0.015  # [m] largest distance of the tool from the ends of the pads
 
+_AS_HULL = (
+    "a mesh collides as its convex hull; pip install 'bt-manip[convex]' decomposes a concave one, "
+    "or give it as several convex ones in the model"
+)
+
+
+class OverlappingHullsError(RobotError):
+    """The convex hulls of concave meshes hide how the fingers open and close."""
+
 
 @dataclass(frozen=True, eq=False)
 class FoundFingers:
@@ -80,12 +89,33 @@ def find_fingers(
         where: Name of the robot, for messages.
 
     Raises:
-        RobotError: If there are no two fingers, or they need more than two motors.
+        RobotError: If there are no two fingers, or they need more than two motors; an
+            ``OverlappingHullsError`` where hulls of meshes overlap at every opening.
     """
     bench = FingerBench(mj_model, arm_joints)
-    model = bench.model
     joints = _independent_joints(bench, where)
-    pads = _find_pads(bench, _sequences(bench, joints), where)
+    sequences = _sequences(bench, joints)
+    try:
+        return _measured_fingers(bench, joints, sequences, tool, where)
+    except RobotError as error:
+        overlap = _overlapping(bench, sequences)
+        if not overlap:
+            raise
+        hidden = isinstance(error, OverlappingHullsError)
+        text = f"{where}: the fingers' opening is hidden" if hidden else error
+        raise OverlappingHullsError(f"{text}{overlap}") from None
+
+
+def _measured_fingers(
+    bench: FingerBench,
+    joints: list[int],
+    sequences: Sequence[np.ndarray],
+    tool: tuple[str, pin.SE3] | None,
+    where: str,
+) -> FoundFingers:
+    """Measure the fingers that some joints move."""
+    model = bench.model
+    pads = _find_pads(bench, sequences, where)
     if len(joints) == 2 and joints[0] not in bench.coupled_to(pads.bodies[0]):
         joints.reverse()
     motor = bench.motor_of(joints)
@@ -100,6 +130,14 @@ def find_fingers(
         T_bt = _given_tool(bench, body, T_bt, tool, where)
     tool_body = model.body(body).name
     travel = measure_travel(bench, names, tool_body=tool_body, T_bt=T_bt, where=where)
+    geoms = [geom for body in pads.bodies for geom in collision_geoms_of(model, body)]
+    has_mesh = int(mujoco.mjtGeom.mjGEOM_MESH) in model.geom_type[geoms]
+    if travel.open_width < 0.0 and tool is None and has_mesh:
+        first, second = map(literal_name, names.fingers)
+        raise OverlappingHullsError(
+            f"{where}: the collision geometries of '{first}' and '{second}' overlap by "
+            f"{-1e3 * travel.open_width:.1f} mm where they are open: {_AS_HULL}"
+        )
     if travel.open_width < _OPENS:
         raise RobotError(
             f"{where}: the tool frame is not between the fingers: they open to "
@@ -154,6 +192,8 @@ def _independent_joints(bench: FingerBench, where: str) -> list[int]:
     if driven:
         groups = [group for group in groups if group & driven.keys()]
     found = [min(group, key=lambda j: (driven.get(j, model.nu), j)) for group in groups]
+    limited = [j for j in found if model.jnt_limited[j]]
+    found = _opening_joints(bench, limited) if len(limited) > 2 else limited or found
     names = ", ".join(f"'{literal_name(model.joint(j).name)}'" for j in found)
     pulled = bench.pulling_actuators()
     if len(pulled) > _MOST_PULLED:
@@ -166,9 +206,29 @@ def _independent_joints(bench: FingerBench, where: str) -> list[int]:
             f"{where}: {len(found)} joints beyond '{last}' move independently: {names}; "
             "a two-finger gripper has one or two"
         )
-    if not model.jnt_limited[found].all():
-        raise RobotError(f"{where}: gripper joints without a range: {names}")
+    if not limited:
+        raise RobotError(
+            f"{where}: gripper joints without a range: {names}; give them one in the model "
+            "(MJCF: range, URDF: <limit>)"
+        )
     return found
+
+
+def _opening_joints(bench: FingerBench, joints: Sequence[int]) -> list[int]:
+    """Return the joints that move surfaces towards others; others only decorate the gripper."""
+    model, opened = bench.model, []
+    bodies = [b for b in range(model.nbody) if bench.body in ancestors(model, b)]
+    for joint in joints:
+        moved = {b for b in bodies if bench.chain(b) & bench.coupled(joint)}
+        geoms = [
+            pair
+            for a, b in product(moved, set(bodies) - moved)
+            for pair in product(collision_geoms_of(model, a), collision_geoms_of(model, b))
+        ]
+        qpos = bench.sweep(joint, [j for j in joints if j != joint]).qpos
+        distances = _distances(model, qpos, geoms)
+        opened.append(float(np.ptp(distances, axis=0).max()) if geoms else 0.0)
+    return [j for j, change in zip(joints, opened, strict=True) if change > _WIDE * max(opened)]
 
 
 def _sequences(bench: FingerBench, joints: Sequence[int]) -> list[np.ndarray]:
@@ -206,10 +266,35 @@ def _find_pads(bench: FingerBench, sequences: Sequence[np.ndarray], where: str) 
         sequence, distances = max(measured, key=lambda one: _opening(one[1]).max())
         if _opening(distances).max() > _OPENS:
             return _pads_of(bench, sequence, distances, geoms)
+    bare = [literal_name(model.body(b).name) for b in bodies if not collision_geoms_of(model, b)]
+    lacking = f"; without a geometry that collides: {', '.join(map(repr, bare))}" if bare else ""
     raise RobotError(
         f"{where}: no two surfaces beyond the arm's last joint open and close by more than "
-        f"{1e3 * _OPENS:.0f} mm"
+        f"{1e3 * _OPENS:.0f} mm{lacking}"
     )
+
+
+def _overlapping(bench: FingerBench, sequences: Sequence[np.ndarray]) -> str:
+    """Explain that a mesh overlaps another body at every opening; empty if none does."""
+    model, mesh = bench.model, int(mujoco.mjtGeom.mjGEOM_MESH)
+    bodies = [b for b in range(model.nbody) if bench.body in ancestors(model, b)]
+    geoms = [
+        pair
+        for a, b in combinations(bodies, 2)
+        for pair in product(collision_geoms_of(model, a), collision_geoms_of(model, b))
+        if bench.chain(a) != bench.chain(b) and mesh in model.geom_type[list(pair)]
+    ]
+    for sequence in sequences if geoms else ():
+        for pair in np.flatnonzero((_distances(model, sequence, geoms) <= 0.0).all(axis=0)):
+            first, second = (
+                f"'{literal_name(model.body(model.geom_bodyid[geom]).name)}'"
+                for geom in geoms[pair]
+            )
+            return (
+                f"; the collision geometries of {first} and {second} overlap at every opening: "
+                f"{_AS_HULL}"
+            )
+    return ""
 
 
 def _distances(

@@ -7,19 +7,16 @@ import pytest
 from bt_manip.grippers import TwoFingerGripper, two_finger_gripper
 from bt_manip.robots import Robot, RobotDescription
 from bt_manip.spatial import pose
+from bt_manip_setup import describe_robot
 from bt_manip_setup.finger_travel import find_fingers, measured
 
+from ..assembled_arms import write_linkage_arm
 from .mechanisms import ARM, MECHANISMS, model_of
 from .scenes import Scene
 
 EDGE = 0.04  # [m] of the cube
 FORCE = 10.0  # [N]
 HANGING = pose((0.0, 0.0, 1.5), (0.0, 1.0, 0.0, 0.0))
-
-
-@pytest.fixture(params=MECHANISMS)
-def kind(request):
-    return request.param
 
 
 def build(kind, folder, **gripper):
@@ -39,26 +36,23 @@ def build(kind, folder, **gripper):
 
 
 @pytest.fixture
-def scene(kind, tmp_path):
+def scene(kind: str, tmp_path) -> Scene:
     return Scene(build(kind, tmp_path), HANGING)
 
 
-def test_it_closes_on_nothing_and_opens(kind, scene):
-    gripper = scene.gripper
+@pytest.mark.parametrize("kind", MECHANISMS)
+def test_it_closes_on_nothing_opens_grips_with_the_asked_force_and_holds(kind, scene):
+    gripper, cell = scene.gripper, scene.cell
     assert gripper.is_open
     gripper.close(FORCE)
     scene.until(lambda: gripper.closed_on_nothing)
-    scene.cell.step(300)
+    cell.step(300)
     assert gripper.closed_on_nothing and not gripper.moving and not gripper.steady
     # Where no finger stops the other, the motor presses against the joint's soft limit.
     assert gripper.width == pytest.approx(MECHANISMS[kind].closed, abs=4e-3)
     gripper.open()
     scene.until(lambda: gripper.is_open)
     assert gripper.width == pytest.approx(MECHANISMS[kind].opened, rel=0.05)
-
-
-def test_it_grips_with_the_asked_force_and_holds(kind, scene):
-    gripper, cell = scene.gripper, scene.cell
     scene.grasp(EDGE if MECHANISMS[kind].opened > 0.05 else 0.03)
     assert not gripper.held
     gripper.close(FORCE)
@@ -92,7 +86,7 @@ def test_a_fixed_jaw_stands_beside_the_object(kind, scene):
 
 
 @pytest.mark.parametrize("kind", ["springs", "one_jaw"])
-def test_a_state_goes_on_bit_for_bit(scene):
+def test_a_state_goes_on_bit_for_bit(kind, scene):
     scene.grasp(0.03)
     gripper, cell = scene.gripper, scene.cell
     gripper.close(FORCE)
@@ -109,7 +103,7 @@ def test_a_state_goes_on_bit_for_bit(scene):
 
 
 @pytest.mark.parametrize("kind", ["springs"])
-def test_springs_do_not_change_the_opening(scene):
+def test_springs_do_not_change_the_opening(kind, scene):
     gripper = scene.gripper
     gripper.move(0.07)
     scene.until(lambda: not gripper.moving)
@@ -122,3 +116,13 @@ def test_a_smaller_opening_may_be_described(kind, tmp_path):
     gripper = build(kind, tmp_path, open_width=0.06, min_width=0.02).gripper
     travel = gripper.mechanism.travel
     assert (travel.min_width, travel.open_width) == (0.02, 0.06)
+
+
+def test_links_that_mimic_a_joint_do_not_yield_to_the_grip(parts, tmp_path):
+    """They have little inertia, and URDF has no stiffness of the coupling."""
+    draft = describe_robot(str(write_linkage_arm(tmp_path)), parts, name="arm")
+    scene = Scene(Robot(draft.description, gripper=TwoFingerGripper))
+    scene.grasp(EDGE)
+    scene.gripper.close(2 * FORCE)
+    scene.until(lambda: scene.gripper.steady)
+    assert scene.gripper.width == pytest.approx(EDGE, abs=1e-3)

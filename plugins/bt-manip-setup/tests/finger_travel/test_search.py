@@ -1,12 +1,15 @@
 """Fingers are found in a compiled model, whatever moves them."""
 
+from dataclasses import replace
+from itertools import product
+
 import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
 
 from bt_manip.robots import Robot, RobotError, panda
-from bt_manip_setup.finger_travel import find_fingers
+from bt_manip_setup.finger_travel import OverlappingHullsError, find_fingers, search
 
 from .mechanisms import ARM, MECHANISMS, model_of
 
@@ -43,6 +46,20 @@ def test_the_measured_openings_do_not_depend_on_the_pose_of_the_arm():
     assert found.travel.open_width == pytest.approx(other.travel.open_width, abs=1e-6)
 
 
+def test_the_loss_of_a_finger_is_the_power_that_its_joints_dissipate():
+    xml = model_of("hinges").replace('armature="0.002"', 'armature="0.002" damping="0.3"')
+    model = mujoco.MjModel.from_xml_string(xml)
+    travel = find_fingers(model, ARM).travel
+    middle, speed = len(travel.widths) // 2, 0.1  # [m/s] of each finger
+    data = mujoco.MjData(model)
+    for name, positions in zip(travel.joints, travel.positions, strict=True):
+        slope = np.gradient(positions, 0.5 * np.array(travel.widths))[middle]
+        data.joint(name).qpos, data.joint(name).qvel = positions[middle], slope * speed
+    mujoco.mj_forward(model, data)
+    power = -float(data.qfrc_damper @ data.qvel)  # [W] of two fingers
+    assert 2.0 * travel.loss * speed**2 == pytest.approx(power, rel=0.02)
+
+
 def test_the_hand_of_the_panda_is_found():
     found = find_fingers(Robot(panda()).alone, PANDA)
     assert set(found.fingers) == {"left_finger", "right_finger"} and found.body == "hand"
@@ -72,7 +89,13 @@ def test_the_hand_of_the_panda_is_found():
             "<!--palm-->",
             '<body pos="0 0 0.1"><joint name="a" range="0 1" limited="true"/>'
             '<geom size="0.01"/></body>',
-            "no two surfaces .* open and close by more than 2 mm",
+            "no two surfaces .* open and close by more than 2 mm$",
+        ),
+        (
+            "<!--palm-->",
+            '<body name="jaw" pos="0 0 0.1"><joint name="a" range="0 1" limited="true"/>'
+            '<geom size="0.01" contype="0" conaffinity="0"/></body>',
+            "by more than 2 mm; without a geometry that collides: 'jaw'$",
         ),
     ],
 )
@@ -80,6 +103,26 @@ def test_what_is_no_gripper_of_two_fingers_is_said(old, new, message):
     model = mujoco.MjModel.from_xml_string(model_of("none").replace(old, new))
     with pytest.raises(RobotError, match=message):
         find_fingers(model, ARM)
+
+
+def test_meshes_that_overlap_where_the_fingers_are_open_need_convex_parts(monkeypatch):
+    """Boxes would not become smaller by parts."""
+    measure = search.measure_travel
+
+    def overlapping(*bench, **named):
+        return replace(measure(*bench, **named), open_width=-0.002)
+
+    monkeypatch.setattr(search, "measure_travel", overlapping)
+    boxes = model_of("coupled_slides")
+    sides = product((-0.01, 0.01), (-0.004, 0.004), (-0.01, 0.01))
+    corners = " ".join(f"{x} {y} {z}" for x, y, z in sides)
+    mesh = f'<asset><mesh name="hull" vertex="{corners}"/></asset><worldbody>'
+    pad = 'type="box" size="0.01 0.004 0.01"'
+    meshes = boxes.replace("<worldbody>", mesh).replace(pad, 'type="mesh" mesh="hull"')
+    with pytest.raises(OverlappingHullsError, match="overlap by 2.0 mm where they are open: a mes"):
+        find_fingers(mujoco.MjModel.from_xml_string(meshes), ARM)
+    with pytest.raises(RobotError, match="they open to -2 mm there"):
+        find_fingers(mujoco.MjModel.from_xml_string(boxes), ARM)
 
 
 def linked(name: str, side: int, joint: str) -> str:

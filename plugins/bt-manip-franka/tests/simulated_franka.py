@@ -1,14 +1,11 @@
 """A simulated robot for tests: a server of franka-sim on loopback, driven by lines of JSON.
 
 It runs in an environment that has franka-sim, whose models ``FR3_MJCF`` and ``FRANKA_HAND_MJCF``
-name: ``python simulated_robot.py HOST [--OPTION]``. It prints ``ready``, then a line for each
-line ``{"do": NAME, ...}`` that it reads, whose names are methods below; it ends with its input.
-Free bodies of the model float where they are until they are placed, and have weight from then on.
+name: ``python simulated_franka.py HOST [--OPTION]``.
 """
 
 import argparse
 import contextlib
-import json
 import logging
 import os
 import queue
@@ -16,11 +13,10 @@ import sys
 import threading
 import time
 
-import mujoco
-import numpy as np
 from franka_sim.franka_protocol import ConnectStatus, MoveStatus, RobotMode
 from franka_sim.franka_sim_server import FrankaSimServer
 from franka_sim.mujoco_franka_sim import ARM_POSITION_KD, MujocoFrankaSim
+from serving import Commands, serve
 
 # Explicit damping of more than 2 I / dt is unstable: joint 7 (0.08 kg m2) swings with franka-sim's.
 ARM_POSITION_KD[:] = 225.0, 225.0, 175.0, 175.0, 50.0, 50.0, 50.0  # [N m s/rad]
@@ -40,15 +36,10 @@ class Cell(MujocoFrankaSim):
         self.calls = queue.SimpleQueue()
 
     def initialize_simulation(self):
-        """Note which bodies move freely."""
+        """Let things pass each other, where that is asked for."""
         super().initialize_simulation()
-        model = self.model
         if not self._collisions:
-            model.geom_contype[:] = model.geom_conaffinity[:] = 0
-        self.free = {
-            model.body(model.jnt_bodyid[joint]).name: joint
-            for joint in np.flatnonzero(model.jnt_type == mujoco.mjtJoint.mjJNT_FREE)
-        }
+            self.model.geom_contype[:] = self.model.geom_conaffinity[:] = 0
 
     def step_now(self):
         """Let the physics make one step, and wait for it."""
@@ -119,44 +110,12 @@ class Robot(FrankaSimServer):
         self.robot_state.state["joint_collision"] = [0.0] * 7
 
 
-class Commands:
+class FrankaCommands(Commands):
     """What a line of JSON can ask for."""
 
     def __init__(self, robot, cell):
+        super().__init__(cell.model, cell.data, cell.in_physics)
         self.robot, self.cell = robot, cell
-
-    def place(self, body, position, quat=(1.0, 0.0, 0.0, 0.0)):
-        """Put a free body somewhere, at rest, and give it the weight that franka-sim takes away."""
-        self._set(body, [*position, *quat], weightless=0.0)
-
-    def take(self, body):
-        """Take a free body away: let it float where it was at first."""
-        self._set(body, None, weightless=1.0)
-
-    def _set(self, body, pose, weightless):
-        def put():
-            model, data, joint = self.cell.model, self.cell.data, self.cell.free[body]
-            at, dof = model.jnt_qposadr[joint], model.jnt_dofadr[joint]
-            data.qpos[at : at + 7] = model.qpos0[at : at + 7] if pose is None else pose
-            data.qvel[dof : dof + 6] = 0.0
-            model.body_gravcomp[model.jnt_bodyid[joint]] = weightless
-
-        self.cell.in_physics(put)
-
-    def poses(self):
-        """Return the positions of the free bodies, and whether they are at rest."""
-
-        def read():
-            model, data = self.cell.model, self.cell.data
-            return {
-                name: {
-                    "position": data.qpos[model.jnt_qposadr[j] :][:3].tolist(),
-                    "speed": float(np.abs(data.qvel[model.jnt_dofadr[j] :][:6]).max()),
-                }
-                for name, j in self.cell.free.items()
-            }
-
-        return self.cell.in_physics(read)
 
     def arm(self):
         """Return the arm's positions and velocities, the width of the hand, and its clock [s]."""
@@ -225,18 +184,6 @@ class Commands:
         return {name: getattr(self.robot, name) for name in names}
 
 
-def serve(commands):
-    """Answer the lines of the input; end the process with it."""
-    for line in sys.stdin:
-        request = json.loads(line)
-        try:
-            answer = {"ok": getattr(commands, request.pop("do"))(**request)}
-        except Exception as error:
-            answer = {"error": repr(error)}
-        print(json.dumps(answer), flush=True)
-    os._exit(0)
-
-
 def main():
     """Serve until the input ends."""
     parser = argparse.ArgumentParser()
@@ -265,8 +212,7 @@ def main():
     def announce():
         while robot.server_socket is None or not cell.running:
             threading.Event().wait(0.02)
-        print("ready", flush=True)
-        serve(Commands(robot, cell))
+        serve(FrankaCommands(robot, cell))
 
     threading.Thread(target=announce, daemon=True).start()
     robot.start()
