@@ -8,7 +8,7 @@ import pinocchio as pin
 
 from bt_manip.arm import Arm
 from bt_manip.behaviours import CellBehaviour, centre_pose, pose_output, top_grasp_poses
-from bt_manip.bt import Input, Output, Status
+from bt_manip.bt import Input, Output, Status, Traits
 from bt_manip.grasping import SUFFICIENT_CLEARANCE, GripperClearance, with_clearance
 from bt_manip.grippers import GRIP_DEPTH
 from bt_manip_blocks.blocks import blocks_on, tower_on
@@ -21,6 +21,7 @@ class ChooseBase(CellBehaviour):
     high as the hand over a block on the table, so blocks close to it can no longer be gripped.
     """
 
+    traits = Traits()
     on = Input(str, default="table", doc="Name of the entity below the block.")
     base = Output(str, doc="Name of the block.")
     top = Output(str, doc="Name of the top block of its tower; without a tower, the block.")
@@ -51,6 +52,7 @@ class ChooseBlock(CellBehaviour):
     otherwise the block with the largest clearance.
     """
 
+    traits = Traits()
     on = Input(str, default="table", doc="Name of the entity below the block.")
     base = Input(str, default="", doc="Name of the base of the tower, which is not chosen.")
     block = Output(str, doc="Name of the block.")

@@ -1,12 +1,19 @@
 """Conditions on all blocks of a cell."""
 
+from collections.abc import Mapping
 from itertools import pairwise
 from typing import Any
 
-from bt_manip.behaviours import CellCondition
+import numpy as np
+import pinocchio as pin
+
+from bt_manip.behaviours import CellCondition, Destination
 from bt_manip.bt import Input
-from bt_manip.cell import why_not_on
-from bt_manip_blocks.blocks import blocks_in, blocks_on, tower_on, unsorted_blocks
+from bt_manip.cell import Cell, extent, why_not_on
+from bt_manip_blocks.blocks import blocks_in, blocks_on, find_tray, tower_on, unsorted_blocks
+
+MARGIN = 0.01
+"""Distance of a block from the middle of the one below at which it stands well [m]."""
 
 
 class BlocksCondition(CellCondition):
@@ -54,11 +61,12 @@ class AreSorted(BlocksCondition):
         left = unsorted_blocks(self.cell, self.tray)
         return f"not in the row of their colour: {', '.join(left)}" if left else ""
 
-    def progress(self) -> float:
-        """Return the share of the blocks that are sorted."""
-        gone, present = len(self.gone), len(blocks_in(self.cell))
-        wrong = len(unsorted_blocks(self.cell, self.tray))
-        return 1.0 - (wrong + gone) / max(present + gone, 1)
+    def places(self) -> Mapping[str, Destination | None]:
+        """Return the row of its colour for each block; None for those that are gone."""
+        tray, T_wt = find_tray(self.cell, self.tray), self.cell.pose(self.tray)
+        rows = {colour: Destination(T_wt, *tray.row_box(colour)) for colour in tray.colours}
+        blocks = blocks_in(self.cell).items()
+        return dict.fromkeys(self.gone) | {name: rows.get(one.colour) for name, one in blocks}
 
 
 class AreStacked(BlocksCondition):
@@ -78,8 +86,29 @@ class AreStacked(BlocksCondition):
         reasons = (why_not_on(cell, above, below) for below, above in pairwise((self.on, *tower)))
         return next(filter(None, reasons), "")
 
-    def progress(self) -> float:
-        """Return the share of the blocks in the highest tower, above its base."""
-        towers = [tower_on(self.cell, base) for base in blocks_on(self.cell, self.on)]
-        highest = max(map(len, towers), default=1)
-        return (highest - 1) / max(len(blocks_in(self.cell)) + len(self.gone) - 1, 1)
+    def places(self) -> Mapping[str, Destination | None]:
+        """Return where each block is to stand; None for those that are gone.
+
+        Blocks of the highest tower stand where they are, others belong on its top, or on any of
+        several of the same height.
+        """
+        cell, blocks = self.cell, blocks_in(self.cell)
+        towers = [tower_on(cell, base) for base in blocks_on(cell, self.on)]
+        height = max(map(len, towers), default=0)
+        highest = [tower for tower in towers if len(tower) == height]
+        tops = {tower[-1]: _top(cell, tower[-1]) for tower in highest}
+        standing = {name for tower in highest for name in tower if height > 1}
+        places: dict[str, Destination | None] = dict.fromkeys(self.gone)
+        for name, block in blocks.items():
+            own = _top(cell, name) - [0.0, 0.0, block.size]
+            others = [top for below, top in tops.items() if below != name]
+            middle = np.array([own] if name in standing or not others else others)
+            margin = np.array([MARGIN, MARGIN, 0.0])
+            places[name] = Destination(pin.SE3.Identity(), middle - margin, middle + margin)
+        return places
+
+
+def _top(cell: Cell, name: str) -> np.ndarray:
+    """Return the middle of a block's top [m]."""  # (3,)
+    lower, upper = extent(cell, name)
+    return np.array([*(0.5 * (lower + upper))[:2], upper[2]])

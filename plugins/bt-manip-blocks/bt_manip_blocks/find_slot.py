@@ -3,7 +3,7 @@
 import numpy as np
 
 from bt_manip.behaviours import CellBehaviour, pose_output
-from bt_manip.bt import Input, Status
+from bt_manip.bt import Input, Status, Traits
 from bt_manip_blocks.blocks import blocks_in, find_tray
 from bt_manip_blocks.coloured_block import ColouredBlock
 from bt_manip_blocks.sorting_tray import SLOT
@@ -12,6 +12,7 @@ from bt_manip_blocks.sorting_tray import SLOT
 class FindSlot(CellBehaviour):
     """Find a free slot in the row of a block's colour."""
 
+    traits = Traits()
     block = Input(str, doc="Name of the block.")
     tray = Input(str, default="tray", doc="Name of the tray.")
     pose = pose_output("Target pose of the centre of the block's bottom in the world.")

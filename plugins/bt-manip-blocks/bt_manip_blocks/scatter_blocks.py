@@ -8,7 +8,7 @@ import numpy as np
 
 from bt_manip import spatial
 from bt_manip.behaviours import CellBehaviour, numbers_or_auto, poses_output
-from bt_manip.bt import Input, Output, Status
+from bt_manip.bt import Input, Output, Status, Traits
 from bt_manip.cell import CellError, Region, extent, unique_name
 from bt_manip_blocks.blocks import blocks_in
 from bt_manip_blocks.coloured_block import ColouredBlock
@@ -19,8 +19,13 @@ _NO_YAW = (0.0, 0.0)  # [rad]; sampled separately
 
 
 class ScatterBlocks(CellBehaviour):
-    """Remove all coloured blocks, and scatter new ones with clearance for the fingers."""
+    """Remove all coloured blocks, and scatter new ones with clearance for the fingers.
 
+    With seen poses (``--poses seen``) they lie in the physics, and the tree knows where one lies
+    once it has seen it.
+    """
+
+    traits = Traits()
     drawn = ("poses",)
 
     colours = Input(list[str], default=["red", "green", "blue"], doc="Colours, separated by ';'.")
@@ -40,23 +45,31 @@ class ScatterBlocks(CellBehaviour):
     blocks = Output(list[str], doc="Names of the blocks.")
     poses = poses_output("Their poses in the world, each x;y;z;qw;qx;qy;qz [m], separated by '|'.")
 
+    adds_objects = ("*",)
+
     def setup(self, **infrastructure: Any) -> None:
         """Store the random generator and the robots, too."""
         super().setup(**infrastructure)
         self.rng: np.random.Generator = infrastructure["rng"]
         self._robots = infrastructure["robots"]
+        self._expected = infrastructure.get("poses")
+        self._physics = getattr(self._expected, "physics", None) or self.cell
         self._made: dict[tuple[str, int, int], ColouredBlock] = {}
 
     def start(self) -> None:
         """Scatter."""
-        cell = self.cell
+        cell = self._physics
         height = cell.surface_height(self.on)
         colours = self.colours
         wanted = [(colour, i, j) for i in range(self.each) for j, colour in enumerate(colours)]
         names, poses = [], []
-        with cell.editing():
-            for name in blocks_in(cell):
-                cell.remove(name)
+        with self.cell.editing():
+            for name in blocks_in(self.cell):
+                self.cell.remove(name)
+        if cell is not self.cell:
+            with cell.editing():
+                for name in blocks_in(cell):
+                    self._expected.taken(name)
         blocks = [self._block(*key) for key in wanted]
         places = self._places(len(wanted), blocks[0].rest_height)
         with cell.editing():  # another one: what comes by a name that goes would take its state
@@ -69,6 +82,9 @@ class ScatterBlocks(CellBehaviour):
                 name = unique_name(block.colour, cell.entities)
                 names.append(cell.add(block, T_wo, name=name))
                 poses.append(T_wo)
+        if cell is not self.cell:
+            for name in names:
+                self._expected.spawned(name)
         self.blocks, self.poses = names, poses
         self.feedback_message = f"{len(names)} blocks"
 
@@ -80,7 +96,7 @@ class ScatterBlocks(CellBehaviour):
         """Return a block scattered before, or a new one; reused blocks need no compile."""
         key = colour, i, j
         made = self._made.get(key)
-        if made is None or not self.cell.is_reusable(made):
+        if made is None or not self._physics.is_reusable(made):
             made = self._made[key] = ColouredBlock(colour=colour)
         return made
 

@@ -102,6 +102,12 @@ class SortingTray(ParametricEntity):
                 return colour
         return None
 
+    def row_box(self, colour: str) -> tuple[np.ndarray, np.ndarray]:
+        """Return the corners of a row in the tray's frame [m]."""  # 2 x (1, 3)
+        x, y = self.slots * SLOT / 2, self._row(colour)
+        lower, upper = [-x, y - ROW / 2, FLOOR], [x, y + ROW / 2, FLOOR + RIM]
+        return np.array([lower]), np.array([upper])
+
     def _row(self, colour: str) -> float:
         """Return the y of a row's centre line [m]."""
         return (0.5 * (len(self.colours) - 1) - self.colours.index(colour)) * ROW

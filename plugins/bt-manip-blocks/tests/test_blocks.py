@@ -36,6 +36,14 @@ def test_blocks_lie_in_the_region_and_keep_their_distance(station, trial):
         assert np.linalg.norm((a - b)[:2]) >= 0.07
 
 
+def test_blocks_are_turned_at_random(station, trial):
+    scattering = trial(ScatterBlocks(each=3, blocks="{blocks}", spacing=0.07))
+    assert scattering.tick() is SUCCESS
+    names = scattering.blackboard["blocks"]
+    x = np.array([station.cell.pose(name).rotation[:, 0] for name in names])
+    assert np.linalg.norm(x.mean(axis=0)) < 0.8  # one direction for all would give 1
+
+
 def test_blocks_lie_where_the_robot_reaches_beside_the_tray(station, trial):
     wide = [0.2, 1.2, -0.35, 0.38]  # farther than the arm reaches, and over the tray
     scattering = trial(ScatterBlocks(each=2, blocks="{blocks}", preferred_region=wide))
@@ -136,21 +144,21 @@ def test_blocks_are_stacked_when_each_rests_on_the_one_below(station, trial, pla
     assert looking.fails_with(reason) if reason else looking.tick() is SUCCESS
 
 
-def test_progress_counts_the_blocks_that_stand_on_the_one_below(station, trial):
-    progress = trial(AreStacked()).behaviour.progress
+def test_a_block_belongs_on_the_highest_tower_and_those_of_the_tower_where_they_are(station, trial):
+    condition = trial(AreStacked()).behaviour
     put(station, "red", 0.3, -0.1)
-    put(station, "blue", 0.3, -0.2)
-    put(station, "green", 0.4, -0.1, 0.2)
+    put(station, "blue", 0.3, -0.25)
+    put(station, "green", 0.3, -0.1, 0.06)
     station.cell.step(30)
-    assert progress() == 0.0  # the green one falls
-    for height, expected in ((0.06, 0.5), (0.2, 0.0)):
-        station.cell.move("green", spatial.pose((0.3, -0.1, SURFACE + height)))
-        station.cell.step(30)
-        assert progress() == expected
-    station.cell.move("green", spatial.pose((0.3, -0.1, SURFACE + 0.06)))
-    station.cell.move("blue", spatial.pose((0.3, -0.1, SURFACE + 0.1)))
+    places = condition.places()
+    for name, x, y, height in (
+        ("blue", 0.3, -0.1, 0.08), ("red", 0.3, -0.1, 0.0), ("green", 0.3, -0.1, 0.04),
+    ):  # fmt: skip
+        middle = 0.5 * (places[name].lower + places[name].upper)
+        assert middle == pytest.approx(np.array([[x, y, SURFACE + height]]), abs=2e-3)
+    station.cell.move("green", spatial.pose((0.5, -0.1, SURFACE + 0.02)))
     station.cell.step(30)
-    assert progress() == 1.0
+    assert len(condition.places()["blue"].lower) == 2  # on either of the others
 
 
 def test_two_blocks_beside_each_other_are_no_tower(station, trial):
@@ -253,7 +261,7 @@ def test_a_block_that_vanishes_is_neither_sorted_nor_stacked_until_blocks_are_ad
     assert are_sorted.tick() is SUCCESS
     station.cell.remove("red_1")
     assert are_sorted.fails_with("gone from the cell: red_1")
-    assert are_sorted.behaviour.progress() == 0.5
+    assert are_sorted.behaviour.places()["red_1"] is None
     assert are_stacked.fails_with("gone from the cell: red_1")
     assert trial(ScatterBlocks(blocks="{b}")).tick() is SUCCESS
     assert are_sorted.fails_with("not in the row of their colour: red, green, blue")
@@ -262,6 +270,16 @@ def test_a_block_that_vanishes_is_neither_sorted_nor_stacked_until_blocks_are_ad
 def test_without_blocks_nothing_is_sorted_or_stacked(trial):
     for condition in (AreSorted(), AreStacked()):
         assert trial(condition).fails_with("the cell has no coloured blocks")
+
+
+def test_when_all_were_removed_those_added_later_are_all(station, trial):
+    are_stacked = trial(AreStacked())
+    for name in (put(station, "red", 0.3, y) for y in (-0.2, -0.1)):
+        station.cell.remove(name)
+    assert are_stacked.fails_with("the cell has no coloured blocks")
+    put(station, "green", 0.3, -0.3)
+    station.cell.step(50)
+    assert are_stacked.tick() is SUCCESS
 
 
 def test_another_block_does_not_stand_for_one_that_vanished(station, trial):

@@ -2,7 +2,8 @@
 
 import pytest
 
-from bt_manip.testing import Example, contracts_of, run_tree, trees_of
+from bt_manip.testing import run_tree, trees_of
+from bt_manip_contracts import Example, contracts_of
 
 from .end_states import a_tower_of_four_stands, every_block_is_in_its_row
 

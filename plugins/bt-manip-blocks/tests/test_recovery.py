@@ -3,8 +3,8 @@
 import pytest
 
 from bt_manip.bt import NodeStatus
-from bt_manip.evaluation import StressTester, plan_episodes
 from bt_manip_blocks import ChooseBase
+from bt_manip_stress import StressTester, plan_episodes
 
 from .test_blocks import put
 

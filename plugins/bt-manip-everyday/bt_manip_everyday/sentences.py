@@ -2,10 +2,12 @@
 
 import contextlib
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
-from bt_manip.behaviours import CellCondition
+import numpy as np
+
+from bt_manip.behaviours import CellCondition, Destination, extent
 from bt_manip.bt import Input, Output, Status, SyncAction
 from bt_manip.cell import Cell, is_within, why_not_in
 from bt_manip.exceptions import BtManipError, PortError, did_you_mean
@@ -106,14 +108,26 @@ class HoldsExactly(CellCondition):
         """Check each freely moving object."""
         return "; ".join(self._reasons())
 
-    def progress(self) -> float:
-        """Return the share of the given objects that are inside, less the share of others."""
-        return max(0.0, 1.0 - len(self._reasons()) / max(len(self.objects), 1))
+    def places(self) -> Mapping[str, Destination | None]:
+        """Return the inside of the container for the given objects, and None for others in it."""
+        inside = Destination.inside(self.cell, self.container)
+        return dict.fromkeys(self._wrong()) | dict.fromkeys(self.objects, inside)
 
     def _reasons(self) -> list[str]:
         """Return the reason for each misplaced object."""
+        outside = [why_not_in(self.cell, name, self.container) for name in self.objects]
+        return [*filter(None, outside), *(f"'{name}' is in it, too" for name in self._wrong())]
+
+    def _wrong(self) -> list[str]:
+        """Return the names of further objects inside."""
         cell, inside = self.cell, self.container
-        outside = {name: why_not_in(cell, name, inside) for name in self.objects}
-        others = [name for name in cell.objects if cell.is_free(name) and name not in outside]
-        wrong = [name for name in others if name != inside and is_within(cell, name, inside)]
-        return [*filter(None, outside.values()), *(f"'{name}' is in it, too" for name in wrong)]
+        lower, upper = extent(cell, inside)
+        found = []
+        for name in cell.objects:
+            if name in (inside, *self.objects) or not cell.is_free(name):
+                continue
+            middle = np.mean(extent(cell, name), axis=0)
+            between = ((lower <= middle) & (middle <= upper))[:2].all()
+            if between and is_within(cell, name, inside):  # rays are slow
+                found.append(name)
+        return found

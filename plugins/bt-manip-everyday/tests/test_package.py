@@ -2,7 +2,8 @@
 
 import pytest
 
-from bt_manip.testing import Example, assert_stands_still, contracts_of, trees_of
+from bt_manip.testing import assert_stands_still, trees_of
+from bt_manip_contracts import Example, contracts_of
 
 
 def the_mug_stands_on_the_middle_board(station):

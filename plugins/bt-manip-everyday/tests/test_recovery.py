@@ -2,7 +2,7 @@
 
 import pytest
 
-from bt_manip.evaluation import StressTester, plan_episodes
+from bt_manip_stress import StressTester, plan_episodes
 
 
 def run(tree, fault, phase):

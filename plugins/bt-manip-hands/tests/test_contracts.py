@@ -2,7 +2,7 @@
 
 import pytest
 
-from bt_manip.testing import contracts_of
+from bt_manip_contracts import contracts_of
 
 pytestmark = pytest.mark.usefixtures("hand_models")
 

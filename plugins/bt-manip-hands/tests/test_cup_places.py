@@ -63,3 +63,16 @@ def test_a_cup_approaches_a_block_from_above_and_from_the_sides_but_not_from_bel
     approaches = found.rotation[:, :, 2] @ down  # cosine of the approach and straight down
     assert approaches.max() == pytest.approx(1.0) and approaches.min() == pytest.approx(0.0)
     assert found.costs["curvature"] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_a_cup_may_approach_a_ball_from_straight_above():
+    up = np.array([0.0, 0.0, 1.0])
+    found = [normal for _, normal in places_on(solid("sphere", 0.04), np.zeros(3), RADIUS, up)]
+    assert max(normal @ up for normal in found) == pytest.approx(1.0)
+
+
+def test_a_cup_on_a_round_side_does_not_extend_beyond_its_ends():
+    half, com = 0.05, np.array([0.0, 0.0, 0.049])
+    found = places_on(solid("capsule", 0.03, half), com, RADIUS, np.array([1.0, 0.0, 0.0]))
+    sides = [point for point, normal in found if abs(normal[2]) < 1e-9]
+    assert sides and max(abs(point[2]) for point in sides) <= half - RADIUS

@@ -1,6 +1,7 @@
 """The hand wraps its fingers around an object, holds it with a force, and says when it does not."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -20,6 +21,7 @@ from bt_manip.bt import NodeStatus, Sequence
 from bt_manip.cell.objects import Box, Cube, Cylinder, Sphere
 from bt_manip.robots import RobotError
 from bt_manip.spatial import pose
+from bt_manip_hands.hand import Hand
 
 pytestmark = pytest.mark.usefixtures("hand_models")
 
@@ -85,6 +87,13 @@ def test_what_it_holds_is_known_to_everybody():
     station = picked(Cube(size=0.06))
     assert station.gripper.held == ("thing",)
     assert station.gripper.forces[0] == pytest.approx(FORCE, rel=0.3)
+    model, data = station.cell.model, station.cell.data
+    thing = station.cell.body_id("thing")
+    touched = [
+        c.geom for c in data.contact if thing in model.body_rootid[model.geom_bodyid[c.geom]]
+    ]
+    assert touched  # with the friction of the object, which is the larger one, not of the hand
+    assert all(model.geom_friction[pair, 0].min() == 0.0 for pair in touched)
     assert station.arm.payload is not None
     world = station.arm.world
     world.refresh()
@@ -126,3 +135,19 @@ def test_wrong_keys_of_a_description_are_refused(tmp_path):
     (tmp_path / "arm.toml").write_text(text.replace("stiffness =", "stifness ="))
     with pytest.raises(RobotError, match=r"arm.toml:\d+: key 'gripper.stiffness' is missing"):
         build_station(robot=str(tmp_path / "arm.toml"))
+
+
+def test_it_closes_more_slowly_the_nearer_the_force_is_to_the_asked_one():
+    closing = {}
+    for force in (0.0, 0.5 * FORCE, 0.9 * FORCE, 1.1 * FORCE):
+        data = SimpleNamespace(sensordata=[force])
+        model = SimpleNamespace(opt=SimpleNamespace(timestep=1e-3))
+        hand = SimpleNamespace(
+            robot=SimpleNamespace(mj_data=data, mj_model=model), state="closing", held=(),
+            _adr=[0], _asked=FORCE, _s=0.5, _time=0.0, _idle=0.0,
+        )  # fmt: skip
+        Hand.after_substep(hand, None, None)
+        closing[force] = vars(hand)["_s"] - 0.5
+    free, half, near, beyond = closing.values()
+    assert free > 0.0
+    assert (half / free, near / free, beyond / free) == pytest.approx((0.5, 0.1, -0.1))

@@ -4,6 +4,7 @@ import subprocess
 import sys
 
 import mujoco
+import numpy as np
 import pytest
 from dm_control import mjcf
 
@@ -46,6 +47,19 @@ def test_palm_thumb_and_postures_of_a_hand_are_found(hand_models, side):
         gaps[posture] = fingers[1] - thumb[1]  # y points from the thumb to the fingers
         assert abs(fingers[2]) < 0.02 and abs(thumb[2]) < 0.02
     assert gaps["open"] > given["max_width"] > 2.0 * gaps["closed"]
+    # The closed thumb presses with 80 % of what its weakest joint can: the force whose work over
+    # the way of the tip along the closing is that of the joint's torque.
+    thumb, closing, forces = addresses[-4:], T.xmat.reshape(3, 3) @ found.T_bt.rotation[:, 1], []
+    for address, effort in zip(thumb, given["effort"][-4:], strict=True):
+        ways = []
+        for turn in (-1e-5, 1e-5):  # [rad]
+            data.qpos[addresses] = given["closed"]
+            data.qpos[address] += turn
+            mujoco.mj_kinematics(model, data)
+            ways.append(float(data.geom_xpos[geoms[-1]] @ closing))
+        lever = abs(ways[1] - ways[0]) / 2e-5  # [m]
+        forces.append(effort / lever if lever > 5e-3 else np.inf)
+    assert found.max_force == pytest.approx(0.8 * min(forces), rel=0.03)
 
 
 def test_two_fingers_are_no_hand(hand_models):

@@ -26,7 +26,7 @@ from bt_manip.bt import NodeStatus, Sequence
 from bt_manip.cell.objects import Box, Capsule, ConvexMesh, Cylinder, Sphere
 from bt_manip.robots import RobotError, read_description
 from bt_manip.spatial import pointing_down, pose
-from bt_manip.testing import ROBOT_CONTRACT, RobotCase
+from bt_manip_contracts import ROBOT_CONTRACT, RobotCase
 from bt_manip_hands import SuctionGripper, suction_gripper
 from tests.support.models import ROBOTS
 
@@ -101,6 +101,12 @@ def test_it_holds_with_its_pressure_times_its_area(station):
     assert station.gripper.max_force == pytest.approx(60e3 * np.pi * 0.015**2)  # 42 N
     picked(station, Box(mass=2.0, size=(0.1, 0.1, 0.1)), force=42.0)
     assert station.gripper.forces[0] == pytest.approx(42.0 - 2.0 * 9.81, abs=0.5)
+
+
+def test_its_actuator_pulls_with_the_asked_force(station):
+    picked(station, Box(mass=0.2, size=(0.1, 0.1, 0.1)), force=20.0)
+    pull = station.robot.mj_data.actuator_force[station.gripper.cup.ctrl]
+    assert abs(pull) == pytest.approx(20.0)
 
 
 def test_a_heavier_load_is_refused(station):

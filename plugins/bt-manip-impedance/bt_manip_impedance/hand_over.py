@@ -1,7 +1,7 @@
 """Hand-over of an object from one robot to another."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ from bt_manip.behaviours import (
     pose_from_text,
     pose_to_text,
 )
-from bt_manip.bt import Input, Output, Status
+from bt_manip.bt import Input, Output, Status, Traits
 from bt_manip.cell import CellError, ContactEvent, entity_of, extent
 from bt_manip.exceptions import MotionError, did_you_mean
 from bt_manip.kinematics import PoseTarget
@@ -30,6 +30,9 @@ OFFSETS = (0.0, -0.05, -0.1, 0.05)
 HELD = 0.1
 """Time for which the receiver must keep an object after a hand-over [s]."""
 
+NEAR = 0.2
+"""Distance of a tool from the object at which the progress of reaching it is a half [m]."""
+
 _FORWARD = (0.70710678, 0.0, 0.70710678, 0.0)  # quaternion of a tool pointing along x
 _HALF_TURN = pin.utils.rotate("y", math.pi)
 
@@ -41,6 +44,7 @@ class FindFreeEnd(ArmBehaviour):
     points along this axis, and its fingers close along the narrower one of the other axes.
     """
 
+    traits = Traits()
     needs_gripper = True
 
     object = Input(str, doc="Name of the object.")
@@ -187,8 +191,9 @@ class IsHandedOver(ObjectCondition):
     _let_go: float | None = None  # [s] time from which the receiver alone has touched it
 
     def setup(self, **infrastructure: Any) -> None:
-        """Observe the contacts of the cell."""
+        """Keep the robots, and observe the contacts of the cell."""
         super().setup(**infrastructure)
+        self.robots: Mapping[str, Any] = infrastructure.get("robots", {})
         if self._observe not in self.cell.contact_changed:
             self.cell.contact_changed.append(self._observe)
 
@@ -224,3 +229,19 @@ class IsHandedOver(ObjectCondition):
             f"'{self.giver}' has not handed '{self.object}' over to '{self.receiver}' without "
             f"putting it down on '{self.support}'"
         )
+
+    def progress(self) -> float:
+        """Return the progress of grasping, lifting and handing over, before the giver lets go."""
+        name, giver, receiver, support = self._names()
+        if self._handed_over:
+            return 0.9
+        middle = 0.5 * np.add(*extent(self.cell, name))
+        robots = [self.robots[robot] for robot in (giver, receiver)]
+        tools = [one.robot.tool_pose.translation for one in robots]
+        near = [1.0 / (1.0 + float(np.linalg.norm(tool - middle)) / NEAR) for tool in tools]
+        held = [one.gripper is not None and name in one.gripper.held for one in robots]
+        if not held[0]:
+            return 0.2 * near[0]
+        if self.cell.contacts.touching(name, support):
+            return 0.4
+        return 0.5 + (0.4 if held[1] else 0.3 * near[1])

@@ -1,12 +1,13 @@
 """Insertion of a held object into a socket, with a limited contact force."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 import pinocchio as pin
 
 from bt_manip.behaviours import (
+    Destination,
     MotionBehaviour,
     ObjectCondition,
     extent,
@@ -51,6 +52,9 @@ STIFFNESS = 1000.0
 """Stiffness of controllers other than `CartesianImpedance` [N/m]."""
 
 DOWN = np.array([0.0, 0.0, -1.0])
+
+IN_HOLE = 0.005
+"""Distance from the axis of a hole within which the bottom of an object is over or in it [m]."""
 
 OVER, LOWERING, SEARCHING, PUSHING = "over", "lowering", "searching", "pushing"
 
@@ -267,6 +271,30 @@ class IsInserted(ObjectCondition):
             if depth >= needed - 1e-9:
                 return ""
         return f"'{name}' is not {1e3 * self.depth:.3g} mm deep in a hole of '{socket}'"
+
+    def places(self) -> Mapping[str, Destination]:
+        """Return the place over the hole and in it."""
+        hole, (bottom, top) = self._hole(), extent(self.cell, self.socket, self._T_ws)
+        box = [np.append(hole - IN_HOLE, bottom[2]), np.append(hole + IN_HOLE, top[2])]
+        return {self.object: Destination(self._T_ws, *(corner[None] for corner in box))}
+
+    def progress(self) -> float:
+        """Return the depth in the hole relative to the required one."""
+        top = extent(self.cell, self.socket, self._T_ws)[1][2]
+        lower, upper = extent(self.cell, self.object)
+        at = self._T_ws.actInv(np.array([*(0.5 * (lower + upper))[:2], lower[2]]))
+        depth = float(top - at[2]) if np.abs(at[:2] - self._hole()).max() <= IN_HOLE else 0.0
+        return min(max(depth / max(self.depth, STEP), 0.0), 1.0)
+
+    @property
+    def _T_ws(self) -> pin.SE3:
+        return self.cell.pose(self.socket)
+
+    def _hole(self) -> np.ndarray:
+        """Return the middle of the hole in the frame of the socket [m]."""  # (2,)
+        offset = getattr(self.cell.find(self.socket), "parameters", {}).get("offset", (0.0, 0.0))
+        middle = np.mean(extent(self.cell, self.socket, self._T_ws), axis=0)
+        return np.asarray(middle[:2] + offset)
 
 
 def _height_over(cell: Cell, name: str, socket: str) -> float:

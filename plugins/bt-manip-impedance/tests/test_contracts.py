@@ -9,7 +9,8 @@ from bt_manip import spatial
 from bt_manip.behaviours import CloseGripper, Grasp, Hover, Lift, Reach, extent
 from bt_manip.cell import is_in
 from bt_manip.scenes import SceneObject
-from bt_manip.testing import Example, built_in_situations, contracts_of, play, run_tree, trees_of
+from bt_manip.testing import built_in_situations, play, run_tree, trees_of
+from bt_manip_contracts import Example, contracts_of
 from bt_manip_impedance import ReachHandle
 
 OVER_THE_BUTTON = "over the button"

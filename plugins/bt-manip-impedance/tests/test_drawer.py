@@ -6,6 +6,7 @@ import pytest
 
 from bt_manip.cell import Cell, CellError
 from bt_manip_impedance import Drawer
+from bt_manip_impedance.drawer import SIZE
 
 TRAVEL, RESISTANCE = 0.2, 5.0
 
@@ -42,3 +43,15 @@ def test_the_handle_moves_with_the_drawer():
 def test_impossible_parameters_are_refused(parameters, message):
     with pytest.raises(CellError, match=message):
         Drawer(**parameters)
+
+
+def test_a_closed_drawer_is_a_box_of_its_size_and_the_same_on_both_sides():
+    cell = Cell()
+    cell.add(Drawer(), pin.SE3(np.eye(3), np.zeros(3)))
+    cabinet = cell.model.geom_bodyid == cell.model.body("drawer/cabinet").id
+    half = cell.model.geom_size[cabinet]
+    lower, upper = cell.data.geom_xpos[cabinet] - half, cell.data.geom_xpos[cabinet] + half
+    assert upper.max(axis=0) - lower.min(axis=0) == pytest.approx(SIZE)
+    boxes = np.column_stack((cell.data.geom_xpos, cell.model.geom_size)).round(9) + 0.0
+    mirrored = boxes * (1, -1, 1, 1, 1, 1) + 0.0
+    assert {*map(tuple, boxes)} == {*map(tuple, mirrored)}

@@ -1,5 +1,7 @@
 """A hand-over is judged from contacts; the free end of a held object is found."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -67,6 +69,34 @@ def test_the_tool_points_along_the_object_at_the_end_that_is_not_held():
     tree.setup(**station.infrastructure)
     assert tree.tick() is NodeStatus.SUCCESS
     pose, end = tree.blackboard["pose"], extent(station.cell, "rod")[1][0]
+    assert pose.rotation.T @ pose.rotation == pytest.approx(np.eye(3), abs=1e-9)
     assert pose.rotation[:, 2] == pytest.approx([-1.0, 0.0, 0.0], abs=0.01)
     assert pose.translation[0] == pytest.approx(end + 0.09, abs=2e-3)
     assert np.abs(pose.translation[1:] - station.cell.pose("rod").translation[1:]).max() < 2e-3
+
+
+def test_the_progress_of_a_hand_over_rises_with_every_stage(cell):
+    condition = IsHandedOver("handed over", object="rod", giver="left", receiver="right")
+    near, far, rod, nothing = (0.05, 0.0, 0.7), (2.0, 0.0, 0.7), ("rod",), ()
+
+    def robot(position, held):
+        tool = SimpleNamespace(translation=np.array(position))
+        return SimpleNamespace(
+            robot=SimpleNamespace(tool_pose=tool), gripper=SimpleNamespace(held=held)
+        )
+
+    condition.setup(cell=cell)
+    progress = []
+    for z, giver, receiver in (
+        (0.115, robot(far, nothing), robot(far, nothing)),
+        (0.115, robot(near, nothing), robot(far, nothing)),
+        (0.115, robot(near, rod), robot(far, nothing)),  # on the table
+        (0.7, robot(near, rod), robot(far, nothing)),
+        (0.7, robot(near, rod), robot(near, nothing)),
+        (0.7, robot(near, rod), robot(near, rod)),
+    ):
+        cell.move("rod", spatial.pose((0.0, 0.0 if z > 0.5 else 0.3, z)))
+        cell.step(1)
+        condition.robots = {"left": giver, "right": receiver}
+        progress.append(condition.progress())
+    assert np.diff(progress).min() > 0.0 and progress[-1] == pytest.approx(0.9)

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from dm_control import composer, mjcf
 
 from bt_manip import spatial
 from bt_manip.bt import NodeStatus, Tree
@@ -18,24 +19,31 @@ TOP = 1.015  # [m] height of the table
 LENGTH = 0.09  # [m] of the peg
 
 
-def inserted(yaw, x, y, z, **pose):
-    """Return why a peg at a position in the frame of a turned board is not inserted."""
+@pytest.fixture
+def inserted():
+    """Return why a peg at a position in the frame of the turned board is not inserted."""
     cell = Cell()
-    T_wb = spatial.pose((0.0, 0.0, TOP), (math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)))
     with cell.editing():
         cell.add(Table(), spatial.pose((0.0, 0.0, 0.0)))
-        cell.add(HoleBoard(), T_wb, name="board")
-        cell.add(Peg(), T_wb * spatial.pose((x, y, z)), name="peg", overlap=1.0)
-    cell.step(500)
+        cell.add(HoleBoard(), spatial.pose((0.0, 0.0, TOP)), name="board")
+        cell.add(Peg(), spatial.pose((0.0, 0.0, TOP + 0.1)), name="peg", overlap=1.0)
     condition = IsInserted("inserted", object="peg", socket="board", depth=0.03)
     tree = Tree(condition)
     tree.setup(cell=cell)
-    status = tree.tick()
-    return condition.feedback_message if status is NodeStatus.FAILURE else ""
+
+    def inserted(yaw, x, y, z):
+        T_wb = spatial.pose((0.0, 0.0, TOP), (math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)))
+        cell.move("peg", T_wb * spatial.pose((x, y, z + 0.5)), overlap=1.0)
+        cell.move("board", T_wb, overlap=1.0)
+        cell.move("peg", T_wb * spatial.pose((x, y, z)), overlap=1.0)
+        cell.step(500)
+        return condition.feedback_message if tree.tick() is NodeStatus.FAILURE else ""
+
+    return inserted
 
 
 @pytest.mark.parametrize("yaw", [0.0, 0.4, math.pi / 4])
-def test_a_peg_is_inserted_in_the_hole_and_not_beside_the_turned_board(yaw):
+def test_a_peg_is_inserted_in_the_hole_and_not_beside_the_turned_board(inserted, yaw):
     assert not inserted(yaw, 0.0, 0.0, LENGTH / 2 + 0.001)
     for angle in np.arange(8) * math.pi / 4:
         edge = np.array([math.cos(angle), math.sin(angle)])
@@ -43,7 +51,7 @@ def test_a_peg_is_inserted_in_the_hole_and_not_beside_the_turned_board(yaw):
         assert "not 30 mm deep in a hole" in inserted(yaw, x, y, LENGTH / 2 + 0.001)
 
 
-def test_a_peg_on_the_board_is_not_inserted():
+def test_a_peg_on_the_board_is_not_inserted(inserted):
     assert "not 30 mm deep in a hole" in inserted(0.0, 0.05, 0.0, 0.04 + LENGTH / 2 + 0.001)
 
 
@@ -63,6 +71,25 @@ def test_from_below_the_surrounded_length_counts(depth, holds):
     tree = Tree(condition)
     tree.setup(cell=cell)
     assert (tree.tick() is NodeStatus.SUCCESS) is holds
+
+
+@pytest.mark.parametrize("offset", [(0.0, 0.0), (0.02, -0.01)])
+@pytest.mark.parametrize(
+    ("x", "y", "depth", "share"),
+    [(0.0, 0.0, 0.015, 0.5), (0.0, 0.0, -0.02, 0.0), (0.1, 0.0, 0.02, 0.0)],
+)
+def test_progress_is_the_share_of_the_depth_in_the_hole_and_none_beside_it(
+    x, y, depth, share, offset
+):
+    cell = Cell()
+    T_wb = spatial.pose((0.3, -0.2, 0.1), (math.cos(0.2), 0.0, 0.0, math.sin(0.2)))
+    at = (x + offset[0], offset[1], 0.04 - depth + LENGTH / 2)  # the board is 40 mm high
+    with cell.editing():
+        cell.add(HoleBoard(offset=offset), T_wb, name="board", free=False)
+        cell.add(Peg(), T_wb * spatial.pose(at), name="peg", free=False)
+    condition = IsInserted("inserted", object="peg", socket="board", depth=0.03)
+    Tree(condition).setup(cell=cell)
+    assert condition.progress() == pytest.approx(share, abs=1e-6)
 
 
 def test_a_goal_counts_presses_of_its_own_cycle():
@@ -132,3 +159,24 @@ def test_a_hand_over_of_an_earlier_cycle_does_not_count(handing):
     assert not put(-0.1) and not put(0.0) and put(0.1)
     condition.begin_cycle()
     assert not put(0.1) and not put(0.0) and not put(0.1)
+
+
+class Corner(composer.Entity):
+    """A socket whose frame is at a corner."""
+
+    def _build(self):
+        self.root = mjcf.RootElement(model="corner")
+        self.root.worldbody.add("geom", type="box", size=(0.1, 0.2, 0.02), pos=(0.1, 0.2, 0.02))
+
+    @property
+    def mjcf_model(self):
+        return self.root
+
+
+def test_the_hole_is_in_the_middle_of_a_socket_whose_frame_is_at_its_corner():
+    cell = Cell()
+    cell.add(Corner(), spatial.pose((0.3, -0.4, 0.5)), name="board", free=False)
+    condition = IsInserted("inserted", object="peg", socket="board", depth=0.03)
+    condition.setup(cell=cell)
+    (place,) = condition.places().values()
+    assert 0.5 * (place.lower + place.upper)[0, :2] == pytest.approx([0.1, 0.2])

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bt_manip import build_station
-from bt_manip.behaviours import Grasp, Hover, Lift, Reach, extent
+from bt_manip.behaviours import Grasp, Hover, Lift, OpenGripper, Reach, extent
 from bt_manip.bt import NodeStatus, Tree
 from bt_manip.plugins import load_plugins
 from bt_manip_impedance import Insert
@@ -21,8 +21,24 @@ def parts():
     return load_plugins().parts
 
 
-def holding_the_peg(parts, scene="peg_on_table", **board):
-    """Return a station of a scene whose robot holds the peg."""
+@pytest.fixture(scope="module")
+def holding_the_peg(parts):
+    """Give a function that returns a station of a scene whose robot holds the peg."""
+    made = {}
+
+    def holding_the_peg(scene="peg_on_table", **board):
+        key = (scene, *board.items())
+        if key not in made:
+            station = build_with_peg(parts, scene, board)
+            made[key] = station, station.get_state()
+        station, state = made[key]
+        station.set_state(state)
+        return station
+
+    return holding_the_peg
+
+
+def build_with_peg(parts, scene, board):
     scene = parts.scenes.create(scene)
     *others, socket = scene.objects
     socket = replace(socket, parameters={**socket.parameters, **board})
@@ -55,8 +71,8 @@ def insert(station, **ports):
     return behaviour, status, [name for name, _ in groupby(active)], forces
 
 
-def test_a_peg_is_inserted_under_the_compliant_controller(parts):
-    station = holding_the_peg(parts)
+def test_a_peg_is_inserted_under_the_compliant_controller(holding_the_peg):
+    station = holding_the_peg()
     behaviour, status, active, forces = insert(station)
     assert status is NodeStatus.SUCCESS, behaviour.feedback_message
     assert active == ["computed_torque", "cartesian_impedance", "computed_torque"]
@@ -65,8 +81,8 @@ def test_a_peg_is_inserted_under_the_compliant_controller(parts):
     assert max(forces) < 30.0
 
 
-def test_in_a_hole_that_is_too_narrow_the_stiffness_limits_the_force(parts):
-    station = holding_the_peg(parts, hole=TOO_NARROW)
+def test_in_a_hole_that_is_too_narrow_the_stiffness_limits_the_force(holding_the_peg):
+    station = holding_the_peg(hole=TOO_NARROW)
     behaviour, status, active, forces = insert(station)
     assert status is NodeStatus.FAILURE
     assert "stopped 0.0 mm deep in 'board'" in behaviour.feedback_message
@@ -75,15 +91,15 @@ def test_in_a_hole_that_is_too_narrow_the_stiffness_limits_the_force(parts):
     assert np.linalg.norm(station.cell.contacts.wrench("board").force) < 2.0  # let go of softly
 
 
-def test_a_stiff_controller_exceeds_the_allowed_force(parts):
-    station = holding_the_peg(parts, hole=TOO_NARROW)
+def test_a_stiff_controller_exceeds_the_allowed_force(holding_the_peg):
+    station = holding_the_peg(hole=TOO_NARROW)
     behaviour, status, _, _ = insert(station, controller="computed_torque")
     assert status is NodeStatus.FAILURE
     assert "at most 30 N are allowed" in behaviour.feedback_message
 
 
-def test_a_hole_that_is_not_where_it_should_be_is_found(parts):
-    station = holding_the_peg(parts, "peg_in_hole", offset=(0.0005, -0.001))
+def test_a_hole_that_is_not_where_it_should_be_is_found(holding_the_peg):
+    station = holding_the_peg("peg_in_hole", offset=(0.0005, -0.001))
     behaviour, status, active, forces = insert(station, search=0.004)
     assert status is NodeStatus.SUCCESS, behaviour.feedback_message
     assert active == ["computed_torque", "cartesian_impedance", "computed_torque"]
@@ -92,8 +108,8 @@ def test_a_hole_that_is_not_where_it_should_be_is_found(parts):
     assert off[:2] == pytest.approx([0.0005, -0.001], abs=6e-4)
 
 
-def test_a_hole_outside_of_the_searched_circle_is_not_found(parts):
-    station = holding_the_peg(parts, "peg_in_hole", offset=(0.005, 0.0))
+def test_a_hole_outside_of_the_searched_circle_is_not_found(holding_the_peg):
+    station = holding_the_peg("peg_in_hole", offset=(0.005, 0.0))
     behaviour, status, _, forces = insert(station, search=0.001)
     assert status is NodeStatus.FAILURE
     assert "found no hole within 1.0 mm" in behaviour.feedback_message
@@ -112,8 +128,8 @@ def test_the_half_circles_of_a_spiral_touch_and_cover_the_circle():
     assert min(reached[-2:]) >= 0.004
 
 
-def test_an_insertion_that_is_halted_gives_the_arm_its_controller_back(parts):
-    station = holding_the_peg(parts)
+def test_an_insertion_that_is_halted_gives_the_arm_its_controller_back(holding_the_peg):
+    station = holding_the_peg()
     tree = Tree(Insert("insert", object="peg", socket="board"), clock=station.clock)
     tree.setup(**station.infrastructure)
     while station.controllers.active == "computed_torque":
@@ -125,8 +141,9 @@ def test_an_insertion_that_is_halted_gives_the_arm_its_controller_back(parts):
     assert station.controllers.active == "computed_torque"
 
 
-def test_an_object_that_is_not_held_is_not_inserted(parts):
-    station = build_station(parts, scene=parts.scenes.create("peg_on_table"))
+def test_an_object_that_is_not_held_is_not_inserted(holding_the_peg):
+    station = holding_the_peg()
+    assert station.run(OpenGripper("let go")).status is NodeStatus.SUCCESS
     behaviour = Insert("insert", object="peg", socket="board")
     assert station.run(behaviour).status is NodeStatus.FAILURE
     assert behaviour.feedback_message == "the gripper does not hold 'peg'"

@@ -58,3 +58,11 @@ def test_it_ends_at_its_travel(cell):
 def test_impossible_parameters_are_refused(parameters, message):
     with pytest.raises(CellError, match=message):
         PushButton(**parameters)
+
+
+def test_a_released_cap_is_as_high_as_the_button_says_and_sinks_into_the_housing(cell):
+    button = cell.entities["push_button"]
+    cap = cell.model.geom("push_button/cap").id
+    height, half = cell.data.geom_xpos[cap][2], cell.model.geom_size[cap][1]
+    assert height + half == pytest.approx(button.height)
+    assert height - half <= button.height - TRAVEL

@@ -2,7 +2,7 @@
 
 import pytest
 
-from bt_manip.evaluation import StressEpisode, StressTester
+from bt_manip_stress import StressEpisode, StressTester
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +43,9 @@ def test_a_peg_that_is_knocked_out_of_the_hand_is_inserted(recovers):
     assert recovers("insert_peg", "move", "MoveHome") == ("recovered", "", "")
 
 
-@pytest.mark.parametrize(("phase", "seed"), [("MoveToPose", 1), ("MoveHome", 0)])
+@pytest.mark.parametrize(
+    ("phase", "seed"), [("MoveToPose", 1), pytest.param("MoveHome", 0, marks=pytest.mark.soak)]
+)
 def test_a_rod_that_is_moved_away_is_handed_over_again(recovers, phase, seed):
     assert recovers("hand_over", "move", phase, seed) == ("recovered", "", "")
 

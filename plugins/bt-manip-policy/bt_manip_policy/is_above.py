@@ -14,7 +14,15 @@ class IsAbove(ObjectCondition):
 
     def why_not(self) -> str:
         """Compare the heights of bottom and top."""
-        bottom, top = extent(self.cell, self.object)[0][2], extent(self.cell, self.support)[1][2]
-        if bottom - top >= self.height:
+        if (above := self._above()) >= self.height:
             return ""
-        return f"'{self.object}' is {1e3 * (bottom - top):.1f} mm above '{self.support}'"
+        return f"'{self.object}' is {1e3 * above:.1f} mm above '{self.support}'"
+
+    def progress(self) -> float:
+        """Return 1 at the height, less below."""
+        return 1.0 / (1.0 + max(self.height - self._above(), 0.0) / self.height)
+
+    def _above(self) -> float:
+        """Return the height of the object's bottom over the other's top [m]."""
+        bottom, top = extent(self.cell, self.object)[0][2], extent(self.cell, self.support)[1][2]
+        return float(bottom - top)

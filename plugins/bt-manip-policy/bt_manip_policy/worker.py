@@ -53,7 +53,7 @@ def main(descriptor: int, memory: int) -> None:
                 else:
                     reply = _act(policies[key], observations)
             except Exception as error:
-                reply = _problem(error, memory)
+                reply = problem_reply(error, memory)
             signal.setitimer(signal.ITIMER_REAL, 0.0)
             pipe.send_bytes(reply)
 
@@ -83,7 +83,7 @@ def _act(policy: Any, observations: dict[str, np.ndarray]) -> bytes:
     return b"\n".join([json.dumps(head).encode(), b"".join(values.tobytes() for values in arrays)])
 
 
-def _problem(error: Exception, memory: int) -> bytes:
+def problem_reply(error: Exception, memory: int) -> bytes:
     """Return an exception as a reply; messages of bt-manip are complete."""
     text = one_line(error)
     if isinstance(error, MemoryError) or "alloc" in text:  # bad_alloc, "failed to allocate memory"

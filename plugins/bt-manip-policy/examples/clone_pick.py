@@ -4,7 +4,7 @@
     python clone_pick.py demos pick.onnx
     bt-manip run pick_place_policy --set policy=pick.onnx
 
-It needs the extra: pip install "./plugins/bt-manip-policy[train]"
+It needs the extra: pip install ./plugins/bt-manip-learn "./plugins/bt-manip-policy[train]"
 """
 
 import argparse

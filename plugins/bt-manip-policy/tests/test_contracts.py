@@ -6,7 +6,8 @@ from pathlib import Path
 
 import onnx_files as onnx
 
-from bt_manip.testing import Example, contracts_of, trees_of
+from bt_manip.testing import trees_of
+from bt_manip_contracts import Example, contracts_of
 
 _FOLDER = tempfile.TemporaryDirectory()
 atexit.register(_FOLDER.cleanup)

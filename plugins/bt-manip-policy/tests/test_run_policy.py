@@ -420,3 +420,10 @@ def test_a_policy_of_a_registered_kind_is_a_class_of_python(station, tmp_path, m
 def test_an_unknown_kind_is_refused_before_the_run(station, policy):
     with pytest.raises(NodeError, match="'onx'; did you mean 'onnx'"):
         Acting(station, model=policy(np.zeros(7)), policy_kind="onx")
+
+
+def test_a_policy_without_memory_is_told_its_limit():
+    from bt_manip_policy.worker import problem_reply
+
+    for error in (MemoryError(), RuntimeError("std::bad_alloc")):
+        assert b"needs more than 5 MB of memory" in problem_reply(error, 5 << 20)

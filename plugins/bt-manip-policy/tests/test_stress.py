@@ -4,7 +4,8 @@ from functools import partial
 
 import pytest
 
-from bt_manip.evaluation import StressTester, plan_episodes, run_episodes
+from bt_manip.evaluation import run_episodes
+from bt_manip_stress import StressTester, plan_episodes
 
 from .test_contracts import IDLE
 
