@@ -7,6 +7,7 @@ from typing import Any
 
 from py_trees.behaviour import Behaviour
 
+from bt_manip.bt.analysis import check_tree
 from bt_manip.bt.blackboard import Blackboard
 from bt_manip.bt.goal import declarations
 from bt_manip.bt.libraries import Libraries
@@ -18,14 +19,10 @@ from bt_manip.bt.xml.builder import Builder
 from bt_manip.bt.xml.context import ReadingContext
 from bt_manip.bt.xml.dialect import BTCPP, Dialect, choose_dialect
 from bt_manip.bt.xml.document import Document, parse_document, read_document
-from bt_manip.bt.xml.problem import Problem, Problems
+from bt_manip.bt.xml.problem import ERROR, Problem, Problems
 from bt_manip.bt.xml.reader import read_trees
 from bt_manip.bt.xml.source import Element
-from bt_manip.bt.xml.static_checks import (
-    check_goals_below,
-    check_keys,
-    check_unused,
-)
+from bt_manip.bt.xml.static_checks import check_goals_below, check_unused
 from bt_manip.exceptions import BtManipError, TreeError
 from bt_manip.packages import missing
 
@@ -179,6 +176,7 @@ def _read(
             document.root.place,
             'no BTCPP_format="4": read as version 4; --dialect btcpp-3 reads version 3'
             + (package and f", and {package}"),
+            "no-format",
         )
     libraries = Libraries.of(options.libraries).extended(dialect.libraries)
     libraries.add_to(document)
@@ -196,9 +194,15 @@ def _read(
     tree, built, stubbed = _build(context, main, own_trees)
     reached = {document.trees[name].place.file for name in built if name in document.trees}
     problems.extend(libraries.problems_of(reached, context))
-    if problems.errors:
-        tree = None
-    return Reading(tree, tuple(problems), document, stubbed, context.registry, dialect)
+    found = tuple(problems)
+    if options.fatal_warnings:
+        found = tuple(replace(problem, severity=ERROR) for problem in found)
+    reading = Reading(tree, found, document, stubbed, context.registry, dialect)
+    if reading.errors:
+        return replace(reading, tree=None)
+    if tree is not None:
+        tree.warnings = reading.warnings
+    return reading
 
 
 def _read_mapping(path: Path, registry: BehaviourRegistry) -> Any:
@@ -227,8 +231,16 @@ def _build(
         if options.strict and not builder.is_too_deep:
             check_unused(document, main, builder.built, problems)
             if tree is not None and not problems.errors:
-                given = document.models.get(main, {})
-                check_keys([*tree.nodes, *tree.goal], builder.places, problems, given)
+                given = {*document.models.get(main, {}), *context.dialect.given}
+                check_tree(
+                    tree.nodes,
+                    tree.goal,
+                    builder.places,
+                    problems,
+                    given=given,
+                    results=tree.results,
+                    libraries=map(str, context.dialect.libraries),
+                )
     elif document.root.name == "root" and (
         not options.library or (options.strict and len(own_trees) > 1)
     ):

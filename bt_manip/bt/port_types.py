@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import partial
-from typing import Any, Final
+from typing import Any, Final, get_origin
 
 from bt_manip.bt import literals
 from bt_manip.bt.status import NodeStatus
@@ -257,6 +257,8 @@ def fit(value: Any, type: PortType) -> Any:
             value = value.item() if hasattr(value, "item") else value
             if isinstance(value, bool | int | float):
                 return cast(value, type_of(value), type)
+        raise TypeError(f"expected {type.name}, found {shown(value)}")
+    if isinstance(value, str) and get_origin(python) is list:
         raise TypeError(f"expected {type.name}, found {shown(value)}")
     return list(value) if isinstance(value, list | tuple) else value
 

@@ -2,7 +2,7 @@
 
 import inspect
 import keyword
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, Self, overload
 
 from bt_manip.bt.port_types import UNTYPED, PortType, fit, port_type
@@ -110,6 +110,18 @@ class Port(Parameter):
         for number in value if isinstance(value, list) else [value]:
             if number is not None and not self.within(number):
                 raise ValueError(f"must be {self.wanted_number}, got {shown(value)}")
+
+    def reader(
+        self, read: Callable[[], Any], fixed: bool, infrastructure: Mapping[str, Any]
+    ) -> Callable[[], Any]:
+        """Return the function that reads the port once the tree is set up.
+
+        Args:
+            read: The function before.
+            fixed: Whether the tree gives a value, not an entry.
+            infrastructure: The arguments of the nodes' ``setup``.
+        """
+        return read
 
     @property
     def default_text(self) -> str:

@@ -32,6 +32,7 @@ class ReadingOptions:
             or what a dialect's `read_mapping` makes of it.
         strict: Whether the static checks, beyond the rules of the engine, are made.
         library: Whether a document needs no main tree.
+        fatal_warnings: Whether all warnings are errors.
     """
 
     clock: Clock = time.monotonic
@@ -44,6 +45,7 @@ class ReadingOptions:
     mapping: Any = None
     strict: bool = True
     library: bool = False
+    fatal_warnings: bool = False
 
 
 DEFAULTS: Final = ReadingOptions()

@@ -1,5 +1,6 @@
 """Watch the files of a running tree, and replace the tree when they change."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -40,8 +41,12 @@ class TreeWatch:
         self._path = tree.source
         self._seen = self._stamps()
 
-    def poll(self) -> Reading | None:
+    def poll(self, check: Callable[[Tree], None] = lambda tree: None) -> Reading | None:
         """Replace the tree if a file has changed since the last call; to be called between ticks.
+
+        Args:
+            check: Called with the edited tree before it replaces the other; where it raises, the
+                tree goes on as it was.
 
         Returns:
             The result of reading the changed files; None if none has changed. If it holds errors,
@@ -62,6 +67,7 @@ class TreeWatch:
         except TreeError:
             return None  # an editor is just writing it anew: the next call finds it
         if reading.tree is not None and not reading.errors:
+            check(reading.tree)
             self._tree.replace(reading.tree)
             self._seen = self._stamps()
         return reading

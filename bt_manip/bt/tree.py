@@ -4,15 +4,17 @@ import re
 import sys
 import time
 from collections.abc import Iterable, Iterator, Mapping
+from itertools import chain
 from operator import attrgetter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from py_trees.behaviour import Behaviour
 
 from bt_manip.bt.blackboard import Blackboard
 from bt_manip.bt.goal import bind_goal, reads_cell
 from bt_manip.bt.nodes.binding import OnProblem, bind
+from bt_manip.bt.nodes.decorators.repeat import Repeat, RetryUntilSuccessful
 from bt_manip.bt.nodes.node import Node
 from bt_manip.bt.nodes.tree_node import TreeNode, behaviour_of
 from bt_manip.bt.ports import is_pointer
@@ -23,6 +25,10 @@ from bt_manip.exceptions import NodeError, TreeError, did_you_mean
 
 if TYPE_CHECKING:
     from bt_manip.bt.xml.document import Document
+    from bt_manip.bt.xml.problem import Problem
+
+MAX_ROUNDS: Final = 100_000
+"""How often a tree is ticked again at once, within one tick."""
 
 _FRAMES_PER_LEVEL = 6
 _FRAMES_AROUND = 500
@@ -52,9 +58,12 @@ class Tree:
         nodes: All nodes, depth first; stock py_trees behaviours are wrapped in a `ForeignNode`.
         observers: Called as ``observer(node, old, new)`` on each change of a node's status.
         given_task: The `task` as given.
+        goal: Conditions of the goal; after the set-up, one for each object that a condition names.
+        given_goal: The `goal` as given.
         results: Keys of the results.
         continues: As given.
         scopes: The blackboard scopes by the path of their sub-tree, ``""`` for the root's.
+        warnings: Warnings of the checks of its document.
 
     Raises:
         TreeError: If a behaviour occurs in it twice, two sub-trees have the same path, it is
@@ -87,8 +96,10 @@ class Tree:
         binding = bind(root, self._runtime, blackboard or Blackboard(), on_problem)
         self.nodes: list[TreeNode] = binding.nodes
         self.scopes = binding.scopes
-        self.goal = bind_goal(goal, self.blackboard, self._runtime, on_problem)
+        self.given_goal = bind_goal(goal, self.blackboard, self._runtime, on_problem)
+        self.goal = self.given_goal
         self._root: TreeNode = self.nodes[0]
+        self.warnings: tuple[Problem, ...] = ()
         self._has_foreign = not all(isinstance(node, Node) for node in self.nodes)
         self._infrastructure: dict[str, Any] | None = None
         _make_room(binding.depth)
@@ -110,19 +121,26 @@ class Tree:
         """Hand infrastructure to all behaviours, before the first tick.
 
         Args:
-            **infrastructure: The arguments of every ``setup``: a cell, an arm, ...
+            **infrastructure: The arguments of every ``setup``: a cell, an arm, ... Conditions of
+                the goal get those in ``judged`` instead, where it is given.
 
         Raises:
             NodeError: If the ``setup`` of a behaviour raised an exception.
         """
-        self._infrastructure = infrastructure
-        for node in (*self.nodes, *self.goal):
-            behaviour = behaviour_of(node)
+        self._infrastructure = infrastructure.copy()
+        judged = infrastructure.pop("judged", infrastructure)
+        goal = {*map(id, self.given_goal)}
+        for node in (*self.nodes, *self.given_goal):
+            behaviour, given = behaviour_of(node), judged if id(node) in goal else infrastructure
             try:
-                behaviour.setup(**infrastructure)
+                if isinstance(node, Node):
+                    node.set_up_ports(given)
+                behaviour.setup(**given)
             except Exception as error:
                 message, culprit = f"setup: {error}", type(behaviour).__module__
                 raise NodeError(node.path, node.registration, message, culprit) from error
+        parts = [getattr(one, "goal_conditions", ()) or (one,) for one in self.given_goal]
+        self.goal = tuple(chain.from_iterable(parts))
 
     def tick(self, node: TreeNode | None = None) -> NodeStatus:
         """Tick the tree, and again at once as long as it is woken up.
@@ -134,14 +152,19 @@ class Tree:
             The status of the root; when it has completed, the root is idle afterwards.
 
         Raises:
-            NodeError: If a node raised an exception.
+            NodeError: If a node raised an exception, or if the tree was woken up more than
+                `MAX_ROUNDS` times.
         """
         runtime = self._runtime
         if runtime.timers:
             runtime.fire_timers()
         root = self._root if node is None else node
         status = root.execute()
+        rounds = 0
         while status is RUNNING and runtime.wake_up:
+            rounds += 1
+            if rounds > MAX_ROUNDS:
+                raise self._endless()
             runtime.wake_up = False
             status = root.execute()
         if status is RUNNING:
@@ -149,6 +172,17 @@ class Tree:
         if status is SUCCESS or status is FAILURE:
             root._reset()
         return status
+
+    def _endless(self) -> NodeError:
+        """Return the error of a tick that does not end."""
+        loops = (n for n in reversed(self.nodes) if isinstance(n, Repeat | RetryUntilSuccessful))
+        node = next((node for node in loops if node.engine_status is RUNNING), self._root)
+        child = node.child_nodes[0].name if node.child_nodes else "it"
+        text = (
+            f"'{child}' answered at once {MAX_ROUNDS} times within one tick; limit the number of "
+            "rounds, or repeat something that takes time"
+        )
+        return NodeError(node.path, node.registration, text, type(node).__module__)
 
     def tick_exactly_once(self) -> NodeStatus:
         """Tick the tree once; wake-ups are ignored.
@@ -233,7 +267,11 @@ class Tree:
 
     def place_of(self, path: str) -> str:
         """Return where a node stands, ``file:line:column``; empty without a document."""
-        return str(next((node._node_place for node in self.nodes if node.path == path), ""))
+        return self.places().get(path, "")
+
+    def places(self) -> dict[str, str]:
+        """Return where each node and condition of the goal stands, by path, as `place_of` does."""
+        return {node.path: str(node._node_place) for node in (*self.nodes, *self.given_goal)}
 
     def failure_reason(self) -> str:
         """Return which node failed last, and why: ``path: reason``, or an empty text."""
@@ -266,14 +304,15 @@ class Tree:
         declares added. Observers and infrastructure stay.
 
         Args:
-            other: A tree that was just built and has not run; it must not be used afterwards.
+            other: A tree that was just built and has not run, perhaps set up; it must not be used
+                afterwards.
 
         Raises:
             NodeError: If a node raised an exception while it was halted or set up; this tree is
                 halted then, and stays.
         """
         self.halt()
-        if self._infrastructure is not None:
+        if self._infrastructure is not None and other._infrastructure is None:
             other.setup(**self._infrastructure)
         runtime = self._runtime
         for path, scope in other.scopes.items():
@@ -286,10 +325,10 @@ class Tree:
         runtime.enums.update(other._runtime.enums)
         self.root = other.root
         self.tree_id = other.tree_id
-        self.document = other.document
+        self.document, self.warnings = other.document, other.warnings
         self.nodes = other.nodes
         self.scopes = other.scopes
-        self.goal = other.goal
+        self.goal, self.given_goal = other.goal, other.given_goal
         self.given_task = other.given_task
         self.results, self.continues = other.results, other.continues
         self._root = other._root

@@ -17,6 +17,10 @@ if TYPE_CHECKING:
     from bt_manip.cli.exit_codes import SUCCESS as SUCCESS
     from bt_manip.cli.exit_codes import exit_code_help as exit_code_help
     from bt_manip.cli.interrupt import Interrupt as Interrupt
+    from bt_manip.cli.json_output import findings_of as findings_of
+    from bt_manip.cli.json_output import json_option as json_option
+    from bt_manip.cli.json_output import print_json as print_json
+    from bt_manip.cli.options import GroupedCommand as GroupedCommand
     from bt_manip.cli.options import StationOptions as StationOptions
     from bt_manip.cli.options import given_options as given_options
     from bt_manip.cli.options import takes as takes
@@ -40,7 +44,10 @@ __getattr__ = lazy_exports(
         "bt_manip.cli.cycle_table": "print_cycles",
         "bt_manip.cli.exit_codes": "BAD_INPUT FAILED INTERRUPTED SUCCESS exit_code_help",
         "bt_manip.cli.interrupt": "Interrupt",
-        "bt_manip.cli.options": "StationOptions given_options takes vary_option workers_option",
+        "bt_manip.cli.json_output": "findings_of json_option print_json",
+        "bt_manip.cli.options": (
+            "GroupedCommand StationOptions given_options takes vary_option workers_option"
+        ),
         "bt_manip.cli.plugin_group": "PluginGroup",
         "bt_manip.cli.plugin_options": "chosen load_chosen_plugins print_warning",
         "bt_manip.cli.run_options": "RunOptions",

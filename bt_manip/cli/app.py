@@ -21,11 +21,9 @@ COMMANDS = {
     "evaluate": "bt_manip.cli.evaluate:evaluate",
     "list": "bt_manip.cli.listing:list_parts",
     "models": "bt_manip.cli.models:models",
-    "new": "bt_manip.cli.new:new",
     "plugins": "bt_manip.cli.plugins:show_plugins",
     "run": "bt_manip.cli.run:run",
     "scene": "bt_manip.cli.scene:scene",
-    "stress": "bt_manip.cli.stress:stress",
     "sweep": "bt_manip.cli.evaluate:sweep",
     "tree": "bt_manip.cli.tree:tree",
 }

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rich import box
-from rich.console import Console
+from rich.console import Console, Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
@@ -146,8 +146,11 @@ def summary(report: RunReport) -> str:
     return f"{line}; {simulated} at {report.real_time_factor:.1f} x real time."
 
 
-def _fitting_table(console: Console, cycles: Sequence[CycleReport]) -> Table:
-    """Return the table with as many columns as fit; those of results are never left out."""
+def _fitting_table(console: Console, cycles: Sequence[CycleReport]) -> RenderableType:
+    """Return the table with as many columns as fit; those of results are never left out.
+
+    In a terminal that is too narrow for these, the result is a line for each cycle.
+    """
     keys = dict.fromkeys(key for cycle in cycles for key in cycle.results)
     columns = (*_COLUMNS[:_FEWEST], *map(_result_column, keys), *_COLUMNS[_FEWEST:])
     fewest = _FEWEST + len(keys)
@@ -155,15 +158,26 @@ def _fitting_table(console: Console, cycles: Sequence[CycleReport]) -> Table:
         table = _table(cycles, columns[:count], lines=console.is_terminal)
         if console.measure(table).maximum < console.width:
             return table
-    return _table(cycles, columns[:fewest], lines=console.is_terminal)
+    wide = console.options.update(width=10 * console.width)
+    for lines in (console.is_terminal, False):
+        table = _table(cycles, columns[:fewest], lines=lines)
+        if console.measure(table, options=wide).minimum <= console.width:
+            return table
+    titles = [column.title.replace("\n", " ") for column in columns[:fewest]]
+    rows = (
+        ", ".join(f"{t} {c.text(cycle)}" for t, c in zip(titles, columns, strict=False))
+        for cycle in cycles
+    )
+    return Group(*(Text(f"cycle {number}: {row}") for number, row in enumerate(rows, 1)))
 
 
 def _result_column(key: str) -> _Column:
     """Return the column of a result of the tree."""
-    return _Column(key, lambda cycle: _value(cycle.results.get(key)))
+    return _Column(key, lambda cycle: value_text(cycle.results.get(key)))
 
 
-def _value(value: Any) -> str:
+def value_text(value: Any) -> str:
+    """Return a value of a result or parameter; '-' for None."""
     if value is None:
         return "-"
     return f"{value:.4g}" if isinstance(value, float) else str(value)

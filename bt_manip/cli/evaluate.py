@@ -3,9 +3,10 @@
 import json
 import os
 import shlex
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack, closing
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -13,15 +14,16 @@ import click
 
 from bt_manip.cli.completion import complete_part
 from bt_manip.cli.exit_codes import FAILED, INTERRUPTED, SUCCESS, exit_code_help
+from bt_manip.cli.json_output import findings_of, json_option, print_json
 from bt_manip.cli.options import (
     Function,
-    GroupedCommand,
     StationOptions,
     takes,
     vary_option,
     workers_option,
 )
-from bt_manip.cli.plugin_options import chosen, load_chosen_plugins
+from bt_manip.cli.plugin_options import chosen, load_chosen_plugins, print_warning
+from bt_manip.cli.view_options import ModifiedCommand
 from bt_manip.exceptions import require_extra
 
 if TYPE_CHECKING:
@@ -44,10 +46,6 @@ _OPTIONS: tuple[Callable[[Function], Function], ...] = (
     ),
     workers_option,
     click.option(
-        "--ray", is_flag=False, flag_value="local", metavar="[ADDRESS]",
-        help="Run on a Ray cluster, HOST:PORT; without an address, on a local one.",
-    ),
-    click.option(
         "--to", "folder", type=click.Path(path_type=Path), metavar="DIR",
         help="Write one row an episode, as Parquet; continues what is there already.",
     ),
@@ -62,7 +60,14 @@ _OPTIONS: tuple[Callable[[Function], Function], ...] = (
         help="Simulated time after which an episode has failed [s].",
     ),
     takes(StationOptions, name="station"),
+    json_option,
 )  # fmt: skip
+
+
+class EvaluatingCommand(ModifiedCommand):
+    """A command with the options of modifiers and pools of workers."""
+
+    brings = ("modifiers", "pools")
 
 
 def evaluation_options(command: Function) -> Function:
@@ -72,7 +77,7 @@ def evaluation_options(command: Function) -> Function:
     return command
 
 
-@click.command(cls=GroupedCommand, epilog=_EPILOG)
+@click.command(cls=EvaluatingCommand, epilog=_EPILOG)
 @click.argument(
     "trees", nargs=-1, required=True, metavar="TREE [OTHER]", shell_complete=complete_part("trees")
 )
@@ -93,7 +98,7 @@ def evaluate(trees: tuple[str, ...], varied: tuple[str, ...], **options: Any) ->
     return _execute(trees, lambda: (parse_point(varied),), **options)
 
 
-@click.command(cls=GroupedCommand, epilog=_EPILOG)
+@click.command(cls=EvaluatingCommand, epilog=_EPILOG)
 @click.argument("tree", shell_complete=complete_part("trees"))
 @click.option(
     "--vary", "varied", multiple=True, required=True, metavar='"KEY=VALUE,VALUE,..."',
@@ -140,52 +145,95 @@ def _execute(
     make_points: Callable[[], Any],
     *,
     seed: int,
-    ray: str | None,
+    pools: Mapping[str, str],
     folder: Path | None,
     until_interval: float,
     timeout: float,
+    modifiers: Mapping[str, tuple[str, ...]],
     station: StationOptions,
+    as_json: bool,
     **how: Any,
 ) -> int:
     """Evaluate, show the progress and the results; return the exit code."""
     os.environ.setdefault("MUJOCO_GL", "disable")
     if folder is not None:
         require_extra("learn", "--to", "pyarrow")
-    if ray is not None:
-        require_extra("ray", "--ray", "ray")
     if until_interval and len(trees) > 1:
         raise click.UsageError(
             "--until-interval does not go with two trees: both need all episodes"
         )
+    if len(pools) > 1:
+        raise click.UsageError(f"episodes run on one of {', '.join(pools)}")
     from bt_manip.evaluation import EpisodeWorker, Evaluation
 
-    load_chosen_plugins()  # warns of broken ones
-    options, points = {**station.request_fields, "seed": seed}, make_points()
+    parts = load_chosen_plugins().parts  # warns of broken ones
+    options = {**station.request_fields, "seed": seed, "modifiers": modifiers}
+    points = make_points()
+    make_pool: Callable[..., Any] | None = None
+    for name, address in pools.items():
+        make_pool = partial(parts.pools.maker(name, "start", "wait", "close"), address=address)
     evaluations = [Evaluation(tree, options, points, timeout, chosen()) for tree in trees]
     workers = [EpisodeWorker(one) for one in evaluations]  # bad input is found here
+    warnings = [warning for worker in workers for warning in worker.warnings]
+    for warning in dict.fromkeys(warnings):
+        print_warning(str(warning))
     measured: list[_Measured] = []
     for tree, evaluation, worker in zip(trees, evaluations, workers, strict=True):
         own = folder
         if len(trees) > 1:
-            click.echo(f"{tree}:")
+            if not as_json:
+                click.echo(f"{tree}:")
             own = folder and folder / "ab"[len(measured)]
-        one = _measure(evaluation, worker, own, ray=ray, until_interval=until_interval, **how)
+        one = _measure(
+            evaluation, worker, own, make_pool=make_pool, until_interval=until_interval, **how
+        )
         measured.append(one)
         if not one.interrupted and (never := _never_present(one.results)):
-            click.echo(f"{never}: nothing was measured.", err=True)
+            problem = f"{never}: nothing was measured."
+            if as_json:
+                print_json([*warnings, *findings_of([problem])])
+            else:
+                click.echo(problem, err=True)
             return FAILED
-        _advise(one, own, until_interval)
+        if not as_json:
+            _advise(one, own, until_interval)
         if one.interrupted:
-            return INTERRUPTED
+            break
+    interrupted = measured[-1].interrupted
     sides = [
         (one.evaluation, point, [r for r in one.results if r.point == point])
         for one in measured
         for point in range(len(points))
     ]
-    if len(sides) == 2:
-        _compare(*sides)
+    two = len(sides) == 2 and not interrupted
+    compared = _compare(*sides, as_json=as_json) if two else {}
+    if as_json:
+        print_json(warnings, evaluations=[*map(_plain, measured)], comparison=compared or None)
+    if interrupted:
+        return INTERRUPTED
     rates = [one.view.total for one in measured]
     return FAILED if any(one.successes < one.trials for one in rates) else SUCCESS
+
+
+def _plain(measured: _Measured) -> dict[str, Any]:
+    """Return the results of an evaluation as types of JSON: those of each point, and episodes."""
+    evaluation, view = measured.evaluation, measured.view
+    points = [
+        {
+            "varied": dict(point),
+            "episodes": rate.trials,
+            "successes": rate.successes,
+            "interval": list(rate.interval),
+            "failures": [vars(failure) for failure in rate.failures()],
+            "results": {one.key: one.mean for one in rate.results()},
+        }
+        for point, rate in zip(evaluation.points, view.rates, strict=True)
+    ]
+    episodes = [vars(one) for one in measured.results]
+    return {
+        "tree": evaluation.tree, "seed": evaluation.seed, "interrupted": measured.interrupted,
+        "points": points, "episodes": episodes,
+    }  # fmt: skip
 
 
 def _measure(
@@ -195,14 +243,12 @@ def _measure(
     *,
     episodes: int,
     workers: int | None,
-    ray: str | None,
+    make_pool: Callable[..., Any] | None,
     until_interval: float,
 ) -> _Measured:
     """Run the episodes of an evaluation and show the progress."""
-    from functools import partial
-
     from bt_manip.cli.evaluation_view import EvaluationView
-    from bt_manip.evaluation import EpisodeWorker, ProcessPool, RayPool
+    from bt_manip.evaluation import EpisodeWorker, ProcessPool
     from bt_manip.evaluation import evaluate as run_evaluation
 
     evaluation = replace(evaluation, identity=worker.identity)
@@ -217,9 +263,8 @@ def _measure(
             known += results.results
             stack.enter_context(results)
         make = partial(EpisodeWorker, evaluation)
-        pool = ProcessPool(make) if ray is None else RayPool(make, ray, workers or 0)
-        cpus = pool.cpus if isinstance(pool, RayPool) else os.cpu_count() or 1
-        workers = workers or cpus
+        pool = ProcessPool(make) if make_pool is None else make_pool(make, workers=workers or 0)
+        workers = workers or pool.cpus
         view = stack.enter_context(EvaluationView(evaluation, episodes, workers, known))
         try:
             found = run_evaluation(
@@ -248,14 +293,20 @@ def _never_present(results: "list[EpisodeResult]") -> str:
 def _compare(
     a: "tuple[Evaluation, int, list[EpisodeResult]]",
     b: "tuple[Evaluation, int, list[EpisodeResult]]",
-) -> None:
-    """Print how two success rates on the same episodes differ, and in which episodes."""
+    *,
+    as_json: bool,
+) -> dict[str, Any]:
+    """Print how two success rates on the same episodes differ, and in which; or return it."""
     from bt_manip.evaluation import PairedTable, mcnemar_p_value, newcombe_interval
 
     table = PairedTable.of(a[2], b[2])
     if not table.trials:
-        return
-    low, high = newcombe_interval(table)
+        return {}
+    (low, high), p_value = newcombe_interval(table), mcnemar_p_value(table)
+    if as_json:
+        names = ["both", "only_a", "only_b", "neither", "difference"]
+        counts = {name: getattr(table, name) for name in names}
+        return counts | {"interval": [low, high], "p_value": p_value}
     names = [
         ", ".join(f"{k}={v}" for k, v in evaluation.points[point].items()) or evaluation.tree
         for evaluation, point, _ in (a, b)
@@ -267,7 +318,7 @@ def _compare(
     )
     click.echo(
         f"B - A: {table.difference:+.1%} (95 %, Newcombe: {low:+.1%} to {high:+.1%}); "
-        f"exact McNemar test: p = {mcnemar_p_value(table):.3g}"
+        f"exact McNemar test: p = {p_value:.3g}"
     )
     for which, winner, (loser, point, results) in (("A", b, a), ("B", a, b)):
         won = {one.episode for one in winner[2] if one.success}
@@ -278,6 +329,7 @@ def _compare(
             click.echo(f"  {_command(loser, episode, dict(loser.points[point]))}")
         if len(lost) > SHOWN:
             click.echo("  ..., and so on with the other numbers after --episode")
+    return {}
 
 
 def _advise(measured: _Measured, folder: Path | None, until_interval: float) -> None:
@@ -305,6 +357,8 @@ def _advise(measured: _Measured, folder: Path | None, until_interval: float) -> 
 def _command(evaluation: "Evaluation", episode: int, point: "dict[str, Any]") -> str:
     """Return the command that shows an episode."""
     given = {**evaluation.options}
+    given.pop("reading", None)  # what --strict refuses was not evaluated
+    modifiers = given.pop("modifiers", {})
     varied = {name: point.pop(name) for name in [*point] if "." in name}
     keys = given.pop("settings", {}) | {k: v for k, v in point.items() if k not in given}
     given |= {key: value for key, value in point.items() if key in given}
@@ -315,6 +369,8 @@ def _command(evaluation: "Evaluation", episode: int, point: "dict[str, Any]") ->
             words += ["--" + key.replace("_", "-"), str(value)]
     for key, value in keys.items():
         words += ["--set", f"{key}={value}"]
+    for name, texts in modifiers.items():
+        words += [word for text in texts for word in (f"--{name.replace('_', '-')}", text)]
     for key, value in varied.items():
         words += ["--vary", f"{key}={json.dumps(value)}"]
     return shlex.join([*words, "--episode", str(episode), "--view"])

@@ -1,7 +1,7 @@
 """Progress and results of an evaluation in the terminal."""
 
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from rich import box
@@ -10,6 +10,7 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
+from bt_manip.cli.cycle_table import value_text
 from bt_manip.evaluation import EpisodeResult, Evaluation, Failure, SuccessRate
 from bt_manip.exceptions import one_line
 
@@ -21,6 +22,9 @@ SHOWN_FAILURES = 8
 
 RECOVERIES = 8
 """Maximum number of listed nodes with retries or rescues; the most frequent come first."""
+
+NARROW = 60
+"""Width of a terminal below which rows of tables are lines, in characters."""
 
 MAX_POINTS = 20
 """Number of points of a sweep that are listed while it runs."""
@@ -111,29 +115,28 @@ class EvaluationView:
         shown += (Text(str(one)) for one in self.total.results())
         if len(self.rates) > 1:
             names = list(self._evaluation.points[0])
-            table = _table(*names, "episodes", "success", "95 % interval")
+            rows = []
             pairs = list(zip(self._evaluation.points, self.rates, strict=True))
             for point, rate in pairs[:points]:
                 low, high = rate.interval
                 share = f"{rate.successes / rate.trials:.1%}" if rate.trials else ""
-                values = [_value(point[name]) for name in names]
-                table.add_row(*values, str(rate.trials), share, f"{low:.1%} to {high:.1%}")
-            shown.append(table)
+                values = [value_text(point[name]) for name in names]
+                rows.append((*values, str(rate.trials), share, f"{low:.1%} to {high:.1%}"))
+            shown.append(_table((*names, "episodes", "success", "95 % interval"), rows))
         recoveries = self.total.recoveries()
         if recoveries:
-            table = _table("retried or rescuing node", "", "times", "episodes", "succeeded")
-            for recovery in recoveries[:RECOVERIES]:
-                table.add_row(*map(Text, map(str, recovery)))
-            shown.append(table)
+            columns = ("retried or rescuing node", "", "times", "episodes", "succeeded")
+            rows = [tuple(map(str, recovery)) for recovery in recoveries[:RECOVERIES]]
+            shown.append(_table(columns, rows))
             if len(recoveries) > RECOVERIES:
                 shown.append(Text(f"{len(recoveries) - RECOVERIES} more are not listed."))
         failures = self.total.failures()
         if failures:
-            table = _table("failed node", "episodes", "first", "reason")
-            for one in failures[:SHOWN_FAILURES]:
-                row = one.node or "-", str(one.count), str(one.first), one_line(one.reason)
-                table.add_row(*map(Text, row))
-            shown.append(table)
+            rows = [
+                (one.node or "-", str(one.count), str(one.first), one_line(one.reason))
+                for one in failures[:SHOWN_FAILURES]
+            ]
+            shown.append(_table(("failed node", "episodes", "first", "reason"), rows))
             if len(failures) > SHOWN_FAILURES:
                 shown.append(
                     Text(f"{len(failures) - SHOWN_FAILURES} rarer reasons are not listed.")
@@ -141,15 +144,17 @@ class EvaluationView:
         return Group(*shown)
 
 
-def _table(*columns: str) -> Table:
+def _table(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> RenderableType:
+    """Return a table, or a line for each row where the terminal is narrow."""
+    if Console().width < NARROW:
+        lines = (zip(columns, row, strict=True) for row in rows)
+        return Group(*(Text("; ".join(f"{c} {v}".strip() for c, v in line)) for line in lines))
     table = Table(box=box.SIMPLE_HEAD)
     for column in columns:
         table.add_column(Text(column), overflow="fold")
+    for row in rows:
+        table.add_row(*map(Text, row))
     return table
-
-
-def _value(value: Any) -> str:
-    return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
 def _duration(seconds: float) -> str:

@@ -3,6 +3,7 @@
 import inspect
 import os
 from collections.abc import Iterator, Mapping
+from dataclasses import is_dataclass
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -14,6 +15,7 @@ from bt_manip.cli.completion import (
     listed,
     part_names,
 )
+from bt_manip.cli.json_output import json_option, print_json
 from bt_manip.cli.plugin_options import load_chosen_plugins
 from bt_manip.exceptions import BtManipError, did_you_mean
 from bt_manip.packages import suggestion
@@ -39,46 +41,59 @@ TASKS = "tasks"
     "--episodes", type=click.IntRange(min=0), metavar="N", default=0,
     help="With tasks: also run N episodes of each in simulation, and stop at one that fails.",
 )  # fmt: skip
-def list_parts(kind: str | None, name: str | None, robots: tuple[str, ...], episodes: int) -> None:
+@json_option
+def list_parts(
+    kind: str | None, name: str | None, robots: tuple[str, ...], episodes: int, as_json: bool
+) -> None:
     """List registered parts with the plugin of each.
 
     Without a KIND, everything is listed. With a NAME, only that part, with its documentation and
     its ports or parameters; a KIND before it chooses between parts of the same name.
 
-    Kinds: trees, behaviours, objects, robots, grippers, controllers, planners, scenes, backends,
-    pose_sources, model_sources, model_formats, model_caches, recorders, views, commands,
-    faults, contracts, plugins, and those that plugins declare. The kind tasks lists which robot
-    can do which tree, with the reason where not: the station is built, starts are sampled, and
-    the first motion of each is planned.
+    Kinds: trees, behaviours, dialects, conversions, objects, robots, grippers, controllers,
+    planners, scenes, backends, pose_sources, model_sources, model_formats, model_caches, recorders,
+    views, commands, modifiers, pools, contracts, plugins, and those that plugins declare. The kind
+    tasks lists which robot can do which tree, with the reason where not: the station is built,
+    starts are sampled, and the first motion of each is planned.
     """
     os.environ.setdefault("MUJOCO_GL", "disable")
     if (robots or episodes) and kind != TASKS:
         raise BtManipError("--robot and --episodes are for: bt-manip list tasks")
     plugins = load_chosen_plugins()
     if kind == TASKS:
-        _list_tasks(plugins, name, robots, episodes)
-    elif kind is not None and kind not in listed(plugins):
-        if name is not None:
+        _list_tasks(plugins, name, robots, episodes, as_json)
+    elif kind is not None and (name is not None or kind not in listed(plugins)):
+        if name is not None and kind not in listed(plugins):
             raise BtManipError(f"there is no kind '{kind}'{did_you_mean(kind, listed(plugins))}")
-        _describe_any(plugins, kind)
-    elif kind and name:
-        _describe(plugins, kind, name)
+        found = _any(plugins, kind) if name is None else [_described(plugins, kind, name)]
+        if as_json:
+            print_json(parts=found)
+        else:
+            _print_described(found)
     else:
-        _list(plugins, kind)
+        kinds = [kind] if kind else listed(plugins)
+        rows = {one: list(_rows(plugins, one)) for one in kinds}
+        if as_json:
+            print_json(parts=[_part(one, row) for one in kinds for row in rows[one]])
+        else:
+            _print_rows(rows, indent="" if kind else "  ")
 
 
-def _list(plugins: "Plugins", kind: str | None) -> None:
-    """Print the parts of a kind, or of all kinds."""
-    for chosen in [kind] if kind else listed(plugins):
-        if kind is None:
-            click.echo(f"{chosen}:")
-        indent = "  " if kind is None else ""
-        for line in _aligned(list(_rows(plugins, chosen))):
+def _print_rows(rows: Mapping[str, list[tuple[str, str, str]]], indent: str) -> None:
+    """Print parts by kind; with an indent, the kinds too."""
+    for kind, found in rows.items():
+        if indent:
+            click.echo(f"{kind}:")
+        for line in _aligned(found):
             click.echo(indent + line)
 
 
-def _describe_any(plugins: "Plugins", name: str) -> None:
-    """Print the documentation of all parts of a name.
+def _part(kind: str, row: tuple[str, str, str]) -> dict[str, Any]:
+    return {"kind": kind, **dict(zip(("name", "plugin", "summary"), row, strict=True))}
+
+
+def _any(plugins: "Plugins", name: str) -> list[dict[str, Any]]:
+    """Return the documentation of all parts of a name.
 
     Raises:
         BtManipError: If there is neither a kind nor a part of this name.
@@ -88,14 +103,11 @@ def _describe_any(plugins: "Plugins", name: str) -> None:
     if not found:
         known = {*names, *(one for some in names.values() for one in some)}
         raise BtManipError(f"there is no kind or part '{name}'{suggestion(None, name, known)}")
-    for kind in found:
-        if len(found) > 1:
-            click.echo(f"{kind}:")
-        _describe(plugins, kind, name)
+    return [_described(plugins, kind, name) for kind in found]
 
 
 def _list_tasks(
-    plugins: "Plugins", name: str | None, robots: tuple[str, ...], episodes: int
+    plugins: "Plugins", name: str | None, robots: tuple[str, ...], episodes: int, as_json: bool
 ) -> None:
     """Print a line for each task and robot as it is found.
 
@@ -112,14 +124,19 @@ def _list_tasks(
     for robot in chosen:
         find_robot(robot, parts.robots)
     tasks = parts.trees.names() if name is None else [name]
-    if name is not None:
+    if name is not None and not as_json:
         _print_levels(plugins, name)
+    answers = []
     widths = [max(map(len, column)) for column in (tasks, chosen)]
     for task in tasks:
         for robot in chosen:
             reason = why_not(task, robot, parts, episodes=episodes)
+            answers.append({"task": task, "robot": robot, "can": not reason, "reason": reason})
             answer = f"no: {reason}" if reason else "yes"
-            click.echo(f"{task:{widths[0]}}  {robot:{widths[1]}}  {answer}")
+            if not as_json:
+                click.echo(f"{task:{widths[0]}}  {robot:{widths[1]}}  {answer}")
+    if as_json:
+        print_json(tasks=answers)
 
 
 def _print_levels(plugins: "Plugins", tree: str) -> None:
@@ -139,8 +156,19 @@ def _print_levels(plugins: "Plugins", tree: str) -> None:
             click.echo(f"  {node.path} draws {', '.join(node.drawn)}")
 
 
-def _describe(plugins: "Plugins", kind: str, name: str) -> None:
-    """Print the documentation of one part.
+def _print_described(parts: list[dict[str, Any]]) -> None:
+    """Print the documentation of parts; of several, with their kinds."""
+    for part in parts:
+        if len(parts) > 1:
+            click.echo(f"{part['kind']}:")
+        click.echo(f"{part['name']} ({part['plugin']})")
+        click.echo(part["documentation"])
+        for parameter in part["parameters"]:
+            click.echo(f"  {parameter['line']}")
+
+
+def _described(plugins: "Plugins", kind: str, name: str) -> dict[str, Any]:
+    """Return the documentation of one part.
 
     Raises:
         BtManipError: If there is no part of this name.
@@ -148,8 +176,6 @@ def _describe(plugins: "Plugins", kind: str, name: str) -> None:
     rows = {row[0]: row for row in _rows(plugins, kind)}
     if name not in rows:
         raise BtManipError(f"{kind}: there is no '{name}'{suggestion(None, name, rows)}")
-    _, origin, summary = rows[name]
-    click.echo(f"{name} ({origin})")
     part: Any = None
     if kind == "behaviours":
         from bt_manip.runner import known_behaviours
@@ -157,16 +183,21 @@ def _describe(plugins: "Plugins", kind: str, name: str) -> None:
         part = known_behaviours(plugins.parts).get(name)
     elif kind != "plugins":
         part = plugins.parts.by_kind()[kind].get(name)
-    click.echo(inspect.cleandoc(part.__doc__ or "") if callable(part) else summary)
-    for parameter in _parameters(kind, part).values():
-        click.echo(f"  {parameter.line}")
+    described = _part(kind, rows[name])
+    text = inspect.cleandoc(part.__doc__ or "") if callable(part) else described["summary"]
+    parameters = [
+        {"name": one.name, "form": one.form, "required": one.mandatory,
+         "default": one.default_text, "unit": one.unit, "line": one.line}
+        for one in _parameters(kind, part).values()
+    ]  # fmt: skip
+    return described | {"documentation": text, "parameters": parameters}
 
 
 def _parameters(kind: str, part: Any) -> "Mapping[str, Parameter]":
     """Return the declared ports or parameters of a part by name."""
     if kind == "recorders":
         return parameters_of(part, keyword_only=True)
-    if kind == "faults":
+    if isinstance(part, type) and is_dataclass(part):  # such as a fault
         return parameters_of(part)
     if kind == "objects":
         from bt_manip.cell.objects import object_parameters
@@ -205,8 +236,8 @@ def _summary(part: Any) -> str:
         return part
     if suffixes := getattr(part, "suffixes", ()):  # a model format
         return ", ".join(suffixes)
-    if summary := getattr(part, "summary", ""):  # of a dialect
-        return str(summary)
+    if isinstance(summary := getattr(part, "summary", None), str):  # of a dialect
+        return summary
     if not callable(part):  # such as a robot's description
         return str(getattr(part, "model", "") or getattr(part, "make", ""))
     # Not that of a base class, which getdoc() would give.

@@ -15,7 +15,8 @@ from bt_manip.packages import suggestion
 from bt_manip.registry import Parts
 
 if TYPE_CHECKING:
-    from bt_manip.models import MjcfModel, ModelCache
+    from bt_manip.cell.objects import ModelObject
+    from bt_manip.models import FoundModel, ModelCache
 
 BUNDLED = "bundled"
 _PARTS = "bt_manip.models.parts"
@@ -87,15 +88,17 @@ def path(address: str) -> None:
 @click.option("--mjcf", is_flag=True, help="Print the model as MJCF instead.")
 def show(address: str, mjcf: bool) -> None:
     """Print a model's file, parts, mass and size, and what was lost in its conversion."""
-    from bt_manip.models import load_model
+    from bt_manip.cell.objects import ModelObject
+    from bt_manip.models import find_model, load_model
 
     model = load_model(address, **_parts_of(address))
     if mjcf:
         click.echo(model.xml or (model.path.read_text("utf-8") if model.path else ""))
         return
-    for key, value in _facts(model, address):
+    thing = ModelObject(model)
+    for key, value in _facts(thing, find_model(address, **_parts_of(address))):
         click.echo(f"{key:10}  {value}")
-    for warning in model.warnings:
+    for warning in thing.warnings:
         click.echo(f"Warning: {warning}", err=True)
 
 
@@ -121,21 +124,17 @@ def clear(addresses: tuple[str, ...], everything: bool, yes: bool) -> None:
         click.echo("nothing to delete")
 
 
-def _facts(model: "MjcfModel", address: str) -> Iterator[tuple[str, str]]:
-    from bt_manip.cell.objects import ModelObject
-    from bt_manip.models import find_model
-
-    thing = ModelObject(model)
-    found = find_model(address, **_parts_of(address))
+def _facts(thing: "ModelObject", found: "FoundModel") -> Iterator[tuple[str, str]]:
     root = thing.mjcf_model
-    yield "address", model.address
+    yield "address", thing.kind
     yield "file", str(found.path)
     yield "format", found.format
     for kind in ("body", "joint", "geom"):
         names = [element.name for element in root.find_all(kind)]
         shown = ", ".join(names[:6]) + (", ..." if len(names) > 6 else "")
         yield kind, f"{len(names)}" + (f": {shown}" if names and kind != "geom" else "")
-    size = " x ".join(f"{edge:.3f}" for edge in thing.bounds.size)
+    edges = thing.bounds.size.tolist()
+    size = " x ".join(max(f"{edge:.3f}", f"{edge:.4g}", key=len) for edge in edges)
     yield "mass", f"{thing.mass:.4g} kg"
     yield "size", f"{size} m"
     yield "moves", "freely" if thing.free else "not"

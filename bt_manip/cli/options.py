@@ -84,11 +84,19 @@ def takes(
     return decorate
 
 
-def given_options(options: Any) -> Iterator[str]:
-    """Yield the names of options, as on the command line, that have not their default."""
-    for one in _declared(type(options)):
-        if getattr(options, one.name, one.default) != one.default:
-            yield one.metadata["option"][0][0]
+def given_options(options: Any) -> Iterator[list[str]]:
+    """Yield the words of each given option, as on the command line: its name, then its values."""
+    for one in fields(options):
+        value = getattr(options, one.name)
+        if "options" in one.metadata:
+            yield from given_options(value)
+        elif "option" in one.metadata and value != one.default:
+            (name, *_), attributes = one.metadata["option"]
+            if isinstance(value, Mapping):
+                value = [f"{key}={text}" for key, text in value.items()]
+            for each in value if attributes.get("multiple") else [value]:
+                values = each if isinstance(each, tuple) else [each]
+                yield [name] if attributes.get("is_flag") else [name, *map(str, values)]
 
 
 def _declared(kind: type) -> Iterator[Field[Any]]:
@@ -154,17 +162,33 @@ class StationOptions:
         help="Maximum speed of the tool in every motion [m/s]; inf: no limit.  [default: the "
         "scene's or the robot's; else 0.25 on a real robot, inf in simulation]",
     )  # fmt: skip
+    poses: str | None = option(
+        "--poses", group="Cell and robot",
+        metavar="P", shell_complete=complete_part("pose_sources"),
+        help="Where objects are: physics spawns them; scene takes those that the scene expects, "
+        "operator asks for each of them (see: bt-manip list pose_sources).  [default: operator on "
+        "a real robot, else physics]",
+    )  # fmt: skip
     settings: Mapping[str, str] | tuple[()] = option(
         "--set", group="Task", multiple=True, callback=_settings, metavar="KEY=VALUE",
         shell_complete=complete_key,
         help="Set a key that the tree declares; may be given more than once.",
+    )  # fmt: skip
+    strict: bool = option(
+        "--strict", group="Task", is_flag=True,
+        help="Refuse trees of which the checks before the run warn.",
     )  # fmt: skip
 
     @property
     def request_fields(self) -> dict[str, Any]:
         """The options by the fields of `bt_manip.runner.RunRequest`; None: the default."""
         found = {one.name: getattr(self, one.name) for one in fields(StationOptions)}
-        return found | {"settings": dict(self.settings)}
+        found |= {"settings": dict(self.settings)}
+        if found.pop("strict"):
+            from bt_manip.bt import ReadingOptions
+
+            found["reading"] = ReadingOptions(dialect="auto", fatal_warnings=True)
+        return found
 
 
 VARY: Mapping[str, Any] = {

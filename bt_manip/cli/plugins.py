@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from bt_manip.cli.exit_codes import FAULT, SUCCESS
+from bt_manip.cli.json_output import json_option, print_json
 from bt_manip.cli.plugin_options import chosen, load_chosen_plugins, warn_of_unknown
 
 if TYPE_CHECKING:
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 
 
 @click.command("plugins")
-@click.option("--json", "as_json", is_flag=True, help="Print everything as JSON.")
+@json_option
 @click.option(
     "--check", is_flag=True, help="Print problems only, and exit with 3 if there are any."
 )
@@ -38,9 +39,7 @@ def show_plugins(as_json: bool, check: bool) -> int:
     if check:
         problems += _tree_problems(loaded)
     if as_json:
-        import json
-
-        click.echo(json.dumps([_row(p, commands) for p in loaded.plugins], indent=2))
+        print_json(plugins=[_row(p, commands) for p in loaded.plugins])
     elif not check:
         for plugin in loaded.plugins:
             _print(_row(plugin, commands))

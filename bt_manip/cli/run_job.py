@@ -37,6 +37,7 @@ class RunJob:
         station: As for `bt_manip.runner.prepare`.
 
     Attributes:
+        options: The options.
         run: The run, once it is prepared.
         report: Its report, once it has ended.
         error: The internal fault that ended it; empty without one.
@@ -52,7 +53,7 @@ class RunJob:
         self.run: Run | None = None
         self.report: RunReport | None = None
         self.error = ""
-        self._session, self._options = session, options
+        self.options, self._session = options, session
         self._interrupt, self._station = interrupt, station
         self._plugins: Plugins | None = None
         self._recorder: Recorder | None = None
@@ -69,7 +70,7 @@ class RunJob:
         with interrupt.held():
             try:
                 with interrupt.raised(), _garbage_collection_off():
-                    self.run, observers = self._prepare(self._options)
+                    self.run, observers = self._prepare(self.options)
                 started = True
                 with interrupt.patient():
                     self.run.execute(observers, stop=lambda: interrupt.requested)
@@ -114,7 +115,7 @@ class RunJob:
         from bt_manip.cli.cycle_table import next_step
 
         assert self.report is not None
-        return next_step(self._options, self.report, is_terminal=is_terminal)
+        return next_step(self.options, self.report, is_terminal=is_terminal)
 
     def _prepare(self, options: RunOptions) -> tuple["Run", list["RunObserver"]]:
         """Return the run and its observers; all bad input is found here."""
@@ -202,7 +203,7 @@ class RunJob:
                 code = FAULT
         if report.ended_early:
             print_warning(f"the run ended early: {report.ended_early}")
-        elif self._options.quiet and code == FAILED and not self.error:
+        elif self.options.quiet and code == FAILED and not self.error:
             failed = (n for n, one in enumerate(report.cycles) if one.status == "FAILURE")
             number = next(failed, len(report.cycles) - 1)
             click.echo(f"cycle {number + 1} failed: {report.cycles[number].reason}", err=True)
@@ -214,10 +215,10 @@ class RunJob:
         return code
 
     def _open_report(self) -> "ReportFile | None":
-        if self._report_file is None and self._options.report is not None:
+        if self._report_file is None and self.options.report is not None:
             from bt_manip.record import open_report_file
 
-            self._report_file = open_report_file(self._options.report, print_warning)
+            self._report_file = open_report_file(self.options.report, print_warning)
         return self._report_file
 
     def _keep_window(self) -> None:
@@ -237,7 +238,7 @@ class RunJob:
 
         from bt_manip.record import RunReport, versions
 
-        options = self._options
+        options = self.options
         return RunReport(
             tree=options.tree,
             seed=options.seed or 0,
@@ -250,12 +251,12 @@ class RunJob:
             controller=options.controller or "",
             planner=options.planner,
             settings=dict(options.settings),
-            faults=options.faults,
+            modifiers=dict(options.modifiers),
             tick_s=options.tick_ms / 1e3,
         )
 
     def _print_cycles(self, report: "RunReport") -> None:
-        if self._recorder is None or self._options.quiet:
+        if self._recorder is None or self.options.quiet:
             return
         from bt_manip.cli.cycle_table import print_cycles
 

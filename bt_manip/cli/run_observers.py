@@ -10,7 +10,7 @@ from bt_manip.exceptions import BtManipError
 from bt_manip.parameters import parameters_of, read_words
 from bt_manip.plugins import BUILTIN, Plugin, Plugins, guarded, plugin_observers
 from bt_manip.record import SnapshotWriter, Trace, check_writable
-from bt_manip.registry import Parts, Registry
+from bt_manip.registry import Registry
 from bt_manip.runner import Reloader, Run, RunObserver, Stopwatch, known_behaviours, recorder_name
 
 if TYPE_CHECKING:
@@ -60,8 +60,6 @@ def observers_of(
     observers += session.open_views()
     if options.varied:
         observers += [_NeverPresent()]
-    if options.faults:
-        observers += [_fault_injector(run, plugins.parts)]
     return observers
 
 
@@ -97,20 +95,6 @@ def _terminal(console: "Console", cycles: int) -> RunObserver:
     from bt_manip.viewer import PlainView
 
     return PlainView(console, cycles=cycles)
-
-
-def _fault_injector(run: Run, parts: Parts) -> RunObserver:
-    """Return an observer that injects the requested faults.
-
-    Raises:
-        BtManipError: If a fault is described wrongly.
-    """
-    from bt_manip.faults import FaultInjector, parse_fault
-
-    planned = [parse_fault(text, parts.faults) for text in run.request.faults]
-    for one in planned:
-        one.nodes(run.tree)
-    return FaultInjector(planned, parts.faults, run.request.seed, warn=print_warning)
 
 
 def _recorder(plugins: Plugins, text: str) -> RunObserver:

@@ -101,11 +101,6 @@ class RunOptions(StationOptions):
         "its suffix, as in run.mcap or run.mp4; KEY=VALUE are its options.  May be given more "
         "than once.",
     )  # fmt: skip
-    faults: tuple[str, ...] = option(
-        "--fault", group="Disturbances", multiple=True, metavar="\"NAME at=NODE KEY=VALUE ...\"",
-        help="Inject a fault when a node of the tree starts (see: bt-manip list faults); may be "
-        "given more than once.",
-    )  # fmt: skip
     varied: tuple[str, ...] = option("--vary", group="Disturbances", **VARY)
     snapshots: tuple[tuple[float, Path], ...] = option(
         "--snapshot-at", group="Files", multiple=True, metavar="SECONDS FILE",
@@ -125,13 +120,6 @@ class RunOptions(StationOptions):
         "--speed", group="Real robot", type=click.FloatRange(0.0, 1.0, min_open=True), metavar="X",
         help="Factor of all speeds of the arm.  [default: 0.1 on a real robot, else 1]",
     )  # fmt: skip
-    poses: str | None = option(
-        "--poses", group="Cell and robot",
-        metavar="P", shell_complete=complete_part("pose_sources"),
-        help="Where objects are: physics spawns them; scene takes those that the scene expects, "
-        "operator asks for each of them (see: bt-manip list pose_sources).  [default: operator on "
-        "a real robot, else physics]",
-    )  # fmt: skip
     watch: bool = option(
         "--watch", group="Task", is_flag=True, help="Reload the tree whenever its file changes."
     )
@@ -141,6 +129,8 @@ class RunOptions(StationOptions):
     foreign: ForeignTrees = options_of(ForeignTrees)
     views: ViewOptions = field(default_factory=dict)
     """The options of the plugins' views that are chosen, by name."""
+    modifiers: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    """Texts of each modifier, by name."""
     continued: ContinuedRun | None = None
     """Recorded run to continue, from which the options of the request are taken."""
 
@@ -189,25 +179,24 @@ def make_request(
     _check(options)
     watched: dict[str, Any] = {
         "real_time": None if by_view else options.speed or None,
-        "reading": options.foreign.reading(),
+        "reading": replace(options.foreign.reading(), fatal_warnings=options.strict),
     }
     if options.continued is not None:
         trees = parts.trees.copies()
         return options.continued.request(trees, **watched)
+    poses = options.poses or ("operator" if options.backend else None)
     request = request_of(
         options.tree,
         parts,
-        **options.request_fields,
-        faults=options.faults,
+        modifiers=options.modifiers,
         cycles=options.cycles,
         seed=options.seed,
         tick=options.tick_ms / 1e3,
         configurations=_configurations(options.configurations, may_lack=by_view),
-        poses=options.poses or ("operator" if options.backend else None),
         backend=options.backend,
         speed=options.speed_factor,
         varied=_varied(options.varied),
-        **watched,
+        **{**options.request_fields, **watched, "poses": poses},
     )
     if options.seed is not None:
         return request
@@ -234,9 +223,9 @@ def _check(options: RunOptions) -> None:
     simulated = {
         "--resume": options.resume is not None,
         "--snapshot-at": bool(options.snapshots),
-        "--fault": bool(options.faults),
         "--episode": options.episode is not None,
         "--poses physics": options.poses == "physics",
+        **{f"--{name}": True for name in options.modifiers},
     }
     for name, given in simulated.items():
         if options.backend and given:

@@ -8,12 +8,14 @@ import click
 
 from bt_manip.cli.completion import complete_part
 from bt_manip.cli.exit_codes import BAD_INPUT, SUCCESS
+from bt_manip.cli.json_output import findings_of, json_option, print_json
 from bt_manip.cli.plugin_group import PluginGroup
 from bt_manip.cli.plugin_options import load_chosen_plugins
 from bt_manip.exceptions import BtManipError, with_short_values
 from bt_manip.registry import Parts
 
 if TYPE_CHECKING:
+    from bt_manip.bt import Problem
     from bt_manip.cell import Cell
     from bt_manip.runner import Station
     from bt_manip.scenes import Scene
@@ -36,18 +38,25 @@ def scene() -> None:
     "files", nargs=-1, required=True, metavar="SCENE...", shell_complete=complete_part("scenes")
 )
 @_robot
-def check(files: tuple[str, ...], robot: str) -> int:
+@json_option
+def check(files: tuple[str, ...], robot: str, as_json: bool) -> int:
     """Print all errors of scenes, each with file, line and key.
 
     SCENE is path.toml or a registered name. Valid scenes are also built, which finds objects that
     overlap. Exits with 2 if there are errors.
     """
     parts = load_chosen_plugins().parts
+    found: list[Problem] = []
     errors = 0
     for text in files:
-        for problem in _problems(text, parts, robot):
-            click.echo(with_short_values(problem))
-            errors += 1
+        problems = [with_short_values(one) for one in _problems(text, parts, robot)]
+        found += findings_of(problems, text)
+        errors += len(problems)
+        for problem in () if as_json else problems:
+            click.echo(problem)
+    if as_json:
+        print_json(found)
+        return BAD_INPUT if errors else SUCCESS
     scenes = f"{len(files)} scene{'s' if len(files) != 1 else ''}"
     click.echo(f"{scenes}: {errors} error{'s' if errors != 1 else ''}", err=True)
     return BAD_INPUT if errors else SUCCESS
@@ -57,7 +66,9 @@ def _problems(text: str, parts: Parts, robot: str) -> tuple[str, ...]:
     from bt_manip.scenes import SceneError
 
     try:
-        _built(text, parts, robot, drawn=True)
+        _, station = _built(text, parts, robot, drawn=True)
+        for warning in station.model_warnings():
+            click.echo(f"Warning: {warning}", err=True)
     except SceneError as error:
         return error.problems
     except BtManipError as error:

@@ -2,7 +2,7 @@
 
 import os
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing, suppress
 from dataclasses import replace
 from functools import cached_property
@@ -22,13 +22,17 @@ if TYPE_CHECKING:
     from bt_manip.runner import RunObserver, RunRequest, Station
 
 
-def execute_run(options: RunOptions, interrupt: Interrupt, *, begin: bool = True) -> int:
+def execute_run(
+    options: RunOptions, interrupt: Interrupt, *, begin: bool = True,
+    ended: Callable[[RunJob], None] = lambda job: None,
+) -> int:  # fmt: skip
     """Run a tree, and the trees that a view asks for then; return the exit code.
 
     Args:
         options: The options.
         interrupt: The handler of Ctrl-C.
         begin: Whether the tree runs at once; else a view that controls runs starts it.
+        ended: Called with that run when it has ended.
 
     Returns:
         The exit code of the first run; 130 where there is none.
@@ -41,6 +45,8 @@ def execute_run(options: RunOptions, interrupt: Interrupt, *, begin: bool = True
         with suppress(KeyboardInterrupt):
             if begin:
                 code = session.begin()
+                assert session.last is not None
+                ended(session.last)
             else:
                 session.show()
             is_over = begin and not interrupt.requested
@@ -224,11 +230,11 @@ class Session:
         return code
 
     def _further(self, chosen: Mapping[str, Any]) -> RunOptions:
-        """Return the options of a further run: settings and faults are for the same tree only."""
+        """Return the options of a further run: settings and modifiers are for the same tree."""
         options = replace(
             self.options, window=False, report=None, trace=None, records=(), snapshots=(),
             resume=None, continued=None, episode=None,
         )  # fmt: skip
         if chosen.get("tree", options.tree) != options.tree:
-            options = replace(options, settings={}, faults=(), varied=())
+            options = replace(options, settings={}, modifiers={}, varied=())
         return replace(options, **chosen)

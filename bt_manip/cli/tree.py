@@ -2,6 +2,7 @@
 
 import os
 import re
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,6 +12,7 @@ import click
 from bt_manip.cli.completion import complete_part
 from bt_manip.cli.exit_codes import BAD_INPUT, SUCCESS
 from bt_manip.cli.foreign_trees import ForeignTrees
+from bt_manip.cli.json_output import findings_of, json_option, print_json
 from bt_manip.cli.options import takes
 from bt_manip.cli.plugin_group import PluginGroup
 from bt_manip.cli.plugin_options import load_chosen_plugins
@@ -42,29 +44,49 @@ def tree() -> None:
 )
 @takes(ForeignTrees, name="foreign")
 @click.option("--engine", is_flag=True, help="Report only what BehaviorTree.CPP rejects.")
-def check(files: tuple[str, ...], foreign: ForeignTrees, engine: bool) -> int:
+@click.option(
+    "--scene", metavar="S", shell_complete=complete_part("scenes"),
+    help="Also set the trees up in this scene: a registered name, or path.toml.",
+)  # fmt: skip
+@click.option(
+    "--robot", metavar="R", shell_complete=complete_part("robots"),
+    help="Also set the trees up with this robot: a registered name, or path.toml.",
+)  # fmt: skip
+@click.option("--strict", is_flag=True, help="Warnings are errors.")
+@json_option
+def check(
+    files: tuple[str, ...], foreign: ForeignTrees, engine: bool,
+    scene: str | None, robot: str | None, strict: bool, as_json: bool,
+) -> int:  # fmt: skip
     """Print all errors and warnings of trees, each with file, line and column.
+
+    With --scene or --robot, each tree is also set up in that cell, as by bt-manip run: the objects,
+    configurations and robots that it names have to be there.
 
     Exits with 2 if there are errors.
     """
+    from bt_manip.bt import Place, Problem
+
     parts, registry = _registered()
-    errors = warnings = 0
-    options = replace(foreign.reading(), strict=not engine, library=True)
-    seen: set[Problem] = set()  # the problems of a library recur for many trees
+    options = replace(foreign.reading(), strict=not engine, library=True, fatal_warnings=strict)
+    cell = {"scene": scene, "robot": robot}
+    found: dict[Problem, None] = {}  # the problems of a library recur for many trees
     for text in files:
         try:
-            found = _findings(text, parts, registry, foreign, options)
+            problems = _findings(text, parts, registry, foreign, options, cell)
         except BtManipError as error:  # the others are checked all the same
-            click.echo(f"{text}: error: {error}")
-            errors += 1
-            continue
-        for problem in found:
-            if problem not in seen:
-                seen.add(problem)
-                click.echo(str(problem))
-                errors += problem.is_error
-                warnings += not problem.is_error
+            problems = [Problem(Place(text, 0, 0), str(error))]
+        for problem in problems:
+            if problem not in found:
+                found[problem] = None
+                if not as_json:
+                    click.echo(str(problem))
+    errors = sum(problem.is_error for problem in found)
+    warnings = len(found) - errors
     foreign.print_stubs()
+    if as_json:
+        print_json(found)
+        return BAD_INPUT if errors else SUCCESS
     click.echo(
         f"{_count(len(files), 'tree')}: {_count(errors, 'error')}, {_count(warnings, 'warning')}",
         err=True,
@@ -142,8 +164,10 @@ def format_(files: tuple[Path, ...], only_check: bool, foreign: ForeignTrees) ->
 @click.option(
     "--to",
     "form",
-    type=click.Choice(["xml", "python"]),
-    help="Output language.  [default: the other one]",
+    metavar="NAME",
+    shell_complete=complete_part("conversions"),
+    help="Output language: xml, or one of bt-manip list conversions.  [default: python of XML, xml "
+    "of Python]",
 )
 @click.option("--model", is_flag=True, help="Add the models of all behaviours, for Groot2.")
 @takes(ForeignTrees, name="foreign")
@@ -156,14 +180,14 @@ def convert(
     output: Path | None,
 ) -> int:
     """Convert an XML document to Python, or a Python tree to XML."""
-    from bt_manip.bt import Problems, Tree, to_python, tree_to_xml
+    from bt_manip.bt import Problems, Tree, tree_to_xml
     from bt_manip.runner import as_tree, make_any
 
     parts, registry = _registered()
     source = _find(name, parts)
     if source.kind == "python":
-        if form == "python":
-            raise BtManipError(f"'{name}' is already Python")
+        if form not in (None, "xml"):
+            raise BtManipError(f"'{name}' is Python, which is converted to xml only")
         written = make_any(source, {})
         if isinstance(written, Tree):
             written = as_tree(written, source, lambda: 0.0)  # not the document it was read from
@@ -172,12 +196,13 @@ def convert(
         text = tree_to_xml(written, registry, tree_id="MainTree", model=model)
         _write(text, output)
         return SUCCESS
+    write = None if form == "xml" else parts.conversions.get(form or "python")
     options = replace(foreign.reading(), library=True)
     reading = _read(source, registry, foreign, options)
     reading.raise_errors()
     foreign.print_stubs()
     assert reading.document is not None
-    if form == "xml":
+    if write is None:
         problems = Problems()
         reading.dialect.to_version_4(reading.document.root, reading.document, problems)
         for problem in problems:
@@ -186,7 +211,7 @@ def convert(
             return BAD_INPUT
         _write(tree_to_xml(reading.document, registry, model=model), output)
     else:
-        _write(to_python(reading.document, reading.registry, options.stubs), output)
+        _write(write(reading, options.stubs), output)
     return SUCCESS
 
 
@@ -233,17 +258,45 @@ def _findings(
     registry: "BehaviourRegistry",
     foreign: ForeignTrees,
     options: "ReadingOptions",
+    cell: Mapping[str, str | None],
 ) -> "list[Problem]":
     from bt_manip.bt import NO_CELL, Problem
-    from bt_manip.runner import make_tree
+    from bt_manip.runner import make_tree, prepare_station, request_of, set_up
 
     source = _find(text, parts)
+    found: list[Problem] = []
     if source.kind == "python":
-        made = make_tree(source, {}, lambda: 0.0)
+        tree: Tree | None = (made := make_tree(source, {}, lambda: 0.0))
         if made.goal and not made.goal_reads_cell:
-            return [Problem(_place(source), f"goal: {NO_CELL}", "warning")]
-        return []
-    return list(_read(source, registry, foreign, options).problems)
+            severity = "error" if options.fatal_warnings else "warning"
+            found = [Problem(_place(source), f"goal: {NO_CELL}", severity, "goal-without-cell")]
+    else:
+        reading = _read(source, registry, foreign, options)
+        tree, found = reading.tree, list(reading.problems)
+    if tree is not None and any(cell.values()):
+        found += _goal_findings(tree, "error" if options.fatal_warnings else "warning")
+        station = prepare_station(request_of(source.name, parts, **cell), parts)
+        try:
+            set_up(tree, station)
+        except BtManipError as error:
+            found += findings_of(error, source.name, "not-in-the-cell")
+    return found
+
+
+def _goal_findings(tree: "Tree", severity: str) -> "list[Problem]":
+    """Return a finding where a tree puts down what it holds, and declares no goal to judge it."""
+    from bt_manip.bt import Place, Problem
+
+    for node in tree.nodes:
+        traits = getattr(node, "traits", None)
+        releases = traits and "holding" in traits.needs and traits.leaves.get("holding") is False
+        if releases and not tree.given_goal and isinstance(place := node._node_place, Place):
+            text = (
+                f"{node.registration} places an object, and the tree declares no goal to judge it "
+                'by; add one to its main <BehaviorTree>: _goal="IsIn object={object} container=..."'
+            )
+            return [Problem(place, text, severity, "no-goal")]
+    return []
 
 
 def _place(source: "TreeSource") -> "Place":

@@ -1,8 +1,8 @@
-"""The options of ``bt-manip run`` that views of plugins bring: ``--NAME`` and ``--NAME-KEY``."""
+"""The options that views and modifiers of plugins bring: ``--NAME`` and ``--NAME-KEY``."""
 
 from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
@@ -14,9 +14,40 @@ if TYPE_CHECKING:
     from bt_manip.parameters import Parameter
     from bt_manip.plugins import PluginSelection
 
-_VIEWS = "bt_manip.views"
+T = TypeVar("T")
+
 _BEFORE = ("real_time", "window")
 """Options that ``--help`` lists before the options of views."""
+
+
+class ModifiedCommand(GroupedCommand):
+    """A command with the options of parts of plugins.
+
+    For each kind of parts in `brings`, it has an argument of that name with the values of the
+    options that are given, by the name of the part.
+    """
+
+    brings: tuple[str, ...] = ("modifiers",)
+
+    def get_params(self, ctx: click.Context) -> list[click.Parameter]:
+        """Return all options, including those of plugins."""
+        brought = [one for kind in self.brings for one in _options_of(kind, ctx, []).values()]
+        return [*super().get_params(ctx), *brought]
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Parse the command line, with the options of the parts that are installed."""
+        brought = {kind: _options_of(kind, ctx, args) for kind in self.brings}
+        try:
+            rest = super().parse_args(ctx, args)
+        except click.NoSuchOption as error:
+            for kind in self.brings:
+                if package := missing(kind[:-1], error.option_name.removeprefix("--")):
+                    raise click.UsageError(f"{error.option_name} {package}", ctx) from None
+            raise
+        for kind, options in brought.items():
+            values = {name: ctx.params.pop(one.name) for name, one in options.items()}
+            ctx.params[kind] = {name: value for name, value in values.items() if value}
+        return rest
 
 
 class ViewingCommand(GroupedCommand):
@@ -57,22 +88,29 @@ class ViewingCommand(GroupedCommand):
         ctx.params["views"] = found
         return rest
 
-    def _views(self, ctx: click.Context, args: list[str]) -> "dict[str, list[_ViewOption]]":
+    def _views(self, ctx: click.Context, args: list[str]) -> "dict[str, list[_BroughtOption]]":
         """Return the options of each view, which are searched once for a command line."""
-        if _VIEWS not in ctx.meta:
-            from bt_manip.plugins import view_factories
-
-            factories = view_factories(_chosen(ctx, args))
-            ctx.meta[_VIEWS] = {name: _options(name, make) for name, make in factories.items()}
-        found: dict[str, list[_ViewOption]] = ctx.meta[_VIEWS]
-        return found
+        return _brought(ctx, args, "register_views", _options)
 
 
-class _ViewOption(GroupedOption):
-    """An option of a view; ``metavar_key`` is the name of the factory's argument."""
+class _BroughtOption(GroupedOption):
+    """An option of a plugin; ``metavar_key`` is the name of the argument of a view's factory."""
 
     metavar_key = ""
     name: str
+
+
+def _brought(
+    ctx: click.Context, args: list[str], hook: str, make: Callable[[str, Callable[..., Any]], T]
+) -> dict[str, T]:
+    """Return a value for each part that plugins register by a hook, made of name and factory."""
+    if hook not in ctx.meta:
+        from bt_manip.plugins import factories_of
+
+        factories = factories_of(hook, _chosen(ctx, args))
+        ctx.meta[hook] = {name: make(name, factory) for name, factory in factories.items()}
+    found: dict[str, T] = ctx.meta[hook]
+    return found
 
 
 def _chosen(ctx: click.Context, args: list[str]) -> "PluginSelection":
@@ -84,16 +122,15 @@ def _chosen(ctx: click.Context, args: list[str]) -> "PluginSelection":
     return chosen(ctx).extended(given.get("block") or (), folders)
 
 
-def _options(name: str, make: Callable[..., Any]) -> list[_ViewOption]:
+def _options(name: str, make: Callable[..., Any]) -> list[_BroughtOption]:
     """Return the options of a view: the flag that opens it, and its parameters."""
     from bt_manip.parameters import parameters_of
 
     plain = name.replace("_", "-")
-    summary = " ".join((make.__doc__ or "").partition("\n\n")[0].split())
     flag = [f"--{plain}", f"view_{_identifier(name)}"]
-    options = [_ViewOption(flag, group="Views", is_flag=True, help=summary)]
+    options = [_BroughtOption(flag, group="Views", is_flag=True, help=_summary(make))]
     for key, parameter in parameters_of(make, keyword_only=True).items():
-        option = _ViewOption(
+        option = _BroughtOption(
             [f"--{plain}-{key.replace('_', '-')}", f"view_{_identifier(name)}_{key}"],
             help=parameter.described,
             group="Views",
@@ -106,6 +143,23 @@ def _options(name: str, make: Callable[..., Any]) -> list[_ViewOption]:
         option.metavar_key = key
         options.append(option)
     return options
+
+
+def _options_of(kind: str, ctx: click.Context, args: list[str]) -> dict[str, _BroughtOption]:
+    """Return the option of each modifier or pool, which are searched once for a command line."""
+    several: dict[str, Any] = {"group": "Disturbances", "multiple": True}
+    how = several if kind == "modifiers" else {"is_flag": False, "flag_value": "local"}
+
+    def option(name: str, make: Callable[..., Any]) -> _BroughtOption:
+        names = [f"--{name.replace('_', '-')}", f"{kind}_{_identifier(name)}"]
+        metavar = getattr(make, "metavar", "TEXT")
+        return _BroughtOption(names, metavar=metavar, help=_summary(make), **how)
+
+    return _brought(ctx, args, f"register_{kind}", option)
+
+
+def _summary(make: Callable[..., Any]) -> str:
+    return " ".join((make.__doc__ or "").partition("\n\n")[0].split())
 
 
 def _identifier(name: str) -> str:

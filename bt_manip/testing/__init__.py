@@ -1,4 +1,4 @@
-"""Tests of behaviours, trees and parts: trials, start situations, contracts, coverage.
+"""Tests of behaviours and trees: trials, start situations, end states, coverage.
 
 Each name is imported on first use, because every pytest session loads `bt_manip.testing.plugin`
 where bt-manip is installed.
@@ -9,19 +9,11 @@ from typing import TYPE_CHECKING
 from bt_manip import lazy_exports
 
 if TYPE_CHECKING:
-    from bt_manip.testing.behaviour_contract import Example as Example
-    from bt_manip.testing.contract_list import Check as Check
-    from bt_manip.testing.contracts import contracts_of as contracts_of
-    from bt_manip.testing.contracts import trees_of as trees_of
-    from bt_manip.testing.device_contract import DEVICE_CONTRACT as DEVICE_CONTRACT
-    from bt_manip.testing.device_contract import GRIPPER_CONTRACT as GRIPPER_CONTRACT
-    from bt_manip.testing.device_contract import holds_an_object as holds_an_object
-    from bt_manip.testing.device_contract import recovers_from_a_problem as recovers_from_a_problem
+    from bt_manip.testing.all_trees import trees_of as trees_of
+    from bt_manip.testing.check import Check as Check
     from bt_manip.testing.end_states import assert_stands_still as assert_stands_still
     from bt_manip.testing.end_states import assert_touches_only as assert_touches_only
     from bt_manip.testing.end_states import assert_tower as assert_tower
-    from bt_manip.testing.robot_contract import ROBOT_CONTRACT as ROBOT_CONTRACT
-    from bt_manip.testing.robot_contract import RobotCase as RobotCase
     from bt_manip.testing.situations import AT_REST as AT_REST
     from bt_manip.testing.situations import Situations as Situations
     from bt_manip.testing.situations import built_in_situations as built_in_situations
@@ -33,14 +25,9 @@ if TYPE_CHECKING:
 __getattr__ = lazy_exports(
     __name__,
     {
-        "bt_manip.testing.behaviour_contract": "Example",
-        "bt_manip.testing.contract_list": "Check",
-        "bt_manip.testing.contracts": "contracts_of trees_of",
-        "bt_manip.testing.device_contract": (
-            "DEVICE_CONTRACT GRIPPER_CONTRACT holds_an_object recovers_from_a_problem"
-        ),
+        "bt_manip.testing.all_trees": "trees_of",
+        "bt_manip.testing.check": "Check",
         "bt_manip.testing.end_states": "assert_stands_still assert_touches_only assert_tower",
-        "bt_manip.testing.robot_contract": "ROBOT_CONTRACT RobotCase",
         "bt_manip.testing.situations": "AT_REST Situations built_in_situations play",
         "bt_manip.testing.stubs": "Stub",
         "bt_manip.testing.tree_runs": "run_tree",

@@ -6,21 +6,20 @@ the fixtures.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from bt_manip.testing.contracts import CONTRACTS, COVERAGE, TREES
+from bt_manip.testing.all_trees import COVERAGE, TREES
 
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
 
     from bt_manip.bt import Tree
     from bt_manip.cell import Cell
-    from bt_manip.faults import FaultInjector
     from bt_manip.plugins import Plugins
     from bt_manip.registry import Parts
     from bt_manip.robots import Robot
@@ -50,13 +49,12 @@ def pytest_configure(config: pytest.Config) -> None:
         "tree(path, substitute=None, **settings): the tree that the fixture tree_trial runs, a path"
         " beside the test or a registered name (bt-manip)",
         "start(situation): where the fixtures station, trial and tree_trial begin (bt-manip)",
-        "fault(text, seed=0): a fault in the runs of trial and tree_trial, as in bt-manip run"
-        " --fault; may be given more than once (bt-manip)",
-        "soak: a check of a contract that takes long; only with -m soak (bt-manip)",
-        f"{CONTRACTS}(plugin, ...): written by bt_manip.testing.contracts.contracts_of",
-        f"{TREES}(where, ...): written by bt_manip.testing.contracts.trees_of",
+        f"{TREES}(where, ...): written by bt_manip.testing.trees_of",
     ):
         config.addinivalue_line("markers", line)
+    for name in _modifiers():
+        line = f"in the runs of trial and tree_trial, as in bt-manip run --{name.replace('_', '-')}"
+        config.addinivalue_line("markers", f"{name}(text, seed=None): {line} (bt-manip)")
     # glfw warns on machines without a display when dm_control chooses a renderer.
     config.addinivalue_line("filterwarnings", "ignore:.*DISPLAY environment variable is missing")
     if config.getoption("--tree-coverage"):
@@ -66,21 +64,10 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
-    """Parametrize tests by contract checks and by trees."""
-    marker = metafunc.definition.get_closest_marker(CONTRACTS)
-    if marker is not None:
-        from bt_manip.testing.contract_list import checks_of
-
-        checks = checks_of(_plugins(), *marker.args, **marker.kwargs)
-        if "soak" not in metafunc.config.option.markexpr:
-            checks = [check for check in checks if not check.long]
-        metafunc.parametrize(
-            "bt_manip_contract",
-            [pytest.param(c.run, id=c.id, marks=[pytest.mark.soak] * c.long) for c in checks],
-        )
+    """Parametrize tests by trees."""
     marker = metafunc.definition.get_closest_marker(TREES)
     if marker is not None:
-        from bt_manip.testing.contract_list import tree_runs
+        from bt_manip.testing.tree_runs import tree_runs
 
         runs = tree_runs(_plugins(), *marker.args)
         metafunc.parametrize(
@@ -215,10 +202,12 @@ def trial(station: Station, parts: Parts, request: pytest.FixtureRequest) -> Cal
                 root, parts, station.clock, folder=request.path.parent,
                 settings=settings, substitute=substitute,
             )  # fmt: skip
-        injector = _injector(request, parts)
-        made = Trial(station, root, faults=injector)
-        if injector is not None:
-            request.addfinalizer(injector.detach)
+        marks = {name: [*request.node.iter_markers(name)][::-1] for name in _modifiers()}
+        texts = {name: tuple(mark.args[0] for mark in some) for name, some in marks.items() if some}
+        seeds = [mark.kwargs["seed"] for some in marks.values() for mark in some if mark.kwargs]
+        made = Trial(station, root, modifiers=texts, seed=seeds[-1] if seeds else None)
+        if texts:
+            request.addfinalizer(made.halt)
         request.config.stash[_LATEST] = made
         coverage = request.config.stash.get(COVERAGE, None)
         if coverage is not None and made.tree.source is not None:
@@ -241,15 +230,11 @@ def tree_trial(trial: Callable[..., Trial], request: pytest.FixtureRequest) -> I
     made.halt()
 
 
-def _injector(request: pytest.FixtureRequest, parts: Parts) -> FaultInjector | None:
-    """Return the injector of the markers' faults; None if there are none."""
-    markers = list(request.node.iter_markers("fault"))
-    if not markers:
-        return None
-    from bt_manip.faults import FaultInjector, parse_fault
+def _modifiers() -> Collection[str]:
+    """Return the names of the modifiers of installed plugins, each of which is a marker, too."""
+    from bt_manip.plugins import PluginSelection, factories_of
 
-    planned = [parse_fault(marker.args[0], parts.faults) for marker in reversed(markers)]
-    return FaultInjector(planned, parts.faults, markers[0].kwargs.get("seed", 0))
+    return factories_of("register_modifiers", PluginSelection.from_environment())
 
 
 def _plugins() -> Plugins:

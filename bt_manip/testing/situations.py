@@ -116,7 +116,8 @@ def built_in_situations(build: Callable[[], Station]) -> Situations:
     """Return the built-in situations: a cube on the table, in reach, and held.
 
     Args:
-        build: Builds a station with a table whose surface is 1.015 m above the floor.
+        build: Builds a station with a table whose surface is 1.015 m above the floor. A ``cube``
+            of its scene stays where it is.
     """
     situations = Situations(build)
     situations.add(AT_REST, _put_a_cube_on_the_table, after=None)
@@ -126,10 +127,11 @@ def built_in_situations(build: Callable[[], Station]) -> Situations:
 
 
 def _put_a_cube_on_the_table(station: Station) -> None:
-    cube = station.models.create("cube")
-    table = station.cell.entities["table"]
-    height = station.cell.pose("table").translation[2] + table.surface_height
-    station.cell.add(cube, spatial.pose((0.3, 0.1, height + cube.rest_height)), name="cube")
+    if "cube" not in station.cell.entities:  # else that of the scene
+        cube = station.models.create("cube")
+        table = station.cell.entities["table"]
+        height = station.cell.pose("table").translation[2] + table.surface_height
+        station.cell.add(cube, spatial.pose((0.3, 0.1, height + cube.rest_height)), name="cube")
     station.cell.step(100)
 
 

@@ -2,9 +2,12 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+from bt_manip.exceptions import BtManipError, did_you_mean
+from bt_manip.plugins import Plugins
 from bt_manip.registry import Parts
 from bt_manip.runner import Run, RunObserver, Station, prepare, request_of
 from bt_manip.testing.coverage import TreeCoverage
@@ -106,3 +109,29 @@ def run_tree(
             f"{good} of {cycles} cycles of '{tree}' ended as they should\n"
             + "\n".join(judge.problems)
         )
+
+
+def tree_runs(plugins: Plugins, where: str | Path, options: Mapping[str, Any]) -> list[Any]:
+    """Return the runs of all trees of a plugin or a folder, as ``(name, run(parts, coverage))``.
+
+    Raises:
+        BtManipError: When there are no trees, or an end state names no tree.
+    """
+    if Path(where).is_dir():
+        trees = {path.stem: str(path) for path in sorted(Path(where).glob("*.xml"))}
+    else:
+        trees = {name: name for name in plugins.working(str(where)).provides.get("trees", ())}
+    if not trees:
+        raise BtManipError(f"'{where}' has no trees")
+    for key in ("end_states", "settings"):
+        for name in options[key]:
+            if name not in trees:
+                raise BtManipError(f"'{where}' has no tree '{name}'{did_you_mean(name, trees)}")
+
+    def run(place: str, name: str, parts: Parts, coverage: Any) -> None:
+        run_tree(
+            place, parts, end_state=options["end_states"].get(name), coverage=coverage,
+            settings=options["settings"].get(name), **options["run"],
+        )  # fmt: skip
+
+    return [(name, partial(run, place, name)) for name, place in trees.items()]

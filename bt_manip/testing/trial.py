@@ -1,6 +1,6 @@
 """Trial: a behaviour or a tree in a station, ticked by a test."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -8,8 +8,7 @@ from py_trees.behaviour import Behaviour
 
 from bt_manip.bt import Blackboard, NodeStatus, Tree
 from bt_manip.exceptions import NodeError, did_you_mean
-from bt_manip.faults import FaultInjector
-from bt_manip.runner import Run, RunLoop, Station, TreeSource
+from bt_manip.runner import Run, RunLoop, Station, TreeSource, make_modifiers
 from bt_manip.testing.history import History, explain
 from bt_manip.testing.stubs import status_of
 
@@ -22,7 +21,8 @@ class Trial:
 
     Args:
         root: A behaviour, or a tree whose clock is the station's.
-        faults: Injects faults until the root ends or is halted.
+        modifiers: Texts of each modifier that acts until the root ends or is halted, by its name.
+        seed: Seed of the modifiers; None: that of the station.
 
     Attributes:
         station: The station.
@@ -31,7 +31,12 @@ class Trial:
     """
 
     def __init__(
-        self, station: Station, root: Behaviour | Tree, *, faults: FaultInjector | None = None
+        self,
+        station: Station,
+        root: Behaviour | Tree,
+        *,
+        modifiers: Mapping[str, tuple[str, ...]] | None = None,
+        seed: int | None = None,
     ) -> None:
         if not isinstance(root, Tree | Behaviour):
             raise TypeError(f"a trial is of a behaviour or a tree, got {root!r}")
@@ -41,11 +46,14 @@ class Trial:
         self.tree.observers.append(self.history)
         self.tree.setup(**station.infrastructure)
         source = TreeSource(self.tree.tree_id, "python")
-        run = Run(replace(station.request, tree=source), self.tree, station)
-        self._loop = RunLoop(run, () if faults is None else (faults,))
+        seed = station.request.seed if seed is None else seed
+        request = replace(station.request, tree=source, modifiers=modifiers or {}, seed=seed)
+        self._problems: list[str] = []
+        run = Run(request, self.tree, station)
+        run.modifiers = make_modifiers(run, self._problems.append)
+        self._loop = RunLoop(run)
         self._loop.open()
         self._loop.begin(in_place=True)
-        self._faults = faults
 
     @property
     def behaviour(self) -> Behaviour:
@@ -63,7 +71,8 @@ class Trial:
         """Tick once and step the simulation until the next tick.
 
         Raises:
-            AssertionError: When the root ends and a fault has not happened.
+            AssertionError: When the root ends and a modifier has warned, as of a fault that has
+                not happened.
         """
         __tracebackhide__ = True
         self.history.tick += 1
@@ -74,8 +83,8 @@ class Trial:
             raise
         if status is not NodeStatus.RUNNING:
             self._loop.end(status)
-            if self._faults is not None and self._faults.problems:
-                raise AssertionError("\n".join([*self._faults.problems, self.explain()]))
+            if self._problems:
+                raise AssertionError("\n".join([*self._problems, self.explain()]))
         return status
 
     def until_done(self, timeout: float = 3.0) -> NodeStatus:
@@ -135,10 +144,10 @@ class Trial:
                                      f"runs\n{self.explain()}")  # fmt: skip
 
     def halt(self) -> None:
-        """Halt the tree and end all faults."""
+        """Halt the tree and end all modifiers."""
         self.tree.halt()
-        if self._faults is not None:
-            self._faults.detach()
+        for modifier in self._loop.run.modifiers:
+            modifier.run_ended()
 
     # Checks
 

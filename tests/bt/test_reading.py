@@ -278,8 +278,8 @@ class TestWarnings:
         assert "5:17: warning: tree 'Main' was defined before, at <text>:2:3" in found[0]
 
     def test_characters_that_other_readers_refuse(self, registry):
-        assert self.warnings(registry, "<Script code='a := 1 < 2 && true'/>") == [
-            "3:19: warning: other XML readers refuse '&' and '<' here; write '&amp;' and '&lt;'"
+        assert self.warnings(registry, "<ScriptCondition code='1 < 2 && true'/>") == [
+            "3:28: warning: other XML readers refuse '&' and '<' here; write '&amp;' and '&lt;'"
         ]
 
     def test_mistakes_in_trees_that_nothing_uses_are_errors(self, registry):
@@ -343,7 +343,7 @@ LOUD = Dialect(
 class TestDialects:
     """A dialect that is made here; those of packages have their own tests."""
 
-    TEXT = """<root BTCPP_format="4"><BehaviorTree ID="Pick One">
+    TEXT = """<root BTCPP_format="4"><BehaviorTree ID="Pick One" _results="a">
       <Fallback _volume="11"><Sleep/><Script code="a := &quot;it's&quot;" loudly="yes"/><Shout/>
       </Fallback></BehaviorTree></root>"""
 
@@ -355,7 +355,7 @@ class TestDialects:
     @pytest.mark.parametrize("dialect", ["loud", "auto"])
     def test_its_documents_run_with_its_nodes_for_those_of_the_same_name(self, registry, dialect):
         reading = read_tree_text(self.TEXT, registry, dialect=dialect)
-        assert reading.problems == ()
+        assert reading.errors == ()
         assert reading.tree.tick().name == "SUCCESS"
         assert reading.tree.blackboard["a"] == "it's"
 

@@ -11,12 +11,10 @@ from bt_manip.bt import (
     Libraries,
     Status,
     Stubs,
-    Tree,
     TreeWatch,
     declare,
     parse_tree,
     read_tree,
-    to_python,
     tree_to_xml,
 )
 from bt_manip.bt.loading import read_tree_text
@@ -164,19 +162,6 @@ def test_a_declared_control_can_do_as_a_known_one(registry):
 def test_a_stub_that_does_not_suit_is_refused(registry, results, message):
     with pytest.raises(TreeError, match=message):
         read(RECOVERY % MODELS, registry, stubs=Stubs(True, results))
-
-
-def test_stubs_convert_to_python_and_back(registry):
-    stubs = Stubs(True, {"MoveHand": "FAILURE"})
-    reading = read(DOCUMENT, registry, stubs=stubs)
-    source = to_python(reading.document, reading.registry, stubs)
-    assert 'MoveHand = declare("MoveHand", "Action", ["opening"], result="FAILURE")' in source
-    module = {}
-    exec(source, module)
-    assert tree_to_xml(module["document"](), registry) == DOCUMENT
-    tree = Tree(module["pick_a_part"]())
-    tree.tick()
-    assert tree.root.status is Status.FAILURE
 
 
 def test_a_python_tree_with_declared_nodes_is_written_without_what_is_inside_sub_trees(registry):

@@ -10,12 +10,12 @@ from bt_manip.bt import (
     decode,
     parse_source,
     read_tree,
-    to_python,
     tree_to_xml,
 )
 from bt_manip.bt.xml.source import Text
 from bt_manip.plugins import load_plugins
 from bt_manip.runner import known_behaviours
+from bt_manip_convert import to_python
 
 EXPLICIT = ("Action", "Condition", "Control", "Decorator")
 
@@ -43,7 +43,7 @@ def canonical(element):
 
 def there_and_back(path, reading, registry, stubs):
     module = {}
-    exec(compile(to_python(reading.document, reading.registry, stubs), path.stem, "exec"), module)
+    exec(compile(to_python(reading, stubs), path.stem, "exec"), module)
     before = parse_source(decode(path.read_bytes(), str(path))).root
     after = parse_source(tree_to_xml(module["document"](), registry)).root
     return canonical(before) == canonical(after)

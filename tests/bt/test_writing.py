@@ -34,11 +34,11 @@ from bt_manip.bt import (
 )
 from bt_manip.bt.loading import read_tree, read_tree_text
 from bt_manip.bt.xml.model import models_document
-from bt_manip.bt.xml.python_source import to_python
 from bt_manip.bt.xml.schema import tree_schema
 from bt_manip.bt.xml.source import Source, parse_source
 from bt_manip.bt.xml.writer import write_source
 from bt_manip.exceptions import TreeError
+from bt_manip_convert import to_python
 from tests.conformance.leaves import corpus_registry
 
 
@@ -139,9 +139,9 @@ def test_a_long_tag_has_an_attribute_a_line():
 class TestPython:
     """A document as Python source, and back."""
 
-    def rebuilt(self, document, registry):
+    def rebuilt(self, reading):
         namespace = {}
-        exec(compile(to_python(document, registry), "tree.py", "exec"), namespace)
+        exec(compile(to_python(reading), "tree.py", "exec"), namespace)
         return namespace["document"]()
 
     @pytest.fixture
@@ -156,10 +156,10 @@ class TestPython:
 
     def test_nothing_is_lost_on_the_way(self, monkeypatch):
         monkeypatch.setitem(sys.modules, Hover.__module__, sys.modules.get(__name__) or _module())
-        document = read_tree_text(DOCUMENT, REGISTRY, strict=False).document
-        written = tree_to_xml(self.rebuilt(document, REGISTRY), REGISTRY)
+        reading = read_tree_text(DOCUMENT, REGISTRY, strict=False)
+        written = tree_to_xml(self.rebuilt(reading), REGISTRY)
 
-        assert content(parse_source(written).root) == content(document.root)
+        assert content(parse_source(written).root) == content(reading.document.root)
         assert written.startswith('<?xml version="1.0" encoding="UTF-8"?>\n<!-- before -->')
         assert written.endswith("<!-- the end -->\n")
 
@@ -170,30 +170,9 @@ class TestPython:
             if reading.errors or reading.document is None:
                 continue
             count += 1
-            written = tree_to_xml(self.rebuilt(reading.document, corpus), corpus)
+            written = tree_to_xml(self.rebuilt(reading), corpus)
             assert content(parse_source(written).root) == content(reading.document.root), file
         assert count > 120
-
-    def test_the_source_is_python_as_people_write_it(self, monkeypatch):
-        monkeypatch.setitem(sys.modules, Hover.__module__, sys.modules.get(__name__) or _module())
-        text = (
-            '<root><BehaviorTree ID="PickIt"><Sequence name="pick"><Hover object="{cube}" '
-            'height="0.3" _skipIf="done"/></Sequence></BehaviorTree></root>'
-        )
-        source = to_python(read_tree_text(text, REGISTRY).document, REGISTRY)
-
-        assert "def pick_it() -> Node:" in source
-        assert 'Sequence("pick", Hover(object="{cube}", height=0.3, skip_if="done"))' in source
-
-    def test_a_class_that_cannot_be_imported_is_named(self):
-        class Local(Action):
-            """Be local."""
-
-        registry = BehaviourRegistry([Local])
-        text = '<root><BehaviorTree ID="A"><Local/></BehaviorTree></root>'
-
-        with pytest.raises(TreeError, match="the class of 'Local' cannot be imported"):
-            to_python(read_tree_text(text, registry).document, registry)
 
 
 def _module():

@@ -142,6 +142,43 @@ def test_an_unknown_object(refused, tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("node", "message"),
+    [
+        ('<Hover object="cub"/>', "port 'object' of Hover: no object 'cub'; known: basket, "),
+        ('<Drop container="bskt"/>', "port 'container' of Drop: no object 'bskt'; did you mean"),
+        ('<IsIn object="part_*" container="basket"/>', "no object is called 'part_*'; there are "),
+        ('<IsIn object="kind:can" container="basket"/>', "table (table), basket (basket)"),
+    ],
+)
+def test_an_object_that_the_scene_lacks_is_placed_at_its_line(
+    refused, bt_manip, tmp_path, node, message
+):
+    path = xml(tmp_path, node)
+    error = refused(path)
+    assert message in error and "task.xml:3:" in error
+    code, _, err = bt_manip("evaluate", path, "--episodes", 2)
+    assert code == 2 and message in err and "task.xml:3:" in err
+
+
+def test_an_object_that_a_goal_names_and_the_scene_lacks(refused, tmp_path):
+    path = xml(tmp_path, "<AlwaysSuccess/>")
+    goal = '<BehaviorTree _goal="IsIn object=cub container=basket" '
+    path.write_text(path.read_text().replace("<BehaviorTree ", goal))
+    message = refused(path)
+    assert "task.xml:2:" in message and "no object 'cub'" in message
+
+
+def test_objects_that_the_tree_adds_are_known(bt_manip, tmp_path):
+    adding = '<Sequence><SpawnObject model="cube" name_hint="part"/>{}</Sequence>'
+    assert bt_manip("run", xml(tmp_path, adding.format('<ObjectExists object="part"/>'))).code == 0
+    resting = adding.format('<WaitUntilAtRest object="part"/>')
+    assert bt_manip("run", xml(tmp_path, resting)).code == 0
+    assert (
+        bt_manip("run", xml(tmp_path, resting.replace('object="part"', 'object="prt"'))).code == 2
+    )
+
+
+@pytest.mark.parametrize(
     ("options", "message"),
     [
         (("--cycles", "-1"), "-1"),
@@ -202,7 +239,7 @@ DEEP = "a = " + "[" * 100_000 + "]" * 100_000
         (
             "--scene", "s.toml",
             SCENE.format(x=0) + "[randomization.objects.cube]\nmass = { uniform = [-1, 1] }\n",
-            "mass must be a positive number [kg], got -1",
+            "mass must be a number above 0 and at most 1e+10 [kg], got -1",
         ),
         ("--resume", "/dev/zero", None, "cannot read the snapshot /dev/zero: not a regular file"),
         ("--resume", ".", None, "cannot read the snapshot .: a folder"),

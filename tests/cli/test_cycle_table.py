@@ -42,6 +42,18 @@ def test_every_line_fits_and_nothing_is_cut(width, terminal):
         assert word in whole
 
 
+@pytest.mark.parametrize("terminal", [True, False])
+@pytest.mark.parametrize("width", [30, 40])
+def test_where_the_results_do_not_fit_a_row_is_a_line(width, terminal):
+    counted = cycle(results={"left": 2, "right_by_far": 1.5, "thrown_away": None})
+    text = printed(report(counted), width, terminal)
+    assert max(map(len, text)) <= width
+    assert "…" not in "".join(text)
+    whole = " ".join(" ".join(text).split())
+    assert "cycle 1: status SUCCESS, object cube, goal met yes, time [s] 12.34, left 2" in whole
+    assert "right_by_far 1.5, thrown_away -" in whole
+
+
 def test_at_80_columns_all_figures_are_shown_and_at_60_the_main_ones():
     wide, narrow = (" ".join(printed(report(cycle()), width)) for width in (80, 60))
     assert all(unit in wide for unit in ("[s]", "[N]", "[mrad]", "[%]"))

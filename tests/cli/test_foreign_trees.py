@@ -7,7 +7,7 @@ TREE = """\
   <BehaviorTree ID="Main">
     <TryTwice number_of_retries="2">
       <FollowPath path="{path}"/>
-      <SubTree ID="Clear things"/>
+      <SubTree ID="ClearThings"/>
     </TryTwice>
   </BehaviorTree>
 </root>
@@ -16,7 +16,7 @@ MODELS = """\
 <root><TreeNodesModel>
   <Action ID="FollowPath"><output_port name="path"/></Action>
   <Control ID="TryTwice"><input_port name="number_of_retries"/></Control>
-  <SubTree ID="Clear things"/>
+  <SubTree ID="ClearThings"/>
 </TreeNodesModel></root>
 """
 
@@ -44,15 +44,7 @@ def test_a_run_refuses_a_declared_control_until_a_known_one_does_its_work(bt_man
         "FollowPath=FAILURE", "--quiet",
     )  # fmt: skip
     assert code == 0
-    assert "FollowPath (fails)" in err and "Clear things (succeeds)" in err
-
-
-def test_a_conversion_to_python_runs_and_leads_back(bt_manip, folder):
-    options = ("--stub-unknown", "--stub", "TryTwice=Fallback")
-    assert bt_manip("tree", "convert", "tree.xml", "-o", "made.py", *options).code == 0
-    assert bt_manip("tree", "convert", "made.py:document").out == TREE
-    assert "TryTwice" in bt_manip("tree", "show", "made.py:document").out
-    assert bt_manip("run", "made.py:document", "--quiet").code == 0
+    assert "FollowPath (fails)" in err and "ClearThings (succeeds)" in err
 
 
 @pytest.mark.parametrize("text", ["FollowPath", "=SUCCESS", "FollowPath="])

@@ -64,9 +64,9 @@ def test_a_long_option_is_cut(short, trees, options, value):
     [
         ("<AlwaysSuccess/>", f"{WORD} object=cube", 2),
         ("<AlwaysSuccess/>", f"IsIn {WORD}=cube", 2),
-        ("<AlwaysSuccess/>", f"IsIn object={WORD} container=basket", 1),
+        ("<AlwaysSuccess/>", f"IsIn object={WORD} container=basket", 2),
         (f'<MoveToConfiguration configuration="{WORD}"/>', "", 2),
-        (f'<Hover object="{SENTENCE}"/>', "", 1),
+        (f'<Hover object="{SENTENCE}"/>', "", 2),
         (f'<Hover object="cube" {WORD}="1"/>', "", 2),
         (f'<Sleep msec="{WORD}"/>', "", 2),
         (f'<Sleep msec="{{{WORD}}}"/>', "", 1),

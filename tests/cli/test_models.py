@@ -50,7 +50,9 @@ def test_models_of_fuel_and_sdf_name_the_package_that_has_them(
     (tmp_path / "thing.sdf").touch()
     code, out, err = bt_manip("models", *arguments, "--block", "fuel")
     assert (code, out) == (2, "")
-    assert err.endswith("needs the package bt-manip-fuel: pip install ./plugins/bt-manip-fuel\n")
+    assert err.endswith(
+        "needs the package bt-manip-fuel: pip install ./plugins/bt-manip-fuel (in a clone)\n"
+    )
     assert len(err.splitlines()) == 1
 
 

@@ -206,7 +206,7 @@ def test_plugins_are_shown_with_what_they_bring(bt_manip, site):
     site("bt-manip-bad", "import nothing_like_it", "[bt_manip]\nbad = bt_manip_bad\n")
     code, out, err = bt_manip("plugins", "--json", "--block", "impedance")
     assert (code, err) == (0, "")
-    rows = {row["name"]: row for row in json.loads(out)}
+    rows = {row["name"]: row for row in json.loads(out)["plugins"]}
     assert rows["toys"]["version"] == "2.5"
     assert rows["toys"]["package"] == "bt-manip-toys"
     assert rows["toys"]["provides"] == {"objects": ["toy_1"]}

@@ -75,7 +75,7 @@ def test_the_report_says_what_was_run(bt_manip, install, trees, tmp_path, name):
     read = read_report(path)
     assert (read.tree, read.robot, read.scene) == (f"{trees}:quick", "panda", "table_and_basket")
     assert (read.controller, read.planner) == ("gravity_compensated_pd", "rrt_connect")
-    assert (read.settings, read.faults) == ({"name": "basket"}, ("push at=rest",))
+    assert (read.settings, read.modifiers) == ({"name": "basket"}, {"fault": ("push at=rest",)})
     assert (read.tick_s, read.time_step_s) == (0.005, 0.001)
     assert read.plugins["noisy"] == "2.5" and "builtin" not in read.plugins
     assert read.sha256[trees.name] == sha256(trees)
@@ -271,6 +271,73 @@ def test_a_mistake_in_a_tree_is_one_line_with_its_place_and_no_internal_fault(
     last = err.splitlines()[-1]
     assert code == 1 and "Traceback" not in err and "internal" not in err
     assert re.match(rf"Error: {re.escape(str(tree))}:2:\d+: ", last) and last.endswith(reason)
+
+
+LEAVES = """
+from bt_manip import hookimpl
+from bt_manip.bt import Action, Condition, Output, Status, SyncAction
+
+
+class Truth(Action):
+    def update(self):
+        return True
+
+
+class Nothing(Condition):
+    def update(self):
+        return None
+
+
+class Idle(Action):
+    def update(self):
+        return Status.INVALID
+
+
+class Waiting(SyncAction):
+    def update(self):
+        return Status.RUNNING
+
+
+class Word(Action):
+    written = Output(float, doc="A number.")
+
+    def update(self):
+        self.written = "long"
+
+
+class Words(Action):
+    written = Output(list[float], doc="Numbers.")
+
+    def update(self):
+        self.written = "long"
+
+
+@hookimpl
+def register_behaviours(register):
+    for leaf in (Truth, Nothing, Idle, Waiting, Word, Words):
+        register(leaf)
+"""
+
+
+@pytest.mark.parametrize(
+    ("node", "reason"),
+    [
+        ("<Truth/>", "update() returned True; expected a Status"),
+        ("<Nothing/>", "update() returned None; expected a Status"),
+        ("<Idle/>", "update() must not return INVALID"),
+        ("<Waiting/>", "a synchronous action must not return RUNNING"),
+        ('<Word written="{x}"/>', "expected double, found 'long'"),
+        ('<Words written="{x}"/>', "expected std::vector<double>, found 'long'"),
+    ],
+)
+def test_a_wrong_type_of_a_leaf_is_one_line_with_its_place(bt_manip, tmp_path, node, reason):
+    (tmp_path / "leaves.py").write_text(LEAVES)
+    tree = tmp_path / "task.xml"
+    tree.write_text(f'<root BTCPP_format="4"><BehaviorTree ID="A">\n{node}\n</BehaviorTree></root>')
+    code, _, err = bt_manip("run", tree, "--plugins-dir", tmp_path)
+    assert code == 1 and "Traceback" not in err and "internal" not in err
+    (line,) = err.splitlines()
+    assert line.startswith(f"Error: {tree}:2:1: plugin 'leaves': ") and line.endswith(reason)
 
 
 def test_a_quiet_run_says_why_its_cycle_failed(bt_manip, trees):

@@ -69,7 +69,7 @@ def test_another_request_is_refused_before_anything_is_simulated(bt_manip, trees
         (("--tick", 20), "tick 0.01 instead of 0.02"),
         (("--stub-unknown",), "foreign stub_unknown None instead of True"),
         (("--vary", "controller.kp=900"), "varied controller.kp None instead of 900"),
-        (("--fault", "push at=rest"), "faults [] instead of ['push at=rest']"),
+        (("--fault", "push at=rest"), "modifiers fault None instead of ['push at=rest']"),
         (("--configurations", named), "configurations there None instead of"),
     ):
         code, _, err = bt_manip("run", f"{trees}:quick", "--resume", moment, *options)

@@ -7,7 +7,6 @@ import textwrap
 import pytest
 
 import bt_manip.plugins
-import bt_manip.testing.contract_list
 import bt_manip.testing.tree_reading  # noqa: F401  what the inner sessions import goes with them
 
 pytest_plugins = ("pytester",)
@@ -178,98 +177,6 @@ def test_each_module_has_the_station_that_it_builds(session):
     session(test_d=each_time).stdout.fnmatch_lines(["ScopeMismatch:*build_station*"])
 
 
-MINE = """
-    from bt_manip import hookimpl
-    from bt_manip.bt import Condition, Input, Status
-
-    class Looks(Condition):
-        {doc}
-        object = Input(str, doc="Name.")
-
-        def setup(self, **infrastructure):
-            self.cell = infrastructure["cell"]
-
-        def update(self):
-            return Status.SUCCESS if self.object in self.cell.objects else self.fail("not there")
-
-    @hookimpl
-    def register_behaviours(register):
-        register(Looks)
-    """
-
-
-def test_one_line_holds_a_plugin_to_its_contracts(session, monkeypatch, pytester):
-    (pytester.path / "plugins").mkdir()
-    mine = pytester.path / "plugins" / "mine.py"
-    mine.write_text(textwrap.dedent(MINE.format(doc='"""Look."""')))
-    monkeypatch.setenv("BT_MANIP_PLUGINS_DIR", str(mine.parent))
-    line = """
-        from bt_manip.testing.behaviour_contract import Example
-        from bt_manip.testing.contracts import contracts_of
-        test_mine = contracts_of("mine", examples={"Looks": Example({"object": "cube"})})
-        """
-    session(test_it=line).assert_outcomes(passed=9)
-    without = """
-        from bt_manip.testing.contracts import contracts_of
-        test_mine = contracts_of("mine")
-        """
-    result = session(test_it=without)
-    result.assert_outcomes(failed=1)
-    result.stdout.fnmatch_lines(["*examples={'Looks': Example({\"object\": ...})}*"])
-    unknown = "from bt_manip.testing.contracts import contracts_of\ntest_it = contracts_of('mnie')"
-    result = session(test_it=unknown)
-    result.stdout.fnmatch_lines(["*no plugin 'mnie'; did you mean 'mine'*"])
-
-
-RUNS = """
-    from pathlib import Path
-
-    from bt_manip import hookimpl
-    from bt_manip.scenes import table_and_basket
-    from bt_manip.testing import Check
-
-    @hookimpl
-    def register_contracts(register):
-        register("mine", check_trees)
-
-    def check_trees(parts, provides, settings):
-        for name in provides["trees"]:
-            yield Check(f"tree {name}: has a name", lambda situations: None)
-
-    @hookimpl
-    def register_scenes(register):
-        register("place", table_and_basket)
-
-    @hookimpl
-    def register_trees(register):
-        register("rest", Path(__file__).with_name("rest.xml"), scene="place")
-    """
-
-
-def test_one_line_holds_trees_and_scenes_of_a_plugin_to_contracts_of_all_plugins(
-    session, monkeypatch, pytester
-):
-    folder = pytester.path / "plugins"
-    folder.mkdir()
-    (folder / "runs.py").write_text(textwrap.dedent(RUNS))
-    leaf = '<root BTCPP_format="4"><BehaviorTree ID="T"><Sleep msec="200"/></BehaviorTree></root>'
-    (folder / "rest.xml").write_text(leaf)
-    monkeypatch.setenv("BT_MANIP_PLUGINS_DIR", str(folder))
-    line = """
-        from bt_manip.testing.contracts import contracts_of
-        test_runs = contracts_of("runs")
-        """
-    session("-k", "tree", test_it=line).assert_outcomes(passed=2, deselected=1)
-    result = session("--collect-only", "-q", "-m", "soak or not soak")
-    result.stdout.fnmatch_lines_random(
-        [
-            "*scene place: goes on from its state at any time?",
-            "*tree rest: has the same episodes in any process?",
-            "*tree rest: has a name?",
-        ]
-    )
-
-
 def test_one_line_runs_all_trees_with_their_end_states(session, pytester):
     trees = pytester.path / "trees"
     trees.mkdir()
@@ -280,7 +187,7 @@ def test_one_line_runs_all_trees_with_their_end_states(session, pytester):
     result = session(
         "-v",
         test_it=f"""
-        from bt_manip.testing.contracts import trees_of
+        from bt_manip.testing import trees_of
 
         def the_table_is_there(station):
             assert "table" in station.cell.objects

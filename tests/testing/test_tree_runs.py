@@ -3,6 +3,7 @@
 import pytest
 
 from bt_manip.exceptions import BtManipError
+from bt_manip.testing import trees_of
 from bt_manip.testing.coverage import TreeCoverage
 from bt_manip.testing.tree_runs import run_tree
 
@@ -11,6 +12,8 @@ SPAWN = """<root BTCPP_format="4"><BehaviorTree ID="Spawn" _continues="true"><Se
 </Sequence></BehaviorTree>
 <TreeNodesModel><SubTree ID="Spawn"><input_port name="pause" default="20"/></SubTree>
 </TreeNodesModel></root>"""
+
+test_built_in_trees_run = trees_of("builtin")
 
 
 @pytest.fixture

@@ -2,7 +2,6 @@
 
 from .action import Action as Action
 from .action import Condition as Condition
-from .action import Leaf as Leaf
 from .node import Node as Node
 from .node import NodeKind as NodeKind
 from .test_node import TestNodeConfig as TestNodeConfig

@@ -1,7 +1,8 @@
 """Leaves that act, and that may take more than one tick."""
 
 import copy
-from typing import Any, ClassVar, Final
+from collections.abc import Sequence
+from typing import Any, ClassVar, Final, Self
 
 from bt_manip.bt.nodes.node import Node, NodeKind
 from bt_manip.bt.status import (
@@ -15,7 +16,8 @@ from bt_manip.bt.status import (
     Status,
     node_status,
 )
-from bt_manip.exceptions import NodeError, with_short_values
+from bt_manip.bt.traits import Traits
+from bt_manip.exceptions import NodeError, TreeError, with_short_values
 
 _RUNNING: Final = Status.RUNNING
 _SUCCESS: Final = Status.SUCCESS
@@ -29,7 +31,13 @@ class Leaf(Node):
 
     ``initialise`` starts the work, ``update`` checks it once per tick, and ``terminate`` ends it:
     with ``SUCCESS`` or ``FAILURE`` when it has completed, with ``INVALID`` when it is halted.
+
+    Attributes:
+        traits: What it can answer, commands, needs and leaves, for checks before the run; None if
+            it may do anything.
     """
+
+    traits: ClassVar[Traits | None] = None
 
     _node_ended = False
     _node_starts: ClassVar[bool] = False
@@ -50,7 +58,7 @@ class Leaf(Node):
         Returns:
             ``RUNNING``, ``SUCCESS`` or ``FAILURE``; or ``NodeStatus.SKIPPED``.
         """
-        raise NotImplementedError(f"{type(self).__name__} needs an update()")
+        raise TreeError(f"{type(self).__name__} needs an update()")
 
     def terminate(self, new_status: Status) -> None:
         """End the work, completed or halted."""
@@ -64,7 +72,7 @@ class Leaf(Node):
         Returns:
             ``FAILURE``, so that ``update`` can ``return self.fail("...")``.
         """
-        self.feedback_message = with_short_values(reason)
+        self.feedback_message = with_short_values(str(reason))  # it may be an exception
         self._node_ended = True
         return _FAILURE
 
@@ -98,7 +106,7 @@ class Leaf(Node):
             return FAILURE
         state = node_status(result)
         if state is IDLE:
-            raise ValueError("update() must not return INVALID")
+            raise TreeError("update() must not return INVALID")
         if state is SKIPPED:
             if self._node_status is not RUNNING:
                 self.terminate(_INVALID)
@@ -171,7 +179,7 @@ class SyncAction(Action):
     def _tick(self) -> NodeStatus:
         state = self._start()
         if state is RUNNING:
-            raise ValueError("a synchronous action must not return RUNNING")
+            raise TreeError("a synchronous action must not return RUNNING")
         return state
 
 
@@ -184,6 +192,16 @@ class Condition(Leaf):
     """
 
     kind: ClassVar = NodeKind.CONDITION
+
+    goal_conditions: "Sequence[Condition]" = ()
+    """Conditions in place of it in a goal, such as one for each object."""
+
+    def with_port(self, port: str, text: str) -> Self:
+        """Return a copy with another text of a port, in the same scope."""
+        copied = type(self)(self.name, **{**self.given, port: text})
+        copied.registration, copied.path = self.registration, self.path
+        copied._node_runtime, copied._node_scope = self._node_runtime, self._node_scope
+        return copied
 
     def begin_cycle(self) -> None:
         """Forget what was observed before; called for conditions of a goal before each cycle.

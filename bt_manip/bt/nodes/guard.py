@@ -35,13 +35,14 @@ class Guard:
         scripts: The scripts by attribute.
 
     Attributes:
+        scripts: The scripts by attribute.
         pre_tick: Called before the tick of a node that has not completed; a SUCCESS or FAILURE
             that it returns replaces the tick; a running node is halted, so that a motion stops.
         post_tick: Called after the tick with its result; a SUCCESS or FAILURE replaces it.
     """
 
     def __init__(self, scripts: Mapping[str, ParsedScript]) -> None:
-        self._scripts = scripts
+        self.scripts = scripts
         self._at_start = [
             (scripts[name], result, f"{name}: {scripts[name].text}")
             for name, result in _AT_START
@@ -90,7 +91,7 @@ class Guard:
         self._run("_onHalted", node)
 
     def _run(self, name: str, node: "Node") -> None:
-        script: ParsedScript | None = self._scripts.get(name)
+        script: ParsedScript | None = self.scripts.get(name)
         if script is not None:
             script.evaluate(_environment(node))
 

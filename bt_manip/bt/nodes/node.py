@@ -24,7 +24,7 @@ from bt_manip.bt.status import (
     NodeStatus,
     Status,
 )
-from bt_manip.exceptions import NodeError, PortError, did_you_mean, with_short_values
+from bt_manip.exceptions import NodeError, PortError, TreeError, did_you_mean, with_short_values
 
 RESERVED: Final = frozenset({"name", "ID", "_autoremap", *CONDITIONS.values()})
 """Attributes in a document that are never ports."""
@@ -149,7 +149,8 @@ class Node(PortAccess):
         if state is SKIPPED:
             self.status = _INVALID
         elif state is IDLE:
-            raise self._error("a tick must not end in IDLE")
+            idle = TreeError("a tick must not end in IDLE")
+            raise self._error(idle) from idle
         elif state is not RUNNING or self._node_status is not RUNNING:
             if observers:
                 self._set_status(state)

@@ -1,5 +1,6 @@
 """Reading and writing the ports of a node: literals, defaults and blackboard entries."""
 
+import contextlib
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -98,6 +99,21 @@ class PortAccess(TreeNode, Behaviour):
         if reader is None:
             reader = self._readers[name] = self._checked(self.ports.get(name), self._reader(name))
         return reader()
+
+    def key_of(self, name: str) -> str | None:
+        """Return the key of the entry that a port reads; None if it has a value of its own."""
+        given = self.given.get(name, self.ports[name].default)
+        return pointed_key(name, given) if isinstance(given, str) else None
+
+    def set_up_ports(self, infrastructure: Mapping[str, Any]) -> None:
+        """Let ports depend on the arguments of ``setup``, as `Port.reader` says."""
+        for name, port in self.ports.items():
+            if type(port).reader is not Port.reader:
+                with contextlib.suppress(PortError):  # nothing was given
+                    fixed, read = self.key_of(name) is None, self._reader(name)
+                    self._readers[name] = self._checked(
+                        port, port.reader(read, fixed, infrastructure)
+                    )
 
     @staticmethod
     def _checked(port: Port | None, read: Callable[[], Any]) -> Callable[[], Any]:

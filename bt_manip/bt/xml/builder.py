@@ -89,8 +89,10 @@ class Builder:
             return ()
         stubbed = any(isinstance(condition, Declared) for condition in goal)
         if goal and not stubbed and not reads_cell(goal):
-            self._problems.warning(attribute.value_place, f"{GOAL}: {NO_CELL}")
-        self.places.update((id(condition), element) for condition in goal)
+            self._problems.warning(attribute.value_place, f"{GOAL}: {NO_CELL}", "goal-without-cell")
+        for condition in goal:
+            self.places[id(condition)] = element
+            condition._node_place = attribute.value_place
         return goal
 
     def add_error(self, node: Any, port: str, error: BtManipError) -> None:

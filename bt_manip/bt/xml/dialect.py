@@ -15,9 +15,9 @@ if TYPE_CHECKING:
     from bt_manip.bt.xml.document import Document
 
 EDITOR_ATTRIBUTES: Final = frozenset(
-    {"_uid", "_fullpath", "_collapsed", "_description", "_favorite", "_autoremap", "_onHalted"}
+    "_uid _fullpath _collapsed _description _favorite _autoremap _onHalted _break".split()
 )
-"""Attributes that Groot2 and the engine's own writer put on nodes and trees."""
+"""Attributes that Groot2, the engine's own writer and the page of a run put on nodes and trees."""
 
 
 @dataclass(frozen=True)
@@ -31,6 +31,7 @@ class Dialect:
         without: Nodes of the language that its engine does not have; its documents may use their
             names for other nodes.
         libraries: Files and folders with the sub-trees that come with it.
+        given: Entries of the blackboard that its program writes before a tree runs.
         attributes: Attributes that its editor writes, each with a ``_`` in front.
         spaces_in_names: Whether names of trees may contain spaces and the like.
         double_quotes: Whether strings in scripts may stand between double quotes.
@@ -50,6 +51,7 @@ class Dialect:
     nodes: Mapping[str, type[Node]] = field(default_factory=dict)
     without: frozenset[str] = frozenset()
     libraries: tuple[Path, ...] = ()
+    given: frozenset[str] = frozenset()
     attributes: frozenset[str] = frozenset()
     spaces_in_names: bool = False
     double_quotes: bool = False

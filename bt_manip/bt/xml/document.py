@@ -248,7 +248,9 @@ class _Reader:
             near = _PORTS.get(port.name.lower().replace("_", ""))
             if near is not None and near != port.name:
                 self._problems.warning(
-                    port.place, f"<{port.name}> declares nothing; did you mean <{near}>?"
+                    port.place,
+                    f"<{port.name}> declares nothing; did you mean <{near}>?",
+                    "no-meaning",
                 )
 
     def _model(self, document: Document, element: Element) -> None:
@@ -288,6 +290,7 @@ class _Reader:
             self._problems.warning(
                 element.place_of("ID"),
                 f"tree '{tree_id}' was defined before, at {known.place}; this definition counts",
+                "defined-twice",
             )
         document.trees[tree_id] = element
 

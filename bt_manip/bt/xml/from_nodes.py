@@ -149,7 +149,7 @@ def tree_to_xml(
             RESULT_KEYS: " ".join(tree.results),
             CONTINUES: "true" if tree.continues else "",
         }
-        goal, tree = tree.goal, tree.root
+        goal, tree = tree.given_goal, tree.root
     writer = _Writer(registry)
     if isinstance(tree, TreeDocument):
         root = writer.document(tree)

@@ -84,6 +84,7 @@ def _check_root(root: Element, problems: Problems) -> None:
                 child.place,
                 f"<{child.name}> has no meaning here; known: <BehaviorTree>, <include>, "
                 "<TreeNodesModel>",
+                "no-meaning",
             )
 
 

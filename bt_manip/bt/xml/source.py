@@ -71,13 +71,14 @@ class Text:
 
 @dataclass
 class Element:
-    """An element of a document."""
+    """An element of a document; `tag` is how it was written, if it has no content."""
 
     name: str
     place: Place
     attributes: dict[str, Attribute] = field(default_factory=dict)
     content: "list[Element | SourceComment | Text]" = field(default_factory=list)
     spaced: bool = False
+    tag: str = field(default="", compare=False, repr=False)
 
     @property
     def children(self) -> "list[Element]":
@@ -312,7 +313,9 @@ class _Parser:
             self._open[-1].content.append(element)
         else:
             self._source.root = element
-        if not end["empty"]:
+        if end["empty"]:
+            element.tag = text[start : end.end()]
+        else:
             self._open.append(element)
             if len(self._open) > MAX_NESTING:
                 raise self._error(start, f"nested deeper than {MAX_NESTING} levels")

@@ -1,25 +1,20 @@
 """Static checks of our own: errors that the engine reports only at run time, and warnings."""
 
 from collections.abc import Iterable, Mapping
-from typing import Any, Final
+from typing import Final
 
-from bt_manip.bt.blackboard import EMPTY, Blackboard
 from bt_manip.bt.goal import CONTINUES, GOAL, RESULT_KEYS, TASK
 from bt_manip.bt.literals import parse_integer
-from bt_manip.bt.nodes.actions.blackboard import SetBlackboard, Watching
-from bt_manip.bt.nodes.actions.script import ScriptPort
 from bt_manip.bt.nodes.controls.branching import IfThenElse, WhileDoElse
 from bt_manip.bt.nodes.controls.parallel import Parallel, ParallelAll, threshold
 from bt_manip.bt.nodes.controls.switch import Switch2, Switch3, Switch4, Switch5, Switch6
 from bt_manip.bt.nodes.node import CONDITIONS, Node
-from bt_manip.bt.nodes.subtree import SubTree
-from bt_manip.bt.ports import is_pointer, pointed_key
-from bt_manip.bt.script.parser import ParsedScript, parse_script
+from bt_manip.bt.ports import is_pointer
 from bt_manip.bt.xml.dialect import Dialect
 from bt_manip.bt.xml.document import Document
-from bt_manip.bt.xml.problem import Place, Problems
+from bt_manip.bt.xml.problem import Problems
 from bt_manip.bt.xml.source import Element
-from bt_manip.exceptions import ScriptError, did_you_mean, shortened
+from bt_manip.exceptions import did_you_mean
 
 _BRANCHING: Final = (IfThenElse, WhileDoElse)
 _SWITCHES: Final = (Switch2, Switch3, Switch4, Switch5, Switch6)
@@ -33,6 +28,7 @@ def check_attributes(element: Element, problems: Problems, dialect: Dialect) -> 
             problems.warning(
                 attribute.value_place,
                 "other XML readers refuse '&' and '<' here; write '&amp;' and '&lt;'",
+                "invalid-xml",
             )
         if name in (GOAL, TASK, RESULT_KEYS, CONTINUES) and element.name == "BehaviorTree":
             continue
@@ -40,9 +36,11 @@ def check_attributes(element: Element, problems: Problems, dialect: Dialect) -> 
             hint = did_you_mean(name, [*scripts, "_autoremap"])
             if not hint.startswith("; did"):
                 hint = ""
-            problems.warning(attribute.place, f"the attribute '{name}' has no meaning{hint}")
+            text = f"the attribute '{name}' has no meaning{hint}"
+            problems.warning(attribute.place, text, "no-meaning")
         if name == "_autoremap" and element.name not in ("SubTree", "BehaviorTree"):
-            problems.warning(attribute.place, "only a <SubTree> has '_autoremap'")
+            text = "only a <SubTree> has '_autoremap'"
+            problems.warning(attribute.place, text, "no-meaning")
 
 
 def check_node(element: Element, name: str, cls: type[Node], problems: Problems) -> None:
@@ -93,7 +91,9 @@ def check_unused(
     for tree_id, element in document.trees.items():
         if tree_id not in built and element.place.file == document.file:
             problems.warning(
-                element.place_of("ID"), f"nothing uses the tree '{tree_id}' ({main} runs)"
+                element.place_of("ID"),
+                f"nothing uses the tree '{tree_id}' ({main} runs)",
+                "unused-tree",
             )
 
 
@@ -108,93 +108,5 @@ def check_goals_below(
             problems.warning(
                 subtree.place_of(GOAL),
                 f"the '{GOAL}' of a sub-tree is ignored; main tree '{main}' has none",
+                "ignored-goal",
             )
-
-
-def check_keys(
-    nodes: list[Any], places: Mapping[int, Element], problems: Problems, given: Iterable[str] = ()
-) -> None:
-    """Warn of blackboard keys that are read and that nothing writes.
-
-    Args:
-        nodes: The nodes of a bound tree.
-        places: The elements of the nodes.
-        problems: Takes the warnings.
-        given: Keys of the root that are written before the tree runs.
-    """
-    written: set[tuple[int, str]] = set()
-    if nodes and isinstance(nodes[0], Node):
-        written.update((id(nodes[0].scope), key) for key in given)
-    read: list[tuple[tuple[int, str], str, Place]] = []
-    for node in nodes:
-        element = places.get(id(node))
-        if not isinstance(node, Node) or element is None:
-            continue
-        for key, place in _ports_read(node, element):
-            read.append((_owner(node.scope, key), key, place))
-        for key in _ports_written(node):
-            written.add(_owner(node.scope, key))
-        for script, place in _scripts(node, element):
-            for key in script.writes:
-                written.add(_owner(node.scope, key))
-            for key in script.reads - script.writes:
-                if key not in node.runtime.enums:
-                    read.append((_owner(node.scope, key), key, place))
-        if isinstance(node, SubTree):
-            written.update(
-                (id(node.inner_scope), key)
-                for key, entry in node.inner_scope.entries.items()
-                if entry.value is not EMPTY
-            )
-    scopes = {id(node.scope): node.scope for node in nodes if isinstance(node, Node)}
-    for owner, key, place in read:
-        entry = scopes[owner[0]].entries.get(owner[1]) if owner[0] in scopes else None
-        if owner not in written and (entry is None or entry.value is EMPTY):
-            name = shortened(key)
-            problems.warning(
-                place, f"nothing writes the blackboard entry '{name}' that is read here"
-            )
-
-
-def _ports_read(node: Node, element: Element) -> list[tuple[str, Place]]:
-    keys = []
-    for name, port in node.ports.items():
-        text = node.port_text(name)
-        key = pointed_key(name, text) if text is not None else None
-        if key is not None and port.reads and not (port.writes or isinstance(node, Watching)):
-            attribute = element.attributes.get(name)
-            keys.append((key, element.place if attribute is None else attribute.value_place))
-    return keys
-
-
-def _ports_written(node: Node) -> list[str]:
-    keys = []
-    for name, port in node.ports.items():
-        text = node.given.get(name, port.default)
-        key = pointed_key(name, text) if port.writes and isinstance(text, str) else None
-        if key is not None:
-            keys.append(key)
-        elif isinstance(node, SetBlackboard) and name == "output_key" and isinstance(text, str):
-            keys.append(text)
-    return keys
-
-
-def _scripts(node: Node, element: Element) -> list[tuple[ParsedScript, Place]]:
-    scripts = []
-    names = list(node.conditions)
-    if isinstance(node, ScriptPort):
-        names.append(node.checked_port)
-    for name in names:
-        text = node.conditions.get(name) or str(node.given.get(name, ""))
-        attribute = element.attributes.get(name)
-        if attribute is not None and text and not is_pointer(text):
-            try:
-                scripts.append((parse_script(text, double_quotes=True), attribute.value_place))
-            except ScriptError:
-                continue  # reported where the node was made
-    return scripts
-
-
-def _owner(scope: Blackboard, key: str) -> tuple[int, str]:
-    owner, own_key = scope.place(key)
-    return id(owner), own_key

@@ -8,6 +8,7 @@ from bt_manip.bt.nodes.node import Node
 from bt_manip.bt.port_types import ANY, STRING, UNTYPED
 from bt_manip.bt.ports import InOut, Input, is_pointer
 from bt_manip.bt.status import FAILURE, SUCCESS, NodeStatus
+from bt_manip.bt.traits import SUCCEEDS, YES_OR_NO
 from bt_manip.exceptions import BlackboardError
 
 
@@ -21,6 +22,8 @@ class SetBlackboard(SyncAction):
     |------|------------------------------------------------------------------------------------|
     | halt | nothing                                                                            |
     """
+
+    traits: ClassVar = YES_OR_NO
 
     value = Input(doc="a text, or {key} for the value of another entry")
     output_key = InOut(doc="name of the entry, or {key} for an entry that holds the name")
@@ -77,6 +80,8 @@ class UnsetBlackboard(SyncAction):
     | halt | nothing                               |
     """
 
+    traits: ClassVar = SUCCEEDS
+
     key = Input(str, doc="name of the entry")
 
     def _tick(self) -> NodeStatus:
@@ -119,6 +124,7 @@ class WasEntryUpdated(Watching, SyncAction):
     """
 
     memory: ClassVar = ("_seen",)
+    traits: ClassVar = YES_OR_NO
     entry = Input(ANY, doc="the entry that is watched")
 
     def _tick(self) -> NodeStatus:

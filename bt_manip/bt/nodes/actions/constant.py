@@ -1,8 +1,11 @@
 """AlwaysSuccess and AlwaysFailure."""
 
+from typing import ClassVar
+
 from bt_manip.bt.nodes.action import SyncAction
 from bt_manip.bt.nodes.node import Node
 from bt_manip.bt.status import FAILURE, SUCCESS, NodeStatus, Status
+from bt_manip.bt.traits import SUCCEEDS, Traits
 
 _SUCCESS = Status.SUCCESS
 
@@ -14,6 +17,8 @@ class AlwaysSuccess(SyncAction):
     |------|---------|
     | halt | nothing |
     """
+
+    traits: ClassVar = SUCCEEDS
 
     def execute(self) -> NodeStatus:
         """Succeed."""
@@ -34,6 +39,8 @@ class AlwaysFailure(SyncAction):
     |------|---------|
     | halt | nothing |
     """
+
+    traits: ClassVar = Traits(returns=frozenset({FAILURE}))
 
     def _tick(self) -> NodeStatus:
         self._because("always fails")

@@ -1,5 +1,7 @@
 """Script and ScriptCondition: a piece of the scripting language as a leaf."""
 
+from typing import ClassVar
+
 from bt_manip.bt.nodes.action import Condition, SyncAction
 from bt_manip.bt.nodes.node import Node
 from bt_manip.bt.port_types import STRING
@@ -7,6 +9,7 @@ from bt_manip.bt.ports import Input
 from bt_manip.bt.script.evaluation import Environment, is_true
 from bt_manip.bt.script.parser import ParsedScript, parse_script
 from bt_manip.bt.status import FAILURE, SUCCESS, NodeStatus
+from bt_manip.bt.traits import SUCCEEDS
 from bt_manip.exceptions import ScriptError
 
 
@@ -52,6 +55,7 @@ class Script(ScriptPort, SyncAction):
     | halt | nothing                                                 |
     """
 
+    traits: ClassVar = SUCCEEDS
     code = Input(str, doc="the script")
 
     def _tick(self) -> NodeStatus:

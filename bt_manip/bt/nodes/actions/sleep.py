@@ -7,7 +7,8 @@ from bt_manip.bt.nodes.action import Action
 from bt_manip.bt.nodes.node import Node
 from bt_manip.bt.port_types import UNSIGNED
 from bt_manip.bt.ports import Input
-from bt_manip.bt.status import Status
+from bt_manip.bt.status import RUNNING, SUCCESS, Status
+from bt_manip.bt.traits import Traits
 
 
 class Timed(Node):
@@ -36,6 +37,7 @@ class Sleep(Timed, Action):
     """
 
     memory: ClassVar = ("_waiting",)
+    traits: ClassVar = Traits(returns=frozenset({SUCCESS, RUNNING}))
     msec = Input(UNSIGNED, doc="how long to wait [ms]")
     _waiting = False
 

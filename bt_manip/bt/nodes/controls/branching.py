@@ -4,6 +4,7 @@ from typing import ClassVar
 
 from bt_manip.bt.nodes.parent import Control
 from bt_manip.bt.status import FAILURE, IDLE, RUNNING, SUCCESS, NodeStatus
+from bt_manip.exceptions import TreeError
 
 
 class _Branching(Control):
@@ -12,7 +13,7 @@ class _Branching(Control):
 
     def _check_children(self) -> None:
         if len(self.children) not in (2, 3):
-            raise ValueError(f"must have 2 or 3 children, not {len(self.children)}")
+            raise TreeError(f"must have 2 or 3 children, not {len(self.children)}")
 
 
 class IfThenElse(_Branching):
@@ -46,7 +47,7 @@ class IfThenElse(_Branching):
                     return FAILURE
                 self._branch = 2
             else:
-                raise ValueError("the condition was skipped: neither branch can be chosen")
+                raise TreeError("the condition was skipped: neither branch can be chosen")
         state = children[self._branch].execute()
         if state is RUNNING:
             return RUNNING
@@ -94,5 +95,5 @@ class WhileDoElse(_Branching):
             return RUNNING
         self._reset_children()
         if result is IDLE:
-            raise ValueError("the condition was skipped: neither branch can be chosen")
+            raise TreeError("the condition was skipped: neither branch can be chosen")
         return result

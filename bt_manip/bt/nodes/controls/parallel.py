@@ -5,6 +5,7 @@ from typing import Any, ClassVar
 from bt_manip.bt.nodes.parent import Control
 from bt_manip.bt.ports import Input
 from bt_manip.bt.status import FAILURE, RUNNING, SKIPPED, SUCCESS, NodeStatus
+from bt_manip.exceptions import TreeError
 
 
 def threshold(count: int, children: int) -> int:
@@ -36,7 +37,7 @@ class _Counting(Control):
 
     def _check(self, count: int, verb: str) -> None:
         if len(self.children) < count:
-            raise ValueError(f"{len(self.children)} children can never {verb}: {count} must")
+            raise TreeError(f"{len(self.children)} children can never {verb}: {count} must")
 
     def _halt(self) -> None:
         self._clear()

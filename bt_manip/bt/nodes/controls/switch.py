@@ -8,7 +8,7 @@ from bt_manip.bt.nodes.parent import Control
 from bt_manip.bt.port_types import STRING
 from bt_manip.bt.ports import Input, Port
 from bt_manip.bt.status import RUNNING, SKIPPED, NodeStatus
-from bt_manip.exceptions import PortError
+from bt_manip.exceptions import PortError, TreeError
 
 _EPSILON = 2.0**-23  # of single precision, as everywhere in the engine
 
@@ -37,7 +37,7 @@ class Switch(Control):
     def _tick(self) -> NodeStatus:
         children = self.child_nodes
         if len(children) != len(self.cases) + 1:
-            raise ValueError(
+            raise TreeError(
                 f"must have {len(self.cases) + 1} children, one for each case and one for the "
                 f"others, not {len(children)}"
             )

@@ -5,7 +5,7 @@ from typing import ClassVar
 from bt_manip.bt.nodes.parent import Control
 from bt_manip.bt.ports import Input
 from bt_manip.bt.status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, NodeStatus
-from bt_manip.exceptions import PortError
+from bt_manip.exceptions import PortError, TreeError
 
 
 class TryCatch(Control):
@@ -35,7 +35,7 @@ class TryCatch(Control):
     def _tick(self) -> NodeStatus:
         children = self.child_nodes
         if len(children) < 2:
-            raise ValueError("TryCatch must have at least 2 children")
+            raise TreeError("TryCatch must have at least 2 children")
         if self._node_status is not RUNNING:
             if self._node_status is IDLE:
                 self._skipped = 0

@@ -1,0 +1,292 @@
+"""What no run of a tree can do is found before it runs, at its line; what some run can do is not.
+
+The statuses that nodes can have are compared with the engine's traces beside this.
+"""
+
+import inspect
+
+import pytest
+
+from bt_manip import behaviours
+from bt_manip.bt import Action, BehaviourRegistry, NodeStatus, SyncAction, Traits
+from bt_manip.bt.loading import read_tree_text
+from bt_manip.bt.nodes import Node
+from bt_manip.exceptions import NodeError
+
+
+class Work(Action):
+    """Take a tick, then succeed."""
+
+    traits = Traits()
+
+    def update(self):
+        return NodeStatus.SUCCESS
+
+
+class Anything(Action):
+    """Do what nobody knows."""
+
+    def update(self):
+        return NodeStatus.SUCCESS
+
+
+class Answer(SyncAction):
+    """Answer at once, one way or the other."""
+
+    traits = Traits(returns={NodeStatus.SUCCESS, NodeStatus.FAILURE})
+
+    def update(self):
+        return NodeStatus.FAILURE
+
+
+@pytest.fixture(scope="module")
+def registry():
+    registry = BehaviourRegistry()
+    for cls in (Work, Anything, Answer, *vars(behaviours).values()):
+        if inspect.isclass(cls) and issubclass(cls, Node):
+            registry.register(cls)
+    return registry
+
+
+def warnings(registry, body, head="", rest=""):
+    text = (
+        '<root BTCPP_format="4" main_tree_to_execute="Main">\n'
+        f'<BehaviorTree ID="Main" {head}>\n{body}\n</BehaviorTree>{rest}\n</root>'
+    )
+    reading = read_tree_text(text, registry)
+    assert reading.errors == ()
+    return [f"{one.place.line}: {one.message}" for one in reading.warnings]
+
+
+PICK = """<SpawnObject object="{c}"/>
+<OpenGripper/>
+<Hover object="{c}"/>
+<Reach object="{c}"/>
+<Grasp object="{c}"/>
+<Lift/>"""
+
+
+def sequence(*lines):
+    return "<Sequence>\n" + "\n".join(lines) + "\n</Sequence>"
+
+
+WRONG = {
+    "after what always succeeds": (
+        "<Fallback>\n<Work/>\n<AlwaysSuccess/>\n<Answer/>\n</Fallback>",
+        "6: Answer never runs: 'AlwaysSuccess' before it always succeeds",
+    ),
+    "after what always fails": (
+        sequence("<Inverter><AlwaysSuccess/></Inverter>", "<Work/>"),
+        "5: Work never runs: 'Inverter' before it always fails",
+    ),
+    "a branch that is never chosen": (
+        "<IfThenElse>\n<AlwaysSuccess/>\n<Work/>\n<Answer/>\n</IfThenElse>",
+        "6: Answer never runs: the condition 'AlwaysSuccess' never fails",
+    ),
+    "a clean-up after what cannot fail": (
+        "<TryCatch>\n<AlwaysSuccess/>\n<Work/>\n</TryCatch>",
+        "5: Work never runs: no child before it can fail",
+    ),
+    "a guard that always holds": (
+        sequence('<Work _failureIf="1 &gt; 0"/>'),
+        "4: Work never runs: its _failureIf always holds",
+    ),
+    "a guard that never holds": (
+        '<Work _while="1 == 2"/>',
+        "3: Work never runs: its _while never holds",
+    ),
+    "an endless retry": (
+        '<RetryUntilSuccessful num_attempts="-1">\n<Sequence>\n<AlwaysSuccess/>\n<AlwaysFailure/>\n'
+        "</Sequence>\n</RetryUntilSuccessful>",
+        "3: RetryUntilSuccessful never ends: 'Sequence' fails at once",
+    ),
+    "an endless repetition": (
+        '<Repeat num_cycles="-1"><Script code="n := 1" /></Repeat>\n',
+        "3: Repeat never ends: 'Script' succeeds at once",
+    ),
+    "no rounds": (
+        '<Repeat num_cycles="0">\n<Work/></Repeat>',
+        "4: Work never runs: num_cycles is 0",
+    ),
+    "a timeout below the sum of what it waits for": (
+        '<Timeout msec="500">\n'
+        + sequence('<Sleep msec="300"/>', '<Delay delay_msec="300"><Answer/></Delay>')
+        + "</Timeout>",
+        "3: Timeout always ends 'Sequence', which takes at least 600 ms, after 500 ms",
+    ),
+    "a number of successes out of reach": (
+        '<Parallel success_count="2" failure_count="2">\n<Work/>\n<AlwaysFailure/>\n</Parallel>',
+        "3: Parallel never succeeds: 2 children must, and 'AlwaysFailure' never does",
+    ),
+    "a case twice": (
+        '<Switch2 variable="{v}" case_1="1" case_2="1.0"><Work/><Work/><Work/></Switch2>',
+        "3: case_2 repeats case_1",
+    ),
+    "an arm twice in a Parallel": (
+        '<Parallel>\n<MoveHome/>\n<Sequence>\n<Script code="n := 1"/>\n<Lift/>\n</Sequence>'
+        "</Parallel>",
+        "7: Lift commands the arm that MoveHome at <text>:4:1 commands at the same time",
+    ),
+    "an arm twice, the second under a condition": (
+        "<Parallel>\n<MoveHome/>\n<Sequence>\n<Answer/>\n<MoveHome/>\n</Sequence></Parallel>",
+        "7: MoveHome commands the arm",
+    ),
+    "a gripper twice in a ReactiveSequence": (
+        "<ReactiveSequence>\n<OpenGripper/>\n<CloseGripper/>\n</ReactiveSequence>",
+        "5: CloseGripper commands the gripper that OpenGripper at <text>:4:1",
+    ),
+    "an arm twice, by its name": (
+        '<Parallel>\n<MoveHome robot="left"/>\n<Lift robot="left"/>\n</Parallel>',
+        "5: Lift commands the arm",
+    ),
+    "read before it is written": (
+        sequence('<Hover object="{c}"/>', '<SpawnObject object="{c}"/>'),
+        "4: the entry 'c' is read here before SpawnObject at <text>:5:22 writes it",
+    ),
+    "read before it is written, in a script": (
+        sequence('<ScriptCondition code="n &gt; 1"/>', '<Script code="n := 2"/>'),
+        "4: the entry 'n' is read here before Script",
+    ),
+    "a text for a number": (
+        sequence("<Script code=\"h := 'high'\"/>", '<Lift height="{h}"/>'),
+        "4: this script always fails: error in script [h := 'high']: entry 'h' does not take",
+    ),
+    "a number out of its bounds": (
+        sequence('<Script code="v := 2"/>', '<Lift speed="{v}"/>'),
+        "5: the entry 'v' holds 2: must be",
+    ),
+    "written and not read": (
+        sequence(
+            "<Script code=\"goal := 'home'\"/>", '<MoveToConfiguration configuration="{gaol}"/>'
+        ),
+        "4: nothing reads the blackboard entry 'goal' that is written here; did you mean 'gaol'?",
+    ),
+    "15 metres": (
+        sequence(PICK.replace("<Lift/>", '<Lift height="15"/>')),
+        "9: height is 15 metres",
+    ),
+    "90 radians": (
+        '<MoveToPose pose="0;0;1" cone="90"/>'.replace("0;0;1", "0.5;0;0.5;0;1;0;0"),
+        "3: cone is 90 radians, which is beyond any cell; is it meant in degrees?",
+    ),
+    "grasp with nothing reached": (
+        sequence(PICK.replace('<Reach object="{c}"/>\n', "")),
+        "7: Grasp: nothing has moved the tool to an object",
+    ),
+    "drop with nothing held": (
+        sequence("<OpenGripper/>", '<Drop container="basket"/>'),
+        "5: Drop: the gripper holds nothing here",
+    ),
+    "reach with a closed gripper": (
+        sequence("<CloseGripper/>", '<Reach object="cube"/>'),
+        "5: Reach: the gripper is closed here",
+    ),
+}
+
+
+@pytest.mark.parametrize(("body", "finding"), WRONG.values(), ids=WRONG)
+def test_what_no_run_can_do_is_found_at_its_line(registry, body, finding):
+    found = warnings(registry, body)
+    assert any(one.startswith(finding) for one in found), found
+
+
+RIGHT = {
+    "a pick": (sequence(PICK, '<Drop container="basket"/>'), ""),
+    "a gripper that was never opened": (
+        sequence('<Hover object="cube"/>', '<Reach object="cube"/>', '<Grasp object="cube"/>'),
+        "",
+    ),
+    "a grasp at a waypoint": (
+        sequence('<MoveToConfiguration configuration="above"/>', '<Grasp object="cube"/>'),
+        "",
+    ),
+    "something unknown before a grasp": (
+        sequence('<Hover object="cube"/>', "<Anything/>", '<Grasp object="cube"/>'),
+        "",
+    ),
+    "a retry that enters again after the drop": (
+        '<RetryUntilSuccessful num_attempts="3">'
+        + sequence(
+            '<Fallback><IsHolding object="cube"/>'
+            + sequence(PICK.replace("{c}", "cube"))
+            + "</Fallback>",
+            '<Drop container="basket"/>',
+        )
+        + "</RetryUntilSuccessful>",
+        "",
+    ),
+    "a clean-up that reads what may be there": (
+        "<TryCatch>"
+        + sequence(PICK)
+        + '<Fallback><RemoveObject object="{c}"/></Fallback></TryCatch>',
+        "",
+    ),
+    "an entry that the other child of a Parallel writes": (
+        '<Parallel><Hover object="{c}"/><SpawnObject object="{c}"/></Parallel>',
+        "",
+    ),
+    "two arms": (
+        '<Parallel><Lift robot="left"/><Lift robot="right"/></Parallel>',
+        "",
+    ),
+    "two arms of sub-trees": (
+        '<Parallel><SubTree ID="Up" robot="left"/>'
+        '<SubTree ID="Up" name="b" robot="right"/></Parallel>',
+        '<BehaviorTree ID="Up"><Lift/></BehaviorTree>',
+    ),
+    "an arm and its gripper": ("<Parallel><MoveHome/><OpenGripper/></Parallel>", ""),
+    "an arm that moves under exclusive conditions": (
+        '<Parallel failure_count="2">'
+        + sequence("<Answer/>", "<Lift/>")
+        + sequence("<Inverter><Answer/></Inverter>", "<MoveHome/>")
+        + "</Parallel>",
+        "",
+    ),
+    "an endless loop that takes time": (
+        '<Repeat num_cycles="-1"><Sleep msec="10"/></Repeat>',
+        "",
+    ),
+    "an endless retry of what may succeed": (
+        '<RetryUntilSuccessful num_attempts="-1"><Answer/></RetryUntilSuccessful>',
+        "",
+    ),
+    "a timeout around what has no end": (
+        '<Timeout msec="100"><KeepRunningUntilFailure><Work/></KeepRunningUntilFailure></Timeout>',
+        "",
+    ),
+    "a number in a text": (sequence("<Script code=\"h := '0.1'\"/>", '<Lift height="{h}"/>'), ""),
+    "an entry that a script counts": (
+        sequence(
+            '<Script code="n := 0"/>', '<Script code="n += 1"/>', '<ScriptCondition code="n == 1"/>'
+        ),
+        "",
+    ),
+}
+
+
+@pytest.mark.parametrize(("body", "rest"), RIGHT.values(), ids=RIGHT)
+def test_what_some_run_can_do_is_no_finding(registry, body, rest):
+    assert warnings(registry, body, rest=rest) == []
+
+
+def test_results_and_entries_that_are_given_are_no_findings(registry):
+    body = sequence('<Script code="count := 1"/>', '<Hover object="{cube}"/>')
+    model = (
+        '<TreeNodesModel><SubTree ID="Main"><input_port name="cube"/></SubTree></TreeNodesModel>'
+    )
+    assert warnings(registry, body, '_results="count"', model) == []
+
+
+def test_an_attribute_that_a_sub_tree_does_not_use_names_the_likely_one(registry):
+    rest = '<BehaviorTree ID="Go"><Hover object="{object}"/></BehaviorTree>'
+    found = warnings(registry, '<SubTree ID="Go" objet="cube"/>', rest=rest)
+    assert found[0] == "3: the sub-tree 'Go' does not use 'objet'; did you mean 'object'?"
+
+
+def test_an_endless_tick_fails_with_the_name_of_its_loop(bench):
+    tree = bench.tree(
+        '<RetryUntilSuccessful name="again" num_attempts="-1">'
+        "<AlwaysFailure/></RetryUntilSuccessful>"
+    )
+    with pytest.raises(NodeError, match=r"again.*'AlwaysFailure' answered at once 100000 times"):
+        tree.tick()
