@@ -1,5 +1,7 @@
 """The cell: a composer arena, its objects, its compiled physics and its contacts."""
 
+from bt_manip import lazy_exports
+
 from .arena import OVERVIEW as OVERVIEW
 from .arena import Arena as Arena
 from .cell import Cell as Cell
@@ -16,6 +18,7 @@ from .geometry import body_poses as body_poses
 from .geometry import centre_of_mass as centre_of_mass
 from .geometry import collision_geoms as collision_geoms
 from .geometry import extent as extent
+from .geometry import geom_boxes as geom_boxes
 from .geometry import geom_pose as geom_pose
 from .geometry import nearest_free as nearest_free
 from .naming import WORLD as WORLD
@@ -54,10 +57,5 @@ from .rendering import NoOpenGLError as NoOpenGLError
 from .rendering import camera_number as camera_number
 from .rendering import parse_size as parse_size
 from .rendering import render as render
-from .textured_mesh import TexturedMesh as TexturedMesh
-from .visuals import PLANE_THICKNESS as PLANE_THICKNESS
-from .visuals import CellScene as CellScene
-from .visuals import SceneCamera as SceneCamera
-from .visuals import SceneSource as SceneSource
-from .visuals import Triangles as Triangles
-from .visuals import VisualShape as VisualShape
+
+__getattr__ = lazy_exports(__name__, {})  # names the package of what has moved

@@ -29,6 +29,15 @@ def extent(cell: "Cell", name: str, T_wf: pin.SE3 | None = None) -> tuple[np.nda
     Raises:
         CellError: If there is no such entity, or it has no collision geometry.
     """
+    lower, upper = geom_boxes(cell, name, T_wf)
+    return lower.min(axis=0), upper.max(axis=0)
+
+
+def geom_boxes(
+    cell: "Cell", name: str, T_wf: pin.SE3 | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the bounding boxes of an entity's collision geoms, as `extent` does that of all."""
+    # 2 x (n, 3)
     model, data = cell.model, cell.data
     geoms = collision_geoms(cell, name)
     if not len(geoms):
@@ -40,7 +49,7 @@ def extent(cell: "Cell", name: str, T_wf: pin.SE3 | None = None) -> tuple[np.nda
     boxes = model.geom_aabb[geoms]
     centre = p + (R @ boxes[:, :3, None])[:, :, 0]
     half = (np.abs(R) @ boxes[:, 3:, None])[:, :, 0]
-    return (centre - half).min(axis=0), (centre + half).max(axis=0)
+    return centre - half, centre + half
 
 
 def collision_geoms(cell: "Cell", name: str) -> np.ndarray:

@@ -5,7 +5,7 @@ decided by rays that hit its collision geometry, not by its bounding box.
 """
 
 import math
-from itertools import chain
+from itertools import chain, product
 from typing import TYPE_CHECKING
 
 import mujoco
@@ -19,9 +19,13 @@ if TYPE_CHECKING:
     from .cell import Cell
 
 MAX_REST_SPEED = 5e-3  # [m/s] maximum speed of an object at rest
+MAX_CORNER_SPEED = 10e-3  # [m/s] of the fastest corner of its bounding box
+MIN_TOPPLING_SPEED = 1e-3  # [m/s] of that corner, from which on its acceleration counts
+MIN_TOPPLING = 20e-3  # [m/s^2] acceleration of that corner, along its velocity
 MAX_REST_TURNING = 0.2  # [rad/s] maximum angular speed: 9 mm/s at a corner of a 50 mm cube
 RIM = 5e-3  # [m] contacts less than this below a container's top are on its rim, not inside
 MAX_REST_ACCELERATION = 1.0  # [m/s^2] of an object at rest; at a turning point it is larger
+AHEAD = 20e-3  # [s] over which the mean motion counts where contacts flutter
 _RAYS = 16  # number of directions in which a container must surround a point
 _LEVELS = 4  # number of heights of these rays, from `RIM` to the object's height
 _FINE = 17  # number of heights, and of places side by side, where all of these rays miss
@@ -130,14 +134,55 @@ def why_not_at_rest(cell: "Cell", name: str) -> str:
     cell.find(name)
     if not (np.isfinite(cell.data.qpos).all() and np.isfinite(cell.data.qvel).all()):
         return "the state of the cell is not finite"
-    reason = _why_moving(cell.velocity(name))
+    velocity = cell.velocity(name)
+    reason = _why_moving(velocity)
     if not reason and cell.is_free(name):
         dof = cell.model.body_dofadr[cell.body_id(name)]
-        acceleration = float(np.linalg.norm(cell.data.qacc[dof : dof + 3]))
-        if not acceleration <= MAX_REST_ACCELERATION:
-            falls = not cell.contacts.touching(name)
-            reason = "touches nothing" if falls else f"is accelerated by {acceleration:.1f} m/s^2"
+        reason = _why_leaving(cell, name, velocity, cell.data.qacc[dof : dof + 6])
+        if reason and cell.contacts.touching(name):  # contacts of objects at rest may flutter
+            reason = _why_leaving(cell, name, *_motion_ahead(cell, name))
     return reason and f"'{name}' {reason}"
+
+
+def _motion_ahead(cell: "Cell", name: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return the mean motion of a free object over the next `AHEAD`, found on a copy of the state.
+
+    Returns:
+        Its linear and angular velocity, in the world [m/s, rad/s].  # (6,)
+        Its linear acceleration, in the world [m/s^2], and its angular acceleration, in its own
+        frame [rad/s^2]: the change between the mean velocities of two such spans.  # (6,)
+    """
+    model = cell.model
+    dof = model.body_dofadr[cell.body_id(name)]
+    steps = max(round(AHEAD / model.opt.timestep), 1)
+    trial = mujoco.MjData(model)
+    mujoco.mj_copyData(trial, model, cell.data)
+    means = np.zeros((2, model.nv))
+    for mean in means:
+        before = trial.qpos.copy()
+        mujoco.mj_step(model, trial, steps)
+        mujoco.mj_differentiatePos(model, mean, steps * model.opt.timestep, before, trial.qpos)
+    first, second = means[:, dof : dof + 6]
+    turning = cell.pose(name).rotation @ first[3:]
+    return np.r_[first[:3], turning], (second - first) / (steps * model.opt.timestep)
+
+
+def _why_leaving(cell: "Cell", name: str, velocity: np.ndarray, acceleration: np.ndarray) -> str:
+    """Describe why a free object that moves slowly will not stay as it is; empty if it will.
+
+    Args:
+        cell: The cell.
+        name: The object.
+        velocity: As of `_why_topples`.  # (6,)
+        acceleration: As of `_why_topples`.  # (6,)
+    """
+    size = float(np.linalg.norm(acceleration[:3]))
+    if not size <= MAX_REST_ACCELERATION:
+        falls = not cell.contacts.touching(name)
+        return "touches nothing" if falls else f"is accelerated by {size:.1f} m/s^2"
+    if len(collision_geoms(cell, name)):
+        return _why_topples(cell, name, velocity, acceleration)
+    return ""
 
 
 def why_not_released(cell: "Cell", name: str) -> str:
@@ -190,6 +235,34 @@ def _why_moving(velocity: np.ndarray) -> str:
         return f"moves at {1000 * speed:.1f} mm/s"
     if not turning <= MAX_REST_TURNING:
         return f"turns at {turning:.2f} rad/s"
+    return ""
+
+
+def _why_topples(cell: "Cell", name: str, velocity: np.ndarray, acceleration: np.ndarray) -> str:
+    """Describe the motion of the fastest corner of an object that moves slowly; empty at rest.
+
+    An object that topples turns about its foot, slowly at first, and ever faster.
+
+    Args:
+        cell: The cell.
+        name: The object; it moves freely.
+        velocity: Its linear and angular velocity, in the world [m/s, rad/s].  # (6,)
+        acceleration: Its linear acceleration, in the world [m/s^2], and its angular acceleration,
+            in its own frame [rad/s^2].  # (6,)
+    """
+    T_wo = cell.pose(name)
+    lever = np.array(list(product(*zip(*extent(cell, name), strict=True)))) - T_wo.translation
+    corners = velocity[:3] + np.cross(velocity[3:], lever)  # [m/s]
+    speeds = np.linalg.norm(corners, axis=1)
+    fastest = int(speeds.argmax())
+    if not speeds[fastest] <= MAX_CORNER_SPEED:
+        return f"turns: its fastest corner moves at {1000 * speeds[fastest]:.1f} mm/s"
+    turning = np.cross(T_wo.rotation @ acceleration[3:], lever[fastest])
+    growth = float((acceleration[:3] + turning) @ corners[fastest])  # [m^2/s^3]
+    if speeds[fastest] > MIN_TOPPLING_SPEED and growth > MIN_TOPPLING * speeds[fastest]:
+        return (
+            f"topples: its fastest corner moves at {1000 * speeds[fastest]:.1f} mm/s, ever faster"
+        )
     return ""
 
 

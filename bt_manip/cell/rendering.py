@@ -35,12 +35,14 @@ class FrameRenderer(mujoco.Renderer):
 
     Attributes:
         model: The compiled model.
+        failure: Why no OpenGL backend works, of the class: another attempt would abort the process.
 
     Raises:
         CellError: If the size is zero or too large.
         NoOpenGLError: If no OpenGL backend works.
     """
 
+    failure = ""
     _gl_context: Any = None  # if it could not be opened
     _mjr_context: Any = None
 
@@ -65,6 +67,8 @@ class FrameRenderer(mujoco.Renderer):
                 f"nothing can be drawn with MUJOCO_GL {backend}; without a display, MUJOCO_GL=egl "
                 "draws where it is installed"
             )
+        if FrameRenderer.failure:
+            raise NoOpenGLError(FrameRenderer.failure)
         quality = model.vis.quality
         kept = quality.shadowsize, quality.offsamples
         if shadow_size is not None:
@@ -77,10 +81,11 @@ class FrameRenderer(mujoco.Renderer):
                 super().__init__(model, height, width)
         except Exception as error:  # each backend has its own type of error
             text = " ".join(str(error).split()) or type(error).__name__
-            raise NoOpenGLError(
+            FrameRenderer.failure = (
                 f"nothing can be drawn with MUJOCO_GL {backend} ({text}); without a display, "
                 "MUJOCO_GL=egl or MUJOCO_GL=osmesa draws where one of them is installed"
-            ) from error
+            )
+            raise NoOpenGLError(FrameRenderer.failure) from error
         finally:
             quality.shadowsize, quality.offsamples = kept
         self._shadows = shadow_size != 0

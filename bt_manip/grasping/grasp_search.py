@@ -215,7 +215,7 @@ class GraspSearch:
     ) -> tuple[GraspPlan | None, set[int]]:
         """Return the plan nearest to the arm, and the indices of the reachable grasps."""
         arm, rejections = self._arm, self.rejections
-        standoffs = [_standoff(candidate.T_wt, height, centre) for candidate in grasps]
+        standoffs = [standoff_of(candidate.T_wt, height, centre) for candidate in grasps]
         targets = [self._target(*pair) for pair in zip(grasps, standoffs, strict=True)]
         best: tuple[float, GraspPlan] | None = None
         tried: list[np.ndarray] = []
@@ -340,7 +340,7 @@ def _batches(grasps: Iterable[RankedGrasp]) -> Iterator[list[RankedGrasp]]:
         yield batch
 
 
-def _standoff(T_wt: pin.SE3, height: float, centre: np.ndarray) -> float:
+def standoff_of(T_wt: pin.SE3, height: float, centre: np.ndarray) -> float:
     """Return the distance from the pre-grasp pose to the grasp [m]."""
     a = T_wt.rotation[:, 2]
     standoff = max(height + float(a @ (T_wt.translation - centre)), 0.0)

@@ -10,7 +10,6 @@ from .solids import contact_friction as contact_friction
 from .solids import solids_of as solids_of
 from .two_finger import GRIP_DEPTH as GRIP_DEPTH
 from .two_finger import FingerTravel as FingerTravel
-from .two_finger import NativeTwoFingerGripper as NativeTwoFingerGripper
 from .two_finger import TwoFingerGripper as TwoFingerGripper
 from .two_finger import TwoFingerParameters as TwoFingerParameters
 from .two_finger import travel_digests as travel_digests

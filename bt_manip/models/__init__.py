@@ -11,7 +11,9 @@ from .assets import SOLREF as SOLREF
 from .assets import Assets as Assets
 from .bundled import bundled_path as bundled_path
 from .bundled import bundled_root as bundled_root
+from .changed_mjcf import scaled_model as scaled_model
 from .convex import can_decompose as can_decompose
+from .convex import convex_parts as convex_parts
 from .downloads import ModelCache as ModelCache
 from .downloads import Progress as Progress
 from .downloads import check_downloads as check_downloads
@@ -29,7 +31,6 @@ from .images import image_of_obj as image_of_obj
 from .images import read_png as read_png
 from .menagerie import MenagerieCache as MenagerieCache
 from .menagerie import menagerie_file as menagerie_file
-from .menagerie import menagerie_grippers as menagerie_grippers
 from .meshes import Mesh as Mesh
 from .meshes import read_mesh as read_mesh
 from .mjcf_files import check_mjcf as check_mjcf

@@ -1,5 +1,6 @@
 """Addresses of models, their files, and their conversion to MJCF."""
 
+import math
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -7,6 +8,7 @@ from pathlib import Path
 
 from bt_manip.exceptions import BtManipError, did_you_mean
 from bt_manip.models.bundled import bundled_path, bundled_root
+from bt_manip.models.changed_mjcf import scaled_model
 from bt_manip.models.downloads import Progress, terminal_progress
 from bt_manip.models.errors import ModelError
 from bt_manip.models.formats import ModelFormat, built_in_formats, recognise, root_tag
@@ -16,6 +18,7 @@ from bt_manip.models.packages import find_package_file
 from bt_manip.packages import missing
 from bt_manip.registry import installed_parts
 
+_SCALE, _NUMBER = "?scale=", re.compile(r"[0-9.]+([eE][+-]?[0-9]+)?")
 _SUFFIXES = (".xml", ".urdf", ".sdf", ".obj", ".stl", ".dae")
 _SCHEME = re.compile(r"([A-Za-z][A-Za-z0-9+.-]+):")  # a single letter is a drive
 
@@ -40,7 +43,7 @@ def load_model(
     """Return the model of an address as MJCF; it is downloaded if needed.
 
     Args:
-        address: As for `find_model`.
+        address: As for `find_model`; ``?scale=0.001`` at the end multiplies all lengths.
         convex: Collision geometry of meshes: convex ``"hull"`` or convex ``"parts"``.
         progress: Called with the progress of a download.
         sources: As for `find_model`.
@@ -58,7 +61,14 @@ def load_model(
     if found.format not in known:
         near = did_you_mean(found.format, known)
         raise ModelError(f"'{address}': unknown format '{found.format}'{near}")
-    return known[found.format].convert(found, convex=convex, progress=progress)
+    model = known[found.format].convert(found, convex=convex, progress=progress)
+    _, given, factor = address.strip().partition(_SCALE)
+    if not given:
+        return model
+    scale = float(factor) if _NUMBER.fullmatch(factor) else 0.0
+    if not 0.0 < scale < math.inf:
+        raise ModelError(f"'{address}': scale must be a positive number, got '{factor}'")
+    return scaled_model(replace(model, address=f"{model.address}{_SCALE}{factor}"), scale)
 
 
 def find_model(
@@ -80,7 +90,7 @@ def find_model(
     Raises:
         ModelError: If there is no such model, or it cannot be fetched.
     """
-    text = address.strip()
+    text = address.strip().partition(_SCALE)[0]
     match = _SCHEME.match(text)
     scheme = match.group(1).lower() if match else ""
     known = built_in_sources() if sources is None else sources

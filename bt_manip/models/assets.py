@@ -1,6 +1,7 @@
 """Meshes and materials shared by shapes."""
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -44,13 +45,15 @@ class Assets:
     def colliding(self, key: tuple[object, ...], mesh: Mesh, stem: str, convex: str) -> list[str]:
         """Add a mesh for collision, as its hull or convex parts; return the names.
 
+        The convex parts of a file count in either case.
+
         Raises:
             ModelError: If it cannot be decomposed.
         """
         known = ("collides", convex, *key)
         if known in self._names:
             return self._names[known]
-        parts = convex_parts(mesh) if convex == "parts" else [mesh]
+        parts = convex_parts(mesh) if convex == "parts" else mesh.convex_parts or [mesh]
         return self._add(known, parts, stem, "convex")
 
     def material(
@@ -84,7 +87,7 @@ class Assets:
         return self._images[image]
 
     def _add(
-        self, key: tuple[object, ...], meshes: list[Mesh], stem: str, inertia: str
+        self, key: tuple[object, ...], meshes: Sequence[Mesh], stem: str, inertia: str
     ) -> list[str]:
         if key not in self._names:
             names = []

@@ -12,7 +12,7 @@ def bundled_root(kind: str) -> Path:
     source checkout has them at the top level, beside the package.
 
     Args:
-        kind: ``"models"``, ``"trees"``, ``"scenes"`` or ``"templates"``.
+        kind: ``"models"``, ``"trees"`` or ``"scenes"``.
 
     Raises:
         BtManipError: If they are missing in the installation.

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
+from bt_manip.models.changed_mjcf import repaired_mjcf
 from bt_manip.models.downloads import Progress
 from bt_manip.models.found_model import FoundModel, MjcfModel
 from bt_manip.models.hardened_xml import read_xml
@@ -61,7 +62,7 @@ def built_in_formats() -> dict[str, ModelFormat]:
     """Return the built-in formats, by name."""
     return {
         "mjcf": ModelFormat(_mjcf, tag="mujoco"),
-        "urdf": ModelFormat(convert_urdf, suffixes=(".urdf",), tag="robot"),
+        "urdf": ModelFormat(convert_urdf, suffixes=(".urdf", ".xacro"), tag="robot"),
         "mesh": ModelFormat(convert_mesh, suffixes=(".obj", ".stl", ".dae")),
     }
 
@@ -91,4 +92,5 @@ def root_tag(path: Path) -> str:
 
 
 def _mjcf(found: FoundModel, *, convex: str, progress: Progress) -> MjcfModel:
-    return MjcfModel(found.address, found.name, path=found.path)
+    xml, warnings = repaired_mjcf(found.path)
+    return MjcfModel(found.address, found.name, found.path, xml, warnings=warnings)

@@ -39,7 +39,7 @@ class MjcfModel:
         address: Address of exactly this model.
         name: Name of the model.
         path: The file, if it is MJCF.
-        xml: The text, if it was converted.
+        xml: The text, if it was converted, or differs from the file.
         assets: Files that the text refers to, by name.
         static: Whether the model declares that it is fixed; None if it declares nothing.
         warnings: Elements that MJCF cannot express, with file and line.

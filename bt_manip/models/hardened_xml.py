@@ -1,5 +1,6 @@
 """Parsing of untrusted XML."""
 
+import re
 from pathlib import Path
 
 from lxml import etree
@@ -7,9 +8,15 @@ from lxml import etree
 from bt_manip.files import MAX_BYTES, read_bytes
 from bt_manip.models.errors import ModelError
 
+MAX_MODEL_ELEMENTS = 2_000  # of a model; PyMJCF takes a millisecond for each
+MAX_ATTRIBUTES = 1_000  # of an element
+_VERSION = re.compile(rb"\s*<\?xml\s+version\s*=\s*([\"'])[^\"'>]*")
+
 
 def parse_xml(data: bytes, path: Path) -> etree._Element:
     """Parse a document; document types, and so entities, are refused.
+
+    As in other readers of models, any version of XML is read as 1.0, also after blank lines.
 
     Args:
         data: The document.
@@ -24,6 +31,8 @@ def parse_xml(data: bytes, path: Path) -> etree._Element:
         resolve_entities=False, no_network=True, load_dtd=False, dtd_validation=False,
         huge_tree=False, remove_comments=True, remove_pis=True,
     )  # fmt: skip
+    if version := _VERSION.match(data):
+        data = b"<?xml version=%s1.0" % version[1] + data[version.end() :]
     try:
         root = etree.fromstring(data, parser)
     except etree.XMLSyntaxError as error:
@@ -35,13 +44,29 @@ def parse_xml(data: bytes, path: Path) -> etree._Element:
 
 
 def read_xml(path: Path) -> etree._Element:
-    """Read and parse a file with `parse_xml`.
+    """Read and parse the file of a model with `parse_xml`.
 
     Raises:
-        ModelError: If it cannot be read or is not such a document.
+        ModelError: If it cannot be read, is not such a document, or has too many elements or
+            attributes; for xacro, the message has the command that expands it.
     """
     try:
         data = read_bytes(path)
     except OSError as error:
         raise ModelError(f"{path}: cannot be read: {error.strerror}") from None
-    return parse_xml(data, path)
+    root = parse_xml(data, path)
+    for number, element in enumerate(root.iter(), 1):
+        where = f"{path}:{element.sourceline}"
+        if number > MAX_MODEL_ELEMENTS:
+            raise ModelError(f"{where}: more than {MAX_MODEL_ELEMENTS} elements")
+        if len(element.attrib) > MAX_ATTRIBUTES:
+            raise ModelError(f"{where}: <{element.tag}> has more than {MAX_ATTRIBUTES} attributes")
+        values = element.attrib.values()
+        if "/xacro" in str(element.tag) or any("${" in text or "$(" in text for text in values):
+            plain = Path(path.name.removesuffix(".xacro"))
+            raise ModelError(
+                f"{where}: this is xacro: expand it first, 'xacrodoc "
+                f"{path.name} -o {plain.stem}.expanded{plain.suffix or '.urdf'}' "
+                "(pip install xacrodoc; with ROS, xacro does the same)"
+            )
+    return root

@@ -10,12 +10,11 @@ from bt_manip.models.found_model import FoundModel, MjcfModel
 from bt_manip.models.images import image_of_obj, read_png
 from bt_manip.models.meshes import read_mesh
 
-DENSITY = 1000.0
-"""Default density of the volume of a mesh file [kg/m^3]: water."""
+_WEIGHTLESS = {"mass": "0"}
 
 
 def convert_mesh(found: FoundModel, *, convex: str, progress: Progress) -> MjcfModel:
-    """Convert a mesh to a body; its mass follows from the enclosed volume.
+    """Convert a mesh to a body; its mass follows from the enclosed volume, at MuJoCo's 1000 kg/m3.
 
     Raises:
         ModelError: If it cannot be read, or encloses no volume.
@@ -28,8 +27,9 @@ def convert_mesh(found: FoundModel, *, convex: str, progress: Progress) -> MjcfM
         )
     assets = Assets()
     seen = assets.seen((), mesh, found.name)
+    weighs = not mesh.convex_parts  # else its parts do, as their surfaces need not be closed
     for element in assets.element.iter("mesh"):
-        element.set("inertia", "exact")
+        element.set("inertia", "exact" if weighs else "shell")
     parts = assets.colliding((), mesh, found.name, convex)
     place = image_of_obj(found.path, found.root) if mesh.uv is not None else None
     image = None if place is None else read_png(place)
@@ -41,12 +41,12 @@ def convert_mesh(found: FoundModel, *, convex: str, progress: Progress) -> MjcfM
     body = etree.SubElement(etree.SubElement(root, "worldbody"), "body", name=found.name)
     etree.SubElement(
         body, "geom", type="mesh", mesh=seen, group="2", contype="0", conaffinity="0",
-        density=str(DENSITY), material=material,
+        material=material, **({} if weighs else _WEIGHTLESS),
     )  # fmt: skip
     for i, part in enumerate(parts):
         etree.SubElement(
-            body, "geom", name=f"collision{i}", type="mesh", mesh=part, group="3", mass="0",
-            solref=SOLREF, rgba="0.3 0.5 0.8 0.4",
+            body, "geom", name=f"collision{i}", type="mesh", mesh=part, group="3",
+            solref=SOLREF, rgba="0.3 0.5 0.8 0.4", **(_WEIGHTLESS if weighs else {}),
         )  # fmt: skip
     xml = etree.tostring(root, encoding="unicode")
     return MjcfModel(found.address, found.name, xml=xml, assets=assets.files)

@@ -94,19 +94,6 @@ def _require_server(name: str) -> None:
         )
 
 
-def menagerie_grippers() -> dict[str, str]:
-    """Return the addresses of Menagerie's grippers and hands by name; of pairs the right hand."""
-    import mujoco_menagerie as menagerie
-
-    robots = [menagerie.get(name) for name in menagerie.names()]
-    return {
-        robot.name: f"menagerie:{robot.name}/"
-        + ("right_hand" if "right_hand" in robot.entry_names else robot.default_model)
-        for robot in robots
-        if robot.category == "end_effector"
-    }
-
-
 def is_cached(name: str) -> bool:
     """Return whether a model is available without a network."""
     import mujoco_menagerie as menagerie

@@ -16,7 +16,9 @@ from bt_manip.models.hardened_xml import parse_xml
 
 MESHES = (".obj", ".stl", ".dae")
 MAX_MESH_BYTES = 2**29  # 512 MiB
+MAX_LINE = 2**16  # characters of a line of OBJ: a polygon of some thousand corners
 
+_CONVEX = 0.98  # least volume of a convex mesh, relative to its hull
 _TURNS = {
     "X_UP": np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]),
     "Y_UP": np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]),
@@ -34,6 +36,7 @@ class Mesh:
         colour: Red, green, blue and opacity from 0 to 1, if the file has a single colour.
         watertight: Whether they enclose a volume.
         uv: Texture coordinates of the corners, from 0 to 1, if any.  # (n, 2)
+        convex_parts: The groups of an OBJ file, where it has several and all are convex.
     """
 
     vertices: np.ndarray
@@ -41,11 +44,13 @@ class Mesh:
     colour: tuple[float, ...] | None = None
     watertight: bool = False
     uv: np.ndarray | None = None
+    convex_parts: tuple["Mesh", ...] = ()
 
     def scaled(self, scale: np.ndarray) -> "Mesh":
         """Return the mesh scaled along its axes."""
         faces = self.faces[:, ::-1] if np.prod(scale) < 0 else self.faces
-        return replace(self, vertices=self.vertices * scale, faces=faces)
+        parts = tuple(part.scaled(scale) for part in self.convex_parts)
+        return replace(self, vertices=self.vertices * scale, faces=faces, convex_parts=parts)
 
     def to_obj(self) -> bytes:
         """Return the mesh as an OBJ file."""
@@ -82,15 +87,26 @@ def read_mesh(path: Path, submesh: str = "", centred: bool = False) -> Mesh:
         data = read_bytes(path, MAX_MESH_BYTES)
     except OSError as error:
         raise ModelError(f"{path}: cannot be read: {error.strerror}") from None
+    if kind == ".obj" and max(map(len, data.split(b"\n"))) > MAX_LINE:
+        raise ModelError(f"{path}: a line of more than {MAX_LINE} characters")
     turn = _collada_turn(data, path) if kind == ".dae" else np.eye(3)
-    split: dict[str, Any] = {"split_object": True} if submesh and kind == ".obj" else {}
+    grouped = kind == ".obj" and len(re.findall(rb"^[og]\s", data, re.MULTILINE)) > 1
+    split: dict[str, Any] = {"split_objects": True, "split_groups": True} if grouped else {}
     logging.getLogger("trimesh").setLevel(logging.ERROR)
     try:
-        scene = trimesh.load_scene(io.BytesIO(data), file_type=kind[1:], **split)
+        options = split if submesh else {}
+        scene = trimesh.load_scene(io.BytesIO(data), file_type=kind[1:], **options)
         parts = _parts(scene, submesh, path, coloured=kind == ".dae")
         joined = _joined(parts)
+        convex: tuple[Mesh, ...] = ()
+        if grouped and not submesh:
+            groups = _parts(
+                trimesh.load_scene(io.BytesIO(data), file_type="obj", **split), "", path
+            )
+            convex = tuple(groups) if len(groups) > 1 and all(map(_is_convex, groups)) else ()
         # Corners that differ only in texture coordinates are merged.
-        watertight = trimesh.Trimesh(joined.vertices, joined.faces, process=True).is_watertight
+        whole = trimesh.Trimesh(joined.vertices, joined.faces, process=True)
+        watertight = convex or whole.is_watertight
     except ModelError:
         raise
     except Exception as error:  # trimesh's readers have no documented exceptions
@@ -100,10 +116,18 @@ def read_mesh(path: Path, submesh: str = "", centred: bool = False) -> Mesh:
         raise ModelError(f"{path}: a mesh without triangles, or with non-finite points")
     if centred:
         vertices = vertices - 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
-    return replace(joined, vertices=vertices, watertight=bool(watertight))
+    return replace(joined, vertices=vertices, watertight=bool(watertight), convex_parts=convex)
 
 
-def _parts(scene: Any, submesh: str, path: Path, coloured: bool) -> list[Mesh]:
+def _is_convex(mesh: Mesh) -> bool:
+    """Return whether a mesh encloses nearly the volume of its hull."""
+    import trimesh
+
+    solid = trimesh.Trimesh(mesh.vertices, mesh.faces, process=True)
+    return bool(solid.is_watertight and solid.volume > _CONVEX * solid.convex_hull.volume)
+
+
+def _parts(scene: Any, submesh: str, path: Path, coloured: bool = False) -> list[Mesh]:
     """Return the parts of a scene in its frame, in the file's units and axes."""
     parts = {}
     for node in scene.graph.nodes_geometry:

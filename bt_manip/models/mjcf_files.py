@@ -8,6 +8,7 @@ from lxml import etree
 from bt_manip.files import check_regular, note_files
 from bt_manip.models.errors import ModelError
 from bt_manip.models.hardened_xml import read_xml
+from bt_manip.models.inertial_values import check_inertial_values
 from bt_manip.models.meshes import MAX_MESH_BYTES
 
 _FOLDERS = ("assetdir", "meshdir", "texturedir")
@@ -15,14 +16,17 @@ _MODELS = ("include", "model")
 """Elements that refer to MJCF files."""
 
 
-def check_mjcf(path: Path) -> None:
+def check_mjcf(path: Path) -> set[Path]:
     """Check an MJCF file and all files that it refers to.
 
     Missing files are reported by MuJoCo, not here.
 
+    Returns:
+        All meshes and images, if it attaches other models, else none.
+
     Raises:
         ModelError: If a file is not regular or too large, or if MJCF is not XML, includes itself,
-            or has NaN.
+            or has NaN or an impossible mass, density or moment of inertia.
     """
     root = read_xml(path)
     if root.tag != "mujoco":
@@ -30,6 +34,7 @@ def check_mjcf(path: Path) -> None:
     assets: set[Path] = set()
     _check(path, root, path.parent, [path.resolve()], set(), assets)
     note_files(f"files of {path.name}", assets)
+    return assets if root.find("asset/model") is not None else set()
 
 
 def _check(
@@ -45,6 +50,7 @@ def _check(
         folders |= {main / compiler.get(key, "") for key in _FOLDERS}
     for element in root.iter():
         where = f"{path}:{element.sourceline}: <{element.tag}>"
+        check_inertial_values(path, element)
         for key, value in element.attrib.items():
             if key not in ("name", "class") and "nan" in str(value).lower().split():
                 raise ModelError(f"{where}: {key} has NaN, expected finite numbers")
@@ -57,7 +63,8 @@ def _check(
                         if resolved in chain:
                             raise ModelError(f"{where}: {found.name} includes itself")
                         if resolved not in done:
-                            _check(found, read_xml(found), main, [*chain, resolved], done, assets)
+                            base = found.parent if element.tag == "model" else main
+                            _check(found, read_xml(found), base, [*chain, resolved], done, assets)
                             done.add(resolved)
 
 

@@ -1,15 +1,19 @@
 """Conversion of URDF with MuJoCo's parser."""
 
+import copy
 from pathlib import Path
 
 from lxml import etree
 
+from bt_manip.exceptions import one_line
+from bt_manip.models.assets import Assets
 from bt_manip.models.downloads import Progress
 from bt_manip.models.errors import ModelError
 from bt_manip.models.exact_xml import exact_xml
 from bt_manip.models.found_model import FoundModel, MjcfModel
 from bt_manip.models.hardened_xml import read_xml
-from bt_manip.models.meshes import MESHES, read_mesh
+from bt_manip.models.inertial_values import check_inertial_values
+from bt_manip.models.meshes import MESHES
 from bt_manip.models.packages import find_package_file
 
 _OPTIONS = {
@@ -23,35 +27,50 @@ _OPTIONS = {
 def convert_urdf(found: FoundModel, *, convex: str, progress: Progress) -> MjcfModel:
     """Convert URDF to MJCF with MuJoCo.
 
-    Meshes are located by ``package://``, ``file://`` or beside the file, and passed as OBJ. Their
-    collision geometry is the hull; `convex` is ignored.
+    Meshes are located by ``package://``, ``file://`` or beside the file, and passed as OBJ. A
+    visual whose mesh cannot be read is left out, with a warning.
 
     Raises:
-        ModelError: If a mesh is missing, or MuJoCo rejects the model.
+        ModelError: If a collision mesh cannot be read, a mass or moment of inertia is impossible,
+            or MuJoCo rejects the model.
     """
     import mujoco
 
     root = read_xml(found.path)
     if root.tag != "robot":
         raise ModelError(f"{found.path}: expected <robot>, found <{root.tag}>")
-    files: dict[str, bytes] = {}
-    names: dict[Path, str] = {}
-    for mesh in root.iter("mesh"):
-        path = _mesh_path(mesh.get("filename", ""), found.path, mesh.sourceline)
-        if path not in names:
-            names[path] = f"{path.stem}_{len(names)}.obj"
-            files[names[path]] = read_mesh(path).to_obj()
-        mesh.set("filename", names[path])
+    for element in root.iter("mass", "inertia"):
+        check_inertial_values(found.path, element, urdf=True)
+    assets, warnings = Assets(), []
+    for mesh in list(root.iter("mesh")):
+        shape = mesh.getparent().getparent()  # <visual> or <collision>
+        collides = shape.tag == "collision"
+        try:
+            path = _mesh_path(mesh.get("filename", ""), found.path, mesh.sourceline)
+            form = convex if collides else "hull"
+            names = assets.colliding((path,), assets.mesh(path, "", False), path.stem, form)
+        except ModelError as error:
+            if collides:
+                raise
+            warnings.append(f"{error}; the visual is left out, the collision geometry is drawn")
+            names = []
+        for name in names:
+            mesh.set("filename", f"{name}.obj")
+            shape.addprevious(copy.deepcopy(shape))
+        shape.getparent().remove(shape)
     for extension in root.findall("mujoco"):
         root.remove(extension)
     etree.SubElement(etree.SubElement(root, "mujoco"), "compiler", _OPTIONS)
     try:
-        spec = mujoco.MjSpec.from_string(etree.tostring(root, encoding="unicode"), assets=files)
+        spec = mujoco.MjSpec.from_string(
+            etree.tostring(root, encoding="unicode"), assets=assets.files
+        )
         xml = exact_xml(spec)
     except (ValueError, mujoco.FatalError) as error:
-        first = str(error).strip().splitlines()[0]
-        raise ModelError(f"{found.path}: MuJoCo cannot read it: {first}") from None
-    return MjcfModel(found.address, found.name, xml=xml, assets=files)
+        raise ModelError(f"{found.path}: MuJoCo cannot read it: {one_line(error)}") from None
+    return MjcfModel(
+        found.address, found.name, xml=xml, assets=assets.files, warnings=tuple(warnings)
+    )
 
 
 def _mesh_path(text: str, document: Path, line: int | None) -> Path:

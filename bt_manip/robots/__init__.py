@@ -8,7 +8,6 @@ from .assembly import model_file as model_file
 from .assembly import read_model as read_model
 from .assembly import site_pose as site_pose
 from .bounds import ArmBounds as ArmBounds
-from .checks import POSITION_ROUNDING as POSITION_ROUNDING
 from .checks import check_configuration as check_configuration
 from .checks import check_count as check_count
 from .checks import check_generator as check_generator
@@ -27,7 +26,6 @@ from .configurations import save_configuration as save_configuration
 from .connection import ArmConnection as ArmConnection
 from .connection import GripperConnection as GripperConnection
 from .connection import LateError as LateError
-from .description_file import description_text as description_text
 from .description_file import read_description as read_description
 from .description_file import read_gripper as read_gripper
 from .device import ArmDevice as ArmDevice
@@ -54,7 +52,6 @@ from .motion_limits import Limited as Limited
 from .motion_limits import LimitUse as LimitUse
 from .motion_limits import MotionLimits as MotionLimits
 from .motion_limits import sampling_bounds as sampling_bounds
-from .motors import add_feedback as add_feedback
 from .motors import effort_limit as effort_limit
 from .motors import ensure_motors as ensure_motors
 from .panda import panda as panda

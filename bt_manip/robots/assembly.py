@@ -1,5 +1,6 @@
 """Assembly of the models of an arm and its gripper from the files in a description."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -9,10 +10,11 @@ from dm_control import mjcf
 
 from bt_manip import spatial
 from bt_manip.cell import escaped_name, literal_name, name_elements
-from bt_manip.cell.objects import mjcf_root
+from bt_manip.cell.objects import correct_inertias, invented_masses, mjcf_root
 from bt_manip.exceptions import BtManipError, did_you_mean, one_line
 from bt_manip.models import ModelError, load_model, menagerie_file
 
+from .convex_bodies import decompose_meshes
 from .errors import RobotError
 from .gripper_description import GripperDescription
 from .locking import lock_other_joints
@@ -42,12 +44,14 @@ class Assembly(NamedTuple):
         alone: The same model, compiled on its own.
         gripper: The part of the model that contains the gripper's elements.
         tool_site: The site of the tool.
+        warnings: What is strange in its files, or was lost in their conversion.
     """
 
     root: mjcf.RootElement
     alone: mujoco.MjModel
     gripper: mjcf.RootElement
     tool_site: Any
+    warnings: tuple[str, ...]
 
 
 def assemble(description: RobotDescription) -> Assembly:
@@ -57,7 +61,8 @@ def assemble(description: RobotDescription) -> Assembly:
         RobotError: If a file is missing or invalid, or a name is unknown.
     """
     where = description.where
-    root, alone = read_model(description.model, where)
+    warnings: list[str] = []
+    root, alone = read_model(description.model, where, warnings.append)
     root.model = description.name
     joints = [_find(root, "joint", name) for name in description.arm_joints]
     if all(joint is not None for joint in joints) and lock_other_joints(root, joints):
@@ -65,8 +70,15 @@ def assemble(description: RobotDescription) -> Assembly:
     gripper = description.gripper
     hand = root
     if gripper is not None and gripper.model is not None:
-        hand, _ = read_model(gripper.model, where)
+        hand, _ = read_model(gripper.model, where, warnings.append)
         _attach(root, alone, hand, gripper, where)
+        alone = _compile(root, where)
+    for name in description.convex_parts:
+        try:
+            decompose_meshes(_find_body(root, hand, name, where, "convex_parts"), alone)
+        except ModelError as error:
+            raise RobotError(f"{where}: key 'convex_parts': '{name}': {error}") from error
+    if description.convex_parts:
         alone = _compile(root, where)
     if description.armature is not None:
         for joint, armature in zip(description.arm_joints, description.armature, strict=True):
@@ -78,7 +90,7 @@ def assemble(description: RobotDescription) -> Assembly:
     for pair in description.exclude:
         first, second = (_find_body(root, hand, name, where) for name in pair)
         root.contact.add("exclude", body1=first, body2=second)
-    return Assembly(root, alone, hand, tool)
+    return Assembly(root, alone, hand, tool, tuple(warnings))
 
 
 def find_element(root: mjcf.RootElement, kind: str, name: str, where: str) -> Any:
@@ -107,12 +119,15 @@ def element_names(root: mjcf.RootElement, kind: str) -> list[str]:
     return [literal_name(name) for name in found if name]
 
 
-def read_model(model: str, where: str) -> tuple[mjcf.RootElement, mujoco.MjModel]:
+def read_model(
+    model: str, where: str, warn: Callable[[str], None] = lambda warning: None
+) -> tuple[mjcf.RootElement, mujoco.MjModel]:
     """Return the model of an arm or a gripper, as a PyMJCF element and compiled.
 
     Args:
         model: Path of an MJCF or URDF file, or ``menagerie:NAME/ENTRY``.
         where: The robot, to begin a message.
+        warn: Takes what is strange in the file, or was lost in its conversion.
 
     Raises:
         RobotError: If the file is missing or invalid.
@@ -123,6 +138,8 @@ def read_model(model: str, where: str) -> tuple[mjcf.RootElement, mujoco.MjModel
         root = mjcf_root(found)
         if found.path is None:
             alone = mujoco.MjModel.from_xml_string(found.xml, dict(found.assets))
+        elif found.xml:
+            alone = _compile(root, where)
         else:
             alone = mujoco.MjModel.from_xml_path(str(path))
     except BtManipError as error:
@@ -140,6 +157,12 @@ def read_model(model: str, where: str) -> tuple[mjcf.RootElement, mujoco.MjModel
         for element in root.find_all(name)
     ):
         alone = _compile(root, where)  # with the names that PyMJCF gives
+    strange = list(correct_inertias(root, alone, tolerance=10.0))
+    if strange:
+        alone = _compile(root, where)
+    strange += filter(None, [invented_masses(root, alone, fixed=True)])
+    for warning in (*found.warnings, *(f"{path.name}: {text}" for text in strange)):
+        warn(warning)
     return root, alone
 
 
@@ -245,13 +268,15 @@ def _add_pedestal(root: mjcf.RootElement, description: RobotDescription) -> None
     )  # fmt: skip
 
 
-def _find_body(root: mjcf.RootElement, hand: mjcf.RootElement, name: str, where: str) -> Any:
+def _find_body(
+    root: mjcf.RootElement, hand: mjcf.RootElement, name: str, where: str, key: str = "exclude"
+) -> Any:
     """Return a body of the arm, or of the gripper: by its name or ``MODEL/NAME``."""
     body = _find(root, "body", name) or _find(hand, "body", name.removeprefix(f"{hand.model}/"))
     if body is None:
         known = [*element_names(root, "body"), *element_names(hand, "body")]
         raise RobotError(
-            f"{where}: exclude: there is no body '{name}'{did_you_mean(name, set(known))}"
+            f"{where}: {key}: there is no body '{name}'{did_you_mean(name, set(known))}"
         )
     return body
 

@@ -270,10 +270,13 @@ class GripperConnection(_DeviceConnection):
     Attributes:
         state: The latest state.
         problem: Why the last command has failed; empty if it has not.
+        restorable: Whether it is that of a simulated gripper, which can return to an earlier state.
 
     Raises:
         DeviceError: If it cannot be reached.
     """
+
+    restorable = False
 
     def __init__(self, factory: str | None, address: str, arm: ArmConnection | None = None) -> None:
         if factory is not None:

@@ -1,9 +1,8 @@
 """Reading and writing of a robot's description as TOML."""
 
-from collections.abc import Mapping
 from pathlib import Path
 
-from bt_manip.toml import TomlFile, read_fields, toml_text, write_fields
+from bt_manip.toml import TomlFile, read_fields
 
 from .errors import RobotError
 from .gripper_description import GripperDescription, GripperTable
@@ -26,23 +25,6 @@ def read_description(path: Path | str) -> RobotDescription:
     path = Path(path)
     given = read_fields(RobotDescription, _file(path).whole)
     return RobotDescription(**{"name": path.stem, **given}, source=str(path))
-
-
-def description_text(
-    description: RobotDescription, notes: Mapping[str, str], file: Path, head: str
-) -> str:
-    """Return a description as TOML that `read_description` reads.
-
-    Args:
-        description: The description.
-        notes: Comments by key, such as ``"velocity"`` and ``"gripper.max_force"``.
-        file: The file, to whose folder paths of models are relative.
-        head: Comment at the beginning.
-    """
-    entries = write_fields(description, file.resolve().parent)
-    if description.name == file.stem:
-        del entries["name"]
-    return toml_text(entries, notes, head)
 
 
 def read_gripper(path: Path | str) -> GripperDescription | None:

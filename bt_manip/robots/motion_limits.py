@@ -264,17 +264,17 @@ class MotionLimits:
         """
         return replace(self, tool_speed=self.tool_speed / scale) if self.limits_tool else self
 
-    def tool_use(self, q: np.ndarray, dt: float) -> float:
-        """Return the largest used fraction of the tool's speed limit; 0 without one.
+    def tool_use(self, q: np.ndarray, dt: float) -> np.ndarray:
+        """Return the used fractions of the tool's speed limit; 0 without one.
 
         Args:
             q: Configurations at equal steps of time [rad].  # (n, nq)
             dt: Time between two of them [s].
-        """
+        """  # (n - 1,)
         if self.arm is None or not self.limits_tool:
-            return 0.0
+            return np.zeros(len(q) - 1)
         steps = np.linalg.norm(np.diff(self.arm.tool_positions(q), axis=0), axis=1)
-        return float(steps.max(initial=0.0)) / (dt * self.tool_speed)
+        return np.asarray(steps / (dt * self.tool_speed))
 
     # Motions sampled at control steps
 
@@ -327,7 +327,7 @@ class MotionLimits:
                 step, column = (int(i) for i in np.argwhere(exceeded)[0])
                 joins = "where it joins the present one" if step < 3 else f"in setpoint {step - 3}"
                 return f"{name.format(column + 1)} {joins}"
-        use = self.tool_use(q[2::_BOX_STEPS], _BOX_STEPS * CONTROL_STEP)
+        use = self.tool_use(q[2::_BOX_STEPS], _BOX_STEPS * CONTROL_STEP).max(initial=0.0)
         if use > 1.0 + TOOL_TOLERANCE:
             return f"speed of the tool, {use * self.tool_speed:.3f} m/s"
         return self.leaving(np.concatenate([before[-1:], setpoints]), BOX_TOLERANCE)
@@ -352,7 +352,7 @@ class MotionLimits:
             if exceeded.any():
                 joint = int(exceeded.argmax())
                 return f"{name} of joint {joint + 1}: {values[joint]:.3g}"
-        use = self.tool_use(q[1:], times[1])
+        (use,) = self.tool_use(q[1:], times[1])
         return "" if use <= 1.0 + REFERENCE_TOLERANCE else "speed of the tool"
 
     def get_state(self) -> dict[str, Any]:

@@ -36,6 +36,7 @@ class Robot(MonitoredEntity):
         gripper: Its gripper; None if it has none or was built without a gripper class.
         alone: The robot's model compiled on its own, as in its files.
         gripper_root: The part of the model that contains the gripper's elements.
+        warnings: What is strange in its model files, or was lost in their conversion.
         qpos_adr: Addresses of the arm's positions in ``qpos``.  # (nq,)
         dof_adr: Addresses of the arm's degrees of freedom in ``qvel``.  # (nq,)
         ctrl_adr: Addresses of the arm's motors in ``ctrl``.  # (nq,)
@@ -74,7 +75,7 @@ class Robot(MonitoredEntity):
         }
         self._where = description.where
         self.read_tau_external: Callable[[], np.ndarray] | None = None
-        root, alone, hand, self.tool_site = assemble(description)
+        root, alone, hand, self.tool_site, self.warnings = assemble(description)
         self.limits = read_limits(alone, description)
         if bounds is not None:
             self.limits = bounds.narrowed(self.limits, description)

@@ -199,8 +199,15 @@ class RobotDescription:
         tuple[tuple[str, str], ...],
         Key(
             "Pairs of bodies of the robot whose contacts are ignored, in the physics and in "
-            "planning: bodies that overlap in every configuration. Names are those of the model "
-            "files; the block under the base is `pedestal`"
+            "planning: bodies that overlap by design. Names are those of the model files; the "
+            "block under the base is `pedestal`"
+        ),
+    ] = ()
+    convex_parts: Annotated[
+        tuple[str, ...],
+        Key(
+            "Bodies whose meshes collide as several convex parts in place of one hull, such as "
+            "concave jaws; `pip install 'bt-manip[convex]'`"
         ),
     ] = ()
     configurations: Annotated[

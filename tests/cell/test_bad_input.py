@@ -29,10 +29,10 @@ def add(cell, entity, *place, **options):
     [
         (lambda cell, **_: add(cell, Cube(), name="cube"), "already a 'cube' .* 'cube_1' is free"),
         (lambda cell, **_: add(cell, Cube(), 0.3, 0.0, 1.0), r"40\.0 mm inside 'table'"),
-        (lambda cell, **_: add(cell, Cube(mass=0.0)), "mass must be a positive number .kg., got 0"),
+        (lambda cell, **_: add(cell, Cube(mass=0.0)), "mass must be a number above 0 .*, got 0"),
         (
             lambda cell, **_: add(cell, Cube(mass=-1.0)),
-            "mass must be a positive number .kg., got -1",
+            "mass must be a number above 0 and at most 1e.10 .kg., got -1",
         ),
         (lambda cell, holed, **_: add(cell, ModelObject(str(holed))), "holed.stl.*not watertight"),
         (lambda cell, **_: add(cell, ModelObject("no/such.xml")), "no/such.xml"),

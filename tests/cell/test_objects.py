@@ -1,4 +1,4 @@
-"""Each registered object is what its name says; tests/testing holds it to the contract."""
+"""Each registered object is what its name says; its package holds it to the contract."""
 
 import mujoco
 import numpy as np
@@ -119,7 +119,102 @@ def test_a_mesh_has_the_inertia_of_its_hull():
     np.testing.assert_allclose(sorted(body.inertia), sorted(expected), rtol=1e-5)
 
 
-@pytest.mark.parametrize("points", [[], [[0, 0, 0]], [[0, 0], [1, 1]], [[0, 0, 0], [1, 0, 0]] * 3])
+@pytest.mark.parametrize(
+    "points",
+    [
+        [],
+        [[0, 0, 0]],
+        [[0, 0], [1, 1]],
+        [[0, 0, 0], [1, 0, 0]] * 3,
+        [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, np.nan]],
+        [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, np.inf]],
+    ],
+)
 def test_points_without_a_volume_are_no_mesh(points):
     with pytest.raises(CellError, match="not in one plane|list of points"):
         objects.ConvexMesh(points=points)
+
+
+def test_a_foil_of_a_fifth_of_a_millimetre_is_a_mesh():
+    corners = [[x, y, z] for x in (-0.1, 0.1) for y in (-0.05, 0.05) for z in (-1e-4, 1e-4)]
+    assert objects.ConvexMesh(points=corners, mass=0.01).rest_height == pytest.approx(1e-4)
+
+
+def standing(thing):
+    """Give the compiled model, the state and the solid geoms of a thing 1 m above the floor."""
+    cell = Cell()
+    cell.add(thing, pose((0, 0, 1)), free=False)
+    model = cell.model
+    return model, cell.data, np.flatnonzero((model.geom_contype > 0) & (model.geom_bodyid > 0))
+
+
+@pytest.mark.parametrize(
+    ("thing", "lengths"),
+    [
+        (objects.Bin(size=(0.3, 0.2, 0.15)), (0.3, 0.2, 0.15)),
+        (objects.Tray(size=(0.3, 0.2, 0.04)), (0.3, 0.2, 0.04)),
+        (objects.Shelf(size=(0.25, 0.5, 0.6)), (0.25, 0.5, 0.6)),
+        (objects.Wall(size=(0.05, 0.4, 0.3)), (0.05, 0.4, 0.3)),
+        (objects.HoleBoard(size=(0.2, 0.15, 0.05)), (0.2, 0.15, 0.05)),
+        (objects.Bottle(radius=0.03, height=0.2), (0.06, 0.06, 0.2)),
+        (objects.Peg(radius=0.01, length=0.08), (0.02, 0.02, 0.08)),
+        (objects.Cylinder(radius=0.03, height=0.07), (0.06, 0.06, 0.07)),
+        (objects.Sphere(radius=0.03), (0.06, 0.06, 0.06)),
+        (objects.Box(size=(0.05, 0.06, 0.07)), (0.05, 0.06, 0.07)),
+    ],
+    ids=lambda given: getattr(given, "kind", ""),
+)
+def test_things_are_as_long_wide_and_high_as_they_say(thing, lengths):
+    model, data, solid = standing(thing)
+    corners = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)])
+    points = np.concatenate(
+        [
+            data.geom_xpos[g]
+            + (model.geom_aabb[g, :3] + corners * model.geom_aabb[g, 3:])
+            @ data.geom_xmat[g].reshape(3, 3).T
+            for g in solid
+        ]
+    )
+    assert np.ptp(points, axis=0) == pytest.approx(lengths, rel=0.02)  # polygons for circles
+    assert np.ptp(points[:, 2]) == pytest.approx(lengths[2])
+
+
+@pytest.mark.parametrize("kind", [objects.Bin, objects.Tray])
+def test_a_container_is_hollow_between_walls_of_its_thickness(kind):
+    (x, y, z), wall = (0.3, 0.2, 0.05), 0.01
+    model, data, _ = standing(kind(size=(x, y, z), wall=wall))
+    for u in np.linspace(-0.49 * x, 0.49 * x, 41):
+        for v in np.linspace(-0.49 * y, 0.49 * y, 41):
+            down = mujoco.mj_ray(
+                model, data, np.array([u, v, 2.0]), np.array([0.0, 0.0, -1.0]), None, 1, -1,
+                np.zeros(1, np.int32),
+            )  # fmt: skip
+            inside = abs(u) < x / 2 - wall and abs(v) < y / 2 - wall
+            assert 1.0 - down == pytest.approx(wall if inside else z)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_by_default_nothing_is_denser_than_steel_or_as_slippery_as_ice(name):
+    model, _, solid = standing(PARTS.objects.create(name))
+    for body in np.flatnonzero(model.body_mass > 0.0):
+        # The box with this inertia; of rods and shells it is larger than what they fill.
+        x, y, z = model.body_inertia[body] * 6.0 / model.body_mass[body]
+        squares = np.array([y + z - x, x + z - y, x + y - z])
+        volume = float(np.sqrt(np.maximum(squares, 1e-12).prod()))
+        assert model.body_mass[body] < 8000.0 * volume
+    assert np.all(model.geom_friction[solid, 0] > 0.1)
+
+
+def test_the_damping_of_a_servo_becomes_that_of_its_joint(tmp_path):
+    (tmp_path / "lid.xml").write_text("""
+        <mujoco><option integrator="implicitfast"/>
+        <worldbody><body name="base"><geom size="0.1"/>
+          <body pos="0 0 0.2"><joint name="hinge" damping="0.2"/><geom size="0.05"/></body>
+        </body></worldbody>
+        <actuator><position joint="hinge" kp="9" kv="0.7" gear="2"/></actuator></mujoco>""")
+    cell = Cell()
+    cell.add(
+        objects.ModelObject(str(tmp_path / "lid.xml")), pose((0, 0, 1)), name="box", free=False
+    )
+    (damping,) = cell.model.dof_damping
+    assert damping == pytest.approx(0.2 + 0.7 * 2**2) and cell.model.actuator_biasprm[0, 2] == 0.0

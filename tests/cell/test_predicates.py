@@ -164,6 +164,25 @@ def test_at_the_turning_point_of_a_bounce_nothing_is_at_rest(cell):
     assert steps[-1] and False not in steps[steps.index(True) :]
 
 
+@pytest.mark.parametrize("foot", [0.0, 0.25])
+def test_a_rod_that_topples_slowly_is_not_at_rest(tmp_path, foot):
+    path = tmp_path / "rod.xml"  # balanced on an edge 0.12 degrees past the unstable equilibrium
+    path.write_text(
+        f'<mujoco><worldbody><body><geom type="box" size=".005 .005 .25" pos="0 0 {foot}" '
+        'mass=".1"/></body></worldbody></mujoco>'
+    )
+    cell, angle = Cell(), np.arctan(0.005 / 0.25) + 2e-3
+    height = (0.25 - foot) * np.cos(angle) + 0.005 * np.sin(angle) + 1e-5
+    cell.add(ModelObject(str(path)), turned(0.0, 0.0, height - TOP, angle), name="rod", free=True)
+    top = np.array([0.0, 0.0, 0.25 + foot])
+    cell.step(50)  # its edge comes to rest on the floor
+    while (before := cell.pose("rod")).rotation[2, 2] > 0.5:
+        cell.step()
+        speed = np.linalg.norm(cell.pose("rod") * top - before * top) / cell.dt  # [m/s]
+        assert speed < 2e-3 or not at_rest(cell, "rod")
+    assert 0.3 < cell.time < 2.0
+
+
 def test_contacts_of_the_old_place_end_with_a_move(cell):
     put(cell, Cube(), -0.3, 0.0, 0.026, "cube")
     assert is_on(cell, "cube", "table")

@@ -3,18 +3,21 @@
 from pathlib import Path
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from bt_manip import build_station
 from bt_manip.behaviours import Grasp, Hover, Lift, Reach
 from bt_manip.bt import NodeStatus, Sequence
 from bt_manip.cell import Cell
-from bt_manip.cell.objects import ModelObject, Mug
+from bt_manip.cell.objects import DeclaredGrasp, ModelObject, Mug
 from bt_manip.exceptions import MotionError
 from bt_manip.grasping import GripperClearance
 from bt_manip.grasping.grasp_planner import declared_grasps
+from bt_manip.grippers.two_finger.declared_grasps import DeclaredGraspGenerator
 from bt_manip.plugins import PluginSelection, load_plugins
 from bt_manip.spatial import pose
+from tests.grippers.shapes import DOWN, HAND
 
 PLUGIN = PluginSelection(folders=(Path(__file__).with_name("plugin"),))
 RIM = """<mujoco><worldbody><body name="cup">
@@ -92,3 +95,12 @@ def test_sites_of_a_model_are_grasps(tmp_path):
     np.testing.assert_allclose(rim.T_og.rotation[:, 2], [0.0, 0.0, -1.0], atol=1e-9)
     assert (rim.width, ball.width) == pytest.approx((0.004, 0.01))
     assert declared_grasps(cell, "mug") == []
+
+
+def test_declared_grasps_from_below_are_left_out():
+    from_above, from_below = np.diag([1.0, -1.0, -1.0]), np.eye(3)
+    declared = [DeclaredGrasp(pin.SE3(R, np.zeros(3)), 0.03) for R in (from_above, from_below)]
+    generator = DeclaredGraspGenerator("it", declared, HAND, np.zeros(3))
+    found = generator.candidates(DOWN)
+    assert len(found) == 2
+    assert all(grasp.T_ot.rotation[:, 2] @ DOWN == pytest.approx(1.0) for grasp in found)

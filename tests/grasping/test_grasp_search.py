@@ -1,14 +1,19 @@
 """Grasps that may be turned about an axis of the object, and arms that reach few poses."""
 
+import contextlib
 from pathlib import Path
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from bt_manip import build_station, spatial
 from bt_manip.behaviours.poses import centre_pose
-from bt_manip.cell.objects import Cube, Cylinder, Sphere
-from bt_manip.grasping import GraspPlanner, GripperClearance
+from bt_manip.cell.objects import Bottle, Cube, Cylinder, Sphere
+from bt_manip.exceptions import MotionError
+from bt_manip.grasping import GraspPlanner, GripperClearance, grasp_planner
+from bt_manip.grasping.grasp_search import standoff_of
+from bt_manip.grasping.rejections import Rejections
 from bt_manip.runner import Station
 
 FIVE_JOINTS = Path(__file__).parents[1] / "robots/models/five_joints.toml"
@@ -98,3 +103,35 @@ def test_checked_grasps_say_where_the_gripper_has_no_clearance(five):
         closing = grasp.T_ot.rotation @ checked.closing
         across[clear].add(int(np.abs(closing).argmax()))
     assert across == {False: {0}, True: {1}}  # no finger fits between the cubes, along x
+
+
+def test_each_checked_grasp_that_is_not_clear_is_counted_by_what_is_in_the_way(five, monkeypatch):
+    made = []
+    monkeypatch.setattr(
+        grasp_planner, "Rejections", lambda *given: made.append(Rejections(*given)) or made[-1]
+    )
+    thing = Bottle()  # its shoulder is in the way of fingers at its neck
+    position = np.array([0.4, -0.2, TABLE + thing.rest_height])
+    five.cell.add(thing, spatial.pose(position, (1.0, 0.0, 0.0, 0.0)), name="it")
+    planner = GraspPlanner(five.cell, five.arm)
+    with contextlib.suppress(MotionError):
+        planner.plan("it", (0.15,), position)
+    (rejections,) = made
+    obstructed = sum(not clear for _, clear in planner.checked.grasps)
+    assert rejections.self_obstructed > 0
+    assert rejections.self_obstructed + rejections.no_clearance.total() == obstructed
+
+
+def test_a_pre_grasp_pose_is_never_beyond_the_grasp():
+    down = pin.SE3(np.diag([1.0, -1.0, -1.0]), np.array([0.0, 0.0, 0.1]))
+    for height in (0.02, 0.05, 0.2):
+        for z in (0.0, 0.1, 0.4):
+            centre = np.array([0.0, 0.0, z])
+            expected = max(height - (0.1 - z), 0.0)
+            assert standoff_of(down, height, centre) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(("height", "standoff"), [(0.05, 0.05), (0.1, 0.1), (0.3, 0.12)])
+def test_a_grasp_from_the_side_begins_at_most_12_cm_before_it(height, standoff):
+    aside = pin.SE3(pin.exp3(np.array([0.0, np.pi / 2, 0.0])), np.zeros(3))
+    assert standoff_of(aside, height, np.zeros(3)) == pytest.approx(standoff)

@@ -57,3 +57,13 @@ def test_from_a_tool_that_points_up_the_nearest_grasp_still_has_a_pose():
     upwards = pin.SE3(np.eye(3), np.zeros(3))
     first = next(ranking(candidates(solid("sphere", 0.025)), T_now=upwards).by_distance())
     assert np.linalg.det(first.T_wt.rotation) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("x", [0.0, 0.02, 0.045, 0.2])
+def test_a_centre_of_mass_beside_the_tool_costs_up_to_half_an_approach_from_the_side(x):
+    found = list(
+        ranking(candidates(solid("box", 0.025, 0.025, 0.025)), com=(x, 0.0, 0.0)).by_cost()
+    )
+    for one in found:
+        beside = math.hypot(x - one.T_wt.translation[0], one.T_wt.translation[1])
+        assert one.costs["balance"] == pytest.approx(0.5 * min(beside / 0.05, 1.0))

@@ -1,3 +1,5 @@
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -121,3 +123,38 @@ def test_the_area_is_found_anew_when_a_fixed_object_was_turned_in_place(small):
     small.cell.remove("bar")
     small.set_state(state)
     assert before.squares != after.squares
+
+
+class Reach(ReachFromAbove):
+    """The steps of the search."""
+
+    def approach(self, *given):
+        return self._approach(*given)
+
+    def reached_grid(self, *given):
+        return self._reached_grid(*given)
+
+
+def test_a_point_is_approached_with_the_two_quarter_turns_nearest_to_the_arm():
+    tried = []
+    ik = SimpleNamespace(nearest_first=lambda T_wt, *_, **__: tried.append(T_wt) or [])
+    model = SimpleNamespace(pose=lambda q: pointing_down((0.0, 0.0, 0.0), q))
+    reach = Reach(SimpleNamespace(ik=ik, model=model))
+    assert reach.approach((0.4, 0.1, 0.2), 0.1, 2.0, 0) is None
+    yaws = 0.1 + np.pi / 2, 0.1 + np.pi  # 0.33 and 1.24 rad from 2.0 rad, others 1.9 and more
+    for T_wt, yaw in zip(tried, yaws, strict=True):
+        assert T_wt.isApprox(pointing_down((0.4, 0.1, 0.3), yaw), 1e-9)
+
+
+def test_every_third_point_is_searched_and_one_out_of_reach_tried_from_two_neighbours():
+    searched, tried = [], []
+
+    class Holed(Reach):
+        def _approach(self, position, yaw, q0, restarts):
+            (searched if restarts else tried).append((*position[:2], yaw))
+            return None if position[:2] == (2.0, 2.0) else np.zeros(2)
+
+    grid = np.arange(5.0)
+    reached = Holed(SimpleNamespace(model=SimpleNamespace(home=None))).reached_grid(grid, grid, 0)
+    assert len(reached) == 24 and tried.count((2.0, 2.0, 0.0)) == 2
+    assert searched == [(x, y, 0.0) for x in (1.0, 4.0) for y in (1.0, 4.0)]

@@ -8,7 +8,11 @@ import pytest
 import trimesh
 
 from bt_manip.exceptions import MotionError
-from bt_manip.grippers.two_finger.antipodal_grasps import GRIP_DEPTH, AntipodalGraspGenerator
+from bt_manip.grippers.two_finger.antipodal_grasps import (
+    GRIP_DEPTH,
+    AntipodalGraspGenerator,
+    cylinder_grasps,
+)
 from tests.grippers.shapes import DOWN, HAND, candidates, convex, solid, wedge
 
 
@@ -103,3 +107,25 @@ def test_a_palm_too_near_to_the_fingertips_fails_with_the_length_of_the_fingers(
     generator = AntipodalGraspGenerator("it", cube, gripper, np.zeros(3), np.random.default_rng(0))
     with pytest.raises(MotionError, match="deep enough: the fingers extend 5 mm beyond the palm"):
         generator.candidates(DOWN)
+
+
+def test_a_ball_may_be_approached_from_straight_above():
+    cosines = [approach(grasp) @ DOWN for grasp in candidates(solid("sphere", 0.02))]
+    assert max(cosines) == pytest.approx(1.0)
+
+
+def test_pads_touch_flat_ends_over_their_width_and_round_ends_at_a_point():
+    ends = {}
+    for kind in ("cylinder", "capsule"):
+        half = 0.03 if kind == "cylinder" else 0.02
+        lying = solid(kind, 0.01, half, rotation=pin.utils.rotate("y", math.pi / 2))
+        grasps = cylinder_grasps(lying, HAND, DOWN)
+        ends[kind] = [(g.contact, g.face_extent) for g in grasps if abs(g.closing[0]) > 0.99]
+    assert {*ends["cylinder"]} == {(1.0, 0.005)}
+    assert {*ends["capsule"]} == {(0.6, 0.0)}
+
+
+def test_only_a_single_round_solid_may_be_gripped_from_all_around():
+    ball = solid("sphere", 0.02)
+    assert candidates(ball).free_axis is not None
+    assert candidates(ball, solid("sphere", 0.02, at=(0.06, 0.0, 0.0))).free_axis is None

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 import pytest
@@ -82,3 +83,12 @@ def test_grasps_stay_inside_80_percent_of_the_cone_of_the_objects_smallest_frict
     box = solid("box", 0.01, 0.01, 0.01)  # friction 0.7
     assert friction_cone([box]) == pytest.approx(0.8 * math.atan(0.7))
     assert friction_cone([box, replace(box, friction=0.2)]) == pytest.approx(0.8 * math.atan(0.2))
+
+
+def test_no_two_similar_pairs_have_the_same_centre():
+    pairs, _ = best_antipodal_pairs(mug(), HAND, np.zeros(3), np.random.default_rng(0))
+    lines, widths = pairs.lines()
+    centres = 0.5 * (pairs.first + pairs.second)
+    for i, k in combinations(range(len(centres)), 2):
+        alike = abs(lines[i] @ lines[k]) > math.cos(0.3) and abs(widths[i] - widths[k]) < 0.01
+        assert not alike or np.linalg.norm(centres[i] - centres[k]) >= 5e-3

@@ -10,8 +10,9 @@ import pytest
 from bt_manip.cell import Cell, Cube
 from bt_manip.control import ComputedTorque, Hold
 from bt_manip.grippers import TwoFingerGripper
-from bt_manip.robots import Robot, read_description
+from bt_manip.robots import GripperError, Robot, read_description
 from bt_manip.spatial import pose
+from bt_manip_learn import NativeTwoFingerGripper
 
 FILE = Path(__file__).parents[1] / "robots" / "models" / "post.toml"
 
@@ -118,3 +119,8 @@ def test_a_state_goes_on_bit_for_bit(over_cube):
         part.set_state(state)
     cell.step(200)
     assert np.array_equal(first, cell.data.qpos)
+
+
+def test_the_simulators_own_control_refuses_them_with_the_reason():
+    with pytest.raises(GripperError, match="these follow a mechanism"):
+        Robot(read_description(FILE), gripper=NativeTwoFingerGripper)

@@ -2,10 +2,13 @@
 
 import math
 
+import mujoco
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from bt_manip.grippers.solids import Polyhedron, least_width, surface_triangles
+from bt_manip.grippers.two_finger.hand import jaw_height
 from tests.grippers.shapes import convex, mug, solid, wedge
 
 
@@ -54,3 +57,14 @@ def test_the_least_width_is_that_of_the_narrowest_side():
     assert least_width([solid("capsule", 0.02, 0.03)]) == pytest.approx(0.04)
     assert least_width(mug()) == pytest.approx(0.064)
     assert least_width([convex(wedge())]) == pytest.approx(0.04)
+
+
+def test_a_part_of_a_fixed_jaw_between_the_jaws_is_as_high_as_its_top():
+    model = mujoco.MjModel.from_xml_string(
+        '<mujoco><worldbody><body><geom name="jaw" type="box" size=".01 .01 .06"/>'
+        '<geom type="box" pos="0 .05 .01" size=".015 .01 .02"/></body></worldbody></mujoco>'
+    )
+    closing = np.array([0.0, 1.0, 0.0])
+    for depth, top in ((0.03, 0.03), (0.0, 0.06), (0.07, -np.inf)):
+        height = jaw_height(model, 0, pin.SE3.Identity(), closing, depth)
+        assert height == pytest.approx(top)

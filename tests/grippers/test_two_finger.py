@@ -9,16 +9,8 @@ from dm_control import composer
 
 from bt_manip.grippers import TwoFingerGripper
 from bt_manip.robots import GripperError, Robot, RobotError, panda
-from tests.control.conftest import Wave, panda_cell
-
-
-def step_until(cell, condition, limit=1.0):
-    """Step until a condition holds; give the time it took."""
-    start = cell.time
-    while not condition():
-        assert cell.time - start < limit, "it did not happen in time"
-        cell.step()
-    return cell.time - start
+from tests.support.arms import Wave, panda_cell
+from tests.support.arms import step_until as step_until
 
 
 def test_closing_ends_with_the_asked_force_on_each_finger_for_50_ms(grip):

@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from bt_manip.models import ModelError, check_mjcf
+from bt_manip.models import ModelError, check_mjcf, read_mesh
 
 GOOD = '<mujoco>{}<worldbody><geom type="box" size=".1 .1 .1"/></worldbody></mujoco>'
 
@@ -63,3 +63,22 @@ def test_good_models_and_missing_files_are_left_to_mujoco(model):
         '<asset><mesh name="m" file="missing.stl"/></asset>',
     ):
         check_mjcf(model(GOOD.format(inside)))
+
+
+def test_a_model_of_absurd_size_is_refused_at_once(tmp_path):
+    path = tmp_path / "wide.xml"
+    attributes = " ".join(f"a{i}='1'" for i in range(1001))
+    for inside, message in (
+        ("<geom size='.1'/>\n" * 3000, r"wide.xml:1\d\d\d: more than 2000 elements"),
+        (f"<geom {attributes}/>", "more than 1000 attributes"),
+    ):
+        path.write_text(f"<mujoco><worldbody>{inside}</worldbody></mujoco>")
+        with pytest.raises(ModelError, match=message):
+            check_mjcf(path)
+
+
+def test_a_polygon_of_absurd_size_is_refused_at_once(tmp_path):
+    path = tmp_path / "polygon.obj"
+    path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf" + " 1 2 3" * 20_000)
+    with pytest.raises(ModelError, match="a line of more than 65536 characters"):
+        read_mesh(path)

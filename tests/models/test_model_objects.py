@@ -10,7 +10,7 @@ from bt_manip import spatial
 from bt_manip.cell import Cell, CellError
 from bt_manip.cell.objects import Catalogue, Cube, ModelObject
 from bt_manip.exceptions import BtManipError
-from bt_manip.models import ModelError
+from bt_manip.models import ModelError, load_model
 from bt_manip.plugins import load_plugins
 from bt_manip.record.report.recorder import Recorder
 from bt_manip.registry import UnknownPartError
@@ -76,10 +76,46 @@ def test_mass_friction_and_colour_can_be_changed():
     assert cell.model.geom_friction[touch, 0] == pytest.approx(0.3)
 
 
-@pytest.mark.parametrize("mass", [0.0, -1.0, float("nan"), float("inf")])
+@pytest.mark.parametrize("mass", [0.0, -1.0, float("nan"), float("inf"), 1e300])
 def test_a_mass_that_is_none_is_refused(mass):
-    with pytest.raises(CellError, match="mass must be a positive number"):
+    with pytest.raises(CellError, match="mass must be a number above 0 and at most"):
         ModelObject("bundled:cube", mass=mass)
+
+
+INERTIAL = {
+    "mass.xml": '<mujoco><worldbody><body>\n<inertial mass="{}" pos="0 0 0" diaginertia="1 1 1"/>'
+    '<geom size=".02"/></body></worldbody></mujoco>',
+    "inertia.xml": '<mujoco><worldbody><body>\n<inertial mass="1" pos="0 0 0" '
+    'diaginertia="{} 1 1"/><geom size=".02"/></body></worldbody></mujoco>',
+    "geom.xml": '<mujoco><worldbody><body>\n<geom size=".02" mass="{}"/></body></worldbody>'
+    "</mujoco>",
+    "density.xml": '<mujoco><worldbody><body>\n<geom size=".02" density="{}"/></body></worldbody>'
+    "</mujoco>",
+    "mass.urdf": '<robot name="r"><link name="l"><inertial>\n<mass value="{}"/><inertia ixx="1" '
+    'iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial><collision><geometry>'
+    '<sphere radius=".02"/></geometry></collision></link></robot>',
+    "inertia.urdf": '<robot name="r"><link name="l"><inertial><mass value="1"/>\n<inertia ixx="{}" '
+    'iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>',
+}
+
+
+@pytest.mark.parametrize("value", ["-1", "1e300", "inf", "nan"])
+@pytest.mark.parametrize("name", INERTIAL)
+def test_impossible_masses_and_inertias_are_refused_with_their_line(tmp_path, name, value):
+    path = tmp_path / name
+    path.write_text(INERTIAL[name].format(value))
+    with pytest.raises(ModelError, match=rf"{name}:2: .* at least 0 and at most 1e\+10 .*{value}"):
+        load_model(str(path)) and ModelObject(str(path))
+
+
+@pytest.mark.parametrize("name", [name for name in INERTIAL if "inertia" not in name])
+def test_a_body_without_mass_may_not_move(tmp_path, name):
+    path = tmp_path / name
+    path.write_text(INERTIAL[name].format(0))
+    cell = Cell()
+    with pytest.raises(CellError, match="'x' moves, so it needs a positive mass"):
+        cell.add(ModelObject(str(path)), spatial.pose((0, 0, 1)), name="x")
+    cell.add(ModelObject(str(path)), spatial.pose((0, 0, 1)), name="x", free=False)
 
 
 def test_a_name_or_an_address_makes_an_object(parts):
@@ -109,7 +145,9 @@ def test_a_hollow_mesh_is_hollow_as_a_container(tmp_path, monkeypatch, parts):
 
     monkeypatch.setattr(module, "can_decompose", lambda: False)
     solid = Catalogue(parts.objects)
-    assert rests_at(solid.create(str(path), category="container")) == pytest.approx(0.125, abs=5e-3)
+    assert rests_at(solid.create(str(path), category="container", mass=2.0)) == pytest.approx(
+        0.125, abs=5e-3
+    )
     assert len(solid.warnings()) == 1 and "bt-manip[convex]" in solid.warnings()[0]
 
     # The real search takes minutes with such a mesh.

@@ -73,7 +73,7 @@ def test_a_urdf_is_found_in_a_package_of_the_environment(tmp_path, monkeypatch):
         (("<robot", "<!DOCTYPE robot><robot"), "DOCTYPE"),
         (("</robot>", ""), "not XML"),
         (("type=\"revolute\"", "type=\"wobbly\""), "MuJoCo cannot read it"),
-        (("</link>\n<joint", '<visual><geometry><mesh filename="no.stl"/></geometry></visual>'
+        (("</link>\n<joint", '<collision><geometry><mesh filename="no.stl"/></geometry></collision>'
           "</link>\n<joint"), r"arm\.urdf:\d+: there is no mesh 'no.stl'"),
     ],
 )  # fmt: skip

@@ -83,3 +83,9 @@ def test_the_first_joint_outside_its_limits_is_named():
     limits.checked(one)
     with pytest.raises(MotionError, match="joint 2 cannot go to 1.5000 rad: its limits are -1.0"):
         limits.checked(np.array([0.0, 1.5, -2.0]))
+
+
+def test_every_rotation_of_the_exponential_map_is_accepted():
+    for about in np.random.default_rng(0).normal(size=(20, 3)):
+        R = pin.exp3(about)
+        assert np.array_equal(checks.check_rotation(R), R)

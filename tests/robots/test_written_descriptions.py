@@ -7,7 +7,8 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from bt_manip.robots import RobotDescription, description_text, panda, read_description
+from bt_manip.robots import RobotDescription, panda, read_description
+from bt_manip_setup import description_text
 
 ROOT = Path(__file__).resolve().parents[2]
 FILES = sorted(

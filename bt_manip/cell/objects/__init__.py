@@ -7,7 +7,6 @@ from .bundled import Table as Table
 from .camera import Camera as Camera
 from .camera import looking_at as looking_at
 from .catalogue import Catalogue as Catalogue
-from .categories import CONTAINER as CONTAINER
 from .categories import check_spelling as check_spelling
 from .cell_object import CellObject as CellObject
 from .cell_object import DeclaredGrasp as DeclaredGrasp
@@ -15,6 +14,8 @@ from .cell_object import as_object as as_object
 from .cell_object import bottom_of as bottom_of
 from .model_object import ModelObject as ModelObject
 from .model_object import mjcf_root as mjcf_root
+from .plausibility import correct_inertias as correct_inertias
+from .plausibility import invented_masses as invented_masses
 from .primitive_prop import PrimitiveProp as PrimitiveProp
 from .primitives import Bin as Bin
 from .primitives import Block as Block
@@ -37,5 +38,4 @@ from .primitives import Wall as Wall
 from .primitives import YellowBlock as YellowBlock
 from .prop import ParametricEntity as ParametricEntity
 from .prop import Prop as Prop
-from .prop import check_parameter as check_parameter
 from .prop import object_parameters as object_parameters

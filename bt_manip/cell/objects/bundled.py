@@ -1,5 +1,6 @@
 """Objects with bundled models: cube, table, basket."""
 
+import numpy as np
 from dm_control import mjcf
 
 from bt_manip.models import bundled_path
@@ -59,7 +60,33 @@ class Table(BundledProp):
 
     kind = "table"
     category = "surface"
-    defaults = {key: BundledProp.defaults[key] for key in ("friction", "colour")}
+    defaults = {
+        "size": Parameter(
+            "Lengths of its top along x and y; by default 1.5 and 0.8", "m", None,
+            type=float, size=2, at_least=0.2,
+        ),
+        "height": Parameter(
+            "Height of its surface above the floor; by default 1.015", "m", None,
+            type=float, at_least=0.1,
+        ),
+        **{key: BundledProp.defaults[key] for key in ("friction", "colour")},
+    }  # fmt: skip
+
+    def _make_model(self, name: str) -> None:
+        super()._make_model(name)
+        top, height = self._mjcf_root.find("geom", "top"), self._parameters["height"]
+        rise = 0.0 if height is None else height - self.surface_height
+        size = self._parameters["size"]
+        wider = np.zeros(2) if size is None else np.array(size) / 2 - top.size[:2]
+        for geom in self._all_geoms():
+            if geom.fromto is None:  # the top
+                geom.size = geom.size + np.append(wider, 0.0)
+                geom.pos = geom.pos + (0.0, 0.0, rise)
+            else:  # a leg: its lower end, then its upper one
+                ends = np.reshape(geom.fromto, (2, 3))
+                ends[:, :2] += wider * np.sign(ends[:, :2])
+                ends[1, 2] += rise
+                geom.fromto = ends.ravel()
 
     @property
     def surface_height(self) -> float:

@@ -10,7 +10,6 @@ from bt_manip.models import (
     Source,
     built_in_sources,
     can_decompose,
-    check_mjcf,
     is_address,
     load_model,
     no_downloads,
@@ -116,7 +115,10 @@ class Catalogue:
                     f"{address}: its meshes collide as if they were filled, so nothing may fit "
                     "into it; pip install 'bt-manip[convex]' makes them hollow"
                 ] = None
-        return ModelObject(self._load(address, convex or "hull"), convex=convex, **parameters)
+        model = self._load(address, convex or "hull")
+        made = ModelObject(model, convex=convex, **parameters)
+        self._warnings.update(dict.fromkeys(made.warnings))
+        return made
 
     def _categories(self) -> set[str]:
         """Return the categories of all registered objects, plugins included."""
@@ -126,8 +128,6 @@ class Catalogue:
     def _load(self, address: str, convex: str) -> MjcfModel:
         if (address, convex) not in self._loaded:
             model = load_model(address, convex=convex, sources=self._sources, formats=self._formats)
-            if model.path is not None:
-                check_mjcf(model.path)  # it notes the model's files
             self._loaded[address, convex] = self._loaded[model.address, convex] = model
             self._warnings.update(dict.fromkeys(model.warnings))
         return self._loaded[address, convex]
@@ -142,7 +142,7 @@ class Catalogue:
         return self.get(name)(*arguments, **parameters)
 
     def warnings(self) -> tuple[str, ...]:
-        """Return the warnings of model conversions, each with file and line."""
+        """Return the warnings about the models of all objects so far."""
         return tuple(self._warnings)
 
     def names(self) -> tuple[str, ...]:

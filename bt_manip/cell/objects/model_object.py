@@ -1,5 +1,6 @@
 """Objects from any model address."""
 
+import contextlib
 from collections.abc import Sequence
 from typing import Any
 
@@ -8,17 +9,19 @@ import numpy as np
 from dm_control import mjcf
 
 from bt_manip.exceptions import one_line
-from bt_manip.models import MjcfModel, check_mjcf, exact_xml, load_model
+from bt_manip.models import MjcfModel, check_mjcf, exact_xml, load_model, scaled_model
 from bt_manip.parameters import Parameter
 
 from ..exceptions import CellError
 from ..naming import name_elements
 from .bounds import Bounds, bounds_of
 from .categories import CONTAINER, check_spelling
+from .plausibility import correct_inertias, invented_masses
 from .prop import Prop, value_of
 
 GRIPPABLE = 0.08
 """Largest opening of common grippers [m]."""
+_LARGE, _SMALL = 2.0, 1e-3  # [m] longest edge above or below which the unit may be wrong
 _PORTABLE = 0.5  # [m] longest edge of models that are free by default
 _FLAT = 0.3  # [m] shortest horizontal edge of surfaces
 _WORLD_SETTINGS = ("option", "visual", "statistic", "size", "keyframe")
@@ -34,6 +37,9 @@ class ModelObject(Prop):
     world in the file (options, keyframes) are dropped.
     """
 
+    warnings: tuple[str, ...]
+    """What is strange in its file, or was lost in its conversion."""
+
     _bounds: Bounds
     _mass: float
 
@@ -43,6 +49,10 @@ class ModelObject(Prop):
         "convex": Parameter(
             "What meshes of an address collide by: their hull, or convex parts, without which "
             "nothing fits into a hollow one; by default hull", "", None, type=str,
+        ),
+        "scale": Parameter(
+            "Factor of its lengths, 0.001 for a file in millimetres; masses in the file stay",
+            "", None, type=float, above=0.0,
         ),
     }  # fmt: skip
 
@@ -61,18 +71,23 @@ class ModelObject(Prop):
             CellError: If MuJoCo rejects the model, or a parameter is invalid.
         """
         self._take(parameters)
-        mass, friction, colour, category, convex = self._parameters.values()
+        mass, friction, colour, category, convex, scale = self._parameters.values()
         if category is not None:
             check_spelling(category)
         if isinstance(model, str):
             model = load_model(model, convex=convex or "hull")
         self.kind = model.address
+        if scale is not None:
+            model = scaled_model(model, scale)
         self._mjcf_root = root = mjcf_root(model)
         root.model = name or model.name
         implicit = root.option.integrator in ("implicit", "implicitfast")
         loose = _drop_world(root)
         name_elements(root)
         alone = self._compile(model)
+        warnings = [f"{self.kind}: {text}" for text in correct_inertias(root, alone)]
+        if warnings:
+            alone = self._compile(model)
         if implicit:
             _damp_joints(root, alone)
         self._touchable = {
@@ -84,6 +99,14 @@ class ModelObject(Prop):
         self._mass = float(alone.body_mass[1:].sum())
         self._apply(mass, friction, colour)
         self.free = self._find_free(model, loose, alone)
+        if mass is None and (invented := invented_masses(root, alone, fixed=not self.free)):
+            warnings.append(f"{self.kind}: {invented}; mass = ... gives it")
+        longest = float(self._bounds.size.max())
+        if longest > _LARGE or 0.0 < longest < _SMALL:
+            size = " x ".join(f"{edge:.4g}" for edge in self._bounds.size)
+            scaled = f"scale = 0.001, or {self.kind}?scale=0.001, reads millimetres"
+            warnings.append(f"{self.kind}: its size is {size} m; {scaled}")
+        self.warnings = (*model.warnings, *warnings)
         self.category = category or self._find_category()
 
     @property
@@ -137,7 +160,8 @@ class ModelObject(Prop):
     def _find_free(self, model: MjcfModel, loose: bool, alone: mujoco.MjModel) -> bool:
         if loose or model.static is not None:
             return loose or not model.static
-        return alone.njnt == 0 and self._mass > 0 and bool(self._bounds.size.max() <= _PORTABLE)
+        solid = self._mass > 0 or bool(self._touchable)  # what only looks like something is fixed
+        return alone.njnt == 0 and solid and bool(self._bounds.size.max() <= _PORTABLE)
 
     def _find_category(self) -> str:
         size = self._bounds.size
@@ -150,25 +174,26 @@ def mjcf_root(model: MjcfModel) -> mjcf.RootElement:
     """Read a model into PyMJCF, with angles in radians.
 
     The angles of an attached model are read in the arena's unit, so MuJoCo's own writer converts
-    degrees to radians first.
+    degrees to radians first, and resolves what PyMJCF does not know, such as frames.
 
     Raises:
         CellError: If it cannot be read.
         ModelError: If it, or a file that it names, may not be read.
     """
-    if model.path is not None:
-        check_mjcf(model.path)
+    files = set() if model.path is None else check_mjcf(model.path)
     try:
-        if model.path is None:
+        folder = "" if model.path is None else str(model.path.parent)
+        if model.path is None or model.xml:
             return mjcf.from_xml_string(
-                model.xml, assets=dict(model.assets), escape_separators=True
+                model.xml, assets=dict(model.assets), model_dir=folder, escape_separators=True
             )
-        root = mjcf.from_path(str(model.path), escape_separators=True)
-        if root.compiler.angle == "radian" and root.compiler.eulerseq is None:
-            return root
+        with contextlib.suppress(Exception):  # frames, and whatever else only MuJoCo knows
+            root = mjcf.from_path(str(model.path), escape_separators=True)
+            if root.compiler.angle == "radian" and root.compiler.eulerseq is None:
+                return root
         spec = mujoco.MjSpec.from_file(str(model.path))
         return mjcf.from_xml_string(
-            exact_xml(spec), model_dir=str(model.path.parent), escape_separators=True
+            exact_xml(spec, files), model_dir=folder, escape_separators=True
         )
     except Exception as error:  # PyMJCF raises errors of any type
         reason = one_line(error) or type(error).__name__

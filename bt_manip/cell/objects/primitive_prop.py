@@ -35,7 +35,9 @@ class PrimitiveProp(Prop):
     """
 
     defaults = {
-        "mass": Parameter("Mass; it counts where the object is free", "kg", 0.1, above=0.0),
+        "mass": Parameter(
+            "Mass; it counts where the object is free", "kg", 0.1, above=0.0, at_most=1e10
+        ),
         "friction": Parameter("Coefficient of sliding friction", "", 1.0, above=0.0),
         "colour": Parameter(
             "Red, green, blue, and opacity where given", "", (0.5, 0.5, 0.5),

@@ -149,7 +149,9 @@ class Prop(ParametricEntity, CellObject):
     category: str = "thing"
     free: bool = False
     defaults: ClassVar[Mapping[str, Any]] = {
-        "mass": Parameter("Mass; by default that of its model", "kg", None, type=float, above=0.0),
+        "mass": Parameter(
+            "Mass; by default that of its model", "kg", None, type=float, above=0.0, at_most=1e10
+        ),
         "friction": Parameter(
             "Coefficient of sliding friction; by default as in its model", "", None,
             type=float, above=0.0,

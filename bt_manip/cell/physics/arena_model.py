@@ -370,4 +370,7 @@ def _reason(error: BaseException) -> str:
     text = str(error).strip()
     element = re.search(r"^Element name '([^']+)'", text, re.MULTILINE)
     line = (text or type(error).__name__).splitlines()[0].removeprefix("Error: ")
+    if element and "mjMINVAL" in line:
+        name = element[1].rstrip("/")
+        return f"'{name}' moves, so it needs a positive mass [kg] and inertia [kg m^2]; or fix it"
     return f"{line} (at '{element[1]}')" if element else line

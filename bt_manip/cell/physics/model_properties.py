@@ -194,11 +194,15 @@ def _share(value: np.ndarray) -> bool:
     return bool(((value >= 0.0) & (value <= 1.0)).all())
 
 
+MAX_MASS = 1e10  # [kg]
 ENTITY, LIGHT, CAMERA = "entity", "light", "camera"
 
 PROPERTIES: dict[str, dict[str, ModelProperty]] = {
     ENTITY: {
-        "mass": ModelProperty(_mass, _set_mass, _positive, "a positive number [kg]"),
+        "mass": ModelProperty(
+            _mass, _set_mass, lambda v: bool(((v > 0.0) & (v <= MAX_MASS)).all()),
+            f"a number above 0 and at most {MAX_MASS:g} [kg]",
+        ),
         "friction": ModelProperty(_friction, _set_friction, _positive, "a positive number"),
         "colour": ModelProperty(_colour, _set_colour, _share, "3 or 4 numbers from 0 to 1"),
         "gain": ModelProperty(_gain, _set_gain, _positive, "a positive factor, or one an actuator"),

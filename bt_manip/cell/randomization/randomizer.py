@@ -130,6 +130,7 @@ class Randomizer:
                     for key, varied in variations.items()
                 }
                 self._cell.override(element, **values)
+        mujoco.mj_forward(self._cell.model, self._cell.data)  # forces of these values
 
     def sample_overrides(
         self, name: str, entity: composer.Entity, model: mujoco.MjModel

@@ -103,7 +103,7 @@ def measure_hand(
     ]
     if jaw:
         depth = travel.centre[0] + _JAW_DEPTH * travel.open_width
-        palm.append(_inside_jaw(model, jaw[0], placed[jaw[0]], closing, depth))
+        palm.append(jaw_height(model, jaw[0], placed[jaw[0]], closing, depth))
     return Hand(
         closing,
         travel.open_width,
@@ -115,7 +115,7 @@ def measure_hand(
     )
 
 
-def _inside_jaw(
+def jaw_height(
     model: mujoco.MjModel, geom: int, T_tg: pin.SE3, closing: np.ndarray, depth: float
 ) -> float:
     """Return the extent of a fixed jaw's body along the approach, between the jaws [m].

@@ -27,6 +27,10 @@ FALLING = 50
 """Control steps after a release until the gripper counts as free; by then the object falls."""
 
 
+_HOLD = ("_asked", "_busy", "_closing", "_grasp_width", "_held", "_steps_released")
+"""What `RealTwoFingerGripper.get_state` has besides measurements and poses."""
+
+
 class RealTwoFingerGripper(DrivenFingers):
     """A gripper whose fingers are at the measured positions of the real fingers.
 
@@ -219,9 +223,21 @@ class RealTwoFingerGripper(DrivenFingers):
         """Do nothing: `follow_tool` is called with the measured pose of the tool."""
 
     def get_state(self) -> dict[str, Any]:
-        """Return the known state of the gripper, for recordings."""
-        return {"width": self.width, "held": self.held, "assumed": sorted(self.assumed)}
+        """Return the known state of the gripper, for recordings and `set_state`."""
+        state = {"width": self.width, "held": self.held, "assumed": sorted(self.assumed)}
+        if self._connection.restorable:
+            state["hold"] = {name: getattr(self, name) for name in _HOLD}
+            state["T_to"] = self._T_to.homogeneous.tolist()
+        return state
 
     def set_state(self, state: Mapping[str, Any]) -> None:
-        """Raise an error: the state of a real gripper cannot be restored."""
-        raise GripperError("a real gripper cannot return to an earlier state")
+        """Restore the state of a simulated device; that of a real one cannot be.
+
+        Raises:
+            GripperError: If the device is real.
+        """
+        if not self._connection.restorable:
+            raise GripperError("a real gripper cannot return to an earlier state")
+        for name in _HOLD:
+            setattr(self, name, state["hold"][name])
+        self._T_to, self.assumed = pin.SE3(np.array(state["T_to"])), {*state["assumed"]}

@@ -15,6 +15,7 @@ from .parameters import PadParameters, TwoFingerParameters
 from .travel_check import checked_travel
 
 _TOLERANCE = 2e-3  # [m] tolerance of a described opening
+_STIFF = {"solref": (0.004, 1.0), "solimp": (0.99, 0.999, 0.001)}  # of coupled joints
 _SOLMIX = 1e6  # weight of the fingers' contact parameters; that of other geoms is 1
 
 Fingers = tuple[float, float, float, float]
@@ -55,6 +56,7 @@ class Mechanism:
             tendon = robot.gripper_root.find("tendon", escaped_name(motor))
             driven = [tendon or robot.find("joint", motor)]
         self._moving = [robot.find("joint", name) for name in self.travel.joints]
+        self._stiffen_couplings()
         efforts = self._efforts(parameters, max_force)
         self.actuators = ensure_motors(root, robot.alone, driven, efforts, freed=self._moving)
         if self.travel.one_moves:
@@ -92,6 +94,17 @@ class Mechanism:
             for joint in base.find_all("joint"):
                 if joint.parent is not base:
                     joint.set_attributes(**given)
+
+    def _stiffen_couplings(self) -> None:
+        """Couple joints stiffly where the model leaves MuJoCo's default, as every URDF does.
+
+        With the default, joints of light links yield to a grip by tenths of a radian.
+        """
+        for coupling in self._robot.gripper_root.equality.joint:
+            given = (coupling.solref, coupling.dclass, coupling.root.default.equality.solref)
+            coupled = any(coupling.joint1 is joint for joint in self._moving)
+            if coupled and all(value is None for value in given):
+                coupling.set_attributes(**_STIFF)
 
     def _efforts(self, parameters: TwoFingerParameters, max_force: float) -> list[float]:
         """Return the maximum effort of each motor.

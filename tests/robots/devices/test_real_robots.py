@@ -20,13 +20,13 @@ from bt_manip.exceptions import BtManipError, MotionError
 from bt_manip.plugins import PluginSelection
 from bt_manip.robots import DeviceError, panda
 from bt_manip.robots.connection_worker import serve_arm
-from bt_manip.testing import (
+from bt_manip_contracts import (
     DEVICE_CONTRACT,
     GRIPPER_CONTRACT,
     holds_an_object,
     recovers_from_a_problem,
 )
-from bt_manip.testing.device_contract import stays_on_a_motion_to_its_end
+from bt_manip_contracts.device_contract import stays_on_a_motion_to_its_end
 from tests.measuring.tool_speeds import ToolPositions
 
 HERE = Path(__file__).parent
@@ -222,7 +222,10 @@ def test_a_tree_that_wants_another_controller_is_refused_before_it_runs(station)
         ({"backend": "fak=1"}, "unknown backend 'fak'; did you mean 'fake'"),
         ({"backend": "fake"}, "--backend wants fake=ADDRESS"),
         ({"backend": "fake=1", "scene": "two_arms"}, "moves one robot, the scene has several"),
-        ({"backend": "fake=1", "faults": ("vanish at=Grasp",)}, "faults are simulated"),
+        (
+            {"backend": "fake=1", "modifiers": {"fault": ("vanish at=Grasp",)}},
+            "fault: modifiers need a simulation",
+        ),
         ({"speed": 0.0}, "speed must be above 0"),
     ],
 )
