@@ -35,11 +35,10 @@ def register_robots(register: Callable[[Any], None]) -> None:
 
 @hookimpl
 def register_grippers(register: Callable[[str, Callable[..., Any]], None]) -> None:
-    """Bring grippers of two fingers."""
-    from bt_manip.grippers import NativeTwoFingerGripper, TwoFingerGripper
+    """Bring the gripper of two fingers."""
+    from bt_manip.grippers import TwoFingerGripper
 
     register(TwoFingerGripper.kind, TwoFingerGripper)
-    register(NativeTwoFingerGripper.kind, NativeTwoFingerGripper)
 
 
 @hookimpl
@@ -49,7 +48,6 @@ def register_controllers(register: Callable[[str, Callable[..., Any]], None]) ->
 
     register("computed_torque", control.ComputedTorque)
     register("gravity_compensated_pd", control.GravityCompensatedPD)
-    register("native_pd", control.NativePD)
 
 
 @hookimpl
@@ -122,30 +120,6 @@ def register_model_caches(register: Callable[[str, Callable[[], Any]], None]) ->
     from bt_manip.models import MenagerieCache
 
     register("menagerie", MenagerieCache)
-
-
-@hookimpl
-def register_faults(register: Callable[[str, type], None]) -> None:
-    """Bring faults of objects, of the robot and of the tree."""
-    from bt_manip import faults
-
-    register("vanish", faults.Vanish)
-    register("move", faults.Displace)
-    register("knock", faults.Knock)
-    register("slippery", faults.Slippery)
-    register("heavy", faults.Heavy)
-    register("stuck", faults.Stuck)
-    register("obstacle", faults.Obstacle)
-    register("container_vanishes", faults.ContainerVanishes)
-    register("push", faults.Push)
-    register("stuck_joint", faults.StuckJoint)
-    register("stuck_finger", faults.StuckFinger)
-    register("torque_loss", faults.TorqueLoss)
-    register("sensor_noise", faults.SensorNoise)
-    register("sensor_delay", faults.SensorDelay)
-    register("sensor_nan", faults.SensorNaN)
-    register("exception", faults.BehaviourException)
-    register("tick_delay", faults.TickDelay)
 
 
 @hookimpl

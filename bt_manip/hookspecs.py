@@ -91,6 +91,16 @@ def register_dialects(register: Callable[[Any], None]) -> None:
 
 
 @hookspec
+def register_conversions(register: Callable[[str, Callable[..., str]], None]) -> None:
+    """Register languages that ``bt-manip tree convert --to NAME`` writes.
+
+    Args:
+        register: ``register(name, write)``, where ``write(reading, stubs)`` returns the text of a
+            `bt_manip.bt.Reading` without errors; the stubs are those with which it was read.
+    """
+
+
+@hookspec
 def register_trees(register: Callable[[str, Any], None]) -> None:
     """Register trees that ``bt-manip run`` accepts by name.
 
@@ -178,6 +188,20 @@ def register_views(register: Callable[[str, Callable[..., Any]], None]) -> None:
 
 
 @hookspec
+def register_pools(register: Callable[[str, Callable[..., Any]], None]) -> None:
+    """Register pools of workers, on which the option ``--NAME`` of ``bt-manip evaluate`` runs.
+
+    ``sweep`` has the option, too. It is found as those of `register_views`.
+
+    Args:
+        register: ``register(name, factory)``, where ``factory(make_worker, address, workers)``
+            returns a pool with the methods and ``cpus`` of `bt_manip.evaluation.ProcessPool`. The
+            address is the value of the option, ``"local"`` without one; 0 workers are as many as
+            it has CPUs. ``make_worker()`` makes a `bt_manip.evaluation.Worker`; it can be pickled.
+    """
+
+
+@hookspec
 def register_commands(register: Callable[..., None]) -> None:
     """Register commands of the program, or of one of its groups, such as ``tree``.
 
@@ -193,18 +217,22 @@ def register_commands(register: Callable[..., None]) -> None:
 
 
 @hookspec
-def register_faults(register: Callable[[str, type], None]) -> None:
-    """Register faults, which disturb runs that test how a tree copes with them.
+def register_modifiers(register: Callable[[str, Callable[..., Any]], None]) -> None:
+    """Register modifiers of runs, which the option ``--NAME TEXT`` of ``bt-manip run`` adds.
+
+    ``evaluate`` and ``sweep`` have the option, too. It is found as those of `register_views`.
 
     Args:
-        register: ``register(name, cls)`` with a dataclass that derives from `bt_manip.faults.Fault`
-            and whose parameters all have defaults.
+        register: ``register(name, factory)``, where ``factory(run, texts, warn)`` makes a
+            `bt_manip.runner.RunModifier` for a `bt_manip.runner.Run` from the values of the option,
+            and ``warn`` takes warnings. The first line of its documentation is the help of
+            ``--NAME``, its attribute ``metavar``, if it has one, the form of the values.
     """
 
 
 @hookspec
 def register_contracts(register: Callable[[str, Callable[..., Iterable[Any]]], None]) -> None:
-    """Register contracts, which add checks to `bt_manip.testing.contracts_of`.
+    """Register contracts: checks of the parts of all plugins.
 
     Args:
         register: ``register(name, checks)``, where ``checks(parts, provides, settings)`` yields a

@@ -20,6 +20,28 @@ PACKAGES: dict[str, dict[str, str]] = {
             "SequenceStar"
         ),
     },
+    "bt-manip-camera": {
+        "command": "camera",
+        "object": "april_tag depth_camera",
+        "behaviour": (
+            "DetectTags EstimatePose IsSeen LookAt SeeObjects SegmentTable WaitUntilSeen"
+        ),
+        "pose source": "seen",
+        "scene": "table_and_tray_seen table_seen table_with_tag",
+        "tree": "pick_place_seen sort_blocks_seen stack_blocks_seen",
+        "fault": "camera_covered camera_delay camera_dropout camera_moved lights_out look_alike",
+        "panel": "seen",
+    },
+    "bt-manip-contracts": {
+        "command": "new",
+        "module": (
+            "bt_manip.testing.contracts bt_manip.testing.Example bt_manip.testing.contracts_of "
+            "bt_manip.testing.DEVICE_CONTRACT bt_manip.testing.GRIPPER_CONTRACT "
+            "bt_manip.testing.ROBOT_CONTRACT bt_manip.testing.RobotCase "
+            "bt_manip.testing.holds_an_object bt_manip.testing.recovers_from_a_problem"
+        ),
+    },
+    "bt-manip-convert": {"conversion": "python"},
     "bt-manip-everyday": {
         "object": "blue_can bowl coffee_mug green_can red_can yellow_can",
         "behaviour": "HoldsExactly ReadSentence",
@@ -61,12 +83,19 @@ PACKAGES: dict[str, dict[str, str]] = {
     },
     "bt-manip-learn": {
         "command": "demos",
+        "controller": "native_pd",
+        "pool": "ray",
+        "gripper": "native_two_finger",
         "action kind": "cartesian_deltas joint_targets joint_torques subtree_choice",
         "contract": "environments",
         "hook": "register_actions",
         "kind of parts": "actions",
-        "module": "bt_manip.agents bt_manip.demonstrations bt_manip.envs",
+        "module": (
+            "bt_manip.agents bt_manip.demonstrations bt_manip.envs bt_manip.control.NativePD "
+            "bt_manip.grippers.NativeTwoFingerGripper bt_manip.evaluation.RayPool"
+        ),
     },
+    "bt-manip-mcp": {"command": "mcp", "recorder": "picture", "file": ".png"},
     "bt-manip-menagerie": {"robot": "fr3 iiwa14 menagerie_panda ur5e xarm7"},
     "bt-manip-moveit-pro": {
         "dialect": "moveit-pro",
@@ -109,6 +138,7 @@ PACKAGES: dict[str, dict[str, str]] = {
             "PathLongerOnApproach PersistentSequence PipelineSequence RateController RecoveryNode "
             "RoundRobin SingleTrigger SpeedController"
         ),
+        "dialect": "nav2",
     },
     "bt-manip-policy": {
         "behaviour": "IsAbove RunPolicy",
@@ -125,6 +155,9 @@ PACKAGES: dict[str, dict[str, str]] = {
         "hook": "register_export_formats",
         "kind of parts": "export_formats",
         "module": (
+            "bt_manip.cell.CellScene bt_manip.cell.PLANE_THICKNESS bt_manip.cell.SceneCamera "
+            "bt_manip.cell.SceneSource bt_manip.cell.TexturedMesh bt_manip.cell.Triangles "
+            "bt_manip.cell.VisualShape bt_manip.arm.tool_path "
             "bt_manip.record.Continuation bt_manip.record.McapRecorder "
             "bt_manip.record.RecordedInterventions bt_manip.record.RecordedRun "
             "bt_manip.record.RecordedScene bt_manip.record.Recording bt_manip.record.Timeline "
@@ -137,14 +170,31 @@ PACKAGES: dict[str, dict[str, str]] = {
         "command": "robot robot-measure",
         "module": "bt_manip.robot_setup bt_manip.grippers.find_fingers",
     },
+    "bt-manip-stress": {
+        "command": "stress",
+        "contract": "faults",
+        "modifier": "fault",
+        "hook": "register_faults",
+        "kind of parts": "faults",
+        "fault": (
+            "container_vanishes exception heavy knock move obstacle push sensor_delay sensor_nan "
+            "sensor_noise slippery stuck stuck_finger stuck_joint tick_delay torque_loss vanish"
+        ),
+        "module": (
+            "bt_manip.faults bt_manip.evaluation.LEGEND bt_manip.evaluation.StressEpisode "
+            "bt_manip.evaluation.StressPhase bt_manip.evaluation.StressResult "
+            "bt_manip.evaluation.StressTable bt_manip.evaluation.StressTester "
+            "bt_manip.evaluation.lost_stress bt_manip.evaluation.plan_episodes"
+        ),
+    },
     "bt-manip-trossen": {"backend": "trossen", "robot": "widowx_ai"},
     "bt-manip-view": {
-        "option": "--view --view-port",
+        "option": "--view --view-port --view-breakpoints",
         "command": "view replay report",
         "view": "view",
         "hook": "register_panels",
         "kind of parts": "panels",
-        "panel": "blackboard camera log node overlays pull timeline tracking_error tree",
+        "panel": "blackboard camera log node overlays plots pull results timeline tree",
         "recorder": "video",
         "export format": "mp4 gif",
         "file": ".mp4 .gif",
@@ -162,6 +212,13 @@ Kinds of parts are those of `bt_manip.registry.Registry`. Files are known by suf
 name or root element; modules are those that were part of ``bt_manip``.
 """
 
+REQUIRED = {
+    "bt-manip-policy": "bt-manip-learn",
+    "bt-manip-setup": "bt-manip-contracts",
+    "bt-manip-view": "bt-manip-recording",
+}
+"""For packages that require another one of `PACKAGES`: its name."""
+
 
 def missing(kind: str | None, name: str) -> str:
     """Return the end of an error message: the package of an unknown name, and its installation.
@@ -176,7 +233,9 @@ def missing(kind: str | None, name: str) -> str:
     for package, kinds in PACKAGES.items():
         names = " ".join(kinds.values()) if kind is None else kinds.get(kind, "")
         if name in names.split():
-            return f"needs the package {package}: pip install ./plugins/{package}"
+            both = (REQUIRED.get(package), package)
+            folders = " ".join(f"./plugins/{each}" for each in both if each)
+            return f"needs the package {package}: pip install {folders} (in a clone)"
     return ""
 
 

@@ -220,6 +220,7 @@ class Parts:
         planners: Factories, ``factory() -> Planner``.
         behaviours: Classes of tree nodes, without the built-in nodes of the tree language.
         dialects: Dialects of trees, `bt_manip.bt.Dialect`.
+        conversions: Functions, ``write(reading, stubs) -> str``, of `bt_manip.bt.Reading`.
         trees: Locations: ``path.xml`` or ``path.py:function``.
         scenes: Factories, ``factory() -> Scene``.
         model_sources: Functions, ``find(address, progress) -> FoundModel | Path``, by the kind of
@@ -230,7 +231,8 @@ class Parts:
         views: Factories, ``factory(session, **options) -> bt_manip.runner.RunView``.
         commands: Places of commands, ``module:function``, by the group, if any, and the name:
             ``tree-draw``.
-        faults: Classes of faults, ``cls(**parameters) -> Fault``.
+        modifiers: Factories, ``factory(run, texts, warn) -> bt_manip.runner.RunModifier``.
+        pools: Factories of pools of workers, ``factory(make_worker, address, workers)``.
         contracts: Functions, ``checks(parts, provides, settings) -> Iterable[Check]``.
         backends: Real robots, `bt_manip.robots.Backend`.
         pose_sources: Factories, ``factory(expected) -> bt_manip.scenes.PoseSource``.
@@ -242,6 +244,7 @@ class Parts:
     trees: Registry[str] = _registry("tree")
     behaviours: Registry[type] = _registry("behaviour")
     dialects: Registry[Any] = _registry("dialect")
+    conversions: Registry[Callable[..., Any]] = _registry("conversion")
     objects: Registry[Callable[..., Any]] = _registry("object")
     robots: Registry[Any] = _registry("robot")
     grippers: Registry[Callable[..., Any]] = _registry("gripper")
@@ -256,7 +259,8 @@ class Parts:
     recorders: Registry[Callable[..., Any]] = _registry("recorder")
     views: Registry[Callable[..., Any]] = _registry("view")
     commands: Registry[str] = _registry("command")
-    faults: Registry[Callable[..., Any]] = _registry("fault")
+    modifiers: Registry[Callable[..., Any]] = _registry("modifier")
+    pools: Registry[Callable[..., Any]] = _registry("pool")
     contracts: Registry[Callable[..., Any]] = _registry("contract")
     tree_defaults: dict[str, TreeDefaults] = field(default_factory=dict)
     declared: dict[str, Registry[Any]] = field(default_factory=dict)

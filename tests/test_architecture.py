@@ -27,7 +27,7 @@ LAYERS = (
     {"arm", "grasping"},
     {"behaviours"},
     {"scenes", "runner"},
-    {"viewer", "record", "faults"},
+    {"viewer", "record"},
     {"plugins", "builtin"},
     {"testing", "evaluation"},
     {"cli"},
@@ -190,12 +190,6 @@ def test_a_module_imports_only_from_layers_below():
 
 STEPPING = {
     "bt_manip.runner.hardware",
-    "bt_manip.testing.behaviour_contract",  # contracts of parts, without a tree
-    "bt_manip.testing.condition_contract",
-    "bt_manip.testing.controller_contract",
-    "bt_manip.testing.fault_contract",
-    "bt_manip.testing.object_contract",
-    "bt_manip.testing.robot_contract",
     "bt_manip.testing.situations",
 }
 """Modules that call `Cell.step`."""
@@ -394,7 +388,7 @@ PUBLIC_BY_PROTOCOL = {
     "_repr_html_", "_repr_png_", "_repr_svg_", "_build",  # notebooks, composer.Entity
 }  # fmt: skip
 TESTS_WITH_PRIVATE_NAMES = {
-    "plugins/bt-manip-franka/tests/simulated_robot.py",  # extends the simulator of libfranka
+    "plugins/bt-manip-franka/tests/simulated_franka.py",  # extends the simulator of libfranka
     "plugins/bt-manip-trossen/tests/simulated_widowx.py",  # extends the simulator of the driver
     "tests/bt/test_decorators.py",  # timers that pile up are not seen otherwise
     "tests/cell/test_mjcf_writer.py",  # what is written anew is not seen otherwise

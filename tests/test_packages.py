@@ -1,6 +1,7 @@
 """Whoever asks for a name in a package that is missing is told the package."""
 
 import importlib
+import re
 from collections import defaultdict
 from pathlib import Path
 
@@ -14,8 +15,13 @@ from bt_manip.packages import PACKAGES, MovedModules, missing
 from bt_manip.parameters import parameters_of
 from bt_manip.plugins import load_plugins
 from bt_manip.runner import RunRequest, make_station
+from tests.support.pages import required_packages
 
-INSTALL = "needs the package {0}: pip install ./plugins/{0}"
+
+def install(package: str) -> str:
+    """Return the end of a message: it installs what its pyproject.toml requires from here, too."""
+    folders = " ".join(f"./plugins/{each}" for each in (*required_packages(package), package))
+    return f"needs the package {package}: pip install {folders} (in a clone)"
 
 
 def registered() -> dict[str, dict[str, set[str]]]:
@@ -37,9 +43,9 @@ def registered() -> dict[str, dict[str, set[str]]]:
             form = parts.model_formats.get(name)
             names["file"] |= {*form.suffixes, form.tag} - {""}
         for name in plugin.provides.get("dialects", ()):
-            names["node of a dialect"] |= {*parts.dialects.get(name).nodes} - {
-                *BehaviourRegistry().names()
-            }
+            own = {*parts.dialects.get(name).nodes} - {*BehaviourRegistry().names()}
+            if own:
+                names["node of a dialect"] |= own
         if plugin.package:
             module = vars(importlib.import_module(plugin.module))
             hooks = {name for name, value in module.items() if hasattr(value, "bt_manip_spec")}
@@ -67,7 +73,7 @@ def test_no_name_of_a_kind_is_in_two_packages():
         for name in text.split()
     ]
     assert len(names) == len({*names})
-    assert missing(None, "ur5e") == missing("robot", "ur5e") == INSTALL.format("bt-manip-menagerie")
+    assert missing(None, "ur5e") == missing("robot", "ur5e") == install("bt-manip-menagerie")
     assert missing("tree", "ur5e") == missing("nothing", "ur5e") == missing(None, "ur") == ""
 
 
@@ -92,6 +98,12 @@ BLOCKED = ",".join(package.removeprefix("bt-manip-") for package in PACKAGES)
         ("run pick_place --record run.mcap", "recording"),
         ("run pick_place --record mcap=run.mcap", "recording"),
         ("list export_formats", "recording"),
+        ("run pick_place --fault push", "stress"),
+        ("evaluate pick_place --fault push", "stress"),
+        ("stress pick_place", "stress"),
+        ("list faults", "stress"),
+        ("run pick_place --controller native_pd", "learn"),
+        ("evaluate pick_place --ray", "learn"),
         ("demos", "learn"),
         ("demos info DIR", "learn"),
         ("run pick_place --robot ur5e", "menagerie"),
@@ -104,6 +116,9 @@ BLOCKED = ",".join(package.removeprefix("bt-manip-") for package in PACKAGES)
         ("list robots ur5e", "menagerie"),
         ("list drawer", "impedance"),
         ("list actions", "learn"),
+        ("new plugin gear", "contracts"),
+        ("tree convert pick_place", "convert"),
+        ("tree convert pick_place --to python", "convert"),
         ("models path fuel:a/b", "fuel"),
         ("models list fuel", "fuel"),
     ],
@@ -112,24 +127,23 @@ def test_the_command_line_names_the_package(arguments, package, capfd, tmp_path,
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("BT_MANIP_BLOCK", BLOCKED)
     assert run_app(Interrupt(), arguments.split()) == 2
-    assert INSTALL.format(f"bt-manip-{package}") in capfd.readouterr().err
+    assert install(f"bt-manip-{package}") in capfd.readouterr().err
 
 
 def test_objects_and_behaviours_of_trees_name_the_package():
     parts = load_plugins(entry_points=()).parts
     station = make_station(RunRequest(robot="panda"), parts)
-    with pytest.raises(Exception, match=INSTALL.format("bt-manip-everyday")):
+    with pytest.raises(Exception, match=re.escape(install("bt-manip-everyday"))):
         station.models.get("bowl")
     text = '<root BTCPP_format="4"><BehaviorTree ID="Main"><Press/></BehaviorTree></root>'
     with pytest.raises(TreeError, match="no node is named 'Press'; it needs") as caught:
         parse_tree(text, BehaviourRegistry())
-    assert INSTALL.format("bt-manip-impedance") in str(caught.value)
+    assert install("bt-manip-impedance") in str(caught.value)
 
 
 def test_a_command_names_the_package(capfd):
     assert run_app(Interrupt(), ["--block", "learn", "demos", "pick_place"]) == 2
-    install = "'demos' needs the package bt-manip-learn: pip install ./plugins/bt-manip-learn"
-    assert install in capfd.readouterr().err
+    assert f"'demos' {install('bt-manip-learn')}" in capfd.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -143,27 +157,35 @@ def test_a_command_names_the_package(capfd):
         ("viewer.page", "bt_manip_view.page", "bt-manip-view"),
         ("viewer.html", "bt_manip_view.html", "bt-manip-view"),
         ("record.video", "bt_manip_view.video", "bt-manip-view"),
+        ("faults", "bt_manip_stress.faults", "bt-manip-stress"),
+        ("testing.contracts", "bt_manip_contracts", "bt-manip-contracts"),
     ],
 )
 def test_the_import_of_a_former_module_names_the_new_one_and_its_package(former, new, package):
-    message = f"bt_manip.{former} is now {new}, and {INSTALL.format(package)}"
-    with pytest.raises(ImportError, match=message):
+    message = f"bt_manip.{former} is now {new}, and {install(package)}"
+    with pytest.raises(ImportError, match=re.escape(message)):
         importlib.import_module(f"bt_manip.{former}")
     assert MovedModules.find_spec("bt_manip.nothing") is None
 
 
 @pytest.mark.parametrize(
-    ("module", "name"),
+    ("module", "name", "new"),
     [
-        ("viewer", "Page"),
-        ("record", "VideoRecorder"),
-        ("evaluation", "results_page"),
-        ("record", "Recording"),
-        ("record", "write_csv"),
+        ("viewer", "Page", "view"),
+        ("record", "VideoRecorder", "view"),
+        ("evaluation", "results_page", "view"),
+        ("cell", "CellScene", "recording"),
+        ("record", "Recording", "recording"),
+        ("record", "write_csv", "recording"),
+        ("evaluation", "StressTester", "stress"),
+        ("testing", "contracts_of", "contracts"),
+        ("testing", "DEVICE_CONTRACT", "contracts"),
+        ("evaluation", "RayPool", "learn"),
+        ("control", "NativePD", "learn"),
+        ("grippers", "NativeTwoFingerGripper", "learn"),
     ],
 )
-def test_a_name_that_has_moved_names_the_new_one_and_its_package(module, name):
-    new = "recording" if name in ("Recording", "write_csv") else "view"
+def test_a_name_that_has_moved_names_the_new_one_and_its_package(module, name, new):
     message = f"bt_manip.{module}.{name} is now bt_manip_{new}.{name}, and needs the package bt-man"
     with pytest.raises(ImportError, match=message):
         exec(f"from bt_manip.{module} import {name}")

@@ -11,26 +11,18 @@ from pathlib import Path
 import click
 import pytest
 
-import bt_manip.testing.contract_list
 import bt_manip.testing.tree_reading  # noqa: F401  inner sessions of pytest must not unload it
+from tests.support.pages import GENERATED, PAGES, ROOT, File, blocks, required_packages, steps
 
 pytest_plugins = ("pytester",)
 
-ROOT = Path(__file__).resolve().parent.parent
-GENERATED = ("docs/_build/", "docs/project/", "docs/reference/")
-"""Folders that `make docs` writes."""
-PAGES = {
-    path.relative_to(ROOT).as_posix(): path.read_text(encoding="utf-8")
-    for path in (
-        ROOT / "README.md",
-        ROOT / "CONTRIBUTING.md",
-        *sorted((ROOT / "docs").rglob("*.md")),
-        ROOT / "examples" / "README.md",
-        ROOT / "benchmarks" / "README.md",
-        *sorted((ROOT / "plugins").glob("*/README.md")),
-    )
-    if not path.relative_to(ROOT).as_posix().startswith(GENERATED)
-}
+TABLES = (
+    "docs/stress_tables.md",
+    "docs/task_table.md",
+    "docs/arm_table.md",
+    "docs/object_table.md",
+)
+"""Pages that tools write."""
 COVERED_ELSEWHERE = {
     "docs/plugins/tutorials/": "test_scaffold.py writes, installs and tests these packages",
 }
@@ -47,10 +39,6 @@ PRINTS = {
     "docs/scenes.md": (r"'mass'",),
 }
 """Regular expressions for the output of a page."""
-
-
-def blocks(page: str, language: str) -> list[str]:
-    return re.findall(rf"^```{language}\n(.*?)^```", PAGES[page], re.DOTALL | re.MULTILINE)
 
 
 def file_name(block: str) -> str:
@@ -87,7 +75,8 @@ def test_the_python_of_a_page_runs_from_the_first_block_to_the_last(
 @pytest.mark.parametrize("page", [p for p in RUN if any(map(file_name, blocks(p, "python")))])
 def test_the_test_files_of_a_page_pass(page, situations, pytester):
     situations.reset()
-    files = {file_name(block): block for block in blocks(page, "python") if file_name(block)}
+    files = {Path(s.name).name: s.text for s in steps(page) if isinstance(s, File)}
+    files |= {file_name(block): block for block in blocks(page, "python") if file_name(block)}
     for name, block in files.items():
         (pytester.path / name).write_text(block)
     result = pytester.runpytest_inprocess("-p", "no:cacheprovider")
@@ -139,6 +128,32 @@ def test_the_commands_of_a_page_exist_with_their_options(page):
         assert given <= options | {"--help"}, f"bt-manip {line}"
 
 
+@pytest.mark.parametrize("page", [page for page in PAGES if "pip install" in PAGES[page]])
+def test_a_page_installs_what_exists_with_what_it_requires(page):
+    """No index has the packages of plugins/: those that one requires are named with it."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    for line in re.findall(r"pip (?:install|wheel) [^\n`]*", PAGES[page]):
+        for extra in re.findall(r"\bbt-manip\[([\w,]+)\]", line):
+            assert {*extra.split(",")} <= {*project["optional-dependencies"]}, line
+        named = set(re.findall(r"\./plugins/([\w-]+)", line))
+        assert {need for name in named for need in required_packages(name)} <= named, line
+
+
+def test_readme_start_and_site_install_in_the_same_three_ways():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    pages = ("README.md", "docs/start.md", "docs/index.md")
+    ways = {block for page in pages for block in blocks(page, "sh") if "pip install" in block}
+    assert [re.findall(r"^# (\d)", way, re.MULTILINE) for way in ways] == [["1", "2", "3"]]
+    for page in pages:
+        assert re.search(rf"\bversion {re.escape(project['version'])}\b", PAGES[page], re.I)
+        assert project["license"] in PAGES[page] and "source" in PAGES[page]
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if page not in TABLES])
+def test_a_page_begins_with_those_whom_it_is_for(page):
+    assert re.match(r"# [^\n]+\n\nFor ", PAGES[page])
+
+
 @pytest.mark.parametrize("page", PAGES)
 def test_the_links_of_a_page_lead_to_files_and_headings(page):
     for link, _, heading in re.findall(r"\]\(([^)#\s]*)(#([^)\s]+))?\)", PAGES[page]):
@@ -171,7 +186,8 @@ def test_the_index_of_the_site_leads_to_every_page(tmp_path):
 def test_the_files_that_a_page_names_exist(page):
     named = re.findall(r"`((?:[\w.-]+/)+[\w.-]*|[\w-]+/[\w-]+\.\w+)`", PAGES[page])
     roots = (ROOT, ROOT / "bt_manip", ROOT / "docs")
-    named = [name for name in named if "NAME" not in name]  # a placeholder
+    saved = {step.name for step in steps(page) if isinstance(step, File)}
+    named = [name for name in named if "NAME" not in name and name not in saved]  # a placeholder
     missing = [name for name in named if not any((root / name).exists() for root in roots)]
     assert missing == []
 

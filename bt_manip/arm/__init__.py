@@ -5,4 +5,3 @@ from .arm import Arm as Arm
 from .coordination import MultiArmCoordinator as MultiArmCoordinator
 from .external_force_guard import ExternalForceGuard as ExternalForceGuard
 from .follower import SENT_AHEAD as SENT_AHEAD
-from .tool_path import tool_path as tool_path

@@ -590,7 +590,10 @@ class Arm:
         ):
             self._hold_compliantly()  # it is blocked: to go on would only press
         if follower.lagging and (not self.moving or not follower.step % RETRY_INTERVAL):
-            self.speed_scale = follower.speed_scale / self.speed_factor
+            try:
+                self.speed_scale = follower.speed_scale / self.speed_factor
+            except MotionError as error:
+                self._stop_by_itself(f"its speed could not be changed: {error}")
         if self._guarded:
             self._unchecked += 1
             if self._unchecked >= CHECK_INTERVAL and self.moving and not self.fault:
@@ -617,7 +620,16 @@ class Arm:
         if found is not None:
             if np.abs(self.q - self.robot.q).max() > MAX_TRACKING_ERROR:
                 found = found._replace(following=False)
-            self.stop(diagnose(self, found), compliant=True)
+            self._stop_by_itself(diagnose(self, found), compliant=True)
+
+    def _stop_by_itself(self, fault: str, *, compliant: bool = False) -> None:
+        """Stop, or give up a real arm that takes no stop: what it has ends in one."""
+        try:
+            self.stop(fault, compliant=compliant)
+        except MotionError as error:
+            if self.connection is None:
+                raise
+            self.give_up(f"{fault}; it could not be stopped: {error}")
 
     def describe_error(self) -> str:
         """Return the likely reason why the arm is not at its reference, or is disturbed."""

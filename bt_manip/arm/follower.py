@@ -9,7 +9,6 @@ from bt_manip.exceptions import MotionError
 from bt_manip.robots import RobotModel
 from bt_manip.trajectories import (
     CONTROL_STEP,
-    TOOL_STEPS,
     Samples,
     TimeScaledTrajectory,
     Trajectory,
@@ -21,7 +20,6 @@ from bt_manip.trajectories import (
     trajectory_from_state,
 )
 
-NEAR_TOOL_SPEED = 0.98  # use of the tool's speed from which it is evaluated at control steps
 PATH_SPACING = 0.02  # [rad] between the configurations that are kept of a travelled path
 SENT_AHEAD = 500  # setpoints of a motion that a real arm gets, before a stop planned ahead
 PATH_MEMORY = 64  # configurations that are kept: 1.3 rad of the joint that moves most
@@ -367,12 +365,7 @@ def _pause_at_end(trajectory: Trajectory) -> tuple[Trajectory, float] | None:
 
 def _kept_scale(trajectory: Trajectory, s: float, scale: float, model: RobotModel) -> float:
     """Return a speed scale for the rest of a trajectory, reduced where the tool is too fast."""
-    use = 0.0
-    for step in TOOL_STEPS:  # a coarse one is too inaccurate to scale by
-        use = scale * tool_use(trajectory, model.limits, s, [step])
-        if use < NEAR_TOOL_SPEED:
-            break
-    return scale / max(1.0, use)
+    return scale / max(1.0, scale * tool_use(trajectory, model.limits, s))
 
 
 def _with_stop(q: np.ndarray, trajectory: Trajectory, time: float, model: RobotModel) -> np.ndarray:

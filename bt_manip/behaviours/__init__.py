@@ -15,6 +15,7 @@ from .conditions import IsIn as IsIn
 from .conditions import IsOn as IsOn
 from .conditions import ObjectCondition as ObjectCondition
 from .conditions import ObjectExists as ObjectExists
+from .destination import Destination as Destination
 from .drop import Drop as Drop
 from .follow_target import FollowTarget as FollowTarget
 from .grasp import Grasp as Grasp
@@ -31,6 +32,8 @@ from .moves import MoveToConfiguration as MoveToConfiguration
 from .moves import MoveToPose as MoveToPose
 from .moves import PlannedMove as PlannedMove
 from .moves import Retreat as Retreat
+from .object_port import ObjectInput as ObjectInput
+from .object_port import check_objects as check_objects
 from .open_and_close import CloseGripper as CloseGripper
 from .open_and_close import OpenGripper as OpenGripper
 from .place import PlaceAt as PlaceAt

@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.bt import Input, NodeStatus, Status
+from bt_manip.bt import Input, NodeStatus, Status, Traits
 from bt_manip.bt.nodes import Action
 from bt_manip.cell import Cell, CellError, entity_of, why_not_at_rest
 from bt_manip.control import ControlError
@@ -32,6 +32,9 @@ class CellBehaviour(Action):
 
     amounts: ClassVar[Mapping[str, str]] = {}
     """Ports that must not be negative, with their units; or declare them with ``at_least=0.0``."""
+
+    adds_objects: Sequence[str] = ()
+    """Names of the objects that it adds, as patterns; a tree may then name them in ports."""
 
     _started = 0.0  # [s] simulated
     _violated: float | None = None  # [s] time at which the condition of `steady` was last violated
@@ -231,6 +234,7 @@ class GripperBehaviour(ArmBehaviour):
     """A behaviour that opens or closes the gripper, with its port ``patience`` as timeout."""
 
     needs_gripper = True
+    traits = Traits(commands={"gripper"}, leaves={"open": None, "at_object": None, "holding": None})
 
     def terminate(self, new_status: Status) -> None:
         """Stop the gripper when halted."""
@@ -252,6 +256,8 @@ class MotionBehaviour(ArmBehaviour):
     A motion with a payload in the gripper fails when the gripper has lost it for `LOST`, as
     contacts may be interrupted for a few milliseconds.
     """
+
+    traits = Traits(commands={"arm"}, leaves={"open": None, "at_object": None, "holding": None})
 
     RETRY = 0.1  # [s]
     LOST = 0.05  # [s]

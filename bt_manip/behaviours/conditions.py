@@ -1,20 +1,32 @@
 """Conditions on objects in the cell and on robots."""
 
+import contextlib
+from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.bt import Input, Status
+from bt_manip.bt import Input, NodeStatus, Status, Traits
 from bt_manip.bt.nodes import Condition
 from bt_manip.cell import Cell, CellError, entity_of, is_rest_velocity, why_not_in, why_not_on
+from bt_manip.exceptions import PortError
 
+from .destination import Destination
+from .object_port import ObjectInput, is_pattern, matching_objects
 from .poses import pose_input
 from .robot_port import RobotCondition
 
+_FAR = 0.3  # [m] distance of the tool at which the progress has fallen to exp(-1)
+
 
 class CellCondition(Condition):
-    """A condition on the cell."""
+    """A condition on the cell.
+
+    For dense rewards it has a method ``places()``, which returns the `Destination` of each object
+    by name (None: it belongs nowhere), or ``progress()``, which returns how near it is to hold,
+    from 0 to 1.
+    """
 
     def setup(self, **infrastructure: Any) -> None:
         """Store the cell."""
@@ -38,7 +50,9 @@ class CellCondition(Condition):
 
 
 class ObjectCondition(CellCondition):
-    """A condition on an object in the cell.
+    """A condition on an object in the cell, or on each of several.
+
+    A pattern or kind of objects stands for those that the cell has when the tree is set up.
 
     Attributes:
         destination: Port with the object's desired location, for goal-conditioned environments;
@@ -47,11 +61,41 @@ class ObjectCondition(CellCondition):
 
     destination: ClassVar[str] = ""
 
-    object = Input(str, doc="Name of the object.")
+    object = ObjectInput(
+        str, doc="Name of the object; of several: a pattern, part_*, or a kind, kind:cube."
+    )
+
+    _pattern = ""
+
+    def setup(self, **infrastructure: Any) -> None:
+        """Store the cell, and find the objects of a pattern.
+
+        Raises:
+            CellError: If there is none.
+        """
+        super().setup(**infrastructure)
+        self.goal_conditions = ()
+        with contextlib.suppress(PortError):  # the entry is written later
+            self._pattern = self.object
+            if isinstance(type(self).object, ObjectInput) and is_pattern(self._pattern):
+                names = matching_objects([self._pattern], infrastructure)
+                self.goal_conditions = [self.with_port("object", name) for name in names]
+        for condition in self.goal_conditions:
+            condition.setup(**infrastructure)
+
+    def update(self) -> Status:
+        """Check the object, or each of several."""
+        if not self.goal_conditions or self.object != self._pattern:
+            return super().update()
+        checks = ((one.update(), one.feedback_message) for one in self.goal_conditions)
+        reasons = [reason for status, reason in checks if status is not Status.SUCCESS]
+        return self.fail("; ".join(reasons)) if reasons else Status.SUCCESS
 
 
 class ObjectExists(ObjectCondition):
     """Check that the cell has an object of the given name."""
+
+    object = Input(str, doc="Name of the object.")
 
     def why_not(self) -> str:
         """Look up the name."""
@@ -69,11 +113,15 @@ class IsIn(ObjectCondition):
 
     destination = "container"
 
-    container = Input(str, doc="Name of the container.")
+    container = ObjectInput(str, doc="Name of the container.")
 
     def why_not(self) -> str:
         """Check that the object is released, at rest, and supported inside the container."""
         return why_not_in(self.cell, self.object, self.container)
+
+    def places(self) -> Mapping[str, Destination]:
+        """Return the inside of the container."""
+        return {self.object: Destination.inside(self.cell, self.container)}
 
 
 class IsOn(ObjectCondition):
@@ -84,11 +132,15 @@ class IsOn(ObjectCondition):
 
     destination = "support"
 
-    support = Input(str, doc="Name of the object below it.")
+    support = ObjectInput(str, doc="Name of the object below it.")
 
     def why_not(self) -> str:
         """Check that the object is released, at rest, and carried by the support."""
         return why_not_on(self.cell, self.object, self.support)
+
+    def places(self) -> Mapping[str, Destination]:
+        """Return the top of the support."""
+        return {self.object: Destination.on(self.cell, self.support)}
 
 
 class IsHolding(RobotCondition):
@@ -99,8 +151,9 @@ class IsHolding(RobotCondition):
     """
 
     needs_gripper = True
+    traits = Traits(returns={NodeStatus.SUCCESS, NodeStatus.FAILURE}, leaves={"holding": True})
 
-    object = Input(str, doc="Name of the object.")
+    object = ObjectInput(str, doc="Name of the object.")
 
     def setup(self, **infrastructure: Any) -> None:
         """Store the cell, too."""
@@ -118,6 +171,11 @@ class IsHolding(RobotCondition):
         if len(normals) and not (normals @ normals.T < 0.0).any():
             return self.fail(f"the fingers press on one side of '{self.object}'")
         return Status.SUCCESS
+
+    def progress(self) -> float:
+        """Return how near the tool is to the object."""
+        away = self.arm.robot.tool_pose.translation - self.cell.pose(self.object).translation
+        return float(np.exp(-np.linalg.norm(away) / _FAR))
 
 
 class IsAt(RobotCondition):
@@ -138,3 +196,8 @@ class IsAt(RobotCondition):
                 return Status.SUCCESS
             return self.fail("the tool moves")
         return self.fail(f"the tool is {1000 * distance:.1f} mm and {angle:.3f} rad away")
+
+    def progress(self) -> float:
+        """Return how near the tool is to the pose."""
+        away = self.arm.robot.tool_pose.translation - self.pose.translation
+        return float(np.exp(-np.linalg.norm(away) / _FAR))

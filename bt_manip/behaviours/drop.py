@@ -3,13 +3,14 @@
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.bt import Input, Status
+from bt_manip.bt import Status
 from bt_manip.cell import why_not_in
 from bt_manip.exceptions import MotionError
 from bt_manip.grasping import DROP_HEIGHTS
 
 from .arm_behaviour import speed_input
 from .automatic import first_reachable, number_or_auto
+from .object_port import ObjectInput
 from .poses import bottom_pose, downward_poses
 from .releasing import ReleasingBehaviour
 
@@ -24,7 +25,7 @@ class Drop(ReleasingBehaviour):
     come to rest inside the container.
     """
 
-    container = Input(str, doc="Name of the container.")
+    container = ObjectInput(str, doc="Name of the container.")
     height = number_or_auto(
         "Height of the tool over the container's bottom [m]; auto: 0.25, or the largest lower "
         "height in steps of 0.03 that the arm reaches, at least 0.1.",

@@ -1,8 +1,9 @@
 """Follow a moving object."""
 
-from bt_manip.bt import Input, Status
+from bt_manip.bt import Input, Status, Traits
 
 from .arm_behaviour import MotionBehaviour, speed_input
+from .object_port import ObjectInput
 from .poses import centre_pose, nearest_orientation, top_grasp_poses
 
 
@@ -13,7 +14,9 @@ class FollowTarget(MotionBehaviour):
     passed.
     """
 
-    object = Input(str, doc="Name of the object.")
+    traits = Traits(commands={"arm"}, leaves={"at_object": None})
+
+    object = ObjectInput(str, doc="Name of the object.")
     height = Input(float, default=0.2, doc="Height of the tool over the object's centre [m].")
     duration = Input(float, default=0.0, doc="Duration [s]; 0: until it is halted.", at_least=0.0)
     speed = speed_input()

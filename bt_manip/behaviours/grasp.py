@@ -4,11 +4,12 @@ import numpy as np
 import pinocchio as pin
 
 from bt_manip import spatial
-from bt_manip.bt import Input, Status
+from bt_manip.bt import Status, Traits
 from bt_manip.cell import Cell
 from bt_manip.grasping import check_friction
 from bt_manip.robots import Payload
 
+from .object_port import ObjectInput
 from .open_and_close import CloseGripper
 
 
@@ -47,7 +48,11 @@ class Grasp(CloseGripper):
     pivoting jaw presses the object on its support, and pushes the arm aside.
     """
 
-    object = Input(str, doc="Name of the object.")
+    traits = Traits(
+        commands={"gripper"}, needs={"at_object"}, leaves={"open": False, "holding": True}
+    )
+
+    object = ObjectInput(str, doc="Name of the object.")
 
     def choose_force(self) -> float:
         """Return the grip force at which friction holds the object [N]."""

@@ -2,10 +2,11 @@
 
 from collections.abc import Sequence
 
-from bt_manip.bt import Input, Output, Status
+from bt_manip.bt import Output, Status, Traits
 
 from .arm_behaviour import MotionBehaviour, blend_radius_input, speed_input
 from .automatic import first_reachable, number_or_auto
+from .object_port import ObjectInput
 from .poses import centre_pose, top_grasp_poses
 
 HOVER_HEIGHTS = (0.4, 0.3, 0.2, 0.15, 0.1, 0.07)
@@ -20,11 +21,13 @@ class Hover(MotionBehaviour):
     object, for which no grasp is planned, the tool points down.
     """
 
+    traits = Traits(commands={"arm"}, leaves={"at_object": False})
+
     blend_radius = blend_radius_input()
-    object = Input(str, doc="Name of the object.")
+    object = ObjectInput(str, doc="Name of the object.")
     height = number_or_auto(
-        "Height of the tool over the object's centre [m]; auto: 0.4, or the next lower of 0.3, "
-        "0.2, 0.15, 0.1 and 0.07 that the arm reaches.",
+        "Height of the tool over the object's centre [m]; auto: the first of "
+        f"{', '.join(map(str, HOVER_HEIGHTS))} that the arm reaches.",
     )
     least = number_or_auto(
         "Smallest of these heights to use if the arm does not reach the given one [m]; auto: only "

@@ -3,6 +3,7 @@
 import numpy as np
 import pinocchio as pin
 
+from bt_manip.bt import Traits
 from bt_manip.exceptions import MotionError
 
 from .arm_behaviour import MotionBehaviour, blend_radius_input, speed_input
@@ -15,6 +16,8 @@ FOLLOWED_PART = 0.9  # fraction of the feasible path that is used: joints turn f
 
 class Lift(MotionBehaviour):
     """Raise the tool straight up by a height."""
+
+    traits = Traits(commands={"arm"}, leaves={"at_object": None})
 
     blend_radius = blend_radius_input()
     height = number_or_auto("Height [m]; auto: 0.4, or as far as the arm reaches.")

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.bt import DOUBLE_LIST, Input, is_pointer
+from bt_manip.bt import DOUBLE_LIST, Input, Traits, is_pointer
 from bt_manip.kinematics import PoseTarget, PositionTarget, Target
 from bt_manip.planning import ArcTo, LineTo, Planner
 from bt_manip.registry import Registry
@@ -18,6 +18,8 @@ from .poses import pose_input, poses_input
 
 class Move(MotionBehaviour):
     """A motion with a speed and a tolerance."""
+
+    traits = Traits(commands={"arm"}, leaves={"at_object": None})
 
     blend_radius = blend_radius_input()
     speed = speed_input()

@@ -1,6 +1,6 @@
 """Open and close the gripper."""
 
-from bt_manip.bt import Input, Status
+from bt_manip.bt import Input, Status, Traits
 from bt_manip.robots import GRIP_FORCE
 
 from .arm_behaviour import GripperBehaviour
@@ -9,6 +9,8 @@ from .automatic import number_or_auto
 
 class OpenGripper(GripperBehaviour):
     """Open the gripper; the arm then has no payload."""
+
+    traits = Traits(commands={"gripper"}, leaves={"open": True, "holding": False})
 
     patience = Input(float, default=2.0, doc="Timeout in simulated time [s].", at_least=0.0)
 
@@ -32,6 +34,8 @@ class OpenGripper(GripperBehaviour):
 
 class CloseGripper(GripperBehaviour):
     """Close the gripper, with or without an object in it."""
+
+    traits = Traits(commands={"gripper"}, leaves={"open": False, "holding": None})
 
     force = number_or_auto(
         "Grip force at each contact [N]; auto: the preferred force, or 0.8 of the gripper's "

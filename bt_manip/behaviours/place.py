@@ -12,6 +12,7 @@ from bt_manip.exceptions import MotionError
 from bt_manip.grasping import GripperClearance, with_clearance
 
 from .arm_behaviour import speed_input
+from .object_port import ObjectInput
 from .poses import QUARTER_TURN, nearest_orientation, pose_input, yaw_of
 from .releasing import ReleasingBehaviour
 from .support import Support, find_support
@@ -29,7 +30,7 @@ class PlacingBehaviour(ReleasingBehaviour):
     to rest at its target.
     """
 
-    object = Input(str, doc="Name of the held object.")
+    object = ObjectInput(str, doc="Name of the held object.")
     height = Input(float, default=0.1, doc="Height over the target before it is lowered [m].")
     gap = Input(float, default=1e-3, doc="Height over the target at the release [m].")
     speed = speed_input()
@@ -110,7 +111,7 @@ class PlaceOn(PlacingBehaviour):
     is an object, or a geom of an object such as ``shelf/board_1``.
     """
 
-    support = Input(str, doc="Name of the supporting object, or of a geom: object/geom.")
+    support = ObjectInput(str, doc="Name of the supporting object, or of a geom: object/geom.")
 
     memory = (*PlacingBehaviour.memory, "_offset")
 

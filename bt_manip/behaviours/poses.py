@@ -89,8 +89,12 @@ def poses_input(doc: str) -> Input:
 
 
 def poses_output(doc: str) -> Output:
-    """Declare an output port for several poses."""
-    return Output(list[pin.SE3], parse=poses_from_text, format=poses_to_text, doc=doc)
+    """Declare an output port for several poses, or none."""
+
+    def parse(text: str) -> list[pin.SE3]:
+        return poses_from_text(text) if text else []
+
+    return Output(list[pin.SE3], parse=parse, format=poses_to_text, doc=doc)
 
 
 def centre_pose(cell: Cell, name: str) -> pin.SE3:

@@ -3,19 +3,22 @@
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.bt import Input
+from bt_manip.bt import Input, Traits
 from bt_manip.exceptions import MotionError
 from bt_manip.robots import GraspCandidate
 
 from .arm_behaviour import MotionBehaviour, blend_radius_input, speed_input
+from .object_port import ObjectInput
 from .poses import centre_pose
 
 
 class Reach(MotionBehaviour):
     """Approach an object on a straight line, with clearance of the open gripper."""
 
+    traits = Traits(commands={"arm"}, needs={"open"}, leaves={"at_object": True})
+
     blend_radius = blend_radius_input()
-    object = Input(str, doc="Name of the object.")
+    object = ObjectInput(str, doc="Name of the object.")
     height = Input(
         float,
         default=None,

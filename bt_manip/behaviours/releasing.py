@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from bt_manip.bt import Input, Status
+from bt_manip.bt import Input, Status, Traits
 
 from .arm_behaviour import MotionBehaviour
 
@@ -11,6 +11,11 @@ class ReleasingBehaviour(MotionBehaviour):
     """Move, open the gripper until it is free, and check the object's pose at rest."""
 
     needs_gripper = True
+    traits = Traits(
+        commands={"arm", "gripper"},
+        needs={"holding"},
+        leaves={"open": True, "at_object": None, "holding": False},
+    )
 
     patience = Input(
         float,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from dm_control import composer
 
-from bt_manip.bt import Input, Output, Status
+from bt_manip.bt import Input, Output, Status, Traits
 from bt_manip.cell import CellError, CellObject, Region, as_object, nearest_free, unique_name
 from bt_manip.cell.objects import Catalogue
 from bt_manip.exceptions import PortError
@@ -17,6 +17,7 @@ from bt_manip.models import is_address
 
 from .arm_behaviour import CellBehaviour
 from .automatic import AUTO, numbers_or_auto
+from .object_port import ObjectInput
 from .poses import centre_pose, pose_output
 from .robot_port import ENTRY
 
@@ -36,17 +37,19 @@ class SpawnObject(CellBehaviour):
     """Add a new object at a random free position on another one, with a random yaw.
 
     In runs with a pose source (``--poses``), it waits for the scene's next expected object instead.
+    With seen poses and none left to expect, it adds one to the physics, and waits until it is seen.
     """
 
     drawn = ("pose",)
 
+    traits = Traits()
     model = Input(
         str,
         default=AUTO,
         doc="Registered name of the object (bt-manip list objects), or the address of a model; "
         "auto: the cube, in a size that fits the gripper.",
     )
-    on = Input(str, default="table", doc="Name of its support.")
+    on = ObjectInput(str, default="table", doc="Name of its support.")
     region = numbers_or_auto(
         "Region for its centre in the world: x_min;x_max;y_min;y_max [m]; auto: 0.2;0.4;-0.3;0.3, "
         "or if that is out of reach, the part of the surface that the robot reaches from above.",
@@ -83,25 +86,47 @@ class SpawnObject(CellBehaviour):
         self.models: Catalogue = infrastructure["models"]
         self._robots: Mapping[str, CommandedRobot] = infrastructure.get("robots", {})
         self._expected: ExpectedObjects | None = infrastructure.get("poses")
+        physics = None if self._expected is None else self._expected.physics
+        self._physics = physics or self.cell
         self._made: dict[tuple[Any, ...], composer.Entity] = {}
         with contextlib.suppress(PortError):  # the entry is not written yet
-            if self.model != AUTO:
+            if is_address(self.model):
+                self.models.nominal(self.model)  # its warnings are known before the run
+            elif self.model != AUTO:
                 self.models.get(self.model)
+
+    @property
+    def adds_objects(self) -> list[str]:  # type: ignore[override]
+        """Names of the objects that it adds, as patterns."""
+        name = "*"
+        with contextlib.suppress(PortError):  # the entry is not written yet
+            model = CUBE if self.model == AUTO else self.model
+            name = self.name_hint or ("*" if is_address(model) else model)
+        return [name, f"{name}_*"]
 
     def start(self) -> None:
         """Create and add the object, or begin to wait for an expected one."""
         self._awaited = ""
         if self._expected is not None:
-            self._awaited = self._expected.next("" if self.model == AUTO else self.model).name
-            return
+            try:
+                self._awaited = self._expected.next("" if self.model == AUTO else self.model).name
+                return
+            except CellError:
+                if self._expected.physics is None:
+                    raise
         given = self._given_region()
         entity, hint = self._make()
         declared = as_object(entity)
         region = given or self._area(declared)
-        z = self.cell.surface_height(self.on) + declared.rest_height
+        z = self._physics.surface_height(self.on) + declared.rest_height
         middle_x, middle_y, _ = declared.centre_offset
         region = replace(region, z=(z, z), middle=(middle_x, middle_y))
-        self.object = name = self._place(entity, region, self.name_hint or hint or None)
+        name = self._place(entity, region, self.name_hint or hint or None)
+        if self._expected is not None:
+            self._expected.spawned(name)
+            self._awaited = name
+            return
+        self.object = name
         self._describe(name)
         if region.squares:
             square_metres = len(region.squares) * region.side**2
@@ -142,7 +167,7 @@ class SpawnObject(CellBehaviour):
         key = (model, *parameters.items())
         made = self._made.get(key)
         randomized = self.models.sample_parameters is not None
-        if made is None or randomized or not self.cell.is_reusable(made):
+        if made is None or randomized or not self._physics.is_reusable(made):
             made = self._made[key] = self.models.get(model)(**parameters)
         return made
 
@@ -155,12 +180,12 @@ class SpawnObject(CellBehaviour):
         gap, within = self.gap, self.within
         limit = gap if np.isinf(within) else max(gap, within)
         for _ in range(ATTEMPTS):
-            name = hint and unique_name(hint, self.cell.entities)
-            name = self.cell.place(entity, region, self.rng, name=name)
-            distance = nearest_free(self.cell, name, limit) if limit > 0.0 else 0.0
+            name = hint and unique_name(hint, self._physics.entities)
+            name = self._physics.place(entity, region, self.rng, name=name)
+            distance = nearest_free(self._physics, name, limit) if limit > 0.0 else 0.0
             if gap <= distance < within:
                 return name
-            self.cell.remove(name)
+            self._physics.remove(name)
         near = "" if np.isinf(within) else f" and at most {1e3 * within:g} mm from one"
         raise CellError(
             f"no position at least {1e3 * gap:g} mm from other objects{near} in {ATTEMPTS} attempts"
@@ -193,7 +218,7 @@ class RemoveObject(CellBehaviour):
     An object that does not come to rest is removed too, and the behaviour fails.
     """
 
-    object = Input(str, doc="Name of the object.")
+    object = ObjectInput(str, doc="Name of the object.")
     patience = Input(
         float,
         default=2.0,

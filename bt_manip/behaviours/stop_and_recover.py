@@ -2,7 +2,7 @@
 
 from math import inf
 
-from bt_manip.bt import Input, Status
+from bt_manip.bt import Input, Status, Traits
 
 from .arm_behaviour import ArmBehaviour
 
@@ -14,6 +14,7 @@ class SetSpeed(ArmBehaviour):
     With a lower `tool_speed` it is slowed down as soon as the limits of the joints allow.
     """
 
+    traits = Traits()
     needs_rest = False
 
     speed = Input(
@@ -40,6 +41,7 @@ class SetSpeed(ArmBehaviour):
 class Stop(ArmBehaviour):
     """Stop the arm on its path and cancel its motion."""
 
+    traits = Traits()
     needs_rest = False
 
     compliant = Input(
@@ -61,6 +63,7 @@ class Stop(ArmBehaviour):
 class Recover(ArmBehaviour):
     """Clear errors and reflexes of a real arm; succeed immediately without any."""
 
+    traits = Traits()
     patience = Input(float, default=5.0, doc="Timeout in simulated time [s].", at_least=0.0)
 
     def start(self) -> None:
@@ -85,6 +88,7 @@ class WaitUntilUndisturbed(ArmBehaviour):
     to help, as after a user stop, it waits.
     """
 
+    traits = Traits()
     patience = Input(float, default=5.0, doc="Timeout in simulated time [s].", at_least=0.0)
 
     memory = (*ArmBehaviour.memory, "_recovered")

@@ -3,7 +3,7 @@
 import contextlib
 from typing import Any
 
-from bt_manip.bt import Input, Status
+from bt_manip.bt import Input, Status, Traits
 from bt_manip.exceptions import PortError
 
 from .arm_behaviour import ArmBehaviour
@@ -16,6 +16,7 @@ class SwitchController(ArmBehaviour):
     returns to its own controller once it is at rest.
     """
 
+    traits = Traits()
     controller = Input(
         str, default="", doc="Registered name of the controller; by default the arm's own."
     )

@@ -1,14 +1,16 @@
 """Wait until an object is at rest."""
 
-from bt_manip.bt import Input, Status
+from bt_manip.bt import Input, Status, Traits
 
 from .arm_behaviour import CellBehaviour
+from .object_port import ObjectInput
 
 
 class WaitUntilAtRest(CellBehaviour):
     """Wait until an object is at rest; succeed immediately if it is."""
 
-    object = Input(str, doc="Name of the object.")
+    traits = Traits()
+    object = ObjectInput(str, doc="Name of the object.")
     patience = Input(float, default=2.0, doc="Timeout in simulated time [s].", at_least=0.0)
 
     def start(self) -> None:

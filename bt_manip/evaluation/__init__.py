@@ -1,4 +1,4 @@
-"""Episodes of a tree in parallel processes: their success, and stress tests.
+"""Episodes of a tree in parallel processes, and their success.
 
 Each name is imported on first use: running episodes needs neither the physics nor Parquet.
 """
@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from bt_manip.evaluation.engine import Worker as Worker
     from bt_manip.evaluation.engine import WorkerDiedError as WorkerDiedError
     from bt_manip.evaluation.engine import call_in_process as call_in_process
+    from bt_manip.evaluation.engine import portable as portable
     from bt_manip.evaluation.engine import run_episodes as run_episodes
     from bt_manip.evaluation.episode import EpisodeId as EpisodeId
     from bt_manip.evaluation.episode import EpisodeResult as EpisodeResult
@@ -21,18 +22,9 @@ if TYPE_CHECKING:
     from bt_manip.evaluation.paired import PairedTable as PairedTable
     from bt_manip.evaluation.paired import mcnemar_p_value as mcnemar_p_value
     from bt_manip.evaluation.paired import newcombe_interval as newcombe_interval
-    from bt_manip.evaluation.ray_pool import RayPool as RayPool
     from bt_manip.evaluation.results import ResultFolder as ResultFolder
     from bt_manip.evaluation.results import read_results as read_results
     from bt_manip.evaluation.scheduling import evaluate as evaluate
-    from bt_manip.evaluation.stress import StressEpisode as StressEpisode
-    from bt_manip.evaluation.stress import StressPhase as StressPhase
-    from bt_manip.evaluation.stress import StressResult as StressResult
-    from bt_manip.evaluation.stress import StressTester as StressTester
-    from bt_manip.evaluation.stress import lost_stress as lost_stress
-    from bt_manip.evaluation.stress import plan_episodes as plan_episodes
-    from bt_manip.evaluation.stress_table import LEGEND as LEGEND
-    from bt_manip.evaluation.stress_table import StressTable as StressTable
     from bt_manip.evaluation.success import Failure as Failure
     from bt_manip.evaluation.success import SuccessRate as SuccessRate
     from bt_manip.evaluation.success import wilson_interval as wilson_interval
@@ -46,18 +38,13 @@ __getattr__ = lazy_exports(
     __name__,
     {
         "bt_manip.evaluation.engine": (
-            "ProcessPool Worker WorkerDiedError call_in_process run_episodes"
+            "ProcessPool Worker WorkerDiedError call_in_process portable run_episodes"
         ),
         "bt_manip.evaluation.episode": "EpisodeId EpisodeResult EpisodeWorker Evaluation",
         "bt_manip.evaluation.feasibility": "why_not",
         "bt_manip.evaluation.paired": "PairedTable mcnemar_p_value newcombe_interval",
-        "bt_manip.evaluation.ray_pool": "RayPool",
         "bt_manip.evaluation.results": "ResultFolder read_results",
         "bt_manip.evaluation.scheduling": "evaluate",
-        "bt_manip.evaluation.stress": (
-            "StressEpisode StressPhase StressResult StressTester lost_stress plan_episodes"
-        ),
-        "bt_manip.evaluation.stress_table": "LEGEND StressTable",
         "bt_manip.evaluation.success": "Failure SuccessRate wilson_interval",
         "bt_manip.evaluation.variation": "VariedParameter grid parse_parameter parse_point samples",
     },

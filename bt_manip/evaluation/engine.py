@@ -162,9 +162,14 @@ class _Caller:
 
 
 class ProcessPool:
-    """Processes of this machine, each with a pipe of its own, so that one may die alone."""
+    """Processes of this machine, each with a pipe of its own, so that one may die alone.
+
+    Attributes:
+        cpus: How many workers run at the same time.
+    """
 
     def __init__(self, make_worker: Callable[[], Worker[Any, Any]]) -> None:
+        self.cpus = os.cpu_count() or 1
         self._make_worker = make_worker
         self._processes: list[_Process] = []
 

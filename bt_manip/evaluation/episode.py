@@ -121,6 +121,7 @@ class EpisodeWorker:
     Attributes:
         evaluation: The evaluation.
         identity: What the results depend on besides the episode, as plain data.
+        warnings: Warnings of the checks of the tree's document.
 
     Raises:
         BtManipError: If the request is invalid, or this machine has other versions or files.
@@ -133,6 +134,7 @@ class EpisodeWorker:
         self._request = request_of(evaluation.tree, self._parts, **evaluation.options)
         self._point = 0
         self._run = self._prepare(0)
+        self.warnings = self._run.tree.warnings
         self.identity = self._identify()
         if evaluation.identity is not None:
             refuse_difference("a worker", self.identity, evaluation.identity)

@@ -80,7 +80,7 @@ class ResultFolder:
         self._written = time.monotonic()
         parts = sorted(path.glob("part-*.parquet"))
         self._next = int(parts[-1].stem[5:]) + 1 if parts else 0
-        kept_rows, self._rows = _rows_of(path)
+        kept_rows, self._rows = _rows_of(path, identity)
         self.results = kept_rows + self._rows
 
     def add(self, result: EpisodeResult) -> None:
@@ -137,16 +137,24 @@ def read_results(path: Path) -> tuple[dict[str, Any], list[EpisodeResult]]:
     """
     with reading(path / IDENTITY, "evaluation"):
         identity = json.loads((path / IDENTITY).read_text())
-    results = [result for results in _rows_of(path) for result in results]
+    results = [result for results in _rows_of(path, identity) for result in results]
     return identity, sorted(results, key=lambda one: (one.point, one.episode))
 
 
-def _rows_of(path: Path) -> tuple[list[EpisodeResult], list[EpisodeResult]]:
-    """Return the results in the Parquet files of a folder, and those in its journal alone."""
+def _rows_of(
+    path: Path, identity: Mapping[str, Any]
+) -> tuple[list[EpisodeResult], list[EpisodeResult]]:
+    """Return the results in the Parquet files of a folder, and those in its journal alone.
+
+    Raises:
+        BtManipError: If a file cannot be read, or is of an evaluation of another identity.
+    """
     columns, kept = {one.name for one in fields(EpisodeResult)}, {}
     for part in sorted(path.glob("part-*.parquet")):
         with reading(part, "part of an evaluation"):
             table = parquet.read_table(part)
+            written_for = json.loads((table.schema.metadata or {})[METADATA])
+            refuse_difference(f"'{part}'", written_for, identity)
             for row in table.select([n for n in table.column_names if n in columns]).to_pylist():
                 kept[row["point"], row["episode"]] = EpisodeResult(**row)
     latest = []

@@ -50,7 +50,7 @@ def follow_tool_path(
     for _ in range(refinements):
         knots, deviation = _solve_knots(ik, q0, path, intervals)
         curve = SplinePath(knots, ik.model.nq, path.limits(ik.model.limits.tool))
-        error = _limit_error(curve, ik.model.limits) or _deviation_error(
+        error = limit_error(curve, ik.model.limits) or _deviation_error(
             curve, ik, path, intervals, deviation + PATH_TOLERANCE
         )
         if not error:
@@ -61,7 +61,7 @@ def follow_tool_path(
     raise MotionError(f"the {path.name} cannot be followed{error}", reason="line")
 
 
-def _limit_error(curve: SplinePath, limits: MotionLimits) -> str:
+def limit_error(curve: SplinePath, limits: MotionLimits) -> str:
     """Say which joint limit the spline exceeds between its knots; empty where it does not."""
     q = curve.evaluate(np.linspace(0.0, 1.0, LIMIT_SAMPLES), 0)[0][:, : curve.nq]
     outside = ((q < limits.lower - 1e-9) | (q > limits.upper + 1e-9)).any(axis=0)

@@ -21,10 +21,9 @@ if TYPE_CHECKING:
     from bt_manip.plugins.plugin import Plugin as Plugin
     from bt_manip.plugins.plugin import Plugins as Plugins
     from bt_manip.plugins.plugin import PluginWarning as PluginWarning
-    from bt_manip.plugins.scaffold import write_plugin as write_plugin
     from bt_manip.plugins.single_hooks import call_single_hook as call_single_hook
+    from bt_manip.plugins.single_hooks import factories_of as factories_of
     from bt_manip.plugins.single_hooks import source_of as source_of
-    from bt_manip.plugins.single_hooks import view_factories as view_factories
     from bt_manip.plugins.stations import build_station as build_station
     from bt_manip.plugins.watching import guarded as guarded
     from bt_manip.plugins.watching import plugin_observers as plugin_observers
@@ -38,8 +37,7 @@ __getattr__ = lazy_exports(
         ),
         "bt_manip.plugins.loading": "load_plugins",
         "bt_manip.plugins.plugin": "BUILTIN Plugin Plugins PluginWarning",
-        "bt_manip.plugins.scaffold": "write_plugin",
-        "bt_manip.plugins.single_hooks": "call_single_hook source_of view_factories",
+        "bt_manip.plugins.single_hooks": "call_single_hook factories_of source_of",
         "bt_manip.plugins.stations": "build_station",
         "bt_manip.plugins.watching": "guarded plugin_observers",
     },

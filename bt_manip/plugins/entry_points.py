@@ -194,8 +194,12 @@ def _field(folder: Path, name: str) -> str:
     return match[1].strip() if match else ""
 
 
+_NO_PLUGIN = re.compile(r"_|test_|conftest\.py$|.*_test\.py$")
+"""Names of files in a folder of plugins that are none: private modules, and those of pytest."""
+
+
 def in_folders(folders: Iterable[Path]) -> tuple[PluginPoint, ...]:
-    """Return the single-file plugins: each ``*.py`` whose name does not begin with ``_``.
+    """Return the single-file plugins: each ``*.py``, except tests and names that begin with ``_``.
 
     Raises:
         BtManipError: If there is no such folder.
@@ -205,7 +209,7 @@ def in_folders(folders: Iterable[Path]) -> tuple[PluginPoint, ...]:
         if not folder.is_dir():
             raise BtManipError(f"no folder '{folder}' to take plugins from")
         files = sorted(folder.resolve().glob("*.py"))
-        found += [FilePlugin(p) for p in files if not p.is_dir() and not p.name.startswith("_")]
+        found += [FilePlugin(p) for p in files if not p.is_dir() and not _NO_PLUGIN.match(p.name)]
     return tuple(found)
 
 

@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, NamedTuple
 
+from bt_manip.exceptions import BtManipError, did_you_mean
 from bt_manip.plugins.entry_points import block_names
 from bt_manip.registry import Parts
 
@@ -91,6 +92,20 @@ class Plugins:
         """Return a plugin by name, preferably a working one, or None."""
         named = sorted((p for p in self.plugins if p.name == name), key=lambda p: p.status != "ok")
         return named[0] if named else None
+
+    def working(self, name: str) -> Plugin:
+        """Return a working plugin.
+
+        Raises:
+            BtManipError: When it is unknown or broken.
+        """
+        plugin = self.find(name)
+        if plugin is None:
+            known = [each.name for each in self.plugins]
+            raise BtManipError(f"no plugin '{name}'{did_you_mean(name, known)}")
+        if plugin.problem:
+            raise BtManipError(plugin.warning)
+        return plugin
 
     def origin(self, name: str) -> tuple[str, str]:
         """Return the ends of a part's label and of messages about it, by the name of its plugin."""

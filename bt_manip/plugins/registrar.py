@@ -1,6 +1,5 @@
 """The parts of one plugin, before they are added to the parts of all plugins."""
 
-import dataclasses
 import inspect
 from collections.abc import Callable
 from functools import partial
@@ -176,16 +175,6 @@ class Registrar:
         if not isinstance(dialect, Dialect):
             raise BtManipError(f"a dialect is a Dialect, got {dialect!r}")
         self._add("dialects", dialect.name, dialect)
-
-    def _register_faults(self, name: str, cls: type) -> None:
-        self._add_factory("faults", name, cls)
-        own = isinstance(cls, type) and "__dataclass_fields__" in vars(cls)
-        if not own or not hasattr(cls, "begin"):
-            raise BtManipError(f"fault '{name}' is no dataclass that derives from Fault: {cls!r}")
-        for field in dataclasses.fields(cls):
-            if not isinstance(field.default, str | int | float):
-                problem = f"the default of '{field.name}' is no number or text"
-                raise BtManipError(f"fault '{name}': {problem}")
 
     def _register_trees(
         self,

@@ -46,13 +46,14 @@ def call_single_hook(
     return found
 
 
-def view_factories(choice: PluginSelection) -> dict[str, Callable[..., Any]]:
-    """Return the factories of plugins' views by name.
+def factories_of(hook: str, choice: PluginSelection) -> dict[str, Callable[..., Any]]:
+    """Return the factories that plugins register by one hook, by name.
 
     Args:
+        hook: Name of the hook: that of views, or of modifiers.
         choice: Blocked plugins, and folders with further plugins.
     """
-    return call_single_hook("register_views", choice, lambda _, name, factory: (name, factory))
+    return call_single_hook(hook, choice, lambda _, name, factory: (name, factory))
 
 
 def _registered(point: PluginPoint, hook: str, item: Callable[..., tuple[str, T]]) -> dict[str, T]:

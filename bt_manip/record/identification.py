@@ -39,7 +39,7 @@ def identify(run: "Run") -> dict[str, Any]:
     return {
         **run.identity,
         "varied": dict(request.varied),
-        "faults": request.faults,
+        "modifiers": {name: [*texts] for name, texts in request.modifiers.items()},
         "robot": ", ".join(robots),
         "scene": str(request.scene),
         "controller": ", ".join(dict.fromkeys(str(one.controller) for one in chosen)),

@@ -1,16 +1,18 @@
 """The one loop: a tree, a cell, a clock."""
 
+from .believed import Believed as Believed
 from .commanded_robot import CommandedRobot as CommandedRobot
+from .commanded_robot import RobotBuilder as RobotBuilder
+from .commanded_robot import make_robot as make_robot
 from .events import KINDS as KINDS
 from .events import EventQueue as EventQueue
 from .events import EventStream as EventStream
 from .events import RunEvent as RunEvent
-from .events import log_line as log_line
+from .filled_cell import FilledCell as FilledCell
 from .goal import NOT_MET as NOT_MET
 from .goal import GoalJudge as GoalJudge
 from .hardware import Hardware as Hardware
 from .interventions import Interventions as Interventions
-from .loop import Actor as Actor
 from .loop import CycleEnd as CycleEnd
 from .loop import Pacing as Pacing
 from .loop import RunLoop as RunLoop
@@ -22,8 +24,10 @@ from .observer import recorder_for as recorder_for
 from .observer import recorder_name as recorder_name
 from .perturbations import MAX_FORCE as MAX_FORCE
 from .prepare import load_source as load_source
+from .prepare import make_modifiers as make_modifiers
 from .prepare import prepare as prepare
 from .prepare import prepare_station as prepare_station
+from .prepare import set_up as set_up
 from .python_tree import as_tree as as_tree
 from .python_tree import make_any as make_any
 from .python_tree import make_tree as make_tree

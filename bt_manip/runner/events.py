@@ -25,7 +25,8 @@ class RunEvent(NamedTuple):
     ======================  ====================================================================
     ``tree``                ``nodes``: uid, path, name, kind, registration, parent and ``ports`` of
                             each node; of a port: name, direction, text as in a document, and the
-                            ``key`` of the blackboard that it points to, if any
+                            ``key`` of the blackboard that it points to, if any; ``results``: the
+                            keys of the tree's results
     ``edit``                ``problems`` of the edited file of the tree, a line for each; none when
                             the tree has been replaced
     ``cycle``               ``cycle``; ``status`` (``RUNNING`` when it starts), ``reason``
@@ -209,7 +210,7 @@ class EventStream:
             }
             for link in self._nodes
         ]
-        self.emit("tree", {"nodes": nodes})
+        self.emit("tree", {"nodes": nodes, "results": list(self._tree.results)})
         for link in self._nodes:
             if link.engine_status is not NodeStatus.IDLE:
                 self._emit_status(link, NodeStatus.IDLE, link.engine_status)
@@ -337,30 +338,3 @@ def _plain_value(entry: Any) -> bool | int | float | str | None | list[Any]:
         return str(value) if entry.type.format is None else entry.type.format(value)
     except (ValueError, TypeError):
         return str(value)
-
-
-def log_line(event: RunEvent) -> tuple[str, str] | None:
-    """Return the level and the text of an event for people; None for the others."""
-    data = event.data
-    if event.kind == "cycle":
-        if data["status"] == "FAILURE":
-            return "ERROR", f"cycle {data['cycle'] + 1} failed: {data['reason']}"
-        done = "started" if data["status"] == "RUNNING" else "succeeded"
-        return "INFO", f"cycle {data['cycle'] + 1} {done}"
-    if event.kind == "status" and data["reason"]:
-        return "WARNING", f"{data['path']}: {data['reason']}"
-    if event.kind == "motion" and data["fault"]:
-        return "WARNING", f"{data['robot']} stopped: {data['fault']}"
-    if event.kind == "edit":
-        if data["problems"]:
-            return "ERROR", "; ".join(data["problems"])
-        return "INFO", "the edited tree begins anew"
-    if event.kind == "entity":
-        return "INFO", f"{data['name']} {'added' if data['present'] else 'removed'}"
-    if event.kind == "intervention" and data["kind"] == "override":
-        return "WARNING", f"{data['path']}: its status was set to {data['status']}"
-    if event.kind == "intervention" and (data["begins"] or data["target"] is None):
-        return "WARNING", f"{data['body']} is {'pulled' if data['begins'] else 'let go'}"
-    if event.kind == "controller":
-        return "INFO", f"{data['robot']} is controlled by {data['controller']}"
-    return None

@@ -82,7 +82,7 @@ class RunLoop:
           loop.cycle()
 
     On an exception inside, the tree is halted and the arms are stopped, with observers. Of these,
-    each `RunModifier` is called after all others.
+    each `RunModifier` is called after all others; those of the run's request are added.
 
     Attributes:
         run: The run.
@@ -91,7 +91,8 @@ class RunLoop:
     def __init__(self, run: "Run", observers: Sequence[RunObserver] = ()) -> None:
         self.run = run
         self._station, self._cell = run.station, run.station.cell
-        self._observers = sorted(observers, key=lambda one: isinstance(one, RunModifier))
+        called = [*observers, *run.modifiers]
+        self._observers = sorted(called, key=lambda one: isinstance(one, RunModifier))
         self._then: tuple[Callable[[], None], ...] = ()
         self._is_open = False
         self._started: list[RunObserver] = []
@@ -205,7 +206,7 @@ class RunLoop:
                 self._station.return_to(run.start)
         run.begun = True
         if not in_place:
-            self._station.randomizer.begin(cycle)
+            self._station.begin_cycle(cycle)
         self._note_model()
         self._cycle = cycle
         self.run.goal.begin(cycle)

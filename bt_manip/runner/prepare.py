@@ -1,13 +1,15 @@
 """Preparing a run from a request; all errors of the request are found here."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
+from bt_manip.behaviours import check_objects
 from bt_manip.bt import Declared, ReadingOptions, Tree, cannot_run
 from bt_manip.exceptions import BtManipError, NodeError
 from bt_manip.files import noting
 from bt_manip.registry import Parts
 from bt_manip.scenes import find_scene, object_models
 
+from .observer import RunModifier
 from .python_tree import make_tree
 from .request import RunRequest
 from .run import Run
@@ -28,7 +30,7 @@ def prepare(
     Args:
         request: The tree, the scene and the parts to use.
         parts: The registered parts to choose from.
-        warn: Takes warnings about the tree.
+        warn: Takes warnings about the tree, and those of modifiers.
         station: A station of an earlier request with the same scene and robot, to run in as it is
             now; None builds one.
 
@@ -51,19 +53,50 @@ def prepare(
     clock.station = station = station or make_station(request, parts, first_cycle=True)
     for robot in station.robots.values():
         robot.robot.configurations |= request.configurations
+    set_up(tree, station)
+    for strange in station.model_warnings():
+        warn(strange)
+    run = Run(request, tree, station, files=files)
+    run.modifiers = make_modifiers(run, warn)
+    if station.hardware.simulated:
+        run.start = station.get_state()
+    return run
+
+
+def set_up(tree: Tree, station: Station, more: Iterable[str] = ()) -> None:
+    """Set a tree up in a station, and check the names in the cell that its ports give.
+
+    Args:
+        tree: The tree.
+        station: The station.
+        more: Objects that are in the cell when the tree begins.
+
+    Raises:
+        BtManipError: With the places of unknown objects, or of the first node that cannot be set
+            up: for its robot, configuration or region, or a value that does not fit.
+    """
     try:
         with noting(station.files):
             tree.setup(**station.infrastructure)
     except NodeError as error:  # a user error in a behaviour is one of the request
         if isinstance(error.__cause__, BtManipError):
-            raise BtManipError(f"{error.path}: {error.__cause__}") from error
+            where = ": ".join(filter(None, (tree.place_of(error.path), error.path)))
+            raise BtManipError(f"{where}: {error.__cause__}") from error
         raise
-    for lost in station.models.warnings():
-        warn(lost)
-    run = Run(request, tree, station, files=files)
-    if station.hardware.simulated:
-        run.start = station.get_state()
-    return run
+    check_objects(tree, station.infrastructure, more)
+
+
+def make_modifiers(run: Run, warn: Warn = lambda message: None) -> list[RunModifier]:
+    """Return the modifiers of the request of a run.
+
+    Raises:
+        BtManipError: If there is no such modifier, or its text is invalid.
+    """
+    make, expected = run.station.parts.modifiers.maker, "a RunModifier"
+    return [
+        make(name, "run_started", expected=expected)(run, texts, warn)
+        for name, texts in run.request.modifiers.items()
+    ]
 
 
 def load_source(

@@ -52,17 +52,17 @@ def as_tree(made: Any, source: TreeSource, clock: Clock) -> Tree:
         if isinstance(made, TreeDocument):
             made = made.main_tree()
             tree_id = made.tree_id or "MainTree"
-        goal = made.goal if isinstance(made, Tree | TreeDefinition) else ()
         declared: dict[str, Any] = {}
         if isinstance(made, Tree):
             declared = {
+                "goal": made.given_goal,
                 "task": made.given_task, "results": made.results, "continues": made.continues,
             }  # fmt: skip
         elif isinstance(made, TreeDefinition):
-            declared = declarations(made.attributes)
+            declared = {"goal": made.goal, **declarations(made.attributes)}
         root = made.root if isinstance(made, BehaviourTree | Tree | TreeDefinition) else made
         if isinstance(root, Behaviour):
-            return Tree(root, clock=clock, tree_id=tree_id, goal=goal, **declared)
+            return Tree(root, clock=clock, tree_id=tree_id, **declared)
     except Exception as error:
         raise BtManipError(f"tree '{source.name}' {_raised(error)}") from error
     raise BtManipError(

@@ -1,6 +1,7 @@
 """Editing a tree while it runs."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING
 
 from bt_manip.bt import BehaviourRegistry, TreeWatch
@@ -9,6 +10,7 @@ from bt_manip.files import noting
 from bt_manip.models import is_address
 
 from .observer import RunModifier
+from .prepare import set_up
 from .tree_source import TreeSource
 from .xml_tree import set_keys
 
@@ -21,7 +23,7 @@ class Reloader(RunModifier):
 
     Running nodes are halted, the blackboard stays, and the edited tree begins in the cell as it was
     at the start of the run; on a real robot the cell stays as it is. A file with errors changes
-    nothing.
+    nothing, and neither does one whose names the cell does not have.
 
     Args:
         source: The tree.
@@ -43,7 +45,7 @@ class Reloader(RunModifier):
 
     def run_started(self, run: "Run") -> None:
         """Begin to watch."""
-        self._run = run
+        self._run, self._objects = run, list(run.station.cell.entities)
         reading = run.request.reading
         main = self._source.function or reading.main
         self._watch = TreeWatch(run.tree, self._behaviours, reading, main=main)
@@ -53,7 +55,8 @@ class Reloader(RunModifier):
         run, tree = self._run, self._run.tree
         try:
             with noting(self._run.files):
-                reading = self._watch.poll()
+                check = partial(set_up, station=run.station, more=self._objects)
+                reading = self._watch.poll(check)
             if reading is None:
                 return
             for problem in reading.problems:
@@ -65,7 +68,7 @@ class Reloader(RunModifier):
             set_keys(self._source, tree, self._settings(), only_new=True)
         except (BtManipError, NodeError) as error:
             self._tell(str(error))
-            self._emit_problems(str(error))
+            self._emit_problems(*str(error).splitlines())
         else:
             if run.start is not None:
                 run.station.return_to(run.start)

@@ -57,7 +57,8 @@ class RunRequest:
         cycles: Number of runs of the root from idle to SUCCESS or FAILURE; 0 runs until stopped.
         seed: Seed of all randomness.
         tick: Simulated time between two ticks of the tree [s], a whole number of control steps.
-        faults: Faults that are injected, as in ``bt-manip run --fault``.
+        modifiers: Texts of each modifier of the run, by its registered name, as in ``bt-manip run
+            --NAME TEXT``.
         settings: Values of keys that the tree declares at its root, as text.
         real_time: Simulated seconds per second of wall time; None runs as fast as possible.
         configurations: Named configurations of the robots, besides those of their descriptions and
@@ -82,7 +83,7 @@ class RunRequest:
     cycles: int = 1
     seed: int = 0
     tick: float = TICK
-    faults: tuple[str, ...] = ()
+    modifiers: Mapping[str, tuple[str, ...]] = field(default_factory=lambda: MappingProxyType({}))
     settings: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
     real_time: float | None = None
     configurations: Mapping[str, Configuration] = field(
@@ -118,8 +119,8 @@ class RunRequest:
             raise BtManipError(f"speed must be above 0 and at most 1, got {self.speed_factor:g}")
         if self.tool_speed is not None and not self.tool_speed > 0.0:
             raise BtManipError(f"tool speed must be positive, got {self.tool_speed:g} m/s")
-        if self.backend and self.faults:
-            raise BtManipError("faults are simulated: they cannot be injected into a real robot")
+        if self.backend and self.modifiers:
+            raise BtManipError(f"{', '.join(self.modifiers)}: modifiers need a simulation")
         if self.real_time is not None and not 0.0 < self.real_time < float("inf"):
             raise BtManipError(f"real-time factor must be positive, got {self.real_time:g}")
 

@@ -14,7 +14,7 @@ from .goal import GoalJudge
 from .interventions import Interventions
 from .loop import RunLoop, Stop
 from .notebook import html_table
-from .observer import RunObserver
+from .observer import RunModifier, RunObserver
 from .request import RunRequest
 from .run_log import RunLog
 
@@ -38,6 +38,7 @@ class Run:
         identity: What identifies the run besides its request, by the fields of its report:
             ``foreign``, ``agent``.
         files: SHA-256 of the files that it has loaded beside those of its station, by name.
+        modifiers: The modifiers of its request.
         interventions: Takes requests to pull bodies and to set the statuses of nodes.
         log: Control steps and digest of the present or last execution.
         events: Makes its events.
@@ -54,6 +55,7 @@ class Run:
     cycle: int = 0
     identity: dict[str, Any] = field(default_factory=dict)
     files: dict[str, str] = field(default_factory=dict)
+    modifiers: Sequence[RunModifier] = ()
 
     def __post_init__(self) -> None:
         """Prepare to judge the tree's goal."""

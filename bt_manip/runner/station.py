@@ -17,6 +17,7 @@ from bt_manip.cell import Cell
 from bt_manip.cell.objects import Catalogue
 from bt_manip.cell.randomization import Randomizer
 from bt_manip.control import Controller, ControllerManager
+from bt_manip.exceptions import BtManipError
 from bt_manip.files import noting
 from bt_manip.registry import Parts
 from bt_manip.robots import Gripper, Robot
@@ -31,6 +32,7 @@ from bt_manip.scenes import (
     with_models,
 )
 
+from .believed import Believed, BelievedHardware
 from .commanded_robot import CommandedRobot, NoOnlyRobot, chosen_robots
 from .filled_cell import FilledCell
 from .hardware import Hardware
@@ -88,6 +90,7 @@ class Station:
         hardware: Executes the control steps.
         files: SHA-256 of the files that it was built from, and of those that its trees loaded, by
             name.
+        believed: The cell that trees know, where it is not that of the physics.
     """
 
     cell: Cell
@@ -101,6 +104,12 @@ class Station:
     poses: ExpectedObjects | None
     hardware: Hardware
     files: dict[str, str] = field(default_factory=dict)
+    believed: Believed | None = None
+
+    def model_warnings(self) -> list[str]:
+        """Return what is strange in the model files of its robots and objects, or was lost."""
+        of_robots = [text for one in self.robots.values() for text in one.robot.warnings]
+        return list(dict.fromkeys([*of_robots, *self.models.warnings()]))
 
     @property
     def first(self) -> CommandedRobot:
@@ -141,14 +150,27 @@ class Station:
         """Keyword arguments of the behaviours' ``setup``, with the parts of declared kinds.
 
         Where there are several robots, ``robot``, ``arm``, ``controllers`` and ``gripper``
-        raise when they are used.
+        raise when they are used. ``sensors`` are the entities of that category by name, which
+        sense the physics. With a believed cell, everything else belongs to it, and ``judged`` is
+        what the goal gets.
         """
-        only = self.first if len(self.robots) == 1 else None
-        none = NoOnlyRobot(self.robots)
+        believed = self.believed
+        if believed is None:
+            return self._infrastructure(self.cell, self.robots, self.poses)
+        return {
+            **self._infrastructure(believed.cell, believed.robots, believed.poses),
+            "judged": self._infrastructure(self.cell, self.robots, None),
+        }
+
+    def _infrastructure(
+        self, cell: Cell, robots: Mapping[str, CommandedRobot], poses: ExpectedObjects | None
+    ) -> dict[str, Any]:
+        only = next(iter(robots.values())) if len(robots) == 1 else None
+        none = NoOnlyRobot(robots)
         return {
             **self.parts.declared,
-            "cell": self.cell,
-            "robots": self.robots,
+            "cell": cell,
+            "robots": robots,
             "robot": only.robot if only else none,
             "arm": only.arm if only else none,
             "controllers": only.controllers if only else none,
@@ -156,8 +178,12 @@ class Station:
             "rng": self.rng,
             "models": self.models,
             "planners": self.parts.planners,
-            "poses": self.poses,
-        }
+            "poses": poses,
+            "sensors": {
+                name: entity for name, entity in self.cell.entities.items()
+                if getattr(entity, "category", "") == "sensor"
+            },
+        }  # fmt: skip
 
     def clock(self) -> float:
         """Return the simulated time [s]."""
@@ -260,13 +286,21 @@ class Station:
 
     def get_state(self) -> dict[str, Any]:
         """Return the state of the station as plain data."""
-        poses = {} if self.poses is None else {"poses": self.poses.get_state()}
-        return poses | {
+        more: dict[str, Any] = {} if self.poses is None else {"poses": self.poses.get_state()}
+        if self.believed is not None:
+            more["believed"] = self.believed.get_state()
+        return more | {
             "cell": self.cell.snapshot(),
             "robots": {name: robot.get_state() for name, robot in self.robots.items()},
             "rng": self.rng.bit_generator.state,
             "randomizer": self.randomizer.get_state(),
         }
+
+    def begin_cycle(self, cycle: int) -> None:
+        """Randomize the cell for a cycle."""
+        self.randomizer.begin(cycle)
+        if self.believed is not None:
+            self.believed.begin()
 
     def return_to(self, state: Mapping[str, Any]) -> None:
         """Return to a state of `get_state`, while time and random generators go on.
@@ -296,6 +330,8 @@ class Station:
             return self.models.restored(entry["kind"], entry["parameters"])
 
         self.cell.restore(state["cell"], make, time=time)
+        if self.believed is not None:
+            self.believed.set_state(state["believed"], make)
         for name, robot in self.robots.items():
             robot.set_state(state["robots"][name])
         self.rng.bit_generator.state = state["rng"]
@@ -328,20 +364,42 @@ def _make_station(request: RunRequest, parts: Parts, first_cycle: bool) -> Stati
     scene = with_models(found, object_models(request.settings, found), catalogue)
     backend = find_backend(request.backend, parts)
     backend.check(scene)
-    builders = [backend.builder(one, parts) for one in chosen_robots(request, scene, parts)]
     source = make_pose_source(request.poses, parts.pose_sources, scene.objects)
+    make_believed, described = None if source is None else source.believed_cell, scene
+    if make_believed is not None:
+        if request.backend:
+            raise BtManipError(f"--poses {request.poses} is for the simulation, not for --backend")
+        scene = replace(scene, objects=tuple(replace(o, expected=False) for o in scene.objects))
+    chosen = chosen_robots(request, scene, parts)
+    builders = [backend.builder(one, parts) for one in chosen]
     filled = FilledCell(scene, builders, catalogue, seed)
-    for one in filled.robots.values():
+    cell, robots = filled.cell, filled.robots
+    believed: Believed | None = None
+    if make_believed is not None:
+        believed = make_believed(
+            scene=described, chosen=chosen, cell=cell, robots=robots, source=source, parts=parts,
+            catalogue=catalogue, seed=seed,
+        )  # fmt: skip
+        twins = believed.robots
+        robots = {name: replace(one, arm=twins[name].arm) for name, one in robots.items()}
+    for one in (*robots.values(), *(() if believed is None else believed.robots.values())):
         one.robot.configurations |= scene.configurations
+    for one in robots.values():
         one.arm.speed_factor = request.speed_factor
         one.arm.follower.speed_scale *= request.speed_factor
     randomizer = filled.make_randomizer(catalogue, seed)
     if first_cycle:
         with naming_file(scene):
             randomizer.begin(0)
-    cell, robots = filled.cell, filled.robots
+    poses = None
+    hardware: Hardware
+    if believed is not None:
+        believed.begin()
+        hardware = BelievedHardware(cell, believed)
+    else:
+        hardware = backend.hardware(cell, robots)
+        poses = None if source is None else ExpectedObjects(source, cell, catalogue)
     return Station(
         cell, robots, np.random.default_rng(seed), catalogue, parts, randomizer, scene, request,
-        None if source is None else ExpectedObjects(source, cell, catalogue),
-        backend.hardware(cell, robots),
+        poses, hardware, believed=believed,
     )  # fmt: skip

@@ -4,8 +4,8 @@ import abc
 import os
 import select
 import sys
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import Any, ClassVar
 
 import numpy as np
 import pinocchio as pin
@@ -30,6 +30,10 @@ class PoseSource(abc.ABC):
     Attributes:
         expected: The expected objects.
     """
+
+    believed_cell: ClassVar[Callable[..., Any] | None] = None
+    """Where the physics has the expected objects from the start and the tree knows only what is
+    reported: makes the cell that the tree gets in its place, a `bt_manip.runner.Believed`."""
 
     def __init__(self, expected: Sequence[SceneObject]) -> None:
         self.expected = tuple(expected)
@@ -105,7 +109,11 @@ class ExpectedObjects:
 
     Attributes:
         source: Source of their poses.
+        physics: The cell in which objects that the tree adds appear, to be expected from then on;
+            None where only the scene's objects are.
     """
+
+    physics: Cell | None = None
 
     def __init__(self, source: PoseSource, cell: Cell, models: Catalogue) -> None:
         self.source, self._cell, self._models = source, cell, models
@@ -146,6 +154,10 @@ class ExpectedObjects:
         self._cell.add(entity, observed, name=name, free=scene_object.free)
         return True
 
+    def spawned(self, name: str) -> None:
+        """Expect an object that the tree has added to `physics`."""
+        raise NotImplementedError
+
     def taken(self, name: str) -> None:
         """Note that an object was taken away."""
         if name in self._used:
@@ -171,7 +183,8 @@ def make_pose_source(
         objects: The objects of the scene.
 
     Raises:
-        BtManipError: If there is no such source, or the scene has no expected objects.
+        BtManipError: If there is no such source, or the scene has no expected objects and the tree
+            cannot add any.
     """
     if name == PHYSICS:
         return None
@@ -180,10 +193,10 @@ def make_pose_source(
         raise BtManipError(f"unknown pose source '{name}'{near}")
     make = sources.maker(name, "pose", "taken", expected="a bt_manip.scenes.PoseSource")
     expected = [scene_object for scene_object in objects if scene_object.expected]
-    if not expected:
+    made: PoseSource = make(expected)
+    if not expected and made.believed_cell is None:
         raise BtManipError(
             f"--poses {name} needs a scene that expects objects: a scene file with "
             "'expected = true' in some of its objects"
         )
-    made: PoseSource = make(expected)
     return made

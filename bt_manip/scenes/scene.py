@@ -1,7 +1,7 @@
 """Scenes: the robots and objects at the start of a run."""
 
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, fields
 from functools import cache, wraps
 from typing import Annotated, Any, ClassVar
@@ -106,6 +106,27 @@ Fixture = SceneObject
 
 @documented
 @dataclass(frozen=True)
+class ObjectTable(SceneObject):
+    """An object of a scene file, or several that are alike."""
+
+    count: Annotated[
+        int | None,
+        Key(
+            "Number of such objects, called NAME_1, NAME_2, ...; keys of only one of them are in "
+            "a table of its name: `NAME_2.mass = 0.3`",
+            at_least=1,
+            at_most=MAX_OBJECTS,
+        ),
+    ] = None
+
+    def scene_object(self, name: str) -> SceneObject:
+        """Return one of the objects."""
+        given = {field.name: getattr(self, field.name) for field in fields(SceneObject)}
+        return SceneObject(**given | {"name": name})
+
+
+@documented
+@dataclass(frozen=True)
 class FixedCamera:
     """A camera of a scene file."""
 
@@ -129,34 +150,63 @@ class FixedCamera:
         return SceneObject("camera", self.name, self.T_wc, parameters)
 
 
+_REPLACED = {"position": ("region",), "region": ("position", "quat_wxyz", "rpy")}
+"""Keys of several objects that a key of one of them replaces besides its own."""
+
+
 class ObjectTables:
     """The objects of a scene file, its cameras included."""
 
     type, names = "tables", "objects, cameras"
-    tables: ClassVar[Mapping[str, Any]] = {"[objects]": SceneObject, "[cameras]": FixedCamera}
+    tables: ClassVar[Mapping[str, Any]] = {"[objects]": ObjectTable, "[cameras]": FixedCamera}
 
     def read(self, table: TomlTable, entry: KeyField, size: Any) -> tuple[SceneObject, ...]:
         """Return the objects in the order in which they are added."""
         found: list[SceneObject] = []
         robots = [part.text("name") or "" for part in table.tables("robots", MAX_ROBOTS)]
         for part in table.tables("objects", MAX_OBJECTS):
-            if scene_object := read_part(SceneObject, part, free=None):
+            for each, scene_object in self._numbered(part):
                 reached_by = scene_object.within_reach
                 if isinstance(reached_by, str) and reached_by not in robots:
                     near = did_you_mean(reached_by, robots)
                     text = f"is true or the name of a robot, got '{reached_by}'{near}"
-                    part.reject("within_reach", text)
+                    each.reject("within_reach", text)
                 if scene_object.expected and scene_object.region is not None:
-                    part.reject("region", "and 'expected' exclude each other: give a 'position'")
-                self._add(found, part, scene_object, SceneObject)
+                    each.reject("region", "and 'expected' exclude each other: give a 'position'")
+                self._add(found, each, scene_object)
+            if len(found) > MAX_OBJECTS:
+                text = f"makes {len(found)} objects; a file has at most {MAX_OBJECTS}"
+                part.reject("count", text)
+                break
         for part in table.tables("cameras", MAX_OBJECTS):
             if camera := read_part(FixedCamera, part):
-                self._add(found, part, camera.scene_object(), FixedCamera)
+                scene_object = camera.scene_object()
+                self._add(found, part, scene_object)
+                check_object(part, scene_object.model, scene_object.parameters, FixedCamera)
         return tuple(found)
 
-    def _add(
-        self, found: list[SceneObject], table: TomlTable, scene_object: SceneObject, cls: Any
-    ) -> None:
+    def _numbered(self, table: TomlTable) -> Iterator[tuple[TomlTable, SceneObject]]:
+        """Yield the objects of a table, each with the table of its keys."""
+        count = min(table.whole_number("count") or 0, MAX_OBJECTS)
+        name = table.text("name") or table.text("model")
+        names = [f"{name}_{number}" for number in range(1, count + 1)]
+        own = {}
+        for key in names:
+            if part := table.table(key):
+                without = [k for given in part.keys() for k in _REPLACED.get(given, ())]
+                own[key] = table.variant(key, (*without, *names, "count"), name=key)
+        common = read_part(ObjectTable, table, free=None)
+        if common is None:
+            return
+        check_object(table, common.model, common.parameters, ObjectTable)
+        for key in names or (common.name,):
+            if key not in own:
+                yield table, common.scene_object(key)
+            elif single := read_part(SceneObject, own[key], free=None):
+                check_object(own[key], single.model, single.parameters, SceneObject)
+                yield own[key], single
+
+    def _add(self, found: list[SceneObject], table: TomlTable, scene_object: SceneObject) -> None:
         """Add an object; reject keys that conflict with the other objects."""
         names = [known.name for known in found]
         if scene_object.name in names:
@@ -166,7 +216,6 @@ class ObjectTables:
             table.reject(
                 "on", f"is the name of an object further up, got '{scene_object.on}'{near}"
             )
-        check_object(table, scene_object.model, scene_object.parameters, cls)
         found.append(scene_object)
 
 

@@ -14,7 +14,9 @@ _ASSIGNMENT = re.compile(rf"\s*({_KEY})\s*=")
 
 
 def line_numbers(text: str) -> dict[Place, int]:
-    """Return the line numbers of keys and tables, from 1, except keys inside inline values.
+    """Return the line numbers of keys and tables, from 1.
+
+    Keys in inline values have no line of their own; inline tables of an array have, one each.
 
     The result is approximate, for messages: lines of a multi-line string that look like keys count
     as keys.
@@ -25,6 +27,7 @@ def line_numbers(text: str) -> dict[Place, int]:
     lines: dict[Place, int] = {}
     counts: dict[Place, int] = {}
     inside: Place = ()
+    rows: Place = ()  # an array of inline tables, each in a line
     for number, line in enumerate(text.splitlines(), 1):
         if array := _ARRAY.match(line):
             place = _counted(_parts(array[1]), counts)
@@ -34,7 +37,15 @@ def line_numbers(text: str) -> dict[Place, int]:
         elif header := _HEADER.match(line):
             inside = _counted(_parts(header[1]), counts)
         elif assignment := _ASSIGNMENT.match(line):
-            lines.setdefault((*inside, *_parts(assignment[1])), number)
+            place = inside
+            for part in _parts(assignment[1]):
+                place = (*place, part)
+                lines.setdefault(place, number)
+            rows = place if line.rstrip().endswith("[") else ()
+            continue
+        elif rows and line.lstrip().startswith("{"):
+            counts[rows] = counts.get(rows, 0) + 1
+            lines.setdefault((*rows, counts[rows]), number)
             continue
         else:
             continue

@@ -1,6 +1,6 @@
 """Typed reading of TOML tables; error messages name file, line and key."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from math import inf
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -237,6 +237,17 @@ class TomlTable:
         """Return a subtable, or None if missing."""
         value = self._typed(key, lambda value: isinstance(value, dict), "a table")
         return None if value is None else self._part(value, key)
+
+    def variant(self, key: str, without: Container[str], **given: Any) -> "TomlTable":
+        """Return a subtable with this table's entries where it has none.
+
+        Args:
+            key: Key of the subtable.
+            without: Keys of this table that it does not take.
+            **given: Entries in place of those of this table.
+        """
+        rest = {name: value for name, value in self._entries.items() if name not in without}
+        return self._part({**rest, **given, **self._entries[key]}, key)
 
     def tables(self, key: str, at_most: float = inf) -> list["TomlTable"]:
         """Return the tables of an array of tables; an empty list if missing, or if too many."""

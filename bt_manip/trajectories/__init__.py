@@ -3,7 +3,6 @@
 from bt_manip.robots import CONTROL_STEP as CONTROL_STEP
 
 from .limit_check import EFFORT_FRACTION as EFFORT_FRACTION
-from .limit_check import TOOL_STEPS as TOOL_STEPS
 from .limit_check import effort_use as effort_use
 from .limit_check import limit_use as limit_use
 from .limit_check import tool_use as tool_use

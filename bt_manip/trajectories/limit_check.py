@@ -1,7 +1,5 @@
 """Largest used fractions of the limits of a trajectory."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from bt_manip.robots import CONTROL_STEP, LimitUse, MotionLimits, RobotModel
@@ -11,9 +9,7 @@ from .trajectory import Samples, Trajectory, sample_times
 EFFORT_STEP = 4e-3  # [s] between inverse dynamics: efforts change little in that time
 SMOOTH_EFFORT_STEP = 16e-3
 """The same where acceleration is linear in time [s]: efforts between are at most 2e-4 larger."""
-TOOL_STEPS = (0.01, CONTROL_STEP)
-"""Times between two positions of the tool by which its speed is checked, the coarse one first [s].
-"""
+TOOL_STEP = 0.01  # [s] between positions of the tool by which its speed is checked at first
 TOOL_SPEED_FRACTION = 0.995  # of the tool's speed for motions: the rest is for changes of the scale
 EFFORT_FRACTION = 0.95  # of every effort limit for motions: the rest is for the controller
 
@@ -26,27 +22,32 @@ def limit_use(trajectory: Trajectory, limits: MotionLimits) -> LimitUse:
     return limits.use(*trajectory.sample(sample_times(trajectory.duration, CONTROL_STEP)))
 
 
-def tool_use(
-    trajectory: Trajectory,
-    limits: MotionLimits,
-    start: float = 0.0,
-    steps: Sequence[float] = TOOL_STEPS,
-) -> float:
+def tool_use(trajectory: Trajectory, limits: MotionLimits, start: float = 0.0) -> float:
     """Return the largest used fraction of the tool's speed that motions may have; 0 without one.
+
+    The speed is that between positions at control steps, which are evaluated where those of
+    `TOOL_STEP`, and their changes from one to the next, allow a larger one in between.
 
     Args:
         trajectory: The trajectory.
         limits: The limits, of whose speed of the tool motions use `TOOL_SPEED_FRACTION`.
         start: Time from which it is evaluated [s].
-        steps: Times between the positions that are compared, the next where one finds no excess.
     """
-    use = 0.0
-    for step in steps if limits.limits_tool else ():
-        times = start + sample_times(max(trajectory.duration - start, 0.0), step)
-        use = limits.tool_use(trajectory.sample(times)[0], step) / TOOL_SPEED_FRACTION
-        if use > 1.0:
-            break
-    return use
+    if not limits.limits_tool:
+        return 0.0
+    times = start + sample_times(max(trajectory.duration - start, 0.0), TOOL_STEP)
+    use = limits.tool_use(trajectory.sample(times)[0], TOOL_STEP)
+    change, largest = np.abs(np.diff(use, prepend=0.0, append=0.0)), float(use.max())
+    bound = use + 2.0 * np.maximum(change[:-1], change[1:])
+    between = times[:-1][bound > max(largest, TOOL_SPEED_FRACTION)]
+    if len(between):
+        steps = CONTROL_STEP * np.arange(round(TOOL_STEP / CONTROL_STEP) + 1)
+        fine = limits.tool_use(
+            trajectory.sample((between[:, None] + steps).ravel())[0], CONTROL_STEP
+        )
+        fine[len(steps) - 1 :: len(steps)] = 0.0  # from the end of one interval to the next one
+        largest = max(largest, float(fine.max()))
+    return largest / TOOL_SPEED_FRACTION
 
 
 def has_jump(samples: Samples, jerk: np.ndarray) -> bool:

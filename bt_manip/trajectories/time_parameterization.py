@@ -8,7 +8,7 @@ import numpy as np
 from bt_manip.exceptions import MotionError
 from bt_manip.robots import RobotModel
 
-from .limit_check import EFFORT_FRACTION, TOOL_SPEED_FRACTION, TOOL_STEPS, effort_use, tool_use
+from .limit_check import EFFORT_FRACTION, TOOL_SPEED_FRACTION, effort_use, tool_use
 from .motion_profile import MotionProfile, profile_to_position
 from .path_limits import PathLimits
 from .paths import Path, SplinePath, StraightPath
@@ -92,7 +92,7 @@ def time_parameterize(
         best = _fastest(path, model, constrained, speed, grids)
         if best.effort <= EFFORT_FRACTION:
             # The spline is inaccurate where the tool reverses.
-            slower = tool_use(best.trajectory, model.limits, steps=TOOL_STEPS[:1])
+            slower = tool_use(best.trajectory, model.limits)
             if slower > 1.0:
                 return PathTrajectory(path, best.trajectory.profile.slowed(slower))
             return best.trajectory
@@ -142,7 +142,7 @@ def scale_to_effort_limits(
             best, good = trajectory, factor
         else:
             bad = factor
-        if good == 1.0 or good >= _CONVERGED * bad:
+        if good >= _CONVERGED * bad:
             break
         factor = _FIRST_FACTOR * bad if best is None else 0.5 * (good + bad)
     if best is None:

@@ -184,7 +184,7 @@ def test_linear_motion_keeps_the_tool_within_its_limits(arm, watch):
 
 
 def test_line_out_of_reach_raises_with_the_reachable_fraction(arm):
-    with pytest.raises(MotionError, match=r"only for \d+ %") as raised:
+    with pytest.raises(MotionError, match=r"the line can be followed only for \d+ %") as raised:
         arm.move_linear(down(1.4, 0.0, 0.4))
     assert raised.value.reason == "line"
     assert not arm.moving

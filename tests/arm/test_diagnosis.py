@@ -7,8 +7,6 @@ import pytest
 
 from bt_manip.control import gravity_compensated_pd
 from bt_manip.control.pd_law import default_gains
-from bt_manip.faults import FaultInjector, parse_fault
-from bt_manip.runner import RunObserver, RunRequest, find_tree, prepare
 from tests.measuring.collisions import one_arm
 
 THERE = np.array([0.6, -0.3, 0.3, -2.0, 0.2, 1.8, 0.4])
@@ -49,30 +47,6 @@ def test_push_is_named_with_force_direction_and_link(moving, body):
     assert np.dot(direction, push) / size_of_push > 0.9
     expected = {"hand": "the tool|link 7", "link6": "link 6|link 7|the tool"}
     assert re.fullmatch(expected.get(body, f"link {body[-1]}"), found.group(5))
-
-
-class Faults(RunObserver):
-    """Keeps the faults of the arm."""
-
-    def run_started(self, run):
-        self.arm, self.found = run.station.arm, []
-
-    def after_tick(self):
-        if self.arm.fault and self.arm.fault not in self.found:
-            self.found.append(self.arm.fault)
-
-
-@pytest.mark.parametrize(("node", "mass"), [("Grasp", 3.2), ("Drop", 1.0)])
-def test_payload_that_is_too_heavy_is_named_with_its_mass(parts, node, mass):
-    source = find_tree("pick_place", {name: parts.trees.get(name) for name in parts.trees})
-    heavy = parse_fault(f"heavy at={node} mass={mass}", parts.faults)
-    faults = Faults()
-    run = prepare(RunRequest(source, cycles=1), parts)
-    injector = FaultInjector([heavy], parts.faults, 0)
-    run.execute([injector, faults], stop=lambda: bool(faults.found))
-    found = re.match(r"the payload weighs about (\S+) kg, 0.057 kg were assumed", faults.found[0])
-    assert found, faults.found
-    assert float(found.group(1)) == pytest.approx(mass, rel=0.15)
 
 
 @pytest.mark.parametrize("share", [0.02, 30.0])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bt_manip.exceptions import MotionError
-from bt_manip.robots import LateError
+from bt_manip.robots import DeviceError, LateError
 
 
 class Table:
@@ -14,11 +14,13 @@ class Table:
         self.arm, self.setpoint, self.lag, self.problem, self.streaming = arm, 0, 0, "", True
         self.setpoints = np.tile(arm.q, (4, 1))  # from setpoint -3
         self.sent = 0
-        self.refuse = 0
+        self.refuse, self.problem_of_sending = 0, ""
         self.shortest = np.inf
         arm.connection, arm.follower.send = self, self.send
 
     def send(self, latency, setpoints):
+        if self.problem_of_sending:
+            raise DeviceError(self.problem_of_sending)
         if self.refuse:
             self.refuse -= 1
             raise LateError
@@ -41,8 +43,8 @@ class Table:
     def advance(self, steps):
         """Advance, with a refresh every 100 setpoints; check the reference."""
         for _ in range(steps):
-            self.arm.advance(1e-3)
             self.setpoint += 1
+            self.arm.advance(1e-3)
             if self.setpoint % 100 == 0 and self.arm.moving:
                 self.arm.follower.send_on(25, self.arm.model)
             self.extend(self.setpoint + 4)
@@ -137,3 +139,31 @@ def test_there_are_no_compliant_stops_and_no_jumps_to_the_measured_joints(arm, t
     arm.hold_at(before + 0.1)
     assert not arm.compliant and arm.fault == "something"
     np.testing.assert_array_equal(arm.q, before)
+
+
+def test_a_speed_that_cannot_be_changed_in_time_stops_the_arm_on_its_path(arm, table):
+    start = arm.q_ref
+    arm.speed_scale = 0.2
+    arm.move_to_configuration(start + np.array([1.0, 0, 0, 0, 0, 0, 0]))
+    table.advance(310)
+    arm.follower.lagging, table.refuse = True, 5
+    table.advance(1000)
+    assert not arm.busy and 0.02 < arm.q[0] - start[0] < 0.5
+    assert "speed could not be changed" in arm.fault and "too busy" in arm.fault
+
+
+def test_an_arm_that_takes_no_stop_is_given_up_and_stops_at_the_end_of_what_it_has(arm, table):
+    start = arm.q_ref
+    arm.speed_scale = 0.2
+    arm.move_to_configuration(start + np.array([1.0, 0, 0, 0, 0, 0, 0]))
+    table.advance(300)
+    sent, table.problem_of_sending = table.setpoints, "a reflex"
+    arm.follower.lagging = True
+    for _ in range(25):
+        arm.advance(1e-3)
+    assert not arm.busy and arm.fault.count("a reflex") == 2
+    assert "speed could not be changed" in arm.fault and "it could not be stopped" in arm.fault
+    with pytest.raises(MotionError, match="has not come to rest yet"):
+        arm.move_to_configuration(start)
+    assert table.setpoints is sent
+    assert np.abs(np.diff(sent[-2:], axis=0)).max() < 1e-6

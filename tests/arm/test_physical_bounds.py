@@ -62,3 +62,23 @@ def test_an_arm_pushed_along_a_wall_backs_off_without_going_deeper(walled, joint
     moved = model.pose(rows[-1]).translation - model.pose(q).translation
     assert np.linalg.norm(moved) == pytest.approx(0.1, abs=0.01) and moved[1] > 0.09
     assert max(depth(walled, row) for row in rows) <= depth(walled, q) + 1e-3
+
+
+@pytest.mark.parametrize("speed", [0.3, 0.6])
+def test_a_redirected_arm_reaches_its_share_of_the_velocity_limit_and_keeps_it(arm, speed):
+    aside = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    arm.move_to_configuration(arm.model.home + 2.0 * aside, speed=speed)
+    measured_velocity(arm, 300)
+    arm.move_to_configuration(arm.model.home - 2.0 * aside, speed=speed)
+    share = np.abs(measured_velocity(arm, 2500)[:, 0]) / arm.model.limits.velocity[0]
+    assert share.max() == pytest.approx(speed, rel=0.01)
+
+
+@pytest.mark.parametrize("speed", [-0.5, 0.5])
+def test_an_arm_whose_joint_turns_either_way_is_not_at_rest(arm, speed):
+    assert arm.at_rest
+    arm.robot.mj_data.qvel[arm.robot.dof_adr[1]] = speed
+    try:
+        assert not arm.at_rest
+    finally:
+        arm.robot.mj_data.qvel[:] = 0.0

@@ -1,6 +1,7 @@
 """Behaviours that move the arm: they arrive, or say why not, and brake when halted."""
 
 from functools import partial
+from types import SimpleNamespace
 
 import numpy as np
 import pinocchio as pin
@@ -289,3 +290,13 @@ def test_a_motion_gives_its_state_and_goes_on_from_it(station, trial):
     again.tree.set_state(states[0])
     assert again.until_done() is SUCCESS
     assert station.cell.state_bytes() == ended
+
+
+def test_the_progress_to_a_pose_rises_from_0_to_1():
+    def progress(distance):
+        robot = SimpleNamespace(tool_pose=spatial.pose((distance, 0.0, 0.0)))
+        arm = SimpleNamespace(robot=robot)
+        return IsAt.progress(SimpleNamespace(arm=arm, pose=spatial.pose((0.0, 0.0, 0.0))))
+
+    assert progress(0.0) == 1.0
+    assert 1.0 > progress(0.05) > progress(0.5) > 0.0

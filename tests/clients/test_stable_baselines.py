@@ -120,5 +120,7 @@ def test_the_example_trains_and_evaluates(capsys):
     example.ENVIRONMENTS, example.EPISODE, example.ROUND = 4, 10, 1
     example.learn(1e-3)
     lines = capsys.readouterr().out.splitlines()
-    steps = [re.fullmatch(r"0\.\d min, (\d+) steps: \d+%", line)[1] for line in lines]
+    steps = [
+        re.fullmatch(r"0\.\d min, (\d+) steps: \d+%, return -?\d\.\d\d", line)[1] for line in lines
+    ]
     assert steps == ["0", "128"]

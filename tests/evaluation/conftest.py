@@ -76,7 +76,7 @@ def pick():
 
 def fragile(limit):
     steps = [kind(object="cube") for kind in (Reach, Grasp)]
-    goal = IsIn(object="cube", container="basket")
+    goal = IsIn(object="cube", container="table")
     return Tree(Sequence("pick", *steps, Diverge(limit=limit), Sleep(msec=20)), goal=goal)
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from bt_manip.evaluation import EpisodeId, EpisodeWorker, RayPool, evaluate
+from bt_manip.evaluation import EpisodeId, EpisodeWorker, evaluate
 from bt_manip.evaluation.results import JOURNAL
 
 pytest.importorskip("pyarrow")
@@ -105,6 +105,8 @@ def test_an_evaluation_goes_on_after_kill_9(evaluation, tmp_path, episodes):
 def test_a_ray_cluster_gives_the_same_results_also_when_an_actor_dies(evaluation):
     pytest.importorskip("ray")
     from functools import partial
+
+    from bt_manip_learn import RayPool
 
     small = evaluation()
     pool = RayPool(partial(EpisodeWorker, small), workers=2)

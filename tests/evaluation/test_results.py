@@ -108,6 +108,17 @@ def test_a_folder_of_another_evaluation_is_refused(folder):
         folder(seed=3)
 
 
+def test_a_file_of_another_evaluation_in_the_folder_is_refused(folder, tmp_path):
+    folder().close()
+    with ResultFolder(tmp_path / "other", {**IDENTITY, "seed": 3}, POINTS) as other:
+        other.add(result(0))
+    part = tmp_path / "out" / "part-00000.parquet"
+    part.write_bytes((tmp_path / "other" / part.name).read_bytes())
+    for read in (folder, lambda: read_results(tmp_path / "out")):
+        with pytest.raises(BtManipError, match="part-00000.parquet' is of another eval.* seed 3"):
+            read()
+
+
 def test_a_folder_has_one_writer(folder):
     with folder(), pytest.raises(BtManipError, match="is being written by another evaluation"):
         folder()

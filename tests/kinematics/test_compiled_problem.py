@@ -156,3 +156,18 @@ def test_what_does_not_fit_the_arm_is_refused_by_name(model, ik, changed, messag
         ik.solve(problem, model.home)
     with pytest.raises(MotionError, match=message):
         ik.follow(problem, model.home)
+
+
+def test_a_pose_with_a_free_axis_is_met_only_where_both_position_and_axis_are(model, compiled):
+    T = model.pose(model.home)
+    turned, tilted = (
+        pin.SE3(T.rotation @ pin.exp3(by), T.translation)
+        for by in (np.array([0.0, 0.0, 0.3]), np.array([0.3, 0.0, 0.0]))
+    )
+    aside = pin.SE3(T.rotation, T.translation + [0.0, 0.05, 0.0])
+    for goal, met in ((turned, True), (tilted, False), (aside, False)):
+        problem = IKProblem(targets=PoseTarget("tool", goal, free_axis=(0.0, 0.0, 1.0)))
+        (error,) = compiled(problem).errors(model.home)
+        assert error.met is met
+        assert error.position == pytest.approx(0.05 * (goal is aside), abs=1e-9)
+        assert error.rotation == pytest.approx(0.3 * (goal is tilted), abs=1e-6)

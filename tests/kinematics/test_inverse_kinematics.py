@@ -474,3 +474,12 @@ def test_an_arm_on_a_rail_solves_poses_along_all_of_it(rail_robot, rng):
         assert ik.solve(PoseTarget(ik.tool, T, free_axis="z"), ik.model.home).solved
     with pytest.raises(MotionError, match=r"a margin of 0.7 m leaves .*rail no range"):
         ik.solve(IKProblem(targets=PoseTarget("tool", T), margin=0.7), ik.model.home)
+
+
+def test_what_is_out_of_reach_keeps_the_margin_from_both_limits(ik):
+    limits, away = ik.model.limits, PoseTarget("tool", spatial.pointing_down([3.0, 0.0, 0.5]))
+    for q0 in (limits.lower, limits.upper):
+        result = ik.solve(IKProblem(targets=away, margin=0.2), q0)
+        q = result.q
+        assert "m out of reach" in result.reason
+        assert np.all(q >= limits.lower + 0.2 - 1e-9) and np.all(q <= limits.upper - 0.2 + 1e-9)

@@ -1,10 +1,11 @@
 """Levenberg-Marquardt inside joint limits."""
 
 import numpy as np
+import pytest
 
 from bt_manip import spatial
 from bt_manip.kinematics import IKProblem, PoseTarget
-from bt_manip.kinematics.levenberg_marquardt import levenberg_marquardt
+from bt_manip.kinematics.levenberg_marquardt import DAMPING, levenberg_marquardt
 
 
 def test_a_minimum_decrease_ends_an_unsuccessful_descent_sooner(model, compiled):
@@ -20,3 +21,16 @@ def test_a_minimum_decrease_ends_an_unsuccessful_descent_sooner(model, compiled)
     assert not descent(unreachable, 0.2).solved and not descent(unreachable, 0.0).solved
     assert 1 <= descent(unreachable, 0.2).iterations < descent(unreachable, 0.0).iterations
     assert np.array_equal(descent(near, 0.2).q, descent(near, 0.0).q) and descent(near, 0.2).solved
+
+
+@pytest.mark.parametrize("away", [0.02, 0.1, 0.3])
+def test_a_step_far_from_limits_solves_the_damped_normal_equations(model, compiled, away):
+    # Sugihara 2011: (J^T J + damping |e|^2) dq = -J^T e.
+    problem = compiled(IKProblem(targets=PoseTarget("tool", model.pose(model.home + away))))
+    residual, endless = problem.constraints, np.full(7, 100.0)
+    error = residual.evaluate(model.home)
+    jacobian = residual.jacobian()
+    damped = jacobian.T @ jacobian + DAMPING * (error @ error) * np.eye(7)
+    expected = -np.linalg.solve(damped, jacobian.T @ error)
+    result = levenberg_marquardt(residual, model.home, -endless, endless, iterations=1)
+    assert result.q - model.home == pytest.approx(expected, rel=1e-4, abs=1e-7)

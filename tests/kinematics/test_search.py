@@ -202,3 +202,18 @@ def test_following_names_the_joint_at_its_limit(model, ik):
     found = ik.follow(turned, q, max_step=0.05)
     assert not found.solved
     assert "joint7 at the limit" in found.reason
+
+
+def test_the_iterations_of_a_failed_search_are_those_of_all_its_descents(walled, monkeypatch):
+    counted, descend = [], search.levenberg_marquardt
+
+    def counting(*given, **options):
+        counted.append(descend(*given, **options))
+        return counted[-1]
+
+    monkeypatch.setattr(search, "levenberg_marquardt", counting)
+    ik = walled.ik
+    away = PositionTarget("panda/tool", [2.0, 0.0, 0.5])
+    result = ik.follow(IKProblem(targets=away), ik.model.home)
+    assert not result.solved
+    assert result.iterations == sum(end.iterations for end in counted) > 0

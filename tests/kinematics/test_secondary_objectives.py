@@ -1,5 +1,8 @@
 """Gradients of costs; the oracle is numerical differentiation."""
 
+from types import SimpleNamespace
+
+import numpy as np
 import pytest
 
 from bt_manip.kinematics import IKProblem, PoseTarget
@@ -24,3 +27,12 @@ def test_the_gradient_of_all_costs_is_their_derivative(model, ik, goal):
     expansion = compiled.objectives.expand(compiled.constraints)
     assert expansion.gradient == pytest.approx(expected, rel=1e-5, abs=1e-6)
     assert expansion.value == pytest.approx(compiled.cost(q))
+
+
+def test_a_posture_costs_half_the_mean_square_of_the_times_to_it():
+    # The time of each joint at its greatest speed: 0.2 s, 0.1 s and 0.4 s.
+    speed, away = np.array([1.0, 2.0, 0.5]), np.array([0.2, -0.2, 0.2])
+    objectives = SecondaryObjectives(1.0 / speed, posture=(np.ones(3), 3.0))
+    cost = objectives.expand(SimpleNamespace(q=np.ones(3) + away))
+    assert cost.value == pytest.approx(0.5 * 3.0 * (0.2**2 + 0.1**2 + 0.4**2) / 3.0)
+    assert cost.gradient == pytest.approx(3.0 * away / speed**2 / 3.0)

@@ -20,9 +20,11 @@ KINDS = (
 class ToolPositions:
     """Positions of a robot's tool, by MuJoCo's kinematics."""
 
-    def __init__(self, description: RobotDescription) -> None:
-        self._robot = Robot(description)
-        compile_alone(self._robot)
+    def __init__(self, robot: Robot | RobotDescription) -> None:
+        if not isinstance(robot, Robot):
+            robot = Robot(robot)
+            compile_alone(robot)
+        self._robot = robot
 
     def speed(self, q: Iterable[np.ndarray]) -> float:
         """Return the largest speed of the tool by configurations at control steps [m/s]."""

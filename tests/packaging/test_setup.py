@@ -273,7 +273,7 @@ def test_the_readmes_plugin_is_picked_and_placed(tmp_path, monkeypatch):
     blocks = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
     (code,) = (block for block in blocks if "register_objects" in block)
     assert 10 <= len([line for line in code.splitlines() if line]) <= 14
-    ((file, folder),) = re.findall(r"Save it as `(.*?)` in a folder `(.*?)`", text)
+    ((folder, file),) = re.findall(r"Save this as `(.*?)/(.*?)`", text)
     (tmp_path / folder).mkdir()
     (tmp_path / folder / file).write_text(code)
     (command,) = re.findall(r"`(bt-manip run pick_place --set .*?)`", text)

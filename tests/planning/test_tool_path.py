@@ -1,5 +1,7 @@
 """The geometry of tool paths."""
 
+from contextlib import nullcontext
+
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -26,6 +28,7 @@ def positions(path, n=2001):
 
 def test_a_line_is_straight_and_turns_at_a_constant_rate():
     (path,) = tool_paths(START, [LineTo(CORNER)])
+    assert path.narrowest == 1.0  # no part of it is narrower than the whole
     for s in np.linspace(0.0, 1.0, 11):
         T = path.pose(s)
         straight = (1.0 - s) * START.translation + s * CORNER.translation
@@ -180,3 +183,12 @@ def test_invalid_paths_are_refused_by_name(make, message):
     with pytest.raises(MotionError, match=message) as raised:
         make()
     assert raised.value.reason == "target"
+
+
+@pytest.mark.parametrize(("near", "far"), [(1e-3, 1.0), (1.0, 1e-3), (0.2, 0.3)])
+def test_three_points_are_on_a_line_below_an_angle_whatever_their_distances_are(near, far):
+    for sine, straight in ((1e-7, True), (1e-5, False)):
+        via = START.translation + [near, 0.0, 0.0]
+        end = pin.SE3(START.rotation, START.translation + [far, far * sine, 0.0])
+        with pytest.raises(MotionError, match="not on a line") if straight else nullcontext():
+            ArcTo(via, end).segment(START)

@@ -17,8 +17,9 @@ from bt_manip.planning import (
     follow_tool_path,
     tool_paths,
 )
+from bt_manip.planning.tool_path_following import limit_error
 from bt_manip.robots import ToolLimits
-from bt_manip.trajectories import effort_use, limit_use
+from bt_manip.trajectories import SplinePath, effort_use, limit_use
 
 START = spatial.pointing_down([0.4, -0.2, 0.3])
 CORNER = spatial.pointing_down([0.4, 0.1, 0.3], 0.5)
@@ -232,3 +233,14 @@ def test_a_straight_line_is_followed_within_the_tolerance_of_the_arm(five_joints
         error = line.pose(row[-1]).actInv(model.pose(row[:5]))
         assert np.linalg.norm(error.translation) <= 1e-5 + 5e-5
         assert np.linalg.norm(pin.log3(error.rotation)) <= 1e-4 + 5e-5
+
+
+def test_a_joint_that_leaves_its_limits_between_the_ends_of_a_spline_is_named(model):
+    s = np.linspace(0.0, 1.0, 11)[:, np.newaxis]
+    lower, upper = model.limits.lower, model.limits.upper
+    middle = 0.5 * (lower + upper)
+    bump = 4.0 * s * (1.0 - s)  # a quintic spline has it exactly
+    for share, named in ((0.95, ""), (1.05, ": joint 2 would leave its limits")):
+        beyond = share * (np.arange(len(middle)) == 1) * (upper - middle)
+        curve = SplinePath(middle + bump * beyond)
+        assert limit_error(curve, model.limits) == named

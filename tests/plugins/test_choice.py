@@ -61,7 +61,8 @@ def test_each_file_of_a_folder_is_a_plugin_and_shadows_no_module(tmp_path):
     for name in ("tree", "numpy"):  # names that others have, and dm_control needs
         code = f"{head}def register_objects(register): register('of_{name}', dict)\n"
         (tmp_path / f"{name}.py").write_text(code)
-    (tmp_path / "_private.py").write_text("raise RuntimeError")
+    for name in ("_private.py", "test_it.py", "it_test.py", "conftest.py"):
+        (tmp_path / name).write_text("raise RuntimeError")
     (tmp_path / "notes.txt").write_text("nothing")
     plugins = load_plugins(entry_points=(), choice=PluginSelection(folders=(tmp_path,)))
     assert [p.name for p in plugins.plugins] == ["builtin", "numpy", "tree"]

@@ -17,7 +17,7 @@ from bt_manip.planning import PlanningProblem
 from bt_manip.plugins import PluginSelection, load_plugins
 from bt_manip.robots import GripperError, panda
 from bt_manip.spatial import pose
-from bt_manip.testing.contract_list import checks_of
+from bt_manip_contracts.contract_list import checks_of
 
 PAGES = Path(__file__).resolve().parents[2] / "docs" / "plugins" / "hooks"
 WAIT = """<root BTCPP_format="4"><BehaviorTree ID="Main">{}</BehaviorTree></root>"""
@@ -206,6 +206,13 @@ def test_register_dialects_reads_trees_of_others(run, tmp_path):
         run("register_dialects", "--dialect", "btcpp", body="<Chain/>")
 
 
+def test_register_conversions_writes_trees_in_another_language(example, tmp_path, capfd):
+    (tmp_path / "task.xml").write_text(WAIT.format('<Sleep msec="30"/>'))
+    options = ["--to", "outline", "--plugins-dir", str(example("register_conversions"))]
+    assert run_app(Interrupt(), ["tree", "convert", str(tmp_path / "task.xml"), *options]) == 0
+    assert capfd.readouterr().out == "Main: Sleep\n"
+
+
 def test_register_backends_makes_robots_that_can_be_chosen(parts_of):
     parts = parts_of("register_backends")
     with pytest.raises(BtManipError, match="--backend wants acme=ADDRESS, where ADDRESS is the co"):
@@ -254,21 +261,32 @@ def test_register_commands_adds_a_command(example, capfd):
     assert "Print the payload to declare" in capfd.readouterr().out
 
 
-def test_register_faults_disturbs_a_run(run):
-    spawn = '<SpawnObject object="{cube}"/>'
-    body = f'<Sequence>{spawn}<Sleep name="rest" msec="100"/></Sequence>'
+def test_register_modifiers_changes_a_run(run):
     extra = """
-from bt_manip.cell import at_rest
-
 @hookimpl
 def after_tick(station):
-    if "cube" in station.cell.entities and not at_rest(station.cell, "cube"):
-        print("it moves")
+    print("gravity", station.cell.model.opt.gravity[2])
 """
-    assert "it moves" in run(
-        "register_faults", "--fault", "wind at=rest force=1", body=body, extra=extra
-    )
-    assert "it moves" not in run("register_faults", body=body, extra=extra)
+    assert "gravity -1.62" in run("register_modifiers", "--gravity", "1.62", extra=extra)
+    assert "gravity -9.81" in run("register_modifiers", extra=extra)
+
+
+COUNTED = """
+
+def half(make_worker, address, workers, made=half):
+    print(f"address {address}, {workers} worker")
+    return made(make_worker, address, workers)
+"""
+
+
+def test_register_pools_chooses_where_episodes_run(example, tmp_path, capfd):
+    tree = tmp_path / "task.xml"
+    tree.write_text(WAIT.format('<Sleep msec="30"/>'))
+    folder = str(example("register_pools", COUNTED))
+    words = ["evaluate", str(tree), "--episodes", "2", "--workers", "1", "--plugins-dir", folder]
+    assert run_app(Interrupt(), [*words, "--half"]) == 0
+    out = capfd.readouterr().out
+    assert "address local, 1 worker" in out and "2 of 2 episodes succeeded" in out
 
 
 def test_register_contracts_adds_checks_of_all_plugins(example):

@@ -128,29 +128,6 @@ BROKEN = {
         """,
         "registers object 'x' twice",
     ),
-    "fault that is no dataclass": (
-        """
-        from bt_manip.faults import Fault
-        class Wind(Fault):
-            def begin(self): pass
-        @hookimpl
-        def register_faults(register): register("wind", Wind)
-        """,
-        "fault 'wind' is no dataclass that derives from Fault",
-    ),
-    "fault with a parameter without a default": (
-        """
-        from dataclasses import dataclass
-        from bt_manip.faults import Fault, parameter
-        @dataclass
-        class Wind(Fault):
-            force: float = parameter(None, "")
-            def begin(self): pass
-        @hookimpl
-        def register_faults(register): register("wind", Wind)
-        """,
-        "fault 'wind': the default of 'force' is no number or text",
-    ),
     "raising hook": (
         """
         @hookimpl

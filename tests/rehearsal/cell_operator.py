@@ -79,6 +79,11 @@ class Operator:
                 (self.put if asked[1] == "Put" else self.take)(asked[2])
         return self.output
 
+    def rest(self) -> str:
+        """End the process; return all that it has printed."""
+        self.process.kill()
+        return self.output + self.process.stdout.read().decode()
+
     def end(self, seconds: float = 120.0) -> int:
         """Answer until the process has ended; return its exit code."""
         self.until("", seconds)

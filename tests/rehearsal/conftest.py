@@ -7,15 +7,15 @@ from pathlib import Path
 import pytest
 
 REPOSITORY = Path(__file__).resolve().parents[2]
-CUBES = int(os.environ.get("CUBES", "3"))
+CUBES = int(os.environ.get("CUBES", "2"))
 sys.path.insert(0, str(Path(__file__).parent))
 for package in ("franka", "trossen"):
     sys.path.insert(0, str(REPOSITORY / "plugins" / f"bt-manip-{package}" / "tests"))
 
 from real_cell import RealCell, write_model, write_scene  # noqa: E402
-from simulation import MENAGERIE, SimulatedRobot  # noqa: E402
+from simulation import ARM, MENAGERIE, start_franka  # noqa: E402
 
-ARM = MENAGERIE / "franka_fr3" / "fr3.xml"
+from tests.support.simulated_robot import SimulatedRobot  # noqa: E402
 
 
 @pytest.fixture(scope="session")
@@ -53,7 +53,7 @@ def start_robot(models, tmp_path_factory):
 
     def start(model: Path = ARM, *options: str) -> SimulatedRobot:
         log = tmp_path_factory.mktemp("robot") / "log"
-        started.append(SimulatedRobot(model, *options, log=log))
+        started.append(start_franka(log, *options, model=model))
         return started[-1]
 
     yield start

@@ -13,14 +13,13 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from cell_operator import SPEED
-from simulation import MENAGERIE
+from simulation import ARM
 
 from bt_manip import build_station
 from bt_manip.exceptions import MotionError
 from bt_manip.runner import RunLoop
 from bt_manip.scenes import Scene, SceneRobot
 
-ARM = MENAGERIE / "franka_fr3" / "fr3.xml"
 MINUTES = float(os.environ.get("MINUTES", "1"))  # of the robot's time
 SCENE = Scene((SceneRobot(pin.SE3(np.eye(3), np.array([0.0, 0.0, 1.5]))),))  # far from the floor
 RANGE = 0.8  # of the joint ranges, in which goals lie

@@ -3,13 +3,11 @@
 import pinocchio as pin
 import pytest
 from cell_operator import SPEED
-from simulation import MENAGERIE
+from simulation import ARM
 
 from bt_manip import build_station
 from bt_manip.scenes import Scene, SceneRobot
-from bt_manip.testing import DEVICE_CONTRACT, recovers_from_a_problem
-
-ARM = MENAGERIE / "franka_fr3" / "fr3.xml"
+from bt_manip_contracts import DEVICE_CONTRACT, recovers_from_a_problem
 
 
 @pytest.fixture(scope="module")

@@ -62,17 +62,20 @@ def succeeds_in_spite_of(run, text):
     assert run.placed == ["cube_1"]
 
 
-def moving(robot):
+def moving(robot, run):
     """Wait until the arm moves."""
-    robot.until(lambda arm: np.abs(arm["v"]).max() > 0.1, 30.0)
+    try:
+        robot.until(lambda arm: np.abs(arm["v"]).max() > 0.1, 30.0)
+    except AssertionError:
+        raise AssertionError(f"the arm does not move; {run.rest()}") from None
 
 
-def moves_again(robot, fault, within=RECOVERY, **arguments):
+def moves_again(robot, run, fault, within=RECOVERY, **arguments):
     """Bring about or end a fault; check that the arm moves soon after, by the robot's clock."""
     begun = robot.ask("arm")["time"]
     robot.ask(fault, **arguments)
     robot.until(lambda arm: np.abs(arm["v"]).max() < 0.01, 30.0)
-    moving(robot)
+    moving(robot, run)
     after = robot.ask("arm")["time"] - begun
     print(f"{fault}: the arm moves again after {after:.2f} s")
     assert after < within
@@ -80,25 +83,25 @@ def moves_again(robot, fault, within=RECOVERY, **arguments):
 
 def test_a_reflex_is_named_and_recovered_from(cell_robot, run):
     run.until("OpenGripper")
-    moving(cell_robot)
-    moves_again(cell_robot, "reflex", joint=4)
+    moving(cell_robot, run)
+    moves_again(cell_robot, run, "reflex", joint=4)
     succeeds_in_spite_of(run, "joint_reflex, joint 4")
 
 
 def test_a_cut_connection_is_named_and_built_up_anew(cell_robot, run):
     run.until("OpenGripper")
-    moving(cell_robot)
-    moves_again(cell_robot, "cut", within=TIMEOUT + RECOVERY)
+    moving(cell_robot, run)
+    moves_again(cell_robot, run, "cut", within=TIMEOUT + RECOVERY)
     succeeds_in_spite_of(run, "connection lost")
 
 
 def test_a_user_stop_is_named_and_the_tree_goes_on_after_its_release(cell_robot, run):
     run.until("OpenGripper")
-    moving(cell_robot)
+    moving(cell_robot, run)
     cell_robot.ask("user_stop", pressed=True)
     run.until("user_stop")
     time.sleep(1.0)
-    moves_again(cell_robot, "user_stop", pressed=False)
+    moves_again(cell_robot, run, "user_stop", pressed=False)
     succeeds_in_spite_of(run, "user_stop")
 
 
@@ -134,7 +137,7 @@ def test_a_robot_that_is_not_there_is_refused(robot, scene, real):
 
 def test_the_arm_stops_on_its_path_when_the_process_of_the_tree_is_killed(cell_robot, run):
     run.until("OpenGripper")
-    moving(cell_robot)
+    moving(cell_robot, run)
     os.kill(run.process.pid, signal.SIGKILL)
     cell_robot.until(lambda arm: np.abs(arm["v"]).max() < 0.02, 10.0)
     assert cell_robot.ask("errors") == []

@@ -4,14 +4,13 @@ import os
 
 import numpy as np
 import pytest
-from simulation import MENAGERIE
+from simulation import ARM
 
 from bt_manip.robots import DeviceError, Robot, compile_alone, read_description
 from bt_manip.robots.connection import ArmConnection, LateError
 from tests.measuring.random_commands import RandomCommands
 
-CUBES = int(os.environ.get("CUBES", "3"))
-ARM = MENAGERIE / "franka_fr3" / "fr3.xml"
+CUBES = int(os.environ.get("CUBES", "2"))
 MOTIONS = 20 if CUBES >= 20 else 4
 ATTEMPTS = 5  # where the machine is too busy to simulate without losing cycles
 LATENCY = 30  # setpoints

@@ -9,14 +9,15 @@ import pinocchio as pin
 import pytest
 from cell_operator import SPEED, Operator
 from real_cell import Places, write_model, write_scene
-from widowx import SimulatedWidowX
+from widowx import start_widowx
 
 from bt_manip import build_station, load_plugins
 from bt_manip.robots import Robot, compile_alone
 from bt_manip.scenes import Scene, SceneRobot
-from bt_manip.testing import DEVICE_CONTRACT, recovers_from_a_problem
+from bt_manip_contracts import DEVICE_CONTRACT, recovers_from_a_problem
+from tests.support.simulated_robot import SimulatedRobot
 
-CUBES = int(os.environ.get("CUBES", "3"))
+CUBES = int(os.environ.get("CUBES", "2"))
 ON_TABLE = Places(basket=(0.5, 0.17, 0.0), lowest=(0.45, -0.25), highest=(0.6, -0.02))
 PERIOD = 2e-3  # [s] of references
 TOOL_SPEED = 0.25  # [m/s] by default
@@ -38,8 +39,8 @@ def start(parts, tmp_path_factory):
     """Start simulated arms, which end with the tests."""
     started = []
 
-    def start(*model: Path) -> SimulatedWidowX:
-        started.append(SimulatedWidowX(tmp_path_factory.mktemp("robot") / "log", *model))
+    def start(*model: Path) -> SimulatedRobot:
+        started.append(start_widowx(tmp_path_factory.mktemp("robot") / "log", *model))
         return started[-1]
 
     yield start

@@ -110,7 +110,7 @@ def test_an_edited_tree_begins_in_the_cell_as_it_was_at_the_start(leave, tmp_pat
                 self.width = self.run.station.gripper.width
 
     run = leave(cycles=1)
-    edited = TREE.format(attributes="", msec=30).replace("<CloseGripper/>", "")
+    edited = TREE.format(attributes='_results="n sum"', msec=30).replace("<CloseGripper/>", "")
     told = []
     run.execute([Edit(), Reloader(run.request.tree, known_behaviours(parts), told.append)])
     assert "begins anew" in told[0]

@@ -24,8 +24,8 @@ from bt_manip.runner import (
     EventQueue,
     RunEvent,
     RunObserver,
-    log_line,
 )
+from bt_manip_recording import log_line
 from tests.support.runs import Listener
 
 

@@ -17,7 +17,8 @@ from bt_manip.bt import (
 )
 from bt_manip.exceptions import BtManipError
 from bt_manip.record import Recorder
-from bt_manip.runner import Run, RunObserver, RunRequest, TreeSource, log_line
+from bt_manip.runner import Run, RunObserver, RunRequest, TreeSource
+from bt_manip_recording import log_line
 from tests.support.runs import Listener
 
 START = np.array([0.0, 0.0, 1.04])

@@ -9,18 +9,33 @@ import pytest
 from bt_manip.bt import BehaviourRegistry
 from bt_manip.exceptions import BtManipError
 from bt_manip.registry import Parts
-from bt_manip.runner import Hardware, Run, RunObserver, RunRequest, TreeSource
+from bt_manip.runner import (
+    Hardware,
+    Run,
+    RunObserver,
+    RunRequest,
+    TreeSource,
+    known_behaviours,
+    prepare,
+)
 from bt_manip.runner.reloading import Reloader
 from bt_manip.runner.xml_tree import load_document
 from tests.support.runs import Listener
 
 DOCUMENT = """<root BTCPP_format="4" main_tree_to_execute="Main">
-  <BehaviorTree ID="Main">
+  <BehaviorTree ID="Main" _results="seen new">
     <Sequence><Script code="seen := {seen}"/>{more}<Sleep msec="{msec}"/></Sequence>
   </BehaviorTree>
   <TreeNodesModel>
     <SubTree ID="Main"><input_port name="note" default="calm"/>{port}</SubTree>
   </TreeNodesModel>
+</root>"""
+
+
+REMOVING = """<root BTCPP_format="4">
+  <BehaviorTree ID="Main">
+    <Sequence><RemoveObject object="{name}"/><Sleep msec="{msec}"/></Sequence>
+  </BehaviorTree>
 </root>"""
 
 
@@ -40,6 +55,8 @@ class Editor(RunObserver):
 class Cell:
     generation = time = 0
     before_remove: ClassVar[list] = []
+    objects: ClassVar[dict] = {}
+    entities: ClassVar[dict] = {}
 
     def step(self, n, then=()):
         self.time += 1e-3 * n
@@ -57,11 +74,10 @@ def run(tmp_path, edited):
     source = TreeSource("task", "xml", path=path)
     behaviours = BehaviourRegistry()
     tree = load_document(source, Parts(), {"note": "wild"}, lambda: cell.time, told.append)
-    randomizer = SimpleNamespace(begin=lambda cycle: None)
     station = SimpleNamespace(
-        cell=cell, randomizer=randomizer, robots={}, hardware=Hardware(cell), files={}
-    )
-
+        cell=cell, begin_cycle=lambda cycle: None, robots={}, hardware=Hardware(cell), files={},
+        infrastructure={"cell": cell},
+    )  # fmt: skip
     made = Run(RunRequest(source, settings={"note": "wild"}), tree, station)
     events = []
     listener = Listener(events, ("edit",))
@@ -86,6 +102,34 @@ def test_a_broken_file_changes_nothing_and_its_errors_are_told(tmp_path):
     assert told[-1].endswith("has errors; the tree goes on as it was")
     (problems,) = made.edits
     assert problems == [line for line in told[:-1] if ": error: " in line]
+
+
+def test_what_an_edit_can_never_run_is_told_and_it_begins(tmp_path):
+    made, told = run(tmp_path, document(msec=30, more='<Sleep _skipIf="true" msec="1"/>'))
+    (warning,) = made.tree.warnings
+    assert warning.code == "never-runs" and str(warning) in told
+    assert told[-1].endswith("was edited; the tree begins anew") and made.edits == [[]]
+
+
+@pytest.mark.parametrize(
+    ("name", "ends"),
+    [
+        ("basket", "was edited; the tree begins anew"),  # removed meanwhile, and there at the start
+        (
+            "baskt",
+            ":3:15: port 'object' of RemoveObject: no object 'baskt'; did you mean 'basket'?",
+        ),
+    ],
+)
+def test_an_edit_names_the_objects_of_the_start(tmp_path, parts, name, ends):
+    path, told = tmp_path / "task.xml", []
+    path.write_text(REMOVING.format(name="basket", msec=100))
+    made = prepare(RunRequest(TreeSource("task", "xml", path=path)), parts)
+    reloader = Reloader(made.request.tree, known_behaviours(parts), told.append)
+    editor = Editor(path, 3, REMOVING.format(name=name, msec=30))
+    made.execute([editor, reloader])
+    assert [line.removeprefix(str(path)).strip() for line in told] == [ends]
+    assert made.station.cell.time == pytest.approx(0.1 if name == "baskt" else 0.05, abs=0.02)
 
 
 def test_a_key_that_an_edit_declares_gets_its_default(tmp_path):

@@ -60,14 +60,10 @@ def make(root, cycles=1, tick=0.002) -> Run:
     cell = Cell()
     tree = Tree(root, clock=lambda: cell.time)
     request = RunRequest(TreeSource("x", "python"), cycles=cycles, tick=tick)
-    randomizer = SimpleNamespace(begin=lambda cycle: None)
-    return Run(
-        request,
-        tree,
-        SimpleNamespace(
-            cell=cell, robots={}, randomizer=randomizer, hardware=Hardware(cell), files={}
-        ),
+    station = SimpleNamespace(
+        cell=cell, robots={}, begin_cycle=lambda cycle: None, hardware=Hardware(cell), files={}
     )
+    return Run(request, tree, station)
 
 
 def test_observers_are_told_everything_in_order():

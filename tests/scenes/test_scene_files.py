@@ -232,7 +232,7 @@ def test_a_file_may_say_which_seed(write, parts):
             ":4: .*category' is wrong: category 'contaner' is none; did you mean 'container'",
         ),
         (TABLE + '[[objects]]\nmodel = "cube"\nmass = 0\n', ":7: .*mass' is wrong: mass must be"),
-        (TABLE + '[[objects]]\nmodel = "cube"\nmass = -1\n', "positive number .kg., got -1"),
+        (TABLE + '[[objects]]\nmodel = "cube"\nmass = -1\n', "number above 0 .* .kg., got -1"),
         (TABLE + "within_reach = 3\n", ":5: key .*within_reach' is true or false"),
         (TABLE + 'within_reach = "lfet"\n', "within_reach' is true or the name of a robot, got"),
         (TABLE + "region = { x = [0, 1] }\n", "region.y' is missing"),

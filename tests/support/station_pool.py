@@ -69,7 +69,7 @@ class StationPool:
             for kind in KINDS
             for name in getattr(parts, kind).names()
         ]
-        return items, repr(scene), options
+        return items, dict(parts.plugins), repr(scene), options
 
 
 def _identity(registry: Registry[Any], name: str) -> Any:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bt_manip.robots import JointLimits
-from bt_manip.trajectories import limit_use
+from bt_manip.trajectories import PathLimits, limit_use
 
 ONE = np.ones(2)
 LIMITS = JointLimits(-3 * ONE, 3 * ONE, 2 * ONE, 5 * ONE, 100 * ONE, ONE)
@@ -59,3 +59,30 @@ def test_the_first_setpoint_beyond_a_limit_is_named():
     assert jump == "velocity of joint 2 where it joins the present one"
     assert LIMITS.setpoints_problem(still, smooth * np.nan) == "a setpoint is not finite"
     assert "shape (20000, 1)" in LIMITS.setpoints_problem(still, s)
+
+
+@pytest.mark.parametrize(
+    ("kind", "distance", "seconds"),
+    [  # of the quintic from rest to rest: 15/8 d/T, 10/sqrt(3) d/T^2, 60 d/T^3
+        ("velocity", 2.5, 15 / 8 * 2.5 / 2.0),
+        ("acceleration", 0.5, np.sqrt(10 / np.sqrt(3) * 0.5 / 5.0)),
+        ("jerk", 0.05, np.cbrt(60 * 0.05 / 100.0)),
+    ],
+)
+def test_setpoints_may_use_a_limit_up_to_its_end(kind, distance, seconds):
+    power = ("velocity", "acceleration", "jerk").index(kind) + 1
+    still = np.zeros((3, 2))
+    for use, refused in ((0.95, False), (1.05, True)):
+        s = np.linspace(0.0, 1.0, round(1e3 * seconds / use ** (1 / power)) + 1)[:, np.newaxis]
+        setpoints = s**3 * (10.0 - 15.0 * s + 6.0 * s**2) * np.array([0.0, distance])
+        problem = LIMITS.setpoints_problem(still, setpoints)
+        assert problem.startswith(f"{kind} of joint 2") if refused else not problem
+
+
+@pytest.mark.parametrize(("of_joint", "of_other"), [(1.0, 0.1), (-0.2, 0.45)])
+def test_of_joints_and_other_coordinates_the_one_nearest_its_limit_counts(of_joint, of_other):
+    limits = PathLimits(LIMITS, np.array([[0.5], [2.0], [50.0]]))
+    v = np.tile([0.1, of_joint, of_other], (3, 1))
+    velocity, acceleration, jerk = limits.use(0.0 * v, v, 0.0 * v)
+    assert velocity == pytest.approx(max(abs(of_joint) / 2.0, of_other / 0.5))
+    assert acceleration == jerk == 0.0

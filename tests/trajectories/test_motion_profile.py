@@ -8,6 +8,7 @@ from bt_manip.trajectories.motion_profile import (
     joint_profiles,
     profile_to_position,
     profile_to_velocity,
+    velocity_profiles,
 )
 
 LIMITS = (2 * np.ones(2), 5 * np.ones(2), 100 * np.ones(2))  # velocity, acceleration, jerk
@@ -31,6 +32,20 @@ def test_braking_takes_the_time_and_the_distance_of_the_textbook():
     duration = 2 / 5 + 5 / 100
     assert profile.duration == pytest.approx(duration)
     assert profile.end == pytest.approx(1.0 + 2.0 * duration / 2)
+
+
+def test_velocities_are_reached_after_the_duration_and_then_rest_as_soon_as_possible():
+    # Linear in jerk: half the final velocity on average, whether it rises or falls.
+    rest, velocity = np.zeros(2), np.array([1.0, -0.5])
+    profiles = velocity_profiles((np.array([0.3, -0.3]), rest, rest), velocity, 2.0, *LIMITS[1:])
+    stop = 1.0 / 5 + 5 / 100
+    for profile, begin, v in zip(profiles, (0.3, -0.3), velocity, strict=True):
+        assert profile.duration == pytest.approx(2.0 + stop)
+        assert profile.at(2.0)[1] == pytest.approx(v)
+        assert profile.end == pytest.approx(begin + v * (2.0 + stop) / 2.0)
+        t = np.linspace(0.0, profile.duration, 5001)
+        p, rate, _ = profile.sample(t[:-1])
+        assert np.allclose(np.gradient(p, t[:-1])[1:-1], rate[1:-1], atol=1e-4)
 
 
 def test_slowed_by_two_it_is_the_same_in_twice_the_time():

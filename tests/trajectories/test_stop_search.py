@@ -6,6 +6,7 @@ import pytest
 from bt_manip.robots import MotionLimits
 from bt_manip.trajectories import PathLimits, StraightPath
 from bt_manip.trajectories.deceleration_limits import LimitedPath
+from bt_manip.trajectories.motion_profile import profile_to_velocity
 from bt_manip.trajectories.stop_search import STOP_MARGINS, shortest_stop_time, stop_profiles
 
 from .pendulum import pendulum
@@ -48,3 +49,47 @@ def test_a_search_evaluates_a_bounded_number_of_profiles():
 def test_where_the_path_ends_before_a_stop_there_is_none():
     model = pendulum(acceleration=5.0)  # a stop takes 0.1 rad
     assert not list(stop_profiles(straight(model), (0.95, 1.0, 0.0)))
+
+
+@pytest.mark.parametrize("jerk", [50.0, 500.0])
+@pytest.mark.parametrize("bend", [0.0, 0.3, -0.3])
+def test_a_joint_stops_as_fast_as_ruckig_however_its_path_is_parameterized(bend, jerk):
+    # q = s + b s^2: where the path parameter's own jerk is zero, the joint's is not.
+    model = pendulum(acceleration=5.0, effort=1e4, jerk=jerk)
+
+    def evaluate(s):
+        s = s[:, np.newaxis]
+        return s + bend * s * s, 1.0 + 2.0 * bend * s, 2.0 * bend * np.ones_like(s)
+
+    path = LimitedPath(evaluate, PathLimits(model.limits, np.empty((3, 0))), 1.0)
+    keeping = [
+        (profile.duration, q, v, a)
+        for profile in stop_profiles(path, MOVING)
+        for q, v, a in [path.sample(profile, np.arange(0.0, profile.duration, 1e-3))]
+        if np.abs(a).max() <= 5.0 and np.abs(np.diff(a[:, 0])).max() <= 1e-3 * jerk
+    ]
+    duration, q, v, _ = keeping[0]
+    fastest = profile_to_velocity((0.0, 1.0, 2.0 * bend), 0.0, (5.0, jerk)).duration
+    assert fastest <= duration * (1.0 + 1e-3) and duration <= 1.05 * fastest
+    assert np.gradient(q[:, 0], 1e-3)[1:-1] == pytest.approx(v[1:-1, 0], abs=1e-4)
+
+
+def test_where_no_path_jerk_suits_both_joints_a_stop_inside_all_limits_is_found():
+    # The second joint bends while the first, whose jerk is scarce, turns evenly: braking changes
+    # the second's acceleration faster than its own limit allows, unless the path jerk counters it.
+    one = np.ones(2)
+    limits = MotionLimits(-9 * one, 9 * one, 9 * one, 5 * one, np.array([8.0, 20.0]), one)
+
+    def evaluate(s):
+        s, even = s[:, np.newaxis], np.ones((len(s), 1))
+        first, second = (s, even, 0.0 * even), (s + 2.0 * s * s, 1.0 + 4.0 * s, 4.0 * even)
+        return [np.hstack(columns) for columns in zip(first, second, strict=True)]
+
+    path = LimitedPath(evaluate, PathLimits(limits, np.empty((3, 0))), 1.0)
+    fastest = shortest_stop_time(one, np.array([0.0, 4.0]), path.limits)
+    inside = [
+        profile.duration
+        for profile in stop_profiles(path, MOVING)
+        if max(path.limits.use(*path.sample(profile, np.arange(0.0, profile.duration, 1e-3)))) <= 1
+    ]
+    assert fastest <= inside[0] <= 1.2 * fastest

@@ -11,6 +11,7 @@ from bt_manip.trajectories import (
     StraightPath,
     effort_use,
     sample_times,
+    scale_to_effort_limits,
     time_parameterize,
     time_parameterize_segment,
 )
@@ -92,3 +93,14 @@ def test_where_damping_would_take_all_effort_at_full_speed_it_moves_more_slowly(
     trajectory = time_parameterize_segment(np.zeros(1), np.ones(1), model)
     assert effort_use(trajectory, model) <= 0.95
     assert 0.5 < trajectory.duration < 2.0
+
+
+def test_a_trajectory_inside_the_effort_limits_keeps_all_its_accelerations(model):
+    factors = []
+
+    def plan(factor):
+        factors.append(factor)
+        return time_parameterize_segment(model.home, model.home + 0.01, model)
+
+    scale_to_effort_limits(plan, model)
+    assert factors == [1.0]

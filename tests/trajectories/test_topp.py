@@ -1,5 +1,7 @@
 """Time-optimal profiles of a pendulum, known by hand, and of the Panda."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -82,3 +84,17 @@ def test_tightening_slows_a_profile_only_where_it_exceeded_a_limit(model):
         for profile in (again, plan)
     )
     assert np.allclose(*speeds, rtol=0.01)
+
+
+def test_where_the_jerk_is_exceeded_tightening_slows_the_motion_there(model):
+    model = model.copy()
+    model.limits = replace(model.limits, jerk=0.05 * model.limits.jerk)
+    path = bent(model, 5)
+    topp = TimeOptimalParameterization(path, PathLimits(model.limits, path.limits), None, 120)
+    plan = topp.profile(topp.smoothing_steps[0])
+    again = topp.tightened(plan).profile(topp.smoothing_steps[0])
+    first, second = (
+        PathTrajectory(path, profile).kinematic_use(model.limits)[2] for profile in (plan, again)
+    )
+    assert first > 2.0 and second < 1.25
+    assert again.duration < 1.05 * plan.duration

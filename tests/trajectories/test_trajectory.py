@@ -99,6 +99,15 @@ def test_a_trajectory_from_a_moving_state_starts_there_and_keeps_the_limits(targ
     assert limit_use(trajectory, LIMITS).inside
 
 
+def test_the_active_part_of_a_sequence_moves_as_the_sequence_does():
+    both = sequence()
+    for t in np.linspace(0.0, both.duration, 31):
+        part, time = both.active(t)
+        own, whole = (each.sample(np.array([at])) for each, at in ((part, time), (both, t)))
+        assert 0.0 <= time <= part.duration + 1e-12
+        assert np.array_equal(own, whole)
+
+
 def test_a_trajectory_of_another_version_is_refused():
     with pytest.raises(MotionError, match="'paced': the snapshot was written by another version"):
         trajectory_from_state({"kind": "paced", "whole": {}, "clock": {}})

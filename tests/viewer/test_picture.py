@@ -6,7 +6,7 @@ import pytest
 from dm_control import composer
 
 from bt_manip import spatial
-from bt_manip.cell import Cell, Cube, Table
+from bt_manip.cell import Cell, Cube, FrameRenderer, Table
 from bt_manip.exceptions import BtManipError
 from bt_manip.viewer import NoOpenGLError, render
 
@@ -76,14 +76,20 @@ def test_an_impossible_size_is_refused(size):
         render(Cell(), width=size[0], height=size[1])
 
 
-def test_without_opengl_it_says_what_would_help(monkeypatch):
+def test_without_opengl_it_says_what_would_help_and_is_not_tried_again(monkeypatch):
+    tried = []
+
     def fail(*_):
+        tried.append(True)
         raise mujoco.FatalError("no context")
 
     monkeypatch.setenv("MUJOCO_GL", "egl")
+    monkeypatch.setattr(FrameRenderer, "failure", "")
     monkeypatch.setattr(mujoco.Renderer, "__init__", fail)
-    with pytest.raises(NoOpenGLError, match=r"\(no context\).*MUJOCO_GL=egl"):
-        render(Cell())
+    for _ in range(2):
+        with pytest.raises(NoOpenGLError, match=r"\(no context\).*MUJOCO_GL=egl"):
+            render(Cell())
+    assert tried == [True]  # a second try of GLFW aborts the process
 
 
 def test_with_opengl_disabled_it_says_so(monkeypatch):
@@ -104,5 +110,6 @@ def test_a_notebook_shows_a_cell_as_text_without_opengl_or_an_overview(monkeypat
         raise mujoco.FatalError("no context")
 
     monkeypatch.setenv("MUJOCO_GL", "egl")
+    monkeypatch.setattr(FrameRenderer, "failure", "")
     monkeypatch.setattr(mujoco.Renderer, "__init__", fail)
     assert Cell()._repr_png_() is None

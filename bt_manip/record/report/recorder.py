@@ -140,6 +140,7 @@ class Recorder(RunObserver):
             versions=versions(),
             error=error,
             ended_early="" if self._wall_start is None else self._run.ended_early,
+            warnings=() if self._wall_start is None else tuple(self._run.station.model_warnings()),
             real={} if self._hardware is None else self._hardware.report,
             **self._identify(),
         )

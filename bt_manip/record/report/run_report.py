@@ -227,6 +227,7 @@ class RunReport:
         versions: Versions of the packages that the run depends on.
         error: Reason of the status ``"ERROR"``, with the plugin that raised.
         ended_early: Why it ended before its last cycle without an error; empty where it did not.
+        warnings: What is strange in the model files: impossible inertias, invented masses.
         robot: Robot, by registered name or file; several names where the scene's robots differ.
         scene: Scene, by registered name or file.
         controller: Controller that each cycle begins with; several as for `robot`.
@@ -234,7 +235,7 @@ class RunReport:
         settings: Settings of the tree that were given, by key.
         tick_s: Simulated time between two ticks of the tree [s].
         time_step_s: Time between two control steps [s].
-        faults: Injected faults, as given after ``--fault``.
+        modifiers: Texts of each modifier, as given after ``--NAME``, by its name: ``fault``.
         plugins: Version of each loaded plugin, by name.
         foreign: Options for trees of others, where any were given.
         varied: Parameters that were set as a sweep varies them, by name.
@@ -262,6 +263,7 @@ class RunReport:
     versions: dict[str, str] = field(default_factory=dict)
     error: str = ""
     ended_early: str = ""
+    warnings: tuple[str, ...] = ()
     robot: str = ""
     scene: str = ""
     controller: str = ""
@@ -269,7 +271,7 @@ class RunReport:
     settings: dict[str, str] = field(default_factory=dict)
     tick_s: float | None = None
     time_step_s: float | None = None
-    faults: tuple[str, ...] = ()
+    modifiers: dict[str, tuple[str, ...]] = field(default_factory=dict)
     plugins: dict[str, str] = field(default_factory=dict)
     foreign: dict[str, Any] = field(default_factory=dict)
     varied: dict[str, Any] = field(default_factory=dict)
@@ -281,14 +283,17 @@ class RunReport:
     poses: str = "physics"
     real: dict[str, Any] = field(default_factory=dict)
 
-    def to_json(self) -> str:
-        """Return the report as JSON; non-finite numbers become null.
+    def plain(self) -> dict[str, Any]:
+        """Return the report as types of JSON; non-finite numbers become None.
 
         Cycles of a single robot have no `robots`.
         """
         content = plain(replace(self, cycles=()))
-        content["cycles"] = [plain_cycle(cycle) for cycle in self.cycles]
-        return json.dumps(content, indent=2, allow_nan=False) + "\n"
+        return content | {"cycles": [plain_cycle(cycle) for cycle in self.cycles]}
+
+    def to_json(self) -> str:
+        """Return the report as JSON."""
+        return json.dumps(self.plain(), indent=2, allow_nan=False) + "\n"
 
 
 def plain_cycle(cycle: CycleReport) -> dict[str, Any]:

@@ -143,9 +143,9 @@ def restore_snapshot(
     then, now = snapshot["request"], _plain(request_fields(run.request))
     if "identity" in snapshot:
         then, now = then | snapshot["identity"], now | _identity(run)
-        if then.get("faults"):
+        for name in then.get("modifiers", ()):
             raise BtManipError(
-                f"{where} is of a run with --fault, which cannot be continued: the same options "
+                f"{where} is of a run with --{name}, which cannot be continued: the same options "
                 "of bt-manip run repeat it from its start"
             )
     differences = identity_differences(_by_name(then), _by_name(now))

@@ -3,7 +3,7 @@
 import pytest
 from bt_manip import build_station
 from bt_manip.robots import DeviceError
-from bt_manip.testing import DEVICE_CONTRACT, GRIPPER_CONTRACT
+from bt_manip_contracts import DEVICE_CONTRACT, GRIPPER_CONTRACT
 
 from bt_manip_gear import gear as devices
 

@@ -3,7 +3,7 @@
 import pytest
 from bt_manip.cell.objects import Cube
 from bt_manip.spatial import pose
-from bt_manip.testing import Example, contracts_of
+from bt_manip_contracts import Example, contracts_of
 
 from bt_manip_gear.gear import Gear
 

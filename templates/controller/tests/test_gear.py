@@ -3,7 +3,7 @@
 import numpy as np
 from bt_manip.cell import Cell
 from bt_manip.robots import Robot, panda
-from bt_manip.testing import contracts_of
+from bt_manip_contracts import contracts_of
 
 from bt_manip_gear.gear import Gear
 

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from bt_manip.faults import Fault, parameter
+from bt_manip_stress import Fault, parameter
 
 
 @dataclass

@@ -2,7 +2,7 @@
 
 import pytest
 from bt_manip.bt import Sleep
-from bt_manip.testing import contracts_of
+from bt_manip_contracts import contracts_of
 
 test_contracts = contracts_of("gear")
 

@@ -4,7 +4,7 @@ import pytest
 from bt_manip.behaviours import Grasp, Hover, Lift, Reach
 from bt_manip.bt import Sequence
 from bt_manip.spatial import pose
-from bt_manip.testing import contracts_of
+from bt_manip_contracts import contracts_of
 
 test_contracts = contracts_of("gear")
 

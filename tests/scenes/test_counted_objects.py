@@ -1,0 +1,128 @@
+"""Objects of a scene that are alike, and the sizes of a table."""
+
+import mujoco
+import numpy as np
+import pytest
+
+from bt_manip import build_station
+from bt_manip.runner import RunRequest, find_tree, prepare
+from bt_manip.scenes.scene_file import SceneError, read_scene
+from bt_manip.toml import line_numbers
+
+ROBOT = "[[robots]]\nposition = [-0.1, 0.0, 1.015]\n"
+PARTS = """
+[[objects]]
+model = "table"
+[[objects]]
+model = "cube"
+name = "part"
+count = 3
+on = "table"
+region = { x = [0.2, 0.4], y = [-0.3, 0.3] }
+"""
+
+
+@pytest.fixture
+def read(tmp_path, parts):
+    def read(text: str):
+        path = tmp_path / "scene.toml"
+        path.write_text(ROBOT + text)
+        return read_scene(path, parts)
+
+    return read
+
+
+def masses(model: mujoco.MjModel) -> dict[str, float]:
+    """Return the mass of each body of MuJoCo's model [kg]."""
+    names = (mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_BODY, i) for i in range(model.nbody))
+    return dict(zip(names, model.body_mass.tolist(), strict=True))
+
+
+def test_as_many_objects_are_compiled_as_are_counted(read, parts):
+    found = masses(build_station(parts, scene=read(PARTS)).cell.model)
+    assert [f"part_{i}/cube" in found for i in (1, 2, 3, 4)] == [True, True, True, False]
+    assert len({found[f"part_{i}/cube"] for i in (1, 2, 3)}) == 1
+
+
+def test_without_a_name_the_model_is_numbered(read):
+    scene = read(PARTS.replace('name = "part"\n', ""))
+    assert [one.name for one in scene.objects] == ["table", "cube_1", "cube_2", "cube_3"]
+
+
+def test_one_of_them_can_differ_in_mass_and_place(read, parts):
+    scene = read(PARTS + "part_2.mass = 0.3\npart_2.position = [0.1, 0.35]\n")
+    cell = build_station(parts, scene=scene).cell
+    found = masses(cell.model)
+    assert found["part_2/cube"] == pytest.approx(0.3)
+    assert found["part_1/cube"] == found["part_3/cube"] != found["part_2/cube"]
+    np.testing.assert_allclose(cell.pose("part_2").translation[:2], (0.1, 0.35), atol=1e-9)
+    assert 0.2 <= cell.pose("part_1").translation[0] <= 0.4
+
+
+def test_one_of_them_can_be_varied(read, parts, tmp_path):
+    read(PARTS)
+    tree = tmp_path / "tree.xml"
+    tree.write_text(
+        '<root BTCPP_format="4"><BehaviorTree ID="A"><AlwaysSuccess/></BehaviorTree></root>'
+    )
+    request = RunRequest(
+        find_tree(str(tree), {}),
+        scene=str(tmp_path / "scene.toml"),
+        varied={"scene.objects.part_2.mass": 0.4},
+    )
+    run = prepare(request, parts)
+    run.station.randomizer.begin(0)
+    found = masses(run.station.cell.model)
+    assert found["part_2/cube"] == pytest.approx(0.4) != found["part_1/cube"]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (
+            PARTS + '[[objects]]\nmodel = "cube"\nname = "part_2"\non = "table"\n'
+            "position = [0.1, 0.1]\n",
+            "scene.toml:14: key 'objects[3].name' is taken: there is already a 'part_2'",
+        ),
+        (PARTS.replace("3\n", "0\n", 1), "scene.toml:9: key 'objects[2].count' is a number from 1"),
+        (PARTS.replace("3\n", "300\n", 1), "is a number from 1 to 250, got 300"),
+        (PARTS.replace("3\n", "250\n", 1), "makes 251 objects; a file has at most 250"),
+        (PARTS + "part_2.mas = 0.3\n", "scene.toml:12: key 'objects[2].part_2.mas' means nothing; "
+         "did you mean 'mass'?"),
+        (PARTS + "part_4.mass = 0.3\n", "scene.toml:12: key 'objects[2].part_4' means nothing"),
+        (PARTS + "part_2 = 1\n", "scene.toml:12: key 'objects[2].part_2' is a table, got 1"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_counted_is_named_with_its_line(read, text, message):
+    with pytest.raises(SceneError) as raised:
+        read(text)
+    assert message in str(raised.value)
+
+
+def test_a_wrong_key_of_all_is_one_problem(read):
+    with pytest.raises(SceneError) as raised:
+        read(PARTS + "mas = 0.3\n")
+    assert len(raised.value.problems) == 1
+
+
+def test_a_table_has_the_given_top_and_height(read, parts):
+    text = PARTS.replace('"table"\n', '"table"\nsize = [1.0, 1.2]\nheight = 0.7\n', 1)
+    cell = build_station(parts, scene=read(text)).cell
+    model = cell.model
+    lower = model.geom("table/top").pos - model.geom("table/top").size
+    upper = model.geom("table/top").pos + model.geom("table/top").size
+    np.testing.assert_allclose(upper, (0.5, 0.6, 0.7))
+    np.testing.assert_allclose(lower, (-0.5, -0.6, 0.67))
+    for i in range(4):
+        leg = model.geom(f"table/leg{i}")
+        radius, half = leg.size[:2]
+        assert (abs(leg.pos[:2]) + radius <= (0.5, 0.6)).all()
+        assert leg.pos[2] - half - radius == pytest.approx(0.0)
+        assert leg.pos[2] + half + radius <= lower[2] + 1e-9 + 0.03
+    assert cell.pose("part_1").translation[2] == pytest.approx(0.7 + 0.025, abs=2e-3)
+
+
+def test_inline_tables_of_an_array_have_their_line():
+    text = 'objects = [\n    { model = "table" },\n    { model = "cube" },\n]\nseed = 3\n'
+    lines = line_numbers(text)
+    assert (lines["objects", 1], lines["objects", 2], lines["seed",]) == (2, 3, 5)
