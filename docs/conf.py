@@ -19,7 +19,9 @@ project = "bt-manip"
 author = "the authors of bt-manip"
 version = release = __version__
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_click"]
+extensions = [
+    "myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_click", "site_search",
+]  # fmt: skip
 exclude_patterns = ["_build"]
 
 myst_heading_anchors = 4

@@ -57,7 +57,7 @@ def reach() -> Tree:
 
 
 def learn(minutes: float) -> None:
-    """Train; print the share of successes in 64 test episodes at intervals."""
+    """Train; print successes and return in 64 test episodes at intervals."""
     import torch
     from stable_baselines3 import PPO
     from stable_baselines3.common.vec_env import VecNormalize
@@ -65,7 +65,7 @@ def learn(minutes: float) -> None:
     from bt_manip_learn.envs.stable_baselines import BatchVecEnv
 
     torch.set_num_threads(1)
-    options = {"action": "cartesian_deltas", "reward": "dense", "discount": DISCOUNT}
+    options = {"action": "cartesian_deltas", "reward": "dense"}
     batches = [
         BatchVecEnv(f"{__file__}:reach", ENVIRONMENTS, max_episode_steps=EPISODE, **options)
         for _ in range(2)
@@ -81,7 +81,8 @@ def learn(minutes: float) -> None:
     start = time.monotonic()
     while True:
         spent = (time.monotonic() - start) / 60.0
-        print(f"{spent:.1f} min, {model.num_timesteps} steps: {success(model, test):.0%}")
+        met, rewards = evaluate(model, test)
+        print(f"{spent:.1f} min, {model.num_timesteps} steps: {met:.0%}, return {rewards:.2f}")
         if spent >= minutes:
             break
         model.learn(ROUND * 32 * ENVIRONMENTS, reset_num_timesteps=False)
@@ -89,16 +90,19 @@ def learn(minutes: float) -> None:
     test.close()
 
 
-def success(model: Any, env: Any) -> float:
-    """Return the share of environments whose first episode reaches the goal."""
+def evaluate(model: Any, env: Any) -> tuple[float, float]:
+    """Return the share of successes and the mean return of the first episodes."""
     env.seed(1000)
     observations = env.reset()
     going, met = np.ones(env.num_envs, bool), np.zeros(env.num_envs, bool)
+    total = np.zeros(env.num_envs)
     while going.any():
-        observations, _, ends, infos = env.step(model.predict(observations, deterministic=True)[0])
+        actions = model.predict(observations, deterministic=True)[0]
+        observations, rewards, ends, infos = env.step(actions)
+        total += going * rewards
         met |= going & ends & [one["is_success"] for one in infos]
         going &= ~ends
-    return float(met.mean())
+    return float(met.mean()), float(total.mean())
 
 
 if __name__ == "__main__":
