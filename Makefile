@@ -34,7 +34,7 @@ test-packages: setup  ## Test each package of plugins/ where nothing else of thi
 test-clients: setup  ## Test with Stable-Baselines3, robomimic, LeRobot and Ray, in environments of their own
 	$(BIN)/python tools/test_clients.py
 
-rehearsal: setup  ## Rehearse with a simulated Franka behind its own protocol; ARMS="franka trossen", CUBES=20 for more
+rehearsal: setup  ## Rehearse with simulated arms behind their own protocols; ARMS="franka trossen", CUBES=20 for more
 	$(BIN)/python tools/rehearsal.py
 
 lint: setup  ## Check style

@@ -88,8 +88,8 @@ def _duration(observers: Observers) -> float:
 @contextlib.contextmanager
 def _open_pages(number: int, stalled: int = 0) -> Iterator[Page]:
     """Give the page of a run that some readers have opened, of which some never read."""
-    parts = load_plugins().parts
-    panels = {name: parts.panels.get(name) for name in parts.panels.in_order()}
+    registered = load_plugins().parts.of("panels")
+    panels = {name: registered.get(name) for name in registered.in_order()}
     page = Page(panels, port=0, speed=None)
     url = page.url.replace("http:", "ws:")
     command = [sys.executable, "-c", READER, url, str(number), str(stalled)]

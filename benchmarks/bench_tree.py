@@ -19,10 +19,32 @@ from bt_manip.bt import (
     parse_tree,
     tree_to_xml,
 )
+from bt_manip.plugins import load_plugins
+from bt_manip.runner import known_behaviours
 
 LEAVES = 1000
 ROUNDS = 15
 TREES = Path(__file__).resolve().parent.parent / "trees"
+
+
+PICK = """
+<RetryUntilSuccessful num_attempts="3"><Fallback>
+  <Sequence>
+    <Script code="height := 0.1 + 0.05"/><OpenGripper/>
+    <Hover object="{c}" height="{height}"/><Reach object="{c}"/><Grasp object="{c}"/>
+  </Sequence>
+  <ForceFailure><OpenGripper/></ForceFailure>
+</Fallback></RetryUntilSuccessful>
+"""
+"""Ten nodes with loops, scripts and entries."""
+
+
+def nested_loops() -> str:
+    """Make 1,000 nodes: picks in sequences in loops, one in the other ten times."""
+    text = PICK * 10
+    for _ in range(9):
+        text = f'<Repeat num_cycles="2"><Sequence>{PICK * 10}{text}</Sequence></Repeat>'
+    return text
 
 
 class Succeed(Action):
@@ -90,8 +112,21 @@ def rows() -> list[tuple[str, str, str]]:
         text = tree_to_xml(shape(AlwaysSuccess), registry)
         reading = _median(lambda text=text: parse_tree(text, registry))
         found.append((f"reading 1000 leaves, {title}", f"{reading * 1e3:.0f} ms", "at most 100 ms"))
+    found += [
+        (f"check of 1000 nodes, {title}", f"{_check(text) * 1e3:.0f} ms", "at most 300 ms")
+        for title, text in (("picks in a row", PICK * 100), ("nested loops", nested_loops()))
+    ]
     found.append(("tick of pick_place", f"{_pick_place() * 1e6:.1f} us", "at most 50 us"))
     return found
+
+
+def _check(text: str) -> float:
+    """Give the time to read and check a tree as ``bt-manip tree check`` does [s]."""
+    document = f"""<root BTCPP_format="4"><BehaviorTree ID="Main"><Sequence>
+        <SpawnObject object="{{c}}"/>{text}</Sequence></BehaviorTree></root>"""
+    behaviours = known_behaviours(load_plugins().parts)
+    assert not parse_tree(document, behaviours).warnings
+    return _median(lambda: parse_tree(document, behaviours))
 
 
 def _pick_place() -> float:

@@ -14,16 +14,17 @@ STABLE = {
         "Tree load_tree parse_tree tree_to_xml BehaviourRegistry Status NodeStatus Action "
         "Condition Control SubTree Input Output Sequence Fallback ReactiveFallback Parallel "
         "IfThenElse TryCatch Inverter ForceSuccess Repeat RetryUntilSuccessful Script Sleep "
-        "SyncAction Decorator LoopString Dialect"
+        "KeepRunningUntilFailure "
+        "SyncAction Decorator LoopString Dialect Traits"
     ),
     "bt_manip.behaviours": (
         "CellBehaviour MotionBehaviour SpawnObject RemoveObject ObjectExists IsIn Hover Reach "
         "Grasp Lift Drop PlaceOn PlaceAt IsHolding OpenGripper CloseGripper MoveToPose "
         "MoveToConfiguration MoveHome MoveLinear MoveThrough MoveArc Approach Retreat BackOff "
         "SetSpeed SwitchController WaitUntilAtRest WaitUntilUndisturbed ArmBehaviour "
-        "RobotCondition ObjectCondition IsOn CellCondition"
+        "RobotCondition ObjectCondition IsOn CellCondition ObjectInput"
     ),
-    "bt_manip.cell": "Cell ParametricEntity",
+    "bt_manip.cell": "Cell ParametricEntity is_in",
     "bt_manip.parameters": "Parameter",
     "bt_manip.cell.objects": "Cube",
     "bt_manip.robots": (
@@ -35,14 +36,13 @@ STABLE = {
     "bt_manip.control": "Controller",
     "bt_manip.models": "ModelError MjcfModel ModelFormat ModelCache",
     "bt_manip.plugins": "load_plugins",
-    "bt_manip.runner": "Station RunObserver RunView prepare request_of",
+    "bt_manip.runner": "Station RunObserver RunModifier RunView prepare request_of",
     "bt_manip.scenes": "Scene SceneRobot SceneObject PoseSource",
-    "bt_manip.testing": (
-        "Stub Example contracts_of trees_of run_tree play assert_tower Check DEVICE_CONTRACT "
-        "GRIPPER_CONTRACT"
-    ),
+    "bt_manip.testing": ("Stub trees_of run_tree play assert_tower Check"),
+    "bt_manip.evaluation": "ProcessPool",
     "bt_manip.grippers": "TwoFingerGripper two_finger_gripper",
-    "bt_manip.faults": "Fault parameter",
+    "bt_manip_contracts": "Example contracts_of DEVICE_CONTRACT GRIPPER_CONTRACT",
+    "bt_manip_stress": "Fault parameter",
     "bt_manip_view": "Panel",
     "bt_manip_setup": "find_fingers",
 }
@@ -52,32 +52,34 @@ EXPERIMENTAL = {
     "bt_manip": "__version__ hookspec load_plugins load_tree lazy_exports",
     "bt_manip.exceptions": (
         "PortError BoundsError BlackboardError ScriptError UnknownBehaviourError NodeError "
-        "did_you_mean one_line shown ANY_BUT_INTERRUPT reason_of with_short_values without_numbers"
+        "did_you_mean one_line shown ANY_BUT_INTERRUPT reason_of "
+        "with_short_values without_numbers"
     ),
     "bt_manip.spatial": "quat_wxyz",
     "bt_manip.bt": (
         "SequenceWithMemory AsyncSequence ReactiveSequence AsyncFallback ParallelAll "
         "WhileDoElse Switch2 Switch3 Switch4 Switch5 Switch6 ForceFailure "
-        "KeepRunningUntilFailure RunOnce Delay Timeout Precondition SkipUnlessUpdated "
+        "RunOnce Delay Timeout Precondition SkipUnlessUpdated "
         "WaitValueUpdate LoopBool LoopDouble LoopInt AlwaysSuccess AlwaysFailure "
         "ScriptCondition SetBlackboard UnsetBlackboard WasEntryUpdated Blackboard InOut Comment "
-        "as_written TreeWatch read_tree Reading ReadingOptions declare Stubs Libraries "
+        "as_written read_tree Reading ReadingOptions declare Stubs Libraries "
         "Document Element Problems PortType STRING DOUBLE is_pointer "
-        "Node NodeKind texts_of instance_to_xml tree_instances"
+        "Node NodeKind texts_of instance_to_xml tree_instances editor_attributes "
+        "node_name parse_goal port_attributes write_element"
     ),
     "bt_manip.behaviours": (
         "IsAt FollowTarget Stop PlannedMove Recover pose_to_text pose_from_text pose_input "
         "pose_output poses_input poses_output centre_pose bottom_pose top_grasp_poses "
         "downward_poses nearest_orientation yaw_of payload_of extent feasible_force "
-        "number_or_auto numbers_or_auto"
+        "number_or_auto numbers_or_auto Destination"
     ),
     "bt_manip.cell": (
-        "CellError OverlapError PhysicsDiverged Region Camera looking_at at_rest is_in is_on "
+        "CellError OverlapError PhysicsDiverged Region Camera looking_at at_rest is_on "
         "entity_of extent bottom_of why_not_on why_not_in why_not_at_rest why_not_released "
-        "is_within surrounds as_object ContactEvent unique_name FrameRenderer camera_number "
-        "parse_size png write_png NoOpenGLError literal_name escaped_name Arena CellScene "
-        "SceneSource SceneCamera VisualShape TexturedMesh Triangles NO_CONTACTS OVERVIEW WORLD "
-        "PLANE_THICKNESS"
+        "is_within is_rest_velocity surrounds as_object ContactEvent unique_name FrameRenderer "
+        "camera_number parse_size png "
+        "write_png NoOpenGLError literal_name escaped_name Arena NO_CONTACTS OVERVIEW WORLD "
+        "MonitoredEntity"
     ),
     "bt_manip.cell.objects": (
         "Prop PrimitiveProp ModelObject DeclaredGrasp Box Cylinder Sphere Capsule ConvexMesh "
@@ -87,9 +89,9 @@ EXPERIMENTAL = {
     "bt_manip.robots": (
         "GripperError RobotError GripperDescription MotionLimits Tolerance ToolLimits "
         "Payload RobotModel verify GraspGenerator FoundGripper effort_limit ensure_motors "
-        "ArmBounds MENAGERIE assemble compile_alone description_text element_names "
+        "MENAGERIE assemble compile_alone element_names "
         "load_configurations model_file read_gripper read_model site_pose GraspCandidate "
-        "save_configuration"
+        "save_configuration LateError"
     ),
     "bt_manip.planning": "Planner LineTo ArcTo TurnAbout edge_is_free shortcut",
     "bt_manip_learn.agents": (
@@ -98,41 +100,43 @@ EXPERIMENTAL = {
         "displaced end_velocity held_payload ArmAction STEP"
     ),
     "bt_manip.control": (
-        "ControlError ComputedTorque GravityCompensatedPD NativePD Reference Hold "
-        "ControllerManager gain_array FEEDFORWARD_STEPS"
+        "ControlError ComputedTorque GravityCompensatedPD Reference Hold "
+        "ControllerManager MeasuredArm default_gains gain_array"
     ),
     "bt_manip.models": (
         "load_model find_model bundled_path FoundModel Progress terminal_progress "
         "check_downloads model_name find_package_file read_xml read_png image_of_obj Mesh "
-        "read_mesh Assets SOLREF menagerie_grippers"
+        "read_mesh Assets SOLREF"
     ),
     "bt_manip.plugins": "Plugins guarded",
     "bt_manip.runner": (
         "TreeResult RunRequest Run find_tree known_behaviours save_snapshot load_snapshot "
         "EventQueue RunEvent "
-        "KINDS TreeSource Interventions CommandedRobot RunLoop Actor RunModifier make_station "
-        "load_source next_digest recorder_for EventStream Pacing MAX_FORCE TICK log_line "
-        "PendingSteps STEP_FIELDS StepBlock StepLog html_table"
+        "KINDS TreeSource Interventions CommandedRobot RunLoop "
+        "load_source next_digest recorder_for EventStream Pacing MAX_FORCE TICK "
+        "PendingSteps STEP_FIELDS StepBlock StepLog html_table "
+        "Believed FilledCell Hardware RobotBuilder make_robot"
     ),
-    "bt_manip.scenes": "table_and_basket two_arms scene_of find_robot Level",
+    "bt_manip.scenes": "table_and_basket two_arms scene_of find_robot Level ExpectedObjects",
     "bt_manip.testing": (
-        "Trial Situations built_in_situations AT_REST assert_stands_still assert_touches_only "
-        "ROBOT_CONTRACT RobotCase holds_an_object "
-        "recovers_from_a_problem"
+        "Trial Situations built_in_situations AT_REST assert_stands_still assert_touches_only"
     ),
     "bt_manip.grippers": (
         "FingerTravel TwoFingerParameters travel_digests Polyhedron "
-        "GRIP_DEPTH Solid solids_of BodySurface collision_geoms_of NativeTwoFingerGripper"
+        "GRIP_DEPTH Solid solids_of BodySurface collision_geoms_of"
     ),
-    "bt_manip.faults": "FaultError FaultContext FaultInjector parse_fault",
+    "bt_manip_contracts": ("ROBOT_CONTRACT RobotCase holds_an_object recovers_from_a_problem"),
+    "bt_manip_stress": (
+        "FaultError FaultContext FaultInjector parse_fault StressTester StressEpisode plan_episodes"
+    ),
+    "bt_manip.parameters": "parameters_of read_words",
     "bt_manip.viewer": (
         "render write_png NoOpenGLError use_offscreen_opengl print_wrapped FREE_CAMERA"
     ),
     "bt_manip.evaluation": (
         "WorkerDiedError Evaluation EpisodeId EpisodeResult EpisodeWorker evaluate run_episodes "
-        "Worker RayPool ResultFolder read_results SuccessRate wilson_interval PairedTable "
-        "mcnemar_p_value newcombe_interval VariedParameter parse_parameter grid samples "
-        "StressTester StressEpisode plan_episodes call_in_process parse_point why_not"
+        "Worker portable read_results SuccessRate wilson_interval mcnemar_p_value "
+        "newcombe_interval call_in_process parse_point why_not"
     ),
     "bt_manip.record": (
         "RecordingError Recorder RunReport Trace read_report read_trace "
@@ -151,15 +155,14 @@ EXPERIMENTAL = {
         "Demonstration DemonstrationStore DemonstrationRecorder read_demonstrations "
         "write_robomimic write_demonstration_table write_lerobot"
     ),
-    "bt_manip.arm": "Arm tool_path",
+    "bt_manip.arm": "Arm",
     "bt_manip.files": "read_bytes read_text replace_text",
     "bt_manip.cell.randomization": "Randomization",
     "bt_manip.collision": (
-        "CollisionWorld FreeSpace CollisionPair hull_points moved_bodies permanent_self_collisions "
-        "self_collisions"
+        "CollisionWorld hull_points moved_bodies permanent_self_collisions self_collisions"
     ),
     "bt_manip.trajectories": (
-        "Trajectory PathTrajectory SplinePath StraightPath time_parameterize plan_stop limit_use"
+        "Trajectory PathTrajectory SplinePath StraightPath time_parameterize plan_stop"
     ),
     "bt_manip.grasping": (
         "GraspPlanner GripperClearance with_clearance SUFFICIENT_CLEARANCE holding_force "
@@ -167,17 +170,20 @@ EXPERIMENTAL = {
     ),
     "bt_manip_recording": (
         "McapRecorder Recording RecordedRun RecordedScene Continuation RecordedInterventions "
-        "Timeline running_leaves write_csv write_mcap write_npz write_parquet"
+        "Timeline log_line record_states running_leaves write_csv write_mcap write_npz "
+        "write_parquet CellScene SceneSource SceneCamera VisualShape TexturedMesh Triangles "
+        "PLANE_THICKNESS tool_path"
     ),
+    "bt_manip_convert": "to_python",
     "bt_manip_hands": "Hand SuctionGripper suction_gripper",
-    "bt_manip_setup": "describe_robot check_description try_robot",
+    "bt_manip_setup": "describe_robot description_text check_description try_robot",
     "bt_manip_setup.finger_travel": "FoundFingers measured write_travel",
     "bt_manip.toml": "Key TomlTable documented parse_toml read_part toml_text write_fields",
     "bt_manip.cli": (
-        "BAD_INPUT FAILED INTERRUPTED SUCCESS Interrupt PluginGroup RunOptions Session "
-        "StationOptions ViewingCommand chosen complete_part execute_run exit_code_help "
-        "given_options load_chosen_plugins print_cycles print_warning run_app run_tracked takes "
-        "vary_option workers_option"
+        "BAD_INPUT FAILED GroupedCommand INTERRUPTED SUCCESS Interrupt PluginGroup RunOptions "
+        "Session StationOptions ViewingCommand chosen complete_part execute_run exit_code_help "
+        "findings_of given_options json_option load_chosen_plugins print_cycles print_json "
+        "print_warning run_app run_tracked takes vary_option workers_option"
     ),
     "bt_manip_view": "Page ReplayPage VideoRecorder results_page run_page write_video",
 }

@@ -16,18 +16,19 @@ DOCS = Path(__file__).resolve().parent.parent / "docs"
 
 ROBOT_HEAD = """# Keys of a robot's description
 
-A TOML file describes an arm with its gripper; [`bt-manip robot new`](howto/describe-your-robot.md)
-writes one. Unknown keys and invalid values are refused with the file, the line and the nearest key.
-In Python, `bt_manip.robots.RobotDescription` has the same fields, with each pose as one of them.
+For those who describe a robot: a TOML file describes an arm with its gripper;
+[`bt-manip robot new`](howto/describe-your-robot.md) writes one. Unknown keys and invalid values are
+refused with the file, the line and the nearest key. In Python, `bt_manip.robots.RobotDescription`
+has the same fields, with each pose as one of them.
 
 Of `quat_wxyz` and `rpy` [rad], one gives the rotation of a pose.
 """
 
 SCENE_HEAD = """# Keys of a scene file
 
-A TOML file describes a [scene](scenes.md). Unknown keys and invalid values are refused with the
-file, the line and the nearest key. In Python, `bt_manip.scenes.Scene` has the same fields, with
-each pose as one of them, and cameras among the `objects`.
+For authors of scenes: a TOML file describes a [scene](scenes.md). Unknown keys and invalid values
+are refused with the file, the line and the nearest key. In Python, `bt_manip.scenes.Scene` has the
+same fields, with each pose as one of them, and cameras among the `objects`.
 
 Of `quat_wxyz` and `rpy` [rad], one gives the rotation of a pose; in `[[cameras]]`, `looking_at`
 does, too. Paths are from the folder of the file. `[randomization]` has

@@ -3,8 +3,8 @@
 ``python tools/mutants.py --seed 4 --count 300`` draws places at random, the same for the same seed
 and sources, and runs the tests that reach the line of each: those of the nearest names first, then
 the quickest, up to ``--budget`` seconds, with ``-x``. A change is noticed when a test fails or
-takes too long. Of what is drawn, ``--only`` keeps the modules whose paths match, and ``--skip``
-leaves the first out.
+takes too long. Of what is drawn, ``--only`` keeps the modules whose paths match, and
+``--numbers 64 135-148`` those of the numbers that are printed.
 
 Numeric code is every module of bt_manip and its packages that imports numpy, mujoco, pinocchio or
 scipy, except folders and modules that draw, print, write files or hold the contracts for tests
@@ -12,14 +12,22 @@ scipy, except folders and modules that draw, print, write files or hold the cont
 abs), units (a factor of 1000, degrees) and conditions joined by and/or are changed; messages,
 annotations, colours and formats are not.
 
+``--near`` records nothing: the files of tests that name the changed function or class or its
+module, or lie in the folder of its package, run for ``--budget`` seconds of processor time. It is
+quick, and overlooks what only farther tests notice.
+
 Which tests reach a line is recorded once for each folder of tests (by coverage, in ``.mutants/``),
 and again when the tests of the folder change. In a module that has changed since, the tests that
 reach any line of it run. Lines that only other processes reach count as reached by no test. All
 runs work in copies of the checkout; nothing in place is written.
+
+Changes that cannot matter are in ``ARGUED``, by a part of the line before or after, with the
+reason. They are not tested, and count neither as noticed nor as judged.
 """
 
 import argparse
 import ast
+import compileall
 import hashlib
 import importlib
 import json
@@ -60,6 +68,49 @@ SWAPPED = {
 UNWRAPPED = {"clip", "minimum", "maximum", "min", "max", "abs", "fabs", "absolute", "deg2rad",
              "rad2deg", "radians", "degrees", "sqrt"}  # fmt: skip
 
+ARGUED = {
+    "_RUBBER =": "a colour",
+    "_TOLERANCE = 4": "digits by which triangles of one plane are grouped: any above rounding do",
+    "excess > -1e-12 * trace": "bodies within rounding of the bound, to which 1e-12 is added",
+    "q[:, level] = 0.5 *": "ranges that are nearly symmetric: twice their centre is near it, too",
+    "REGULARISATION = 1e-3": "damping of the inverse near singularities only, by convention",
+    "HEIGHTS = (0.535,": "candidates that are tried in turn; those out of reach are left out",
+    "IK_STEPS = 4": "more iterations of a converged search change time, not the result",
+    "size: tuple[int, int] = (128, 128)": "a default of images; data sets and files name theirs",
+    "longest = (1 << 34)": "timestamps that differ after 272 years",
+    '"stamp": {"sec": 0': "a field of the message that nothing reads: poses have no time here",
+    "_MIN_IMPROVEMENT = 1e-9": "stops a search 1 micrometre earlier",
+    "self.random_state = random_state or": "which stream a cell without a seed draws from",
+    "_ANGLES = np.radians(": "directions of a circle's widths: any evenly spaced ones do",
+    "PLANE_WINDOW = 0.15": "how much of the surface corrects depths: half of it does, too",
+    'defaults, "colour":': "a colour",
+    "max(largest, 1e-15)": "it is against a division by zero only",
+    "/ (2000.0 * step)": "the whole profile is scaled to its end afterwards",
+    "@ boxes.rotation)[..., -1, :]": "the axis has one row",
+    "if i > -1 and": "body 0 is the world, which has no mass",
+    "sample_times((changing)": "after its end a trajectory rests",
+    "[[1.0], np.cumsum(moved)]": "one node of a first guess, which is improved",
+    "if (self._awaited):": "nothing is awaited without expected objects; it narrows a type",
+    "self.STEADY - 1.0000000000000002e-06": "against rounding of times that are whole steps",
+    "for body in range(0, model.nbody)": "the world is its own parent, and no joint moves it",
+    "len(rows), (10))": "how many nodes are evaluated at once",
+    "np.arange(n + 1) / n, 0)[-1]": "there is one, without derivatives",
+    "(BLEND_SAMPLES - 1)": "two samples of many more or less",
+    "self._damping_s_dot = 0.5 * self._c": "start of an iteration; else damping is small",
+    "opening: float = 1000.0": "the table of openings ends with the fully open fingers",
+    "(by / bodies)": "the broad phase only, which passes more pairs on",
+    "array([[2.0], [_PER_AXIS]": "the limit of the fraction's velocity contains those of the axes",
+    "qpos[free + 2] -= FAR": "far away from robots, in either direction",
+    "qposadr[-1]": "a free joint has one address",
+    "_in_band = -1": "a grip is steady one step of many later",
+    "array([0.0, 1.0, 5.0])": "a place away from everything: any one is",
+    "_STEPS, 0.0005)": "the distance of half a gap is larger than either",
+    "SUBSTEPS + 0)": "one step of many less",
+    "or ':' in model)": "an absolute path is the same in any folder",
+    "NEAR_TARGET = 0.2": "when a motion is kept instead of planned again; both end at the target",
+}
+"""Changes that cannot matter, by a part of the line before or after them, and why."""
+
 
 class Mutant(NamedTuple):
     """A change of the text of a module between two offsets."""
@@ -70,6 +121,7 @@ class Mutant(NamedTuple):
     start: int
     end: int
     text: str
+    number: int = -1  # in the draw
 
 
 def variants(node: ast.AST, subscript: bool) -> Iterator[str]:
@@ -198,6 +250,14 @@ def numeric_modules() -> list[str]:
     ]
 
 
+def is_argued(mutant: Mutant) -> bool:
+    """Return whether a change is one that cannot matter."""
+    source = (ROOT / mutant.module).read_bytes()
+    before, after = source.splitlines(), mutated(mutant, source).splitlines()
+    lines = (before[mutant.line - 1] + after[mutant.line - 1]).decode()
+    return any(part in lines for part in ARGUED)
+
+
 def draw(seed: int, count: int) -> list[Mutant]:
     """Draw places, and for each one of its changes; changes elsewhere leave the draw as it is."""
     drawn: dict[str, Mutant] = {}
@@ -209,7 +269,8 @@ def draw(seed: int, count: int) -> list[Mutant]:
             seen[text] = seen.get(text, 0) + 1
             key = digest(f"{text} {seen[text]}".encode())
             drawn[key] = place[int(key, 16) % len(place)]
-    return [drawn[key] for key in sorted(drawn)[:count]]
+    keys = sorted(drawn)[:count]
+    return [drawn[key]._replace(number=number) for number, key in enumerate(keys)]
 
 
 # As a plugin of pytest, it records which test reaches which lines.
@@ -256,6 +317,7 @@ class Copy:
             if (ROOT / name).is_file():
                 (self.root / name).parent.mkdir(parents=True, exist_ok=True)
                 shutil.copy2(ROOT / name, self.root / name)
+        compileall.compile_dir(self.root, quiet=2)
         shared = self.root.parent / "shared"  # where tests look for the models of others
         if (ROOT.parent / "shared").exists() and not shared.exists():
             shared.symlink_to((ROOT.parent / "shared").resolve())
@@ -273,7 +335,7 @@ class Copy:
         with tempfile.TemporaryFile() as output:
             if (process := os.fork()) == 0:
                 os.setsid()
-                resource.setrlimit(resource.RLIMIT_CPU, (int(seconds), int(seconds) + 5))
+                resource.setrlimit(resource.RLIMIT_CPU, (int(seconds) + 60, int(seconds) + 65))
                 os.chdir(self.root)
                 os.environ.update(self.environment)
                 sys.path[:0] = self.environment["PYTHONPATH"].split(os.pathsep)
@@ -281,11 +343,11 @@ class Copy:
                 for stream in (1, 2):
                     os.dup2(output.fileno(), stream)
                 try:
-                    code = int(pytest.main(arguments))
+                    code = int(pytest.main(arguments, [Budget(seconds)]))
                     sys.stdout.flush()
                 finally:
                     os._exit(code)
-            deadline = time.monotonic() + 20 * seconds  # others may use the processor, too
+            deadline = time.monotonic() + 20 * (seconds + 60)  # others may use the processor, too
             while not (ended := os.waitpid(process, os.WNOHANG))[0]:
                 time.sleep(0.02)
                 if time.monotonic() > deadline:
@@ -293,6 +355,55 @@ class Copy:
             output.seek(0)
             code = os.waitstatus_to_exitcode(ended[1])
             return (code if code >= 0 else None), output.read().decode(errors="replace")
+
+
+class Budget:
+    """Leaves out tests, as a plugin of pytest, when others have taken some processor time [s]."""
+
+    def __init__(self, seconds: float) -> None:
+        self._end = sum(os.times()[:4]) + seconds
+
+    def pytest_runtest_protocol(self, item: Any) -> bool | None:
+        """Return true for a test that is left out."""
+        return True if sum(os.times()[:4]) > self._end else None
+
+
+class Near:
+    """The files of tests that are nearest to a change by their names and words."""
+
+    FILES = 8
+
+    def __init__(self, folders: list[str]) -> None:
+        paths = sorted(path for folder in folders for path in (ROOT / folder).rglob("test_*.py"))
+        self._texts = {str(path.relative_to(ROOT)): path.read_text() for path in paths}
+        self.seconds = dict.fromkeys(self._texts, 0.0)
+
+    def tests_of(self, mutant: Mutant) -> list[str]:
+        """Return the files, the nearest first."""
+        package, stem = os.path.split(mutant.module.removesuffix(".py"))
+        home = "/".join(mutant.module.split("/")[:2]).replace("bt_manip/", "tests/") + "/"
+        dotted = re.sub(r"^plugins/[^/]*/", "", f"{package}/{stem}").replace("/", ".")
+        words = set(re.findall(r"[a-z]+", dotted)) - {"bt", "manip"}
+        name = next(
+            ast.unparse(getattr(node, "targets", [node])[0])
+            if isinstance(node, ast.Assign)
+            else getattr(node, "name", stem)
+            for node in ast.parse((ROOT / mutant.module).read_text()).body
+            if node.lineno <= mutant.line <= node.end_lineno
+        )
+
+        def nearness(test: str) -> int:
+            named = re.search(rf"\b{name}\b", self._texts[test])
+            return (
+                4 * bool(named)
+                + 3 * (dotted in self._texts[test])
+                + 2 * test.startswith(home)
+                + len(words.intersection(re.findall(r"[a-z]+", test)))
+                + len(words.intersection(re.findall(r"[a-z]+", test.rpartition("/")[2])))
+            )
+
+        near = sorted(self._texts, key=lambda test: (-nearness(test), len(self._texts[test])))
+        return [test for test in near[: self.FILES] if nearness(test) > 1]
 
 
 class Reach:
@@ -384,8 +495,8 @@ def record(folder: str, copy: Copy) -> None:
 class Judge:
     """Tests changes in a copy, in a process of its own."""
 
-    def __init__(self, copies: Any, folders: list[str], budget: float) -> None:
-        self._copy, self._reach, self._budget = copies.get(), Reach(folders), budget
+    def __init__(self, copies: Any, tests: Near | Reach, budget: float) -> None:
+        self._copy, self._reach, self._budget = copies.get(), tests, budget
 
     def verdict(self, mutant: Mutant) -> str:
         """Return how the tests took a change: an empty text if one noticed it."""
@@ -398,20 +509,21 @@ class Judge:
         if not tests:
             return "no test reaches it"
         target = self._copy.root / mutant.module
-        original = (ROOT / mutant.module).read_bytes()
+        original = target.read_bytes()
         target.write_bytes(mutated(mutant, original))
         try:
             arguments = ["-q", "-x", "-p", "no:cacheprovider", "-p", "no:xdist", *tests]
-            code, output = self._copy.test(arguments, 30 + 3 * total)
+            code, output = self._copy.test(arguments, 3 * total or self._budget)
         finally:
             target.write_bytes(original)
         if code == 0:
-            return f"{len(tests)} of {len(reaching)} tests that reach it pass"
+            return f"{len(tests)} of {len(reaching)} near tests pass"
         failed = re.findall(r"^(?:FAILED|ERROR) (\S+)", output, re.MULTILINE)
         if code is not None and not failed:
             return f"pytest ended with {code}: {output[-200:]}"
         with (STORE / "noticed.log").open("a") as log:
-            log.write(f"{mutant.module}:{mutant.line} {mutant.text}: {failed or 'too long'}\n")
+            place = f"{mutant.number} {mutant.module}:{mutant.line}"
+            log.write(f"{place} {mutant.text}: {failed or 'too long'}\n")
         return ""
 
 
@@ -432,9 +544,10 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--count", type=int, default=100)
-    parser.add_argument("--skip", type=int, default=0)
+    parser.add_argument("--numbers", nargs="+", metavar="N-M", default=["0-999999"])
     parser.add_argument("--only", default="")
     parser.add_argument("--budget", type=float, default=20.0)
+    parser.add_argument("--near", action="store_true")
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--tests", nargs="+", metavar="FOLDER", default=folders_of_tests())
     options = parser.parse_args()
@@ -444,19 +557,33 @@ def main() -> int:
     context = multiprocessing.get_context("fork")
     copies = [Copy(number) for number in range(options.workers)]
     try:
-        for folder in options.tests:
+        for folder in options.tests if not options.near else ():
             record(folder, copies[0])
         waiting = context.SimpleQueue()
         for copy in copies:
             waiting.put(copy)
-        mutants = draw(options.seed, options.count)[options.skip :]
-        mutants = [mutant for mutant in mutants if re.search(options.only, mutant.module)]
-        given = (waiting, options.tests, options.budget)
+        mutants = [
+            mutant
+            for mutant in draw(options.seed, options.count)
+            if any(mutant.number in numbers for numbers in map(numbers_of, options.numbers))
+            and re.search(options.only, mutant.module)
+        ]
+        argued = [mutant for mutant in mutants if is_argued(mutant)]
+        mutants = [mutant for mutant in mutants if mutant not in argued]
+        print(f"{len(argued)} argued: cannot matter")
+        tests = (Near if options.near else Reach)(options.tests)
+        given = (waiting, tests, options.budget)
         with context.Pool(options.workers, start, given) as pool:
             report(mutants, pool.imap(try_one, mutants), options.seed)
     finally:
         shutil.rmtree(copies[0].root.parent, ignore_errors=True)
     return 0
+
+
+def numbers_of(text: str) -> range:
+    """Return the numbers from N to M of ``N-M``, or N alone."""
+    first, _, last = text.partition("-")
+    return range(int(first), int(last or first) + 1)
 
 
 def report(mutants: list[Mutant], verdicts: Iterator[tuple[str, float]], seed: int) -> None:
@@ -468,7 +595,8 @@ def report(mutants: list[Mutant], verdicts: Iterator[tuple[str, float]], seed: i
             source = (ROOT / mutant.module).read_bytes()
             old = source.splitlines()[mutant.line - 1].decode().strip()
             new = mutated(mutant, source).splitlines()[mutant.line - 1].decode().strip()
-            print(f"{mutant.module}:{mutant.line}: {verdict} ({seconds:.0f} s)\n- {old}\n+ {new}")
+            print(f"{mutant.number} {mutant.module}:{mutant.line}: {verdict} ({seconds:.0f} s)")
+            print(f"- {old}\n+ {new}")
             sys.stdout.flush()
     for package, noticed in sorted(counts.items()):
         print(f"{sum(noticed):4} of {len(noticed):4} noticed  {package}")

@@ -14,8 +14,9 @@ from pathlib import Path
 
 os.environ.setdefault("MUJOCO_GL", "disable")
 
-from bt_manip.evaluation import StressTable, StressTester, plan_episodes, run_episodes
+from bt_manip.evaluation import run_episodes
 from bt_manip.plugins import load_plugins
+from bt_manip_stress import StressTable, StressTester, plan_episodes
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "stress_tables.md"
 HEADER = """# Stress tables

@@ -21,7 +21,7 @@ OURS = ("-e", f"{REPOSITORY}[learn]", *(f"-e{REPOSITORY}/plugins/{name}" for nam
 TESTS = (
     "tests/clients",
     "plugins/bt-manip-learn/tests/demonstrations/test_export_lerobot.py",
-    "tests/evaluation/test_ray_pool.py",
+    "plugins/bt-manip-learn/tests/test_ray_pool.py",
 )
 
 # The operators of torchvision's wheel are built for another build of torch, which refuses to

@@ -3,7 +3,8 @@
 Every package gets a fresh environment: the third-party packages of the environment that this runs
 in, the wheel of bt-manip, the package's own wheel, and those of the packages of plugins/ that it
 requires, for its tests (extra `test`) too. Its tests run from a copy outside of the repository,
-with `tests/support`, which all tests share.
+with `tests/support`, which all tests share. Two packages are tested at a time; one alone, in two
+processes.
 
     .venv/bin/python tools/test_packages.py [FOLDER...]
 """
@@ -15,9 +16,14 @@ import subprocess
 import sys
 import sysconfig
 import tempfile
+import time
 import tomllib
 import venv
+import zipfile
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+
+from hatchling.builders.wheel import WheelBuilder
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 OURS = ("bt_manip", "_bt_manip", "__editable__")
@@ -33,8 +39,8 @@ MODELS = {
 """Environment variables of folders beside the checkout."""
 
 PYTEST = ("-m", "pytest", "-q", "-p", "no:cacheprovider", "--import-mode=importlib")
-PYTEST += ("-n", "2", "--dist", "loadfile")
 PYTEST += ("-m", "not soak", "-o", "markers=soak")  # what takes minutes has its own time
+TWO_PROCESSES = ("-n", "2", "--dist", "loadfile")
 
 
 def main(arguments: list[str]) -> int:
@@ -42,64 +48,91 @@ def main(arguments: list[str]) -> int:
     folders = [Path(a) for a in arguments] or sorted(
         file.parent for file in (REPOSITORY / "plugins").glob("*/pyproject.toml")
     )
+    folders.sort(key=_size_of_tests, reverse=True)  # the long ones first
+    options = TWO_PROCESSES if len(folders) == 1 else ()
     failed = []
-    with tempfile.TemporaryDirectory() as temporary:
+    with tempfile.TemporaryDirectory() as temporary, ThreadPoolExecutor(2) as pool:
         work = Path(temporary)
-        ours = build_wheel(REPOSITORY, work / "bt-manip")
-        for folder in folders:
-            print(f"--- {folder.name}", flush=True)
-            python = make_environment(work / folder.name / "env", ours)
-            for each in (folder, *required(folder)):
-                install(python, build_wheel(each, work / folder.name / each.name))
-            if not test(python, folder, work / folder.name / "tested"):
+        sources = {folder: [one.resolve() for one in required(folder)] for folder in folders}
+        wheels = {
+            source: build_wheel(source, work / "wheels")
+            for source in dict.fromkeys(source for some in sources.values() for source in some)
+        }
+        everything = make_environment(work / "everything")
+        install(everything, *wheels.values())
+
+        def tested(folder: Path) -> tuple[bool, str]:
+            python = make_environment(work / folder.name / "env")
+            for source in sources[folder]:
+                link(wheels[source], _site(everything), _site(python))
+            return test(python, folder, work / folder.name / "tested", *options)
+
+        for folder, (passed, output) in zip(folders, pool.map(tested, folders), strict=True):
+            print(f"--- {folder.name}\n{output}", flush=True)
+            if not passed:
                 failed.append(folder.name)
     if failed:
         print(f"failed: {', '.join(failed)}", file=sys.stderr)
     return 1 if failed else 0
 
 
+def _size_of_tests(folder: Path) -> int:
+    return sum(file.stat().st_size for file in (folder / "tests").rglob("*.py"))
+
+
 def required(folder: Path) -> list[Path]:
-    """Give the folders of the packages of plugins/ that a package and its tests require."""
+    """Give a package's folder, that of bt-manip, and those of what it and its tests require."""
     project = tomllib.loads((folder / "pyproject.toml").read_text())["project"]
     extras = project.get("optional-dependencies", {})
     lines = [*project["dependencies"], *extras.get("test", [])]
     folders = (folder.resolve().parent / re.split(r"[^\w-]", line)[0] for line in lines)
-    return [one for one in folders if one.is_dir()]
+    return [REPOSITORY, folder, *(one for one in folders if one.is_dir())]
 
 
 def build_wheel(source: Path, into: Path) -> Path:
     """Build a wheel with the tools of this environment."""
-    build = [sys.executable, "-m", "build", "--wheel", "--no-isolation", "--outdir", str(into)]
-    done = subprocess.run(
-        [*build, str(source)], capture_output=True, text=True, stdin=subprocess.DEVNULL
-    )
-    if done.returncode != 0:
-        sys.exit(f"{source} does not build:\n{done.stdout}{done.stderr}")
-    (wheel,) = into.glob("*.whl")
-    return wheel
+    (wheel,) = WheelBuilder(str(source)).build(directory=str(into), versions=["standard"])
+    return Path(wheel)
 
 
-def make_environment(folder: Path, wheel: Path) -> Path:
-    """Make an environment with third-party packages and one wheel; give its interpreter."""
+def make_environment(folder: Path) -> Path:
+    """Make an environment with the third-party packages of this one; give its interpreter."""
     venv.create(folder, with_pip=False, symlinks=True)
-    (site,) = folder.glob("lib/python*/site-packages")
+    python = folder / "bin" / "python"
+    site = _site(python)
     for entry in Path(sysconfig.get_path("purelib")).iterdir():
         # By links, one each: a search path to that folder would bring this checkout along.
         if not entry.name.startswith(OURS) and not (site / entry.name).exists():
             (site / entry.name).symlink_to(entry)
-    python = folder / "bin" / "python"
-    install(python, wheel)
+    (folder / "bin" / "ruff").symlink_to(Path(sysconfig.get_path("scripts")) / "ruff")  # no script
     return python
 
 
-def install(python: Path, wheel: Path) -> None:
-    """Install a wheel, alone and without looking anywhere."""
+def _site(python: Path) -> Path:
+    (site,) = python.parents[1].glob("lib/python*/site-packages")
+    return site
+
+
+def install(python: Path, *wheels: Path) -> None:
+    """Install wheels, alone and without looking anywhere."""
     pip = [sys.executable, "-m", "pip", "--disable-pip-version-check", "--python", str(python)]
-    subprocess.run([*pip, "install", "-q", "--no-index", "--no-deps", str(wheel)], check=True)
+    subprocess.run([*pip, "install", "-q", "--no-index", "--no-deps", *wheels], check=True)
 
 
-def test(python: Path, package: Path, copy: Path) -> bool:
-    """Run a package's tests, and see that nothing is wrong with it as a plugin."""
+def link(wheel: Path, source: Path, into: Path) -> None:
+    """Bring what a wheel has installed in one environment to another."""
+    with zipfile.ZipFile(wheel) as file:
+        for name in {one.partition("/")[0] for one in file.namelist()}:
+            (into / name).symlink_to(source / name)
+
+
+def test(python: Path, package: Path, copy: Path, *options: str) -> tuple[bool, str]:
+    """Run a package's tests, and see that nothing is wrong with it as a plugin.
+
+    Returns:
+        Whether all is well, and what the commands have printed.
+    """
+    start = time.monotonic()
     copy.mkdir(parents=True)
     for file in ("pyproject.toml", "README.md"):  # whose examples tests may run
         shutil.copy(package / file, copy)
@@ -110,18 +143,26 @@ def test(python: Path, package: Path, copy: Path) -> bool:
     for variable, name in MODELS.items():
         if (place := REPOSITORY.parent / "shared" / name).is_dir():
             environment.setdefault(variable, str(place))
-
     environment.setdefault("BT_MANIP_ARTEFACTS", str(REPOSITORY / ".ci" / "artefacts"))
+    printed = copy / "printed.txt"
 
     def run(*command: str) -> bool:
-        return subprocess.run([str(python), *command], cwd=copy, env=environment).returncode == 0
+        with printed.open("a") as file:
+            return not subprocess.run(
+                [str(python), *command],
+                cwd=copy,
+                env=environment,
+                stdout=file,
+                stderr=subprocess.STDOUT,
+            ).returncode
 
     where = "import bt_manip, sys; sys.exit(not bt_manip.__file__.startswith(sys.prefix))"
-    return (
+    passed = (
         run("-I", "-c", where)
         and run("-I", "-m", "bt_manip", "plugins", "--check")
-        and run(*PYTEST, "tests")
+        and run(*PYTEST, *options, "tests")
     )
+    return passed, f"{printed.read_text()}{time.monotonic() - start:.0f} s"
 
 
 if __name__ == "__main__":

@@ -22,19 +22,21 @@ from bt_manip.bt import read_tree
 from bt_manip.cell import Cell
 from bt_manip.cell.objects import ModelObject
 from bt_manip.exceptions import BtManipError
+from bt_manip.models.hardened_xml import MAX_MODEL_ELEMENTS
 from bt_manip.plugins import load_plugins
-from bt_manip.record import Recording, read_report
+from bt_manip.record import read_report
 from bt_manip.robots import read_description
 from bt_manip.runner import known_behaviours, load_snapshot
 from bt_manip.scenes import read_scene
 from bt_manip.spatial import pose
 from bt_manip.toml import MAX_TOML_BYTES
+from bt_manip_recording import Recording
 
 PARTS = load_plugins().parts
 SIZE = 4 * 2**20  # [bytes]
 SECONDS = 1.0  # [s] of processor time
 MEGABYTES = 512.0
-TIMEOUT = 20.0  # [s]
+TIMEOUT = 10.0  # [s]
 
 TREE = '<root BTCPP_format="4"><BehaviorTree ID="T">{}</BehaviorTree></root>'
 URDF = '<robot name="r"><link name="base">{}</link></robot>'
@@ -122,6 +124,30 @@ def read_policy(path: Path) -> None:
     OnnxPolicy(path)
 
 
+def read_data_set(path: Path) -> None:
+    """Read a folder of demonstrations with this manifest, and this file as its only episode."""
+    from bt_manip_learn.demonstrations import read_demonstrations
+
+    with tempfile.TemporaryDirectory() as folder:
+        episode = path.suffix == ".h5"
+        manifest = b'{"format": "bt-manip demonstrations", "version": 1}'
+        (Path(folder) / "manifest.json").write_bytes(manifest if episode else path.read_bytes())
+        if episode:
+            (Path(folder) / "episode_000000.h5").write_bytes(path.read_bytes())
+        list(read_demonstrations(folder))
+
+
+def read_evaluation(path: Path) -> None:
+    """Read a folder of results with this identity, or this file as its only part."""
+    from bt_manip.evaluation import read_results
+
+    with tempfile.TemporaryDirectory() as folder:
+        name = "part-00000.parquet" if path.suffix == ".parquet" else "_evaluation.json"
+        (Path(folder) / "_evaluation.json").write_text("{}")
+        (Path(folder) / name).write_bytes(path.read_bytes())
+        read_results(Path(folder))
+
+
 def cases() -> Iterator[Case]:
     """Yield all inputs."""
     readers: Any
@@ -133,12 +159,24 @@ def cases() -> Iterator[Case]:
             yield Case(f"{kind}, {name}", ".toml", text.encode(), reader)
     for name, suffix, content in models():
         yield Case(f"model, {name}", suffix, content, read_model)
-    readers = {"snapshot": load_snapshot, "report": read_report}
+    readers = {
+        "snapshot": load_snapshot,
+        "report": read_report,
+        "data set": read_data_set,
+        "results": read_evaluation,
+    }
     for kind, reader in readers.items():
         for name, content in documents():
             yield Case(f"{kind}, {name}", ".json", content, reader)
     for name, content in recordings():
         yield Case(f"recording, {name}", ".mcap", content, read_recording)
+    for kind, suffix, head, reader in (
+        ("data set", ".h5", b"\x89HDF\r\n\x1a\n", read_data_set),
+        ("results", ".parquet", b"PAR1", read_evaluation),
+    ):
+        noise = head + os.urandom(SIZE) + head[:4]
+        yield Case(f"{kind}, noise", suffix, noise, reader)
+        yield Case(f"{kind}, zeros", suffix, head + bytes(SIZE) + head[:4], reader)
     for name, content in policies():
         yield Case(f"policy, {name}", ".onnx", content, read_policy)
 
@@ -221,6 +259,8 @@ def tomls() -> Iterator[tuple[str, str]]:
 
 def models() -> Iterator[tuple[str, str, bytes]]:
     """Yield models: a name, the suffix and the content."""
+    most = (MAX_MODEL_ELEMENTS - 3) * len(GEOM)
+    yield "MJCF, the most geoms", ".xml", MJCF.format(repeated(GEOM, most)).encode()
     for kind, suffix, frame, geom in (
         ("MJCF", ".xml", MJCF, GEOM),
         ("URDF", ".urdf", URDF, '<visual><geometry><sphere radius="1"/></geometry></visual>'),
