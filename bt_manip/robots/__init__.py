@@ -1,5 +1,7 @@
 """Robots: description, composer entity and a Pinocchio model equivalent to MuJoCo's."""
 
+from bt_manip import lazy_exports
+
 from .addresses import reader as reader
 from .addresses import writer as writer
 from .assembly import assemble as assemble
@@ -62,4 +64,5 @@ from .robot_description import RobotDescription as RobotDescription
 from .robot_description import Tolerance as Tolerance
 from .robot_description import ToolLimits as ToolLimits
 from .robot_model import RobotModel as RobotModel
-from .verification import verify as verify
+
+__getattr__ = lazy_exports(__name__, {})  # names the package of what has moved
