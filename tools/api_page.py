@@ -91,7 +91,7 @@ EXPERIMENTAL = {
         "Payload RobotModel sampling_bounds GraspGenerator FoundGripper effort_limit ensure_motors "
         "MENAGERIE assemble compile_alone element_names "
         "load_configurations model_file read_gripper read_model site_pose GraspCandidate "
-        "save_configuration LateError"
+        "LateError"
     ),
     "bt_manip.planning": "Planner LineTo ArcTo TurnAbout edge_is_free shortcut",
     "bt_manip_learn.agents": (
@@ -185,7 +185,9 @@ EXPERIMENTAL = {
         "findings_of given_options json_option load_chosen_plugins print_cycles print_json "
         "print_warning run_app run_tracked takes vary_option workers_option"
     ),
-    "bt_manip_view": "Page ReplayPage VideoRecorder results_page run_page write_video",
+    "bt_manip_view": (
+        "Page ReplayPage VideoRecorder results_page run_page save_configuration write_video"
+    ),
 }
 """Names that may still change in a minor version; the changelog says so."""
 

@@ -24,7 +24,6 @@ from .checks import invalid as invalid
 from .configurations import Configuration as Configuration
 from .configurations import Configurations as Configurations
 from .configurations import load_configurations as load_configurations
-from .configurations import save_configuration as save_configuration
 from .connection import ArmConnection as ArmConnection
 from .connection import GripperConnection as GripperConnection
 from .connection import LateError as LateError

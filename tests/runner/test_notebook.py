@@ -69,5 +69,5 @@ def test_a_result_shows_status_reason_and_duration(station):
 
 
 def test_a_file_that_no_recorder_writes_is_refused(station, tmp_path):
-    with pytest.raises(BtManipError, match=r"no recorder writes '\.txt' files, known are \.npz"):
+    with pytest.raises(BtManipError, match=r"no recorder writes '\.txt' files, known are none"):
         station.run(Sleep(msec=10), record=tmp_path / "run.txt")
