@@ -4,7 +4,6 @@ Everything is imported inside the hooks, so that this module costs nothing by it
 """
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 from bt_manip.hookspecs import hookimpl
@@ -19,8 +18,8 @@ def register_objects(register: Callable[[str, Callable[..., Any]], None]) -> Non
         objects.Cube, objects.Box, objects.Cylinder, objects.Sphere, objects.Capsule,
         objects.ConvexMesh, objects.Block, objects.RedBlock, objects.GreenBlock,
         objects.BlueBlock, objects.YellowBlock, objects.Bottle, objects.Can, objects.Mug,
-        objects.Peg, objects.HoleBoard, objects.Basket, objects.Bin, objects.Tray,
-        objects.Table, objects.Shelf, objects.Wall, Camera,
+        objects.Basket, objects.Bin, objects.Tray, objects.Table, objects.Shelf, objects.Wall,
+        Camera,
     ):  # fmt: skip
         register(make.kind, make)
 
@@ -129,11 +128,3 @@ def register_pose_sources(register: Callable[[str, Callable[..., Any]], None]) -
 
     register("scene", ScenePoses)
     register("operator", OperatorPoses)
-
-
-@hookimpl
-def register_recorders(register: Callable[[str, Callable[[Path | None], Any]], None]) -> None:
-    """Bring the trace of the joints."""
-    from bt_manip.record import Trace
-
-    register("trace", Trace)

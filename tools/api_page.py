@@ -82,16 +82,16 @@ EXPERIMENTAL = {
         "MonitoredEntity"
     ),
     "bt_manip.cell.objects": (
-        "Prop PrimitiveProp ModelObject DeclaredGrasp Box Cylinder Sphere Capsule ConvexMesh "
-        "Block Bottle Can Mug Peg HoleBoard Basket Bin Tray Table Shelf Wall RedBlock "
-        "GreenBlock BlueBlock YellowBlock geom_box"
+        "Prop PrimitiveProp Shape length ModelObject DeclaredGrasp Box Cylinder Sphere Capsule "
+        "ConvexMesh Block Bottle Can Mug Basket Bin Tray Table Shelf Wall RedBlock GreenBlock "
+        "BlueBlock YellowBlock geom_box"
     ),
     "bt_manip.robots": (
         "GripperError RobotError GripperDescription MotionLimits Tolerance ToolLimits "
-        "Payload RobotModel verify GraspGenerator FoundGripper effort_limit ensure_motors "
+        "Payload RobotModel sampling_bounds GraspGenerator FoundGripper effort_limit ensure_motors "
         "MENAGERIE assemble compile_alone element_names "
         "load_configurations model_file read_gripper read_model site_pose GraspCandidate "
-        "save_configuration LateError"
+        "LateError"
     ),
     "bt_manip.planning": "Planner LineTo ArcTo TurnAbout edge_is_free shortcut",
     "bt_manip_learn.agents": (
@@ -125,7 +125,7 @@ EXPERIMENTAL = {
         "FingerTravel TwoFingerParameters travel_digests Polyhedron "
         "GRIP_DEPTH Solid solids_of BodySurface collision_geoms_of"
     ),
-    "bt_manip_contracts": ("ROBOT_CONTRACT RobotCase holds_an_object recovers_from_a_problem"),
+    "bt_manip_contracts": "ROBOT_CONTRACT RobotCase holds_an_object recovers_from_a_problem verify",
     "bt_manip_stress": (
         "FaultError FaultContext FaultInjector parse_fault StressTester StressEpisode plan_episodes"
     ),
@@ -139,8 +139,8 @@ EXPERIMENTAL = {
         "newcombe_interval call_in_process parse_point why_not"
     ),
     "bt_manip.record": (
-        "RecordingError Recorder RunReport Trace read_report read_trace "
-        "write_trace restore_snapshot take_snapshot SnapshotAt FileInUseError check_writable "
+        "RecordingError Recorder AppendedFile RunReport read_report "
+        "restore_snapshot take_snapshot SnapshotAt FileInUseError check_writable "
         "cpu_name identify identity_differences open_output reading versions whole_file writing "
         "check_exists is_special CycleFigures Interval ExecutionLog LoggedNode RobotFigures "
         "RobotState RunFigures StepFigures live_state"
@@ -170,9 +170,9 @@ EXPERIMENTAL = {
     ),
     "bt_manip_recording": (
         "McapRecorder Recording RecordedRun RecordedScene Continuation RecordedInterventions "
-        "Timeline log_line record_states running_leaves write_csv write_mcap write_npz "
-        "write_parquet CellScene SceneSource SceneCamera VisualShape TexturedMesh Triangles "
-        "PLANE_THICKNESS tool_path"
+        "Timeline Trace log_line read_trace record_states running_leaves write_csv write_mcap "
+        "write_npz write_parquet write_trace CellScene SceneSource SceneCamera VisualShape "
+        "TexturedMesh Triangles PLANE_THICKNESS tool_path"
     ),
     "bt_manip_convert": "to_python",
     "bt_manip_hands": "Hand SuctionGripper suction_gripper",
@@ -185,7 +185,9 @@ EXPERIMENTAL = {
         "findings_of given_options json_option load_chosen_plugins print_cycles print_json "
         "print_warning run_app run_tracked takes vary_option workers_option"
     ),
-    "bt_manip_view": "Page ReplayPage VideoRecorder results_page run_page write_video",
+    "bt_manip_view": (
+        "Page ReplayPage VideoRecorder results_page run_page save_configuration write_video"
+    ),
 }
 """Names that may still change in a minor version; the changelog says so."""
 

@@ -103,7 +103,7 @@ What bt-manip reads and writes, with the keys of each file.
 | scene (`.toml`) | `--scene`, `bt-manip scene` | [keys](../scene-keys.md) |
 | robot (`.toml`) | `--robot`, `robot` in a scene | [keys](../robot-keys.md) |
 | report (`.json`, `.jsonl`) | `--report` | [below](#report) |
-| trace (`.npz`) | `--trace` | [below](#trace) |
+| trace (`.npz`), of bt-manip-recording | `--trace` | [below](#trace) |
 | snapshot | `--snapshot-at`, `--resume` | none: the version that wrote it reads it |
 
 ## Report
@@ -140,7 +140,7 @@ A NumPy archive with one row for each control step (1 kHz); `n` is the number of
 With several robots in the cell, the names are `left/q` and so on.
 
 ```
-from bt_manip.record import read_trace
+from bt_manip_recording import read_trace
 
 trace = read_trace("trace.npz")
 error = trace["q"] - trace["q_ref"]
@@ -321,7 +321,7 @@ def hooks_page() -> str:
 def files_page() -> str:
     """Return the page of the keys of reports and traces."""
     report = importlib.import_module("bt_manip.record.report.run_report")
-    trace = importlib.import_module("bt_manip.record.trace")
+    runner = importlib.import_module("bt_manip.runner")
     text = [FILES]
     for cls in (
         report.RunReport, report.CycleReport, report.GrippedObject, report.Phase,
@@ -329,7 +329,7 @@ def files_page() -> str:
     ):  # fmt: skip
         text.append(f"### {cls.__name__}\n\n{_fields(cls)}\n")
     text.append(TRACE)
-    for name in trace.STEP_FIELDS:
+    for name in runner.STEP_FIELDS:
         text.append(f"| `{name}` | (steps, n) | {TRACED[name]} |\n")
     return "".join(text)
 

@@ -1,7 +1,7 @@
 """Base classes of behaviours that use the cell or an arm."""
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 import pinocchio as pin
@@ -16,6 +16,9 @@ from bt_manip.registry import UnknownPartError
 from bt_manip.robots import GripperError, check_non_negative
 
 from .robot_port import RobotPort
+
+if TYPE_CHECKING:
+    from bt_manip.scenes import ExpectedObjects
 
 FAILURES = (
     BoundsError, CellError, ControlError, GripperError, ModelError, MotionError, UnknownPartError,
@@ -41,8 +44,10 @@ class CellBehaviour(Action):
     _waits = False  # whether it is running but has not started yet
 
     def setup(self, **infrastructure: Any) -> None:
-        """Store the cell."""
+        """Store the cell, the expected objects of a pose source, and the cell that has physics."""
         self.cell: Cell = infrastructure["cell"]
+        self.expected: ExpectedObjects | None = infrastructure.get("poses")
+        self.physics: Cell = getattr(self.expected, "physics", None) or self.cell
 
     def initialise(self) -> None:
         """Start, or fail with the reason."""

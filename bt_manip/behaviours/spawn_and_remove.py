@@ -23,7 +23,6 @@ from .robot_port import ENTRY
 
 if TYPE_CHECKING:
     from bt_manip.runner import CommandedRobot
-    from bt_manip.scenes import ExpectedObjects
 
 CUBE = "cube"  # registered name of the reference task's object
 CUBE_SIZE = 0.05  # [m] length of its edges
@@ -85,9 +84,6 @@ class SpawnObject(CellBehaviour):
         self.rng: np.random.Generator = infrastructure["rng"]
         self.models: Catalogue = infrastructure["models"]
         self._robots: Mapping[str, CommandedRobot] = infrastructure.get("robots", {})
-        self._expected: ExpectedObjects | None = infrastructure.get("poses")
-        physics = None if self._expected is None else self._expected.physics
-        self._physics = physics or self.cell
         self._made: dict[tuple[Any, ...], composer.Entity] = {}
         with contextlib.suppress(PortError):  # the entry is not written yet
             if is_address(self.model):
@@ -107,23 +103,23 @@ class SpawnObject(CellBehaviour):
     def start(self) -> None:
         """Create and add the object, or begin to wait for an expected one."""
         self._awaited = ""
-        if self._expected is not None:
+        if self.expected is not None:
             try:
-                self._awaited = self._expected.next("" if self.model == AUTO else self.model).name
+                self._awaited = self.expected.next("" if self.model == AUTO else self.model).name
                 return
             except CellError:
-                if self._expected.physics is None:
+                if self.expected.physics is None:
                     raise
         given = self._given_region()
         entity, hint = self._make()
         declared = as_object(entity)
         region = given or self._area(declared)
-        z = self._physics.surface_height(self.on) + declared.rest_height
+        z = self.physics.surface_height(self.on) + declared.rest_height
         middle_x, middle_y, _ = declared.centre_offset
         region = replace(region, z=(z, z), middle=(middle_x, middle_y))
         name = self._place(entity, region, self.name_hint or hint or None)
-        if self._expected is not None:
-            self._expected.spawned(name)
+        if self.expected is not None:
+            self.expected.spawned(name)
             self._awaited = name
             return
         self.object = name
@@ -167,7 +163,7 @@ class SpawnObject(CellBehaviour):
         key = (model, *parameters.items())
         made = self._made.get(key)
         randomized = self.models.sample_parameters is not None
-        if made is None or randomized or not self._physics.is_reusable(made):
+        if made is None or randomized or not self.physics.is_reusable(made):
             made = self._made[key] = self.models.get(model)(**parameters)
         return made
 
@@ -180,12 +176,12 @@ class SpawnObject(CellBehaviour):
         gap, within = self.gap, self.within
         limit = gap if np.isinf(within) else max(gap, within)
         for _ in range(ATTEMPTS):
-            name = hint and unique_name(hint, self._physics.entities)
-            name = self._physics.place(entity, region, self.rng, name=name)
-            distance = nearest_free(self._physics, name, limit) if limit > 0.0 else 0.0
+            name = hint and unique_name(hint, self.physics.entities)
+            name = self.physics.place(entity, region, self.rng, name=name)
+            distance = nearest_free(self.physics, name, limit) if limit > 0.0 else 0.0
             if gap <= distance < within:
                 return name
-            self._physics.remove(name)
+            self.physics.remove(name)
         near = "" if np.isinf(within) else f" and at most {1e3 * within:g} mm from one"
         raise CellError(
             f"no position at least {1e3 * gap:g} mm from other objects{near} in {ATTEMPTS} attempts"
@@ -202,8 +198,8 @@ class SpawnObject(CellBehaviour):
 
     def update(self) -> Status:
         """Succeed once the object is in the cell."""
-        if self._awaited and self._expected is not None:
-            if not self._expected.add(self._awaited):
+        if self._awaited and self.expected is not None:
+            if not self.expected.add(self._awaited):
                 self.feedback_message = f"waiting for '{self._awaited}'"
                 return Status.RUNNING
             self.object = name = self._awaited
@@ -226,11 +222,6 @@ class RemoveObject(CellBehaviour):
         at_least=0.0,
     )
 
-    def setup(self, **infrastructure: Any) -> None:
-        """Store the expected objects of the scene."""
-        super().setup(**infrastructure)
-        self._poses: ExpectedObjects | None = infrastructure.get("poses")
-
     def start(self) -> None:
         """Check that the object exists."""
         self.cell.find(self.object)
@@ -241,8 +232,8 @@ class RemoveObject(CellBehaviour):
         status = self.wait_for_rest(name, self.patience, self._started)
         if status is not Status.RUNNING and name in self.cell.entities:
             self.cell.remove(name)
-            if self._poses is not None:
-                self._poses.taken(name)
+            if self.expected is not None:
+                self.expected.taken(name)
             if status is Status.SUCCESS:
                 self.feedback_message = f"'{name}' removed"
         return status

@@ -59,7 +59,7 @@ class Support(NamedTuple):
         ]
         bottom = self.top[2] + _HEADROOM
         room = np.maximum(self.half - radius, 0.0)
-        step = max(radius + 0.5 * GAP, float(room.max()) / _STEPS, 1e-3)
+        step = max(radius + 0.5 * GAP, float(room.max()) / _STEPS)
         axes = [step * np.arange(-int(r / step), int(r / step) + 1) for r in room]
         grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
         for offset in grid[np.argsort(np.linalg.norm(grid, axis=1), kind="stable")]:

@@ -2,7 +2,6 @@
 
 from bt_manip.bt.blackboard import Blackboard as Blackboard
 from bt_manip.bt.drawing import draw_dot as draw_dot
-from bt_manip.bt.drawing import draw_outline as draw_outline
 from bt_manip.bt.drawing import draw_svg as draw_svg
 from bt_manip.bt.drawing import draw_text as draw_text
 from bt_manip.bt.goal import NO_CELL as NO_CELL

@@ -1,7 +1,6 @@
 """Drawing trees: as text for a terminal, as DOT for Graphviz, and as SVG."""
 
 import json
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -40,17 +39,14 @@ STATUS_COLOURS = {"RUNNING": "#e67700", "SUCCESS": "#2b8a3e", "FAILURE": "#c92a2
 """Colour of each status in which a node has run, by its name."""
 
 _CHARACTER = 6.6  # [px], mean width of one at the font size of the SVG
-_LINE = 15.0  # [px]
-_ROW = 19.0  # [px] of an outline
-_INDENT = 18.0  # [px] of a level of an outline
+_ROW = 19.0  # [px]
+_INDENT = 18.0  # [px] of a level
 _PADDING = 8.0  # [px]
-_GAP_X = 14.0  # [px]
-_GAP_Y = 34.0  # [px]
 
 
 @dataclass
 class _Box:
-    """The text and the layout of a node.
+    """The text of a node, with those below.
 
     Attributes:
         node: The node.
@@ -58,9 +54,6 @@ class _Box:
         details: Its ports and scripts, ``name=value`` each.
         summary: The first line of its documentation.
         children: The boxes of its children.
-        x: Left edge in the SVG [px].
-        y: Top edge in the SVG [px].
-        span: Width of the box and all below [px].
     """
 
     node: TreeNode
@@ -68,31 +61,6 @@ class _Box:
     details: list[str]
     summary: str = ""
     children: "list[_Box]" = field(default_factory=list)
-    x: float = 0.0
-    y: float = 0.0
-    span: float = 0.0
-
-    @property
-    def lines(self) -> list[str]:
-        return [self.title, *self.details]
-
-    @property
-    def width(self) -> float:
-        return max(len(line) for line in self.lines) * _CHARACTER + 2 * _PADDING
-
-    @property
-    def height(self) -> float:
-        return len(self.lines) * _LINE + 2 * _PADDING
-
-    @property
-    def children_span(self) -> float:
-        gaps = _GAP_X * max(len(self.children) - 1, 0)
-        return sum(child.span for child in self.children) + gaps
-
-    def iterate(self) -> "Iterator[_Box]":
-        yield self
-        for child in self.children:
-            yield from child.iterate()
 
 
 def draw_text(tree: "Tree", *, ports: bool = True, docs: bool = False) -> str:
@@ -134,7 +102,11 @@ def draw_dot(tree: "Tree", *, ports: bool = True, docs: bool = False) -> str:
 
 def _draw_edges(box: _Box, lines: list[str], docs: bool) -> None:
     shape, colour = _STYLES[box.node.kind]
-    attributes = {"label": "\n".join(box.lines), "shape": shape, "fillcolor": colour}
+    attributes = {
+        "label": "\n".join([box.title, *box.details]),
+        "shape": shape,
+        "fillcolor": colour,
+    }
     if docs and box.summary:
         attributes["tooltip"] = box.summary
     text = " ".join(f"{name}={_quoted(value)}" for name, value in attributes.items())
@@ -149,16 +121,13 @@ def _quoted(text: str) -> str:
 
 
 def draw_svg(tree: "Tree", *, ports: bool = True, docs: bool = False) -> str:
-    """Draw a tree as SVG, laid out from the root down; `docs` are tool tips, see `draw_text`."""
-    root = _layout(tree, ports)
-    bottom = _place(root, _GAP_X, _GAP_X)
+    """Draw a tree as SVG, a line for each node: its kind, name, ports, status and reason.
+
+    `docs` are tool tips, see `draw_text`.
+    """
     body: list[str] = []
-    for box in root.iterate():
-        _draw_box(box, body, docs)
-    return _svg(root.span + 2 * _GAP_X, bottom + _GAP_X, body)
-
-
-def _svg(width: float, height: float, body: list[str]) -> str:
+    rows, width = _draw_rows(_layout(tree, ports), _PADDING, 0, body, docs)
+    width, height = width + 2 * _PADDING, rows * _ROW + 2 * _PADDING
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height:.0f}" '
         f'viewBox="0 0 {width:.0f} {height:.0f}" font-family="sans-serif" font-size="12" '
@@ -166,72 +135,32 @@ def _svg(width: float, height: float, body: list[str]) -> str:
     )
 
 
-def draw_outline(tree: "Tree") -> str:
-    """Draw a tree as SVG, with a line for each node: its kind, name, status and reason."""
-    root, body = _layout(tree, ports=False), list[str]()
-    rows = _draw_rows(root, _PADDING, 0, body)
-    width = max(box.x + box.span for box in root.iterate())
-    return _svg(width + 2 * _PADDING, rows * _ROW + 2 * _PADDING, body)
-
-
-def _draw_rows(box: _Box, x: float, row: int, body: list[str]) -> int:
-    """Draw a node and all below, a row each; return the number of the next row."""
+def _draw_rows(box: _Box, x: float, row: int, body: list[str], docs: bool) -> tuple[int, float]:
+    """Draw a node and all below, a row each; return the next row and the right edge [px]."""
     y = _PADDING + (row + 0.5) * _ROW
     status = box.node.engine_status
     colour, state, reason = STATUS_COLOURS.get(status.name, "#333"), "", ""
     if status.name in STATUS_COLOURS:
         state, reason = status.name, getattr(behaviour_of(box.node), "feedback_message", "")
+    details = " ".join(box.details)
+    summary = f"<title>{escape(box.summary)}</title>" if docs and box.summary else ""
     body.append(
         f'<rect x="{x:.0f}" y="{y - 5:.1f}" width="10" height="10" rx="2" '
         f'fill="{_STYLES[box.node.kind][1]}" stroke="{colour}"/>'
-        f'<text x="{x + 16:.0f}" y="{y + 4:.1f}" fill="{colour}">{escape(box.title)} '
+        f'<text x="{x + 16:.0f}" y="{y + 4:.1f}" fill="{colour}">{summary}{escape(box.title)} '
+        f'<tspan fill="#666">{escape(details)}</tspan> '
         f'<tspan font-weight="bold">{state}</tspan> {escape(reason)}</text>'
     )
-    box.x, box.span = x, len(f"{box.title} {state} {reason}") * _CHARACTER + 16
+    edge = x + len(f"{box.title} {details} {state} {reason}") * _CHARACTER + 16
     row += 1
     for child in box.children:
         end = _PADDING + (row + 0.5) * _ROW
         body.append(f'<path d="M{x + 5:.0f},{end:.1f} h{_INDENT - 5:.0f}" stroke="#aaa"/>')
-        row = _draw_rows(child, x + _INDENT, row, body)
+        row, right = _draw_rows(child, x + _INDENT, row, body, docs)
+        edge = max(edge, right)
     if box.children:
         body.append(f'<path d="M{x + 5:.0f},{y + 5:.1f} V{end:.1f}" stroke="#aaa"/>')
-    return row
-
-
-def _place(box: _Box, left: float, top: float) -> float:
-    """Set the positions of a box and all below; return their bottom edge."""
-    box.x = left + (box.span - box.width) / 2
-    box.y = top
-    left += (box.span - box.children_span) / 2
-    bottom = top + box.height
-    for child in box.children:
-        bottom = max(bottom, _place(child, left, top + box.height + _GAP_Y))
-        left += child.span + _GAP_X
-    return bottom
-
-
-def _draw_box(box: _Box, body: list[str], docs: bool) -> None:
-    centre = box.x + box.width / 2
-    for child in box.children:
-        end = child.x + child.width / 2
-        middle = (box.y + box.height + child.y) / 2
-        body.append(
-            f'<path d="M{centre:.1f},{box.y + box.height:.1f} V{middle:.1f} H{end:.1f} '
-            f'V{child.y:.1f}" fill="none" stroke="#888"/>'
-        )
-    title = f"<title>{escape(box.summary)}</title>" if docs and box.summary else ""
-    body.append(
-        f'<g>{title}<rect x="{box.x:.1f}" y="{box.y:.1f}" width="{box.width:.1f}" '
-        f'height="{box.height:.1f}" rx="6" fill="{_STYLES[box.node.kind][1]}" stroke="#666"/>'
-    )
-    for index, line in enumerate(box.lines):
-        weight = ' font-weight="bold"' if index == 0 else ' fill="#444"'
-        y = box.y + _PADDING + (index + 0.8) * _LINE
-        body.append(
-            f'<text x="{centre:.1f}" y="{y:.1f}" text-anchor="middle"{weight}>'
-            f"{escape(line, quotes=False)}</text>"
-        )
-    body.append("</g>")
+    return row, edge
 
 
 def _layout(tree: "Tree", ports: bool) -> _Box:
@@ -260,5 +189,4 @@ def _box(node: TreeNode, nodes: dict[int, TreeNode], ports: bool) -> _Box:
     box = _Box(node, title, details if ports else [], summary)
     inner = node.child_nodes if isinstance(node, Parent) else [nodes[id(c)] for c in node.children]
     box.children = [_box(child, nodes, ports) for child in inner]
-    box.span = max(box.width, box.children_span)
     return box

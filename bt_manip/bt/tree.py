@@ -348,9 +348,9 @@ class Tree:
 
     def _repr_svg_(self) -> str:
         """Show the nodes with their statuses in a notebook."""
-        from bt_manip.bt.drawing import draw_outline
+        from bt_manip.bt.drawing import draw_svg
 
-        return draw_outline(self)
+        return draw_svg(self, ports=False)
 
 
 def _make_room(depth: int) -> None:

@@ -9,7 +9,7 @@ from bt_manip.cli.run_options import RunOptions
 from bt_manip.exceptions import BtManipError
 from bt_manip.parameters import parameters_of, read_words
 from bt_manip.plugins import BUILTIN, Plugin, Plugins, guarded, plugin_observers
-from bt_manip.record import SnapshotWriter, Trace, check_writable
+from bt_manip.record import SnapshotWriter, check_writable
 from bt_manip.registry import Registry
 from bt_manip.runner import Reloader, Run, RunObserver, Stopwatch, known_behaviours, recorder_name
 
@@ -41,7 +41,7 @@ def observers_of(
     """
     plugins = session.plugins
     # First: a trace in use by others ends the run before its report is begun.
-    observers: list[RunObserver] = [Trace(options.trace)] if options.trace else []
+    observers = [_recorder(plugins, f"trace={options.trace}")] if options.trace else []
     observers += [recorder]
     observers += [SnapshotWriter(*one, print_warning) for one in options.snapshots]
     if options.continued is not None:

@@ -172,7 +172,7 @@ def check_package(address: str, kind: str, *names: str) -> None:
 
     Args:
         address: The address, for the message.
-        kind: Kind of the names, see `bt_manip.packages.PACKAGES`.
+        kind: Kind of the names, see `bt_manip.packages.packages`.
         *names: Unknown names: the kind of address; or suffix, root element or files of a path.
 
     Raises:

@@ -1,4 +1,4 @@
-"""Records of a run: its report, its trace and their figures; writing and reading them.
+"""Records of a run: its report and its figures; writing and reading them.
 
 Each name is imported on first use: a report does not need the physics.
 """
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from bt_manip.record.figures import RunFigures as RunFigures
     from bt_manip.record.figures import StepFigures as StepFigures
     from bt_manip.record.figures import live_state as live_state
+    from bt_manip.record.files import AppendedFile as AppendedFile
     from bt_manip.record.files import FileInUseError as FileInUseError
     from bt_manip.record.files import RecordingError as RecordingError
     from bt_manip.record.files import check_exists as check_exists
@@ -45,9 +46,6 @@ if TYPE_CHECKING:
     from bt_manip.record.report.run_snapshot import read_snapshot as read_snapshot
     from bt_manip.record.report.run_snapshot import restore_snapshot as restore_snapshot
     from bt_manip.record.report.run_snapshot import take_snapshot as take_snapshot
-    from bt_manip.record.trace import Trace as Trace
-    from bt_manip.record.trace import read_trace as read_trace
-    from bt_manip.record.trace import write_trace as write_trace
 
 __getattr__ = lazy_exports(
     __name__,
@@ -57,7 +55,7 @@ __getattr__ = lazy_exports(
             "StepFigures live_state"
         ),
         "bt_manip.record.files": (
-            "FileInUseError RecordingError check_exists check_writable is_special "
+            "AppendedFile FileInUseError RecordingError check_exists check_writable is_special "
             "open_output reading whole_file writing"
         ),
         "bt_manip.record.identification": "identify identity_differences",
@@ -69,6 +67,5 @@ __getattr__ = lazy_exports(
         "bt_manip.record.report.run_snapshot": (
             "SnapshotAt SnapshotWriter read_snapshot restore_snapshot take_snapshot"
         ),
-        "bt_manip.record.trace": "Trace read_trace write_trace",
     },
 )

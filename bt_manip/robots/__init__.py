@@ -1,5 +1,7 @@
 """Robots: description, composer entity and a Pinocchio model equivalent to MuJoCo's."""
 
+from bt_manip import lazy_exports
+
 from .addresses import reader as reader
 from .addresses import writer as writer
 from .assembly import assemble as assemble
@@ -22,7 +24,6 @@ from .checks import invalid as invalid
 from .configurations import Configuration as Configuration
 from .configurations import Configurations as Configurations
 from .configurations import load_configurations as load_configurations
-from .configurations import save_configuration as save_configuration
 from .connection import ArmConnection as ArmConnection
 from .connection import GripperConnection as GripperConnection
 from .connection import LateError as LateError
@@ -62,4 +63,5 @@ from .robot_description import RobotDescription as RobotDescription
 from .robot_description import Tolerance as Tolerance
 from .robot_description import ToolLimits as ToolLimits
 from .robot_model import RobotModel as RobotModel
-from .verification import verify as verify
+
+__getattr__ = lazy_exports(__name__, {})  # names the package of what has moved

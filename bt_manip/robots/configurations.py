@@ -4,11 +4,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from bt_manip.exceptions import BtManipError, MotionError, did_you_mean, one_line
-from bt_manip.files import read_text, replace_text
-from bt_manip.toml import BARE_KEY, MAX_TOML_BYTES, KeyField, TomlFile, TomlTable, plain, toml_text
+from bt_manip.files import read_text
+from bt_manip.toml import MAX_TOML_BYTES, KeyField, TomlFile, TomlTable, plain
 
 from .errors import RobotError
 
@@ -78,33 +76,6 @@ def load_configurations(path: Path) -> dict[str, Configuration]:
     found = read_configurations(table)
     table.finish()
     return found
-
-
-def save_configuration(path: Path, name: str, q: Sequence[float]) -> None:
-    """Add a configuration to a file of configurations, or replace the one of that name.
-
-    Args:
-        path: The file, which is created where there is none.
-        name: Its name: letters, digits, ``_`` and ``-``.
-        q: Joint positions, written to the microradian [rad].  # (nq,)
-
-    Raises:
-        RobotError: If the name is invalid, or the file has anything else or cannot be written.
-    """
-    if not BARE_KEY.fullmatch(name) or name == "home":
-        raise RobotError(
-            "a configuration is named with letters, digits, '_' and '-', and not 'home', got "
-            f"{name!r}"
-        )
-    known: dict[str, Configuration] = load_configurations(path) if path.exists() else {}
-    if mapped := [other for other, positions in known.items() if isinstance(positions, Mapping)]:
-        raise RobotError(f"{path}: '{mapped[0]}' comes from a waypoint file; choose another file")
-    known[name] = [round(position, 6) for position in np.asarray(q).tolist()]
-    head = "Joint positions [rad], in the order of the joints."
-    try:
-        replace_text(path, toml_text({"configurations": known}, {}, head))
-    except OSError as error:
-        raise RobotError(f"cannot write {path}: {error.strerror}") from error
 
 
 def read_waypoints(path: Path | str) -> dict[str, Configuration]:

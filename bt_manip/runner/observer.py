@@ -118,6 +118,6 @@ def recorder_name(suffix: str, recorders: Registry[Any]) -> str:
     if suffix not in names:
         known = ", ".join(sorted(names))
         package = missing("file", suffix)
-        hint = f"; {suffix} {package}" if package else f", known are {known}"
+        hint = f"; {suffix} {package}" if package else f", known are {known or 'none'}"
         raise BtManipError(f"no recorder writes '{suffix}' files{hint}")
     return names[suffix]

@@ -27,6 +27,5 @@ from .tables import LARGEST as LARGEST
 from .tables import PythonSource as PythonSource
 from .tables import TomlFile as TomlFile
 from .tables import TomlTable as TomlTable
-from .text import BARE_KEY as BARE_KEY
 from .text import toml_key as toml_key
 from .text import toml_text as toml_text

@@ -71,15 +71,6 @@ def test_what_is_put_into_a_container_stays_inside(kind):
     assert cell.contacts.partners("cube") == [kind.kind]
 
 
-def test_a_peg_falls_through_a_hole_that_is_wider_and_stays_on_one_that_is_not():
-    for hole, falls in ((0.0165, True), (0.013, False)):
-        cell, peg = Cell(), objects.Peg(radius=0.015)
-        cell.add(objects.HoleBoard(hole=hole), pose((0, 0, 0.5)))
-        cell.add(peg, pose((0, 0, 0.54 + peg.rest_height + 1e-3)))
-        cell.step(400)
-        assert (cell.pose("peg").translation[2] < 0.4) == falls
-
-
 def test_a_mug_holds_what_is_dropped_into_it():
     cell = Cell()
     cell.add(objects.Mug(), pose((0, 0, 0)))
@@ -155,9 +146,7 @@ def standing(thing):
         (objects.Tray(size=(0.3, 0.2, 0.04)), (0.3, 0.2, 0.04)),
         (objects.Shelf(size=(0.25, 0.5, 0.6)), (0.25, 0.5, 0.6)),
         (objects.Wall(size=(0.05, 0.4, 0.3)), (0.05, 0.4, 0.3)),
-        (objects.HoleBoard(size=(0.2, 0.15, 0.05)), (0.2, 0.15, 0.05)),
         (objects.Bottle(radius=0.03, height=0.2), (0.06, 0.06, 0.2)),
-        (objects.Peg(radius=0.01, length=0.08), (0.02, 0.02, 0.08)),
         (objects.Cylinder(radius=0.03, height=0.07), (0.06, 0.06, 0.07)),
         (objects.Sphere(radius=0.03), (0.06, 0.06, 0.06)),
         (objects.Box(size=(0.05, 0.06, 0.07)), (0.05, 0.06, 0.07)),

@@ -12,7 +12,8 @@ from typing import NamedTuple
 
 import pytest
 
-from bt_manip.record import read_report, read_trace
+from bt_manip.record import read_report
+from bt_manip_recording import read_trace
 
 PROBE = """
 import os

@@ -15,8 +15,8 @@ from bt_manip import spatial
 from bt_manip.cell import Cell
 from bt_manip.cell.objects import ModelObject
 from bt_manip.models import ModelError, find_model
-from bt_manip.robots import verify
 from bt_manip.robots.model_building import build_model
+from bt_manip_contracts import verify
 from tests.robot_fixtures import some
 
 SIX = (

@@ -42,7 +42,6 @@ from bt_manip.cell import Cube, PhysicsDiverged
 from bt_manip.plugins import load_plugins
 from bt_manip.record.report.recorder import Recorder
 from bt_manip.record.report.run_report import GrippedObject, LeafTime, RunReport
-from bt_manip.record.trace import Trace
 from bt_manip.registry import Parts
 from bt_manip.robots import panda
 from bt_manip.runner import next_digest
@@ -50,6 +49,7 @@ from bt_manip.runner.observer import RunObserver
 from bt_manip.runner.request import RunRequest
 from bt_manip.runner.run import Run
 from bt_manip.runner.tree_source import TreeSource
+from bt_manip_recording import Trace
 
 
 class Wait(Action):

@@ -5,8 +5,9 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from bt_manip.robots import RobotError, verify
+from bt_manip.robots import RobotError
 from bt_manip.robots.model_building import build_model
+from bt_manip_contracts import verify
 
 EXACT = 1e-9
 

@@ -12,7 +12,8 @@ from bt_manip.cell import BodyNames, Cell, literal_name
 from bt_manip.exceptions import MotionError
 from bt_manip.grippers import TwoFingerGripper, two_finger_gripper
 from bt_manip.kinematics import IKProblem, InverseKinematics, PositionTarget
-from bt_manip.robots import Robot, RobotDescription, RobotError, compile_alone, verify
+from bt_manip.robots import Robot, RobotDescription, RobotError, compile_alone
+from bt_manip_contracts import verify
 from bt_manip_setup.finger_travel import measured
 
 FINGER = """

@@ -13,8 +13,8 @@ from bt_manip.robots import (
     RobotError,
     compile_alone,
     panda,
-    verify,
 )
+from bt_manip_contracts import verify
 from tests.robot_fixtures import described
 
 SERVO_ARM = """

@@ -10,7 +10,8 @@ import pinocchio as pin
 import pytest
 
 from bt_manip.grippers import TwoFingerGripper
-from bt_manip.robots import Robot, RobotError, compile_alone, read_description, verify
+from bt_manip.robots import Robot, RobotError, compile_alone, read_description
+from bt_manip_contracts import verify
 from bt_manip_setup.finger_travel import measured
 
 FILE = Path(__file__).parent / "models" / "post.toml"

@@ -1,38 +1,16 @@
 """Notebooks show stations, runs and results by what they are."""
 
-import re
-from html import unescape
-
 import pytest
 
-from bt_manip import build_station
-from bt_manip.behaviours import ObjectExists, RemoveObject, SpawnObject
+from bt_manip.behaviours import ObjectExists
 from bt_manip.bt import Sequence, Sleep
 from bt_manip.cell import CellError, NoOpenGLError
 from bt_manip.cell import cell as cell_module
 from bt_manip.exceptions import BtManipError
 from bt_manip.runner import html_table
-
-
-@pytest.fixture(scope="module")
-def built(parts):
-    station = build_station(parts)
-    return station, station.get_state()
-
-
-@pytest.fixture
-def station(built):
-    station, start = built
-    station.set_state(start)
-    return station
-
-
-def words(html):
-    return " ".join(unescape(re.sub(r"<[^>]*>", " ", html)).split())
-
-
-def visit():
-    return Sequence("visit", SpawnObject(object="{o}"), Sleep(msec=30), RemoveObject(object="{o}"))
+from tests.support.notebook import built as built
+from tests.support.notebook import station as station
+from tests.support.notebook import words
 
 
 def test_names_and_values_are_escaped_and_empty_ones_left_out():
@@ -69,5 +47,5 @@ def test_a_result_shows_status_reason_and_duration(station):
 
 
 def test_a_file_that_no_recorder_writes_is_refused(station, tmp_path):
-    with pytest.raises(BtManipError, match=r"no recorder writes '\.txt' files, known are \.npz"):
+    with pytest.raises(BtManipError, match=r"no recorder writes '\.txt' files, known are none"):
         station.run(Sleep(msec=10), record=tmp_path / "run.txt")

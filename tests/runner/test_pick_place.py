@@ -10,9 +10,9 @@ import pytest
 
 from bt_manip.record.report.recorder import Recorder
 from bt_manip.record.report.run_report import RunReport
-from bt_manip.record.trace import Trace
 from bt_manip.registry import Parts
 from bt_manip.runner import RunRequest, find_tree, prepare
+from bt_manip_recording import Trace
 
 CYCLES = 3
 

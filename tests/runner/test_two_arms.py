@@ -11,8 +11,8 @@ from bt_manip.cli.cycle_table import print_cycles
 from bt_manip.exceptions import BtManipError
 from bt_manip.record.report.recorder import Recorder
 from bt_manip.record.report.run_report import RunReport
-from bt_manip.record.trace import Trace
 from bt_manip.runner import STEP_FIELDS, RunObserver, RunRequest, find_tree, prepare
+from bt_manip_recording import Trace
 
 
 def run(parts, cycles: int, *observers: RunObserver) -> RunReport:

@@ -1,5 +1,7 @@
 """Objects and cameras of a cell."""
 
+from bt_manip import lazy_exports
+
 from .bounds import geom_box as geom_box
 from .bundled import Basket as Basket
 from .bundled import Cube as Cube
@@ -17,6 +19,7 @@ from .model_object import mjcf_root as mjcf_root
 from .plausibility import correct_inertias as correct_inertias
 from .plausibility import invented_masses as invented_masses
 from .primitive_prop import PrimitiveProp as PrimitiveProp
+from .primitive_prop import length as length
 from .primitives import Bin as Bin
 from .primitives import Block as Block
 from .primitives import BlueBlock as BlueBlock
@@ -27,10 +30,9 @@ from .primitives import Capsule as Capsule
 from .primitives import ConvexMesh as ConvexMesh
 from .primitives import Cylinder as Cylinder
 from .primitives import GreenBlock as GreenBlock
-from .primitives import HoleBoard as HoleBoard
 from .primitives import Mug as Mug
-from .primitives import Peg as Peg
 from .primitives import RedBlock as RedBlock
+from .primitives import Shape as Shape
 from .primitives import Shelf as Shelf
 from .primitives import Sphere as Sphere
 from .primitives import Tray as Tray
@@ -39,3 +41,5 @@ from .primitives import YellowBlock as YellowBlock
 from .prop import ParametricEntity as ParametricEntity
 from .prop import Prop as Prop
 from .prop import object_parameters as object_parameters
+
+__getattr__ = lazy_exports(__name__, {})  # names the package of what has moved

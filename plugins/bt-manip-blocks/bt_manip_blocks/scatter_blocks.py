@@ -52,13 +52,11 @@ class ScatterBlocks(CellBehaviour):
         super().setup(**infrastructure)
         self.rng: np.random.Generator = infrastructure["rng"]
         self._robots = infrastructure["robots"]
-        self._expected = infrastructure.get("poses")
-        self._physics = getattr(self._expected, "physics", None) or self.cell
         self._made: dict[tuple[str, int, int], ColouredBlock] = {}
 
     def start(self) -> None:
         """Scatter."""
-        cell = self._physics
+        cell = self.physics
         height = cell.surface_height(self.on)
         colours = self.colours
         wanted = [(colour, i, j) for i in range(self.each) for j, colour in enumerate(colours)]
@@ -69,7 +67,7 @@ class ScatterBlocks(CellBehaviour):
         if cell is not self.cell:
             with cell.editing():
                 for name in blocks_in(cell):
-                    self._expected.taken(name)
+                    self.expected.taken(name)
         blocks = [self._block(*key) for key in wanted]
         places = self._places(len(wanted), blocks[0].rest_height)
         with cell.editing():  # another one: what comes by a name that goes would take its state
@@ -84,7 +82,7 @@ class ScatterBlocks(CellBehaviour):
                 poses.append(T_wo)
         if cell is not self.cell:
             for name in names:
-                self._expected.spawned(name)
+                self.expected.spawned(name)
         self.blocks, self.poses = names, poses
         self.feedback_message = f"{len(names)} blocks"
 
@@ -96,7 +94,7 @@ class ScatterBlocks(CellBehaviour):
         """Return a block scattered before, or a new one; reused blocks need no compile."""
         key = colour, i, j
         made = self._made.get(key)
-        if made is None or not self._physics.is_reusable(made):
+        if made is None or not self.physics.is_reusable(made):
             made = self._made[key] = ColouredBlock(colour=colour)
         return made
 

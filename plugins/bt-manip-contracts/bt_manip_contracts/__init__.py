@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from bt_manip_contracts.device_contract import (
         recovers_from_a_problem as recovers_from_a_problem,
     )
+    from bt_manip_contracts.model_comparison import verify as verify
     from bt_manip_contracts.robot_contract import ROBOT_CONTRACT as ROBOT_CONTRACT
     from bt_manip_contracts.robot_contract import RobotCase as RobotCase
 
@@ -28,6 +29,7 @@ __getattr__ = lazy_exports(
         "bt_manip_contracts.device_contract": (
             "DEVICE_CONTRACT GRIPPER_CONTRACT holds_an_object recovers_from_a_problem"
         ),
+        "bt_manip_contracts.model_comparison": "verify",
         "bt_manip_contracts.robot_contract": "ROBOT_CONTRACT RobotCase",
     },
 )

@@ -10,7 +10,8 @@ from bt_manip.cell import Cell
 from bt_manip.control import ComputedTorque
 from bt_manip.grippers import TwoFingerGripper
 from bt_manip.kinematics import InverseKinematics
-from bt_manip.robots import Gripper, Robot, RobotDescription, verify
+from bt_manip.robots import Gripper, Robot, RobotDescription
+from bt_manip_contracts.model_comparison import verify
 
 AGREEMENT = 1e-9
 RANDOM_POSES = 50

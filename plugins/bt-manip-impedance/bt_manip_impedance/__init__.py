@@ -11,6 +11,8 @@ from bt_manip_impedance.joint_impedance import JointImpedance as JointImpedance
 from bt_manip_impedance.open_drawer import IsOpen as IsOpen
 from bt_manip_impedance.open_drawer import PullOpen as PullOpen
 from bt_manip_impedance.open_drawer import ReachHandle as ReachHandle
+from bt_manip_impedance.peg_and_board import HoleBoard as HoleBoard
+from bt_manip_impedance.peg_and_board import Peg as Peg
 from bt_manip_impedance.press import IsReleased as IsReleased
 from bt_manip_impedance.press import Press as Press
 from bt_manip_impedance.press import WasPressed as WasPressed

@@ -10,12 +10,15 @@ SCENES = Path(__file__).parent / "scenes"
 
 @hookimpl
 def register_objects(register):
-    """Register the button and the drawer."""
+    """Register the button, the drawer, and the peg with its board."""
     from bt_manip_impedance.drawer import Drawer
+    from bt_manip_impedance.peg_and_board import HoleBoard, Peg
     from bt_manip_impedance.push_button import PushButton
 
     register("push_button", PushButton)
     register("drawer", Drawer)
+    register("peg", Peg)
+    register("hole_board", HoleBoard)
 
 
 @hookimpl

@@ -9,8 +9,8 @@ from dm_control import composer, mjcf
 from bt_manip import spatial
 from bt_manip.bt import NodeStatus, Tree
 from bt_manip.cell import Cell
-from bt_manip.cell.objects import Box, HoleBoard, Peg, Table
-from bt_manip_impedance import IsHandedOver
+from bt_manip.cell.objects import Box, Table
+from bt_manip_impedance import HoleBoard, IsHandedOver, Peg
 from bt_manip_impedance.insert import IsInserted
 from bt_manip_impedance.press import WasPressed
 from bt_manip_impedance.push_button import PushButton

@@ -7,8 +7,8 @@ import pytest
 
 from bt_manip.behaviours import nearest_orientation, payload_of, top_grasp_poses
 from bt_manip.cell.objects import Cube
-from bt_manip.robots import verify
 from bt_manip.spatial import pose
+from bt_manip_contracts import verify
 
 CUBE = (0.3, 0.05, 1.015 + 0.025)  # [m] on the table
 

@@ -1,4 +1,4 @@
-"""Recordings of runs, MCAP files: writing, reading, and continuing runs from them.
+"""Recordings of runs, MCAP files and traces: writing, reading, and continuing runs from them.
 
 Names are imported on first use: writing a recording needs nothing of what reads one.
 """
@@ -24,6 +24,9 @@ if TYPE_CHECKING:
     from bt_manip_recording.textured_mesh import TexturedMesh as TexturedMesh
     from bt_manip_recording.timeline import Timeline as Timeline
     from bt_manip_recording.tool_paths import tool_path as tool_path
+    from bt_manip_recording.trace import Trace as Trace
+    from bt_manip_recording.trace import read_trace as read_trace
+    from bt_manip_recording.trace import write_trace as write_trace
     from bt_manip_recording.visuals import PLANE_THICKNESS as PLANE_THICKNESS
     from bt_manip_recording.visuals import CellScene as CellScene
     from bt_manip_recording.visuals import SceneCamera as SceneCamera
@@ -46,6 +49,7 @@ __getattr__ = lazy_exports(
         "bt_manip_recording.textured_mesh": "TexturedMesh",
         "bt_manip_recording.timeline": "Timeline",
         "bt_manip_recording.tool_paths": "tool_path",
+        "bt_manip_recording.trace": "Trace read_trace write_trace",
         "bt_manip_recording.visuals": (
             "CellScene PLANE_THICKNESS SceneCamera SceneSource Triangles VisualShape"
         ),

@@ -9,11 +9,12 @@ import numpy as np
 
 from bt_manip.bt import NodeKind
 from bt_manip.cell import WORLD, entity_of
-from bt_manip.record import whole_file, write_trace, writing
+from bt_manip.record import whole_file, writing
 from bt_manip.runner import STEP_FIELDS
 from bt_manip_recording.recorded_run import running_leaves
 from bt_manip_recording.recorded_scene import RecordedScene
 from bt_manip_recording.recording import Recording
+from bt_manip_recording.trace import write_trace
 
 POSE_COLUMNS = ("x", "y", "z", "qw", "qx", "qy", "qz")
 """Columns of a pose: position [m] and quaternion in the world."""

@@ -14,10 +14,11 @@ FORMATS = ("csv", "parquet", "npz", "mcap")
 
 @hookimpl
 def register_recorders(register: Callable[[str, Callable[[Path | None], Any]], None]) -> None:
-    """Register the recording of everything."""
-    from bt_manip_recording import McapRecorder
+    """Register the recording of everything, and that of the joints."""
+    from bt_manip_recording import McapRecorder, Trace
 
     register("mcap", McapRecorder)
+    register("trace", Trace)
 
 
 @hookimpl

@@ -6,8 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bt_manip.record import read_trace
-from bt_manip_recording import Recording
+from bt_manip_recording import Recording, read_trace
 
 
 @pytest.fixture

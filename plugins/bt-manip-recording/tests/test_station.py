@@ -1,36 +1,14 @@
 """Scripts and notebooks record trees in their stations."""
 
-import re
-from html import unescape
-
 import pytest
 
 from bt_manip import build_station
-from bt_manip.behaviours import RemoveObject, SpawnObject
-from bt_manip.bt import NodeStatus, Sequence, Sleep, Tree
+from bt_manip.bt import NodeStatus, Sleep, Tree
 from bt_manip.scenes import table_and_basket
 from bt_manip_recording import Recording
-
-
-@pytest.fixture(scope="module")
-def built(parts):
-    station = build_station(parts)
-    return station, station.get_state()
-
-
-@pytest.fixture
-def station(built):
-    station, start = built
-    station.set_state(start)
-    return station
-
-
-def words(html):
-    return " ".join(unescape(re.sub(r"<[^>]*>", " ", html)).split())
-
-
-def visit():
-    return Sequence("visit", SpawnObject(object="{o}"), Sleep(msec=30), RemoveObject(object="{o}"))
+from tests.support.notebook import built as built
+from tests.support.notebook import station as station
+from tests.support.notebook import visit, words
 
 
 def test_a_station_records_a_tree_which_runs_as_without_a_recording(station, built, tmp_path):

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from bt_manip_view.page.page import Page as Page
     from bt_manip_view.page.panel import Panel as Panel
     from bt_manip_view.page.replay_page import ReplayPage as ReplayPage
+    from bt_manip_view.page.saved_configurations import save_configuration as save_configuration
     from bt_manip_view.video.export_video import write_video as write_video
     from bt_manip_view.video.video_recorder import VideoRecorder as VideoRecorder
 
@@ -24,6 +25,7 @@ __getattr__ = lazy_exports(
         "bt_manip_view.page.page": "Page",
         "bt_manip_view.page.panel": "Panel",
         "bt_manip_view.page.replay_page": "ReplayPage",
+        "bt_manip_view.page.saved_configurations": "save_configuration",
         "bt_manip_view.video.export_video": "write_video",
         "bt_manip_view.video.video_recorder": "VideoRecorder",
     },

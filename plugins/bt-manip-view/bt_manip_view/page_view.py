@@ -8,7 +8,6 @@ from typing import Any
 
 from bt_manip.cli import RunOptions, Session, chosen, findings_of, given_options
 from bt_manip.exceptions import BtManipError
-from bt_manip.robots import save_configuration
 from bt_manip.runner import (
     TICK,
     Pacing,
@@ -25,6 +24,7 @@ from .page.jog_panel import JogPanel
 from .page.keep_panel import KeepPanel
 from .page.page import Page
 from .page.plugin_panels import page_panels
+from .page.saved_configurations import save_configuration
 from .page.server import PORT
 from .page.session_panel import RunChoice, SessionPanel
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from bt_manip.exceptions import BtManipError
-from bt_manip.record.files import (
+from bt_manip.record import (
     AppendedFile,
     RecordingError,
     check_writable,

@@ -1,4 +1,4 @@
-"""Verification of the Pinocchio model against the simulated MuJoCo model."""
+"""Comparison of the Pinocchio model against the simulated MuJoCo model."""
 
 from typing import NamedTuple
 
@@ -6,8 +6,7 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 
-from .model_building import find
-from .motion_limits import sampling_bounds
+from bt_manip.robots import sampling_bounds
 
 
 class Verification(NamedTuple):
@@ -43,12 +42,12 @@ def verify(
 
     Args:
         mj_model: The simulated model.
-        pin_model: The model that `build_model` built from it.
+        pin_model: The model of the robot that was built from it.
         rng: Random generator of configurations, and of velocities with standard deviation 1.
         n: Number of configurations.
         qpos: Positions at which the other joints are locked; default: ``mj_model.qpos0``.
     """
-    joints = [find(mj_model, "joint", name) for name in list(pin_model.names)[1:]]
+    joints = [mj_model.joint(name).id for name in list(pin_model.names)[1:]]
     at_q, at_v = mj_model.jnt_qposadr[joints], mj_model.jnt_dofadr[joints]
     lower, upper = sampling_bounds(pin_model.lowerPositionLimit, pin_model.upperPositionLimit)
     data, pin_data = mujoco.MjData(mj_model), pin_model.createData()

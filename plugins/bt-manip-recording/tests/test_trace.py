@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from bt_manip.exceptions import BtManipError
-from bt_manip.record.files import RecordingError
-from bt_manip.record.trace import Trace, read_trace
+from bt_manip.record import RecordingError
 from bt_manip.runner import STEP_FIELDS
+from bt_manip_recording import Trace, read_trace
 
 
 def block(first: int, n: int) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
