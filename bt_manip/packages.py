@@ -31,6 +31,7 @@ PACKAGES: dict[str, dict[str, str]] = {
         "tree": "pick_place_seen sort_blocks_seen stack_blocks_seen",
         "fault": "camera_covered camera_delay camera_dropout camera_moved lights_out look_alike",
         "panel": "seen",
+        "modifier": "camera",
     },
     "bt-manip-contracts": {
         "command": "new",
