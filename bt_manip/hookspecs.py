@@ -226,7 +226,8 @@ def register_modifiers(register: Callable[[str, Callable[..., Any]], None]) -> N
         register: ``register(name, factory)``, where ``factory(run, texts, warn)`` makes a
             `bt_manip.runner.RunModifier` for a `bt_manip.runner.Run` from the values of the option,
             and ``warn`` takes warnings. The first line of its documentation is the help of
-            ``--NAME``, its attribute ``metavar``, if it has one, the form of the values.
+            ``--NAME``. It may have attributes: ``metavar``, the form of the values; ``group`` of
+            options, under which it is listed; ``real``, whether it goes with ``--backend``.
     """
 
 

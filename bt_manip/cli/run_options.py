@@ -225,7 +225,6 @@ def _check(options: RunOptions) -> None:
         "--snapshot-at": bool(options.snapshots),
         "--episode": options.episode is not None,
         "--poses physics": options.poses == "physics",
-        **{f"--{name}": True for name in options.modifiers},
     }
     for name, given in simulated.items():
         if options.backend and given:

@@ -147,13 +147,14 @@ def _options(name: str, make: Callable[..., Any]) -> list[_BroughtOption]:
 
 def _options_of(kind: str, ctx: click.Context, args: list[str]) -> dict[str, _BroughtOption]:
     """Return the option of each modifier or pool, which are searched once for a command line."""
-    several: dict[str, Any] = {"group": "Disturbances", "multiple": True}
-    how = several if kind == "modifiers" else {"is_flag": False, "flag_value": "local"}
+    several = kind == "modifiers"
+    how: Any = {"multiple": True} if several else {"is_flag": False, "flag_value": "local"}
 
     def option(name: str, make: Callable[..., Any]) -> _BroughtOption:
         names = [f"--{name.replace('_', '-')}", f"{kind}_{_identifier(name)}"]
         metavar = getattr(make, "metavar", "TEXT")
-        return _BroughtOption(names, metavar=metavar, help=_summary(make), **how)
+        group = getattr(make, "group", "Disturbances") if several else ""
+        return _BroughtOption(names, metavar=metavar, group=group, help=_summary(make), **how)
 
     return _brought(ctx, args, f"register_{kind}", option)
 

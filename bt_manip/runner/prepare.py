@@ -11,7 +11,7 @@ from bt_manip.scenes import find_scene, object_models
 
 from .observer import RunModifier
 from .python_tree import make_tree
-from .request import RunRequest
+from .request import RunRequest, check_modifiers
 from .run import Run
 from .station import Station, make_station
 from .tree_source import Clock, TreeSource
@@ -37,6 +37,7 @@ def prepare(
     Raises:
         BtManipError: If the request is invalid.
     """
+    check_modifiers(request.modifiers, request.backend, parts)
     clock, files = _StationClock(), dict[str, str]()
     with noting(files):
         request, parts = with_varied(request, parts)
@@ -53,11 +54,11 @@ def prepare(
     clock.station = station = station or make_station(request, parts, first_cycle=True)
     for robot in station.robots.values():
         robot.robot.configurations |= request.configurations
+    run = Run(request, tree, station, files=files)
+    run.modifiers = make_modifiers(run, warn)
     set_up(tree, station)
     for strange in station.model_warnings():
         warn(strange)
-    run = Run(request, tree, station, files=files)
-    run.modifiers = make_modifiers(run, warn)
     if station.hardware.simulated:
         run.start = station.get_state()
     return run

@@ -1,6 +1,6 @@
 """The request of a run."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
@@ -119,8 +119,6 @@ class RunRequest:
             raise BtManipError(f"speed must be above 0 and at most 1, got {self.speed_factor:g}")
         if self.tool_speed is not None and not self.tool_speed > 0.0:
             raise BtManipError(f"tool speed must be positive, got {self.tool_speed:g} m/s")
-        if self.backend and self.modifiers:
-            raise BtManipError(f"{', '.join(self.modifiers)}: modifiers need a simulation")
         if self.real_time is not None and not 0.0 < self.real_time < float("inf"):
             raise BtManipError(f"real-time factor must be positive, got {self.real_time:g}")
 
@@ -146,6 +144,17 @@ class RunRequest:
         return round(self.tick / CONTROL_STEP)
 
 
+def check_modifiers(names: Iterable[str], backend: str | None, parts: Parts) -> None:
+    """Check that modifiers are for real robots, if there is a backend.
+
+    Raises:
+        BtManipError: If one is not.
+    """
+    for name in names if backend else ():
+        if not getattr(parts.modifiers.get(name), "real", False):
+            raise BtManipError(f"--{name} needs a simulation, not --backend {backend}")
+
+
 def request_of(tree: str, parts: Parts, **options: Any) -> RunRequest:
     """Return the request of a tree, with its own scene and controller where none is given.
 
@@ -158,6 +167,7 @@ def request_of(tree: str, parts: Parts, **options: Any) -> RunRequest:
         BtManipError: If there is no such tree, or an option is out of range.
     """
     wants = parts.tree_defaults.get(tree, TreeDefaults())
+    check_modifiers(options.get("modifiers") or (), options.get("backend"), parts)
     backend = find_backend(options.get("backend") or "", parts)
     controller = wants.controller or backend.default_controller
     defaults = {"scene": wants.scene, "controller": controller}

@@ -17,7 +17,6 @@ from bt_manip.cell import Cell
 from bt_manip.cell.objects import Catalogue
 from bt_manip.cell.randomization import Randomizer
 from bt_manip.control import Controller, ControllerManager
-from bt_manip.exceptions import BtManipError
 from bt_manip.files import noting
 from bt_manip.registry import Parts
 from bt_manip.robots import Gripper, Robot
@@ -365,10 +364,10 @@ def _make_station(request: RunRequest, parts: Parts, first_cycle: bool) -> Stati
     backend = find_backend(request.backend, parts)
     backend.check(scene)
     source = make_pose_source(request.poses, parts.pose_sources, scene.objects)
-    make_believed, described = None if source is None else source.believed_cell, scene
+    # Of a real robot, the cell itself is what is believed.
+    make_believed = None if source is None or request.backend else source.believed_cell
+    described = scene
     if make_believed is not None:
-        if request.backend:
-            raise BtManipError(f"--poses {request.poses} is for the simulation, not for --backend")
         scene = replace(scene, objects=tuple(replace(o, expected=False) for o in scene.objects))
     chosen = chosen_robots(request, scene, parts)
     builders = [backend.builder(one, parts) for one in chosen]

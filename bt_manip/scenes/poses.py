@@ -32,7 +32,7 @@ class PoseSource(abc.ABC):
     """
 
     believed_cell: ClassVar[Callable[..., Any] | None] = None
-    """Where the physics has the expected objects from the start and the tree knows only what is
+    """Where a simulation has the expected objects from the start and the tree knows only what is
     reported: makes the cell that the tree gets in its place, a `bt_manip.runner.Believed`."""
 
     def __init__(self, expected: Sequence[SceneObject]) -> None:

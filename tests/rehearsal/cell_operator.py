@@ -31,6 +31,7 @@ class Operator:
         options: More options of the command.
         cycles: Cycles of the tree.
         names: Names of the robot and of its backend.
+        task: Names of the tree and of the source of poses.
 
     Attributes:
         output: What it has printed.
@@ -47,6 +48,7 @@ class Operator:
         *options: str,
         cycles: int = 1,
         names: tuple[str, str] = ("fr3", "franka"),
+        task: tuple[str, str] = ("pick_place", "operator"),
     ) -> None:
         """Start the process."""
         self._robot, self._cell = robot, cell
@@ -54,8 +56,8 @@ class Operator:
         self.placed: list[str] = []
         self.output = ""
         command = [
-            sys.executable, "-m", "bt_manip", "run", "pick_place", "--robot", names[0],
-            "--scene", str(scene), "--backend", f"{names[1]}={robot.host}", "--poses", "operator",
+            sys.executable, "-m", "bt_manip", "run", task[0], "--robot", names[0],
+            "--scene", str(scene), "--backend", f"{names[1]}={robot.host}", "--poses", task[1],
             "--cycles", str(cycles), "--speed", str(SPEED), *options,
         ]  # fmt: skip
         self.process = subprocess.Popen(

@@ -41,6 +41,21 @@ rpy = [0.0, 0.0, {yaw:.3f}]
 size = {size}
 expected = true
 """
+SEEN = """
+[[objects]]
+model = "cube"
+on = "table"
+position = [0.3, 0.0]
+size = 0.07
+expected = true
+
+[[objects]]
+model = "depth_camera"
+name = "eye"
+mount = "arm"
+position = [0.07, 0.0, -0.06]
+rpy = [3.141592653589793, 0.0, 0.0]
+"""
 CUBE_SIZE = 0.03  # [m]: twenty of them fit into the basket
 
 
@@ -70,6 +85,12 @@ def write_scene(path: Path, cubes: int, places: Places = BEFORE_THE_FR3, seed: i
         (x, y), yaw = rng.uniform(places.lowest, places.highest), rng.uniform(-np.pi, np.pi)
         text += CUBE.format(number=number, x=x, y=y, yaw=yaw, size=CUBE_SIZE)
     path.write_text(text)
+
+
+def write_seen_scene(path: Path, places: Places = BEFORE_THE_FR3) -> None:
+    """Write a scene file with a table, a basket, a cube of 7 cm to come and a camera on the arm."""
+    x, y, yaw = places.basket
+    path.write_text(SCENE.format(x=x, y=y, yaw=yaw) + SEEN)
 
 
 class RealCell(NamedTuple):
@@ -106,6 +127,13 @@ def write_model(scene: Path, arm: Path, path: Path, robot: str = "fr3") -> RealC
         if fixture.expected:
             assert station.poses.add(station.poses.next().name)
         entity, pose = cell.find(fixture.name), cell.pose(fixture.name)
+        if fixture.model == "depth_camera":
+            flange = list(base.iter("body"))[-1]
+            T_wt = station.arm.model.pose(station.robot.q)
+            data = station.robot.mj_data.body(f"arm/{flange.get('name')}")
+            camera = ET.SubElement(flange, "camera", name=fixture.name, fovy="50")
+            _set_pose(camera, spatial.pose(data.xpos, data.xquat).actInv(T_wt * pose))
+            continue
         body = ET.SubElement(world, "body", name=fixture.name)
         if fixture.expected:
             objects[fixture.name] = pose

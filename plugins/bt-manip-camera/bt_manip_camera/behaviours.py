@@ -34,6 +34,11 @@ from .tags import detect_tags, tag_detector
 ELEVATIONS = (70.0, 90.0, 55.0, 80.0, 45.0)
 """Directions from which `LookAt` looks, above the horizontal, the preferred one first [degrees]."""
 
+SETTLING = 1.0
+"""Time for which frames are not used that were taken while the camera moved [s]."""
+
+NO_FRAMES = "a real robot needs frames of a real camera: --camera NAME=[HOST:]PORT"
+
 
 class LookingBehaviour(CellBehaviour):
     """A behaviour that takes a frame of a camera: the next one, which arrives later.
@@ -56,7 +61,8 @@ class LookingBehaviour(CellBehaviour):
         """Store the cameras, and check that they can render.
 
         Raises:
-            CellError: If there is no such camera, or no OpenGL backend works.
+            CellError: If there is no such camera, or no OpenGL backend works, or a real robot has
+                no camera with a `DepthCamera.source`.
         """
         super().setup(**infrastructure)
         self._robots: Mapping[str, CommandedRobot] = infrastructure["robots"]
@@ -67,7 +73,12 @@ class LookingBehaviour(CellBehaviour):
             name: one for name, one in infrastructure["sensors"].items()
             if isinstance(one, DepthCamera)
         }  # fmt: skip
-        check_opengl()
+        self._real = any(one.arm.connection is not None for one in self._robots.values())
+        sources = [one.source for one in self._cameras.values()]
+        if self._real and not any(sources):
+            raise CellError(NO_FRAMES)
+        if not (self._real or all(sources)):
+            check_opengl()
         with contextlib.suppress(PortError):  # the entry is not written yet
             self.chosen_camera()
 
@@ -75,9 +86,13 @@ class LookingBehaviour(CellBehaviour):
         """Return the name of the camera and the camera.
 
         Raises:
-            CellError: If there is none, or several and none is named.
+            CellError: If there is none, or several and none is named; if it is simulated, but the
+                robot is real.
         """
-        return chosen_camera(self.camera, self._cameras)
+        name, camera = chosen_camera(self.camera, self._cameras)
+        if self._real and camera.source is None:
+            raise CellError(f"camera '{name}': {NO_FRAMES}")
+        return name, camera
 
     @property
     def surface(self) -> float:
@@ -86,16 +101,22 @@ class LookingBehaviour(CellBehaviour):
 
     def start(self) -> None:
         """Wait for the next frame."""
-        self._result = None
-        self._exposure = self.chosen_camera()[1].next_exposure(self.cell.time)
+        self._result, (_, camera) = None, self.chosen_camera()
+        self._exposure = camera.next_exposure(self.cell.time)
+        camera.request(self._robots)
 
     def update(self) -> Status:
         """Take the frame when it begins, and use it when it has arrived."""
         now, (_, camera) = self.cell.time + 1e-9, self.chosen_camera()
-        if self._result is None and now >= self._exposure:
+        self.feedback_message = "waiting for a frame"
+        if camera.waiting or now < self._exposure:
+            return Status.RUNNING
+        if self._result is None:
+            if camera.moved(self._robots) and self.elapsed < SETTLING:
+                camera.request(self._robots)
+                return Status.RUNNING
             self._result = self.look()
-        if now < self._exposure + camera.delay:
-            self.feedback_message = "waiting for a frame"
+        if camera.source is None and now < self._exposure + camera.delay:
             return Status.RUNNING
         return self.arrived(self._result)
 

@@ -26,6 +26,7 @@ from bt_manip.scenes import ExpectedObjects, Scene, SceneObject, SceneRobot
 
 from .camera import DepthCamera
 from .perception import Perception
+from .renderer import check_opengl
 
 PATIENCE = 1.0
 """Simulated time for which a tree waits until an object is seen that it has added [s]."""
@@ -193,7 +194,8 @@ class BelievedCell(Believed):
         seed: Seed of sampled poses.
 
     Raises:
-        BtManipError: If a gripper has no twin, or the scene has no `DepthCamera`.
+        BtManipError: If a gripper has no twin, the scene has no `DepthCamera`, or no OpenGL backend
+            works.
 
     Attributes:
         cell: The believed cell.
@@ -208,6 +210,7 @@ class BelievedCell(Believed):
     ) -> None:  # fmt: skip
         if not any(isinstance(one, DepthCamera) for one in cell.entities.values()):
             raise CellError("--poses seen needs a scene with a depth_camera")
+        check_opengl()
         pairs = zip(chosen, robots.values(), strict=True)
         builders = [_BelievedBuilder(one, parts, real) for one, real in pairs]
         filled = FilledCell(scene, builders, catalogue, seed)

@@ -1,6 +1,7 @@
 """Depth cameras, fixed in the cell or on a robot's hand."""
 
 from collections.abc import Callable, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import fields
 from typing import Any
 
@@ -19,6 +20,12 @@ from .renderer import KeptRenderer, camera_id
 MAX_PIXELS = 8192
 """Maximum width and height of images, a common limit of graphics cards."""
 
+MOVED = 2e-3
+"""Distance [m] and angle [rad] from which a camera has moved while a frame of `source` arrived."""
+
+Images = tuple[np.ndarray, np.ndarray]
+"""Depth [m] and colour, as of a `Frame`."""
+
 
 class DepthCamera(ParametricEntity):
     """A camera with depth and colour images that have the errors of a real one.
@@ -33,8 +40,12 @@ class DepthCamera(ParametricEntity):
         delay: Time from the exposure until a frame arrives [s].
         miscalibration: Its believed pose in its true frame.
         disturb: Changes depth and colour of each frame, with a random generator; None: nothing.
+        source: Returns a frame that begins when it is called, of a real camera; another thread
+            calls it, and it must end within a time limit. It raises a `CellError` if there is no
+            frame. None: frames are rendered.
     """
 
+    source: Callable[[], Images] | None = None
     disturb: Callable[[np.ndarray, np.ndarray, np.random.Generator], Any] | None = None
 
     kind = "depth_camera"
@@ -62,6 +73,8 @@ class DepthCamera(ParametricEntity):
         self.eye = body.add("camera", name="eye", fovy=given["fovy"])
         self._model: mujoco.MjModel | None = None
         self._renderer: KeptRenderer | None = None
+        self._worker: ThreadPoolExecutor | None = None
+        self._asked: tuple[Future[Images], pin.SE3, float] | None = None
 
     def _build_observables(self) -> composer.Observables:
         return composer.Observables(self)
@@ -80,17 +93,40 @@ class DepthCamera(ParametricEntity):
         """Return the time at which the next frame begins, not before a time [s]."""
         return float(np.ceil(now * self.rate - 1e-6) / self.rate)
 
+    def request(self, robots: Mapping[str, Any] | None = None) -> None:
+        """Ask `source`, if there is one, for the frame that `expose` returns next.
+
+        Args:
+            robots: As for `expose`.
+        """
+        if self.source is None:
+            return
+        if self._worker is None:
+            self._worker = ThreadPoolExecutor(1)
+        T_wc, _ = self._pose(robots)
+        self._asked = self._worker.submit(self.source), T_wc, float(self._data.time)
+
+    @property
+    def waiting(self) -> bool:
+        """Whether the requested frame has not arrived."""
+        return self._asked is not None and not self._asked[0].done()
+
     def expose(self, rng: np.random.Generator, robots: Mapping[str, Any] | None = None) -> Frame:
         """Render a frame of the present state, with the errors of the camera.
+
+        With a `source`, wait for its frame instead.
 
         Args:
             rng: From which the errors of this frame are drawn.
             robots: The robots of the station by name, as `Station.robots`: needed with ``mount``.
 
         Raises:
-            CellError: If it is not in a cell, or its robot is not.
+            CellError: If it is not in a cell, or its robot is not; if its source has no frame, or
+                it has moved meanwhile.
             NoOpenGLError: If no OpenGL backend works.
         """
+        if self.source is not None:
+            return self._received(robots)
         colour, depth, T_wc = self.render(robots)
         depth = self.errors.corrupt(depth, rng)
         if self.disturb is not None:
@@ -99,6 +135,29 @@ class DepthCamera(ParametricEntity):
             depth, colour, self.focal_length,
             T_wc * self.miscalibration, float(self._data.time),
         )  # fmt: skip
+
+    def moved(self, robots: Mapping[str, Any] | None = None) -> bool:
+        """Return whether it has moved since it asked `source` for a frame.
+
+        Args:
+            robots: As for `expose`.
+        """
+        if self._asked is None:
+            return False
+        gap = self._asked[1].actInv(self._pose(robots)[0])
+        turn = np.linalg.norm(pin.log3(gap.rotation))
+        return bool(max(np.linalg.norm(gap.translation), turn) > MOVED)
+
+    def _received(self, robots: Mapping[str, Any] | None) -> Frame:
+        if self._asked is None:
+            self.request(robots)
+        assert self._asked is not None
+        arriving, T_wc, time = self._asked
+        moved, self._asked = self.moved(robots), None
+        depth, colour = arriving.result()
+        if moved:
+            raise CellError(f"camera '{self._mjcf_root.model}' has moved while its frame was taken")
+        return Frame(depth, colour, self.focal_length, T_wc * self.miscalibration, time)
 
     def render(
         self, robots: Mapping[str, Any] | None = None
@@ -119,26 +178,32 @@ class DepthCamera(ParametricEntity):
             CellError: If it is not in a cell, or its robot is not.
             NoOpenGLError: If no OpenGL backend works.
         """
+        T_wc, site = self._pose(robots)
+        assert self._model is not None
+        if self._renderer is None:
+            self._renderer = KeptRenderer(self.width, self.height)
+        number = camera_id(self._model, self.eye.full_identifier)
+        colour, depth = self._renderer.render(self._model, self._data, number, site)
+        return colour, depth, T_wc
+
+    def _pose(self, robots: Mapping[str, Any] | None) -> tuple[pin.SE3, int | None]:
+        """Return its pose in the world, and the number of the site on which it is mounted."""
         model = self._model
         if model is None:
             raise CellError(f"camera '{self._mjcf_root.model}' is not in a cell yet")
         number = camera_id(model, self.eye.full_identifier)
         body = model.cam_bodyid[number]  # fixed in the world, which no state moves
         T_c = pin.SE3(self._data.xmat[body].reshape(3, 3).copy(), self._data.xpos[body].copy())
-        site, T_wc = None, T_c
-        if self.mount:
-            if self.mount not in (robots or {}):
-                raise CellError(
-                    f"camera '{self._mjcf_root.model}' is mounted on '{self.mount}', which is no "
-                    "robot of this cell"
-                )
-            one = robots[self.mount]  # type: ignore[index]
-            site = int(model.site(one.robot.tool_site.full_identifier).id)
-            T_wc = one.arm.model.pose(one.robot.q) * T_c
-        if self._renderer is None:
-            self._renderer = KeptRenderer(self.width, self.height)
-        colour, depth = self._renderer.render(model, self._data, number, site)
-        return colour, depth, T_wc
+        if not self.mount:
+            return T_c, None
+        if self.mount not in (robots or {}):
+            raise CellError(
+                f"camera '{self._mjcf_root.model}' is mounted on '{self.mount}', which is no "
+                "robot of this cell"
+            )
+        one = robots[self.mount]  # type: ignore[index]
+        site = int(model.site(one.robot.tool_site.full_identifier).id)
+        return one.arm.model.pose(one.robot.q) * T_c, site
 
     @property
     def contexts(self) -> dict[int, mujoco.MjrContext]:

@@ -1,11 +1,14 @@
 """Hooks of this package."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from bt_manip import hookimpl
+
+if TYPE_CHECKING:
+    from bt_manip.runner import Run, RunModifier
 
 HERE = Path(__file__).parent
 
@@ -17,6 +20,24 @@ BLOCKS = "bt_manip_blocks"
 def register_commands(register: Callable[..., None]) -> None:
     """Register ``bt-manip camera``."""
     register("camera", "bt_manip_camera.commands:camera")
+
+
+def camera(run: "Run", texts: Sequence[str], warn: Callable[[str], None]) -> "RunModifier":
+    """Take the frames of a depth_camera from a server, or of a folder; may be given repeatedly."""
+    from bt_manip_camera.sources import connect
+
+    return connect(run, texts)
+
+
+camera.metavar = "NAME=[HOST:]PORT"  # type: ignore[attr-defined]
+camera.group = "Real robot"  # type: ignore[attr-defined]
+camera.real = True  # type: ignore[attr-defined]
+
+
+@hookimpl
+def register_modifiers(register: Callable[[str, Callable[..., Any]], None]) -> None:
+    """Register the option ``--camera``."""
+    register("camera", camera)
 
 
 @hookimpl

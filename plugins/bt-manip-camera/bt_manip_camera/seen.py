@@ -6,12 +6,12 @@ from typing import Any
 
 import pinocchio as pin
 
+from bt_manip.cell import CellError
 from bt_manip.scenes import PoseSource, SceneObject
 from bt_manip.spatial import pose, quat_wxyz
 
 from .believed import BelievedCell
 from .estimation import Estimate
-from .renderer import check_opengl
 
 
 @dataclass(frozen=True)
@@ -41,9 +41,6 @@ class SeenPoses(PoseSource):
     Args:
         expected: The expected objects.
 
-    Raises:
-        NoOpenGLError: If cameras cannot render.
-
     Attributes:
         seen: What was last seen of each object, by name.
         lost: Names of objects that are not any more where they were last seen.
@@ -53,11 +50,9 @@ class SeenPoses(PoseSource):
 
     believed_cell = BelievedCell
 
-    look: Callable[[str, pin.SE3], None] = staticmethod(lambda name, T_wo: None)
-
     def __init__(self, expected: Any) -> None:
         super().__init__(expected)
-        check_opengl()
+        self.look: Callable[[str, pin.SE3], None] = not_seen
         self.seen: dict[str, SeenPose] = {}
         self.lost: set[str] = set()
 
@@ -113,3 +108,12 @@ class SeenPoses(PoseSource):
             if values is not None
         }
         self.lost = {name for name, values in state.items() if values is None}
+
+
+def not_seen(name: str, T_wo: pin.SE3) -> None:
+    """Refuse to wait for an object.
+
+    Raises:
+        CellError: Always.
+    """
+    raise CellError(f"'{name}' was not seen: look first, by WaitUntilSeen")

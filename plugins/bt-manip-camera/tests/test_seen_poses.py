@@ -12,7 +12,6 @@ from bt_manip.cell import looking_at
 from bt_manip.cell.randomization import Randomization
 from bt_manip.exceptions import BtManipError
 from bt_manip.plugins import load_plugins
-from bt_manip.robots import Backend
 from bt_manip.runner import RunLoop, RunObserver, prepare, request_of
 from bt_manip.scenes import SceneObject
 from bt_manip.spatial import pose
@@ -256,16 +255,6 @@ def test_without_opengl_nothing_starts(parts, monkeypatch):
     monkeypatch.setenv("MUJOCO_GL", "disable")
     with pytest.raises(BtManipError, match="cameras see nothing with MUJOCO_GL disable"):
         prepare(request_of("pick_place_seen", parts, poses="seen"), parts)
-
-
-def test_seen_poses_are_not_for_a_real_arm(parts, opengl):
-    request = request_of("pick_place_seen", parts, poses="seen")
-    backend = Backend("nothing:here", controllers=("position",))
-    scene = replace(parts.scenes.create("table_seen"), randomization=Randomization())
-    real = replace(request, scene=scene, backend="mine=here", controller="position")
-    mine = replace(parts, backends=parts.backends.with_part("mine", backend))
-    with pytest.raises(BtManipError, match="--poses seen is for the simulation, not for --backend"):
-        prepare(real, mine)
 
 
 def test_state_of_what_was_seen_is_plain_data():

@@ -13,6 +13,7 @@ import sys
 import threading
 import time
 
+from frames import start_camera
 from franka_sim.franka_protocol import ConnectStatus, MoveStatus, RobotMode
 from franka_sim.franka_sim_server import FrankaSimServer
 from franka_sim.mujoco_franka_sim import ARM_POSITION_KD, MujocoFrankaSim
@@ -177,6 +178,12 @@ class FrankaCommands(Commands):
     def errors(self):
         """Return the numbers of the present errors."""
         return [n for n, error in enumerate(self.robot.robot_state.state["errors"]) if error]
+
+    def camera(self, name, size):
+        """Let a camera serve its frames; return the port."""
+        cell = self.cell
+        where = self.robot.host, name, size
+        return start_camera(cell.model, cell.data, cell.in_physics, *where)
 
     def communication(self):
         """Return the cycles of motions, those lost, the longest run of these, and violations."""

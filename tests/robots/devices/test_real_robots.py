@@ -222,10 +222,6 @@ def test_a_tree_that_wants_another_controller_is_refused_before_it_runs(station)
         ({"backend": "fak=1"}, "unknown backend 'fak'; did you mean 'fake'"),
         ({"backend": "fake"}, "--backend wants fake=ADDRESS"),
         ({"backend": "fake=1", "scene": "two_arms"}, "moves one robot, the scene has several"),
-        (
-            {"backend": "fake=1", "modifiers": {"fault": ("vanish at=Grasp",)}},
-            "fault: modifiers need a simulation",
-        ),
         ({"speed": 0.0}, "speed must be above 0"),
     ],
 )
