@@ -30,6 +30,7 @@ PACKAGES: dict[str, dict[str, str]] = {
         "scene": "table_and_tray_seen table_seen table_with_tag",
         "tree": "pick_place_seen sort_blocks_seen stack_blocks_seen",
         "fault": "camera_covered camera_delay camera_dropout camera_moved lights_out look_alike",
+        "message source": "seen",
         "panel": "seen",
     },
     "bt-manip-contracts": {
@@ -152,8 +153,8 @@ PACKAGES: dict[str, dict[str, str]] = {
         "recorder": "mcap",
         "export format": "csv mcap npz parquet",
         "file": ".mcap",
-        "hook": "register_export_formats",
-        "kind of parts": "export_formats",
+        "hook": "register_export_formats register_message_sources",
+        "kind of parts": "export_formats message_sources",
         "module": (
             "bt_manip.cell.CellScene bt_manip.cell.PLANE_THICKNESS bt_manip.cell.SceneCamera "
             "bt_manip.cell.SceneSource bt_manip.cell.TexturedMesh bt_manip.cell.Triangles "

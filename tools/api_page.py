@@ -170,7 +170,7 @@ EXPERIMENTAL = {
     ),
     "bt_manip_recording": (
         "McapRecorder Recording RecordedRun RecordedScene Continuation RecordedInterventions "
-        "Timeline log_line record_states running_leaves write_csv write_mcap write_npz "
+        "Timeline jpeg log_line record_states running_leaves write_csv write_mcap write_npz "
         "write_parquet CellScene SceneSource SceneCamera VisualShape TexturedMesh Triangles "
         "PLANE_THICKNESS tool_path"
     ),

@@ -12,6 +12,7 @@ from dm_control import composer, mjcf
 from bt_manip.cell import CellError, ParametricEntity
 from bt_manip.parameters import Parameter
 
+from .detections import Detections
 from .frame import Frame, focal_length
 from .noise import PARAMETERS, DepthErrors
 from .renderer import KeptRenderer, camera_id
@@ -33,8 +34,10 @@ class DepthCamera(ParametricEntity):
         delay: Time from the exposure until a frame arrives [s].
         miscalibration: Its believed pose in its true frame.
         disturb: Changes depth and colour of each frame, with a random generator; None: nothing.
+        detections: What was detected in the last frame that somebody used; None: there is none.
     """
 
+    detections: Detections | None = None
     disturb: Callable[[np.ndarray, np.ndarray, np.random.Generator], Any] | None = None
 
     kind = "depth_camera"
