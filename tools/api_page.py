@@ -170,7 +170,7 @@ EXPERIMENTAL = {
     ),
     "bt_manip_recording": (
         "McapRecorder Recording RecordedRun RecordedScene Continuation RecordedInterventions "
-        "Timeline Trace log_line read_trace record_states running_leaves write_csv write_mcap "
+        "Timeline Trace jpeg log_line read_trace record_states running_leaves write_csv write_mcap "
         "write_npz write_parquet write_trace CellScene SceneSource SceneCamera VisualShape "
         "TexturedMesh Triangles PLANE_THICKNESS tool_path"
     ),

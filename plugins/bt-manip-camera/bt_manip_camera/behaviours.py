@@ -23,6 +23,7 @@ from bt_manip.scenes import ExpectedObjects
 from bt_manip.spatial import pose, quat_wxyz
 
 from .camera import DepthCamera
+from .detections import Detections
 from .estimation import Estimate
 from .frame import Frame
 from .perception import Perception
@@ -124,12 +125,17 @@ class LookingBehaviour(CellBehaviour):
         """Take a frame."""
         return self.chosen_camera()[1].expose(self._rng, self._robots)
 
+    def show(self, detections: Detections) -> None:
+        """Let pages and recordings show what was detected in the frame."""
+        self.chosen_camera()[1].detections = detections
+
     def sighting(self, names: Sequence[str]) -> list[Any]:
         """Take a frame; return why objects are not seen, which are gone, and all estimates.
 
         Without names, the first are the reasons why objects are refused. All is plain data.
         """
         seen = self.perception.see(self.frame(), self.surface, names)
+        self.show(seen.detections)
         missing = [reason for name in names if (reason := seen.why_not(name))]
         if not names:
             missing = [*dict.fromkeys(seen.refused.values())]
@@ -176,8 +182,10 @@ class SegmentTable(LookingBehaviour):
 
     def look(self) -> list[list[float]]:
         """Return the poses of the tops of what is not cut by the border."""
-        found = []
-        for cluster in find_clusters(self.frame(), self.surface):
+        frame, found = self.frame(), []
+        clusters = find_clusters(frame, self.surface)
+        self.show(Detections(frame, clusters))
+        for cluster in clusters:
             if not cluster.at_border:
                 top = cluster.rectangle
                 turn = (np.cos(top.yaw / 2.0), 0.0, 0.0, np.sin(top.yaw / 2.0))
@@ -307,7 +315,9 @@ class DetectTags(LookingBehaviour):
     def look(self) -> list[list[float]]:
         """Return number and pose of each tag."""
         height = None if np.isnan(self.height) else self.height
-        seen = detect_tags(self.frame(), self.size, height)
+        frame = self.frame()
+        seen = detect_tags(frame, self.size, height)
+        self.show(Detections(frame, tags=seen))
         return [
             [one.number, *one.T_wt.translation.tolist(), *quat_wxyz(one.T_wt).tolist()]
             for one in seen

@@ -248,6 +248,7 @@ class BelievedCell(Believed):
                 continue
             rng = np.random.default_rng((self._seed, round(1e6 * now), len(reasons)))
             seen = self._perception.see(one.expose(rng, self._robots), surface, [name])
+            one.detections = seen.detections
             if name in seen.found:
                 found = seen.found[name]
                 self._source.report(name, found.T_wo, found, label)

@@ -13,6 +13,7 @@ from dm_control import composer, mjcf
 from bt_manip.cell import CellError, ParametricEntity
 from bt_manip.parameters import Parameter
 
+from .detections import Detections
 from .frame import Frame, focal_length
 from .noise import PARAMETERS, DepthErrors
 from .renderer import KeptRenderer, camera_id
@@ -40,11 +41,13 @@ class DepthCamera(ParametricEntity):
         delay: Time from the exposure until a frame arrives [s].
         miscalibration: Its believed pose in its true frame.
         disturb: Changes depth and colour of each frame, with a random generator; None: nothing.
+        detections: What was detected in the last frame that somebody used; None: there is none.
         source: Returns a frame that begins when it is called, of a real camera; another thread
             calls it, and it must end within a time limit. It raises a `CellError` if there is no
             frame. None: frames are rendered.
     """
 
+    detections: Detections | None = None
     source: Callable[[], Images] | None = None
     disturb: Callable[[np.ndarray, np.ndarray, np.random.Generator], Any] | None = None
 

@@ -1,4 +1,4 @@
-"""``bt-manip camera``: calibrate a camera on a robot's hand, and check a calibration."""
+"""``bt-manip camera``: calibrate a camera, and check a calibration."""
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
@@ -15,10 +15,13 @@ if TYPE_CHECKING:
 DISTANCE, ANGLE = 2e-3, 0.5
 """Distance [m] and angle [degrees] from which a description does not fit any more."""
 
+HELD_SIZE = 0.06
+"""Length of the sides of the black square of a tag on a hand [m]."""
+
 
 @click.group(cls=PluginGroup)
 def camera() -> None:
-    """Calibrate a camera on the hand of a robot, and check a calibration."""
+    """Calibrate a camera on a hand, or a fixed one, and check a calibration."""
 
 
 def _options(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -30,7 +33,7 @@ def _options(command: Callable[..., Any]) -> Callable[..., Any]:
                 show_default=True,
                 metavar="S",
                 shell_complete=complete_part("scenes"),
-                help="Scene with the camera and an april_tag: a registered name, or path.toml.",
+                help="Scene with the camera, and an april_tag if it is on a hand: a name, or path.",
             ),
             click.option(
                 "--robot",
@@ -65,10 +68,10 @@ def _options(command: Callable[..., Any]) -> Callable[..., Any]:
 @camera.command()
 @_options
 def calibrate(**options: Any) -> int:
-    """Find where a camera is on its robot's tool, from a tag that it sees.
+    """Find where a camera is, on its robot's tool or fixed, from a tag that it sees.
 
-    The arm looks at the tag from several configurations. Prints the keys of the camera for the
-    scene file, with the residual.
+    The arm looks at the tag from several configurations, or holds one before a fixed camera. Prints
+    the keys of the camera for the scene file, with the residual.
     """
     found, believed, pixels = find_calibration(**options)
     _print(found, believed, pixels)
@@ -105,7 +108,7 @@ def find_calibration(
     from bt_manip.cell import CellError
 
     from .behaviours import chosen_camera
-    from .calibration import calibrate, take_views
+    from .calibration import calibrate, hold_tag, take_views
     from .camera import DepthCamera
     from .tags import Tag
 
@@ -113,17 +116,24 @@ def find_calibration(
     entities = station.cell.entities.items()
     cameras = {key: one for key, one in entities if isinstance(one, DepthCamera)}
     tags = {key: one for key, one in entities if isinstance(one, Tag)}
-    if len(tags) != 1:
-        raise CellError(f"a scene to calibrate a camera in has one april_tag, not {len(tags)}")
-    (label, tag), (_, one) = *tags.items(), chosen_camera(name, cameras)
-    number, size = int(tag.parameters["number"]), float(tag.parameters["size"])
-    at = station.cell.pose(label).translation
-    taken = list(take_views(station, one, number=views, tag=number, size=size, at=at))
+    _, one = chosen_camera(name, cameras)
+    number, size, at = 0, HELD_SIZE, None
+    if one.mount:
+        if len(tags) != 1:
+            raise CellError(f"a scene to calibrate a camera in has one april_tag, not {len(tags)}")
+        ((label, tag),) = tags.items()
+        number, size = int(tag.parameters["number"]), float(tag.parameters["size"])
+        at = station.cell.pose(label).translation
+    else:
+        hold_tag(station, number, size)
+    found = calibrate(
+        list(take_views(station, one, number=views, tag=number, size=size, at=at)), size
+    )
     believed = one.expose(station.rng, station.robots).T_wc
-    commanded = station.robots[one.mount]
-    T_gc = commanded.arm.model.pose(commanded.robot.q).actInv(believed)
-    found = calibrate(taken, size)
-    return found, T_gc, found.residual * one.focal_length
+    if one.mount:
+        commanded = station.robots[one.mount]
+        believed = commanded.arm.model.pose(commanded.robot.q).actInv(believed)
+    return found, believed, found.residual * one.focal_length
 
 
 def _print(found: "HandEye", believed: "pin.SE3", pixels: float) -> None:

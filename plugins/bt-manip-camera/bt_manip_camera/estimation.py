@@ -54,6 +54,16 @@ class KnownObject:
     size: tuple[float, float, float]
     colour: tuple[float, float, float] | None = None
 
+    def top(self) -> np.ndarray:
+        """Return the corners of its top in the frame of its centre [m]."""
+        length, width, height = self.size
+        origin = np.zeros(2)
+        shape: Rectangle | Circle = Rectangle(origin, 0.0, (length, width))
+        if self.shape == "cylinder":
+            shape = Circle(origin, length)
+        xy = shape.corners()
+        return np.column_stack([xy, np.full(len(xy), height / 2.0)])  # (n, 3)
+
 
 @dataclass(frozen=True)
 class Estimate:
@@ -79,11 +89,15 @@ class Estimate:
 
 def describe(cluster: Cluster) -> str:
     """Return what a cluster looks like, for messages."""
-    size = cluster.rectangle.size
     x, y = cluster.middle
-    sides = " x ".join(f"{1e3 * side:.0f}" for side in (*size, cluster.height))
     cut = ", cut by the image's border" if cluster.at_border else ""
-    return f"{sides} mm at ({x:.3f}, {y:.3f}) m{cut}"
+    return f"{sides_of(cluster)} at ({x:.3f}, {y:.3f}) m{cut}"
+
+
+def sides_of(cluster: Cluster) -> str:
+    """Return the size of a cluster as text."""
+    sides = *cluster.rectangle.size, cluster.height
+    return f"{' x '.join(f'{1e3 * side:.0f}' for side in sides)} mm"
 
 
 def why_not(cluster: Cluster, known: KnownObject) -> str:

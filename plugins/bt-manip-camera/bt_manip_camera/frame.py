@@ -33,6 +33,35 @@ class Frame(NamedTuple):
         rays[..., 0], rays[..., 1] = x, y[:, None]
         return rays  # (height, width, 3)
 
+    def points(self, step: int = 1) -> tuple[np.ndarray, np.ndarray]:
+        """Return the seen points in the world, and their colours.
+
+        Args:
+            step: Take each pixel of so many in both directions.
+
+        Returns:
+            The points [m], and red, green and blue from 0 to 255.  # (n, 3), (n, 3) uint8
+        """
+        depth = self.depth[::step, ::step]
+        seen = depth > 0.0
+        local = self.rays()[::step, ::step][seen] * depth[seen][:, None]
+        world = local @ self.T_wc.rotation.T + self.T_wc.translation
+        return world, self.colour[::step, ::step][seen]
+
+    def pixels(self, points: np.ndarray) -> np.ndarray:
+        """Return where points of the world are in the image.
+
+        Args:
+            points: The points, in front of the camera [m].  # (n, 3)
+
+        Returns:
+            Their columns and rows; the corners of pixels are whole numbers [pixels].  # (n, 2)
+        """
+        height, width = self.depth.shape
+        x, y, z = ((points - self.T_wc.translation) @ self.T_wc.rotation).T
+        scale = self.focal_length / -z
+        return np.column_stack([0.5 * width + scale * x, 0.5 * height - scale * y])
+
 
 def focal_length(height: int, fovy: float) -> float:
     """Return the focal length of an image [pixels].

@@ -12,6 +12,7 @@ from bt_manip.cell import Cell, CellError, as_object
 from bt_manip.runner import CommandedRobot
 from bt_manip.scenes import ExpectedObjects
 
+from .detections import Detections
 from .estimation import Estimate, KnownObject, describe, fit_pose, name_clusters, why_not
 from .frame import Frame
 from .segmentation import find_clusters
@@ -29,12 +30,14 @@ class Sighting:
         refused: Why objects are not named that could be there, by name.
         seen: The clusters, for messages, with the reasons why none is an object, by name.
         gone: Names of those that are not any more where they were seen before.
+        detections: The same, to be shown.
     """
 
     found: Mapping[str, Estimate]
     refused: Mapping[str, str]
     seen: Mapping[str, str]
     gone: frozenset[str]
+    detections: Detections
 
     def why_not(self, name: str) -> str:
         """Return why an object was not found; empty if it was."""
@@ -94,9 +97,10 @@ class Perception:
             if away or name in self.source.lost:
                 gone.add(name)
         named, refused = name_clusters(clusters, list(known.values()), believed, gone)
-        found = {}
+        found, fits = {}, []
         for name, cluster in named.items():
             fitted = fit_pose(cluster, known[name], frame.time)
+            fits.append((fitted, known[name]))
             origin = centre_of(entities[name], known[name]).inverse()
             found[name] = replace(fitted, T_wo=fitted.T_wo * origin)
         seen = {
@@ -105,7 +109,9 @@ class Perception:
             for name in wanted
             if name not in found
         }
-        return Sighting(found, refused, seen, frozenset(gone - found.keys()))
+        nameless = [one for one in clusters if not any(one is other for other in named.values())]
+        shown = Detections(frame, nameless, fits)
+        return Sighting(found, refused, seen, frozenset(gone - found.keys()), shown)
 
     def believe(self, found: Estimate, camera: str) -> None:
         """Let an object be where it was seen in what the tree knows.
@@ -194,12 +200,11 @@ def sees_through(frame: Frame, point: np.ndarray, margin: float) -> bool:
         point: The point in the world [m].  # (3,)
         margin: Distance behind it from which something is behind it [m].
     """
-    x, y, z = frame.T_wc.actInv(point)
+    z = frame.T_wc.actInv(point)[2]
     if z >= 0.0:
         return False
     height, width = frame.depth.shape
-    u = int(np.floor(0.5 * width - frame.focal_length * x / z))
-    v = int(np.floor(0.5 * height + frame.focal_length * y / z))
+    u, v = np.floor(frame.pixels(point[None])[0]).astype(int)
     if not (2 <= u < width - 2 and 2 <= v < height - 2):
         return False
     around = frame.depth[v - 2 : v + 3, u - 2 : u + 3]

@@ -114,3 +114,15 @@ def register_panels(register: Callable[[str, Callable[[Any], Any]], None]) -> No
     from bt_manip_camera.panel import SeenPanel
 
     register("seen", SeenPanel)
+
+
+@hookimpl(optionalhook=True)
+def register_message_sources(register: Callable[[str, Callable[..., Any]], None]) -> None:
+    """Register what recordings have of seen poses."""
+
+    def make(run: Any, add: Any) -> Any:
+        from bt_manip_camera.messages import SeenMessages
+
+        return SeenMessages(run, add)
+
+    register("seen", make)

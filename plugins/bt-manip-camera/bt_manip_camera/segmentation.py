@@ -96,6 +96,12 @@ class Rectangle:
     yaw: float
     size: tuple[float, float]
 
+    def corners(self) -> np.ndarray:
+        """Return its corners, x and y [m]."""
+        c, s = np.cos(self.yaw), np.sin(self.yaw)
+        half = 0.5 * np.array(self.size) * ((1, 1), (-1, 1), (-1, -1), (1, -1))
+        return self.centre + half @ np.array([[c, s], [-s, c]])  # (4, 2)
+
 
 @dataclass(frozen=True)
 class Circle:
@@ -103,6 +109,12 @@ class Circle:
 
     centre: np.ndarray
     diameter: float
+
+    def corners(self) -> np.ndarray:
+        """Return the corners of a polygon in it, x and y [m]."""
+        angle = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
+        around = np.column_stack([np.cos(angle), np.sin(angle)])
+        return self.centre + 0.5 * self.diameter * around  # (24, 2)
 
 
 def surface_height(z: np.ndarray) -> float | None:

@@ -141,7 +141,8 @@ class Tag(ParametricEntity):
             pos=[0.0, 0.0, -THICKNESS / 2.0 - 1e-4], rgba=[0.9, 0.9, 0.9, 1.0], mass=0.01,
         )  # fmt: skip
         body.add(
-            "geom", name="picture", type="plane", size=[half, half, 0.01], material=material,
+            "geom", name="picture", type="box", size=[half, half, 5e-5], material=material,
+            pos=[0.0, 0.0, -5e-5],
             contype=0, conaffinity=0, mass=0.0,
         )  # fmt: skip
 

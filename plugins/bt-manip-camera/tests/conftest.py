@@ -1,5 +1,7 @@
 """What the tests share: drawing, and a cell with a camera over a table."""
 
+from dataclasses import replace
+
 import pytest
 
 from tests.support.drawing import opengl as opengl
@@ -73,3 +75,49 @@ def pick_it(station):
     from bt_manip.testing import play
 
     play(station, Hover(object="cube"), Reach(object="cube"), Grasp(object="cube"), Lift())
+
+
+@pytest.fixture(scope="session")
+def small_images():
+    """Give a function that returns a scene with a quarter of the pixels: enough, and faster."""
+
+    def reduce(scene):
+        return replace(scene, objects=tuple(
+            replace(one, parameters={**one.parameters, "width": 320, "height": 240})
+            if one.model == "depth_camera" else one for one in scene.objects
+        ))  # fmt: skip
+
+    return reduce
+
+
+@pytest.fixture(scope="session")
+def shared_run(parts, opengl, small_images):
+    """One run for all tests: to build it takes longer than to run it."""
+    from bt_manip.runner import prepare, request_of
+
+    scene = small_images(parts.scenes.create("table_seen"))
+    return prepare(request_of("pick_place_seen", parts, poses="seen", scene=scene), parts)
+
+
+@pytest.fixture
+def run(shared_run):
+    """Give the run as it was built."""
+    shared_run.begin_episode(0, seed=1)
+    return shared_run
+
+
+@pytest.fixture
+def believe_off(monkeypatch):
+    """Let all objects be believed at a distance from where they are seen [m]."""
+    from bt_manip_camera.seen import SeenPoses
+
+    report = SeenPoses.report
+
+    def off(*distance):
+        def wrong(self, name, T_wo, found, camera):
+            T_wo.translation += distance
+            report(self, name, T_wo, found, camera)
+
+        monkeypatch.setattr(SeenPoses, "report", wrong)
+
+    return off

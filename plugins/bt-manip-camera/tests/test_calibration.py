@@ -2,6 +2,7 @@
 
 import re
 import tomllib
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,9 +10,18 @@ import pinocchio as pin
 import pytest
 from click.testing import CliRunner
 
-from bt_manip.cell import CellError
+from bt_manip.cell import CellError, looking_at
+from bt_manip.scenes import SceneObject
 from bt_manip_camera import commands
-from bt_manip_camera.calibration import View, calibrate, difference, park_martin, take_views
+from bt_manip_camera.calibration import (
+    HELD,
+    View,
+    calibrate,
+    difference,
+    hold_tag,
+    park_martin,
+    take_views,
+)
 
 SIZE = 0.06
 T_GC = pin.SE3(pin.exp3(np.array([2.9, 0.3, -0.2])), np.array([0.07, 0.01, -0.06]))
@@ -71,6 +81,25 @@ def test_a_camera_is_found_on_the_hand(parts, opengl):
     print(f"{1e3 * distance:.2f} mm, {np.degrees(angle):.3f} degrees")
     assert distance < 1e-3
     assert np.degrees(angle) < 0.2
+
+
+@pytest.mark.parametrize("eye", [(1.1, 0.3, 1.7), (0.5, -0.6, 1.9)])
+def test_a_fixed_camera_is_found_from_a_tag_on_the_hand(parts, opengl, eye):
+    pytest.importorskip("pupil_apriltags", reason="pupil-apriltags is not installed")
+    from bt_manip import build_station
+
+    scene, off = parts.scenes.create("table_with_tag"), {"calibration_distance": 5e-3}
+    table = tuple(one for one in scene.objects if one.model == "table")
+    camera = SceneObject("depth_camera", "eye", looking_at(eye, (0.4, 0.0, 1.3)), off)
+    station = build_station(parts, scene=replace(scene, objects=(*table, camera)))
+    camera, true = station.cell.find("eye"), station.cell.pose("eye")
+    hold_tag(station, 3, SIZE)
+    found = calibrate(list(take_views(station, camera, number=12, tag=3, size=SIZE)), SIZE)
+    distance, angle = difference(found.T_gc, true)
+    print(f"{1e3 * distance:.2f} mm, {np.degrees(angle):.3f} degrees, {found.views} views")
+    assert distance < 1e-3
+    assert np.degrees(angle) < 0.2
+    assert difference(found.T_wt, HELD)[0] < 1e-3
 
 
 def test_the_commands_print_the_keys_of_the_camera_and_say_whether_they_fit(opengl):

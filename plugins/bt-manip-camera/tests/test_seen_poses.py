@@ -2,7 +2,6 @@
 
 import json
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,36 +14,7 @@ from bt_manip.plugins import load_plugins
 from bt_manip.runner import RunLoop, RunObserver, prepare, request_of
 from bt_manip.scenes import SceneObject
 from bt_manip.spatial import pose
-from bt_manip_camera.panel import SeenPanel
 from bt_manip_camera.seen import SeenPoses
-from bt_manip_view import Page
-
-
-@pytest.fixture(scope="module")
-def parts():
-    return load_plugins().parts
-
-
-def small_images(scene):
-    """Return the scene with a quarter of the pixels, which is enough and faster."""
-    return replace(scene, objects=tuple(
-        replace(one, parameters={**one.parameters, "width": 320, "height": 240})
-        if one.model == "depth_camera" else one for one in scene.objects
-    ))  # fmt: skip
-
-
-@pytest.fixture(scope="module")
-def shared(parts, opengl):
-    """One run for all tests here: to build it takes longer than to run it."""
-    scene = small_images(parts.scenes.create("table_seen"))
-    return prepare(request_of("pick_place_seen", parts, poses="seen", scene=scene), parts)
-
-
-@pytest.fixture
-def run(shared):
-    """Give the run as it was built."""
-    shared.begin_episode(0, seed=1)
-    return shared
 
 
 def execute(run):
@@ -140,53 +110,6 @@ def test_it_looks_again_when_the_object_is_not_where_it_was(run):
     assert ended.succeeded, ended.reason
 
 
-@pytest.fixture
-def believe_off(monkeypatch):
-    """Let all objects be believed at a distance from where they are seen [m]."""
-    report = SeenPoses.report
-
-    def off(*distance):
-        def wrong(self, name, T_wo, found, camera):
-            T_wo.translation += distance
-            report(self, name, T_wo, found, camera)
-
-        monkeypatch.setattr(SeenPoses, "report", wrong)
-
-    return off
-
-
-def test_the_page_lists_what_is_believed_and_outlines_it(run, believe_off):
-    believe_off(4e-3, 3e-3, 0.0)
-    panels = []
-
-    def panel(page):
-        panels.append(SeenPanel(page))
-        return panels[0]
-
-    page = Page({"seen": panel}, port=0, speed=None)
-    try:
-        believed = run.station.believed.cell
-        with RunLoop(run, [page]) as loop:
-            loop.begin()
-            panels[0].draw()
-            assert "<td>cube</td>" + 5 * "<td>-</td>" in panels[0].table.content
-            while "cube" not in believed.entities:
-                assert loop.advance() is NodeStatus.RUNNING
-            panels[0].draw()
-            place, true = (c.pose("cube").translation for c in (believed, run.station.cell))
-            off = 1e3 * np.linalg.norm(place - true)
-            assert f"<td>{off:.1f}</td>" in panels[0].table.content
-            outline = panels[0].outlines["cube"]
-            np.testing.assert_allclose(outline.position, place)
-            sides = np.linalg.norm(np.diff(outline.points, axis=1), axis=2)
-            np.testing.assert_allclose(sides, 0.07, rtol=1e-6)  # twelve edges of the cube
-            assert sides.shape == (12, 1)
-        panels[0].begin_idle(SimpleNamespace(believed=None, cell=None))
-        assert not panels[0].table.visible and not panels[0].outlines
-    finally:
-        page.close()
-
-
 def test_a_wrong_belief_is_no_success(run, believe_off):
     believe_off(0.0, 0.12, 0.0)
     ended = execute(run)
@@ -210,7 +133,7 @@ def test_seen_poses_need_a_camera(parts, opengl):
 
 
 @pytest.fixture(scope="module")
-def overhead(parts, opengl):
+def overhead(parts, opengl, small_images):
     """A run of pick_place, which does not look, with a camera over the table."""
     scene = parts.scenes.create("table_seen")
     kept = [one for one in scene.objects if one.model not in ("cube", "depth_camera")]
@@ -283,7 +206,7 @@ class Known(RunObserver):
             self.noted.append(both)
 
 
-def test_blocks_are_stacked_where_they_were_seen(parts, opengl):
+def test_blocks_are_stacked_where_they_were_seen(parts, opengl, small_images):
     scene = small_images(parts.scenes.create("table_and_tray_seen"))
     run = prepare(request_of("stack_blocks_seen", parts, poses="seen", scene=scene), parts)
     known = Known(run.station)

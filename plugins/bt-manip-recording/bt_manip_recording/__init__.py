@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from bt_manip import lazy_exports
 
 if TYPE_CHECKING:
+    from bt_manip_recording.camera_images import jpeg as jpeg
     from bt_manip_recording.continuation import Continuation as Continuation
     from bt_manip_recording.continuation import RecordedInterventions as RecordedInterventions
     from bt_manip_recording.export_mcap import write_mcap as write_mcap
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
 __getattr__ = lazy_exports(
     __name__,
     {
+        "bt_manip_recording.camera_images": "jpeg",
         "bt_manip_recording.continuation": "Continuation RecordedInterventions",
         "bt_manip_recording.export_mcap": "write_mcap",
         "bt_manip_recording.export_table": "write_csv write_npz write_parquet",

@@ -1,8 +1,9 @@
 """Images of cameras in a recording."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from contextlib import nullcontext, suppress
 from fractions import Fraction
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -39,7 +40,6 @@ class CameraImages:
             raise BtManipError(f"image_fps is above 0, got {fps:g}")
         self._cameras, self._size, self._fps = cameras, size, fps
         self._renderer: FrameRenderer | None = None
-        self._encoder: Any = None
         self._due = -np.inf  # [s]
 
     def bind(self, cell: Any, *, first: bool = False) -> None:
@@ -81,7 +81,7 @@ class CameraImages:
                 timestamp=timestamp_of(nanoseconds),
                 frame_id=name,
                 format="jpeg",
-                data=b"".join(self._jpeg(self._renderer.frame(self._data, number))),
+                data=jpeg(self._renderer.frame(self._data, number)),
             )
             file.add_topic(IMAGE_TOPICS + name, CompressedImage)
             file.add(IMAGE_TOPICS + name, nanoseconds, image.SerializeToString())
@@ -92,13 +92,26 @@ class CameraImages:
             self._renderer.close()
             self._renderer = None
 
-    def _jpeg(self, pixels: np.ndarray) -> Iterator[bytes]:
-        import av
 
-        if self._encoder is None:
-            self._encoder = av.CodecContext.create("mjpeg", "w")
-            self._encoder.width, self._encoder.height = self._size
-            self._encoder.pix_fmt, self._encoder.time_base = "yuvj420p", Fraction(1, 1000)
-            self._encoder.options, self._encoder.thread_count = JPEG, 1
-        frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(pixels), format="rgb24")
-        return map(bytes, self._encoder.encode(frame))
+def jpeg(pixels: np.ndarray) -> bytes:
+    """Encode an image as JPEG.
+
+    Args:
+        pixels: Red, green and blue from 0 to 255, the top row first.  # (height, width, 3) uint8
+    """
+    import av
+
+    height, width, _ = pixels.shape
+    frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(pixels), format="rgb24")
+    return b"".join(map(bytes, _encoder(width, height).encode(frame)))
+
+
+@lru_cache(4)
+def _encoder(width: int, height: int) -> Any:
+    import av
+
+    encoder: Any = av.CodecContext.create("mjpeg", "w")
+    encoder.width, encoder.height = width, height
+    encoder.pix_fmt, encoder.time_base = "yuvj420p", Fraction(1, 1000)
+    encoder.options, encoder.thread_count = JPEG, 1
+    return encoder

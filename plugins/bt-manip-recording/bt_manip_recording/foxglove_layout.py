@@ -1,6 +1,7 @@
 """A layout of Foxglove that opens the panels for a recording."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 MAX_STATES = 40
@@ -11,15 +12,15 @@ def foxglove_layout(
     robots: Mapping[str, Sequence[str]],
     leaves: Mapping[int, str],
     scene: Iterable[str],
-    images: Iterable[str] = (),
+    images: Mapping[str, Iterable[str]] = MappingProxyType({}),
 ) -> dict[str, Any]:
     """Return the layout as Foxglove imports it: scene, tree, plots, blackboard and log.
 
     Args:
         robots: Names of the joints, by robot.
         leaves: Names of the tree's leaves, by uid.
-        scene: Topics of geometry and planned paths.
-        images: Topics of the images.
+        scene: Topics of geometry, planned paths and points.
+        images: Topics of the annotations, by the topic of their image.
     """
     states = [
         _series(f"/tree/status{{uid=={uid}}}.status", name)
@@ -54,9 +55,9 @@ def foxglove_layout(
     tree = _split("column", "StateTransitions!tree", "RosOut!log", 70)
     plots = _split("row", "Plot!positions", _split("row", "Plot!torques", "Plot!wrist", 50), 34)
     view: Any = "3D!scene"
-    for topic in images:
-        panel = f"Image!{topic}"
-        panels[panel] = {"imageMode": {"imageTopic": topic}}
+    for topic, annotations in images.items():
+        panel, shown = f"Image!{topic}", {one: {"visible": True} for one in annotations}
+        panels[panel] = {"imageMode": {"imageTopic": topic, "annotations": shown}}
         view = _split("column", view, panel, 60)
     above = _split("row", view, _split("column", tree, "RawMessages!blackboard", 75), 55)
     return {

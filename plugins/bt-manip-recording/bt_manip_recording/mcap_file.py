@@ -118,6 +118,7 @@ class McapFile:
         self._to_json = json.JSONEncoder(separators=(",", ":"), allow_nan=False).encode
         self._schemas: dict[str, int] = {}
         self._channels: dict[str, int] = {}
+        self._topics: dict[str, str] = {}
         self._chunk_start = 0  # [ns]
         self._flushed = time.monotonic()
         self._error: OSError | None = None
@@ -129,9 +130,9 @@ class McapFile:
         self._thread.start()
 
     @property
-    def topics(self) -> list[str]:
-        """The topics so far."""
-        return list(self._channels)
+    def topics(self) -> dict[str, str]:
+        """The topics so far, with the names of their schemas."""
+        return dict(self._topics)
 
     def add_topic(
         self, topic: str, message: Any = None, metadata: Mapping[str, str] | None = None
@@ -152,6 +153,7 @@ class McapFile:
             if name not in self._schemas:
                 schema = FLAT_OBJECT if message is None else file_descriptor_set(message)
                 self._schemas[name] = self._writer.register_schema(name, encodings[0], schema)
+            self._topics[topic] = name
             self._channels[topic] = self._writer.register_channel(
                 topic, encodings[1], self._schemas[name], dict(metadata or {})
             )

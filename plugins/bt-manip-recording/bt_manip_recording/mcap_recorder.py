@@ -48,6 +48,9 @@ TOPICS = {
 CAMERAS = "/cameras"
 """Topic of the cameras."""
 
+SCHEMAS = "foxglove."
+"""Beginning of the names of Foxglove's schemas."""
+
 SNAPSHOTS = "/snapshots"
 """Topic of the snapshots from which `Continuation` starts."""
 
@@ -135,6 +138,9 @@ class McapRecorder(RunObserver):
             RobotChannel(file, self._cell, one, logs[name])
             for name, one in self._station.robots.items()
         ]
+        sources = run.station.parts.of("message_sources")
+        makers = [sources.maker(name, "__call__") for name in sources.in_order()]
+        self._sources = [make(run, self._add_message) for make in makers]
 
     def after_compile(self) -> None:
         """Bind to the new model; write the geometry of new entities."""
@@ -180,6 +186,8 @@ class McapRecorder(RunObserver):
         for robot in self._robots:
             robot.end_tick(time)
         self._write_images()
+        for write in self._sources:
+            write()
         if self._run.cycle != self._snapshot_cycle:
             self._write_snapshot()
         elif time - self._snapshot_time >= SNAPSHOT_INTERVAL - 0.5 * self._cell.dt:
@@ -193,7 +201,9 @@ class McapRecorder(RunObserver):
         self._write_layout()
 
     def run_ended(self) -> None:
-        """Close the file."""
+        """Write the layout, which shows topics that have come, and close the file."""
+        if self._layout is not None:
+            self._write_layout()
         if self._images is not None:
             self._images.close()
         self._open.close()
@@ -224,6 +234,14 @@ class McapRecorder(RunObserver):
 
     def _add(self, topic: str, message: bytes) -> None:
         self._file.add(topic, self._now, message)
+
+    def _add_message(self, topic: str, message: Any) -> None:
+        """Add a message of a registered source: a dict or a protobuf message."""
+        if isinstance(message, dict):
+            self._file.add_json(topic, self._now, message)
+        else:
+            self._file.add_topic(topic, type(message))
+            self._add(topic, message.SerializeToString())
 
     def _draw_path(self, name: str, moving: bool, time: int) -> None:
         """Draw the planned path of the tool while a robot moves [ns]."""
@@ -256,9 +274,16 @@ class McapRecorder(RunObserver):
             for name, one in self._station.robots.items()
         }
         leaves = {link.uid: link.name for link in self._tree.nodes if not link.children}
-        drawn = "/scene/", f"{TOPICS['motion']}/"
-        scene = [topic for topic in self._file.topics if topic.startswith(drawn)]
-        images = [topic for topic in self._file.topics if topic.startswith("/images/")]
+        topics = self._file.topics
+
+        def of(*kinds: str) -> list[str]:
+            return [topic for topic, name in topics.items() if name.removeprefix(SCHEMAS) in kinds]
+
+        scene = of("SceneUpdate", "PointCloud")
+        images = {
+            topic: [one for one in of("ImageAnnotations") if Path(one).parent == Path(topic).parent]
+            for topic in of("CompressedImage")
+        }
         layout = foxglove_layout(robots, leaves, scene, images)
         if layout != self._layout and not is_special(self._path):
             self._layout = layout

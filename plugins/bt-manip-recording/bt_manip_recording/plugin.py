@@ -7,6 +7,7 @@ from typing import Any
 
 from bt_manip import hookimpl
 from bt_manip_recording.hooks import register_export_formats as register_export_formats
+from bt_manip_recording.hooks import register_message_sources as register_message_sources
 
 FORMATS = ("csv", "parquet", "npz", "mcap")
 """Formats of ``bt-manip export``, which the functions ``write_NAME`` of the package write."""

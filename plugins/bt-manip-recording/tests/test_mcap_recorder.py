@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import textwrap
+from dataclasses import replace
 from datetime import datetime
 from io import BytesIO
 from pathlib import Path
@@ -524,3 +525,27 @@ def test_every_body_but_the_world_has_a_frame_in_one_of_both_messages():
     mujoco.mj_forward(model, data)
     fixed = FrameTransforms.FromString(SceneMessages(model, data).fixed_frames(0)).transforms
     assert [one.child_frame_id for one in fixed] == ["post"]
+
+
+def test_plugins_add_messages_of_their_own_after_each_tick(make_run, tmp_path):
+    path, run = tmp_path / "run.mcap", make_run(Sleep(msec=30))
+
+    def make(of, add):
+        assert of is run
+
+        def write():
+            add("/mine", {"time": of.station.cell.time})
+            add("/note", Log(message="tick"))
+
+        return write
+
+    parts = run.station.parts
+    sources = parts.of("message_sources").with_part("mine", make)
+    declared = {**parts.declared, "message_sources": sources}
+    run.station = replace(run.station, parts=replace(parts, declared=declared))
+    run.execute([McapRecorder(path)])
+    mine = [(json.loads(m.data)["time"], m.log_time / 1e9) for _, _, m in read(path, "/mine")]
+    assert [time for time, _ in mine] == pytest.approx([0.01, 0.02, 0.03, 0.04])
+    assert all(time == pytest.approx(logged) for time, logged in mine)
+    notes = [Log.FromString(m.data).message for _, _, m in read(path, "/note")]
+    assert notes == ["tick"] * len(mine)

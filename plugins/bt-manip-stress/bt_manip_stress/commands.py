@@ -1,6 +1,7 @@
 """``bt-manip stress``: test how a tree copes with faults."""
 
 import os
+import shlex
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
@@ -16,6 +17,7 @@ from bt_manip.cli import (
     chosen,
     complete_part,
     exit_code_help,
+    given_options,
     json_option,
     load_chosen_plugins,
     print_json,
@@ -98,8 +100,12 @@ def stress(
         print_table(table)
     if markdown is not None and not code:
         given = {"seeds": seeds, "faults": faults, "phases": phases, "markdown": markdown}
-        shown = " ".join(f"--{key} {value}" for key, value in given.items() if value)
-        _write_page(markdown, table.markdown(f"bt-manip stress {tree} {shown}"))
+        words = [word for option in given_options(options) for word in option]
+        words += [
+            word for key, value in given.items() if value for word in (f"--{key}", str(value))
+        ]
+        command = shlex.join(["bt-manip", "stress", tree, *words])
+        _write_page(markdown, table.markdown(command))
     return code or (SUCCESS if all(one.acceptable for one in results) else FAILED)
 
 

@@ -72,8 +72,11 @@ def test_the_episodes_are_printed_as_json(stress):
 
 def test_a_new_page_holds_the_table_alone(stress, tmp_path):
     page = tmp_path / "page.md"
-    assert stress("--faults", "push", "--phases", "work", "--markdown", page).code == 0
-    assert page.read_text().startswith("Made by `bt-manip stress")
+    options = "--tool-speed", "0.9", "--faults", "push", "--phases", "work", "--markdown", page
+    assert stress(*options).code == 0
+    first, *_ = page.read_text().splitlines()
+    assert first.startswith("Made by `bt-manip stress")
+    assert f" --tool-speed 0.9 --seeds 1 --faults push --phases work --markdown {page}`" in first
 
 
 @pytest.mark.parametrize(
