@@ -60,7 +60,10 @@ def convert_urdf(found: FoundModel, *, convex: str, progress: Progress) -> MjcfM
         shape.getparent().remove(shape)
     for extension in root.findall("mujoco"):
         root.remove(extension)
-    etree.SubElement(etree.SubElement(root, "mujoco"), "compiler", _OPTIONS)
+    options = dict(_OPTIONS)
+    if root.find("joint[@type='floating']") is not None:  # its parent is the world
+        del options["fusestatic"]
+    etree.SubElement(etree.SubElement(root, "mujoco"), "compiler", options)
     try:
         spec = mujoco.MjSpec.from_string(
             etree.tostring(root, encoding="unicode"), assets=assets.files
