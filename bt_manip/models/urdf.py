@@ -41,6 +41,11 @@ def convert_urdf(found: FoundModel, *, convex: str, progress: Progress) -> MjcfM
         raise ModelError(f"{found.path}: expected <robot>, found <{root.tag}>")
     for element in root.iter("mass", "inertia"):
         check_inertial_values(found.path, element, urdf=True)
+    for element in root.iter("limit", "origin", "axis", "mimic", "box", "cylinder", "sphere"):
+        for key, value in element.attrib.items():
+            if "nan" in str(value).lower().split():
+                where = f"{found.path}:{element.sourceline}: <{element.tag}>"
+                raise ModelError(f"{where}: {key} has NaN, expected finite numbers")
     assets, warnings = Assets(), []
     for mesh in list(root.iter("mesh")):
         shape = mesh.getparent().getparent()  # <visual> or <collision>

@@ -377,3 +377,12 @@ def test_prefixes_without_a_namespace_are_read_and_hide_no_other_error(tmp_path)
     path.write_text("<!DOCTYPE robot>" + text.format("</gazebo:old>"))
     with pytest.raises(ModelError, match="DOCTYPE"):
         ModelObject(model=str(path))
+
+
+@pytest.mark.parametrize("place", ['xyz="0 NaN 0"', 'rpy="nan 0 0"'])
+def test_nan_of_urdf_is_refused_with_its_place(tmp_path, place):
+    path = tmp_path / "m.urdf"
+    text = BODY.format("2e-5", "", BOX).replace("<collision>", f"<collision><origin {place}/>")
+    path.write_text(f'<robot name="m">{text}</robot>')
+    with pytest.raises(ModelError, match=r"m.urdf:2: <origin>: ... has NaN"):
+        ModelObject(model=str(path))
