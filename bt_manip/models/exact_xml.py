@@ -17,7 +17,12 @@ _INERTIAL = {
     "pos": "body_ipos", "quat": "body_iquat", "mass": "body_mass", "diaginertia": "body_inertia",
 }  # fmt: skip
 _BODY = {"pos": "body_pos", "quat": "body_quat"}
+_OF_WORLD = {
+    "boundmass", "boundinertia", "settotalmass", "inertiafromgeom", "inertiagrouprange",
+}  # fmt: skip
+"""Settings of the compiler that change the masses of all models of a world."""
 _PLACED = ("frame", "body", "geom", "site", "camera", "joint", "light")
+_TRIANGLE = 1.0 + 1e-9  # largest ratio of a principal moment to the sum of the others
 _LEAST_MOMENT = 1e-14  # in place of one that is not positive [kg m^2]; MuJoCo takes 1e-15
 _VECTORS = {"joint": ("axis", "0 0 1"), "light": ("dir", "0 0 -1")}
 """Elements with a direction in place of an orientation, with its attribute and default."""
@@ -43,6 +48,11 @@ def exact_xml(spec: "mujoco.MjSpec", files: Iterable[Path] = ()) -> str:
     with warnings.catch_warnings(action="ignore"):  # options of attached models, dropped later
         model = spec.compile()
         root = etree.fromstring(spec.to_xml().encode())
+        if _OF_WORLD & {*root.find("compiler").attrib}:
+            spec.compiler.saveinertial = True
+            root = etree.fromstring(spec.to_xml().encode())
+    for key in (*_OF_WORLD, "saveinertial"):
+        root.find("compiler").attrib.pop(key, None)
     for element in root.find("asset") if files else ():
         _find_files(element, files)
     world = root.find("worldbody")
@@ -69,7 +79,8 @@ def repair(spec: "mujoco.MjSpec") -> bool:
             [[0, 3, 4], [3, 1, 5], [4, 5, 2]]
         ]  # xx, yy, zz, xy, xz, yz
         moments = body.inertia if np.isnan(full[0, 0]) else np.linalg.eigvalsh(full)
-        if body.explicitinertial and body.mass > 0 and len(body.geoms) and moments.min() <= 0:
+        impossible = moments.min() <= 0 or moments.max() > _TRIANGLE * np.sort(moments)[:2].sum()
+        if body.explicitinertial and body.mass > 0 and len(body.geoms) and impossible:
             most = max(abs(moments).max(), _LEAST_MOMENT)
             body.fullinertia, body.inertia = np.full(6, np.nan), [most, most, _LEAST_MOMENT]
             changed = True

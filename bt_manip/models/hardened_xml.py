@@ -1,6 +1,7 @@
 """Parsing of untrusted XML."""
 
 import re
+from functools import partial
 from pathlib import Path
 
 from lxml import etree
@@ -10,13 +11,15 @@ from bt_manip.models.errors import ModelError
 
 MAX_MODEL_ELEMENTS = 2_000  # of a model; PyMJCF takes a millisecond for each
 MAX_ATTRIBUTES = 1_000  # of an element
+_UNDECLARED = etree.ErrorTypes.NS_ERR_UNDEFINED_NAMESPACE
 _VERSION = re.compile(rb"\s*<\?xml\s+version\s*=\s*([\"'])[^\"'>]*")
 
 
 def parse_xml(data: bytes, path: Path) -> etree._Element:
     """Parse a document; document types, and so entities, are refused.
 
-    As in other readers of models, any version of XML is read as 1.0, also after blank lines.
+    As in other readers of models, any version of XML is read as 1.0, also after blank lines, and
+    prefixes such as ``gazebo:`` need no namespace.
 
     Args:
         data: The document.
@@ -27,17 +30,19 @@ def parse_xml(data: bytes, path: Path) -> etree._Element:
     """
     if len(data) > MAX_BYTES:
         raise ModelError(f"{path}: longer than {MAX_BYTES // 2**20} MB")
-    parser = etree.XMLParser(
-        resolve_entities=False, no_network=True, load_dtd=False, dtd_validation=False,
-        huge_tree=False, remove_comments=True, remove_pis=True,
+    parsers = partial(
+        etree.XMLParser, resolve_entities=False, no_network=True, load_dtd=False,
+        dtd_validation=False, huge_tree=False, remove_comments=True, remove_pis=True,
     )  # fmt: skip
     if version := _VERSION.match(data):
         data = b"<?xml version=%s1.0" % version[1] + data[version.end() :]
     try:
-        root = etree.fromstring(data, parser)
-    except etree.XMLSyntaxError as error:
-        line, column = error.position
-        raise ModelError(f"{path}:{line}:{column}: not XML: {error.msg}") from None
+        root = etree.fromstring(data, parser := parsers())
+    except etree.XMLSyntaxError:
+        for entry in (entry for entry in parser.error_log if entry.type != _UNDECLARED):
+            where = f"{path}:{entry.line}:{entry.column}"
+            raise ModelError(f"{where}: not XML: {entry.message}") from None
+        root = etree.fromstring(data, parsers(recover=True))
     if root.getroottree().docinfo.doctype:
         raise ModelError(f"{path}: a document type (DOCTYPE) is not allowed in a model")
     return root
@@ -62,7 +67,7 @@ def read_xml(path: Path) -> etree._Element:
         if len(element.attrib) > MAX_ATTRIBUTES:
             raise ModelError(f"{where}: <{element.tag}> has more than {MAX_ATTRIBUTES} attributes")
         values = element.attrib.values()
-        if "/xacro" in str(element.tag) or any("${" in text or "$(" in text for text in values):
+        if "/xacro" in f"/{element.tag}" or any("${" in text or "$(" in text for text in values):
             plain = Path(path.name.removesuffix(".xacro"))
             raise ModelError(
                 f"{where}: this is xacro: expand it first, 'xacrodoc "

@@ -111,6 +111,8 @@ def read_mesh(path: Path, submesh: str = "", centred: bool = False) -> Mesh:
         raise
     except Exception as error:  # trimesh's readers have no documented exceptions
         raise ModelError(f"{path}: not a readable mesh: {error}") from None
+    if whole.is_watertight and whole.volume < 0:  # inside out
+        joined = replace(joined, faces=joined.faces[:, ::-1])
     vertices = joined.vertices @ turn.T
     if len(joined.faces) == 0 or not np.isfinite(vertices).all():
         raise ModelError(f"{path}: a mesh without triangles, or with non-finite points")

@@ -41,6 +41,11 @@ def convert_urdf(found: FoundModel, *, convex: str, progress: Progress) -> MjcfM
         raise ModelError(f"{found.path}: expected <robot>, found <{root.tag}>")
     for element in root.iter("mass", "inertia"):
         check_inertial_values(found.path, element, urdf=True)
+    for element in root.iter("limit", "origin", "axis", "mimic", "box", "cylinder", "sphere"):
+        for key, value in element.attrib.items():
+            if "nan" in str(value).lower().split():
+                where = f"{found.path}:{element.sourceline}: <{element.tag}>"
+                raise ModelError(f"{where}: {key} has NaN, expected finite numbers")
     assets, warnings = Assets(), []
     for mesh in list(root.iter("mesh")):
         shape = mesh.getparent().getparent()  # <visual> or <collision>
@@ -60,7 +65,10 @@ def convert_urdf(found: FoundModel, *, convex: str, progress: Progress) -> MjcfM
         shape.getparent().remove(shape)
     for extension in root.findall("mujoco"):
         root.remove(extension)
-    etree.SubElement(etree.SubElement(root, "mujoco"), "compiler", _OPTIONS)
+    options = dict(_OPTIONS)
+    if root.find("joint[@type='floating']") is not None:  # its parent is the world
+        del options["fusestatic"]
+    etree.SubElement(etree.SubElement(root, "mujoco"), "compiler", options)
     try:
         spec = mujoco.MjSpec.from_string(
             etree.tostring(root, encoding="unicode"), assets=assets.files

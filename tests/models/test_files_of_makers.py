@@ -3,7 +3,9 @@
 import re
 
 import mujoco
+import numpy as np
 import pytest
+from dm_control import mjcf
 
 from bt_manip.cell.objects import ModelObject, mjcf_root
 from bt_manip.exceptions import BtManipError
@@ -226,3 +228,161 @@ def test_a_message_names_the_element_that_mujoco_names(tmp_path):
     )
     with pytest.raises(ModelError, match="Element 'inertia', line 1"):
         load_model(str(tmp_path / "a.urdf"))
+
+
+SIZE = np.array([0.04, 0.06, 0.05])  # [m]
+PLATE = '<geom type="box" size=".02 .03 .025"{}/>'
+WEDGE = "v 0 0 0\nv .04 0 0\nv 0 .06 0\nv 0 0 .05\n"  # 0.04 * 0.06 * 0.05 / 6 m3
+
+
+def write_model(path, body, head="", attributes="") -> str:
+    path.write_text(
+        f'<mujoco>{head}<worldbody><body name="b" {attributes}>{body}</body></worldbody></mujoco>'
+    )
+    return str(path)
+
+
+def beside_another(model: ModelObject) -> tuple[mujoco.MjModel, mujoco.MjModel]:
+    """Compile a model attached to a world beside a light body, and the light body alone."""
+    world = mjcf.RootElement()
+    light = world.worldbody.add("body", name="light")
+    light.add("geom", type="box", size=(0.01, 0.01, 0.01), mass=0.01)
+    alone = compiled(world)
+    world.attach(model.mjcf_model)
+    return compiled(world), alone
+
+
+@pytest.mark.parametrize(("settings", "geoms"), [
+    ('boundmass="0.3" boundinertia="0.01"', PLATE.format(' mass="0.1"')),
+    ('settotalmass="0.3"', PLATE.format("")),
+    ('inertiafromgeom="true"',
+     '<inertial mass="5" pos="0 0 0" diaginertia="1 1 1"/>' + PLATE.format(' mass="0.3"')),
+    ('inertiagrouprange="3 3"',
+     PLATE.format(' mass="0.3" group="3"') + PLATE.format(' mass="0.5" group="1"')),
+])  # fmt: skip
+@pytest.mark.parametrize("angle", ["radian", "degree"])
+def test_settings_of_masses_hold_for_their_model_only(tmp_path, settings, geoms, angle):
+    head = f'<compiler angle="{angle}" {settings}/>'
+    model = ModelObject(model=write_model(tmp_path / "m.xml", geoms, head))
+    both, alone = beside_another(model)
+    assert model.mass == pytest.approx(0.3)
+    assert both.body_mass.sum() == pytest.approx(0.31)
+    assert both.body("light").inertia == pytest.approx(alone.body("light").inertia)
+
+
+@pytest.mark.parametrize(("geom", "attributes"), [
+    (PLATE.format(""), 'childclass="heavy"'),
+    (PLATE.format(' class="heavy"'), ""),
+    (PLATE.format(' class="main"'), 'childclass="heavy"'),
+    (PLATE.format(""), ""),
+])  # fmt: skip
+def test_masses_of_default_classes_are_those_of_the_maker_and_can_be_changed(
+    tmp_path, geom, attributes
+):
+    head = (
+        '<compiler angle="radian"/><default><geom mass="0.2"/><default class="heavy">'
+        '<geom mass="0.4"/></default></default>'
+    )
+    path = write_model(tmp_path / "m.xml", geom, head, attributes)
+    expected = mujoco.MjModel.from_xml_path(path).body_mass.sum()
+    model = ModelObject(model=path)
+    assert model.mass == pytest.approx(expected)
+    assert not model.warnings
+    assert compiled(ModelObject(model=path, mass=0.3).mjcf_model).body_mass.sum() == pytest.approx(
+        0.3
+    )
+
+
+@pytest.mark.parametrize("form", ["urdf", "xml"])
+def test_moments_that_no_body_has_are_replaced_by_those_of_a_uniform_box(tmp_path, form):
+    path = tmp_path / f"m.{form}"
+    if form == "urdf":
+        box = '<box size=".04 .06 .05"/>'
+        text = BODY.format("1e-5", "", box).replace('izz="1e-5"', 'izz="1e-4"')
+        path.write_text(f'<robot name="m">{text}</robot>')
+    else:
+        inertial = '<inertial mass="0.1" pos="0 0 0" diaginertia="1e-5 1e-5 1e-4"/>'
+        write_model(path, inertial + PLATE.format(""))
+    model = ModelObject(model=str(path))
+    moments = 0.1 / 12 * ((SIZE**2).sum() - SIZE**2)
+    assert sorted(compiled(model.mjcf_model).body("b").inertia) == pytest.approx(sorted(moments))
+    assert "is impossible" in model.warnings[0]
+
+
+def test_a_mocap_body_is_an_object_as_any_other(tmp_path):
+    path = write_model(tmp_path / "m.xml", PLATE.format(' mass="0.1"'), attributes='mocap="true"')
+    both, _ = beside_another(ModelObject(model=path))
+    assert both.nmocap == 0
+
+
+def test_soft_bodies_are_refused(tmp_path):
+    flex = '<flexcomp name="f" type="grid" count="3 3 1" spacing=".02 .02 .02" dim="2" mass=".1"/>'
+    with pytest.raises(BtManipError, match="soft bodies"):
+        ModelObject(model=write_model(tmp_path / "m.xml", flex))
+
+
+@pytest.mark.parametrize(("body", "rest", "words"), [
+    ("<freejoint/>" + PLATE.format(' mass="0.1"'),
+     '<body pos="0.2 0 0"><freejoint/><geom size="0.02" mass="0.1"/></body>', "2 free bodies"),
+    ('<freejoint/><inertial mass="0.1" pos="0 0 0" diaginertia="1e-4 1e-4 1e-4"/>', "",
+     "nothing of it collides"),
+])  # fmt: skip
+def test_what_an_object_cannot_do_is_a_warning(tmp_path, body, rest, words):
+    path = tmp_path / "m.xml"
+    path.write_text(f"<mujoco><worldbody><body>{body}</body>{rest}</worldbody></mujoco>")
+    assert words in " ".join(ModelObject(model=str(path)).warnings)
+
+
+@pytest.mark.parametrize("faces", ["1 3 2|1 2 4|1 4 3|2 3 4", "1 2 3|1 4 2|1 3 4|2 4 3"])
+def test_a_mesh_weighs_as_its_volume_either_side_out(tmp_path, faces):
+    path = tmp_path / "wedge.obj"
+    path.write_text(WEDGE + "\n".join(f"f {face}" for face in faces.split("|")))
+    assert ModelObject(model=str(path)).mass == pytest.approx(1000 * SIZE.prod() / 6)
+
+
+@pytest.mark.parametrize("scale", ["-1 1 1", "1 -2 1", "-1 -1 -1"])
+def test_a_mirrored_mesh_of_urdf_weighs_as_its_volume(tmp_path, scale):
+    (tmp_path / "wedge.obj").write_text(WEDGE + "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+    shape = f'<geometry><mesh filename="wedge.obj" scale="{scale}"/></geometry>'
+    path, volume = tmp_path / "m.urdf", SIZE.prod() / 6
+    path.write_text(f'<robot name="m"><link name="b"><collision>{shape}</collision></link></robot>')
+    factors = np.array([float(word) for word in scale.split()])
+    model = ModelObject(model=str(path))
+    assert model.mass == pytest.approx(1000 * volume * abs(factors.prod()))
+    assert model.centre_offset == pytest.approx(0.5 * factors * SIZE, abs=1e-6)
+
+
+def test_a_floating_joint_of_urdf_makes_an_object_free(tmp_path):
+    path = tmp_path / "m.urdf"
+    path.write_text(
+        '<robot name="m"><link name="world"/><joint name="j" type="floating"><parent link="world"/>'
+        f'<child link="b"/></joint>{BODY.format("2e-5", "", BOX)}</robot>'
+    )
+    model = ModelObject(model=str(path))
+    assert model.free
+    assert model.mass == pytest.approx(0.1)
+
+
+def test_prefixes_without_a_namespace_are_read_and_hide_no_other_error(tmp_path):
+    path = tmp_path / "m.urdf"
+    text = f'<robot name="m">{BODY.format("2e-5", "", BOX)}<gazebo:old a:b="1">{{}}</robot>'
+    path.write_text(text.format("</gazebo:old>"))
+    assert ModelObject(model=str(path)).mass == pytest.approx(0.1)
+    path.write_text(text.format(""))
+    with pytest.raises(ModelError, match="tag mismatch"):
+        ModelObject(model=str(path))
+    path.write_text(text.format("</gazebo:old>").replace("gazebo:old", "xacro:if"))
+    with pytest.raises(ModelError, match="this is xacro"):
+        ModelObject(model=str(path))
+    path.write_text("<!DOCTYPE robot>" + text.format("</gazebo:old>"))
+    with pytest.raises(ModelError, match="DOCTYPE"):
+        ModelObject(model=str(path))
+
+
+@pytest.mark.parametrize("place", ['xyz="0 NaN 0"', 'rpy="nan 0 0"'])
+def test_nan_of_urdf_is_refused_with_its_place(tmp_path, place):
+    path = tmp_path / "m.urdf"
+    text = BODY.format("2e-5", "", BOX).replace("<collision>", f"<collision><origin {place}/>")
+    path.write_text(f'<robot name="m">{text}</robot>')
+    with pytest.raises(ModelError, match=r"m.urdf:2: <origin>: ... has NaN"):
+        ModelObject(model=str(path))

@@ -2,6 +2,7 @@
 
 import contextlib
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import mujoco
@@ -24,6 +25,9 @@ GRIPPABLE = 0.08
 _LARGE, _SMALL = 2.0, 1e-3  # [m] longest edge above or below which the unit may be wrong
 _PORTABLE = 0.5  # [m] longest edge of models that are free by default
 _FLAT = 0.3  # [m] shortest horizontal edge of surfaces
+_READ = {"angle", "autolimits", "meshdir", "texturedir", "assetdir"}
+"""Settings of MJCF's compiler that PyMJCF applies to one model of several."""
+_OF_CLASS = ("geom", "joint", "site", "actuator", "equality", "tendon", "mesh", "material")
 _WORLD_SETTINGS = ("option", "visual", "statistic", "size", "keyframe")
 
 
@@ -98,7 +102,11 @@ class ModelObject(Prop):
         self._bounds = bounds_of(alone)
         self._mass = float(alone.body_mass[1:].sum())
         self._apply(mass, friction, colour)
-        self.free = self._find_free(model, loose, alone)
+        self.free = self._find_free(model, loose > 0, alone)
+        if loose > 1:
+            warnings.append(f"{self.kind}: its {loose} free bodies move as one, not by themselves")
+        if self.free and not self._touchable:
+            warnings.append(f"{self.kind}: nothing of it collides, so it falls through all others")
         if mass is None and (invented := invented_masses(root, alone, fixed=not self.free)):
             warnings.append(f"{self.kind}: {invented}; mass = ... gives it")
         longest = float(self._bounds.size.max())
@@ -182,38 +190,49 @@ def mjcf_root(model: MjcfModel) -> mjcf.RootElement:
     """
     files = set() if model.path is None else check_mjcf(model.path)
     try:
-        folder = "" if model.path is None else str(model.path.parent)
-        if model.path is None or model.xml:
-            return mjcf.from_xml_string(
-                model.xml, assets=dict(model.assets), model_dir=folder, escape_separators=True
-            )
-        with contextlib.suppress(Exception):  # frames, and whatever else only MuJoCo knows
-            root = mjcf.from_path(str(model.path), escape_separators=True)
-            if root.compiler.angle == "radian" and root.compiler.eulerseq is None:
-                return root
-        spec = mujoco.MjSpec.from_file(str(model.path))
-        return mjcf.from_xml_string(
-            exact_xml(spec, files), model_dir=folder, escape_separators=True
-        )
+        root = _root(model, files)
     except Exception as error:  # PyMJCF raises errors of any type
         reason = one_line(error) or type(error).__name__
         raise CellError(f"{model.address}: cannot be read: {reason}") from error
+    for part in (part for kind in _OF_CLASS for part in root.find_all(kind)):
+        if isinstance(getattr(part, "dclass", None), str):  # "main", which PyMJCF does not find
+            part.dclass = root.default
+    return root
 
 
-def _drop_world(root: mjcf.RootElement) -> bool:
-    """Remove settings of the world; return whether the model had a free joint."""
+def _root(model: MjcfModel, files: set[Path]) -> mjcf.RootElement:
+    """Read a model, given the files of those that it attaches."""
+    folder = "" if model.path is None else str(model.path.parent)
+    if model.path is None or model.xml:
+        return mjcf.from_xml_string(
+            model.xml, assets=dict(model.assets), model_dir=folder, escape_separators=True
+        )
+    with contextlib.suppress(Exception):  # frames, and whatever else only MuJoCo knows
+        root = mjcf.from_path(str(model.path), escape_separators=True)
+        given = root.compiler.get_attributes()
+        if given.get("angle") == "radian" and given.keys() <= _READ:
+            return root
+    spec = mujoco.MjSpec.from_file(str(model.path))
+    return mjcf.from_xml_string(exact_xml(spec, files), model_dir=folder, escape_separators=True)
+
+
+def _drop_world(root: mjcf.RootElement) -> int:
+    """Remove settings of the world; return the number of its free joints."""
+    if root.deformable.all_children():
+        raise CellError(f"'{root.model}' has soft bodies (flex, skin), which are not supported")
     for setting in _WORLD_SETTINGS:
         getattr(root, setting).remove()
     for light in root.worldbody.find_all("light", immediate_children_only=True):
         light.remove()
-    loose = False
+    loose = 0
     for body in root.worldbody.find_all("body", immediate_children_only=True):
+        body.mocap = None
         free = [body.freejoint] if body.freejoint is not None else []
         free += [joint for joint in body.find_all("joint", immediate_children_only=True)
                  if joint.tag == "joint" and joint.type == "free"]  # fmt: skip
         for joint in free:
             joint.remove()
-            loose = True
+            loose += 1
     return loose
 
 

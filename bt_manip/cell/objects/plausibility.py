@@ -20,8 +20,8 @@ def correct_inertias(
 ) -> Iterator[str]:
     """Replace impossible inertias by those of the geometry; yield a warning for each strange one.
 
-    It is impossible if not positive, or if the mass would be outside the geoms' boxes along a
-    principal axis. The geometry is that of the collision geoms, or else of all geoms.
+    It is impossible if its moments are no body's, or if the mass would be outside the geoms' boxes
+    along a principal axis. The geometry is that of the collision geoms, or else of all geoms.
 
     Args:
         root: The model, changed in place.
@@ -57,7 +57,7 @@ def correct_inertias(
             del body.inertial.fullinertia
             body.inertial.diaginertia, body.inertial.quat = moments, solid.body_iquat[i]
             yield (
-                f"{what} is impossible for {mass:.3g} kg within {radius:.3g} m (not positive, or "
+                f"{what} is impossible for {mass:.3g} kg within {radius:.3g} m (no body has it, or "
                 f"mass outside the shape); that of its geometry is used, {moments.max():.3g} kg m2"
             )
         elif largest < _LEAST * moments.max():

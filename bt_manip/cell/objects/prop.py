@@ -246,8 +246,11 @@ def object_parameters(factory: Callable[..., Any]) -> Mapping[str, Parameter] | 
 def value_of(geom: mjcf.Element, attribute: str) -> Any:
     """Return an attribute of a geom, or else of its default classes, innermost first."""
     value = getattr(geom, attribute)
-    default = geom.dclass
-    while value is None and default is not None and default.tag == "default":
+    default, body = geom.dclass, geom.parent
+    while default is None and body.tag == "body":
+        default, body = body.childclass, body.parent
+    default = default or geom.root.default
+    while value is None and default.tag == "default":
         value = getattr(default.geom, attribute)
         default = default.parent
     return value

@@ -28,6 +28,7 @@ _DIGITS = 9  # of the closing direction
 _CENTRED = 1e-3  # [m] distance of the pads' centre from the tool that is neglected
 _MIN_TRAVEL = 1e-3  # [m] minimum travel of the opening
 _MOVES = 1e-6  # [m] or [rad] minimum motion of a joint that moves with the fingers
+_MASS_RATIO = 4.0  # of the mass to the least: the position loop of lighter fingers is unstable
 _FIXED = 0.1  # motion of a fixed finger, relative to the opening's, at most
 _ACCURATE_EFFORT = 0.01  # error of an accurate fit, relative to the largest spring effort
 _NO_EFFORT = 1e-4  # [N] or [N m] spring effort that is neglected
@@ -349,7 +350,7 @@ def _independent(
 def _travel(
     bench: FingerBench, motor: str | None, closing: np.ndarray, drive: _Drive
 ) -> FingerTravel:
-    """Return the travel, with mass and friction at half the opening."""
+    """Return the travel, with friction at half the opening, and mass there or near the least."""
     model, widths = bench.model, drive.widths
     moving = [j for j in bench.joints if np.ptp(drive.qpos[:, model.jnt_qposadr[j]]) > _MOVES]
     at_q, at_v = model.jnt_qposadr[moving], model.jnt_dofadr[moving]
@@ -362,6 +363,8 @@ def _travel(
     mujoco.mj_forward(model, data)
     full = np.zeros((model.nv, model.nv))
     mujoco.mj_fullM(model, data, full)
+    M, rates = full[np.ix_(at_v, at_v)], np.gradient(q, 0.5 * widths, axis=0)
+    least = 0.5 * float(((rates @ M) * rates).sum(axis=1).min())
     return FingerTravel(
         motor=motor,
         open_width=float(widths[-1]),
@@ -369,7 +372,7 @@ def _travel(
         polynomials=tuple(map(_numbers, drive.polynomials)),
         holding=tuple(map(_numbers, drive.holding)),
         ratios=_numbers(drive.ratios),
-        mass=0.0 if drive.direct else 0.5 * float(dq @ full[np.ix_(at_v, at_v)] @ dq),
+        mass=0.0 if drive.direct else min(0.5 * float(dq @ M @ dq), _MASS_RATIO * least),
         loss=0.5 * float(dq @ (model.dof_damping[at_v] * dq)),
         friction=0.5 * float(bench.frictionloss[at_v] @ np.abs(dq)),
         joints=tuple(model.joint(j).name for j in moving),

@@ -7,6 +7,7 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
+from numpy.polynomial import Polynomial
 
 from bt_manip.robots import Robot, RobotError, panda
 from bt_manip_setup.finger_travel import OverlappingHullsError, find_fingers, search
@@ -183,3 +184,22 @@ def test_a_hand_that_tendons_pull_is_not_taken_for_two_fingers():
     xml = xml.replace("</actuator>", f"{motors}</actuator>")
     with pytest.raises(RobotError, match="3 actuators pull on tendons beyond 'turn'"):
         find_fingers(mujoco.MjModel.from_xml_string(xml), ARM)
+
+
+def test_the_mass_of_a_jaw_is_near_its_least_over_the_openings():
+    """A position loop for a mass many times the real one would be unstable."""
+    model = mujoco.MjModel.from_xml_string("""
+    <mujoco><compiler angle="radian"/><worldbody><body name="palm">
+      <joint name="turn" axis="1 0 0" range="-3 3" armature="0.1"/>
+      <geom type="box" size="0.01 0.045 0.015" pos="0.01 0.015 0" mass="0.1"/>
+      <geom type="box" size="0.04 0.005 0.01" pos="0.06 -0.025 0" mass="0.1"/>
+      <body name="jaw" pos="0.035 0.01 0">
+        <joint name="jaw" axis="0 0 1" range="-0.45 1.2"/>
+        <geom type="box" size="0.035 0.005 0.01" pos="0.035 0 0" mass="0.05"/>
+      </body></body></worldbody></mujoco>""")
+    travel = find_fingers(model, ("turn",)).travel
+    inertia = float(model.dof_M0[1])
+    slopes = Polynomial(travel.polynomials[0]).deriv()(np.array(travel.positions[0]))
+    masses = 0.5 * inertia / slopes**2  # the half of one finger, from (ds/dt)^2 m = I (dq/dt)^2
+    assert masses[len(masses) // 2] > 10.0 * masses.min()
+    assert masses.min() < travel.mass < 5.0 * masses.min()
