@@ -10,7 +10,6 @@ from bt_manip.bt import NodeStatus
 from bt_manip.cell import looking_at
 from bt_manip.cell.randomization import Randomization
 from bt_manip.exceptions import BtManipError
-from bt_manip.plugins import load_plugins
 from bt_manip.runner import RunLoop, RunObserver, prepare, request_of
 from bt_manip.scenes import SceneObject
 from bt_manip.spatial import pose
