@@ -291,8 +291,10 @@ class _Checks:
         """Check the values that ports read, where all that are possible are known."""
         moves = isinstance(node, Leaf) and traits_of(node).commands
         for name, port in node.ports.items():
-            key, bounded = node.key_of(name), port.bounds or port.unit in PLAUSIBLE
-            if not port.reads or port.writes or (key is None and not bounded):
+            if not port.reads or port.writes:
+                continue
+            key, is_given = node.key_of(name), name in element.attributes
+            if key is None and not (is_given and (port.unit in PLAUSIBLE or port.bounds)):
                 continue
             values = port_values(node, name, self._walk.incoming[id(node)])
             if not all(isinstance(value, Constant) for value in values):
