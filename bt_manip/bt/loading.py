@@ -232,15 +232,8 @@ def _build(
             check_unused(document, main, builder.built, problems)
             if tree is not None and not problems.errors:
                 given = {*document.models.get(main, {}), *context.dialect.given}
-                check_tree(
-                    tree.nodes,
-                    tree.goal,
-                    builder.places,
-                    problems,
-                    given=given,
-                    results=tree.results,
-                    libraries=map(str, context.dialect.libraries),
-                )
+                libraries = map(str, context.dialect.libraries)
+                check_tree(tree, builder.places, problems, given, libraries)
     elif document.root.name == "root" and (
         not options.library or (options.strict and len(own_trees) > 1)
     ):

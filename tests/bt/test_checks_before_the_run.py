@@ -116,7 +116,7 @@ WRONG = {
     ),
     "a number of successes out of reach": (
         '<Parallel success_count="2" failure_count="2">\n<Work/>\n<AlwaysFailure/>\n</Parallel>',
-        "3: Parallel never succeeds: 2 children must, and 'AlwaysFailure' never does",
+        "3: Parallel never succeeds: too few can, 'AlwaysFailure' always fails",
     ),
     "a case twice": (
         '<Switch2 variable="{v}" case_1="1" case_2="1.0"><Work/><Work/><Work/></Switch2>',
@@ -138,6 +138,47 @@ WRONG = {
     "an arm twice, by its name": (
         '<Parallel>\n<MoveHome robot="left"/>\n<Lift robot="left"/>\n</Parallel>',
         "5: Lift commands the arm",
+    ),
+    "an arm twice, the second on one of two branches": (
+        "<Parallel>\n<MoveHome/>\n<IfThenElse>\n<Answer/>\n<Lift/>\n<OpenGripper/>\n"
+        "</IfThenElse></Parallel>",
+        "7: Lift commands the arm",
+    ),
+    "an arm twice, the second later": (
+        '<Parallel>\n<MoveHome/>\n<Delay delay_msec="10">\n<Lift/>\n</Delay></Parallel>',
+        "6: Lift commands the arm",
+    ),
+    "after what ends only by failing": (
+        sequence("<KeepRunningUntilFailure><Work/></KeepRunningUntilFailure>", "<Lift/>"),
+        "5: Lift never runs: 'KeepRunningUntilFailure' before it always fails",
+    ),
+    "a precondition that never holds": (
+        '<Precondition if="1 == 2">\n<Work/></Precondition>',
+        "4: Work never runs: the condition above it never holds",
+    ),
+    "a Switch over a text": (
+        '<Switch2 variable="kind" case_1="1" case_2="2"><Work/><Work/><Work/></Switch2>',
+        "3: the variable is the text 'kind', so that the same child always runs; {kind} reads",
+    ),
+    "an endless retry by an entry": (
+        sequence(
+            '<Script code="n := -1"/>',
+            '<RetryUntilSuccessful num_attempts="{n}"><AlwaysFailure/></RetryUntilSuccessful>',
+        ),
+        "5: RetryUntilSuccessful never ends",
+    ),
+    "a timeout by an entry": (
+        sequence('<Script code="t := 100"/>', '<Timeout msec="{t}"><Sleep msec="500"/></Timeout>'),
+        "5: Timeout always ends 'Sleep'",
+    ),
+    "a count that begins nowhere": (
+        sequence('<Script code="n += 1"/>', '<ScriptCondition code="n == 1"/>'),
+        "4: this script always fails: error in script [n += 1]: the blackboard entry 'n' does not",
+    ),
+    "a speed in percent": ('<Lift speed="50"/>', "3: speed holds '50': must be"),
+    "15 metres in an entry": (
+        sequence('<Script code="h := 15.0"/>', '<Lift height="{h}"/>'),
+        "5: height is 15 metres",
     ),
     "read before it is written": (
         sequence('<Hover object="{c}"/>', '<SpawnObject object="{c}"/>'),
@@ -241,6 +282,26 @@ RIGHT = {
         + sequence("<Inverter><Answer/></Inverter>", "<MoveHome/>")
         + "</Parallel>",
         "",
+    ),
+    "an arm that moves on one branch, while the other work takes time before": (
+        "<Parallel><MoveHome/><IfThenElse><Work/><Lift/><AlwaysFailure/></IfThenElse></Parallel>",
+        "",
+    ),
+    "a precondition on an entry": (
+        sequence('<Script code="a := 1"/>', '<Precondition if="a == 1"><Work/></Precondition>'),
+        "",
+    ),
+    "a count that begins before, in a script": (
+        sequence('<Script code="n := 0; n += 1"/>', '<ScriptCondition code="n == 1"/>'),
+        "",
+    ),
+    "a retry after what ends only by failing": (
+        "<Fallback><KeepRunningUntilFailure><Work/></KeepRunningUntilFailure><Lift/></Fallback>",
+        "",
+    ),
+    "no rounds, as an option of a sub-tree": (
+        '<SubTree ID="Again" rounds="0"/>',
+        '<BehaviorTree ID="Again"><Repeat num_cycles="{rounds}"><Work/></Repeat></BehaviorTree>',
     ),
     "an endless loop that takes time": (
         '<Repeat num_cycles="-1"><Sleep msec="10"/></Repeat>',

@@ -5,9 +5,8 @@ import json
 import pytest
 
 from bt_manip.bt import NodeStatus, parse_source, parse_tree
-from bt_manip.bt.analysis.entries import Uses, constants
-from bt_manip.bt.analysis.facts import Constant, written
-from bt_manip.bt.analysis.flows import FLOWS
+from bt_manip.bt.analysis.facts import constants, written
+from bt_manip.bt.analysis.uses import Uses
 from bt_manip.bt.analysis.walk import Walk
 from bt_manip.bt.traits import Traits
 from bt_manip.exceptions import TreeError
@@ -32,24 +31,18 @@ def walked(text, options):
                 {LETTERS[one.strip()] for one in letters if one.strip() in LETTERS}
             )
     uses = Uses(tree.nodes, {id(node): ELEMENT for node in tree.nodes})
-    walk = Walk(FLOWS, {use.entry for use in (*uses.reads, *uses.writes)})
-    start = {entry: Constant(value, type) for entry, value, type in constants(tree.nodes)}
-    outcomes = walk.visit(tree.nodes[0], written({}, start))
+    walk = Walk({use.entry for use in (*uses.reads, *uses.writes)})
+    outcomes = walk.visit(tree.nodes[0], written({}, constants(tree.scopes.values())))
     return walk, tree, outcomes
 
 
 def impossible_in(walk, tree, outcomes, trace):
     """Give the events of a trace of the engine that the walk finds impossible."""
     names = {node.name: node for node in tree.nodes}
-    possible = {
-        "SUCCESS": outcomes.success,
-        "FAILURE": outcomes.failure,
-        "SKIPPED": outcomes.skipped,
-        "RUNNING": outcomes.running,
-    }
+    impossible = {status.name for status in NodeStatus if status not in outcomes} - {"IDLE"}
     found = []
     for tick in trace["ticks"]:
-        if tick["root"] in possible and possible[tick["root"]] is None:
+        if tick["root"] in impossible:
             found.append(tick["root"])
         for name, kind, *_ in tick["events"]:
             if kind == "start" and id(names[name]) not in walk.incoming:

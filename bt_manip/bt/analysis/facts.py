@@ -1,38 +1,31 @@
-"""What is known of the blackboard and the cell at a node, over all ways that lead there.
+"""What is known at a node over all ways that lead there: variables with their possible values.
 
-Facts map a variable to the set of its possible values. A variable that is missing has the values
-that `unknown` gives: an entry was not written, and of a fact of the cell nothing is known.
+A variable is an entry of the blackboard or a fact of the cell. An entry without values was not
+written; of a fact without values nothing is known.
 """
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Hashable, Iterable, Mapping
 from typing import Any, Final, NamedTuple
 
-from bt_manip.bt.blackboard import Blackboard
+from bt_manip.bt.blackboard import EMPTY, Blackboard
 from bt_manip.bt.port_types import PortType
+from bt_manip.bt.status import FAILURE, SKIPPED, SUCCESS, NodeStatus
+
+COMPLETE: Final = (SUCCESS, FAILURE, SKIPPED)
 
 MAX_CONSTANTS: Final = 8
 """Number of constants of an entry that are told apart."""
 
 
 class EntryName(NamedTuple):
-    """The variable of a blackboard entry.
-
-    Attributes:
-        scope: The identity of its scope.
-        key: Its key there.
-    """
+    """An entry of the blackboard: the identity of its scope, and its key there."""
 
     scope: int
     key: str
 
 
 class Fact(NamedTuple):
-    """The variable of a fact of the cell.
-
-    Attributes:
-        robot: The robot, as `robot_of` tells robots apart.
-        name: The fact in words.
-    """
+    """A fact of the cell, such as ``holding``, about a robot as `robot_of` tells robots apart."""
 
     robot: Hashable
     name: str
@@ -48,29 +41,31 @@ class Constant(NamedTuple):
 UNWRITTEN: Final = "never written"
 WRITTEN: Final = "some value"
 
+Variable = EntryName | Fact
 Values = frozenset[Any]
-Facts = Mapping[EntryName | Fact, Values]
+Facts = Mapping[Variable, Values]
 
 _NOT_WRITTEN: Final = frozenset({UNWRITTEN})
 _ANYTHING: Final = frozenset({WRITTEN})
 _EITHER: Final = frozenset({True, False})
 
 
-def unknown(variable: EntryName | Fact) -> Values:
-    """Return the values of a variable of which nothing is known."""
-    return _NOT_WRITTEN if isinstance(variable, EntryName) else _EITHER
-
-
-def values_of(facts: Facts, variable: EntryName | Fact) -> Values:
+def values_of(facts: Facts, variable: Variable) -> Values:
     """Return the possible values of a variable."""
-    return facts.get(variable) or unknown(variable)
+    return facts.get(variable) or (_NOT_WRITTEN if isinstance(variable, EntryName) else _EITHER)
 
 
-def join(first: Facts | None, second: Facts | None) -> Facts:
+def constant_in(values: Values) -> Constant | None:
+    """Return the constant that is the only possible value."""
+    one = next(iter(values))
+    return one if len(values) == 1 and isinstance(one, Constant) else None
+
+
+def join(first: Facts, second: Facts) -> Facts:
     """Return the facts of two ways together; `first` itself if `second` adds nothing."""
-    if first is None or second is None or first == second:
-        return first if first is not None else second or {}
-    more: dict[EntryName | Fact, Values] = {}
+    if first is second or first == second:
+        return first
+    more: dict[Variable, Values] = {}
     changed = [v for v, values in second.items() if first.get(v) is not values]
     for variable in (*changed, *(first.keys() - second.keys())):
         before = values_of(first, variable)
@@ -84,20 +79,56 @@ def join(first: Facts | None, second: Facts | None) -> Facts:
 
 def written(facts: Facts, values: Mapping[EntryName, Constant | None]) -> Facts:
     """Return the facts after entries were written; None for a value that is not known."""
-    if not values:
-        return facts
-    new: dict[EntryName | Fact, Values] = {
-        entry: _ANYTHING if value is None or not _is_hashable(value) else frozenset({value})
-        for entry, value in values.items()
-    }
-    return {**facts, **new}
-
-
-def _is_hashable(value: Constant) -> bool:
-    return isinstance(value.value, str | int | float | bool)
+    new: dict[Variable, Values] = {}
+    for entry, one in values.items():
+        is_known = one is not None and isinstance(one.value, str | int | float | bool)
+        new[entry] = frozenset({one}) if is_known else _ANYTHING
+    return {**facts, **new} if new else facts
 
 
 def variable_of(scope: Blackboard, key: str) -> EntryName:
     """Return the variable of the entry that a key of a scope means."""
     owner, own_key = scope.place(key)
     return EntryName(id(owner), own_key)
+
+
+def constants(scopes: Iterable[Blackboard]) -> dict[EntryName, Constant]:
+    """Return the entries of scopes that have a value."""
+    entries = ((id(scope), key, one) for scope in scopes for key, one in scope.entries.items())
+    return {
+        EntryName(scope, key): Constant(one.value, one.type)
+        for scope, key, one in entries
+        if one.value is not EMPTY
+    }
+
+
+class Way(NamedTuple):
+    """The ways to a status: what holds then, and the shortest time that they take [ms]."""
+
+    facts: Facts
+    least: float = 0.0
+
+
+Ways = Mapping[NodeStatus, Way]
+"""What a node can answer: its possible statuses. What holds while it runs holds when it is halted,
+too."""
+
+
+def either(*alternatives: Ways) -> dict[NodeStatus, Way]:
+    """Return the ways of all alternatives."""
+    found: dict[NodeStatus, Way] = {}
+    for ways in alternatives:
+        for status, way in ways.items():
+            known = found.get(status, way)
+            found[status] = Way(join(known.facts, way.facts), min(known.least, way.least))
+    return found
+
+
+def later(ways: Ways, after: float) -> Ways:
+    """Return ways that begin some time later [ms]."""
+    return {s: Way(way.facts, way.least + after) for s, way in ways.items()} if after else ways
+
+
+def least(ways: Ways) -> float:
+    """Return the shortest time until a node completes [ms]; infinite if it never does."""
+    return min((ways[one].least for one in COMPLETE if one in ways), default=float("inf"))
