@@ -31,7 +31,7 @@ test: setup  ## Set up, and run the tests of bt_manip, in WORKERS processes
 test-packages: setup  ## Test each package of plugins/ where nothing else of this checkout is
 	$(BIN)/python tools/test_packages.py
 
-test-clients: setup  ## Test with Stable-Baselines3, robomimic, LeRobot and Ray, in environments of their own
+test-clients: setup  ## Test with the learning libraries of users, in environments of their own
 	$(BIN)/python tools/test_clients.py
 
 rehearsal: setup  ## Rehearse with simulated arms behind their own protocols; ARMS="franka trossen", CUBES=20 for more

@@ -2,8 +2,8 @@
 
     .venv/bin/python tools/test_clients.py [PYTEST OPTION...]
 
-`.venv-clients` and, for LeRobot, `.venv-lerobot` are made where they are missing, or other packages
-are listed. Where the packages cannot be had, nothing is tested, and the reason is printed.
+`.venv-clients`, `.venv-lerobot` and `.venv-rllib` are made where they are missing, or with other
+packages. What cannot be installed is not tested, and the reason is printed.
 """
 
 import os
@@ -16,6 +16,9 @@ from own_environment import REPOSITORY, OwnEnvironment
 CONSTRAINTS = REPOSITORY / "constraints.txt"
 LISTS = REPOSITORY / "tests" / "clients"
 ROBOMIMIC, LEROBOT = "robomimic==0.3.0", "lerobot==0.4.4"
+CLEANRL = "cleanrl==1.2.0"  # one script a method; it pins what the Python of its time had
+RLLIB = "tests/clients/test_rllib.py"
+RLLIB_GYMNASIUM = "gymnasium==1.2.2"
 PACKAGES = ("bt-manip-impedance", "bt-manip-learn")
 OURS = ("-e", f"{REPOSITORY}[learn]", *(f"-e{REPOSITORY}/plugins/{name}" for name in PACKAGES))
 TESTS = (
@@ -40,6 +43,7 @@ def main(options: list[str]) -> int:
         ("hatchling",),
         ("-r", str(listed)),
         ("--no-deps", ROBOMIMIC),
+        ("--no-deps", "--ignore-requires-python", CLEANRL),
         ("--no-build-isolation", *OURS),
     )
     reason = clients.install(*(("-c", str(CONSTRAINTS), *step) for step in steps))
@@ -53,9 +57,28 @@ def main(options: list[str]) -> int:
         print(f"LeRobot is not tested: it cannot be installed: {reason}")
     else:
         variables.setdefault("LEROBOT_PYTHON", lerobot.python)
-    pytest = ["-m", "pytest", *TESTS, "-q", "-p", "no:cacheprovider"]
-    command = [clients.python, *pytest, *options]
-    return subprocess.run(command, cwd=REPOSITORY, env=variables).returncode
+    pytest = ["-m", "pytest", "-q", "-p", "no:cacheprovider"]
+    command = [clients.python, *pytest, *TESTS, f"--ignore={RLLIB}", *options]
+    code = subprocess.run(command, cwd=REPOSITORY, env=variables).returncode
+    rllib = OwnEnvironment(".venv-rllib", LISTS / "requirements-rllib.txt", CONSTRAINTS)
+    reason = install_rllib(rllib)
+    if reason:
+        print(f"RLlib is not tested: it cannot be installed: {reason}")
+        return code
+    command = [rllib.python, *pytest, RLLIB, *options]
+    return code or subprocess.run(command, cwd=REPOSITORY, env=variables).returncode
+
+
+def install_rllib(environment: OwnEnvironment) -> str:
+    """Make the environment of RLlib, with its Gymnasium; return why not, empty if it could."""
+    steps = (
+        ("hatchling",),
+        ("-r", str(LISTS / "requirements-rllib.txt")),
+        ("--no-build-isolation", *OURS),
+    )
+    return environment.install(
+        *(("-c", str(CONSTRAINTS), *step) for step in steps), ("--no-deps", RLLIB_GYMNASIUM)
+    )
 
 
 def install_lerobot(environment: OwnEnvironment) -> str:

@@ -131,16 +131,21 @@ def why_not_at_rest(cell: "Cell", name: str) -> str:
     Raises:
         CellError: If there is no such object.
     """
+    if (reason := _why_fast(cell, name)) or not cell.is_free(name):
+        return reason
+    dof = cell.model.body_dofadr[cell.body_id(name)]
+    reason = _why_leaving(cell, name, cell.velocity(name), cell.data.qacc[dof : dof + 6])
+    if reason and cell.contacts.touching(name):  # contacts of objects at rest may flutter
+        reason = _why_leaving(cell, name, *_motion_ahead(cell, name))
+    return reason and f"'{name}' {reason}"
+
+
+def _why_fast(cell: "Cell", name: str) -> str:
+    """Return why an object moves too fast for rest; empty if it does not."""
     cell.find(name)
     if not (np.isfinite(cell.data.qpos).all() and np.isfinite(cell.data.qvel).all()):
         return "the state of the cell is not finite"
-    velocity = cell.velocity(name)
-    reason = _why_moving(velocity)
-    if not reason and cell.is_free(name):
-        dof = cell.model.body_dofadr[cell.body_id(name)]
-        reason = _why_leaving(cell, name, velocity, cell.data.qacc[dof : dof + 6])
-        if reason and cell.contacts.touching(name):  # contacts of objects at rest may flutter
-            reason = _why_leaving(cell, name, *_motion_ahead(cell, name))
+    reason = _why_moving(cell.velocity(name))
     return reason and f"'{name}' {reason}"
 
 
@@ -207,7 +212,12 @@ def why_not_in(cell: "Cell", name: str, container: str) -> str:
         CellError: If there is no such object or container.
     """
     cell.find(container)
-    return why_not_at_rest(cell, name) or _why_unsupported(cell, name, container, {container})
+    return (
+        _why_fast(cell, name)
+        or _why_astray(cell, name, container)
+        or why_not_at_rest(cell, name)
+        or _why_unsupported(cell, name, container, {container})
+    )
 
 
 def why_not_on(cell: "Cell", name: str, support: str) -> str:
@@ -266,6 +276,15 @@ def _why_topples(cell: "Cell", name: str, velocity: np.ndarray, acceleration: np
     return ""
 
 
+def _why_astray(cell: "Cell", name: str, container: str) -> str:
+    """Return why an object does not touch a container and loose objects only; empty if it does."""
+    points = cell.contacts.points(name)
+    for point in points:
+        if entity_of(point.other) != container and not _is_loose(cell, entity_of(point.other)):
+            return f"'{name}' touches '{point.other}'"
+    return "" if points else f"'{name}' touches nothing"
+
+
 def _why_unsupported(cell: "Cell", name: str, container: str, seen: set[str]) -> str:
     """Return why an object is not supported inside a container; empty if it is.
 
@@ -276,12 +295,9 @@ def _why_unsupported(cell: "Cell", name: str, container: str, seen: set[str]) ->
         seen: The container, and the objects that are being checked.
     """
     seen.add(name)
+    if reason := _why_astray(cell, name, container):
+        return reason
     points = cell.contacts.points(name)
-    if not points:
-        return f"'{name}' touches nothing"
-    for point in points:
-        if entity_of(point.other) != container and not _is_loose(cell, entity_of(point.other)):
-            return f"'{name}' touches '{point.other}'"
     lower, upper = extent(cell, name)
     size, centre = upper - lower, 0.5 * (lower + upper)
     depths = [_distance(cell, g, centre, _DOWN) for g in collision_geoms(cell, container)]

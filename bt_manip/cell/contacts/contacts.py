@@ -64,7 +64,6 @@ class Contacts:
         self._data = data
         self._body_names = body_names
         self._force = np.zeros(6)
-        self._linear, self._angular = self._force[:3], self._force[3:]
         self._views: dict[int, _Views] = {}
 
     def fingerprint(self) -> bytes:
@@ -97,9 +96,8 @@ class Contacts:
             CellError: If no body or entity has such a name.
         """
         mine, others = self._sides(name, None)
-        body, geoms = self._body_names.of_geom, self._data.contact.geom
-        positions = self._data.contact.pos
-        found = []
+        body, found = self._body_names.of_geom, []
+        geoms, positions = self._view().geoms, self._view().positions
         # The contact normal points from the first geom to the second.
         for index, sign in self._contacts_between(others, mine):
             normal = sign * self._contact_force(index)[0]
@@ -139,14 +137,16 @@ class Contacts:
         mine, others = self._sides(name, None)
         if point is None:
             point = self._data.xpos[self._body_names.body_ids(name)[0]]
-        force, torque = np.zeros(3), np.zeros(3)
-        positions = self._view().positions
+        found, view = self._contacts_between(others, mine), self._view()
+        local, force, torque = np.empty((len(found), 6)), np.zeros(3), np.zeros(3)
+        for row, (index, _) in zip(local, found, strict=True):
+            mujoco.mj_contactForce(self._model, self._data, index, row)
+        indices = [index for index, _ in found]
+        world = local.reshape(-1, 2, 3) @ view.frames[indices]
         # The contact force points from the first geom to the second.
-        for index, sign in self._contacts_between(others, mine):
-            axes = self._contact_force(index)
-            f = sign * (self._linear @ axes)
-            force += f
-            torque += cross(positions[index] - point, f) + sign * (self._angular @ axes)
+        for (index, sign), (f, t) in zip(found, world, strict=True):
+            force += sign * f
+            torque += sign * (cross(view.positions[index] - point, f) + t)
         return Wrench(force, torque)
 
     def geoms(self, name: str) -> np.ndarray:
@@ -181,13 +181,13 @@ class Contacts:
 
     def _contacts_between(self, first: np.ndarray, second: np.ndarray) -> list[tuple[int, float]]:
         """Return the contacts of two sets of geoms, with sign +1 if the first set comes first."""
-        view = self._view()
-        a, b = view.geoms.T
-        active = view.addresses >= 0  # contacts inside the margin only have no constraint
-        forth = active & first[a] & second[b]
-        back = active & first[b] & second[a] & ~forth
-        signed = np.flatnonzero(forth | back)
-        return [(i, 1.0 if forth[i] else -1.0) for i in signed.tolist()]
+        view, found = self._view(), []
+        one, two = first.tobytes(), second.tobytes()
+        for i, (a, b) in enumerate(view.geoms.tolist()):
+            forth, back = one[a] and two[b], one[b] and two[a]
+            if (forth or back) and view.addresses[i] >= 0:  # no constraint: inside the margin only
+                found.append((i, 1.0 if forth else -1.0))
+        return found
 
     def _contact_force(self, index: int) -> np.ndarray:
         """Read a contact's force and torque into the buffer; return its axes as rows."""  # (3, 3)

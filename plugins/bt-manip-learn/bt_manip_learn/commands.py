@@ -46,6 +46,7 @@ DEMONSTRATION_FORMATS = {
     "lerobot": DemonstrationFormat(
         "write_lerobot", ("actions", "observations", "python"), folder=True
     ),
+    "minari": DemonstrationFormat("write_minari", ("actions", "observations"), folder=True),
 }
 """All formats by name; a new one is a line here."""
 
@@ -164,16 +165,16 @@ def _identify(make_recorder: "Callable[[], DemonstrationRecorder]") -> dict[str,
 @click.option("--format", "form", type=click.Choice(DEMONSTRATION_FORMATS), required=True)
 @click.option(
     "-o", "--out", type=click.Path(path_type=Path), required=True, metavar="OUT",
-    help="File to write; of lerobot, the folder.",
+    help="File to write; of lerobot and minari, the folder.",
 )  # fmt: skip
 @click.option(
     "--actions", default="joint_targets", show_default=True, metavar="KIND",
-    help="Actions that robomimic or lerobot learns.",
+    help="Actions that robomimic, lerobot or minari has.",
 )  # fmt: skip
 @click.option(
     "--observations", type=click.Choice(["robot", "all"]), metavar="GROUP",
     help="robot: those that a robot can measure; all: also those that only a simulator knows.  "
-    "[default: robot for lerobot, else all]",
+    "[default: robot for lerobot if there are images, else all]",
 )  # fmt: skip
 @click.option(
     "--python", metavar="PYTHON", help="Python of an environment with lerobot, for lerobot."
@@ -189,7 +190,7 @@ def export(
     """Export the demonstrations in DIR.
 
     robomimic is one HDF5 file for robomimic, parquet a table with a row for each step, lerobot a
-    LeRobotDataset, which LeRobot itself writes.
+    LeRobotDataset, which LeRobot itself writes, minari a dataset of Minari.
     """
     chosen_format = DEMONSTRATION_FORMATS[form]
     if (python is not None) != ("python" in chosen_format.options):

@@ -165,7 +165,7 @@ class LossCheck:
             position = self._cell.pose(name).translation
             if position[2] < self._lowest:
                 return f"'{name}' has fallen"
-            distances = [np.linalg.norm(position - shoulder) for shoulder in self._shoulders]
+            distances = [math.dist(position, shoulder) for shoulder in self._shoulders]
             if all(d > reach for d, reach in zip(distances, self._reach, strict=True)):
                 return f"'{name}' is out of reach"
         return ""

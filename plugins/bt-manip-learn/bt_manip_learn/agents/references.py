@@ -60,7 +60,7 @@ class StepReference(Reference):
         T = self._duration
         self._basis = np.stack(
             [np.hstack(rows) * [1.0, 1.0, T, T] / T**i for i, rows in enumerate(hermite)], axis=1
-        )  # (steps + 1, 3, 4)
+        ).reshape(-1, 4)  # (3 (steps + 1), 4)
         self._now = np.zeros(3 * len(q))  # flat, for faster copies
         self.q, self.v, self.a = self._now.reshape(3, -1)
         self.hold_at(q)
@@ -94,7 +94,7 @@ class StepReference(Reference):
         v_end = end_velocity(end - start, start - self._before, T)
         v_end = v_end.clip(-limits.velocity, limits.velocity)
         setpoints = self._basis @ np.array([start, end, self.v, v_end])
-        self._setpoints = setpoints.reshape(len(setpoints), -1)
+        self._setpoints = setpoints.reshape(-1, 3 * len(start))
         self._before, self._step = start, 0
         self._now[:] = self._setpoints[0]
 

@@ -9,6 +9,7 @@ from bt_manip import lazy_exports
 
 if TYPE_CHECKING:
     from .export_lerobot import write_lerobot as write_lerobot
+    from .export_minari import write_minari as write_minari
     from .export_parquet import write_demonstration_table as write_demonstration_table
     from .export_robomimic import write_robomimic as write_robomimic
     from .recorder import DemonstrationRecorder as DemonstrationRecorder
@@ -20,6 +21,7 @@ __getattr__ = lazy_exports(
     __name__,
     {
         f"{__name__}.export_lerobot": "write_lerobot",
+        f"{__name__}.export_minari": "write_minari",
         f"{__name__}.export_parquet": "write_demonstration_table",
         f"{__name__}.export_robomimic": "write_robomimic",
         f"{__name__}.recorder": "DemonstrationRecorder",

@@ -8,7 +8,7 @@ from bt_manip.exceptions import BtManipError
 
 from . import lerobot_script
 from .export_parquet import write_demonstration_table
-from .store import DemonstrationStore
+from .store import ALL, DemonstrationStore
 
 
 def write_lerobot(
@@ -16,7 +16,7 @@ def write_lerobot(
     folder: Path,
     actions: str,
     python: str,
-    observations: str = "robot",
+    observations: str = "",
 ) -> int:
     """Write demonstrations as a `LeRobotDataset`, by lerobot itself.
 
@@ -26,7 +26,8 @@ def write_lerobot(
         actions: Kind of the actions to write as ``action``.
         python: Python interpreter of an environment with lerobot.
         observations: Group of observations, see `DemonstrationStore.observed`. Values that only a
-            simulator knows become ``observation.environment_state``.
+            simulator knows become ``observation.environment_state``. Default: ``"robot"`` with
+            images, otherwise ``"all"``, since policies need images or a state of the environment.
 
     Returns:
         Number of demonstrations.
@@ -39,7 +40,8 @@ def write_lerobot(
         raise BtManipError(f"'{folder}' exists: choose another folder, which LeRobot makes")
     with TemporaryDirectory() as temporary:
         table = Path(temporary, "demonstrations.parquet")
-        n = write_demonstration_table(store, table, observations)
+        group = observations or ("robot" if store.manifest["images"]["kinds"] else ALL)
+        n = write_demonstration_table(store, table, group)
         script = str(lerobot_script.__file__)
         command = [python, script, str(table), str(folder.absolute()), actions]
         try:

@@ -50,7 +50,7 @@ def write_robomimic(
     leaves: dict[str, int] = {}
     total = 0
     store.check_actions(actions)
-    space = _action_space(store.manifest["actions"][actions])
+    space = action_space(store.manifest["actions"][actions])
     with writing(path, "export"), whole_file(path) as out, h5py.File(out, "w") as file:
         data = file.create_group("data")
         for one in store:
@@ -76,7 +76,7 @@ def write_robomimic(
             total += len(one)
         if not demos:
             raise BtManipError(f"'{store.folder}' has no demonstrations to export")
-        data.attrs.update(total=total, env_args=json.dumps(_env_args(store.manifest, actions)))
+        data.attrs.update(total=total, env_args=json.dumps(env_args(store.manifest, actions)))
         text = h5py.string_dtype()
         file.create_dataset("leaves", data=[*leaves], dtype=text)
         file.create_dataset("manifest", data=json.dumps(store.manifest), dtype=text)
@@ -85,14 +85,15 @@ def write_robomimic(
     return len(demos)
 
 
-def _action_space(described: Mapping[str, Any]) -> "ActionSpace":
+def action_space(described: Mapping[str, Any]) -> "ActionSpace":
+    """Return the space of a kind of actions, as the manifest describes it."""
     from bt_manip_learn.agents import ActionSpace
 
     low, high = (np.array(described[key], dtype=np.float32) for key in ("low", "high"))
     return ActionSpace(low, high, tuple(described["names"]), tuple(described["units"]))
 
 
-def _env_args(manifest: Mapping[str, Any], actions: str) -> dict[str, Any]:
+def env_args(manifest: Mapping[str, Any], actions: str) -> dict[str, Any]:
     """Return robomimic's description of the environment: `GymnasiumEnvironment(**env_kwargs)`."""
     given = {key: manifest[key] for key in ("tree", "scene", "settings", "images")}
     kwargs = {**given, **_parts(manifest), "tick": manifest["tick_s"], "action": actions}

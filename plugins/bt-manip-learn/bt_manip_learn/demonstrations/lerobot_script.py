@@ -65,6 +65,7 @@ def convert(table: Path, folder: Path, kind: str) -> None:
                 )
             if dataset is None:
                 features = {name: feature(value) for name, value in frame.items()}
+                features["action"]["names"] = manifest["actions"][kind]["names"]
                 for key, parts in values.items():
                     features[key]["names"] = [
                         f"{name.removeprefix('obs.')}.{i}"

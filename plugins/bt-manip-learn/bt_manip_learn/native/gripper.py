@@ -147,7 +147,9 @@ class NativeTwoFingerGripper(TwoFingerGripper):
     def signals(self, steps: int) -> np.ndarray:
         """Return the control signals of the next steps, and advance by them [N]."""  # (n, 2)
         planned = self._planned()
-        rows = planned[np.minimum(np.arange(self._index, self._index + steps), len(planned) - 1)]
+        rows = planned[self._index : self._index + steps]
+        if len(rows) < steps:
+            rows = np.vstack([rows, np.broadcast_to(planned[-1], (steps - len(rows), 2))])
         self.advance(steps)
         return rows
 

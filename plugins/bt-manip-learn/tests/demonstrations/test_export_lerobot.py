@@ -19,6 +19,7 @@ step = dataset[6]
 print(dataset.num_episodes, len(dataset), dataset.fps, step["task"], step["leaf"])
 print(*(step[f"observation.{one}state"].shape[0] for one in sys.argv[2:]))
 print(tuple(step["observation.images.overview"].shape), step["action"][0].item())
+print(*dataset.meta.features["action"]["names"])
 """
 
 TRAIN = """
@@ -53,7 +54,7 @@ for _ in range(5):
     loss.backward()
     optimizer.step()
     losses.append(loss.item())
-print(*config.image_features)
+print(*config.input_features)
 print(*losses)
 """
 
@@ -83,13 +84,22 @@ def test_lerobot_reads_the_dataset(lerobot, store, tmp_path, observations, sizes
     shape, action = lines[2].rsplit(" ", 1)
     assert shape == "(3, 8, 12)"
     assert float(action) == pytest.approx(store.read(1).actions["joint_targets"][1, 0])
+    assert lines[3] == "a b c"
 
 
-def test_act_learns_from_the_images(lerobot, store, tmp_path):
+@pytest.mark.parametrize(("kinds", "observed"), [(["rgb"], "robot"), ([], "all")])
+def test_act_learns_from_the_default_export(lerobot, tmp_path, make_demonstration, kinds, observed):
+    identity = {**IDENTITY, "images": {"kinds": kinds}}
+    store = DemonstrationStore.create(tmp_path / "demos", identity)
+    demo = make_demonstration()
+    if not kinds:
+        del demo.observations["overview_rgb"]
+    store.write(demo)
     folder = tmp_path / "dataset"
     write_lerobot(store, folder, "joint_targets", lerobot)
-    images, losses = lines_of(lerobot, TRAIN, str(folder))
-    assert images == "observation.images.overview"
+    names, losses = lines_of(lerobot, TRAIN, str(folder))
+    beside = {"robot": "observation.images.overview", "all": "observation.environment_state"}
+    assert set(names.split()) == {"observation.state", beside[observed]}
     first, *_, last = map(float, losses.split())
     assert last < first
 
