@@ -68,8 +68,8 @@ def test_commands_take_until_the_device_has_completed_them(gripper, connection):
     assert connection.sent == [("grasp", 0.0, 0.1, 30.0)]
 
 
-@pytest.mark.parametrize(("width", "flag"), [(0.0, True), (0.049, False)])
-def test_it_holds_nothing_without_the_flag_or_without_a_width(gripper, connection, width, flag):
+@pytest.mark.parametrize(("width", "flag"), [(0.0, True), (0.08, True), (0.049, False)])
+def test_it_holds_nothing_without_the_flag_or_fully_closed_or_open(gripper, connection, width, flag):
     gripper.close(30.0)
     connection.done(width, flag)
     gripper.update()

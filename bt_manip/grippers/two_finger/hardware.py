@@ -20,6 +20,9 @@ SPEED = 0.1
 SLIPPED = 3e-3
 """Tolerance of the width for a held object, and for fully open or closed [m]."""
 
+OPEN = 1e-3
+"""Width below fully open from which on an object can be held: open fingers hold nothing [m]."""
+
 NEAR_WIDTH = 0.1
 """Largest distance of the tool from the centre of mass of a gripped object [m]."""
 
@@ -34,9 +37,9 @@ _HOLD = ("_asked", "_busy", "_closing", "_grasp_width", "_held", "_steps_release
 class RealTwoFingerGripper(DrivenFingers):
     """A gripper whose fingers are at the measured positions of the real fingers.
 
-    It holds an object while the device reports a grip and the width is that of the grasp. The
-    object nearest to the tool is assumed to be gripped, and moves with the tool; once released it
-    falls in the simulation.
+    It holds an object while the device reports a grip, and the width is that of the grasp and
+    neither fully closed nor fully open. The object nearest to the tool is assumed to be gripped,
+    and moves with the tool; once released it falls in the simulation.
 
     Attributes:
         assumed: Names of released objects, whose poses are assumed.
@@ -95,7 +98,8 @@ class RealTwoFingerGripper(DrivenFingers):
     def _grips(self) -> bool:
         state = self._connection.state
         kept = abs(state.width - self._grasp_width) <= SLIPPED
-        return state.is_grasped and kept and state.width > self._min + SLIPPED
+        between = self._min + SLIPPED < state.width < self._open - OPEN
+        return state.is_grasped and kept and between
 
     # Measurements
 
