@@ -7,8 +7,6 @@ import pytest
 from bt_manip.bt import NodeStatus, Tree
 from bt_manip.bt.nodes import Action, Condition
 from bt_manip.cell import Cell
-from bt_manip.exceptions import BtManipError
-from bt_manip.robots import Backend
 from bt_manip.runner import Believed, Run, RunLoop, RunRequest, TreeSource, make_station
 from bt_manip.scenes import ExpectedObjects, PoseSource, Scene, SceneObject, SceneRobot
 from bt_manip.spatial import pose
@@ -113,13 +111,6 @@ def test_the_state_of_a_station_has_that_of_its_believed_cell(with_seen):
     station.believed.state = 8
     station.set_state(state)
     assert station.believed.state == 7
-
-
-def test_a_real_robot_has_no_believed_cell(with_seen):
-    backend = Backend("nothing:here", controllers=("position",))
-    real = replace(with_seen, backends=with_seen.backends.with_part("mine", backend))
-    with pytest.raises(BtManipError, match="--poses seen is for the simulation, not for --backend"):
-        make_station(request_for(backend="mine=here", controller="position"), real)
 
 
 def test_sensors_are_those_of_the_physics(parts):

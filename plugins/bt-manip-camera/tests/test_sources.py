@@ -15,7 +15,7 @@ import pytest
 from bt_manip.bt import NodeStatus
 from bt_manip.cell import CellError, looking_at
 from bt_manip.exceptions import BtManipError
-from bt_manip.plugins import PluginSelection, load_plugins
+from bt_manip.plugins import load_plugins
 from bt_manip.runner import RunLoop, prepare, request_of
 from bt_manip_camera import sources
 from bt_manip_camera.camera import DepthCamera
@@ -149,7 +149,8 @@ TREE = """<root BTCPP_format="4"><BehaviorTree ID="Look"><EstimatePose object="c
 def prepare_real(tmp_path, monkeypatch):
     """Prepare a run of `TREE` with the fake arm, for options of ``--camera``."""
     monkeypatch.syspath_prepend(str(DEVICES))
-    parts = load_plugins(choice=PluginSelection(folders=(DEVICES,)), warn=lambda text: None).parts
+    monkeypatch.setenv("BT_MANIP_PLUGINS_DIR", str(DEVICES))
+    parts = load_plugins(warn=lambda text: None).parts
     (tmp_path / "scene.toml").write_text(SCENE)
     (tmp_path / "look.xml").write_text(TREE)
     runs = []
