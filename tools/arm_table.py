@@ -36,7 +36,8 @@ WHY = """
   the opposite sign, a range of positive angles only, so that they stop the mechanism; the 2F-85 of
   Menagerie picks.
 - YAM: each fingertip is one mesh, whose hull fills the room between the tips; its maker excludes
-  their contact. With `bt-manip[convex]` the tips are decomposed; this was not tried to its end.
+  their contact. Decomposing a tip takes minutes, and with coarse settings of coacd, which take 30 s,
+  the opening is no smooth function of the joint.
 - SO-100 of URDF: its gripper and jaw have no collision geometry.
 
 The SO-101 needs `pip install 'bt-manip[convex]'`: its jaws are concave.
@@ -67,6 +68,7 @@ ROWS = (
     Row("ViperX 300 S", _MENAGERIE, "menagerie_more/trossen_vx300s/vx300s.xml"),
     Row("WidowX 250 S", _MENAGERIE, "menagerie_more/trossen_wx250s/wx250s.xml"),
     Row("SO-ARM100", _MENAGERIE, "menagerie_more/trs_so_arm100/so_arm100.xml"),
+    Row("Unitree Z1", _MENAGERIE, "unitree_z1/z1_gripper.xml"),
     Row("xArm 5 (URDF)", "xArm-Developer/xarm_ros", "expanded/xarm5_gripper.urdf"),
     Row("xArm 6 (URDF)", "xArm-Developer/xarm_ros", "expanded/xarm6_gripper.urdf"),
     Row("xArm 7 (URDF)", "xArm-Developer/xarm_ros", "expanded/xarm7_gripper.urdf"),

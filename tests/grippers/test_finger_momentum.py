@@ -1,9 +1,11 @@
-"""Heavy fingers meet an object so slowly that they do not push it away."""
+"""Heavy fingers do not push an object away; fingers of much friction do not oscillate."""
 
 import numpy as np
 import pytest
 
 from bt_manip.grippers import TwoFingerGripper
+from bt_manip.grippers.two_finger.fingers import FingerLoop
+from bt_manip.grippers.two_finger.stroke import Motion
 from tests.control.conftest import panda_cell
 
 MOMENTUM = 0.1  # [N s]
@@ -36,3 +38,28 @@ def test_after_the_first_contact_the_momentum_of_a_finger_is_limited(offset):
         if contact is not None and cell.time > contact + 0.05:  # slowed down; recoil adds a little
             assert np.abs(mass * cell.data.qvel[dofs]).max() < 1.3 * MOMENTUM
     assert gripper.held == ("cube",)
+
+
+class DampedFingers(TwoFingerGripper):
+    """Fingers with more viscous friction than their position loop adds."""
+
+    def _build(self, *given, **parameters):
+        super()._build(*given, **parameters)
+        for joint in self.mechanism.joints:
+            joint.damping = 400.0
+
+
+def test_fingers_of_much_viscous_friction_follow_their_stroke():
+    cell, _, _, gripper = panda_cell(0.0, make_gripper=DampedFingers)
+    gripper.move(0.06)
+    while gripper.moving:
+        cell.step()
+        assert cell.time < 2.0
+    assert gripper.width == pytest.approx(0.06, abs=5e-4)
+
+
+@pytest.mark.parametrize("loss", [0.0, 30.0, 400.0])
+def test_a_finger_at_its_target_is_not_pushed_on(loss):
+    loop = FingerLoop(mass=0.3, loss=loss, moving=0.1 * loss)
+    away, back = loop.forces(Motion(0.03, 0.0, 0.0), (0.03, 0.03, 0.05, -0.05))
+    assert away <= 0.0 <= back

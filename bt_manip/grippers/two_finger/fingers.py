@@ -46,7 +46,7 @@ _MET_FORCE = 5.0  # [N] force of fingers closed on each other
 # Poles of a finger's position loop [rad/s], well below a tenth of the sampling rate (628 rad/s).
 _POLE = 150.0
 _PUSH = 20.0  # [N] maximum force of a finger under position control, or
-_PUSH_SHARE = 1.5  # this factor on the force that accelerates it, if larger
+_PUSH_SHARE = 1.5  # this factor on the force of its fastest motion, if larger
 
 _NOTHING: Touched = ((), ())
 
@@ -186,9 +186,10 @@ class DrivenFingers(Gripper):
         fingers.bind(model, data)
         self._contacts.bind(model, data)
         self._acceleration = min(StrokeLimits(0.0).acceleration, self.max_force / fingers.mass)
-        self._loop = FingerLoop(fingers.mass, fingers.loss, self._acceleration)
         stoppable = math.sqrt(2.0 * self._acceleration * _STOPPING)
         self._speed = min(_SPEED, self._parameters.max_speed, stoppable)
+        moving = max(fingers.mass * self._acceleration, fingers.loss * self._speed)
+        self._loop = FingerLoop(fingers.mass, fingers.loss, moving)
         self._slow = min(_SLOW, _MOMENTUM / fingers.mass)
 
     def initialize_episode(
@@ -332,21 +333,24 @@ class DrivenFingers(Gripper):
 class FingerLoop:
     """A PD position loop with two equal poles and acceleration feedforward for each finger.
 
+    A finger with more viscous friction keeps it, and has a slower pole: feedback that cancels
+    friction oscillates where the force is limited.
+
     Args:
         mass: Effective mass of one finger [kg].
         loss: Viscous friction of one finger [N s/m].
-        acceleration: Maximum acceleration of a finger [m/s2].
+        moving: Force that accelerates one finger, or keeps its speed [N].
 
     Attributes:
         stiffness: Position gain of a finger [N/m].
         damping: Velocity gain of a finger, including its viscous friction [N s/m].
     """
 
-    def __init__(self, mass: float, loss: float, acceleration: float) -> None:
-        self._push = max(_PUSH, _PUSH_SHARE * mass * acceleration)
+    def __init__(self, mass: float, loss: float, moving: float) -> None:
+        self._push = max(_PUSH, _PUSH_SHARE * moving)
         self._mass = mass
-        self.stiffness = mass * _POLE * _POLE
-        self.damping = 2.0 * mass * _POLE
+        self.damping = max(2.0 * mass * _POLE, loss)
+        self.stiffness = 0.5 * self.damping * _POLE
         self._added = self.damping - loss  # the rest is viscous friction
 
     def forces(self, motion: Motion, fingers: Fingers) -> tuple[float, float]:

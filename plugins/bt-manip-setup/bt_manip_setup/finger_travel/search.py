@@ -267,7 +267,8 @@ def _find_pads(bench: FingerBench, sequences: Sequence[np.ndarray], where: str) 
         if _opening(distances).max() > _OPENS:
             return _pads_of(bench, sequence, distances, geoms)
     bare = [literal_name(model.body(b).name) for b in bodies if not collision_geoms_of(model, b)]
-    lacking = f"; without a geometry that collides: {', '.join(map(repr, bare))}" if bare else ""
+    names = ", ".join(map(repr, bare))
+    lacking = f"; give a collision geometry to the bodies without one: {names}" if bare else ""
     raise RobotError(
         f"{where}: no two surfaces beyond the arm's last joint open and close by more than "
         f"{1e3 * _OPENS:.0f} mm{lacking}"

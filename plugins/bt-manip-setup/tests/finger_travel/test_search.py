@@ -96,7 +96,7 @@ def test_the_hand_of_the_panda_is_found():
             "<!--palm-->",
             '<body name="jaw" pos="0 0 0.1"><joint name="a" range="0 1" limited="true"/>'
             '<geom size="0.01" contype="0" conaffinity="0"/></body>',
-            "by more than 2 mm; without a geometry that collides: 'jaw'$",
+            "by more than 2 mm; give a collision geometry to the bodies without one: 'jaw'$",
         ),
     ],
 )
