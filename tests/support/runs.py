@@ -27,7 +27,10 @@ class Listener(RunObserver):
 
 
 PREPARE = importlib.import_module("bt_manip.runner.prepare")  # the name is also a function's
-TRACKED = importlib.import_module("bt_manip.cli.tracked_episodes")
+RUNNERS = [
+    importlib.import_module(f"bt_manip.{name}")
+    for name in ("cli.tracked_episodes", "evaluation.scheduling")
+]
 
 
 @pytest.fixture(scope="session")
@@ -51,7 +54,8 @@ def in_this_process(monkeypatch) -> None:
         return map(make_worker().run, episodes)
 
     monkeypatch.setattr("bt_manip.evaluation.call_in_process", lambda what, function: function())
-    monkeypatch.setattr(TRACKED, "run_episodes", run)
+    for module in RUNNERS:
+        monkeypatch.setattr(module, "run_episodes", run)
 
 
 @pytest.fixture(scope="session")
