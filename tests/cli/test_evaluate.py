@@ -20,7 +20,9 @@ def evaluate(bt_manip, tmp_path):
     return run
 
 
-def test_the_rate_the_reasons_and_what_to_look_at_are_printed(evaluate, bt_manip, tmp_path):
+def test_the_rate_the_reasons_and_what_to_look_at_are_printed(
+    evaluate, in_this_process, bt_manip, tmp_path
+):
     code, out, _ = evaluate("--episodes", 6)
     assert code == 1
     assert "of 6 episodes succeeded" in out and "kg is heavy" in out
@@ -49,7 +51,9 @@ def test_results_are_continued_and_others_refused(evaluate, tmp_path):
     assert code == 2 and "of another evaluation: settings limit" in err
 
 
-def test_a_sweep_prints_a_row_for_each_point_and_is_drawn(evaluate, bt_manip, tmp_path):
+def test_a_sweep_prints_a_row_for_each_point_and_is_drawn(
+    evaluate, in_this_process, bt_manip, tmp_path
+):
     pytest.importorskip("pyarrow")
     pytest.importorskip("viser")
     words = "--vary", "scene.objects.cube.mass=0.05,0.2", "--episodes", 2, "--to", tmp_path / "out"
@@ -60,7 +64,7 @@ def test_a_sweep_prints_a_row_for_each_point_and_is_drawn(evaluate, bt_manip, tm
     assert "0.05" in out and "100.0%" in out and "0.0%" in out
 
 
-def test_two_trees_are_compared_on_the_same_episodes(evaluate, tmp_path):
+def test_two_trees_are_compared_on_the_same_episodes(evaluate, in_this_process, tmp_path):
     (tmp_path / "other.py").write_text(TREES)
     light = f"{tmp_path}/other.py:light"
     code, out, _ = evaluate(light, "--episodes", 6)
@@ -68,7 +72,7 @@ def test_two_trees_are_compared_on_the_same_episodes(evaluate, tmp_path):
     assert "alone failed" not in out
 
 
-def test_two_values_are_compared_on_the_same_episodes(evaluate):
+def test_two_values_are_compared_on_the_same_episodes(evaluate, in_this_process):
     words = "--vary", "limit=0.0001,10", "--episodes", 8
     code, out, _ = evaluate(*words, command="sweep")
     assert "A: limit=0.0001" in out and "B: limit=10" in out
@@ -79,7 +83,9 @@ def test_two_values_are_compared_on_the_same_episodes(evaluate):
         assert f"--set limit=0.0001 --episode {episode} --view" in out
 
 
-def test_the_command_of_a_differing_episode_repeats_it(evaluate, bt_manip, tmp_path):
+def test_the_command_of_a_differing_episode_repeats_it(
+    evaluate, in_this_process, bt_manip, tmp_path
+):
     words = "--vary", "scene.objects.cube.mass=0.02,0.3", "--episodes", 2, "--set", "limit=0.1"
     _, out, _ = evaluate(*words, command="sweep")
     commands = [line.split()[1:-1] for line in out.splitlines() if line.startswith("  bt-manip")]
@@ -93,7 +99,7 @@ def test_the_command_of_a_differing_episode_repeats_it(evaluate, bt_manip, tmp_p
     assert code == 2 and "--vary controller.kp: a run has one value" in err
 
 
-def test_stopping_early_says_that_it_biases(evaluate):
+def test_stopping_early_says_that_it_biases(evaluate, in_this_process):
     _, out, _ = evaluate("--episodes", 2, "--until-interval", 0.5)
     assert "biases rates slightly upwards" in " ".join(out.split())
 
@@ -142,7 +148,7 @@ def test_ctrl_c_prints_the_results_so_far(terminal, tmp_path):
     assert b"episodes succeeded" in running.shown and b"Traceback" not in running.shown
 
 
-def test_a_quantity_of_an_object_that_never_was_in_the_cell_has_no_rate(evaluate):
+def test_a_quantity_of_an_object_that_never_was_in_the_cell_has_no_rate(in_this_process, evaluate):
     words = "--vary", "scene.objects.bottle.mass=0.1,0.2", "--episodes", 1
     code, out, err = evaluate(*words, command="sweep")
     assert code == 1

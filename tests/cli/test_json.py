@@ -144,7 +144,7 @@ def test_a_run_prints_the_report_that_it_writes(found, write):
     assert [one["code"] for one in data["findings"]] == ["never-runs"]
 
 
-def test_an_evaluation_warns_once_and_prints_its_episodes(bt_manip, found, write):
+def test_an_evaluation_warns_once_and_prints_its_episodes(bt_manip, found, write, in_this_process):
     command = ("evaluate", write(TREE), "--episodes", 3, "--workers", 2)
     assert bt_manip(*command).err.count("never runs") == 1
     code, data = found(*command)

@@ -21,15 +21,7 @@ from bt_manip.planning.tool_path_following import limit_error
 from bt_manip.robots import ToolLimits
 from bt_manip.trajectories import SplinePath, effort_use, limit_use
 
-START = spatial.pointing_down([0.4, -0.2, 0.3])
-CORNER = spatial.pointing_down([0.4, 0.1, 0.3], 0.5)
-END = spatial.pointing_down([0.6, 0.1, 0.4], 0.2)
-BLEND = 0.05
-
-
-def positions(path, n=2001):
-    """Return positions at even fractions of a path."""
-    return np.array([path.pose(s).translation for s in np.linspace(0.0, 1.0, n)])
+from .test_tool_path import BLEND, CORNER, END, START, positions
 
 
 def tool_motion(arm, trajectory, step=1e-3):

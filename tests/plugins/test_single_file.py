@@ -1,11 +1,10 @@
 """The page about plugins installs a single file."""
 
-import os
 import re
-import subprocess
-import sys
 import tomllib
 from pathlib import Path
+
+from tests.support.program import run_python
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
@@ -18,16 +17,6 @@ def register_scenes(register):
 """
 
 
-def run(*command: object, cwd: Path, **variables: str) -> str:
-    """Run something and give what it printed."""
-    done = subprocess.run(
-        [sys.executable, *map(str, command)], cwd=cwd, capture_output=True, text=True,
-        env={**os.environ, **variables}, stdin=subprocess.DEVNULL,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout
-
-
 def test_the_pyproject_of_the_page_installs_a_single_file(tmp_path):
     page = (DOCS / "plugins" / "README.md").read_text()
     (text,) = re.findall(r"```toml\n(\[project\]\n.*?)```", page, re.DOTALL)
@@ -37,9 +26,9 @@ def test_the_pyproject_of_the_page_installs_a_single_file(tmp_path):
     (source / "pyproject.toml").write_text(text)
     (source / f"{module}.py").write_text(SINGLE_FILE)
     (source / f"test_{module}.py").touch()
-    run(
+    run_python(
         "-m", "pip", "--disable-pip-version-check", "install", "-q", "--no-index", "--no-deps",
         "--no-build-isolation", "--target", target, source, cwd=tmp_path,
     )  # fmt: skip
-    listed = run("-m", "bt_manip", "plugins", cwd=tmp_path, PYTHONPATH=str(target))
+    listed = run_python("-m", "bt_manip", "plugins", cwd=tmp_path, PYTHONPATH=str(target))
     assert f"{module} 0.1: ok" in listed

@@ -1,5 +1,8 @@
 """The program, run inside the test's own process, and trees that are over at once."""
 
+import os
+import subprocess
+import sys
 import textwrap
 from collections.abc import Callable
 from pathlib import Path
@@ -55,6 +58,16 @@ class Outcome(NamedTuple):
 def run_program(*arguments: object) -> int:
     """Run a command; return its exit code."""
     return run_app(Interrupt(), [str(argument) for argument in arguments])
+
+
+def run_python(*arguments: object, cwd: Path, **variables: str) -> str:
+    """Run Python in a process of its own and return what it printed."""
+    done = subprocess.run(
+        [sys.executable, *map(str, arguments)], cwd=cwd, capture_output=True, text=True,
+        env={**os.environ, **variables}, stdin=subprocess.DEVNULL,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
 
 
 @pytest.fixture

@@ -27,6 +27,10 @@ class Listener(RunObserver):
 
 
 PREPARE = importlib.import_module("bt_manip.runner.prepare")  # the name is also a function's
+RUNNERS = [
+    importlib.import_module(f"bt_manip.{name}")
+    for name in ("cli.tracked_episodes", "evaluation.scheduling")
+]
 
 
 @pytest.fixture(scope="session")
@@ -40,6 +44,18 @@ def shared_stations(station_pool: StationPool, monkeypatch) -> Iterator[None]:
     monkeypatch.setattr(PREPARE, "make_station", station_pool.build)
     yield
     station_pool.release()
+
+
+@pytest.fixture
+def in_this_process(monkeypatch) -> None:
+    """Let commands run episodes in the process of the test: starting others takes seconds."""
+
+    def run(make_worker, episodes, workers, *, pool, lost) -> Iterator[Any]:
+        return map(make_worker().run, episodes)
+
+    monkeypatch.setattr("bt_manip.evaluation.call_in_process", lambda what, function: function())
+    for module in RUNNERS:
+        monkeypatch.setattr(module, "run_episodes", run)
 
 
 @pytest.fixture(scope="session")

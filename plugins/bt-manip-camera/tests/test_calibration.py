@@ -83,7 +83,9 @@ def test_a_camera_is_found_on_the_hand(parts, opengl):
     assert np.degrees(angle) < 0.2
 
 
-@pytest.mark.parametrize("eye", [(1.1, 0.3, 1.7), (0.5, -0.6, 1.9)])
+@pytest.mark.parametrize(
+    "eye", [(1.1, 0.3, 1.7), pytest.param((0.5, -0.6, 1.9), marks=pytest.mark.soak)]
+)
 def test_a_fixed_camera_is_found_from_a_tag_on_the_hand(parts, opengl, eye):
     pytest.importorskip("pupil_apriltags", reason="pupil-apriltags is not installed")
     from bt_manip import build_station

@@ -80,8 +80,10 @@ def test_the_top_is_the_rectangle_at_the_height_of_the_box_above_the_table():
 @pytest.mark.parametrize("yaw", [0.5, -0.5])
 def test_a_thing_on_the_table_is_given_by_the_middle_of_its_top_and_its_long_side(yaw):
     frame = cast(size=(0.08, 0.04, 0.06), yaw=yaw)
-    seeing = SimpleNamespace(frame=lambda: frame, surface=1.0)
+    shown = []
+    seeing = SimpleNamespace(frame=lambda: frame, surface=1.0, show=shown.append)
     ((x, y, z, *turn),) = SegmentTable.look(seeing)
+    assert [one.frame for one in shown] == [frame]
     T = pose((x, y, z), turn)
     assert np.linalg.norm(turn) == pytest.approx(1.0)
     assert np.abs(T.translation - (0.32, 0.03, 1.06)).max() < 2e-3

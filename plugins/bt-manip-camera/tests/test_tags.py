@@ -1,5 +1,7 @@
 """AprilTags are read and measured by the library of others that detects them."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -33,15 +35,23 @@ def test_each_tag_has_its_number(library, opengl):
     assert [one.number for one in seen] == list(range(number))
 
 
-def errors(number, height=None):
-    """Give errors across the view [mm] and of the yaw [degrees] at random poses."""
-    rng = np.random.default_rng(3)
+@cache
+def tags_seen(number):
+    """Give frames of a tag, with its position and yaw, which are random, and the camera's."""
+    rng, found = np.random.default_rng(3), []
     for _ in range(number):
         at, yaw = rng.uniform((0.2, -0.1), (0.4, 0.1)), rng.uniform(-np.pi, np.pi)
         elevation, azimuth = np.radians(rng.uniform(60, 90)), rng.uniform(-np.pi, np.pi)
         flat = np.cos(elevation) * np.array([np.cos(azimuth), np.sin(azimuth)])
         eye = (*at, 1.0) + 0.65 * np.append(flat, np.sin(elevation))
-        (seen,) = detect_tags(look([(5, at, yaw)], eye, (*at, 1.0)), 0.032, height)
+        found.append((look([(5, at, yaw)], eye, (*at, 1.0)), at, yaw, eye))
+    return found
+
+
+def errors(number, height=None):
+    """Give errors across the view [mm] and of the yaw [degrees] at random poses."""
+    for frame, at, yaw, eye in tags_seen(number):
+        (seen,) = detect_tags(frame, 0.032, height)
         off = seen.T_wt.translation - (*at, 1.0)
         view = ((*at, 1.0) - eye) / 0.65
         across = np.linalg.norm(off if height is not None else off - (off @ view) * view)

@@ -1,8 +1,5 @@
 """A new plugin installs, lints, and its tests pass at once; the templates are real packages."""
 
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -12,18 +9,9 @@ from bt_manip.exceptions import BtManipError
 from bt_manip.plugins import load_plugins
 from bt_manip_contracts.commands import PLUGIN_KINDS
 from bt_manip_contracts.scaffold import templates, write_plugin
+from tests.support.program import run_python
 
 NAME = "big-toothed-gear"
-
-
-def run(*command: object, cwd: Path, **variables: str) -> str:
-    """Run something and give what it printed."""
-    done = subprocess.run(
-        [sys.executable, *map(str, command)], cwd=cwd, capture_output=True, text=True,
-        env={**os.environ, **variables}, stdin=subprocess.DEVNULL,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout
 
 
 @pytest.fixture(scope="module")
@@ -40,27 +28,29 @@ def test_the_command_offers_every_kind():
 
 
 def test_they_lint(written):
-    run("-m", "ruff", "check", ".", cwd=written)
-    run("-m", "ruff", "format", "--check", ".", cwd=written)
+    run_python("-m", "ruff", "check", ".", cwd=written)
+    run_python("-m", "ruff", "format", "--check", ".", cwd=written)
 
 
 @pytest.mark.parametrize("kind", PLUGIN_KINDS)
 def test_another_name_lints_too(kind, tmp_path):
     write_plugin("a" * 24, kind, tmp_path, load_plugins())
-    run("-m", "ruff", "check", ".", cwd=tmp_path)
+    run_python("-m", "ruff", "check", ".", cwd=tmp_path)
 
 
 @pytest.mark.parametrize("kinds", ["behaviour", pytest.param("*", marks=pytest.mark.soak)])
 def test_they_install_and_their_tests_pass(written, tmp_path, kinds):
     packages = sorted(written.glob(f"bt-manip-my-{kinds}"))
-    run(
+    run_python(
         "-m", "pip", "--disable-pip-version-check", "install", "-q", "--no-index", "--no-deps",
         "--no-build-isolation", "--target", tmp_path, *packages, cwd=tmp_path,
     )  # fmt: skip
-    check = run("-m", "bt_manip", "plugins", "--check", cwd=written, PYTHONPATH=str(tmp_path))
+    check = run_python(
+        "-m", "bt_manip", "plugins", "--check", cwd=written, PYTHONPATH=str(tmp_path)
+    )
     assert "nothing is wrong" in check
     tests = ["-m", "pytest", "-q", "-p", "no:cacheprovider", "--import-mode=importlib"]
-    out = run(*tests, *packages, cwd=written, PYTHONPATH=str(tmp_path))
+    out = run_python(*tests, *packages, cwd=written, PYTHONPATH=str(tmp_path))
     assert "passed" in out and "skipped" not in out
 
 

@@ -27,13 +27,9 @@ def test_a_drawer_that_the_falling_arm_pushes_is_pulled_again(recovers, seed):
     assert found == ("recovered", "", "")
 
 
+@pytest.mark.soak
 @pytest.mark.parametrize(
-    ("fault", "phase"),
-    [
-        ("push", "Press"),
-        pytest.param("stuck_joint", "MoveHome", marks=pytest.mark.soak),
-        pytest.param("sensor_delay", "Hover", marks=pytest.mark.soak),
-    ],
+    ("fault", "phase"), [("push", "Press"), ("stuck_joint", "MoveHome"), ("sensor_delay", "Hover")]
 )
 def test_a_button_is_pressed_in_spite_of_a_disturbance(recovers, fault, phase):
     assert recovers("press_button", fault, phase) == ("recovered", "", "")
@@ -43,9 +39,8 @@ def test_a_peg_that_is_knocked_out_of_the_hand_is_inserted(recovers):
     assert recovers("insert_peg", "move", "MoveHome") == ("recovered", "", "")
 
 
-@pytest.mark.parametrize(
-    ("phase", "seed"), [("MoveToPose", 1), pytest.param("MoveHome", 0, marks=pytest.mark.soak)]
-)
+@pytest.mark.soak
+@pytest.mark.parametrize(("phase", "seed"), [("MoveToPose", 1), ("MoveHome", 0)])
 def test_a_rod_that_is_moved_away_is_handed_over_again(recovers, phase, seed):
     assert recovers("hand_over", "move", phase, seed) == ("recovered", "", "")
 
@@ -54,5 +49,6 @@ def test_a_rod_that_is_jammed_between_both_grippers_is_dropped_and_handed_over_a
     assert recovers("hand_over", "torque_loss", "Approach") == ("recovered", "", "")
 
 
+@pytest.mark.soak
 def test_a_peg_is_carried_slower_after_late_sensors_have_stopped_the_arm(recovers):
     assert recovers("peg_in_hole", "sensor_delay", "Grasp") == ("recovered", "", "")

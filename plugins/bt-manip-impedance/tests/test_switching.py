@@ -1,5 +1,7 @@
 """Switching between stiff and compliant control leaves the torques of the Panda continuous."""
 
+from functools import cache
+
 import mujoco
 import numpy as np
 import pytest
@@ -37,7 +39,8 @@ class Ramp(Reference):
         self.a = self.sign * 6 * (u - u**2) / T
 
 
-def torque_steps(switches, *, moving, force):
+@cache
+def torque_steps(*switches, moving, force):
     """Return the change of each joint's torque in each step, over its limit."""  # (STEPS - 1, 7)
     robot = Robot(panda(), gripper=TwoFingerGripper)
     manager = ControllerManager(robot, FACTORIES, "computed_torque")
@@ -47,8 +50,8 @@ def torque_steps(switches, *, moving, force):
     manager.reference = Ramp(robot.q) if moving else Hold(robot.q)
     rows = []
     for i in range(STEPS):
-        if i in switches:
-            manager.switch(switches[i])
+        for _, controller in filter(lambda switch: switch[0] == i, switches):
+            manager.switch(controller)
         applied = np.zeros(cell.model.nv)
         tool = cell.data.site_xpos[robot.tool_site_id]
         body = cell.model.site_bodyid[robot.tool_site_id]
@@ -68,8 +71,8 @@ def torque_steps(switches, *, moving, force):
     ids=["at rest", "at rest under 30 N", "at 1 rad/s"],
 )
 def test_a_switch_moves_no_torque_beyond_what_the_reference_asks_for(compliant, moving, force):
-    switches = dict(zip(SWITCHES, (compliant, "computed_torque"), strict=True))
-    switched = torque_steps(switches, moving=moving, force=force)
-    unswitched = torque_steps({}, moving=moving, force=force)
+    switches = zip(SWITCHES, (compliant, "computed_torque"), strict=True)
+    switched = torque_steps(*switches, moving=moving, force=force)
+    unswitched = torque_steps(moving=moving, force=force)
     beyond = np.abs(switched - unswitched)[SWITCHES[0] - 1 :]
     assert beyond.max() < LARGEST_STEP

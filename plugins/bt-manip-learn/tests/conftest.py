@@ -3,7 +3,11 @@
 import pytest
 
 from tests.support.drawing import opengl as opengl
+from tests.support.drawing import (
+    processes_draw_if_their_test_does as processes_draw_if_their_test_does,
+)
 from tests.support.program import bt_manip as bt_manip
+from tests.support.runs import in_this_process as in_this_process
 from tests.support.runs import shared_stations as shared_stations
 from tests.support.runs import station_pool as station_pool
 

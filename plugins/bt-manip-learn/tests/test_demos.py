@@ -82,7 +82,7 @@ def test_episodes_are_recorded_and_exported(record, bt_manip, tmp_path):
     assert manifest["task"] == "tree"
 
 
-def test_the_same_command_continues_and_others_are_refused(record, tmp_path):
+def test_the_same_command_continues_and_others_are_refused(record, tmp_path, in_this_process):
     folder = tmp_path / "demos"
     assert record("--episodes", 1).code == 0
     first = digests(folder)
@@ -94,7 +94,7 @@ def test_the_same_command_continues_and_others_are_refused(record, tmp_path):
     assert code == 2 and "holds demonstrations that differ: seed 0 instead of 7: choose" in err
 
 
-def test_a_folder_is_recorded_by_one_process_at_a_time(record, tmp_path):
+def test_a_folder_is_recorded_by_one_process_at_a_time(record, tmp_path, in_this_process):
     assert record("--episodes", 1).code == 0
     store = read_demonstrations(tmp_path / "demos")
     with store.recording():
@@ -105,7 +105,7 @@ def test_a_folder_is_recorded_by_one_process_at_a_time(record, tmp_path):
     assert {path.name for path in store.folder.iterdir()} == {"manifest.json", "episode_000000.h5"}
 
 
-def test_failed_episodes_are_named_with_the_reason(record):
+def test_failed_episodes_are_named_with_the_reason(record, in_this_process):
     code, out, _ = record("--episodes", 1, name="aimless")
     assert code == 1
     assert out.startswith("episode 0 failed: the cell has no object 'nothing'\n")
@@ -153,7 +153,9 @@ def test_a_killed_command_goes_on_with_the_same_digests(bt_manip, path, tmp_path
         (("--episodes", "0"), "Invalid value for '--episodes'"),
     ],
 )
-def test_bad_input_is_one_line_and_leaves_no_folder(record, tmp_path, options, problem):
+def test_bad_input_is_one_line_and_leaves_no_folder(
+    record, in_this_process, tmp_path, options, problem
+):
     code, out, err = record(*options)
     assert code == 2 and problem in err and out == ""
     assert not (tmp_path / "demos").exists()
@@ -178,7 +180,7 @@ def test_bad_exports_are_refused(bt_manip, tmp_path, options, problem):
     assert code == 2 and problem in err and out == ""
 
 
-def test_the_commands_have_the_options_of_all_commands(bt_manip, record):
+def test_the_commands_have_the_options_of_all_commands(bt_manip, record, in_this_process):
     for command in ("demos", "demos record", "demos export"):
         assert "--block NAME" in bt_manip(*command.split(), "--help").out
     code, _, err = record("--episodes", 1, "--block", "nobody")

@@ -46,6 +46,7 @@ def test_check_says_why_there_is_no_picture(bt_manip, described):
     assert "no picture: nothing can be drawn with MUJOCO_GL disable" in err
 
 
+@pytest.mark.soak
 def test_check_warns_of_nothing_without_a_display(described):
     unset = {k: v for k, v in os.environ.items() if k not in ("MUJOCO_GL", "DISPLAY")}
     command = [sys.executable, "-m", "bt_manip", "robot", "check", described, "--cycles", "0"]

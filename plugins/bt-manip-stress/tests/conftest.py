@@ -5,8 +5,12 @@ import pytest
 
 from bt_manip.bt import Sleep, Tree
 from bt_manip_stress.faults import FaultContext
+from tests.support.drawing import (
+    processes_draw_if_their_test_does as processes_draw_if_their_test_does,
+)
 from tests.support.program import bt_manip as bt_manip
 from tests.support.program import trees as trees
+from tests.support.runs import in_this_process as in_this_process
 from tests.support.terminal import terminal as terminal
 
 

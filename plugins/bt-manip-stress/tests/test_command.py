@@ -62,7 +62,7 @@ def test_a_table_and_its_page_are_written(stress, tmp_path):
     assert "| push | R1 |" in text and text.endswith("<!-- /stress -->\n\nAfter.\n")
 
 
-def test_the_episodes_are_printed_as_json(stress):
+def test_the_episodes_are_printed_as_json(stress, in_this_process):
     code, out, err = stress("--faults", "heavy, push", "--json")
     assert (code, err) == (0, "")
     found = json.loads(out)
@@ -70,7 +70,7 @@ def test_the_episodes_are_printed_as_json(stress):
     assert found["findings"] == []
 
 
-def test_a_new_page_holds_the_table_alone(stress, tmp_path):
+def test_a_new_page_holds_the_table_alone(stress, in_this_process, tmp_path):
     page = tmp_path / "page.md"
     options = "--tool-speed", "0.9", "--faults", "push", "--phases", "work", "--markdown", page
     assert stress(*options).code == 0
@@ -88,12 +88,12 @@ def test_a_new_page_holds_the_table_alone(stress, tmp_path):
         (("--seeds", "0"), "Invalid value for '--seeds'"),
     ],
 )
-def test_bad_input_is_one_line(stress, options, problem):
+def test_bad_input_is_one_line(stress, in_this_process, options, problem):
     code, out, err = stress(*options)
     assert code == 2 and problem in err and out == ""
 
 
-def test_a_tree_without_a_goal_is_refused(stress):
+def test_a_tree_without_a_goal_is_refused(stress, in_this_process):
     code, _, err = stress(name="aimless")
     assert code == 2 and len(err.splitlines()) == 1
     assert "declares no goal to judge it by; add one to its main <BehaviorTree>" in err

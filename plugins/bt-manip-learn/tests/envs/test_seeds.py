@@ -62,7 +62,7 @@ def first_observation(task, seed):
 
 
 @pytest.mark.parametrize("scene", ["peg_in_hole", "hand_over"])
-@pytest.mark.parametrize("number", range(3))
+@pytest.mark.parametrize("number", [0, *(pytest.param(n, marks=pytest.mark.soak) for n in (1, 2))])
 def test_the_first_observation_is_a_function_of_the_seed(parts, look, scene, number):
     rng = np.random.default_rng(number)
     count = len(QUANTITIES) - number

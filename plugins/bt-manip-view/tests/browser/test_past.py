@@ -170,7 +170,7 @@ PART = """<Sequence name="part {i}"><AlwaysSuccess name="first of {i}"/>
   <{leaf} name="second of {i}"/></Sequence>"""
 
 
-@pytest.mark.parametrize("failing", [None, 14])
+@pytest.mark.parametrize("failing", [pytest.param(None, marks=pytest.mark.soak), 14])
 def test_a_large_tree_that_has_ended_opens_where_it_failed_or_two_levels(
     start, open_window, tmp_path, failing
 ):
