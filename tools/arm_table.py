@@ -36,8 +36,8 @@ WHY = """
   the opposite sign, a range of positive angles only, so that they stop the mechanism; the 2F-85 of
   Menagerie picks.
 - YAM: each fingertip is one mesh, whose hull fills the room between the tips; its maker excludes
-  their contact. Decomposing a tip takes minutes, and with coarse settings of coacd, which take 30 s,
-  the opening is no smooth function of the joint.
+  their contact. Decomposing a tip takes minutes, and with coarse settings of coacd, which take
+  30 s, the opening is no smooth function of the joint.
 - SO-100 of URDF: its gripper and jaw have no collision geometry.
 
 The SO-101 needs `pip install 'bt-manip[convex]'`: its jaws are concave.
