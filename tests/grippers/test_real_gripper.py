@@ -69,9 +69,7 @@ def test_commands_take_until_the_device_has_completed_them(gripper, connection):
 
 
 @pytest.mark.parametrize(("width", "flag"), [(0.0, True), (0.08, True), (0.049, False)])
-def test_it_holds_nothing_without_the_flag_or_at_either_end(
-    gripper, connection, width, flag
-):
+def test_it_holds_nothing_without_the_flag_or_at_either_end(gripper, connection, width, flag):
     gripper.close(30.0)
     connection.done(width, flag)
     gripper.update()
