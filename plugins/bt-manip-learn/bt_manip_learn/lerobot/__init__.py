@@ -91,7 +91,9 @@ def _space_of(value: Any) -> spaces.Space[Any]:
     return spaces.Box(low, high, value.shape, value.dtype.type)
 
 
-gymnasium.register(ID, LeRobotEnvironment, order_enforce=False, disable_env_checker=True)
+gymnasium.register(  # without wrappers, whose attributes LeRobot does not see
+    ID, f"{__name__}:LeRobotEnvironment", order_enforce=False, disable_env_checker=True
+)
 
 
 @EnvConfig.register_subclass("bt_manip")
