@@ -24,6 +24,7 @@ OURS = ("-e", f"{REPOSITORY}[learn]", *(f"-e{REPOSITORY}/plugins/{name}" for nam
 TESTS = (
     "tests/clients",
     "plugins/bt-manip-learn/tests/demonstrations/test_export_lerobot.py",
+    "plugins/bt-manip-learn/tests/envs/test_lerobot.py",
     "plugins/bt-manip-learn/tests/test_ray_pool.py",
 )
 
@@ -84,7 +85,8 @@ def install_rllib(environment: OwnEnvironment) -> str:
 def install_lerobot(environment: OwnEnvironment) -> str:
     """Make the environment of LeRobot; return why not, empty if it could."""
     listed = LISTS / "requirements-lerobot.txt"
-    reason = environment.install(("-r", str(listed)), ("--no-deps", LEROBOT))
+    ours = ("--no-deps", "--no-build-isolation", *OURS)
+    reason = environment.install(("-r", str(listed)), ("--no-deps", LEROBOT), ours)
     for packages in Path(environment.python).parents[1].glob("lib/python*/site-packages"):
         (packages / "sitecustomize.py").write_text(WITHOUT_OPERATORS)
     return reason

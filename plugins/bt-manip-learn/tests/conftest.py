@@ -1,5 +1,7 @@
 """What the tests share: drawing, the program, stations, and which contracts are left out."""
 
+import os
+
 import pytest
 
 from tests.support.drawing import opengl as opengl
@@ -15,6 +17,15 @@ from tests.support.runs import station_pool as station_pool
 @pytest.fixture(autouse=True)
 def tests_share_stations(shared_stations) -> None:
     """Let episodes have the stations of the tests before."""
+
+
+@pytest.fixture
+def lerobot() -> str:
+    """Give the Python of an environment with LeRobot, or skip the test."""
+    python = os.environ.get("LEROBOT_PYTHON")
+    if python is None:
+        pytest.skip("LEROBOT_PYTHON is not set: the Python of an environment with lerobot")
+    return python
 
 
 @pytest.hookimpl(tryfirst=True)

@@ -13,6 +13,7 @@ from .arm_actions import held_payload as held_payload
 from .differential_ik import differential_ik as differential_ik
 from .episodes import STEP as STEP
 from .episodes import Episodes as Episodes
+from .observations import ROBOT as ROBOT
 from .observations import Images as Images
 from .observations import Observations as Observations
 from .observations import ObservationSpec as ObservationSpec

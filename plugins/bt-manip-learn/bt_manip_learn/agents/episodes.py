@@ -33,7 +33,7 @@ class Episodes:
     adding objects, are complete. Then the tree continues as the expert (`expert_step`), or an agent
     acts in its place (`agent_step`). The expert can take over again at any step: its tree starts
     again behind the leaves that have added and removed objects, so that its conditions skip what is
-    done.
+    done. A tree that succeeds without commanding a robot is no expert.
 
     Observers see an episode as one cycle of a run, from `reset` to `finish`, the next `reset`,
     `set_state` or `close`.
@@ -87,23 +87,26 @@ class Episodes:
             episode: Number of the episode.
 
         Raises:
-            BtManipError: If the scene cannot be randomized with this seed, or the tree ends without
-                commanding a robot, or commands none within `START_TIMEOUT`.
+            BtManipError: If the scene cannot be randomized with this seed, or the tree fails before
+                it commands a robot, or commands none within `START_TIMEOUT`.
         """
         self._begin(seed, episode)
         self._open(self.make_observers(self.run, episode))
         self._loop.begin(episode)
         with SetUp(self.run) as set_up:
             self._tick_until_commanded()
-            self._again = set_up.state_behind()
+            self._again = set_up.state_behind() if self._ticked else None
 
     def _tick_until_commanded(self) -> None:
-        """Tick the tree until it has commanded a robot."""
+        """Tick the tree until it has commanded a robot, or has nothing to do."""
         while True:
             self.status = self._loop.tick()
-            if self.status is not NodeStatus.RUNNING:
+            if self.status is NodeStatus.FAILURE:
                 reason = self.run.tree.failure_reason()
-                raise BtManipError(f"the tree ended before it commanded a robot: {reason}")
+                raise BtManipError(f"the tree failed before it commanded a robot: {reason}")
+            if self.status is NodeStatus.SUCCESS:
+                self.status = NodeStatus.IDLE
+                return
             if self._commanded():
                 self._ticked = True
                 return
@@ -210,11 +213,12 @@ class Episodes:
         """Let the tree start again, and let the robots follow their arms from where they are.
 
         Raises:
-            BtManipError: If the leaves that add objects run beside others.
+            BtManipError: If there is no expert, or leaves that add objects run beside others.
         """
         if self._again is None:
             raise BtManipError(
-                "the expert cannot take over: its tree adds or removes objects beside other actions"
+                "the expert cannot take over: its tree commands no robot, or adds or removes "
+                "objects beside other actions"
             )
         for one in self.station.robots.values():
             reference, q = one.controllers.reference, one.robot.q

@@ -8,6 +8,7 @@ import pytest
 from bt_manip.behaviours import Destination
 from bt_manip.cell import Cell
 from bt_manip.cell.objects import Cube
+from bt_manip.exceptions import BtManipError
 from bt_manip.plugins import load_plugins
 from bt_manip.runner import request_of
 from bt_manip.spatial import pose
@@ -24,6 +25,32 @@ def test_what_the_tree_does_before_it_commands_a_robot_is_done(episodes):
     episodes.reset(0)
     assert "cube" in episodes.station.cell.objects
     assert not episodes.station.robot.v.any()
+
+
+TREE = """\
+<root BTCPP_format="4">
+  <BehaviorTree ID="Task" _goal="IsIn object={{cube}} container=basket">
+    <Sequence><SpawnObject object="{{cube}}"/>{}</Sequence>
+  </BehaviorTree>
+</root>
+"""
+
+
+def test_a_tree_that_commands_no_robot_is_a_task_without_expert(parts, tmp_path):
+    path = tmp_path / "task.xml"
+    path.write_text(TREE.format(""))
+    episodes = Episodes(request_of(str(path), parts), parts)
+    episodes.reset(0)
+    kind = action_kind("joint_targets", episodes)
+    q = episodes.station.robot.q
+    for _ in range(4):
+        kind.step(np.append(q + 0.05, 1.0))
+    assert (episodes.station.robot.q > q).all()
+    with pytest.raises(BtManipError, match="cannot take over: its tree commands no robot"):
+        episodes.expert_step()
+    path.write_text(TREE.format("<AlwaysFailure/>"))
+    with pytest.raises(BtManipError, match="failed before it commanded a robot: AlwaysFailure"):
+        Episodes(request_of(str(path), parts), parts).reset(0)
 
 
 def test_an_episode_does_not_depend_on_those_before_it(episodes, parts):

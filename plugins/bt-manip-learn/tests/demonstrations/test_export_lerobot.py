@@ -1,6 +1,5 @@
 """LeRobot itself writes the dataset, in an environment of its own."""
 
-import os
 import subprocess
 import sys
 
@@ -57,14 +56,6 @@ for _ in range(5):
 print(*config.input_features)
 print(*losses)
 """
-
-
-@pytest.fixture
-def lerobot():
-    python = os.environ.get("LEROBOT_PYTHON")
-    if python is None:
-        pytest.skip("LEROBOT_PYTHON is not set: the Python of an environment with lerobot")
-    return python
 
 
 def lines_of(python, script, *words):

@@ -10,6 +10,7 @@ from dm_control.composer.variation import distributions, noises
 
 import bt_manip_learn.envs  # noqa: F401 (registers the ids)
 from bt_manip.cell.randomization import Randomization
+from bt_manip.plugins import load_plugins
 from bt_manip_learn.envs import LearningTask
 from bt_manip_learn.envs.vector_env import BatchEnvironment
 
@@ -26,6 +27,17 @@ TREE = """\
   </TreeNodesModel>
 </root>
 """
+
+IDLE = """\
+<root BTCPP_format="4">
+  <BehaviorTree ID="Idle" _goal="ObjectExists object=nothing"><AlwaysSuccess/></BehaviorTree>
+</root>
+"""
+
+SCENES = [
+    pytest.param(scene, marks=() if scene == "varied_pick" else pytest.mark.soak)
+    for scene in load_plugins().parts.scenes
+]
 
 QUANTITIES = {
     "mass": distributions.Uniform(0.05, 1.0),
@@ -68,6 +80,21 @@ def test_the_first_observation_is_a_function_of_the_seed(parts, look, scene, num
     count = len(QUANTITIES) - number
     quantities = ["mass", *rng.permutation(["friction", "yaw", "colour", "position"])[: count - 1]]
     task, other = (make(parts, look, scene, quantities, seed) for seed in (0, 8))
+    check_first_observation(task, other, rng)
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_the_first_observation_in_a_registered_scene_is_a_function_of_the_seed(
+    parts, tmp_path, scene
+):
+    path = tmp_path / "idle.xml"
+    path.write_text(IDLE)
+    task, other = (LearningTask(str(path), parts=parts, scene=scene, seed=seed) for seed in (0, 8))
+    check_first_observation(task, other, np.random.default_rng(0))
+
+
+def check_first_observation(task, other, rng):
+    """Compare it in a task, after other episodes, and in another one."""
     expected = first_observation(task, 3)
     for seed in rng.integers(100, size=2):
         task.reset(int(seed), 1)
