@@ -138,8 +138,8 @@ class McapRecorder(RunObserver):
             RobotChannel(file, self._cell, one, logs[name])
             for name, one in self._station.robots.items()
         ]
-        sources = run.station.parts.of("message_sources")
-        makers = [sources.maker(name, "__call__") for name in sources.in_order()]
+        sources = run.station.parts.by_kind().get("message_sources")  # None: not a plugin of it
+        makers = [sources.maker(name, "__call__") for name in sources.in_order()] if sources else []
         self._sources = [make(run, self._add_message) for make in makers]
 
     def after_compile(self) -> None:

@@ -41,7 +41,8 @@ README = Path(__file__).resolve().parents[1] / "README.md"
 
 
 def test_register_export_formats_converts_recordings(bt_manip, recording, tmp_path):
-    (code,) = re.findall(r"```python\n(.*?register_export.*?)```", README.read_text(), re.DOTALL)
+    blocks = re.findall(r"```python\n(.*?)```", README.read_text(), re.DOTALL)
+    (code,) = (block for block in blocks if "register_export_formats" in block)
     (tmp_path / "of_register_export_formats.py").write_text(code)
     assert bt_manip("export", recording, "--to", "times", "--plugins-dir", tmp_path).code == 0
     times = recording.with_suffix(".times").read_text().split()
