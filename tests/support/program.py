@@ -12,6 +12,9 @@ import pytest
 
 from bt_manip.cli import Interrupt, run_app
 
+DEVICES = Path(__file__).parent / "devices"
+"""Folder of a plugin that drives arms which are not there."""
+
 TREES = """
     from bt_manip.behaviours import ObjectExists
     from bt_manip.bt import Action, Delay, Fallback, Sequence, Sleep, Status

@@ -5,7 +5,6 @@ import socket
 import struct
 import threading
 import time
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -20,6 +19,7 @@ from bt_manip.runner import RunLoop, prepare, request_of
 from bt_manip_camera import sources
 from bt_manip_camera.camera import DepthCamera
 from bt_manip_camera.sources import NetworkFrames, RecordedFrames, connect
+from tests.support.program import DEVICES
 
 from .test_cast_frames import EYE, FOVY, HEIGHT, TARGET, WIDTH, cast
 
@@ -119,7 +119,6 @@ def test_recorded_frames_come_in_the_order_of_their_names(tmp_path):
 
 # A real arm: the fake one of the tests of bt-manip, in a process of its own.
 
-DEVICES = Path(__file__).resolve().parents[3] / "tests" / "robots" / "devices"
 T_WC = looking_at(EYE, TARGET)
 SCENE = f"""
 robots = [{{name = "arm", position = [-0.3, 0.0, 1.0]}}]

@@ -2,7 +2,6 @@
 
 import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
@@ -13,8 +12,8 @@ from bt_manip.exceptions import MotionError
 from bt_manip.plugins import PluginSelection
 from bt_manip.robots import ArmBounds, DeviceError, RobotError, panda
 from bt_manip.scenes import Scene, SceneRobot, read_scene
+from tests.support.program import DEVICES
 
-HERE = Path(__file__).parent
 Z = 0.45  # [m]; at home the tool is at 0.487
 SLACK = 1e-3  # [m] that the connection accepts
 SCENE = Scene(
@@ -24,15 +23,15 @@ SCENE = Scene(
 
 @pytest.fixture(scope="module")
 def station():
-    sys.path.append(str(HERE))
-    choice = PluginSelection(folders=(HERE,))
+    sys.path.append(str(DEVICES))
+    choice = PluginSelection(folders=(DEVICES,))
     parts = load_plugins(entry_points=(), choice=choice, warn=lambda text: None).parts
     station = build_station(
         parts, scene=SCENE, backend="fake=0.5", controller="joint_impedance", speed=1.0
     )
     yield station
     station.hardware.close()
-    sys.path.remove(str(HERE))
+    sys.path.remove(str(DEVICES))
 
 
 def rest(station):

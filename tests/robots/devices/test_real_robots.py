@@ -28,8 +28,8 @@ from bt_manip_contracts import (
 )
 from bt_manip_contracts.device_contract import stays_on_a_motion_to_its_end
 from tests.measuring.tool_speeds import ToolPositions
+from tests.support.program import DEVICES
 
-HERE = Path(__file__).parent
 FAKE = "fake=0.5"  # half of real time: a busy machine must not be taken for silence
 SCENE = """
 robots = [{name = "arm", position = [-0.1, 0.0, 1.015]}]
@@ -51,10 +51,10 @@ RUNNING, SUCCESS, FAILURE = NodeStatus.RUNNING, NodeStatus.SUCCESS, NodeStatus.F
 
 @pytest.fixture(scope="module")
 def parts():
-    sys.path.append(str(HERE))
-    choice = PluginSelection(folders=(HERE,))
+    sys.path.append(str(DEVICES))
+    choice = PluginSelection(folders=(DEVICES,))
     yield load_plugins(entry_points=(), choice=choice, warn=lambda text: None).parts
-    sys.path.remove(str(HERE))
+    sys.path.remove(str(DEVICES))
 
 
 @pytest.fixture(scope="module")
@@ -255,8 +255,15 @@ def run(tmp_path):
 
     def start(*options):
         command = [sys.executable, "-m", "bt_manip", "run", "pick_place", "--scene", scene]
-        command += ["--plugins-dir", HERE, "--poses", "scene", "--backend", f"{FAKE},{setpoints}"]
-        environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(HERE), *sys.path])}
+        command += [
+            "--plugins-dir",
+            DEVICES,
+            "--poses",
+            "scene",
+            "--backend",
+            f"{FAKE},{setpoints}",
+        ]
+        environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(DEVICES), *sys.path])}
         started.append(
             subprocess.Popen(
                 [str(part) for part in (*command, *options)],
