@@ -33,6 +33,7 @@ STABLE = {
     ),
     "bt_manip.planning": "PlanningProblem PlanningResult RRTConnect",
     "bt_manip_learn.agents": "ActionKind ActionSpace",
+    "bt_manip_learn.envs": "LearningTask",
     "bt_manip.control": "Controller",
     "bt_manip.models": "ModelError MjcfModel ModelFormat ModelCache",
     "bt_manip.plugins": "load_plugins",
@@ -150,7 +151,7 @@ EXPERIMENTAL = {
         "InverseKinematics IKProblem IKResult PoseTarget PositionTarget RotationTarget "
         "manipulability"
     ),
-    "bt_manip_learn.envs": "LearningTask Outcome DmEnvironment",
+    "bt_manip_learn.envs": "Outcome DmEnvironment",
     "bt_manip_learn.demonstrations": (
         "Demonstration DemonstrationStore DemonstrationRecorder read_demonstrations "
         "write_robomimic write_demonstration_table write_lerobot"
