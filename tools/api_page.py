@@ -173,7 +173,7 @@ EXPERIMENTAL = {
         "McapRecorder Recording RecordedRun RecordedScene Continuation RecordedInterventions "
         "Timeline Trace jpeg log_line read_trace record_states running_leaves write_csv write_mcap "
         "write_npz write_parquet write_trace CellScene SceneSource SceneCamera VisualShape "
-        "TexturedMesh Triangles PLANE_THICKNESS tool_path"
+        "TexturedMesh Triangles PLANE_THICKNESS timestamp_of tool_path"
     ),
     "bt_manip_convert": "to_python",
     "bt_manip_hands": "Hand SuctionGripper suction_gripper",

@@ -21,9 +21,12 @@ EDGES = [
 ]
 """Numbers of the corners of each edge of a box."""
 
+POINT_STEP = 4
+"""One pixel of so many in both directions is a point of a depth image that is shown."""
+
 
 def beliefs(station: Station) -> dict[str, dict[str, Any]]:
-    """Return what is believed of each expected object, as plain data; empty without seen poses.
+    """Return the beliefs about each expected object as plain data; empty without seen poses.
 
     Entries: ``position`` [m] and ``quat_wxyz`` where it is believed to be anywhere;
     ``true_position`` and ``true_quat_wxyz`` of the physics, and ``off``, the distance between both

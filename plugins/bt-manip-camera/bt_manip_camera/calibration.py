@@ -131,12 +131,6 @@ def park_martin(tools: Sequence[pin.SE3], tags: Sequence[pin.SE3]) -> pin.SE3:
     return pin.SE3(R, np.linalg.lstsq(matrix, wanted, rcond=None)[0])
 
 
-def difference(T: pin.SE3, other: pin.SE3) -> tuple[float, float]:
-    """Return the distance [m] and the angle [rad] between two poses."""
-    off = T.actInv(other)
-    return float(np.linalg.norm(off.translation)), float(np.linalg.norm(pin.log3(off.rotation)))
-
-
 def hold_tag(station: Any, number: int, size: float) -> None:
     """Put a tag on the hand of the first robot, at `HELD`.
 

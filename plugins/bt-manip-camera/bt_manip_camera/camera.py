@@ -14,7 +14,7 @@ from bt_manip.cell import CellError, ParametricEntity
 from bt_manip.parameters import Parameter
 
 from .detections import Detections
-from .frame import Frame, focal_length
+from .frame import Frame, difference, focal_length
 from .noise import PARAMETERS, DepthErrors
 from .renderer import KeptRenderer, camera_id
 
@@ -41,7 +41,7 @@ class DepthCamera(ParametricEntity):
         delay: Time from the exposure until a frame arrives [s].
         miscalibration: Its believed pose in its true frame.
         disturb: Changes depth and colour of each frame, with a random generator; None: nothing.
-        detections: What was detected in the last frame that somebody used; None: there is none.
+        detections: Those in the last frame that somebody used; None: there is none.
         source: Returns a frame that begins when it is called, of a real camera; another thread
             calls it, and it must end within a time limit. It raises a `CellError` if there is no
             frame. None: frames are rendered.
@@ -147,9 +147,7 @@ class DepthCamera(ParametricEntity):
         """
         if self._asked is None:
             return False
-        gap = self._asked[1].actInv(self._pose(robots)[0])
-        turn = np.linalg.norm(pin.log3(gap.rotation))
-        return bool(max(np.linalg.norm(gap.translation), turn) > MOVED)
+        return max(difference(self._asked[1], self._pose(robots)[0])) > MOVED
 
     def _received(self, robots: Mapping[str, Any] | None) -> Frame:
         if self._asked is None:

@@ -87,7 +87,7 @@ def check(**options: Any) -> int:
     """
     import numpy as np
 
-    from .calibration import difference
+    from .frame import difference
 
     found, believed, pixels = find_calibration(**options)
     distance, angle = difference(found.T_gc, believed)
@@ -140,7 +140,7 @@ def _print(found: "HandEye", believed: "pin.SE3", pixels: float) -> None:
     import numpy as np
     import pinocchio as pin
 
-    from .calibration import difference
+    from .frame import difference
 
     distance, angle = difference(found.T_gc, believed)
     x, y, z = found.T_gc.translation

@@ -71,3 +71,9 @@ def focal_length(height: int, fovy: float) -> float:
         fovy: The vertical angle of view [degrees].
     """
     return 0.5 * height / float(np.tan(0.5 * np.radians(fovy)))
+
+
+def difference(T: pin.SE3, other: pin.SE3) -> tuple[float, float]:
+    """Return the distance [m] and the angle [rad] between two poses."""
+    off = T.actInv(other)
+    return float(np.linalg.norm(off.translation)), float(np.linalg.norm(pin.log3(off.rotation)))

@@ -17,17 +17,14 @@ from google.protobuf.timestamp_pb2 import Timestamp
 
 from bt_manip.cell import WORLD
 from bt_manip.runner import Run
-from bt_manip_recording import jpeg
+from bt_manip_recording import jpeg, timestamp_of
 
-from .beliefs import beliefs, edges
+from .beliefs import POINT_STEP, beliefs, edges
 from .detections import Detections
 from .frame import Frame
 
 PERIOD = 0.1
 """Simulated time between two messages about what is believed [s]."""
-
-POINT_STEP = 4
-"""One pixel of so many in both directions is a point of the cloud."""
 
 NAMED, NAMELESS = Color(r=0.94, g=0.24, b=0.78, a=1.0), Color(r=0.16, g=0.2, b=0.27, a=1.0)
 """Colours of outlines of objects, and of things without a name."""
@@ -70,7 +67,7 @@ class SeenMessages:
 
     def _boxes(self, rows: dict[str, dict[str, Any]]) -> SceneUpdate:
         update, cell = SceneUpdate(), self._station.believed.cell  # type: ignore[union-attr]
-        stamp = timestamp(self._station.cell.time)
+        stamp = _stamp(self._station.cell.time)
         update.deletions.add(timestamp=stamp, type=SceneEntityDeletion.ALL)
         for name, row in rows.items():
             if "position" in row:
@@ -89,12 +86,12 @@ class SeenMessages:
 def image(name: str, frame: Frame) -> CompressedImage:
     """Return the colour image of a camera."""
     data = jpeg(frame.colour)
-    return CompressedImage(timestamp=timestamp(frame.time), frame_id=name, format="jpeg", data=data)
+    return CompressedImage(timestamp=_stamp(frame.time), frame_id=name, format="jpeg", data=data)
 
 
 def annotations(detections: Detections) -> ImageAnnotations:
     """Return the outlines of what was detected, with labels."""
-    message, stamp = ImageAnnotations(), timestamp(detections.frame.time)
+    message, stamp = ImageAnnotations(), _stamp(detections.frame.time)
     for one in detections.outlines():
         colour = NAMED if one.named else NAMELESS
         line = message.points.add(
@@ -114,7 +111,7 @@ def cloud(frame: Frame) -> PointCloud:
     rows = np.zeros(len(points), [("xyz", "<f4", 3), ("rgb", "u1", 3), ("alpha", "u1")])
     rows["xyz"], rows["rgb"], rows["alpha"] = points, colours, 255
     message = PointCloud(
-        timestamp=timestamp(frame.time), frame_id=WORLD, point_stride=rows.itemsize,
+        timestamp=_stamp(frame.time), frame_id=WORLD, point_stride=rows.itemsize,
         data=rows.tobytes(),
     )  # fmt: skip
     message.pose.orientation.w = 1.0
@@ -125,7 +122,5 @@ def cloud(frame: Frame) -> PointCloud:
     return message
 
 
-def timestamp(time: float) -> Timestamp:
-    """Return a simulated time [s] as protobuf has it."""
-    seconds, nanos = divmod(round(1e9 * time), 1_000_000_000)
-    return Timestamp(seconds=seconds, nanos=nanos)
+def _stamp(time: float) -> Timestamp:
+    return timestamp_of(round(1e9 * time))

@@ -13,7 +13,7 @@ from bt_manip.spatial import quat_wxyz
 from bt_manip_recording import jpeg
 from bt_manip_view import Panel
 
-from .beliefs import beliefs, edges, latest_detections
+from .beliefs import POINT_STEP, beliefs, edges, latest_detections
 from .detections import Detections
 
 HEAD = ("believed", "position [mm]", "±", "off", "age [s]", "by")
@@ -22,8 +22,8 @@ HEAD = ("believed", "position [mm]", "±", "off", "age [s]", "by")
 COLOUR, GREY = (240, 60, 200), (40, 50, 70)
 """Red, green and blue of the outlines of objects, and of things without a name."""
 
-POINT_STEP, POINT_SIZE = 4, 0.002
-"""One pixel of so many in both directions is a point in the scene; its size there [m]."""
+POINT_SIZE = 0.002
+"""Size of a point of the depth image in the scene [m]."""
 
 
 class SeenPanel(Panel):

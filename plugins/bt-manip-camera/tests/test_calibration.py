@@ -17,11 +17,11 @@ from bt_manip_camera.calibration import (
     HELD,
     View,
     calibrate,
-    difference,
     hold_tag,
     park_martin,
     take_views,
 )
+from bt_manip_camera.frame import difference
 
 SIZE = 0.06
 T_GC = pin.SE3(pin.exp3(np.array([2.9, 0.3, -0.2])), np.array([0.07, 0.01, -0.06]))

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from bt_manip_recording.export_table import write_csv as write_csv
     from bt_manip_recording.export_table import write_npz as write_npz
     from bt_manip_recording.export_table import write_parquet as write_parquet
+    from bt_manip_recording.foxglove import timestamp_of as timestamp_of
     from bt_manip_recording.log_lines import log_line as log_line
     from bt_manip_recording.mcap_recorder import McapRecorder as McapRecorder
     from bt_manip_recording.past_states import record_states as record_states
@@ -42,6 +43,7 @@ __getattr__ = lazy_exports(
         "bt_manip_recording.continuation": "Continuation RecordedInterventions",
         "bt_manip_recording.export_mcap": "write_mcap",
         "bt_manip_recording.export_table": "write_csv write_npz write_parquet",
+        "bt_manip_recording.foxglove": "timestamp_of",
         "bt_manip_recording.log_lines": "log_line",
         "bt_manip_recording.mcap_recorder": "McapRecorder",
         "bt_manip_recording.past_states": "record_states",
