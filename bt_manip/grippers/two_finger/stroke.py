@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import ruckig
 
 from bt_manip.robots import GripperError
+from bt_manip.trajectories.motion_profile import MotionProfile
 
 BORDER = 1e-6
 """Relative change of the start velocity if Ruckig has no profile for the exact value."""
@@ -54,20 +55,21 @@ class Stroke:
             task.target_velocity = [0.0]
         else:
             task.target_position = [target]
-        self._trajectory = ruckig.Trajectory(1)
+        trajectory = ruckig.Trajectory(1)
         try:
             try:
-                result = ruckig.Ruckig(1).calculate(task, self._trajectory)
+                result = ruckig.Ruckig(1).calculate(task, trajectory)
             except ruckig.RuckigError:  # the start is on the border between two kinds of profiles
                 task.current_velocity = [start.v * (1.0 - BORDER)]
-                result = ruckig.Ruckig(1).calculate(task, self._trajectory)
+                result = ruckig.Ruckig(1).calculate(task, trajectory)
         except ruckig.RuckigError as error:
             raise GripperError(
                 f"a finger cannot travel from {start} to {target}: {error}"
             ) from None
         if result != ruckig.Result.Working:
             raise GripperError(f"a finger cannot travel from {start} to {target} within {limits}")
-        self.duration: float = self._trajectory.duration
+        self.duration: float = trajectory.duration
+        self._profile = MotionProfile.from_ruckig(trajectory.profiles[0][0], self.duration)
 
     @property
     def done(self) -> bool:
@@ -77,11 +79,7 @@ class Stroke:
     def advance(self, dt: float) -> Motion:
         """Advance by ``dt`` [s] and return the motion at the new time."""
         self.elapsed += dt
-        if self.elapsed < self.duration:
-            s, v, a = self._trajectory.at_time(self.elapsed)
-            return Motion(s[0], v[0], a[0])
-        s, _, _ = self._trajectory.at_time(self.duration)
-        return Motion(s[0], 0.0, 0.0)
+        return Motion(*self._profile.at(self.elapsed))
 
     def get_state(self) -> dict[str, Any]:
         """Return the stroke as plain data."""
