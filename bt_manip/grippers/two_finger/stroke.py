@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import ruckig
 
 from bt_manip.robots import GripperError
-from bt_manip.trajectories.motion_profile import MotionProfile
+from bt_manip.trajectories import MotionProfile
 
 BORDER = 1e-6
 """Relative change of the start velocity if Ruckig has no profile for the exact value."""
