@@ -24,10 +24,11 @@ def parts() -> Parts:
 
 @pytest.fixture(scope="module", autouse=True)
 def reach_is_coarse() -> Iterator[None]:
-    """Measure the reach of robots at a quarter of the positions."""
-    from bt_manip_setup import reach
+    """Measure the reach before robots and on the table at a quarter of the positions."""
+    from bt_manip_setup import inspection, reach
 
     with pytest.MonkeyPatch.context() as patch:
-        for name in ("_RADII", "_HEIGHTS"):
-            patch.setattr(reach, name, getattr(reach, name)[1::2])
+        for module, names in ((reach, ("_RADII", "_HEIGHTS")), (inspection, ("_X", "_Y"))):
+            for name in names:
+                patch.setattr(module, name, getattr(module, name)[1::2])
         yield
