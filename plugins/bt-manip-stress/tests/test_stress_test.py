@@ -1,6 +1,6 @@
 """Each fault at each phase: how a cycle ends is judged by the goal, in the physics."""
 
-from functools import partial
+from functools import cache, partial
 
 import pytest
 
@@ -63,17 +63,24 @@ def aimless():
 """
 
 
-@pytest.fixture
-def tree(tmp_path):
+@pytest.fixture(scope="module")
+def tree(tmp_path_factory):
     """Return what makes the tester of a tree; some notice that their object is heavy."""
-    path = tmp_path / "small.py"
+    path = tmp_path_factory.mktemp("trees") / "small.py"
     path.write_text(TREES)
-    return lambda name: partial(StressTester, f"{path}:{name}")
+    return cache(lambda name: partial(StressTester, f"{path}:{name}"))
 
 
-def results_of(tester, *faults, seeds=1, workers=1):
-    episodes = plan_episodes(tester(), seeds, faults)
-    found = {result.episode: result for result in run_episodes(tester, episodes, workers)}
+@cache
+def shared_tester(make):
+    """Return the tester that tests of a tree share: building one takes longer than an episode."""
+    return make()
+
+
+def results_of(make, *faults, seeds=1, workers=1):
+    episodes = plan_episodes(shared_tester(make), seeds, faults)
+    worker = make if workers > 1 else partial(shared_tester, make)
+    found = {result.episode: result for result in run_episodes(worker, episodes, workers)}
     return [found[episode] for episode in episodes]
 
 
@@ -114,12 +121,12 @@ def test_a_fault_that_cannot_happen_is_no_failure(tree):
 
 
 def test_phases_are_the_leaves_that_take_time(tree):
-    (phase,) = tree("checking")().phases()
+    (phase,) = shared_tester(tree("checking")).phases()
     assert (phase.name, phase.duration) == ("work", 0.3)
 
 
 def test_seeds_begin_faults_at_different_times_within_the_phase(tree):
-    episodes = plan_episodes(tree("checking")(), 5, ["push"])
+    episodes = plan_episodes(shared_tester(tree("checking")), 5, ["push"])
     begins = [episode.plan().after for episode in episodes]
     assert len(set(begins)) == 5 and all(0.0 <= begin < 0.15 for begin in begins)
     assert begins == [episode.plan().after for episode in episodes]
@@ -141,11 +148,11 @@ def test_the_results_do_not_depend_on_the_number_of_processes(tree):
 )
 def test_a_tree_that_cannot_be_judged_is_refused(tree, name, problem):
     with pytest.raises(FaultError, match=problem):
-        tree(name)().phases()
+        shared_tester(tree(name)).phases()
 
 
 def test_unknown_faults_and_phases_are_refused(tree):
-    tester = tree("checking")()
+    tester = shared_tester(tree("checking"))
     with pytest.raises(BtManipError, match="unknown fault 'pusch'; did you mean 'push'"):
         plan_episodes(tester, 1, ["pusch"])
     with pytest.raises(FaultError, match="no leaf 'wrk' runs in this tree; did you mean 'work'"):
