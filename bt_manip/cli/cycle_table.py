@@ -172,7 +172,6 @@ def _fitting_table(console: Console, cycles: Sequence[CycleReport]) -> Renderabl
 
 
 def _result_column(key: str) -> _Column:
-    """Return the column of a result of the tree."""
     return _Column(key, lambda cycle: value_text(cycle.results.get(key)))
 
 

@@ -84,8 +84,9 @@ def _print_rows(rows: Mapping[str, list[tuple[str, str, str]]], indent: str) -> 
     for kind, found in rows.items():
         if indent:
             click.echo(f"{kind}:")
-        for line in _aligned(found):
-            click.echo(indent + line)
+        widths = [max((len(row[i]) for row in found), default=0) for i in range(2)]
+        for name, origin, summary in found:
+            click.echo(f"{indent}{name:{widths[0]}}  {origin:{widths[1]}}  {summary}".rstrip())
 
 
 def _part(kind: str, row: tuple[str, str, str]) -> dict[str, Any]:
@@ -242,9 +243,3 @@ def _summary(part: Any) -> str:
         return str(getattr(part, "model", "") or getattr(part, "make", ""))
     # Not that of a base class, which getdoc() would give.
     return inspect.cleandoc(part.__doc__ or "").partition("\n")[0]
-
-
-def _aligned(rows: list[tuple[str, str, str]]) -> Iterator[str]:
-    widths = [max((len(row[i]) for row in rows), default=0) for i in range(2)]
-    for name, origin, summary in rows:
-        yield f"{name:{widths[0]}}  {origin:{widths[1]}}  {summary}".rstrip()

@@ -1,7 +1,7 @@
 """The observers of a run."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from bt_manip.cli.plugin_options import print_warning
 from bt_manip.cli.record_option import record_target
@@ -10,7 +10,6 @@ from bt_manip.exceptions import BtManipError
 from bt_manip.parameters import parameters_of, read_words
 from bt_manip.plugins import BUILTIN, Plugin, Plugins, guarded, plugin_observers
 from bt_manip.record import SnapshotWriter, check_writable
-from bt_manip.registry import Registry
 from bt_manip.runner import Reloader, Run, RunObserver, Stopwatch, known_behaviours, recorder_name
 
 if TYPE_CHECKING:
@@ -100,7 +99,10 @@ def _terminal(console: "Console", cycles: int) -> RunObserver:
 def _recorder(plugins: Plugins, text: str) -> RunObserver:
     recorders = plugins.parts.recorders
     name, file, words = record_target(text)
-    name = name or _recorder_of(Path(file).suffix, recorders)
+    try:
+        name = name or recorder_name(Path(file).suffix, recorders)
+    except BtManipError as error:
+        raise BtManipError(f"--record: {error}; --record NAME=FILE names the recorder") from None
     path = Path(file) if file else None
     owner = _owner(plugins, recorders.owner(name))
     if path is not None:
@@ -116,18 +118,6 @@ def _recorder(plugins: Plugins, text: str) -> RunObserver:
     if owner is None:
         return recorder
     return guarded(recorder, owner.label, print_warning, owner.way_out)
-
-
-def _recorder_of(suffix: str, recorders: Registry[Any]) -> str:
-    """Return the name of the recorder whose files have a suffix.
-
-    Raises:
-        BtManipError: If there is none.
-    """
-    try:
-        return recorder_name(suffix, recorders)
-    except BtManipError as error:
-        raise BtManipError(f"--record: {error}; --record NAME=FILE names the recorder") from None
 
 
 def _owner(plugins: Plugins, name: str) -> Plugin | None:

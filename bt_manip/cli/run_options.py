@@ -206,7 +206,6 @@ def make_request(
 
 
 def _varied(texts: Collection[str]) -> "ParameterSet":
-    """Return the values of ``--vary``."""
     if not texts:
         return {}
     from bt_manip.evaluation import parse_point

@@ -265,16 +265,16 @@ def _findings(
 
     source = _find(text, parts)
     found: list[Problem] = []
+    severity = "error" if options.fatal_warnings else "warning"
     if source.kind == "python":
         tree: Tree | None = (made := make_tree(source, {}, lambda: 0.0))
         if made.goal and not made.goal_reads_cell:
-            severity = "error" if options.fatal_warnings else "warning"
             found = [Problem(_place(source), f"goal: {NO_CELL}", severity, "goal-without-cell")]
     else:
         reading = _read(source, registry, foreign, options)
         tree, found = reading.tree, list(reading.problems)
     if tree is not None and any(cell.values()):
-        found += _goal_findings(tree, "error" if options.fatal_warnings else "warning")
+        found += _goal_findings(tree, severity)
         station = prepare_station(request_of(source.name, parts, **cell), parts)
         try:
             set_up(tree, station)

@@ -166,7 +166,6 @@ class CollisionWorld:
         self._scratch.inflate(bodies, INTER_ROBOT_CLEARANCE)
 
     def _select_pairs(self, model: mujoco.MjModel) -> None:
-        """Select the pairs of geoms to check."""
         geometry, of_geom = self._geometry, model.geom_bodyid
         moving, own = geometry.bodies[of_geom], geometry.arm[of_geom]
         self._moving = moving

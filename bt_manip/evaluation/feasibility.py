@@ -112,7 +112,6 @@ class _Watch(RunObserver):
         run.tree.observers.append(self._node_changed)
 
     def cycle_ended(self, status: str, reason: str) -> None:
-        """Store the result of the cycle."""
         self.reason, self.succeeded = reason, status == NodeStatus.SUCCESS.name
 
     def _node_changed(self, node: "TreeNode", old: NodeStatus, new: NodeStatus) -> None:

@@ -179,7 +179,6 @@ def _schema(points: Sequence[ParameterSet]) -> pa.Schema:
 
 
 def _column_type(field: Field[Any]) -> pa.DataType:
-    """Return the type of the column of a field."""
     plain = [one for one in get_args(field.type) or (field.type,) if one is not NoneType]
     if len(plain) != 1 or plain[0] not in _TYPES:
         raise TypeError(f"results have no type of column for {field.name}: {field.type}")
@@ -187,5 +186,4 @@ def _column_type(field: Field[Any]) -> pa.DataType:
 
 
 def _parameters(point: ParameterSet) -> dict[str, Any]:
-    """Return the columns of the varied parameters."""
     return {f"vary.{name}": value for name, value in point.items()}

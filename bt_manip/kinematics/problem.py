@@ -94,7 +94,6 @@ def _check_targets(given: Any) -> tuple[Target, ...]:
 
 
 def _check_names(given: Any) -> tuple[str, ...]:
-    """Return names of joints as a tuple."""
     names = tuple(given) if _is_iterable(given) and not isinstance(given, str) else (given,)
     if isinstance(given, str) or not all(isinstance(name, str) for name in names):
         found = list(names) if _is_iterable(given) and not isinstance(given, str) else given

@@ -171,7 +171,6 @@ def _add_inertia(
 def _add_frames(
     model: pin.Model, mj_model: mujoco.MjModel, body: int, place: tuple[int, pin.SE3]
 ) -> None:
-    """Add frames for a body and its sites."""
     parent, T = place
     joint_frame = model.getFrameId(model.names[parent], pin.FrameType.JOINT) if parent else 0
     frames = [(_name(mj_model.body(body)), T, pin.FrameType.BODY)]

@@ -134,7 +134,6 @@ def _import(source: TreeSource) -> ModuleType:
 def _arguments(
     source: TreeSource, parameters: Mapping[str, Parameter], settings: Mapping[str, str]
 ) -> dict[str, Any]:
-    """Return the values of the arguments that are set."""
     for key in settings:
         if key not in parameters:
             raise BtManipError(

@@ -77,7 +77,6 @@ class Reloader(RunModifier):
             self._emit_problems()
 
     def _emit_problems(self, *problems: str) -> None:
-        """Emit the problems of the edited file."""
         self._run.events.emit("edit", {"problems": list(problems)})
 
     def _settings(self) -> dict[str, str]:

@@ -28,22 +28,18 @@ class _Judge(RunObserver):
     cycles: int = 0
 
     def run_started(self, run: Run) -> None:
-        """Observe the tree."""
         self._station, self._history = run.station, History(run.tree)
         run.tree.observers.append(self._history)
 
     def cycle_started(self, cycle: int) -> None:
-        """Start a new history."""
         self._cycle = cycle
         self._history.tick = 0
         self._history.changes.clear()
 
     def after_tick(self) -> None:
-        """Count the ticks."""
         self._history.tick += 1
 
     def cycle_ended(self, status: str, reason: str) -> None:
-        """Check the cycle."""
         self.cycles += 1
         if status != "SUCCESS":
             self.problems.append(f"cycle {self._cycle} failed: {reason}\n{explain(self._history)}")

@@ -114,10 +114,8 @@ def _branching(walk: "Walk", node: Any, facts: Facts) -> Ways:
 
 
 def _switch(walk: "Walk", node: Switch, facts: Facts) -> Ways:
-    def flow(facts: Facts) -> Ways:
-        return either(*(walk.visit(child, facts) for child in node.child_nodes))
-
-    return _settled(flow, facts)
+    children = node.child_nodes
+    return _settled(lambda now: either(*(walk.visit(child, now) for child in children)), facts)
 
 
 def _try_catch(walk: "Walk", node: TryCatch, facts: Facts) -> Ways:
@@ -143,10 +141,8 @@ def _forcing(walk: "Walk", node: Any, facts: Facts) -> Ways:
 
 
 def _until_failure(walk: "Walk", node: KeepRunningUntilFailure, facts: Facts) -> Ways:
-    def flow(facts: Facts) -> Ways:
-        return _renamed(walk.visit(node.child_node, facts), {SUCCESS: RUNNING, SKIPPED: RUNNING})
-
-    return _settled(flow, facts)
+    child, becomes = node.child_node, {SUCCESS: RUNNING, SKIPPED: RUNNING}
+    return _settled(lambda now: _renamed(walk.visit(child, now), becomes), facts)
 
 
 def _counting(walk: "Walk", node: Any, facts: Facts) -> Ways:
@@ -188,10 +184,6 @@ def _precondition(walk: "Walk", node: Precondition, facts: Facts) -> Ways:
     return otherwise if truth is False else either(otherwise, walk.visit(node.child_node, facts))
 
 
-def _pass(walk: "Walk", node: Any, facts: Facts) -> Ways:
-    return walk.visit(node.child_node, facts)
-
-
 REACTIVE: Final = (ReactiveSequence._tick, ReactiveFallback._tick)
 BRANCHING: Final = (IfThenElse._tick, WhileDoElse._tick)
 ORDERED: Final = (InOrder._tick, TryCatch._tick, *REACTIVE)
@@ -208,6 +200,6 @@ FLOWS: Final[dict[Any, Callable[["Walk", Any, Facts], Ways]]] = {
     Delay._tick: _delay,
     Timeout._tick: _timeout,
     Precondition._tick: _precondition,
-    SubTree._tick: _pass,
+    SubTree._tick: lambda walk, node, facts: walk.visit(node.child_node, facts),
 }
 """The flow of kinds of nodes, by the function of their tick."""

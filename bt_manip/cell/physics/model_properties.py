@@ -101,10 +101,6 @@ def _set_colour(model: mujoco.MjModel, nominal: mujoco.MjModel, bodies: Ids, val
     model.geom_rgba[geoms] = value
 
 
-def _gain(model: mujoco.MjModel, bodies: Ids) -> np.ndarray:  # (n,)
-    return np.ones(len(_actuators(model, bodies)))
-
-
 def _set_gain(model: mujoco.MjModel, nominal: mujoco.MjModel, bodies: Ids, value: Any) -> None:
     actuators = _actuators(nominal, bodies)
     for name in ("actuator_gainprm", "actuator_biasprm"):
@@ -124,10 +120,6 @@ def _dofs(model: mujoco.MjModel, bodies: Ids) -> np.ndarray:
     if not len(dofs):
         raise CellError("it does not move")
     return dofs
-
-
-def _joint_friction(model: mujoco.MjModel, bodies: Ids) -> np.ndarray:  # (n,)
-    return model.dof_frictionloss[_dofs(model, bodies)]
 
 
 def _set_joint_friction(
@@ -161,10 +153,6 @@ def _set_rotation(model: mujoco.MjModel, nominal: mujoco.MjModel, camera: Ids, v
     mujoco.mju_axisAngle2Quat(turn, np.asarray(value) / (angle or 1.0), angle)
     mujoco.mju_mulQuat(turned, nominal.cam_quat[camera[0]], turn)
     model.cam_quat[camera[0]] = turned
-
-
-def _number(field: str) -> Callable[[mujoco.MjModel, Ids], float]:
-    return lambda model, ids: float(getattr(model, field)[ids[0]])
 
 
 def _vector(field: str) -> Callable[[mujoco.MjModel, Ids], np.ndarray]:
@@ -205,9 +193,13 @@ PROPERTIES: dict[str, dict[str, ModelProperty]] = {
         ),
         "friction": ModelProperty(_friction, _set_friction, _positive, "a positive number"),
         "colour": ModelProperty(_colour, _set_colour, _share, "3 or 4 numbers from 0 to 1"),
-        "gain": ModelProperty(_gain, _set_gain, _positive, "a positive factor, or one an actuator"),
+        "gain": ModelProperty(
+            lambda model, bodies: np.ones(len(_actuators(model, bodies))), _set_gain, _positive,
+            "a positive factor, or one an actuator",
+        ),
         "joint_friction": ModelProperty(
-            _joint_friction, _set_joint_friction, _not_negative,
+            lambda model, bodies: model.dof_frictionloss[_dofs(model, bodies)],
+            _set_joint_friction, _not_negative,
             "a number of at least 0 for each degree of freedom [N m or N]",
         ),
     },
@@ -230,7 +222,8 @@ PROPERTIES: dict[str, dict[str, ModelProperty]] = {
             "a rotation about the camera's own axes, 3 numbers [rad]",
         ),
         "fovy": ModelProperty(
-            _number("cam_fovy"), _put("cam_fovy"), lambda v: bool(0 < v < 180),
+            lambda model, ids: float(model.cam_fovy[ids[0]]), _put("cam_fovy"),
+            lambda v: bool(0 < v < 180),
             "an angle of view between 0 and 180 [degrees]",
         ),
     },
