@@ -3,8 +3,6 @@
 import json
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -35,34 +33,12 @@ class RobotCase:
         return self.description.name
 
     def stand(self) -> tuple[Cell, Robot]:
-        """Return an empty cell with the controlled robot in its initial state.
-
-        All calls return the same objects: they are built by the first one.
-        """
-        cell, robot, state, states = self._built
-        cell.restore(state)
-        for part, kept in zip(_parts(robot), states, strict=True):
-            part.set_state(json.loads(kept))
-        return cell, robot
-
-    @cached_property
-    def _built(self) -> tuple[Cell, Robot, dict[str, Any], list[str]]:
-        """Cell and robot, and the initial states of the cell and of the robot's parts."""
+        """Return an empty cell with the controlled robot."""
         robot = Robot(self.description, gripper=self.gripper)
         robot.attach(ComputedTorque(robot))
         cell = Cell()
         cell.add(robot)
-        return cell, robot, cell.snapshot(), _states(robot)
-
-
-def _parts(robot: Robot) -> list[Any]:
-    """Return the controller and the gripper of a robot, which have states of their own."""
-    return list(robot.iter_entities(exclude_self=True))
-
-
-def _states(robot: Robot) -> list[str]:
-    """Return the states of the parts of a robot as JSON."""
-    return [json.dumps(part.get_state()) for part in _parts(robot)]
+        return cell, robot
 
 
 def its_model_agrees_with_mujoco(case: RobotCase) -> None:
@@ -127,7 +103,7 @@ def its_gripper_continues_from_its_state(case: RobotCase) -> None:
     gripper = robot.gripper
     if gripper is None:
         return
-    parts = _parts(robot)
+    parts = list(robot.iter_entities(exclude_self=True))  # the gripper and the controller
 
     def close() -> None:
         gripper.close(0.2 * gripper.max_force)
@@ -135,7 +111,7 @@ def its_gripper_continues_from_its_state(case: RobotCase) -> None:
     for first, other in ((gripper.open, close), (close, gripper.open)):
         first()
         cell.step(100)
-        state, kept = cell.snapshot(), _states(robot)
+        state, kept = cell.snapshot(), [json.dumps(part.get_state()) for part in parts]
         ends = []
         for _ in range(2):
             cell.step(200)
