@@ -102,9 +102,7 @@ class Tree:
         self.warnings: tuple[Problem, ...] = ()
         self._has_foreign = not all(isinstance(node, Node) for node in self.nodes)
         self._infrastructure: dict[str, Any] | None = None
-        frames = binding.depth * _FRAMES_PER_LEVEL + _FRAMES_AROUND
-        if frames > sys.getrecursionlimit():
-            sys.setrecursionlimit(frames)
+        _make_room(binding.depth)
 
     @property
     def task(self) -> str:
@@ -353,6 +351,13 @@ class Tree:
         from bt_manip.bt.drawing import draw_svg
 
         return draw_svg(self, ports=False)
+
+
+def _make_room(depth: int) -> None:
+    """Raise the interpreter's recursion limit where a tree is deeper than it allows."""
+    needed = depth * _FRAMES_PER_LEVEL + _FRAMES_AROUND
+    if needed > sys.getrecursionlimit():
+        sys.setrecursionlimit(needed)
 
 
 def _keep_entries(old: Blackboard, new: Blackboard) -> None:

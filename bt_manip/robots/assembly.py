@@ -85,9 +85,7 @@ def assemble(description: RobotDescription) -> Assembly:
             find_element(root, "joint", joint, where).armature = armature
         alone = _compile(root, where)
     tool = _tool_site(root, hand, alone, description, where)
-    for body in root.worldbody.body if description.T_rb != pin.SE3.Identity() else ():
-        compiled = alone.body(body.full_identifier)
-        _place(body, description.T_rb * spatial.pose(compiled.pos, compiled.quat))
+    _move_base(root, alone, description.T_rb)
     _add_pedestal(root, description)
     for pair in description.exclude:
         first, second = (_find_body(root, hand, name, where) for name in pair)
@@ -242,6 +240,15 @@ def _tool_site(
     tool = body.add("site", name=_TOOL, size=(0.002,), group=5)
     _place(tool, T)
     return tool
+
+
+def _move_base(root: mjcf.RootElement, alone: mujoco.MjModel, T_rb: pin.SE3) -> None:
+    """Transform the pose of every top-level body by `T_rb`."""
+    if T_rb == pin.SE3.Identity():
+        return
+    for body in root.worldbody.body:
+        compiled = alone.body(body.full_identifier)
+        _place(body, T_rb * spatial.pose(compiled.pos, compiled.quat))
 
 
 def _add_pedestal(root: mjcf.RootElement, description: RobotDescription) -> None:

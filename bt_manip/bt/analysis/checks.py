@@ -236,13 +236,18 @@ class _Checks:
             for other in second:
                 found = {} if other is one or not surely else self._commands(other, surely=False)
                 command = next((command for command in found if command in surely), None)
-                if command is None:
-                    continue
-                twice = [(self._places[id(n)].place, n) for n in (surely[command], found[command])]
-                (before, earlier), (place, later) = sorted(twice, key=lambda one: one[0][1:])
-                text = f"commands the {command[0]} that {earlier.registration} at {before} commands"
-                text = f"{later.registration} {text} at the same time; run them one after the other"
-                self._warn(place, text, "commanded-twice")
+                if command is not None:
+                    self._warn_commands([surely[command], found[command]], command[0])
+
+    def _warn_commands(self, nodes: list[Node], what: str) -> None:
+        earlier, later = sorted(nodes, key=lambda node: self._places[id(node)].place[1:])
+        self._warn(
+            self._places[id(later)].place,
+            f"{later.registration} commands the {what} that {earlier.registration} at "
+            f"{self._places[id(earlier)].place} commands at the same time; run them one after the "
+            "other",
+            "commanded-twice",
+        )
 
     def _commands(self, node: Any, *, surely: bool) -> dict[tuple[str, Any], Node]:
         """Return the first commands of a node that take time, each with its leaf.

@@ -143,11 +143,7 @@ class _Parser:
                 break
             if symbol in _ASSIGNMENTS:
                 self._advance()
-                if isinstance(left, Name):
-                    self.writes.add(left.key)
-                    if symbol not in (":=", "="):
-                        self.reads.add(left.key)
-                left = assignment(left, symbol, self._expression(0))
+                left = self._assignment(left, symbol)
                 break
             if symbol == "?":
                 self._advance()
@@ -168,6 +164,13 @@ class _Parser:
             symbol = self._advance().text
             operands.append((symbol, self._expression(power + 1)))
         return operands
+
+    def _assignment(self, left: Expression, symbol: str) -> Expression:
+        if isinstance(left, Name):
+            self.writes.add(left.key)
+            if symbol not in (":=", "="):
+                self.reads.add(left.key)
+        return assignment(left, symbol, self._expression(0))
 
     def _read(self, operand: Expression) -> Expression:
         if isinstance(operand, Name):

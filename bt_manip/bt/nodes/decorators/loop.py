@@ -81,8 +81,7 @@ class Loop(Decorator):
                     self._because("the queue is empty")
                 return result
             item = self._queue.popleft()
-            text = self.given.get("value")
-            if isinstance(text, str) and pointed_key("value", text) is not None:
+            if self._is_writable():
                 self.write_port("value", item)
         if self._node_status is IDLE:
             self._enter()
@@ -91,6 +90,10 @@ class Loop(Decorator):
         if state is SUCCESS or state is FAILURE:
             self._reset_child()
         return FAILURE if state is FAILURE else RUNNING
+
+    def _is_writable(self) -> bool:
+        text = self.given.get("value")
+        return isinstance(text, str) and pointed_key("value", text) is not None
 
     def _look_up(self, key: str) -> None:
         entry = self.scope.entry(key)
