@@ -68,13 +68,12 @@ class Stroke:
             ) from None
         if result != ruckig.Result.Working:
             raise GripperError(f"a finger cannot travel from {start} to {target} within {limits}")
-        self.duration: float = trajectory.duration
-        self._profile = MotionProfile.from_ruckig(trajectory.profiles[0][0], self.duration)
+        self._profile = MotionProfile.from_ruckig(trajectory.profiles[0][0], trajectory.duration)
 
     @property
     def done(self) -> bool:
         """Whether the trajectory has ended."""
-        return self.elapsed >= self.duration
+        return self.elapsed >= self._profile.duration
 
     def advance(self, dt: float) -> Motion:
         """Advance by ``dt`` [s] and return the motion at the new time."""

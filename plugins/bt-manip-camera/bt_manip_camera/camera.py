@@ -41,7 +41,7 @@ class DepthCamera(ParametricEntity):
         delay: Time from the exposure until a frame arrives [s].
         miscalibration: Its believed pose in its true frame.
         disturb: Changes depth and colour of each frame, with a random generator; None: nothing.
-        detections: Those in the last frame that somebody used; None: there is none.
+        detections: Detections in the last frame that was used; None: no frame was used.
         source: Returns a frame that begins when it is called, of a real camera; another thread
             calls it, and it must end within a time limit. It raises a `CellError` if there is no
             frame. None: frames are rendered.
