@@ -17,7 +17,7 @@ from bt_manip.bt import Input, Sequence, Tree
 ENVIRONMENTS = 64
 EPISODE = 60  # steps of 50 ms
 DISCOUNT = 0.95
-ROUND = 20  # rollouts of 32 steps of all environments between two evaluations
+ROUND = 5  # rollouts of 32 steps of all environments between two evaluations
 
 
 class IsNear(ObjectCondition):
