@@ -1,5 +1,6 @@
 """Behaviours that move the tool or the joints of the arm."""
 
+import contextlib
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -7,7 +8,8 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.bt import DOUBLE_LIST, Input, Traits, is_pointer
+from bt_manip.bt import DOUBLE_LIST, Input, Traits
+from bt_manip.exceptions import PortError
 from bt_manip.kinematics import PoseTarget, PositionTarget, Target
 from bt_manip.planning import ArcTo, LineTo, Planner
 from bt_manip.registry import Registry
@@ -190,10 +192,9 @@ class MoveToConfiguration(PlannedMove):
     def setup(self, **infrastructure: Any) -> None:
         """Store the cell and the robots, and check the name of a configuration."""
         super().setup(**infrastructure)
-        given = self.given["configuration"]
-        if isinstance(given, str) and not is_pointer(given):
-            if isinstance(_parse_joints(given), str):
-                self.arm.robot.configuration(given)
+        with contextlib.suppress(PortError):  # its entry is written later
+            if isinstance(name := self.configuration, str) and self.robot_name:
+                self.arm.robot.configuration(name)
 
     def start(self) -> None:
         """Plan a collision-free motion; a joint-space segment where that is free."""

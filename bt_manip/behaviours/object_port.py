@@ -86,9 +86,13 @@ def check_objects(tree: Tree, infrastructure: Mapping[str, Any], more: Iterable[
     problems = []
     for node in nodes:
         for port in node.ports.values():
-            if not isinstance(port, ObjectInput) or node.key_of(port.name) is not None:
+            if not isinstance(port, ObjectInput):
                 continue
-            names = node.read_port(port.name)
+            key, names = node.key_of(port.name), tree.constants.get((node.path, port.name), "")
+            if key is None:
+                names = node.read_port(port.name)
+            elif key in node.scope and node.scope[key] != names:
+                continue  # it was written since the tree was read
             for name in [names] if isinstance(names, str) else names or ():
                 if is_pattern(name) and isinstance(node, Condition) and node.goal_conditions:
                     continue

@@ -64,6 +64,7 @@ class Tree:
         continues: As given.
         scopes: The blackboard scopes by the path of their sub-tree, ``""`` for the root's.
         warnings: Warnings of the checks of its document.
+        constants: By node path and port, the only text that its entry can hold when it is read.
 
     Raises:
         TreeError: If a behaviour occurs in it twice, two sub-trees have the same path, it is
@@ -100,6 +101,7 @@ class Tree:
         self.goal = self.given_goal
         self._root: TreeNode = self.nodes[0]
         self.warnings: tuple[Problem, ...] = ()
+        self.constants: dict[tuple[str, str], str] = {}
         self._has_foreign = not all(isinstance(node, Node) for node in self.nodes)
         self._infrastructure: dict[str, Any] | None = None
         _make_room(binding.depth)
@@ -326,6 +328,7 @@ class Tree:
         self.root = other.root
         self.tree_id = other.tree_id
         self.document, self.warnings = other.document, other.warnings
+        self.constants = other.constants
         self.nodes = other.nodes
         self.scopes = other.scopes
         self.goal, self.given_goal = other.goal, other.given_goal

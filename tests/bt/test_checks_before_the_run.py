@@ -222,6 +222,60 @@ WRONG = {
         sequence("<CloseGripper/>", '<Reach object="cube"/>'),
         "5: Reach: the gripper is closed here",
     ),
+    "an endless retry of a condition, which stands while the tick lasts": (
+        '<RetryUntilSuccessful num_attempts="-1"><IsHolding object="a"/></RetryUntilSuccessful>',
+        "3: RetryUntilSuccessful never ends once 'IsHolding' fails: nothing changes within one",
+    ),
+    "a success that comes after the timeout": (
+        '<Timeout msec="100">\n' + sequence("<Work/>", '<Sleep msec="200"/>') + "</Timeout>",
+        "3: Timeout ends 'Sequence', whose success takes at least 200 ms, after 100 ms",
+    ),
+    "after what only fails, of several at a time": (
+        sequence("<Parallel><Work/><AlwaysFailure/></Parallel>", "<Work/>"),
+        "5: Work never runs: 'Parallel' before it always fails",
+    ),
+    "read before it is written, in each round": (
+        '<RetryUntilSuccessful num_attempts="3">\n'
+        + sequence('<Hover object="{c}"/>', '<SpawnObject object="{c}"/>')
+        + "</RetryUntilSuccessful>",
+        "5: the entry 'c' is read here before SpawnObject at <text>:6:22 writes it",
+    ),
+    "read by the guard of the node that writes it": (
+        '<Repeat num_cycles="3"><Work _skipIf="done" _onSuccess="done := true"/></Repeat>',
+        "3: the entry 'done' is read here before Work",
+    ),
+    "a count in a loop that begins nowhere": (
+        '<Repeat num_cycles="3">\n' + sequence("<Work/>", '<Script code="n += 1"/>') + "</Repeat>",
+        "6: this script always fails: error in script [n += 1]: the blackboard entry 'n' does not",
+    ),
+    "a text that is compared with a number": (
+        sequence("<Script code=\"n := 'a'\"/>", '<ScriptCondition code="n &gt; 1"/>'),
+        "5: this script always fails: error in script [n > 1]: 'a' is not a number",
+    ),
+    "a text as a condition": (
+        sequence("<Script code=\"ready := 'yes'\"/>", '<Work _skipIf="ready"/>'),
+        "5: this script always fails: 'yes' is neither true nor false",
+    ),
+    "written after a success, and not read": (
+        sequence('<Work _onSuccess="done := true"/>', "<Lift/>"),
+        "4: nothing reads the blackboard entry 'done' that is written here",
+    ),
+    "the name of an entry in an entry that nothing writes": (
+        '<SetBlackboard value="0.2" output_key="{h}"/>',
+        "3: nothing writes the blackboard entry 'h' that is read here",
+    ),
+    "a wait for an entry that nothing writes": (
+        '<WaitValueUpdate entry="{pose}"><Work/></WaitValueUpdate>',
+        "3: nothing writes the blackboard entry 'pose' that is read here",
+    ),
+    "grasp of a new object": (
+        sequence('<SpawnObject object="{c}"/>', "<OpenGripper/>", '<Grasp object="{c}"/>'),
+        "6: Grasp: nothing has moved the tool to an object",
+    ),
+    "drop of a new object": (
+        sequence('<SpawnObject object="{c}"/>', '<Drop container="basket"/>'),
+        "5: Drop: the gripper holds nothing here",
+    ),
 }
 
 
@@ -322,6 +376,66 @@ RIGHT = {
         ),
         "",
     ),
+    "an endless loop under a condition that it changes": (
+        sequence(
+            '<Script code="n := 0"/>',
+            '<Repeat num_cycles="-1" _while="n &lt; 5"><Script code="n += 1"/></Repeat>',
+            '<ReactiveSequence><ScriptCondition code="n &lt; 9"/><Repeat num_cycles="-1">'
+            '<Script code="n += 1"/></Repeat></ReactiveSequence>',
+        ),
+        "",
+    ),
+    "an endless retry of a condition that takes time": (
+        '<RetryUntilSuccessful num_attempts="-1"><Delay delay_msec="50"><IsHolding object="a"/>'
+        "</Delay></RetryUntilSuccessful>",
+        "",
+    ),
+    "an entry that is named by an entry": (
+        sequence(
+            "<Script code=\"name := 'h'\"/>",
+            '<SetBlackboard value="0.2" output_key="{name}"/>',
+            '<Lift height="{h}"/>',
+        ),
+        "",
+    ),
+    "a robot by an entry": (
+        sequence("<Script code=\"who := 'left'\"/>", '<SubTree ID="Up" robot="{who}"/>'),
+        '<BehaviorTree ID="Up"><Lift/></BehaviorTree>',
+    ),
+    "a result of a sub-tree that one of two needs": (
+        sequence(
+            '<SubTree ID="Try" name="first" tries="{n}"/>',
+            '<ScriptCondition code="n == 3"/>',
+            '<SubTree ID="Try" name="second"/>',
+        ),
+        '<BehaviorTree ID="Try"><Script code="tries := 3"/></BehaviorTree>',
+    ),
+    "an attribute that is handed on under its own name": (
+        '<SubTree ID="Outer" height="0.2"/>',
+        '<BehaviorTree ID="Outer"><SubTree ID="Up" height="{=}"/></BehaviorTree>'
+        '<BehaviorTree ID="Up"><Lift height="{height}"/></BehaviorTree>',
+    ),
+    "an entry that a condition writes": (
+        sequence('<ScriptCondition code="h := 0.2; h &gt; 0.1"/>', '<Lift height="{h}"/>'),
+        "",
+    ),
+    "read only in the second round, which follows the writing": (
+        sequence(
+            '<Script code="first := true"/>',
+            '<Repeat num_cycles="2"><Sequence><Lift height="{h}" _skipIf="first"/>'
+            '<Script code="h := 0.2; first = false"/></Sequence></Repeat>',
+        ),
+        "",
+    ),
+    "a drop that fails in the first round, without an object": (
+        sequence(
+            '<SpawnObject object="{c}"/>',
+            '<RetryUntilSuccessful num_attempts="2"><Fallback><Drop container="basket"/>'
+            "<ForceFailure>" + sequence(PICK.split("\n", 1)[1]) + "</ForceFailure></Fallback>"
+            "</RetryUntilSuccessful>",
+        ),
+        "",
+    ),
 }
 
 
@@ -336,6 +450,15 @@ def test_results_and_entries_that_are_given_are_no_findings(registry):
         '<TreeNodesModel><SubTree ID="Main"><input_port name="cube"/></SubTree></TreeNodesModel>'
     )
     assert warnings(registry, body, '_results="count"', model) == []
+
+
+def test_the_entry_of_the_task_and_what_another_cycle_left_are_no_findings(registry):
+    body = sequence(
+        "<Script code=\"said := 'drop it'\"/>",
+        '<SpawnObject object="{c}"/>',
+        '<Drop container="basket"/>',
+    )
+    assert warnings(registry, body, '_task="{said}" _continues="true"') == []
 
 
 def test_an_attribute_that_a_sub_tree_does_not_use_names_the_likely_one(registry):

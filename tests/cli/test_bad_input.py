@@ -160,6 +160,25 @@ def test_an_object_that_the_scene_lacks_is_placed_at_its_line(
     assert code == 2 and message in err and "task.xml:3:" in err
 
 
+@pytest.mark.parametrize(
+    ("node", "message"),
+    [
+        ('<SubTree ID="To" to="bskt"/>', "port 'container' of Drop: no object 'bskt'; did you"),
+        (
+            '<Sequence><Script code="to := \'bskt\'"/><Drop container="{to}"/></Sequence>',
+            "port 'container' of Drop: no object 'bskt'; did you mean 'basket'?",
+        ),
+        ('<SubTree ID="Go" to="hom"/>', "no configuration is named 'hom'; did you mean 'home'?"),
+    ],
+)
+def test_a_name_that_an_entry_holds_is_checked_too(refused, tmp_path, node, message):
+    path = xml(tmp_path, node)
+    trees = """<BehaviorTree ID="To"><Drop container="{to}"/></BehaviorTree>
+      <BehaviorTree ID="Go"><MoveToConfiguration configuration="{to}"/></BehaviorTree></root>"""
+    path.write_text(path.read_text().replace("</root>", trees))
+    assert message in refused(path)
+
+
 def test_an_object_that_a_goal_names_and_the_scene_lacks(refused, tmp_path):
     path = xml(tmp_path, "<AlwaysSuccess/>")
     goal = '<BehaviorTree _goal="IsIn object=cub container=basket" '

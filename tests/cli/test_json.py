@@ -104,6 +104,13 @@ def test_an_applied_suggestion_removes_the_finding(found, write, right, wrong):
     assert finding["message"] not in [one["message"] for one in after]
 
 
+def test_the_configuration_of_a_robot_that_is_named_later_is_no_finding(found, write):
+    text = """<root BTCPP_format="4"><BehaviorTree ID="Main"><Sequence>
+      <Script code="who := 'left'"/><MoveToConfiguration robot="{who}" configuration="home"/>
+    </Sequence></BehaviorTree></root>"""
+    assert found("tree", "check", write(text), "--scene", "two_arms") == (0, {"findings": []})
+
+
 def test_names_that_the_cell_lacks_are_found_at_their_nodes(bt_manip, found, write):
     assert bt_manip("tree", "check", write(DROP)).code == 0
     code, data = found("tree", "check", write(DROP), "--scene", "table_and_basket")

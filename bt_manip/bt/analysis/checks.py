@@ -10,6 +10,7 @@ from bt_manip.bt.analysis.facts import (
     Constant,
     EntryName,
     Fact,
+    Facts,
     Ways,
     constants,
     least,
@@ -20,8 +21,9 @@ from bt_manip.bt.analysis.facts import (
 from bt_manip.bt.analysis.flows import BRANCHING, FLOWS, ORDERED, REACTIVE
 from bt_manip.bt.analysis.uses import ROBOT, Use, Uses, value_place
 from bt_manip.bt.analysis.walk import GUARDS, Walk, port_values, robot_of, traits_of
-from bt_manip.bt.nodes.action import Leaf
+from bt_manip.bt.nodes.action import Condition, Leaf
 from bt_manip.bt.nodes.actions.blackboard import SetBlackboard
+from bt_manip.bt.nodes.actions.constant import AlwaysFailure, AlwaysSuccess
 from bt_manip.bt.nodes.actions.script import Script
 from bt_manip.bt.nodes.controls.parallel import Parallel, ParallelAll
 from bt_manip.bt.nodes.controls.sequence import Sequence
@@ -33,7 +35,7 @@ from bt_manip.bt.nodes.decorators.timing import Delay, Timeout
 from bt_manip.bt.nodes.node import Node
 from bt_manip.bt.nodes.subtree import SubTree
 from bt_manip.bt.port_types import STRING, cast
-from bt_manip.bt.ports import Port, is_pointer
+from bt_manip.bt.ports import Port, is_pointer, pointed_key
 from bt_manip.bt.status import RUNNING, SKIPPED, SUCCESS
 from bt_manip.bt.traits import FACTS
 from bt_manip.bt.tree import Tree
@@ -87,7 +89,9 @@ def check_tree(
         if isinstance(node, Node) and id(node) in places:
             checks.check_node(node, owners)
     checks.check_reads()
-    checks.check_unread({EntryName(root, key) for key in tree.results})
+    results = (*tree.results, pointed_key("", tree.given_task) or "")
+    checks.check_unread({EntryName(root, key) for key in results})
+    tree.constants = checks.constants
 
 
 class _Checks:
@@ -109,8 +113,14 @@ class _Checks:
         if len(followed) * len(tree.nodes) > MAX_FOLLOWED:
             followed = set()
         self._followed = followed
+        begin: Facts = written({}, {**start, **dict.fromkeys(given)})
+        if not tree.continues and any(getattr(type(n), "adds_objects", ()) for n in tree.nodes):
+            robots = {robot_of(node, begin) for node in tree.nodes}
+            facts = [Fact(robot, name) for robot in robots for name in ("at_object", "holding")]
+            begin = {**begin, **dict.fromkeys(facts, frozenset({False}))}
         self._walk = Walk(followed)
-        self._walk.visit(tree.nodes[0], written({}, {**start, **dict.fromkeys(given)}))
+        self._walk.visit(tree.nodes[0], begin)
+        self.constants: dict[tuple[str, str], str] = {}
         self._failing = {use.entry for use in uses.writes if id(use.node) in self._walk.errors}
 
     def _ways(self, node: Any) -> Ways:
@@ -165,22 +175,33 @@ class _Checks:
     def _check_endless(self, node: Any, element: Element) -> None:
         is_repeat = isinstance(node, Repeat)
         port, verb = ("num_cycles", "succeeds") if is_repeat else ("num_attempts", "fails")
-        at_once = self._ways(node.child_node).keys() == {node._counted}
-        if at_once and self._walk.number(node, port) == -1:
+        ways, below = self._ways(node.child_node), [*node.child_node.iterate()]
+        if node._counted not in ways or self._walk.number(node, port) != -1:
+            return
+        child, always = f"'{node.child_node.name}' {verb}", ways.keys() == {node._counted}
+        reason = f": {child} at once, every time, within one tick"
+        if not {id(use.node) for use in self._uses.writes}.isdisjoint(map(id, below)):
+            always &= not _is_asked_again(node)
+        elif not always and RUNNING not in ways and all(map(_only_asks, below)):
+            reason, always = f" once {child}: nothing changes within one tick", True
+        if always:
             self._warn(
                 element.place,
-                f"{node.registration} never ends: '{node.child_node.name}' {verb} at once, every "
-                f"time, within one tick; set {port} to a number, or repeat what takes time",
+                f"{node.registration} never ends{reason}; set {port} to a number, or repeat what "
+                "takes time",
                 "never-ends",
                 _value_edit(element, port, _ROUNDS),
             )
 
     def _check_timeout(self, node: Any, element: Element) -> None:
-        limit, time = self._walk.number(node, "msec"), least(self._ways(node.child_node))
+        limit, ways = self._walk.number(node, "msec"), self._ways(node.child_node)
+        time, verb, outcome = least(ways), "always ends", "which takes"
+        if limit and time <= limit and SUCCESS in ways:
+            time, verb, outcome = ways[SUCCESS].least, "ends", "whose success takes"
         if limit and limit < time < inf:
             self._warn(
                 element.place,
-                f"{node.registration} always ends '{node.child_node.name}', which takes at least "
+                f"{node.registration} {verb} '{node.child_node.name}', {outcome} at least "
                 f"{time:g} ms, after {limit:g} ms; set msec above that",
                 "always-timed-out",
                 _value_edit(element, "msec", f"{2 * time:.0f}"),
@@ -300,6 +321,8 @@ class _Checks:
             if not all(isinstance(value, Constant) for value in values):
                 continue
             value, place = next(iter(values)).value, value_place(element, name)
+            if len(values) == 1 and port.type is STRING:
+                self.constants[node.path, name] = str(value)
             reasons = [_unreadable(port, one) for one in values]
             most, unit, others, factors = PLAUSIBLE.get(port.unit, (inf, "", "", ()))
             if all(reasons):
@@ -323,10 +346,14 @@ class _Checks:
         writes: dict[EntryName, Use] = {}
         for use in self._uses.writes:
             writes.setdefault(use.entry, use)
+        sets = (use for use in self._uses.reads if isinstance(use.node, SetBlackboard))
+        is_any = any(use.node.key_of("output_key") == use.key for use in sets)
         for use in (use for use in self._uses.reads if use.is_needed):
             entry, facts = use.entry, self._walk.incoming.get(id(use.node))
             writer, name = writes.get(entry), shortened(use.key)
             if writer is None and entry not in self._initial:
+                if is_any and not isinstance(use.node, SetBlackboard):
+                    continue
                 text = f"nothing writes the blackboard entry '{name}' that is read here"
                 text += self._nearest(use, writes.values())
                 self._warn(use.place, text, "never-written", _only_other(use, writes))
@@ -337,21 +364,22 @@ class _Checks:
                     self._warn(
                         use.place,
                         f"the entry '{name}' is read here before {writer.node.registration} at "
-                        f"{writer.place} writes it; change their order",
+                        f"{writer.place} writes it; set it before",
                         "read-before-written",
                     )
 
     def check_unread(self, results: set[EntryName]) -> None:
         """Check that entries that Script and SetBlackboard write are read, or are results."""
         read = {use.entry for use in self._uses.reads} | results | self._initial
-        mentioned = {key for keys in self._uses.mentions.values() for key in keys}
+        useful = {use[1:3] for use in self._uses.writes if use.entry in read}  # in one sub-tree
         for use in self._uses.writes:
-            is_robot = use.key.lstrip("@") == ROBOT and ROBOT in mentioned
-            if use.entry in read or is_robot or not isinstance(use.node, Script | SetBlackboard):
+            is_set = use.type is None or isinstance(use.node, SetBlackboard)
+            if use.entry in read or use[1:3] in useful or not is_set:
                 continue
             read.add(use.entry)  # one warning is enough
             near = self._nearest(use, self._uses.reads)
             alone = sum(one.node is use.node for one in self._uses.writes) == 1
+            alone &= isinstance(use.node, Script | SetBlackboard)
             self._warn(
                 use.place,
                 f"nothing reads the blackboard entry '{shortened(use.key)}' that is written here"
@@ -368,6 +396,23 @@ class _Checks:
         """Return a hint to the keys that a mistyped one may mean; empty if none is near."""
         text = self._problems.hint(key, known)
         return text if text.startswith("; did") else ""
+
+
+def _only_asks(node: Any) -> bool:
+    """Return whether nothing changes by a node itself: a condition, a constant, or a parent."""
+    asks = isinstance(node, Condition | AlwaysSuccess | AlwaysFailure)
+    is_parent = getattr(type(node), "_tick", None) in FLOWS
+    return (asks or is_parent) and not isinstance(node, Declared)
+
+
+def _is_asked_again(node: Any) -> bool:
+    """Return whether something at a loop or above it may end it, between two of its rounds."""
+    while node is not None:
+        guard, tick = getattr(node, "_node_guard", None), getattr(type(node), "_tick", None)
+        if tick in (*REACTIVE, *BRANCHING, *_PARALLEL) or (guard and "_while" in guard.scripts):
+            return True
+        node = node.parent
+    return False
 
 
 def _only_other(use: Use, writes: Mapping[EntryName, Use]) -> Edit | None:

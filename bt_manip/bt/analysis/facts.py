@@ -45,6 +45,9 @@ Variable = EntryName | Fact
 Values = frozenset[Any]
 Facts = Mapping[Variable, Values]
 
+ENDED: Final[Facts] = {Fact("", "ended"): frozenset({True})}
+"""What holds after an error that ends the run, such as that of a script."""
+
 _NOT_WRITTEN: Final = frozenset({UNWRITTEN})
 _ANYTHING: Final = frozenset({WRITTEN})
 _EITHER: Final = frozenset({True, False})
@@ -62,8 +65,8 @@ def constant_in(values: Values) -> Constant | None:
 
 
 def join(first: Facts, second: Facts) -> Facts:
-    """Return the facts of two ways together; `first` itself if `second` adds nothing."""
-    if first is second or first == second:
+    """Return the facts of two ways together; `first` itself if `second` adds nothing, or ended."""
+    if first is second or first == second or second.items() >= ENDED.items():
         return first
     more: dict[Variable, Values] = {}
     changed = [v for v, values in second.items() if first.get(v) is not values]

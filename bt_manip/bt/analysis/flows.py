@@ -88,6 +88,8 @@ def _parallel(walk: "Walk", node: Parallel, facts: Facts) -> Ways:
         enough = min(threshold(int(tolerated), count), count - needed + 1)
         if sum(FAILURE in one for one in ways) < enough:
             del possible[FAILURE]
+    if not all(SKIPPED in one for one in ways):
+        del possible[SKIPPED]
     return possible
 
 

@@ -10,7 +10,7 @@ from bt_manip.bt.nodes.actions.script import ScriptPort
 from bt_manip.bt.nodes.node import Node
 from bt_manip.bt.nodes.subtree import SubTree
 from bt_manip.bt.port_types import PortType
-from bt_manip.bt.ports import Port, is_pointer
+from bt_manip.bt.ports import Port, is_pointer, pointed_key
 from bt_manip.bt.script.evaluation import Environment, is_true
 from bt_manip.bt.script.parser import ParsedScript, parse_script
 from bt_manip.bt.xml.problem import Place
@@ -72,8 +72,9 @@ class Uses:
             for name, script in scripts_of(node).items():
                 self._add_script(node, name, script, value_place(element, name))
             if isinstance(node, SubTree):
-                for text in filter(is_pointer, node.remaps.values()):
-                    self._mention(node.scope, text.strip(" ")[1:-1])
+                for name, text in node.remaps.items():
+                    if key := pointed_key(name, text):
+                        self._mention(node.scope, key)
 
     def _mention(self, scope: Blackboard, key: str) -> None:
         if key[:1] == "@":
@@ -84,17 +85,17 @@ class Uses:
 
     def _add_port(self, node: Node, port: Port, place: Place) -> None:
         key, text = node.key_of(port.name), node.port_text(port.name)
-        reads, writes = port.reads, port.writes
-        if key is None and isinstance(node, SetBlackboard) and port.name == "output_key":
-            key, reads, writes = text, False, True
-        elif key is None and isinstance(node, UnsetBlackboard):
-            key, reads = text, False
-        elif port.name == ROBOT and not text:
-            key, reads = ROBOT, False
+        reads, writes, is_robot = port.reads, port.writes, port.name == ROBOT and not text
+        if isinstance(node, SetBlackboard) and port.name == "output_key":
+            key, reads, writes = key or text, key is not None, key is None
+        elif key is None and isinstance(node, UnsetBlackboard | Watching):
+            key, reads = text, isinstance(node, Watching)
+        elif is_robot:
+            key = ROBOT
         if key:
             self._mention(node.scope, key)
-            needed = not port.writes and not isinstance(node, Watching)
-            use = Use(node, key, place, port.type, needed)
+            is_needed, is_early = not writes and not is_robot, not isinstance(node, Watching)
+            use = Use(node, key, place, port.type, is_needed, is_early)
             self.reads += [use] * reads
             self.writes += [use] * writes
 

@@ -10,6 +10,7 @@ from typing import Any, Final, NamedTuple
 
 from bt_manip.bt.analysis.facts import (
     COMPLETE,
+    ENDED,
     UNWRITTEN,
     WRITTEN,
     Constant,
@@ -30,14 +31,14 @@ from bt_manip.bt.analysis.flows import FLOWS
 from bt_manip.bt.analysis.uses import ROBOT, constant_truth, outputs_of, script_of
 from bt_manip.bt.blackboard import EMPTY, Blackboard
 from bt_manip.bt.nodes.action import Condition, Leaf, SyncAction
-from bt_manip.bt.nodes.actions.blackboard import SetBlackboard, UnsetBlackboard
+from bt_manip.bt.nodes.actions.blackboard import SetBlackboard, UnsetBlackboard, Watching
 from bt_manip.bt.nodes.actions.script import Script, ScriptCondition
 from bt_manip.bt.nodes.actions.sleep import Sleep
 from bt_manip.bt.nodes.node import Node
 from bt_manip.bt.nodes.tree_node import TreeNode
 from bt_manip.bt.port_types import STRING
 from bt_manip.bt.ports import is_pointer
-from bt_manip.bt.script.evaluation import Environment
+from bt_manip.bt.script.evaluation import Environment, is_true
 from bt_manip.bt.script.parser import ParsedScript
 from bt_manip.bt.status import FAILURE, RUNNING, SKIPPED, SUCCESS
 from bt_manip.bt.traits import UNDECLARED, YES_OR_NO, Traits
@@ -117,6 +118,7 @@ class Walk:
         early: Ways = {}
         for name, (status, decisive) in GUARDS.items():
             if name in scripts:
+                facts = self._run(scripts[name], node, name, facts)
                 truth = constant_truth(scripts[name], node)
                 if truth is None or truth is decisive:
                     early = either(early, {status: Way(facts)})
@@ -145,7 +147,7 @@ class Walk:
         """Return the facts after a script of a node's attribute; note if it always fails.
 
         It is evaluated if all that it reads is constant; the entries that it writes have the types
-        that the ports of the tree declare.
+        that the ports of the tree declare. The run ends where it fails.
         """
         scope, enums = node.scope, node.runtime.enums
         variables = {key: variable_of(scope, key) for key in script.writes}
@@ -157,7 +159,8 @@ class Walk:
             if entry is not None and entry.declared.strong:
                 scratch.declare(mine, entry.declared)
             if values == {UNWRITTEN}:
-                is_known &= key in script.writes
+                if key not in script.writes:
+                    is_known, facts = False, {**facts, **ENDED}
                 missing.add(variable_of(scope, key))
             elif (value := constant_in(values)) is not None:
                 scratch.declare(mine).put(value.value, value.type)
@@ -166,12 +169,14 @@ class Walk:
         results: dict[EntryName, Constant | None] = dict.fromkeys(variables.values())
         if is_known:
             try:
-                script.evaluate(Environment(scratch, enums))
+                result = script.evaluate(Environment(scratch, enums))
+                if name in GUARDS or isinstance(node, ScriptCondition):
+                    is_true(result)
             except BtManipError as error:
                 if _NO_ENTRY not in str(error):
                     missing = set()
                 self.errors[id(node)] = ScriptFailure(name, str(error), missing)
-                return self._written(facts, results)
+                return {**self._written(facts, results), **ENDED}
             for key, variable in variables.items():
                 entry = scratch.entry(key.lstrip("@"))
                 if entry is not None and entry.value is not EMPTY:
@@ -207,6 +212,10 @@ class Walk:
 
     def _leaf(self, node: Leaf, facts: Facts) -> Ways:
         traits, time = traits_of(node), 0.0
+        if traits is not UNDECLARED and not isinstance(node, SetBlackboard | Watching):
+            reads = (name for name, port in node.ports.items() if port.reads and not port.writes)
+            if any(node.key_of(n) and port_values(node, n, facts) == {UNWRITTEN} for n in reads):
+                facts = {**facts, **ENDED}
         after, statuses = self._effects(node, facts), traits.returns
         if isinstance(node, ScriptCondition):
             truth = constant_truth(script_of(node), node)
@@ -226,7 +235,7 @@ class Walk:
 
     def _effects(self, node: Leaf, facts: Facts) -> Facts:
         """Return the facts about entries after a leaf has done its work."""
-        if isinstance(node, Script):
+        if isinstance(node, Script | ScriptCondition):
             script = script_of(node)
             return facts if script is None else self._run(script, node, node.checked_port, facts)
         if isinstance(node, UnsetBlackboard):
