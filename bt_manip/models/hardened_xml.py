@@ -1,5 +1,6 @@
 """Parsing of untrusted XML."""
 
+import math
 import re
 from functools import partial
 from pathlib import Path
@@ -11,6 +12,9 @@ from bt_manip.models.errors import ModelError
 
 MAX_MODEL_ELEMENTS = 2_000  # of a model; PyMJCF takes a millisecond for each
 MAX_ATTRIBUTES = 1_000  # of an element
+MAX_POINTS = {"flexcomp": 2**16, "hfield": 2**24, "texture": 2**26}  # which MuJoCo generates
+_GENERATORS = ("replicate", "composite")  # of elements
+_COUNTS = ("count", "nrow", "ncol", "width", "height")
 _UNDECLARED = etree.ErrorTypes.NS_ERR_UNDEFINED_NAMESPACE
 _VERSION = re.compile(rb"\s*<\?xml\s+version\s*=\s*([\"'])[^\"'>]*")
 
@@ -60,10 +64,15 @@ def read_xml(path: Path) -> etree._Element:
     except OSError as error:
         raise ModelError(f"{path}: cannot be read: {error.strerror}") from None
     root = parse_xml(data, path)
-    for number, element in enumerate(root.iter(), 1):
+    number = 0.0
+    for element in root.iter():
         where = f"{path}:{element.sourceline}"
+        generators = (one for one in (element, *element.iterancestors()) if one.tag in _GENERATORS)
+        number += math.prod(map(_count, generators))
         if number > MAX_MODEL_ELEMENTS:
             raise ModelError(f"{where}: more than {MAX_MODEL_ELEMENTS} elements")
+        if (most := MAX_POINTS.get(element.tag)) and _count(element) > most:
+            raise ModelError(f"{where}: <{element.tag}> has more than {most} points")
         if len(element.attrib) > MAX_ATTRIBUTES:
             raise ModelError(f"{where}: <{element.tag}> has more than {MAX_ATTRIBUTES} attributes")
         values = element.attrib.values()
@@ -75,3 +84,9 @@ def read_xml(path: Path) -> etree._Element:
                 "(pip install xacrodoc; with ROS, xacro does the same)"
             )
     return root
+
+
+def _count(element: etree._Element) -> float:
+    """Return how many copies, points or pixels MuJoCo generates for an element."""
+    text = " ".join(element.get(key, "") for key in _COUNTS)
+    return math.prod(map(float, re.findall(r"\d+", text)))

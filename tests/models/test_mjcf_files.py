@@ -68,9 +68,14 @@ def test_good_models_and_missing_files_are_left_to_mujoco(model):
 def test_a_model_of_absurd_size_is_refused_at_once(tmp_path):
     path = tmp_path / "wide.xml"
     attributes = " ".join(f"a{i}='1'" for i in range(1001))
+    copies = "<replicate count='1000' offset='.1 0 0'>"
     for inside, message in (
         ("<geom size='.1'/>\n" * 3000, r"wide.xml:1\d\d\d: more than 2000 elements"),
         (f"<geom {attributes}/>", "more than 1000 attributes"),
+        (f"{copies}{copies}<geom size='.1'/></replicate></replicate>", "more than 2000 elements"),
+        ("<composite type='cable' count='3000 1 1' curve='s'/>", "more than 2000 elements"),
+        ("<flexcomp name='f' type='grid' count='300 300 300'/>", "has more than 65536 points"),
+        ("<hfield name='h' nrow='30000' ncol='30000'/>", "<hfield> has more than 16777216 points"),
     ):
         path.write_text(f"<mujoco><worldbody>{inside}</worldbody></mujoco>")
         with pytest.raises(ModelError, match=message):
