@@ -1,5 +1,6 @@
 """bt-manip run --snapshot-at and --resume: left at any moment, gone on from to the same end."""
 
+import errno
 import json
 import os
 import signal
@@ -112,6 +113,20 @@ def test_where_no_snapshot_can_be_written_nothing_is_run(bt_manip, trees, tmp_pa
     assert code == 2
     assert "report and snapshot cannot both be" in err
     assert list(tmp_path.glob("*.json")) == []
+
+
+def test_a_run_goes_on_without_room_for_its_snapshot(bt_manip, trees, tmp_path, monkeypatch):
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("bt_manip.runner.snapshot.replace_text", full)
+    report = tmp_path / "report.json"
+    code, _, err = bt_manip(
+        "run", f"{trees}:quick", "--snapshot-at", 0.01, tmp_path / "x.json", "--report", report
+    )
+    assert code == 3 and "No space left on device; the run continues" in err
+    assert "internal fault" not in err
+    assert [one["status"] for one in json.loads(report.read_text())["cycles"]] == ["SUCCESS"]
 
 
 def test_an_interrupted_run_leaves_whole_snapshots_only(trees, tmp_path):

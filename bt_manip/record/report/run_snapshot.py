@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from bt_manip.exceptions import BtManipError, shown
+from bt_manip.record.files import RecordingError
 from bt_manip.record.identification import identify, identity_differences
 from bt_manip.record.report.recorder import Recorder
 from bt_manip.record.report.run_report import versions
@@ -90,18 +91,28 @@ class SnapshotWriter(SnapshotAt):
     Args:
         time: Simulated time of the cell [s].
         path: The file.
-        warn: Takes one line if the run ended before.
+        warn: Takes one line if the run ended before, or the file cannot be written.
     """
 
     def __init__(self, time: float, path: Path, warn: Callable[[str], None]) -> None:
         super().__init__(time, self._write)
-        self._path, self._warn = path, warn
+        self._path, self._warn, self._problem = path, warn, ""
 
     def _write(self, snapshot: dict[str, Any]) -> None:
-        save_snapshot(self._path, snapshot | {"identity": _identity(self._run)})
+        try:
+            save_snapshot(self._path, snapshot | {"identity": _identity(self._run)})
+        except BtManipError as error:
+            self._problem = str(error)
+            self._warn(f"{error}; the run continues")
 
     def run_ended(self) -> None:
-        """Warn if the run ended before."""
+        """Warn if the run ended before.
+
+        Raises:
+            RecordingError: If the file was not written.
+        """
+        if self._problem:
+            raise RecordingError(self._problem)
         if not self.taken:
             self._warn(
                 f"--snapshot-at {self.time:g}: the run ended at {self._cell.time:.3f} s, "
