@@ -39,7 +39,7 @@ def did_you_mean(name: str, valid: Iterable[str], *, most: int = 3) -> str:
     """
     import difflib  # by errors alone
 
-    choices = sorted(valid)
+    choices = sorted(set(valid))
     by_folded = {choice.casefold(): choice for choice in reversed(choices)}
     folded = name.casefold() if len(name) <= _LISTED else ""  # nothing is near to longer names
     compared = by_folded if len(choices) <= _COMPARED else ()

@@ -62,7 +62,8 @@ def _with_controllers(
     for name in dict.fromkeys(one.controller or request.controller for one in scene.robots):
         factory: Callable[..., Any] = controllers.get(name)
         made = getattr(factory, "func", factory)  # of another varied parameter
-        known = inspect.signature(getattr(made, "_build", made)).parameters
+        signature = inspect.signature(getattr(made, "_build", made))
+        known = [n for n, one in signature.parameters.items() if one.default is not one.empty]
         if key not in known:
             raise BtManipError(f"controller '{name}' has no '{key}'{did_you_mean(key, known)}")
         controllers = controllers.with_part(name, partial(factory, **{key: value}))

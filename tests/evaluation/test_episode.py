@@ -139,6 +139,7 @@ def test_points_vary_tree_scene_robot_and_controller(evaluation):
     [
         ("limitt", "no key 'limitt'; did you mean 'limit'"),
         ("controller.kpp", "controller 'computed_torque' has no 'kpp'; did you mean 'kp'"),
+        ("controller.robot", "has no 'robot'; known: friction_velocity, kd, ki, kp$"),
         ("robot.velcity", "robot 'panda' has no 'velcity'; did you mean 'velocity'"),
         ("robot.gripper.forc", "robot 'panda': gripper has no 'forc'"),
         ("scene.objects.mass", "is no parameter of a scene"),
