@@ -3,7 +3,7 @@
 import json
 import os
 import shlex
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack, closing
 from dataclasses import replace
 from functools import partial
@@ -188,7 +188,7 @@ def _execute(
             evaluation, worker, own, make_pool=make_pool, until_interval=until_interval, **how
         )
         measured.append(one)
-        if not one.interrupted and (never := _never_present(one.results)):
+        if not one.interrupted and (never := _never_happened(one.results)):
             problem = f"{never}: nothing was measured."
             if as_json:
                 print_json([*warnings, *findings_of([problem])])
@@ -281,13 +281,21 @@ def _measure(
     return _Measured(evaluation, view, known, interrupted)
 
 
-def _never_present(results: "list[EpisodeResult]") -> str:
-    """Return which varied objects were in the cell in no episode; empty if all were in one."""
-    absent = [set(one.absent.split()) for one in results if one.status != "DIED"]
-    names = sorted(set.intersection(*absent)) if absent else []
+def _never_happened(results: "list[EpisodeResult]") -> str:
+    """Return which varied objects or faults were in no episode; empty if all were in one."""
+    alive = [one for one in results if one.status != "DIED"]
+    if missed := _common(one.missed.splitlines() for one in alive):
+        return f"no episode had the {' or the '.join(missed)}"
+    names = _common(one.absent.split() for one in alive)
     things = dict.fromkeys(name.split(".", 2)[2].rpartition(".")[0] for name in names)
     shown = " or ".join(f"'{thing}'" for thing in things)
     return f"nothing named {shown} was in the cell ({', '.join(names)})" if names else ""
+
+
+def _common(lists: "Iterable[list[str]]") -> list[str]:
+    """Return the texts that all lists have."""
+    sets = [set(texts) for texts in lists]
+    return sorted(set.intersection(*sets)) if sets else []
 
 
 def _compare(

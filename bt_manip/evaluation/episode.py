@@ -89,6 +89,7 @@ class EpisodeResult:
         results: `CycleReport.results` as JSON.
         cpu: Type of the CPU that it ran on.
         absent: Varied quantities of objects that were not in the cell, separated by spaces.
+        missed: `RunModifier.missed` of all modifiers, in lines.
         files: SHA-256 of the files that were loaded besides those of the evaluation's identity, by
             name, as JSON.
     """
@@ -112,6 +113,7 @@ class EpisodeResult:
     results: str = "{}"
     cpu: str = ""
     absent: str = ""
+    missed: str = ""
     files: str = "{}"
 
 
@@ -183,6 +185,7 @@ class EpisodeWorker:
             results=json.dumps(cycle.results),
             cpu=cpu_name(),
             absent=" ".join(run.absent),
+            missed="\n".join(text for modifier in run.modifiers for text in modifier.missed),
             files=json.dumps(dict(other_files(run.all_files, self.identity))),
         )
 

@@ -1,6 +1,6 @@
 """The interface of recorders and views of a run."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -93,7 +93,13 @@ class RunModifier(RunObserver):
 
     The loop calls modifiers after all observers: these see a tick as it begins, and judge a cycle
     before a modifier undoes what it did in it.
+
+    Attributes:
+        missed: What it was to change in the present cycle, or the last one, and has not changed, as
+            words for messages: ``"fault 'heavy at=Lift'"``.
     """
+
+    missed: Sequence[str] = ()
 
 
 def recorder_for(path: Path, recorders: Registry[Any]) -> RunObserver:

@@ -50,3 +50,17 @@ def test_a_fault_at_a_node_that_the_tree_does_not_have_is_bad_input(bt_manip, tr
     assert code == 2 and err.startswith("Error: fault 'push': the tree has no node 'nap'; known: ")
     with pytest.raises(BtManipError, match="the tree has no node 'nap'"):
         list(evaluate(Evaluation(f"{trees}:quick", options("push at=nap")), episodes=1))
+
+
+@pytest.mark.parametrize("fault", ["vanish at=rest object=ghost", "push at=rest cycle=3"])
+def test_an_evaluation_without_the_fault_in_any_episode_has_measured_nothing(
+    bt_manip, trees, fault
+):
+    words = "evaluate", f"{trees}:quick", "--episodes", 2, "--workers", 1
+    code, _, err = bt_manip(*words, "--fault", fault, "--fault", FAULT)
+    assert code == 1 and f"no episode had the fault '{fault}': nothing was measured." in err
+
+
+def test_a_fault_of_a_cycle_that_the_run_does_not_have_is_reported(bt_manip, trees):
+    code, _, err = bt_manip("run", f"{trees}:quick", "--fault", "push at=rest cycle=3")
+    assert code == 0 and "'push at=rest cycle=3' did not happen: there was no cycle 3" in err

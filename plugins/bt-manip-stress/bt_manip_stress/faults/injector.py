@@ -42,6 +42,7 @@ class FaultInjector(RunModifier):
         self._of_run = seed or 0
         self._active: list[tuple[float, Fault]] = []
         self._pending: list[_Pending] = []
+        self._cycle, self._begun = 0, list[PlannedFault]()
         self.happened = 0
         """Number of faults that have begun."""
         self.problems: list[str] = []
@@ -79,6 +80,12 @@ class FaultInjector(RunModifier):
             if planned.cycle in (0, cycle + 1)
         ]  # fmt: skip
         self._cycle = cycle
+        self._begun.clear()
+
+    @property
+    def missed(self) -> list[str]:  # type: ignore[override]
+        """The planned faults that have not begun in this cycle, also those of other cycles."""
+        return [f"fault '{planned}'" for planned in self._planned if planned not in self._begun]
 
     def before_tick(self) -> None:
         """Begin due faults, and end expired ones."""
@@ -105,6 +112,9 @@ class FaultInjector(RunModifier):
 
     def run_ended(self) -> None:
         """Undo all faults and disconnect."""
+        for planned in self._planned:
+            if planned.cycle > self._cycle + 1:
+                self._warn(f"fault '{planned}' did not happen: there was no cycle {planned.cycle}")
         self.detach()
 
     def _begin(self, pending: "_Pending") -> None:
@@ -116,6 +126,7 @@ class FaultInjector(RunModifier):
             self._note(pending.planned, str(error))
             return
         self.happened += 1
+        self._begun.append(pending.planned)
         self._active.append((self._cell.time + fault.duration, fault))
 
     def _note(self, planned: PlannedFault, problem: str) -> None:
