@@ -12,7 +12,7 @@ from bt_manip.models.errors import ModelError
 
 MAX_MODEL_ELEMENTS = 2_000  # of a model; PyMJCF takes a millisecond for each
 MAX_ATTRIBUTES = 1_000  # of an element
-MAX_POINTS = {"flexcomp": 2**16, "hfield": 2**24, "texture": 2**26}  # which MuJoCo generates
+MAX_GENERATED = {"flexcomp": 2**16, "hfield": 2**24, "texture": 2**26}  # which MuJoCo generates
 _GENERATORS = ("replicate", "composite")  # of elements
 _COUNTS = ("count", "nrow", "ncol", "width", "height")
 _UNDECLARED = etree.ErrorTypes.NS_ERR_UNDEFINED_NAMESPACE
@@ -71,7 +71,7 @@ def read_xml(path: Path) -> etree._Element:
         number += math.prod(map(_count, generators))
         if number > MAX_MODEL_ELEMENTS:
             raise ModelError(f"{where}: more than {MAX_MODEL_ELEMENTS} elements")
-        if (most := MAX_POINTS.get(element.tag)) and _count(element) > most:
+        if (most := MAX_GENERATED.get(element.tag)) and _count(element) > most:
             raise ModelError(f"{where}: <{element.tag}> has more than {most} points")
         if len(element.attrib) > MAX_ATTRIBUTES:
             raise ModelError(f"{where}: <{element.tag}> has more than {MAX_ATTRIBUTES} attributes")

@@ -16,6 +16,7 @@ from bt_manip.models.hardened_xml import parse_xml
 
 MESHES = (".obj", ".stl", ".dae")
 MAX_MESH_BYTES = 2**29  # 512 MiB
+MAX_PARTS = 1_000  # groups of an .obj file that are parts of a solid; each takes milliseconds
 MAX_LINE = 2**16  # characters of a line of OBJ: a polygon of some thousand corners
 
 _CONVEX = 0.98  # least volume of a convex mesh, relative to its hull
@@ -90,8 +91,8 @@ def read_mesh(path: Path, submesh: str = "", centred: bool = False) -> Mesh:
     if kind == ".obj" and max(map(len, data.split(b"\n"))) > MAX_LINE:
         raise ModelError(f"{path}: a line of more than {MAX_LINE} characters")
     turn = _collada_turn(data, path) if kind == ".dae" else np.eye(3)
-    grouped = kind == ".obj" and len(re.findall(rb"^[og]\s", data, re.MULTILINE)) > 1
-    split: dict[str, Any] = {"split_objects": True, "split_groups": True} if grouped else {}
+    groups = len(re.findall(rb"^[og]\s", data, re.MULTILINE)) if kind == ".obj" else 0
+    split: dict[str, Any] = {"split_objects": True, "split_groups": True} if groups > 1 else {}
     logging.getLogger("trimesh").setLevel(logging.ERROR)
     try:
         options = split if submesh else {}
@@ -99,11 +100,11 @@ def read_mesh(path: Path, submesh: str = "", centred: bool = False) -> Mesh:
         parts = _parts(scene, submesh, path, coloured=kind == ".dae")
         joined = _joined(parts)
         convex: tuple[Mesh, ...] = ()
-        if grouped and not submesh:
-            groups = _parts(
+        if 1 < groups <= MAX_PARTS and not submesh:
+            solids = _parts(
                 trimesh.load_scene(io.BytesIO(data), file_type="obj", **split), "", path
             )
-            convex = tuple(groups) if len(groups) > 1 and all(map(_is_convex, groups)) else ()
+            convex = tuple(solids) if len(solids) > 1 and all(map(_is_convex, solids)) else ()
         # Corners that differ only in texture coordinates are merged.
         whole = trimesh.Trimesh(joined.vertices, joined.faces, process=True)
         watertight = convex or whole.is_watertight

@@ -87,3 +87,13 @@ def test_a_polygon_of_absurd_size_is_refused_at_once(tmp_path):
     path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf" + " 1 2 3" * 20_000)
     with pytest.raises(ModelError, match="a line of more than 65536 characters"):
         read_mesh(path)
+
+
+def test_an_obj_file_of_absurdly_many_groups_has_no_parts(tmp_path):
+    path = tmp_path / "groups.obj"
+    corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"
+    solid = "o one\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+    start = time.monotonic()
+    path.write_text(corners + solid * 60_000)
+    assert read_mesh(path).convex_parts == ()
+    assert time.monotonic() - start < 10.0
