@@ -1,5 +1,9 @@
-"""Motions of described arms without contact raise no alarm, and a push of 15 N at the tool does."""
+"""Motions of described arms without contact raise no alarm, and a push of 15 N at the tool does.
 
+``ARMS`` names further models, paths as in ``PATH``.
+"""
+
+import os
 from dataclasses import replace
 
 import mujoco
@@ -16,6 +20,7 @@ from bt_manip_setup import describe_robot
 from .assembled_arms import SIX_JOINTS
 from .test_picking import MENAGERIE, MORE
 
+OTHERS = [path for path in os.environ.get("ARMS", "").split(os.pathsep) if path]
 MOTIONS, PUSHES = 20, 12
 PUSH = 15.0  # [N]
 FOUND = 0.8  # least share of pushes found: friction hides those near the axes of stiff joints
@@ -72,7 +77,7 @@ def check_alarms(description: RobotDescription, parts) -> None:
 
 
 @pytest.mark.soak
-@pytest.mark.parametrize("model", ["bundled panda", "six joints", *MENAGERIE, *MORE])
+@pytest.mark.parametrize("model", ["bundled panda", "six joints", *MENAGERIE, *MORE, *OTHERS])
 def test_only_contacts_raise_an_alarm(menagerie, more_models, parts, model):
     folder, gripper = menagerie, (MENAGERIE | MORE).get(model)
     if model in MORE:
