@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from itertools import chain
 from operator import attrgetter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NoReturn
 
 from py_trees.behaviour import Behaviour
 
@@ -166,7 +166,7 @@ class Tree:
         while status is RUNNING and runtime.wake_up:
             rounds += 1
             if rounds > MAX_ROUNDS:
-                raise self._endless()
+                self._raise_endless()
             runtime.wake_up = False
             status = root.execute()
         if status is RUNNING:
@@ -175,8 +175,8 @@ class Tree:
             root._reset()
         return status
 
-    def _endless(self) -> NodeError:
-        """Return the error of a tick that does not end."""
+    def _raise_endless(self) -> NoReturn:
+        """Raise the error of a tick that does not end, a mistake in the tree."""
         loops = (n for n in reversed(self.nodes) if isinstance(n, Repeat | RetryUntilSuccessful))
         node = next((node for node in loops if node.engine_status is RUNNING), self._root)
         child = node.child_nodes[0].name if node.child_nodes else "it"
@@ -184,7 +184,7 @@ class Tree:
             f"'{child}' answered at once {MAX_ROUNDS} times within one tick; limit the number of "
             "rounds, or repeat something that takes time"
         )
-        return NodeError(node.path, node.registration, text, type(node).__module__)
+        raise NodeError(node.path, node.registration, text) from TreeError(text)
 
     def tick_exactly_once(self) -> NodeStatus:
         """Tick the tree once; wake-ups are ignored.

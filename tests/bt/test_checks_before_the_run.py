@@ -11,7 +11,7 @@ from bt_manip import behaviours
 from bt_manip.bt import Action, BehaviourRegistry, NodeStatus, SyncAction, Traits
 from bt_manip.bt.loading import read_tree_text
 from bt_manip.bt.nodes import Node
-from bt_manip.exceptions import NodeError
+from bt_manip.exceptions import NodeError, TreeError
 
 
 class Work(Action):
@@ -472,5 +472,7 @@ def test_an_endless_tick_fails_with_the_name_of_its_loop(bench):
         '<RetryUntilSuccessful name="again" num_attempts="-1">'
         "<AlwaysFailure/></RetryUntilSuccessful>"
     )
-    with pytest.raises(NodeError, match=r"again.*'AlwaysFailure' answered at once 100000 times"):
+    said = r"again.*'AlwaysFailure' answered at once 100000 times"
+    with pytest.raises(NodeError, match=said) as error:
         tree.tick()
+    assert isinstance(error.value.__cause__, TreeError)  # of the author, no internal fault
