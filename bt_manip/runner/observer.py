@@ -93,13 +93,15 @@ class RunModifier(RunObserver):
 
     The loop calls modifiers after all observers: these see a tick as it begins, and judge a cycle
     before a modifier undoes what it did in it.
-
-    Attributes:
-        missed: What it was to change in the present cycle, or the last one, and has not changed, as
-            words for messages: ``"fault 'heavy at=Lift'"``.
     """
 
-    missed: Sequence[str] = ()
+    @property
+    def missed(self) -> Sequence[str]:
+        """What it was to change in the present cycle, or the last one, and has not changed.
+
+        Words for messages: ``"fault 'heavy at=Lift'"``.
+        """
+        return ()
 
 
 def recorder_for(path: Path, recorders: Registry[Any]) -> RunObserver:

@@ -83,7 +83,7 @@ class FaultInjector(RunModifier):
         self._begun.clear()
 
     @property
-    def missed(self) -> list[str]:  # type: ignore[override]
+    def missed(self) -> list[str]:
         """The planned faults that have not begun in this cycle, also those of other cycles."""
         return [f"fault '{planned}'" for planned in self._planned if planned not in self._begun]
 
