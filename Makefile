@@ -18,7 +18,7 @@ help:  ## Show what there is
 
 setup: $(READY)  ## Make .venv with exact versions of everything
 
-$(READY): pyproject.toml constraints.txt tools/setup.sh $(wildcard plugins/*/pyproject.toml)
+$(READY): pyproject.toml constraints.txt tools/setup.sh tools/installers.sh $(wildcard plugins/*/pyproject.toml)
 	@PYTHON="$(PYTHON)" INSTALLER="$(INSTALLER)" sh tools/setup.sh
 
 run: setup  ## Set up, and let the Panda drop a cube into the basket

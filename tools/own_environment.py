@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 REPOSITORY = Path(__file__).resolve().parents[1]
-PIP = ("-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-compile")
+INSTALL = ("sh", "tools/install_into.sh")
 
 
 class OwnEnvironment:
@@ -24,14 +24,14 @@ class OwnEnvironment:
         return str(self._folder / "bin" / "python")
 
     def install(self, *steps: Sequence[str]) -> str:
-        """Install by calls of pip, unless that has been done; return why not, empty if it could."""
+        """Install by arguments of pip, unless that is done; return why not, empty if it could."""
         ready = self._folder / ".ready"
         if ready.is_file() and ready.read_text() == self._wanted:
             return ""
         venv.create(self._folder, clear=True, with_pip=True)
         for words in steps:
             done = subprocess.run(
-                [self.python, *PIP, *words], cwd=REPOSITORY, capture_output=True, text=True
+                [*INSTALL, self._folder, *words], cwd=REPOSITORY, capture_output=True, text=True
             )
             if done.returncode:
                 errors = [line for line in done.stderr.splitlines() if line.startswith("ERROR")]

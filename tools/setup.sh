@@ -88,75 +88,16 @@ else
         [ -f "$package" ] && set -- "$@" -e "$(dirname "$package")"
     done
 fi
-log=.venv/setup.log
+folder=.venv
+log=$folder/setup.log
 : >"$log"
-
-# Run a command with its output in the log; a terminal shows its last step.
-run() {
-    "$@" >>"$log" 2>&1 </dev/null &
-    job=$!
-    trap 'kill "$job" 2>/dev/null; exit 130' INT TERM
-    if [ -t 1 ]; then
-        while kill -0 "$job" 2>/dev/null; do
-            step=$(grep -E '^ *(Collecting|Download|Building|Built|Resolved|Prepared|Install)' "$log" |
-                tail -n 1)
-            printf '\r\033[K  %.70s' "${step#"${step%%[! ]*}"}"
-            sleep 1
-        done
-        printf '\r\033[K'
-    fi
-    wait "$job"
-}
-
-with_pip() {
-    run .venv/bin/python -m pip install --disable-pip-version-check -c constraints.txt "$@"
-}
-
-with_uv() {
-    # shellcheck disable=SC2086  # none or one flag
-    run .venv/bin/uv pip install --python .venv/bin/python $no_index -c constraints.txt "$@"
-}
-
-# Print a setting of pip: of its variables, else of its files.
-pip_setting() {
-    for section in :env: install global; do
-        value=$(printf '%s\n' "$settings" | sed -n "s/^$section\.$1='\(.*\)'\$/\1/p")
-        if [ -n "$value" ]; then
-            printf '%s\n' "$value" | sed 's/\\n/ /g; s/^ *//'
-            return
-        fi
-    done
-}
-
-# Hand over to uv where pip looks for packages: uv reads neither pip's files nor its variables.
-configure_uv() {
-    settings=$(.venv/bin/python -m pip config list)
-    while read -r name variable; do
-        value=$(pip_setting "$name")
-        eval "present=\${$variable:-}"
-        [ -n "$present" ] || [ -z "$value" ] || export "$variable=$value"
-    done <<END
-index-url UV_DEFAULT_INDEX
-extra-index-url UV_INDEX
-find-links UV_FIND_LINKS
-trusted-host UV_INSECURE_HOST
-cert SSL_CERT_FILE
-proxy ALL_PROXY
-END
-    case $(pip_setting no-index) in
-        1 | [Tt]rue | [Yy]es | [Oo]n) no_index=--no-index ;;
-        *) no_index= ;;
-    esac
-    export UV_INDEX_STRATEGY="${UV_INDEX_STRATEGY:-unsafe-best-match}" # as pip: all indexes alike
-}
+. tools/installers.sh
 
 # The tools that build packages come from the constraints too, so nothing is built in isolation.
 install() {
-    "$1" hatchling && {
-        with=$1
-        shift
-        "$with" --no-build-isolation "$@"
-    }
+    with=$1
+    shift
+    "$with" -c constraints.txt hatchling && "$with" -c constraints.txt --no-build-isolation "$@"
 }
 
 # From 3.13 on, labmaze is left out as pyproject.toml tells uv. pip is told no such thing: it gets
@@ -166,14 +107,14 @@ install_with_pip() {
         "Python 3.11"* | "Python 3.12"*) install with_pip "$@" ;;
         *)
             grep -v '^labmaze==' constraints.txt >.venv/pinned.txt
-            with_pip --no-deps -r .venv/pinned.txt &&
-                with_pip --no-deps --no-build-isolation "$@"
+            with_pip -c constraints.txt --no-deps -r .venv/pinned.txt &&
+                with_pip -c constraints.txt --no-deps --no-build-isolation "$@"
             ;;
     esac
 }
 
 echo "Installing packages into .venv (log: $log)"
-if [ "${INSTALLER:-uv}" = uv ] && with_pip uv && run .venv/bin/uv --version; then
+if [ "${INSTALLER:-uv}" = uv ] && with_pip -c constraints.txt uv && run .venv/bin/uv --version; then
     configure_uv
     if ! install with_uv "$@"; then
         echo "uv cannot install the packages; pip tries, which takes a minute or two"

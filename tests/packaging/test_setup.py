@@ -110,9 +110,8 @@ esac
 @pytest.fixture
 def setup(tmp_path):
     """Run the script in a folder without packages; ``python``, pip and uv tell the log."""
-    (tmp_path / "tools").mkdir()
     (tmp_path / "home").mkdir()
-    shutil.copy(REPOSITORY / "tools" / "setup.sh", tmp_path / "tools")
+    shutil.copytree(REPOSITORY / "tools", tmp_path / "tools")
     python = tmp_path / "python"
     python.write_text(PYTHON)
     python.chmod(0o755)
