@@ -27,6 +27,7 @@ TESTS = (
     "plugins/bt-manip-learn/tests/envs/test_lerobot.py",
     "plugins/bt-manip-learn/tests/test_ray_pool.py",
 )
+TWO = ("-n", "2", "--dist", "loadfile")
 
 # The operators of torchvision's wheel are built for another build of torch, which refuses to
 # declare them; its part in Python, which LeRobot uses, works without.
@@ -59,7 +60,7 @@ def main(options: list[str]) -> int:
     else:
         variables.setdefault("LEROBOT_PYTHON", lerobot.python)
     pytest = ["-m", "pytest", "-q", "-p", "no:cacheprovider"]
-    command = [clients.python, *pytest, *TESTS, f"--ignore={RLLIB}", *options]
+    command = [clients.python, *pytest, *TWO, *TESTS, f"--ignore={RLLIB}", *options]
     code = subprocess.run(command, cwd=REPOSITORY, env=variables).returncode
     rllib = OwnEnvironment(".venv-rllib", LISTS / "requirements-rllib.txt", CONSTRAINTS)
     reason = install_rllib(rllib)

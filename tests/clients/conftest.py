@@ -12,7 +12,7 @@ collect_ignore: list[str] = []
 try:
     import torch
 
-    torch.set_num_threads(2)
+    torch.set_num_threads(1)
 except ImportError:  # as in the environment of the other tests
     collect_ignore += ["test_stable_baselines.py", "test_robomimic.py"]
 else:

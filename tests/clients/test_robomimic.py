@@ -20,9 +20,9 @@ from robomimic.envs.env_base import EnvType  # noqa: E402
 
 from bt_manip_learn.envs.robomimic_env import RobomimicEnvironment  # noqa: E402
 
-DEMONSTRATIONS = 50
+DEMONSTRATIONS = 15
 EPOCHS = 20
-ROLLOUTS = 5
+ROLLOUTS = 2
 HORIZON = 150
 OBSERVED = (
     "robot_joint_positions", "robot_tool_position", "robot_tool_rotation",
