@@ -45,6 +45,7 @@ def test_a_run_refuses_a_declared_control_until_a_known_one_does_its_work(bt_man
     )  # fmt: skip
     assert code == 0
     assert "FollowPath (fails)" in err and "ClearThings (succeeds)" in err
+    assert "no node of the tree is named so" not in err
 
 
 @pytest.mark.parametrize("text", ["FollowPath", "=SUCCESS", "FollowPath="])
@@ -56,6 +57,8 @@ def test_a_stub_without_name_or_result_is_bad_input(bt_manip, folder, text):
 def test_a_stub_that_no_tree_has_a_use_for_is_told(bt_manip, folder):
     _, _, err = bt_manip("tree", "check", "tree.xml", "--stub-unknown", "--stub", "Folow=FAILURE")
     assert "--stub: nothing is named 'Folow'" in err
+    code, _, err = bt_manip("run", "pick_place", "--stub", "Folow=FAILURE", "--quiet")
+    assert code == 0 and "a stub for 'Folow', but no node of the tree is named so" in err
 
 
 def test_an_error_in_a_library_is_told_once(bt_manip, folder):

@@ -94,8 +94,8 @@ class SortingTray(ParametricEntity):
         ]
 
     def row_at(self, position: np.ndarray) -> str | None:
-        """Return the colour of the row under a position in the tray's frame; None beside it."""
-        if abs(position[0]) > self.slots * SLOT / 2:
+        """Return the colour of the row under a position in the tray's frame; None elsewhere."""
+        if position[2] < 0.0 or abs(position[0]) > self.slots * SLOT / 2:
             return None
         for colour in self.colours:
             if abs(position[1] - self._row(colour)) <= ROW / 2:

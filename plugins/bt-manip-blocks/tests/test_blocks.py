@@ -3,12 +3,13 @@
 import itertools
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from bt_manip import spatial
 from bt_manip.behaviours import Hover, PlaceAt, Reach
 from bt_manip.bt import NodeStatus
-from bt_manip.cell import CellError, extent
+from bt_manip.cell import CellError, extent, is_on
 from bt_manip_blocks import (
     AreSorted,
     AreStacked,
@@ -231,6 +232,17 @@ def test_rows_of_a_tray_are_where_it_says():
     assert tray.row("yellow")[0].translation[1] > 0 > tray.row("red")[0].translation[1]
     assert tray.row_at(np.array([0.0, 0.2, 0.0])) is None
     assert tray.row_at(np.array([0.2, 0.0, 0.0])) is None
+
+
+def test_blocks_on_the_underside_of_a_tray_are_not_sorted(station, trial):
+    tray = station.cell.find("tray")
+    turned = pin.SE3(pin.rpy.rpyToMatrix(np.pi, 0.0, 0.0), np.array([0.0, 0.0, 0.017]))
+    T_wt = station.cell.pose("tray") * turned
+    station.cell.move("tray", T_wt)
+    put(station, "red", *(T_wt * tray.row("red")[0]).translation[:2], z=0.038)
+    station.cell.step(50)
+    assert is_on(station.cell, "red", "tray")
+    assert trial(AreSorted()).fails_with("not in the row of their colour: red")
 
 
 @pytest.mark.parametrize(

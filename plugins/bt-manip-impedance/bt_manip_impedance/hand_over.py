@@ -196,6 +196,12 @@ class IsHandedOver(ObjectCondition):
         self.robots: Mapping[str, Any] = infrastructure.get("robots", {})
         if self._observe not in self.cell.contact_changed:
             self.cell.contact_changed.append(self._observe)
+            self.cell.before_remove.append(self._forget)
+
+    def _forget(self, name: str) -> None:
+        """What is added again under a name is another object."""
+        if name == self.object:
+            self._alone, self._handed_over, self._let_go = "", False, None
 
     def _observe(self, event: ContactEvent) -> None:
         name, giver, receiver, support = self._names()

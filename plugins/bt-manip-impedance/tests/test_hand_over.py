@@ -53,6 +53,21 @@ def test_an_object_is_handed_over_once_the_giver_has_let_go_of_it_in_the_air(cel
     assert "without putting it down on 'table'" in condition.feedback_message
 
 
+def test_an_object_that_is_added_again_was_not_handed_over(cell):
+    condition = IsHandedOver("handed over", object="rod", giver="left", receiver="right")
+    tree = Tree(condition)
+    tree.setup(cell=cell)
+    for x in (-0.1, 0.0, 0.1):
+        move(cell, x, 0.0, 0.115 + HIGH)
+        status = tree.tick()
+    assert status is NodeStatus.SUCCESS
+    cell.remove("rod")
+    high = spatial.pose((0.1, 0.0, 0.115 + HIGH))
+    cell.add(Box(size=(0.3, 0.03, 0.03)), high, name="rod", free=True)
+    cell.step(200)
+    assert tree.tick() is NodeStatus.FAILURE
+
+
 def test_the_tool_points_along_the_object_at_the_end_that_is_not_held():
     parts = load_plugins().parts
     station = build_station(parts, scene=parts.scenes.create("hand_over"))
