@@ -51,7 +51,8 @@ def prepare(
     if stubs:
         names = sorted({f"{node.registration} ({node.effect})" for node in stubs})
         warn(f"stubs, which do not act: {', '.join(names)}")
-    for name in sorted(request.reading.stubs.results.keys() - {one.registration for one in stubs}):
+    wanted = request.reading.stubs.results if request.reading.stubs else {}
+    for name in sorted(wanted.keys() - {node.registration for node in stubs}):
         warn(f"a stub for '{name}', but no node of the tree is named so")
     clock.station = station = station or make_station(request, parts, first_cycle=True)
     for robot in station.robots.values():

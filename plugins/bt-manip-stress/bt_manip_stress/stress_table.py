@@ -103,15 +103,18 @@ class StressTable:
         return lines
 
     def markdown(self, command: str) -> str:
-        """Return the table and the reasons as Markdown.
+        """Return the table and the reasons as Markdown; faults that cannot happen have no row.
 
         Args:
             command: The command that made it.
         """
         lines = [f"Made by `{command}`.", "", f"{self.summary()} {LEGEND}", ""]
-        header = ["fault", *self.phases]
-        for row in (header, ["---"] * len(header), *self.rows()):
+        header, rows = ["fault", *self.phases], self.rows()
+        happen = [row for row in rows if set(row[1:]) != {"-"}]
+        for row in (header, ["---"] * len(header), *happen):
             lines.append(f"| {' | '.join(row)} |")
+        if never := [row[0] for row in rows if row not in happen]:
+            lines += ["", f"Cannot happen in this tree: {', '.join(never)}."]
         lines += ["", *(f"- {reason.replace('|', '/')}" for reason in self.reasons())]
         return "\n".join(lines).rstrip() + "\n"
 

@@ -1,7 +1,7 @@
 """Stress tests: each fault at each phase of a tree, for several seeds, in parallel processes."""
 
 import zlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
@@ -142,7 +142,7 @@ class StressTester:
         """Run a cycle with a fault, and an undisturbed one after it."""
         run = self._prepared(episode.seed)
         injector = FaultInjector([episode.plan()], self.faults, episode.seed)
-        outcome, reason, aborted = _run_cycle(run, 0, injector)
+        outcome, reason, aborted = _run_cycle(run, 0, injector, stop=lambda: injector.problems)
         if not injector.happened:
             return StressResult(episode, "none", (injector.problems or [""])[0])
         if aborted:  # as a user would, in a new run
@@ -160,12 +160,14 @@ class StressTester:
         return run
 
 
-def _run_cycle(run: Run, cycle: int, *observers: RunObserver) -> tuple[Outcome, str, bool]:
+def _run_cycle(
+    run: Run, cycle: int, *observers: RunObserver, stop: Callable[[], object] = lambda: False
+) -> tuple[Outcome, str, bool]:
     """Run one cycle; return how it ended, why not with success, and whether it was aborted."""
     end = run.station.cell.time + TIMEOUT
     try:
         with RunLoop(run, observers) as loop:
-            ended = loop.cycle(cycle, stop=lambda: run.station.cell.time > end)
+            ended = loop.cycle(cycle, stop=lambda: run.station.cell.time > end or bool(stop()))
     except ANY_BUT_INTERRUPT as error:
         return "failed", reason_of(error), True
     if ended is None:

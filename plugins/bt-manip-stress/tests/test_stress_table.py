@@ -44,6 +44,15 @@ def test_the_page_has_the_command_the_table_and_the_reasons():
     assert "- push F (Drop 1, Lift 1): Drop: 2.5 N m / pushed" in lines
 
 
+def test_the_page_names_faults_that_cannot_happen_in_a_tree_once():
+    never = [
+        StressResult(StressEpisode("knock", one, 0), "none", "no cube") for one in (LIFT, DROP)
+    ]
+    lines = StressTable([*TABLE.results[:2], *never]).markdown("").splitlines()
+    assert "Cannot happen in this tree: knock." in lines
+    assert [line.split()[1] for line in lines if line[:1] == "|"] == ["fault", "---", "push"]
+
+
 def test_the_data_have_each_case_with_the_fault_to_repeat_it():
     assert TABLE.plain()[5]["planned"].startswith("push at=pick/Drop after=0.")
     assert TABLE.plain()[5]["planned"].endswith(" cycle=1")
