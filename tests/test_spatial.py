@@ -17,3 +17,8 @@ def test_a_quaternion_of_any_length_is_the_rotation_of_its_direction():
 def test_a_quaternion_that_is_not_finite_is_refused(number):
     with pytest.raises(ValueError, match="a quaternion is four finite numbers, not all zero, got"):
         spatial.pose((0.0, 0.0, 0.0), (number, 0.0, 0.0, 1.0))
+
+
+def test_a_quaternion_of_zeros_is_refused():
+    with pytest.raises(ValueError, match="not all zero"):
+        spatial.pose((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0))

@@ -309,6 +309,7 @@ def test_variations_are_written_as_plain_data(data, low, high):
         ({"uniform": 3}, "'uniform' is two values, got 3"),
         ({"normal": [0, -1]}, "the second value of 'normal' is not negative"),
         ({"integer": [0, 1.5]}, "is a range of whole numbers"),
+        ({"integer": [-1e30, 0]}, "'integer' goes up to"),
         ({"choice": []}, "'choice' is a list of values"),
         ({"choice": [1, [1, 2]]}, "the values of 'choice' must have the same shape"),
         ({"plus": {"uniform": [1, 0]}}, "'uniform' goes from low to high"),

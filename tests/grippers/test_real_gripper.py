@@ -61,6 +61,21 @@ def test_it_holds_the_object_at_the_tool_which_moves_with_it(holding, cell):
     assert holding.held_root() == cell.body_id("cube")
 
 
+def test_it_holds_the_nearest_object_whatever_else_is_in_the_cell(cell, gripper, connection):
+    cell.add(Cube(size=0.05), pose((0.5, 0.5, 0.5)), name="another")
+    cell.add(Cube(size=0.05), gripper.robot.tool_pose, name="third", overlap=0.1)
+    cell.remove("cube")
+    gripper.close(30.0)
+    connection.done(0.049, True)
+    gripper.update()
+    assert gripper.held == ("third",)
+    turned = gripper.robot.tool_pose * pose((0, 0, 0), (0.8, 0.6, 0, 0))
+    before = cell.pose("third")
+    relative = gripper.robot.tool_pose.actInv(before)
+    gripper.follow_tool(turned)
+    assert cell.pose("third").isApprox(turned * relative, 1e-6)
+
+
 def test_commands_take_until_the_device_has_completed_them(gripper, connection):
     gripper.close(30.0)
     gripper.update()

@@ -17,6 +17,7 @@ from bt_manip.toml import (
     TomlFile,
     check_fields,
     documented,
+    pose_entries,
     read_fields,
     read_part,
     rows,
@@ -155,3 +156,11 @@ def test_a_new_field_of_a_scene_is_one_line(tmp_path):
     read_part(TimedCamera, whole.table("wrong"))
     with pytest.raises(SceneError, match=":6: key 'wrong.exposure' is a positive number .ms., got"):
         whole.finish()
+
+
+def test_a_pose_is_written_without_what_is_of_the_identity():
+    turned = (0.7, 0.1, 0.5, 0.5)
+    assert pose_entries(spatial.pose((0.0, 0.0, 0.0))) == {}
+    assert pose_entries(spatial.pose((1.0, 0.0, 0.0))) == {"position": [1.0, 0.0, 0.0]}
+    entries = pose_entries(spatial.pose((0.0, 0.0, 0.0), turned))
+    assert entries == {"quat_wxyz": pytest.approx(turned)}

@@ -84,6 +84,12 @@ def test_it_is_at_rest_exactly_at_its_end(trajectory):
     assert not v.any() and not a.any()
 
 
+def test_the_rest_of_a_trajectory_takes_as_much_less_as_it_begins_later():
+    whole = spline_trajectory()
+    assert tail().duration == pytest.approx(whole.duration - 0.4)
+    assert TailTrajectory(whole, whole.duration + 1.0).duration == 0.0
+
+
 def test_restored_from_plain_data_it_is_the_same_bit_for_bit(trajectory):
     again = trajectory_from_state(json.loads(json.dumps(trajectory.get_state())))
     times = np.linspace(0.0, 1.1 * trajectory.duration, 50)

@@ -282,6 +282,26 @@ def test_a_motion_starts_smoothly_from_what_the_controller_holds(model, motion, 
     assert moved < 1e-4  # no jump to the first setpoint
 
 
+def test_an_arm_that_could_not_start_moves_again_once_it_has_recovered(model, motion):
+    device = Device(motion[0], raised={"start": (0, OSError("busy"))})
+    device.recover = device.raised.clear
+    parent = Parent(device, motion)
+    poll, later = parent.poll, iter([("recover",), ("setpoints", FIRST + 200, motion)])
+
+    def poll_with_messages_later():
+        if parent.polls in (50, 100):
+            parent.messages.append(next(later))
+        return poll()
+
+    parent.poll = poll_with_messages_later
+    limits = model.limits
+    shared = SharedReadings(bytearray(SharedReadings.size(len(limits.lower))), len(limits.lower))
+    ArmWorker(device, parent, limits).run(shared)
+    assert [problem for problem, _ in parent.answers] == ["problem", ""]
+    assert device.finished == 1
+    np.testing.assert_allclose(device.written[-1], motion[-1], atol=1e-6)
+
+
 def test_a_motion_that_begins_elsewhere_than_the_controller_holds_is_refused(model, motion):
     device = Held(motion[0] + 6e-3, motion[0])
     _, parent = bounded_run(device, motion, model.limits)
