@@ -37,6 +37,12 @@ def test_blocks_lie_in_the_region_and_keep_their_distance(station, trial):
         assert np.linalg.norm((a - b)[:2]) >= 0.07
 
 
+@pytest.mark.parametrize("region", ["0.6;0.3;-0.2;0.2", "0.3;0.6;0.2;-0.2", "0.3;0.6;0.2"])
+def test_a_region_whose_corners_are_swapped_is_refused(trial, region):
+    scattering = trial(ScatterBlocks(each=1, blocks="{blocks}", region=region))
+    assert scattering.fails_with("a region is x_min;x_max;y_min;y_max")
+
+
 def test_blocks_are_turned_at_random(station, trial):
     scattering = trial(ScatterBlocks(each=3, blocks="{blocks}", spacing=0.07))
     assert scattering.tick() is SUCCESS
