@@ -2,9 +2,8 @@
 
 ``python tools/stress_tables.py`` tests all trees of the project and its packages, which takes
 hours; ``python tools/stress_tables.py open_drawer press_button`` only these, and keeps the other
-sections. ``--workers N`` sets the number of processes, ``--policy FILE.onnx`` the policy of
-pick_place_policy, which is left out without one, as are trees with seen poses (``*_seen``) unless
-they are named, which need MUJOCO_GL=egl.
+sections. ``--workers N`` sets the number of processes. Trees with seen poses (``*_seen``) are left
+out unless they are named, which need MUJOCO_GL=egl, and so is that of a policy, which needs one.
 """
 
 import argparse
@@ -25,13 +24,13 @@ HEADER = """# Stress tables
 Made by `make stress-tables`, a tree at a time; [faults and stress tests](stress.md) explains the
 letters, and why some faults are not recovered from.
 """
-NEEDS_POLICY, SEEN = "pick_place_policy", "_seen"
+SEEN, POLICY = "_seen", "_policy"
 
 
-def table_of(tree: str, workers: int, settings: dict[str, str]) -> str:
+def table_of(tree: str, workers: int) -> str:
     """Return the section of a tree."""
     poses = "seen" if tree.endswith(SEEN) else "physics"
-    tester = partial(StressTester, tree, settings=settings, poses=poses)
+    tester = partial(StressTester, tree, poses=poses)
     episodes = plan_episodes(tester(), 1)
     done = {result.episode: result for result in run_episodes(tester, episodes, workers)}
     table = StressTable([done[episode] for episode in episodes])
@@ -61,16 +60,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("trees", nargs="*")
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
-    parser.add_argument("--policy", default="")
     given = parser.parse_args()
     known = load_plugins().parts.trees.names()
-    chosen = given.trees or [
-        name for name in known if (given.policy or name != NEEDS_POLICY) and not name.endswith(SEEN)
-    ]
+    chosen = given.trees or [name for name in known if not name.endswith((SEEN, POLICY))]
     sections = read_sections()
     for tree in chosen:
-        settings = {"policy": given.policy} if tree == NEEDS_POLICY else {}
-        sections[tree] = table_of(tree, given.workers, settings)
+        sections[tree] = table_of(tree, given.workers)
         write_page(sections)
 
 
