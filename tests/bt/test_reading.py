@@ -242,6 +242,12 @@ class TestWarnings:
             "3:20: warning: the attribute '_skipif' has no meaning; did you mean '_skipIf'?"
         ]
 
+    @pytest.mark.parametrize("name", ["goal", "_gaol"])
+    def test_a_mistyped_attribute_of_a_tree(self, registry, name):
+        text = document("<AlwaysSuccess/>").replace("<BehaviorTree", f"<BehaviorTree {name}=''")
+        (warning,) = read_tree_text(text, registry).warnings
+        assert warning.message == f"the attribute '{name}' has no meaning; did you mean '_goal'?"
+
     def test_attributes_of_editors_mean_something_to_them(self, registry):
         assert self.warnings(registry, "<AlwaysSuccess _uid='1' _collapsed='true'/>") == []
 

@@ -18,6 +18,7 @@ from bt_manip.exceptions import did_you_mean
 
 _BRANCHING: Final = (IfThenElse, WhileDoElse)
 _SWITCHES: Final = (Switch2, Switch3, Switch4, Switch5, Switch6)
+_OF_A_TREE: Final = (GOAL, TASK, RESULT_KEYS, CONTINUES)
 
 
 def check_attributes(element: Element, problems: Problems, dialect: Dialect) -> None:
@@ -30,10 +31,12 @@ def check_attributes(element: Element, problems: Problems, dialect: Dialect) -> 
                 "other XML readers refuse '&' and '<' here; write '&amp;' and '&lt;'",
                 "invalid-xml",
             )
-        if name in (GOAL, TASK, RESULT_KEYS, CONTINUES) and element.name == "BehaviorTree":
+        declared = _OF_A_TREE if element.name == "BehaviorTree" else ()
+        if name in declared:
             continue
-        if name.startswith("_") and name not in scripts and not dialect.knows(name):
-            hint = did_you_mean(name, [*scripts, "_autoremap"])
+        is_meant = name.startswith("_") or f"_{name}" in declared
+        if is_meant and name not in scripts and not dialect.knows(name):
+            hint = did_you_mean(name, [*declared, *scripts, "_autoremap"])
             if not hint.startswith("; did"):
                 hint = ""
             text = f"the attribute '{name}' has no meaning{hint}"
