@@ -72,10 +72,10 @@ def parse_real(text: str, *, whole: bool = False) -> float:
     return value
 
 
-def continues_after_number(text: str, *, integer: bool) -> bool:
-    """Return whether a text begins with a number, and goes on with a rest that is ignored."""
+def rest_after_number(text: str, *, integer: bool) -> str:
+    """Return the text after the number at the start, which is ignored; empty without a number."""
     match = (_INTEGER if integer else _REAL).match(text)
-    return match is not None and match.end() != len(text)
+    return "" if match is None else text[match.end() :]
 
 
 def parse_boolean(text: str) -> bool:

@@ -57,11 +57,11 @@ class PortType:
             return f"a whole number from {lower} to {upper}"
         return {float: "a number", bool: "true or false"}.get(self.python, self.name)
 
-    def ignores_rest(self, text: str) -> bool:
-        """Return whether only the number at the start of a text counts: 1 of ``1e99`` as int."""
+    def ignored_rest(self, text: str) -> str:
+        """Return the text that is ignored after a number: ``e99`` of ``1e99`` as int."""
         if self.python is not int and self.python is not float:
-            return False
-        return literals.continues_after_number(text, integer=self.python is int)
+            return ""
+        return literals.rest_after_number(text, integer=self.python is int)
 
 
 def _no_conversion(text: str) -> Any:

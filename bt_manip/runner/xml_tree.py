@@ -101,7 +101,7 @@ def set_keys(
             continue
         kind = entry.declared
         try:
-            if kind.ignores_rest(text):
+            if kind.ignored_rest(text):
                 raise BlackboardError("it is cut")
             tree.blackboard.write(key, text, STRING)
         except BlackboardError:

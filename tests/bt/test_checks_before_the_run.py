@@ -206,6 +206,14 @@ WRONG = {
         sequence(PICK.replace("<Lift/>", '<Lift height="15"/>')),
         "9: height is 15 metres",
     ),
+    "a decimal comma": (
+        '<SetSpeed speed="0,5"/>',
+        "3: speed is 0: the ',5' after it is ignored; did you mean 0.5?",
+    ),
+    "a number with another unit": (
+        '<Sleep msec="2s"/>',
+        "3: msec is 2: the 's' after it is ignored",
+    ),
     "90 radians": (
         '<MoveToPose pose="0;0;1" cone="90"/>'.replace("0;0;1", "0.5;0;0.5;0;1;0;0"),
         "3: cone is 90 radians, which is beyond any cell; is it meant in degrees?",
@@ -286,6 +294,11 @@ def test_what_no_run_can_do_is_found_at_its_line(registry, body, finding):
 
 
 RIGHT = {
+    "a number with the unit of its port": ('<BackOff distance="0.1 m"/>', ""),
+    "a whole number with decimals": (
+        '<RetryUntilSuccessful num_attempts="3.0"><Anything/></RetryUntilSuccessful>',
+        "",
+    ),
     "a pick": (sequence(PICK, '<Drop container="basket"/>'), ""),
     "a gripper that was never opened": (
         sequence('<Hover object="cube"/>', '<Reach object="cube"/>', '<Grasp object="cube"/>'),

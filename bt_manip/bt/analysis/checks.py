@@ -1,5 +1,6 @@
 """The findings of a walk through a tree: what cannot run, cannot end, or cannot work."""
 
+import re
 from collections.abc import Iterable, Mapping
 from math import inf, pi
 from typing import Any, Final
@@ -315,6 +316,8 @@ class _Checks:
             if not port.reads or port.writes:
                 continue
             key, is_given = node.key_of(name), name in element.attributes
+            if key is None and is_given:
+                self._check_rest(element, port)
             if key is None and not (is_given and (port.unit in PLAUSIBLE or port.bounds)):
                 continue
             values = port_values(node, name, self._walk.incoming[id(node)])
@@ -338,6 +341,22 @@ class _Checks:
                     "implausible-value",
                     _converted(element, name, most, factors),
                 )
+
+    def _check_rest(self, element: Element, port: Port) -> None:
+        """Check that nothing which changes a literal follows its number, as in ``0,15``."""
+        text = element.get(port.name) or ""
+        rest = port.type.ignored_rest(text)
+        if not rest or rest.strip() in ("", port.unit) or re.fullmatch(r"\.0*", rest):
+            return
+        number, decimal = text.removesuffix(rest), text.replace(",", ".")
+        is_decimal = rest.startswith(",") and not port.type.ignored_rest(decimal)
+        likely = f"; did you mean {decimal}?" if is_decimal else ""
+        self._warn(
+            value_place(element, port.name),
+            f"{port.name} is {number}: the {shown(rest)} after it is ignored{likely}",
+            "no-meaning",
+            _value_edit(element, port.name, decimal) if is_decimal else None,
+        )
 
     # ------------------------------------------------------------------ the blackboard
 
