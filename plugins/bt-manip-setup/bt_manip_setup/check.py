@@ -1,6 +1,6 @@
 """Checks of a robot description; each finding names a key and the change to make."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +30,12 @@ _CUBE = 0.1  # [kg] least payload: twice the cube of the pick and place task
 _PARTS = {"joints": ("joint",), "fingers": ("body",), "motor": ("joint", "tendon")}
 
 
-def check_description(path: Path, parts: Parts, cycles: int = CYCLES) -> Checked:
+def check_description(
+    path: Path,
+    parts: Parts,
+    cycles: int = CYCLES,
+    report: Callable[[str], None] = lambda _: None,
+) -> Checked:
     """Check a description file: its keys, its names, and the resulting robot.
 
     A robot with a gripper and without findings is then tried, by `try_robot`.
@@ -39,6 +44,7 @@ def check_description(path: Path, parts: Parts, cycles: int = CYCLES) -> Checked
         path: The TOML file.
         parts: The registered parts.
         cycles: Number of cycles of the pick and place task in the trial; 0: no trial.
+        report: Called with the present step of the trial.
     """
     findings = _wrong_keys(path, parts)
     if not findings:
@@ -69,7 +75,7 @@ def check_description(path: Path, parts: Parts, cycles: int = CYCLES) -> Checked
             key, remedy = _REMEDIES[check.__name__]
             findings.append(f"{description.where}: key '{key}': {failed}; {remedy}")
     if cycles and description.gripper is not None and not findings:
-        trial = try_robot(description, parts, cycles)
+        trial = try_robot(description, parts, cycles, report)
         findings, facts = [*findings, *trial.findings], [*facts, *trial.facts]
     return Checked(findings, facts, robot)
 

@@ -1,6 +1,8 @@
 """``bt-manip robot``: describe robots, check and show descriptions."""
 
 import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -76,15 +78,16 @@ def new(
     from bt_manip_setup import describe_robot, description_text, gripper_names, try_robot
 
     parts = load_chosen_plugins().parts
-    draft = describe_robot(
-        model,
-        parts,
-        name=output.stem,
-        gripper=gripper,
-        joints=None if joints is None else joints.split(","),
-        mount=mount,
-        tool_frame=tool_frame,
-    )
+    with _progress("measures the model"):
+        draft = describe_robot(
+            model,
+            parts,
+            name=output.stem,
+            gripper=gripper,
+            joints=None if joints is None else joints.split(","),
+            mount=mount,
+            tool_frame=tool_frame,
+        )
     carried = "" if gripper is None else f" with {gripper}"
     head = f"{model}{carried}\n\nWritten by bt-manip robot new."
     text = description_text(draft.description, draft.notes, output, head)
@@ -100,7 +103,8 @@ def new(
     if not cycles:
         click.echo(f"wrote {output}, not tried; next:\n  bt-manip robot check {output}")
         return SUCCESS
-    trial = try_robot(draft.description, parts, cycles)
+    with _progress("tries the robot") as report:
+        trial = try_robot(draft.description, parts, cycles, report)
     for line in trial.facts:
         click.echo(line, err=True)
     if trial.findings:
@@ -130,7 +134,12 @@ def check(file: Path, cycles: int, picture: Path | None, as_json: bool) -> int:
     """
     from bt_manip_setup import check_description
 
-    checked = check_description(file, load_chosen_plugins().parts, cycles)
+    parts = load_chosen_plugins().parts
+    if not file.exists() and str(file) in parts.robots.names():
+        shown = f"'bt-manip robot show {file}' shows it"
+        raise BtManipError(f"'{file}' is a registered robot, and check takes a file; {shown}")
+    with _progress("checks the description") as report:
+        checked = check_description(file, parts, cycles, report)
     if as_json:
         print_json(findings_of(checked.findings, str(file)), facts=checked.facts)
     else:
@@ -163,6 +172,15 @@ def show(name: str, picture: Path | None) -> None:
         click.echo(line)
     if picture is not None:
         _draw(robot, picture)
+
+
+@contextmanager
+def _progress(step: str) -> Iterator[Callable[[str], None]]:
+    """Show the present step in a terminal while the context lasts; yield what changes it."""
+    from rich.console import Console
+
+    with Console(stderr=True).status(step) as status:
+        yield status.update
 
 
 def _write(path: Path, text: str) -> None:

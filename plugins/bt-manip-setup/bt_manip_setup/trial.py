@@ -1,7 +1,7 @@
 """Trial of a described robot in pick, lift and place cycles."""
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -82,7 +82,12 @@ class Checked(NamedTuple):
     robot: Robot | None = None
 
 
-def try_robot(description: RobotDescription, parts: Parts, cycles: int = CYCLES) -> Checked:
+def try_robot(
+    description: RobotDescription,
+    parts: Parts,
+    cycles: int = CYCLES,
+    report: Callable[[str], None] = lambda _: None,
+) -> Checked:
     """Let a robot grasp a cube from a post and place it, then run the pick and place task.
 
     Behaviours, station and task are those of a run. Findings about the tool frame come first.
@@ -91,11 +96,13 @@ def try_robot(description: RobotDescription, parts: Parts, cycles: int = CYCLES)
         description: The robot, with a gripper.
         parts: The registered parts.
         cycles: Number of cycles of the task.
+        report: Called with the present step of the trial.
     """
-    where, watch = description.where, _Watch()
+    where, watch = description.where, _Watch(lambda n: report(f"{_TASK}: cycle {n} of {cycles}"))
     try:
         whole = table_and_basket()
         table = replace(whole, objects=tuple(f for f in whole.objects if f.name == "table"))
+        report("a cube on a post")
         air = _grasp_in_the_air(build_station(parts, robot=description, scene=table))
         request = request_of(_TASK, parts, robot=description, cycles=cycles, seed=_SEED)
         run = prepare(request, parts)
@@ -172,7 +179,8 @@ class _Watch(RunObserver):
         error: Largest tracking error in free motion [rad or m].
     """
 
-    def __init__(self) -> None:
+    def __init__(self, begin: Callable[[int], None]) -> None:
+        self._begin = begin
         self.cycles = self.failed = self.retried = 0
         self.error, self.joint = 0.0, ""
         self._reasons: Counter[str] = Counter()
@@ -185,8 +193,9 @@ class _Watch(RunObserver):
         run.tree.observers.append(self._node_changed)
 
     def cycle_started(self, cycle: int) -> None:
-        """Clear the failures of the last cycle."""
+        """Clear the failures of the last cycle, and report the new one."""
         self._in_cycle = []
+        self._begin(cycle + 1)
 
     def _node_changed(self, node: "Node", old: NodeStatus, new: NodeStatus) -> None:
         if new is NodeStatus.FAILURE and isinstance(node, ArmBehaviour):

@@ -41,6 +41,11 @@ def test_new_replaces_a_file_when_asked(bt_manip, tmp_path):
     assert code == 0 and f"wrote {file}, not tried" in out and "arm_joints" in file.read_text()
 
 
+def test_check_says_that_a_registered_robot_is_no_file(bt_manip):
+    code, _, err = bt_manip("robot", "check", "panda")
+    assert code == 2 and "'panda' is a registered robot, and check takes a file" in err
+
+
 def test_check_says_why_there_is_no_picture(bt_manip, described):
     _, _, err = bt_manip("robot", "check", described, "--cycles", "0")
     assert "no picture: nothing can be drawn with MUJOCO_GL disable" in err

@@ -20,8 +20,10 @@ def keys(trial) -> list[str]:
 
 
 def test_a_robot_that_picks_has_no_findings(parts):
-    trial = try_robot(panda(), parts, cycles=2)
+    steps: list[str] = []
+    trial = try_robot(panda(), parts, cycles=2, report=steps.append)
     assert trial.findings == []
+    assert steps == ["a cube on a post", "pick_place: cycle 1 of 2", "pick_place: cycle 2 of 2"]
     assert trial.facts[0] == "pick_place: 2 of 2 cycles, 0 of them with a retry"
     assert trial.facts[1].startswith("tracking error: 0.")
 
