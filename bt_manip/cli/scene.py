@@ -125,7 +125,7 @@ def _lines(found: "Scene", station: "Station") -> Iterator[str]:
         entity = station.cell.entities[scene_object.name]
         placed = _place(station.cell, scene_object.name)
         on = f", on '{scene_object.on}'" if scene_object.on else ""
-        drawn = ", place drawn from the seed" if scene_object.region else ""
+        drawn = ", pose sampled from the seed" if scene_object.region else ""
         yield f"  {scene_object.name}: {scene_object.model}{_facts(entity)}, {placed}{on}{drawn}"
     if found.randomization:
         yield "varies from cycle to cycle, in the first one:"
