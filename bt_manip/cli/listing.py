@@ -17,6 +17,7 @@ from bt_manip.cli.completion import (
 )
 from bt_manip.cli.json_output import json_option, print_json
 from bt_manip.cli.plugin_options import load_chosen_plugins
+from bt_manip.cli.streams import echo_wrapped
 from bt_manip.exceptions import BtManipError, did_you_mean
 from bt_manip.packages import suggestion
 from bt_manip.parameters import parameters_of
@@ -86,7 +87,8 @@ def _print_rows(rows: Mapping[str, list[tuple[str, str, str]]], indent: str) -> 
             click.echo(f"{kind}:")
         widths = [max((len(row[i]) for row in found), default=0) for i in range(2)]
         for name, origin, summary in found:
-            click.echo(f"{indent}{name:{widths[0]}}  {origin:{widths[1]}}  {summary}".rstrip())
+            line = f"{indent}{name:{widths[0]}}  {origin:{widths[1]}}  {summary}"
+            echo_wrapped(line.rstrip())
 
 
 def _part(kind: str, row: tuple[str, str, str]) -> dict[str, Any]:
@@ -165,7 +167,7 @@ def _print_described(parts: list[dict[str, Any]]) -> None:
         click.echo(f"{part['name']} ({part['plugin']})")
         click.echo(part["documentation"])
         for parameter in part["parameters"]:
-            click.echo(f"  {parameter['line']}")
+            echo_wrapped(f"  {parameter['line']}")
 
 
 def _described(plugins: "Plugins", kind: str, name: str) -> dict[str, Any]:

@@ -12,6 +12,7 @@ import click
 from bt_manip.cli.exit_codes import FAULT, SUCCESS
 from bt_manip.cli.json_output import json_option, print_json
 from bt_manip.cli.plugin_options import chosen, load_chosen_plugins, warn_of_unknown
+from bt_manip.cli.streams import echo_wrapped
 
 if TYPE_CHECKING:
     from bt_manip.plugins import Plugin, Plugins
@@ -119,6 +120,6 @@ def _print(row: Mapping[str, Any]) -> None:
     if row["problem"]:
         click.echo(f"  problem: {row['problem']}")
     for kind, names in row["provides"].items():
-        click.echo(f"  {kind}: {', '.join(names)}")
+        echo_wrapped(f"  {kind}: {', '.join(names)}")
     if row["observers"]:
         click.echo(f"  watches runs: {', '.join(row['observers'])}")

@@ -11,6 +11,7 @@ from bt_manip.cli.exit_codes import BAD_INPUT, SUCCESS
 from bt_manip.cli.json_output import findings_of, json_option, print_json
 from bt_manip.cli.plugin_group import PluginGroup
 from bt_manip.cli.plugin_options import load_chosen_plugins
+from bt_manip.cli.streams import echo_wrapped
 from bt_manip.exceptions import BtManipError, with_short_values
 from bt_manip.registry import Parts
 
@@ -86,7 +87,7 @@ def show(name: str, robot: str) -> None:
     """
     found, station = _built(name, load_chosen_plugins().parts, robot)
     for line in _lines(found, station):
-        click.echo(line)
+        echo_wrapped(line)
 
 
 def _built(

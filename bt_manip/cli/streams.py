@@ -35,6 +35,18 @@ class UnfailingFile(io.FileIO):
         return size if written is None else written  # None: a pipe that is full and does not block
 
 
+def echo_wrapped(line: str) -> None:
+    """Print a line; a terminal gets it wrapped between words, a pipe whole."""
+    if not sys.stdout.isatty():
+        click.echo(line)
+        return
+    from rich.console import Console
+
+    from bt_manip.viewer import print_wrapped
+
+    print_wrapped(Console(), line, indent=4)
+
+
 @contextmanager
 def unfailing(*names: str) -> Iterator[None]:
     """Keep writing to standard streams from raising; unencodable characters are escaped.

@@ -99,6 +99,14 @@ def test_the_ports_of_a_behaviour_are_listed_with_bounds_and_unit(bt_manip):
     assert "  wait (input, double, at least 0, default 10.0): Timeout for another robot" in out
 
 
+def test_ports_fit_the_terminal(terminal):
+    listing = terminal("list", "behaviours", "MoveHome", COLUMNS="80")
+    assert listing.end() == 0
+    ports = listing.shown.decode().partition("  robot (input")[2].splitlines()
+    assert any(line.startswith("    ") for line in ports)
+    assert all(len(line) <= 80 for line in ports)
+
+
 def test_tasks_are_listed_with_the_robots_that_can_do_them(bt_manip):
     code, out, err = bt_manip("list", "tasks", "press_button", "--robot", "panda")
     *levels, last = out.splitlines()
