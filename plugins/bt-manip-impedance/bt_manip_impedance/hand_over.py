@@ -1,7 +1,7 @@
 """Hand-over of an object from one robot to another."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -29,6 +29,9 @@ OFFSETS = (0.0, -0.05, -0.1, 0.05)
 
 HELD = 0.1
 """Time for which the receiver must keep an object after a hand-over [s]."""
+
+FLUTTER = 20e-3
+"""Longest gap in a contact that does not end it [s]."""
 
 NEAR = 0.2
 """Distance of a tool from the object at which the progress of reaching it is a half [m]."""
@@ -177,10 +180,11 @@ class IsHandedOver(ObjectCondition):
     It is judged by contacts: first the giver alone touches the object, then both robots and nothing
     else, then the receiver alone for `HELD` or longer. It no longer holds when the support or,
     without the receiver, the giver touches the object again; the receiver may put it elsewhere.
-    A goal counts hand-overs in its own cycle.
+    Gaps of the receiver's contact up to `FLUTTER` do not count. A goal counts hand-overs in its own
+    cycle.
     """
 
-    memory = ("_alone", "_handed_over", "_let_go")
+    memory = ("_alone", "_handed_over", "_let_go", "_parted")
 
     giver = Input(str, doc="Name of the giving robot.")
     receiver = Input(str, doc="Name of the receiving robot.")
@@ -189,6 +193,7 @@ class IsHandedOver(ObjectCondition):
     _alone = ""  # name of the last entity that touched it alone
     _handed_over = False  # whether the receiver has taken it from the giver
     _let_go: float | None = None  # [s] time from which the receiver alone has touched it
+    _parted: float | None = None  # [s] time from which the receiver has not touched it
 
     def setup(self, **infrastructure: Any) -> None:
         """Keep the robots, and observe the contacts of the cell."""
@@ -201,7 +206,7 @@ class IsHandedOver(ObjectCondition):
     def _forget(self, name: str) -> None:
         """What is added again under a name is another object."""
         if name == self.object:
-            self._alone, self._handed_over, self._let_go = "", False, None
+            self._alone, self._handed_over, self._let_go, self._parted = "", False, None, None
 
     def _observe(self, event: ContactEvent) -> None:
         name, giver, receiver, support = self._names()
@@ -209,15 +214,29 @@ class IsHandedOver(ObjectCondition):
         if not known or name not in (entity_of(event.first), entity_of(event.second)):
             return
         others = {entity_of(other) for other in self.cell.contacts.partners(name)}
-        lost = self._let_go is not None and event.time - self._let_go < HELD
+        if support in others or self._is_lost(others):
+            self._handed_over = False
+        if receiver in others:
+            self._parted = None
+        elif self._parted is None:
+            self._parted = event.time
         if others == {giver, receiver}:
             self._handed_over, self._let_go = self._handed_over or self._alone == giver, None
-        elif support in others or (receiver not in others and (lost or giver in others)):
-            self._handed_over = False
         elif others == {receiver} and self._let_go is None:
             self._let_go = event.time
         if len(others) == 1:
             (self._alone,) = others
+
+    @property
+    def _was_kept(self) -> bool:
+        """Whether the receiver alone has held it for `HELD`."""
+        until = self.cell.time if self._parted is None else self._parted
+        return self._let_go is not None and until - self._let_go >= HELD
+
+    def _is_lost(self, others: Collection[str]) -> bool:
+        """Return whether the receiver lost it too early, or the giver has it again."""
+        gone = self._parted is not None and self.cell.time - self._parted > FLUTTER
+        return gone and (self.giver in (self._alone, *others) or not self._was_kept)
 
     def _names(self) -> tuple[str, str, str, str]:
         return self.object, self.giver, self.receiver, self.support
@@ -226,11 +245,10 @@ class IsHandedOver(ObjectCondition):
         """Return the conditions that the contacts do not meet."""
         for name in self._names():
             self.cell.find(name)
-        if self._handed_over:
-            kept = self._let_go is not None and self.cell.time - self._let_go >= HELD
-            return (
-                "" if kept else f"'{self.giver}' has not let go of '{self.object}' for {HELD:g} s"
-            )
+        partners = map(entity_of, self.cell.contacts.partners(self.object))
+        if self._handed_over and not self._is_lost(list(partners)):
+            text = f"'{self.giver}' has not let go of '{self.object}' for {HELD:g} s"
+            return "" if self._was_kept else text
         return (
             f"'{self.giver}' has not handed '{self.object}' over to '{self.receiver}' without "
             f"putting it down on '{self.support}'"

@@ -53,6 +53,28 @@ def test_an_object_is_handed_over_once_the_giver_has_let_go_of_it_in_the_air(cel
     assert "without putting it down on 'table'" in condition.feedback_message
 
 
+@pytest.mark.parametrize(
+    ("kept", "gap", "expected"),
+    [
+        (30, 5, NodeStatus.SUCCESS),  # [ms] contacts flutter
+        (30, 60, NodeStatus.FAILURE),  # the receiver let it fall
+        (150, 60, NodeStatus.SUCCESS),  # and this it may do, once it has held it
+    ],
+)
+def test_a_short_gap_in_the_contact_is_no_loss(cell, kept, gap, expected):
+    tree = Tree(IsHandedOver("handed over", object="rod", giver="left", receiver="right"))
+    tree.setup(cell=cell)
+    for x, steps in ((-0.1, 200), (0.0, 200), (0.1, kept)):
+        cell.move("rod", spatial.pose((x, 0.0, 0.115 + HIGH)))
+        cell.step(steps)
+    cell.move("rod", spatial.pose((0.1, 0.0, 0.3 + HIGH)))
+    cell.step(gap)
+    assert not cell.contacts.partners("rod")
+    cell.move("rod", spatial.pose((0.1, 0.0, 0.115 + HIGH)))
+    cell.step(200)
+    assert tree.tick() is expected
+
+
 def test_an_object_that_is_added_again_was_not_handed_over(cell):
     condition = IsHandedOver("handed over", object="rod", giver="left", receiver="right")
     tree = Tree(condition)
