@@ -154,7 +154,7 @@ EXPERIMENTAL = {
     "bt_manip_learn.envs": "Outcome DmEnvironment",
     "bt_manip_learn.demonstrations": (
         "Demonstration DemonstrationStore DemonstrationRecorder read_demonstrations "
-        "write_robomimic write_demonstration_table write_lerobot"
+        "write_robomimic write_demonstration_table write_lerobot write_minari"
     ),
     "bt_manip.arm": "Arm",
     "bt_manip.files": "read_bytes read_text replace_text",
