@@ -86,6 +86,8 @@ def believe(station):
 @pytest.mark.parametrize("name", load_plugins().working("builtin").provides["behaviours"])
 def test_it_ends_as_with_the_true_pose(parts, situations, name):
     cls, example = parts.behaviours.get(name), EXAMPLES.get(name, Example())
+    required = {port.name for port in cls.ports.values() if port.mandatory}
+    assert required <= {*example.ports}, f"give an example of {name} in EXAMPLES of this file"
     station = situations.reset(example.start)
     trial = Trial(station, Tree(cls(**example.ports), clock=station.clock))
     assert trial.until_done(20.0) is NodeStatus[example.status], trial.explain()
