@@ -1,6 +1,6 @@
 #!/bin/sh
-# Install what pip's arguments say into an environment other than .venv: with uv, which links the
-# files that environments have in common, where it can; otherwise with pip, which knows all options.
+# Install packages, given as arguments of pip, into an environment other than .venv: with uv, which
+# links files that environments have in common, or with pip where uv cannot.
 #
 #     sh tools/install_into.sh FOLDER ARGUMENT...
 set -eu

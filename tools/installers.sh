@@ -1,5 +1,5 @@
-# What installs packages into the environment in $folder, whose output goes to $log: pip, or uv,
-# which is that of .venv.
+# Functions that install packages into the environment in $folder, with output in $log: by its pip,
+# or by the uv of .venv. setup.sh and install_into.sh read them.
 
 # Run a command with its output in the log; a terminal shows its last step.
 run() {

@@ -11,7 +11,7 @@ MOVED = RobotCycle(("cube", "mug"), 20.0, max_tracking_error_rad=0.01, max_defle
 
 @pytest.mark.parametrize("robots", [(STILL, MOVED), (MOVED, STILL)])
 def test_they_are_maxima_and_the_least_grip_force(robots):
-    found = combined(robots)
-    assert set(found.picked) == {"cube", "mug"} and len(found.picked) == 2
-    assert (found.grip_force_n, found.max_deflection_rad) == (10.0, 0.2)
-    assert (found.max_tracking_error_rad, found.max_torque_rate_nm_s) == (0.01, 5.0)
+    cycle = combined(robots)
+    assert set(cycle.picked) == {"cube", "mug"} and len(cycle.picked) == 2
+    assert (cycle.grip_force_n, cycle.max_deflection_rad) == (10.0, 0.2)
+    assert (cycle.max_tracking_error_rad, cycle.max_torque_rate_nm_s) == (0.01, 5.0)

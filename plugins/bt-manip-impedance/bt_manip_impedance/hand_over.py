@@ -1,7 +1,7 @@
 """Hand-over of an object from one robot to another."""
 
 import math
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -204,7 +204,7 @@ class IsHandedOver(ObjectCondition):
             self.cell.before_remove.append(self._forget)
 
     def _forget(self, name: str) -> None:
-        """What is added again under a name is another object."""
+        """Forget the contacts of a removed object: one added later under its name is another."""
         if name == self.object:
             self._alone, self._handed_over, self._let_go, self._parted = "", False, None, None
 
@@ -213,7 +213,7 @@ class IsHandedOver(ObjectCondition):
         known = self.cell.entities.keys() >= {name, giver, receiver, support}
         if not known or name not in (entity_of(event.first), entity_of(event.second)):
             return
-        others = {entity_of(other) for other in self.cell.contacts.partners(name)}
+        others = self._partners()
         if support in others or self._is_lost(others):
             self._handed_over = False
         if receiver in others:
@@ -227,13 +227,17 @@ class IsHandedOver(ObjectCondition):
         if len(others) == 1:
             (self._alone,) = others
 
+    def _partners(self) -> set[str]:
+        """Return the names of the entities that touch the object."""
+        return {entity_of(other) for other in self.cell.contacts.partners(self.object)}
+
     @property
     def _was_kept(self) -> bool:
         """Whether the receiver alone has held it for `HELD`."""
         until = self.cell.time if self._parted is None else self._parted
         return self._let_go is not None and until - self._let_go >= HELD
 
-    def _is_lost(self, others: Collection[str]) -> bool:
+    def _is_lost(self, others: set[str]) -> bool:
         """Return whether the receiver lost it too early, or the giver has it again."""
         gone = self._parted is not None and self.cell.time - self._parted > FLUTTER
         return gone and (self.giver in (self._alone, *others) or not self._was_kept)
@@ -245,8 +249,7 @@ class IsHandedOver(ObjectCondition):
         """Return the conditions that the contacts do not meet."""
         for name in self._names():
             self.cell.find(name)
-        partners = map(entity_of, self.cell.contacts.partners(self.object))
-        if self._handed_over and not self._is_lost(list(partners)):
+        if self._handed_over and not self._is_lost(self._partners()):
             text = f"'{self.giver}' has not let go of '{self.object}' for {HELD:g} s"
             return "" if self._was_kept else text
         return (

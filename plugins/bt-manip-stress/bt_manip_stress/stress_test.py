@@ -142,7 +142,9 @@ class StressTester:
         """Run a cycle with a fault, and an undisturbed one after it."""
         run = self._prepared(episode.seed)
         injector = FaultInjector([episode.plan()], self.faults, episode.seed)
-        outcome, reason, aborted = _run_cycle(run, 0, injector, stop=lambda: injector.problems)
+        outcome, reason, aborted = _run_cycle(
+            run, 0, injector, stop=lambda: bool(injector.problems)
+        )
         if not injector.happened:
             return StressResult(episode, "none", (injector.problems or [""])[0])
         if aborted:  # as a user would, in a new run
@@ -161,13 +163,13 @@ class StressTester:
 
 
 def _run_cycle(
-    run: Run, cycle: int, *observers: RunObserver, stop: Callable[[], object] = lambda: False
+    run: Run, cycle: int, *observers: RunObserver, stop: Callable[[], bool] = lambda: False
 ) -> tuple[Outcome, str, bool]:
     """Run one cycle; return how it ended, why not with success, and whether it was aborted."""
     end = run.station.cell.time + TIMEOUT
     try:
         with RunLoop(run, observers) as loop:
-            ended = loop.cycle(cycle, stop=lambda: run.station.cell.time > end or bool(stop()))
+            ended = loop.cycle(cycle, stop=lambda: run.station.cell.time > end or stop())
     except ANY_BUT_INTERRUPT as error:
         return "failed", reason_of(error), True
     if ended is None:

@@ -122,17 +122,20 @@ def motion(model):
     return planned.sample(sample_times(planned.duration, STEP))[0]
 
 
+def work(device, parent, limits):
+    """Let a device do what a parent asks for; return the shared readings."""
+    shared = SharedReadings(bytearray(SharedReadings.size(len(limits.lower))), len(limits.lower))
+    ArmWorker(device, parent, limits).run(shared)
+    return shared
+
+
 def run(device, motion, limits):
     """Let a device execute a motion; return the shared readings."""
-    shared = SharedReadings(bytearray(SharedReadings.size(len(limits.lower))), len(limits.lower))
-    worker = ArmWorker(device, Parent(device, motion), limits)
-    worker.run(shared)
-    return shared
+    return work(device, Parent(device, motion), limits)
 
 
 def bounded_run(device, motion, limits):
     """Let a device execute a motion, or refuse it; return the readings and the parent."""
-    shared = SharedReadings(bytearray(SharedReadings.size(len(limits.lower))), len(limits.lower))
     parent = Parent(device, motion)
     poll = parent.poll
 
@@ -142,8 +145,7 @@ def bounded_run(device, motion, limits):
         return poll()
 
     parent.poll = poll_once_more
-    ArmWorker(device, parent, limits).run(shared)
-    return shared, parent
+    return work(device, parent, limits), parent
 
 
 def check_written(device, limits):
@@ -294,9 +296,7 @@ def test_an_arm_that_could_not_start_moves_again_once_it_has_recovered(model, mo
         return poll()
 
     parent.poll = poll_with_messages_later
-    limits = model.limits
-    shared = SharedReadings(bytearray(SharedReadings.size(len(limits.lower))), len(limits.lower))
-    ArmWorker(device, parent, limits).run(shared)
+    work(device, parent, model.limits)
     assert [problem for problem, _ in parent.answers] == ["problem", ""]
     assert device.finished == 1
     np.testing.assert_allclose(device.written[-1], motion[-1], atol=1e-6)
