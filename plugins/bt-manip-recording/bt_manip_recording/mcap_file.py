@@ -113,7 +113,7 @@ class McapFile:
         with writing(path, "recording"):
             self._file = CountingWriter(open_output(path))
         # Chunks end by time; joints compress hardly better with zstd, and much slower.
-        self._writer = BlockWriter(self._file, 1 << 62, CompressionType.LZ4)
+        self._writer = BlockWriter(self._file, 1 << 62, CompressionType.LZ4, enable_data_crcs=True)
         self._writer.start("", "bt-manip")
         self._to_json = json.JSONEncoder(separators=(",", ":"), allow_nan=False).encode
         self._schemas: dict[str, int] = {}

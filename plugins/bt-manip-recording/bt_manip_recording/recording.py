@@ -17,7 +17,7 @@ from google.protobuf.message import DecodeError
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import EndOfFile, McapError
 from mcap.opcode import Opcode
-from mcap.records import Channel, Chunk, McapRecord, Metadata, Schema
+from mcap.records import Channel, Chunk, DataEnd, McapRecord, Metadata, Schema
 from mcap.stream_reader import MAGIC_SIZE
 from mcap.writer import MCAP0_MAGIC
 
@@ -212,23 +212,30 @@ class Recording:
             raise BtManipError(f"cannot read '{self.path}': {error.strerror}") from error
 
     def _scan(self, file: BinaryIO) -> Iterator[McapRecord]:
-        size = os.fstat(file.fileno()).st_size
+        file.seek(-MAGIC_SIZE, os.SEEK_END)
+        closed = file.read() == MCAP0_MAGIC
+        size, checksum = file.tell(), zlib.crc32(MCAP0_MAGIC)
+        file.seek(MAGIC_SIZE)
         while len(head := file.read(_RECORD_HEAD.size)) == _RECORD_HEAD.size:
             opcode, length = _RECORD_HEAD.unpack(head)
-            if opcode == Opcode.DATA_END:
-                file.seek(-MAGIC_SIZE, os.SEEK_END)
-                self.complete = file.read() == MCAP0_MAGIC
-                return
-            if not opcode or length > size - file.tell():  # cut, or zeros after a crash
-                return
-            kind = _READ.get(opcode)
-            if kind is None:
-                file.seek(length, os.SEEK_CUR)
-                continue
             with self.decoding(), suppress(EndOfFile):
+                if not opcode or length > size - file.tell():  # cut, or zeros after a crash
+                    if closed:
+                        raise ValueError(f"a record of its {size} bytes has {length}")
+                    return
                 if length > MAX_CHUNK:
                     raise ValueError(f"a record has {length} bytes, at most {MAX_CHUNK} are read")
-                record: Any = kind.read(ReadDataStream(BytesIO(file.read(length))))
+                data = file.read(length)
+                if opcode == Opcode.DATA_END:
+                    expected = DataEnd.read(ReadDataStream(BytesIO(data))).data_section_crc
+                    if expected not in (0, checksum):  # 0: none, as in older recordings
+                        raise ValueError("its checksum is wrong")
+                    self.complete = closed
+                    return
+                checksum = zlib.crc32(data, zlib.crc32(head, checksum))
+                if (kind := _READ.get(opcode)) is None:
+                    continue
+                record: Any = kind.read(ReadDataStream(BytesIO(data)))
                 if kind is Chunk:
                     _unpack(record)
                     for inner, start, end in _records_in(record.data):

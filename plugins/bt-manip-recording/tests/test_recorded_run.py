@@ -3,6 +3,9 @@
 import json
 
 import pytest
+from mcap.reader import make_reader
+from mcap.records import DataEnd
+from mcap.stream_reader import MAGIC_SIZE, StreamReader
 
 from bt_manip.behaviours import SpawnObject
 from bt_manip.bt import AlwaysFailure, Fallback, Parallel, Sequence, Sleep
@@ -89,9 +92,20 @@ def test_a_file_without_a_tree_is_refused(picked, tmp_path):
         RecordedRun(Recording(start))
 
 
-def test_a_damaged_recording_is_refused_with_one_line(picked, tmp_path):
-    data = bytearray(picked.read_bytes())
-    data[len(data) // 2] ^= 0xFF
-    (tmp_path / "damaged.mcap").write_bytes(data)
-    with pytest.raises(BtManipError, match="damaged.mcap is damaged"):
-        Recording(tmp_path / "damaged.mcap")
+def test_a_recording_with_a_damaged_byte_is_refused_wherever_it_is(picked, tmp_path):
+    data, damaged = picked.read_bytes(), tmp_path / "damaged.mcap"
+    with picked.open("rb") as file:
+        end = make_reader(file).get_summary().chunk_indexes[-1]
+    written = end.chunk_start_offset + end.chunk_length + end.message_index_length
+    tick = end.chunk_start_offset + end.chunk_length + 20  # in an index, which is not read
+    for place in [tick, *range(MAGIC_SIZE, written, written // 40)]:
+        damaged.write_bytes(data[:place] + bytes([data[place] ^ 0xFF]) + data[place + 1 :])
+        with pytest.raises(BtManipError, match="damaged.mcap is damaged"):
+            Recording(damaged)
+
+
+def test_a_recording_has_the_checksum_that_the_library_computes(picked):
+    with picked.open("rb") as file:
+        records = list(StreamReader(file, emit_chunks=True, validate_crcs=True).records)
+    (end,) = [record for record in records if isinstance(record, DataEnd)]
+    assert end.data_section_crc  # 0 would mean none
