@@ -122,8 +122,10 @@ def either(*alternatives: Ways) -> dict[NodeStatus, Way]:
     found: dict[NodeStatus, Way] = {}
     for ways in alternatives:
         for status, way in ways.items():
-            known = found.get(status, way)
-            found[status] = Way(join(known.facts, way.facts), min(known.least, way.least))
+            known = found.get(status)
+            if known is not None:
+                way = Way(join(known.facts, way.facts), min(known.least, way.least))
+            found[status] = way
     return found
 
 

@@ -50,15 +50,15 @@ def _in_order(walk: "Walk", children: list[Any], facts: Facts, goes_on: NodeStat
         ways = dict(later(walk.visit(child, way.facts), way.least))
         passed[goes_on] |= goes_on in ways
         passed[SKIPPED] &= SKIPPED in ways
-        on = either(*({goes_on: ways.pop(one)} for one in (goes_on, SKIPPED) if one in ways))
-        ended = either(ended, ways)
+        on = [ways.pop(one) for one in (goes_on, SKIPPED) if one in ways]
+        ended = either(ended, ways) if ways else ended
         if not on:
             verb = f"always {'succeeds' if ends is SUCCESS else 'fails'}"
             reason = f"'{child.name}' before it {verb if ends in ways else 'never completes'}"
             for following in children[index + 1 : index + 2]:
                 walk.bar(following, f"{reason}; remove it, or change their order")
             return ended
-        way = on[goes_on]
+        way = on[0] if len(on) == 1 else either(*({goes_on: one} for one in on))[goes_on]
     return either(ended, {status: way for status, possible in passed.items() if possible})
 
 

@@ -12,7 +12,7 @@ from bt_manip.bt.nodes.subtree import SubTree
 from bt_manip.bt.port_types import PortType
 from bt_manip.bt.ports import Port, is_pointer, pointed_key
 from bt_manip.bt.script.evaluation import Environment, is_true
-from bt_manip.bt.script.parser import ParsedScript, parse_script
+from bt_manip.bt.script.parser import ParsedScript
 from bt_manip.bt.xml.problem import Place
 from bt_manip.bt.xml.source import Element
 from bt_manip.exceptions import BtManipError, ScriptError
@@ -116,8 +116,8 @@ def value_place(element: Element, name: str) -> Place:
 
 def outputs_of(node: Node) -> list[EntryName]:
     """Return the entries that the ports of a node write."""
-    ports = ((port, node.key_of(name)) for name, port in node.ports.items())
-    return [variable_of(node.scope, key) for port, key in ports if port.writes and key]
+    keys = (node.key_of(name) for name, port in node.ports.items() if port.writes)
+    return [variable_of(node.scope, key) for key in keys if key]
 
 
 def scripts_of(node: Node) -> Mapping[str, ParsedScript]:
@@ -135,7 +135,7 @@ def script_of(node: ScriptPort) -> ParsedScript | None:
     if not isinstance(text, str) or is_pointer(text):
         return None
     try:
-        return parse_script(text, double_quotes=node.double_quotes)
+        return node.parsed(text)
     except ScriptError:
         return None  # reported where the node was made
 

@@ -213,8 +213,10 @@ class Walk:
     def _leaf(self, node: Leaf, facts: Facts) -> Ways:
         traits, time = traits_of(node), 0.0
         if traits is not UNDECLARED and not isinstance(node, SetBlackboard | Watching):
-            reads = (name for name, port in node.ports.items() if port.reads and not port.writes)
-            if any(node.key_of(n) and port_values(node, n, facts) == {UNWRITTEN} for n in reads):
+            ports = node.ports.items()
+            keys = (node.key_of(name) for name, port in ports if port.reads and not port.writes)
+            entries = (variable_of(node.scope, key) for key in keys if key)
+            if any(values_of(facts, entry) == {UNWRITTEN} for entry in entries):
                 facts = {**facts, **ENDED}
         after, statuses = self._effects(node, facts), traits.returns
         if isinstance(node, ScriptCondition):

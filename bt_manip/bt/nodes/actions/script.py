@@ -32,7 +32,14 @@ class ScriptPort(Node):
         self._script()
 
     def _script(self) -> ParsedScript | None:
-        text = self.read_port(self.checked_port, STRING)
+        return self.parsed(self.read_port(self.checked_port, STRING))
+
+    def parsed(self, text: str) -> ParsedScript | None:
+        """Return the script of a text of the port.
+
+        Raises:
+            ScriptError: If it is not a valid script.
+        """
         if text != self._source:
             self._parsed = parse_script(text, double_quotes=self.double_quotes)
             self._source = text
