@@ -14,6 +14,9 @@ from bt_manip.exceptions import shown
 EXACT_INTEGERS: Final = (1 << 53) - 1
 """The largest integer up to which a double holds every integer exactly."""
 
+MAX_ITEMS: Final = 100_000
+"""Items of a list in a text that are read at most."""
+
 
 @dataclass(frozen=True)
 class PortType:
@@ -74,12 +77,13 @@ def _format_boolean(value: Any) -> str:
 
 def _list_of(name: str, python: type, parse_item: Callable[[str], Any]) -> PortType:
     def parse(text: str) -> list[Any]:
-        if text.startswith("json:"):
-            items = literals.parse_json(text[5:])
-            if not isinstance(items, list):
-                raise ValueError(f"{shown(text)} is not a JSON list")
-            return [_json_item(item, python) for item in items]
-        return [parse_item(item) for item in literals.split_list(text)]
+        is_json = text.startswith("json:")
+        items = literals.parse_json(text[5:]) if is_json else literals.split_list(text)
+        if not isinstance(items, list):
+            raise ValueError(f"{shown(text)} is not a JSON list")
+        if len(items) > MAX_ITEMS:
+            raise ValueError(f"a list of {len(items)} items; at most {MAX_ITEMS} are read")
+        return [_json_item(item, python) if is_json else parse_item(item) for item in items]
 
     def write(items: Any) -> str:
         if python is bool:

@@ -9,7 +9,7 @@ from collections.abc import Collection
 
 import click
 
-from bt_manip.cli.exit_codes import BAD_INPUT, FAULT, INTERRUPTED, SUCCESS
+from bt_manip.cli.exit_codes import BAD_INPUT, FAULT, INTERRUPTED, SUCCESS, exit_code_of
 from bt_manip.cli.interrupt import Interrupt
 from bt_manip.cli.plugin_group import PluginGroup
 from bt_manip.cli.plugin_options import chosen, plugin_options
@@ -99,7 +99,7 @@ def _run_app(interrupt: Interrupt, arguments: list[str] | None) -> int:
         return BAD_INPUT
     except BtManipError as error:
         click.echo(f"Error: {error}", err=True)
-        return BAD_INPUT
+        return exit_code_of(error)
     except BrokenPipeError:
         _drop_output()
         return SUCCESS

@@ -2,6 +2,8 @@
 
 from collections.abc import Mapping
 
+from bt_manip.exceptions import BtManipError
+
 SUCCESS = 0
 
 FAILED = 1
@@ -18,6 +20,13 @@ INTERRUPTED = 130
 
 COMMON: Mapping[int, str] = {BAD_INPUT: "bad input", INTERRUPTED: "interrupted"}
 """Meanings that most commands share."""
+
+
+def exit_code_of(error: BtManipError) -> int:
+    """Return the exit code of an error: bad input, except where a process died."""
+    from bt_manip.evaluation import WorkerDiedError
+
+    return FAULT if isinstance(error, WorkerDiedError) else BAD_INPUT
 
 
 def exit_code_help(meanings: Mapping[int, str], *, common: Mapping[int, str] = COMMON) -> str:

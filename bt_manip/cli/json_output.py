@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from bt_manip.cli.exit_codes import BAD_INPUT
+from bt_manip.cli.exit_codes import exit_code_of
 from bt_manip.cli.options import Function
 from bt_manip.exceptions import BtManipError
 
@@ -36,7 +36,7 @@ def json_option(command: Function) -> Function:
             if not as_json:
                 raise
             print_json(findings_of(error))
-            return BAD_INPUT
+            return exit_code_of(error)
 
     return with_json  # type: ignore[return-value]
 

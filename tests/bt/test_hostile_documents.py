@@ -108,6 +108,7 @@ def ladder(count):
         ("<root " + "a " * 100_000, "has no value in quotes"),
         ("<root " + "".join(f"a{i}='1' " for i in range(50_000)), "has more than 1000 attributes"),
         ("<root>" + "<a/>" * 80_000, "has more than 70000 elements"),
+        ("<root>" + "<!---->" * 80_000, "has more than 70000 elements, comments and texts"),
         ("x" * 17_000_000, "more than 16000000 characters"),
         (ladder(40), "the tree has more than 2000 nodes"),
         (
@@ -117,8 +118,8 @@ def ladder(count):
         ),
     ],
     ids=[
-        "entities", "external", "deep", "comment", "attributes", "many", "wide", "long", "bomb",
-        "nest",
+        "entities", "external", "deep", "comment", "attributes", "many", "wide", "comments", "long",
+        "bomb", "nest",
     ],
 )  # fmt: skip
 def test_a_bomb_is_refused_before_it_bursts(text, message, monkeypatch):

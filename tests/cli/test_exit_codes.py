@@ -1,12 +1,16 @@
 """Exit codes are said in one module, and commands name them."""
 
 import ast
+import os
+from functools import partial
 from pathlib import Path
 
 import pytest
 
 import bt_manip
 from bt_manip.cli import exit_codes
+from bt_manip.evaluation import WorkerDiedError, call_in_process
+from bt_manip.exceptions import BtManipError
 
 PACKAGE = Path(bt_manip.__file__).parent
 CODES = {value for name, value in vars(exit_codes).items() if isinstance(value, int)}
@@ -28,6 +32,13 @@ def numbers_for_codes(source: str) -> list[str]:
 
 def test_the_codes_are_those_of_the_documentation():
     assert CODES == {0, 1, 2, 3, 130}
+
+
+def test_a_process_that_died_is_a_fault_and_no_bad_input():
+    with pytest.raises(WorkerDiedError) as died:
+        call_in_process("the undisturbed cycle", partial(os._exit, 7))
+    assert exit_codes.exit_code_of(died.value) == exit_codes.FAULT
+    assert exit_codes.exit_code_of(BtManipError("no such tree")) == exit_codes.BAD_INPUT
 
 
 @pytest.mark.parametrize("source", ["FAULT = 3", "sys.exit(2)", "def f() -> int: return 1"])

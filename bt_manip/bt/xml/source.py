@@ -20,7 +20,7 @@ NOWHERE: Final = Place("<tree>", 1, 1)
 
 MAX_CHARACTERS: Final = 16_000_000
 MAX_NESTING: Final = 498  # of the engine's parser
-MAX_ELEMENTS: Final = 70_000  # of a document; a tree has at most 65,535 nodes
+MAX_ELEMENTS: Final = 70_000  # of a document, with comments; a tree has at most 65,535 nodes
 MAX_ATTRIBUTES: Final = 1_000  # of an element
 
 # Excluding characters of ASCII compiles in a fiftieth of the time of including the others.
@@ -177,7 +177,7 @@ class _Parser:
         self._lines += [found.end() for found in re.finditer("\n", text)]
         self._source = Source(Element("", self._place(0)))
         self._open: list[Element] = []  # the elements around the position
-        self._count = 0  # of elements
+        self._count = 0  # of elements, comments and texts
         self._done = False  # whether the root element is closed
 
     def _place(self, position: int) -> Place:
@@ -203,12 +203,12 @@ class _Parser:
             if text.startswith("<!--", start):
                 position = self._close(start, "-->", "the comment is not closed", 4)
                 body = text[start + 4 : position - 3]
-                self._add(SourceComment(body, self._place(start), spaced=self._spaced))
+                self._add(SourceComment(body, self._place(start), spaced=self._spaced), start)
             elif text.startswith("<![CDATA[", start):
                 if not self._open:
                     raise self._error(start, "text stands outside of the root element")
                 position = self._close(start, "]]>", "the CDATA section is not closed")
-                self._add(Text(text[start + 9 : position - 3], self._place(start)))
+                self._add(Text(text[start + 9 : position - 3], self._place(start)), start)
             elif text.startswith("<!", start):
                 raise self._error(
                     start, "document types and entities are not allowed in tree documents"
@@ -237,7 +237,14 @@ class _Parser:
             raise self._error(start, reason)
         return end + len(mark)
 
-    def _add(self, item: SourceComment | Text) -> None:
+    def _count_item(self, position: int) -> None:
+        self._count += 1
+        if self._count > MAX_ELEMENTS:
+            reason = f"the document has more than {MAX_ELEMENTS} elements, comments and texts"
+            raise self._error(position, reason)
+
+    def _add(self, item: SourceComment | Text, start: int) -> None:
+        self._count_item(start)
         if self._open:
             self._open[-1].content.append(item)
         else:
@@ -251,7 +258,7 @@ class _Parser:
         first = start + len(piece) - len(piece.lstrip())
         if not self._open:
             raise self._error(first, "text stands outside of the root element")
-        self._add(Text(_unescape(piece)[0], self._place(first)))
+        self._add(Text(_unescape(piece)[0], self._place(first)), first)
 
     def _add_instruction(self, start: int, end: int) -> None:
         instruction = SourceComment(self._text[start:end], self._place(start), "instruction")
@@ -261,7 +268,7 @@ class _Parser:
         )
         if self._open or self._done or not only:
             raise self._error(start, "a processing instruction stands before all else, or nowhere")
-        self._add(instruction)
+        self._add(instruction, start)
 
     def _end_tag(self, name: str, start: int, position: int) -> int:
         end = _TAG_END.match(self._text, position)
@@ -280,9 +287,7 @@ class _Parser:
     def _start_tag(self, name: str, start: int, position: int) -> int:
         if self._done:
             raise self._error(start, "a document has one root element; found another")
-        self._count += 1
-        if self._count > MAX_ELEMENTS:
-            raise self._error(start, f"the document has more than {MAX_ELEMENTS} elements")
+        self._count_item(start)
         text = self._text
         element = Element(name, self._place(start), spaced=self._spaced)
         while (end := _TAG_END.match(text, position)) is None:
