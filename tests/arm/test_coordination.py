@@ -73,6 +73,21 @@ def test_motion_to_a_pose_that_another_robot_is_leaving_starts_later(station, le
     assert np.linalg.norm(right.robot.tool_pose.translation - MIDDLE.translation) < 2e-3
 
 
+def test_a_slow_arm_does_not_wait_for_one_that_leaves_before_it_arrives(station, left, right):
+    right.arm.speed_scale = 0.5
+    right.arm.move_to_pose(MIDDLE)
+    alone = right.arm.remaining
+    right.arm.stop()
+    station.step_until(lambda: not right.arm.moving)
+    left.arm.move_to_pose(MIDDLE)
+    station.step_until(lambda: not left.arm.moving)
+    left.arm.move_to_configuration(left.robot.description.home, speed=0.3)
+    assert left.arm.remaining < alone
+    right.arm.move_to_pose(MIDDLE)
+    assert right.arm.remaining == pytest.approx(alone)
+    assert smallest_distance(station) > 0.8 * INTER_ROBOT_CLEARANCE
+
+
 def at_random(station, rng, moves: int) -> tuple[float, int]:
     """Move both arms at random; return their smallest distance [m] and the number of motions."""
     nearest, made = distance(station), 0

@@ -70,6 +70,21 @@ def test_a_goal_where_the_controller_allows_no_velocity_is_refused(arm):
         arm.move_to_configuration(goal)
 
 
+@pytest.mark.parametrize("joint", range(7))
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_servo_arrives_at_the_end_of_the_range_without_being_stopped(arm, joint, sign):
+    limits, goal = arm.model.limits, arm.model.home.copy()
+    arm.reset(goal)
+    goal[joint] += 9.0 * sign  # far beyond
+    for _ in range(20):
+        arm.servo(goal, np.zeros(7), 0.1)
+        for _ in range(100):
+            arm.advance(1e-3)
+            assert not arm.follower.stopping
+            assert (limits.lower - 1e-9 <= arm.q).all() and (arm.q <= limits.upper + 1e-9).all()
+    assert arm.q[joint] == pytest.approx(goal.clip(limits.lower, limits.upper)[joint], abs=0.05)
+
+
 def test_servo_follows_towards_the_end_of_the_range_without_stopping(arm):
     limits, goal = arm.model.limits, arm.model.home.copy()
     arm.reset(goal)
