@@ -8,7 +8,8 @@ from bt_manip.cell.objects import Box, Cylinder
 from bt_manip.spatial import pose
 from bt_manip_camera.camera import DepthCamera
 from bt_manip_camera.estimation import KnownObject, NotSeenError, estimate_pose, fit_pose
-from bt_manip_camera.segmentation import find_clusters, fit_circle, fit_rectangle
+from bt_manip_camera.frame import Frame
+from bt_manip_camera.segmentation import FEWEST, find_clusters, fit_circle, fit_rectangle
 
 BOX = KnownObject("box", "box", (0.06, 0.04, 0.05))
 
@@ -47,6 +48,15 @@ def test_a_box_is_found_on_a_surface_of_unknown_height(look):
 def test_clusters_are_in_the_order_of_x(look):
     frame = look(((0.36, 0.0), 0.0, box()), ((0.22, 0.03), 0.0, box()))
     assert [round(float(one.middle[0]), 2) for one in find_clusters(frame)] == [0.22, 0.36]
+
+
+def test_single_pixels_of_noise_are_no_object():
+    depth, rng = np.full((240, 320), 1.0), np.random.default_rng(3)
+    rows, columns = np.arange(4, 236, 16), np.arange(4, 316, 16)
+    depth[np.ix_(rows, columns)] -= rng.uniform(0.02, 0.1, (len(rows), len(columns)))
+    frame = Frame(depth, np.zeros((240, 320, 3), np.uint8), 200.0, pose((0.0, 0.0, 1.0)))
+    assert len(rows) * len(columns) > 4 * FEWEST
+    assert find_clusters(frame) == []
 
 
 def test_two_that_look_alike_are_refused(look):

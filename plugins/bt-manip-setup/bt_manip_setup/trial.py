@@ -98,7 +98,10 @@ def try_robot(
         cycles: Number of cycles of the task.
         report: Called with the present step of the trial.
     """
-    where, watch = description.where, _Watch(lambda n: report(f"{_TASK}: cycle {n} of {cycles}"))
+    where, watch = (
+        description.where,
+        TrialWatch(lambda n: report(f"{_TASK}: cycle {n} of {cycles}")),
+    )
     try:
         whole = table_and_basket()
         table = replace(whole, objects=tuple(f for f in whole.objects if f.name == "table"))
@@ -169,7 +172,7 @@ class _Post(Box):
         return 0.5 * _POST[2]
 
 
-class _Watch(RunObserver):
+class TrialWatch(RunObserver):
     """Collects failures of arm behaviours, and tracking errors.
 
     Attributes:
@@ -190,14 +193,15 @@ class _Watch(RunObserver):
     def run_started(self, run: "Run") -> None:
         """Store the robot, and observe the nodes of the tree."""
         self._cell, self._robot = run.station.cell, run.station.first
-        run.tree.observers.append(self._node_changed)
+        run.tree.observers.append(self.node_changed)
 
     def cycle_started(self, cycle: int) -> None:
         """Clear the failures of the last cycle, and report the new one."""
         self._in_cycle = []
         self._begin(cycle + 1)
 
-    def _node_changed(self, node: "Node", old: NodeStatus, new: NodeStatus) -> None:
+    def node_changed(self, node: "Node", old: NodeStatus, new: NodeStatus) -> None:
+        """Note the reason of an arm behaviour that has failed."""
         if new is NodeStatus.FAILURE and isinstance(node, ArmBehaviour):
             self._in_cycle.append(f"{node.name}: {node.feedback_message}")
 

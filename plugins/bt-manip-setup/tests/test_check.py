@@ -4,11 +4,13 @@ from collections.abc import Callable
 
 import pytest
 
+from bt_manip.behaviours import Reach
+from bt_manip.bt import NodeStatus
 from bt_manip.models import bundled_path
 from bt_manip.robots import read_description
 from bt_manip_setup import check_description
 from bt_manip_setup.finger_travel import write_travel
-from bt_manip_setup.trial import Checked
+from bt_manip_setup.trial import Checked, TrialWatch
 from tests.support.small_arm import write_small_arm
 
 PANDA = f"""
@@ -27,6 +29,22 @@ max_speed = 0.1
 max_force = 60.0
 travel = "{bundled_path("panda/finger_travel.toml")}"
 """
+
+
+@pytest.mark.parametrize(("cycles", "retries", "found"), [(8, 2, 0), (8, 3, 1), (4, 0, 0)])
+def test_retries_are_a_finding_where_more_than_a_quarter_of_the_cycles_needs_one(
+    cycles, retries, found
+):
+    watch, reach = TrialWatch(lambda cycle: None), Reach(object="cube")
+    reach.feedback_message = "slipped"
+    for cycle in range(cycles):
+        watch.cycle_started(cycle)
+        if cycle < retries:
+            watch.node_changed(reach, NodeStatus.RUNNING, NodeStatus.FAILURE)
+        watch.cycle_ended("SUCCESS", "")
+    findings = list(watch.findings("arm.toml"))
+    assert len(findings) == found
+    assert all(f"{retries} of {cycles} cycles: Reach: slipped" in one for one in findings)
 
 
 @pytest.fixture

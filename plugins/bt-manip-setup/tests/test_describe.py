@@ -86,6 +86,17 @@ def test_a_base_from_which_all_is_reached_stays_where_it_is(draft):
     assert found.T_rb.translation[0] == pytest.approx(min(placement.BASE_X))
 
 
+def test_an_arm_that_reaches_only_below_its_base_stands_on_a_square_block(draft):
+    heights = np.linspace(-1, 1, 41)
+    low = np.where(heights < -0.04, 5.0, -np.inf)[:, np.newaxis] + np.zeros(20)
+    reach = RadialReach(np.zeros(2), 0.0, np.linspace(0, 2, 20), heights, low)
+    found = placement.place_base(draft.robot, reach)
+    assert found.pedestal is not None
+    x, y, height = found.pedestal
+    assert x == y == pytest.approx(2.0 * placement.measure_foot(draft.robot)[1])
+    assert height > 0.0
+
+
 def test_an_arm_without_a_foot_stands_on_its_origin(draft, monkeypatch):
     none = np.zeros(draft.robot.mj_model.nbody, dtype=bool)
     monkeypatch.setattr(placement, "foot_bodies", lambda robot: none)

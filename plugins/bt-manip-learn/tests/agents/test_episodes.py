@@ -53,6 +53,17 @@ def test_a_tree_that_commands_no_robot_is_a_task_without_expert(parts, tmp_path)
         Episodes(request_of(str(path), parts), parts).reset(0)
 
 
+def test_a_tree_may_command_its_robot_after_a_while_but_within_ten_seconds(parts, tmp_path):
+    path = tmp_path / "task.xml"
+    path.write_text(TREE.format('<Sleep msec="500"/><MoveHome/>'))
+    episodes = Episodes(request_of(str(path), parts), parts)
+    episodes.reset(0)
+    assert episodes.station.cell.time == pytest.approx(0.5, abs=0.05)
+    path.write_text(TREE.format('<Sleep msec="60000"/><MoveHome/>'))
+    with pytest.raises(BtManipError, match="commanded no robot within 10 s"):
+        Episodes(request_of(str(path), parts), parts).reset(0)
+
+
 def test_an_episode_does_not_depend_on_those_before_it(episodes, parts):
     episodes.reset(5)
     episodes.expert_step()
