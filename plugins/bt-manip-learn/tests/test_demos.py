@@ -120,7 +120,7 @@ def test_an_episode_that_ends_its_process_failed(record):
 
 def test_a_tree_that_ends_its_process_before_it_moves_is_refused(record):
     code, out, err = record("--episodes", 1, name="gone")
-    assert (code, out) == (2, "")
+    assert (code, out) == (3, "")
     assert err == "Error: the first episode: its process ended with exit code 0\n"
 
 
