@@ -218,23 +218,24 @@ class Recording:
         file.seek(MAGIC_SIZE)
         while len(head := file.read(_RECORD_HEAD.size)) == _RECORD_HEAD.size:
             opcode, length = _RECORD_HEAD.unpack(head)
+            if not opcode or length > size - file.tell():  # cut, or zeros after a crash
+                if closed:
+                    raise BtManipError(f"{self.path} is damaged: it ends within a record")
+                return
+            if length > MAX_CHUNK:
+                raise BtManipError(
+                    f"{self.path} is damaged: a record has {length} bytes, at most {MAX_CHUNK} "
+                    "are read"
+                )
+            data = file.read(length)
+            if opcode == Opcode.DATA_END:
+                self._check_end(data, checksum)
+                self.complete = closed
+                return
+            checksum = zlib.crc32(data, zlib.crc32(head, checksum))
+            if (kind := _READ.get(opcode)) is None:
+                continue
             with self.decoding(), suppress(EndOfFile):
-                if not opcode or length > size - file.tell():  # cut, or zeros after a crash
-                    if closed:
-                        raise ValueError(f"a record of its {size} bytes has {length}")
-                    return
-                if length > MAX_CHUNK:
-                    raise ValueError(f"a record has {length} bytes, at most {MAX_CHUNK} are read")
-                data = file.read(length)
-                if opcode == Opcode.DATA_END:
-                    expected = DataEnd.read(ReadDataStream(BytesIO(data))).data_section_crc
-                    if expected not in (0, checksum):  # 0: none, as in older recordings
-                        raise ValueError("its checksum is wrong")
-                    self.complete = closed
-                    return
-                checksum = zlib.crc32(data, zlib.crc32(head, checksum))
-                if (kind := _READ.get(opcode)) is None:
-                    continue
                 record: Any = kind.read(ReadDataStream(BytesIO(data)))
                 if kind is Chunk:
                     _unpack(record)
@@ -243,6 +244,13 @@ class Recording:
                             stream = ReadDataStream(BytesIO(record.data[start:end]))
                             yield _READ[inner].read(stream)
                 yield record
+
+    def _check_end(self, data: bytes, checksum: int) -> None:
+        """Raise an error if the end of the messages has another checksum than what was read."""
+        with self.decoding():
+            expected = DataEnd.read(ReadDataStream(BytesIO(data))).data_section_crc
+            if expected not in (0, checksum):  # 0: none, as in older recordings
+                raise ValueError("its checksum is wrong")
 
 
 def _unpack(chunk: Chunk) -> None:
