@@ -109,7 +109,7 @@ def test_a_fault_with_which_the_process_ends_is_a_failed_case(stress):
 
 def test_a_tree_that_ends_its_process_is_refused(stress):
     code, out, err = stress("--faults", "push", name="leaving")
-    assert (code, out) == (2, "")
+    assert (code, out) == (3, "")
     assert err == "Error: the undisturbed cycle: its process ended with exit code 0\n"
 
 
