@@ -19,7 +19,7 @@ def write_mcap(recording: Recording, path: Path) -> None:
     Each message keeps its time, its sequence number and its bytes.
     """
     with writing(path, "recording"), recording.decoding(), whole_file(path) as file:
-        writer = Writer(file, CHUNK_SIZE, CompressionType.ZSTD)
+        writer = Writer(file, CHUNK_SIZE, CompressionType.ZSTD, enable_data_crcs=True)
         writer.start("", "bt-manip")
         schemas, channels = {0: 0}, {}
         for record in recording.records():

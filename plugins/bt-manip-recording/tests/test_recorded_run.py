@@ -10,7 +10,7 @@ from mcap.stream_reader import MAGIC_SIZE, StreamReader
 from bt_manip.behaviours import SpawnObject
 from bt_manip.bt import AlwaysFailure, Fallback, Parallel, Sequence, Sleep
 from bt_manip.exceptions import BtManipError
-from bt_manip_recording import McapRecorder, RecordedRun, Recording
+from bt_manip_recording import McapRecorder, RecordedRun, Recording, write_mcap
 
 pytestmark = pytest.mark.usefixtures("shared_stations")
 
@@ -104,8 +104,14 @@ def test_a_recording_with_a_damaged_byte_is_refused_wherever_it_is(picked, tmp_p
             Recording(damaged)
 
 
-def test_a_recording_has_the_checksum_that_the_library_computes(picked):
-    with picked.open("rb") as file:
+def test_a_recording_and_its_export_have_the_checksum_that_the_library_computes(picked, tmp_path):
+    write_mcap(Recording(picked), tmp_path / "export.mcap")
+    check_checksum(picked)
+    check_checksum(tmp_path / "export.mcap")
+
+
+def check_checksum(path):
+    with path.open("rb") as file:
         records = list(StreamReader(file, emit_chunks=True, validate_crcs=True).records)
     (end,) = [record for record in records if isinstance(record, DataEnd)]
     assert end.data_section_crc  # 0 would mean none
