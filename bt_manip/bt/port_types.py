@@ -77,13 +77,16 @@ def _format_boolean(value: Any) -> str:
 
 def _list_of(name: str, python: type, parse_item: Callable[[str], Any]) -> PortType:
     def parse(text: str) -> list[Any]:
-        is_json = text.startswith("json:")
-        items = literals.parse_json(text[5:]) if is_json else literals.split_list(text)
-        if not isinstance(items, list):
-            raise ValueError(f"{shown(text)} is not a JSON list")
+        if text.startswith("json:"):
+            items = literals.parse_json(text[5:])
+            if not isinstance(items, list):
+                raise ValueError(f"{shown(text)} is not a JSON list")
+            convert: Callable[[Any], Any] = partial(_json_item, python=python)
+        else:
+            items, convert = literals.split_list(text), parse_item
         if len(items) > MAX_ITEMS:
             raise ValueError(f"a list of {len(items)} items; at most {MAX_ITEMS} are read")
-        return [_json_item(item, python) if is_json else parse_item(item) for item in items]
+        return [convert(item) for item in items]
 
     def write(items: Any) -> str:
         if python is bool:

@@ -117,15 +117,17 @@ Ways = Mapping[NodeStatus, Way]
 too."""
 
 
+def both(first: Way, second: Way) -> Way:
+    """Return two ways together."""
+    return Way(join(first.facts, second.facts), min(first.least, second.least))
+
+
 def either(*alternatives: Ways) -> dict[NodeStatus, Way]:
     """Return the ways of all alternatives."""
     found: dict[NodeStatus, Way] = {}
     for ways in alternatives:
         for status, way in ways.items():
-            known = found.get(status)
-            if known is not None:
-                way = Way(join(known.facts, way.facts), min(known.least, way.least))
-            found[status] = way
+            found[status] = both(found[status], way) if status in found else way
     return found
 
 

@@ -5,10 +5,10 @@ checks know.
 """
 
 from collections.abc import Callable, Mapping
-from functools import partial
+from functools import partial, reduce
 from typing import TYPE_CHECKING, Any, Final
 
-from bt_manip.bt.analysis.facts import COMPLETE, Facts, Way, Ways, either, join, later, least
+from bt_manip.bt.analysis.facts import COMPLETE, Facts, Way, Ways, both, either, join, later, least
 from bt_manip.bt.analysis.uses import constant_truth, script_of
 from bt_manip.bt.nodes.controls.branching import IfThenElse, WhileDoElse
 from bt_manip.bt.nodes.controls.parallel import Parallel, threshold
@@ -51,14 +51,14 @@ def _in_order(walk: "Walk", children: list[Any], facts: Facts, goes_on: NodeStat
         passed[goes_on] |= goes_on in ways
         passed[SKIPPED] &= SKIPPED in ways
         on = [ways.pop(one) for one in (goes_on, SKIPPED) if one in ways]
-        ended = either(ended, ways) if ways else ended
+        ended = either(ended, ways)
         if not on:
             verb = f"always {'succeeds' if ends is SUCCESS else 'fails'}"
             reason = f"'{child.name}' before it {verb if ends in ways else 'never completes'}"
             for following in children[index + 1 : index + 2]:
                 walk.bar(following, f"{reason}; remove it, or change their order")
             return ended
-        way = on[0] if len(on) == 1 else either(*({goes_on: one} for one in on))[goes_on]
+        way = reduce(both, on)
     return either(ended, {status: way for status, possible in passed.items() if possible})
 
 

@@ -116,7 +116,17 @@ def value_place(element: Element, name: str) -> Place:
 
 def outputs_of(node: Node) -> list[EntryName]:
     """Return the entries that the ports of a node write."""
-    keys = (node.key_of(name) for name, port in node.ports.items() if port.writes)
+    return _entries_of(node, [name for name, port in node.ports.items() if port.writes])
+
+
+def inputs_of(node: Node) -> list[EntryName]:
+    """Return the entries that the ports of a node only read."""
+    ports = node.ports.items()
+    return _entries_of(node, [name for name, port in ports if port.reads and not port.writes])
+
+
+def _entries_of(node: Node, ports: Iterable[str]) -> list[EntryName]:
+    keys = map(node.key_of, ports)
     return [variable_of(node.scope, key) for key in keys if key]
 
 

@@ -28,7 +28,7 @@ from bt_manip.bt.analysis.facts import (
     written,
 )
 from bt_manip.bt.analysis.flows import FLOWS
-from bt_manip.bt.analysis.uses import ROBOT, constant_truth, outputs_of, script_of
+from bt_manip.bt.analysis.uses import ROBOT, constant_truth, inputs_of, outputs_of, script_of
 from bt_manip.bt.blackboard import EMPTY, Blackboard
 from bt_manip.bt.nodes.action import Condition, Leaf, SyncAction
 from bt_manip.bt.nodes.actions.blackboard import SetBlackboard, UnsetBlackboard, Watching
@@ -213,10 +213,7 @@ class Walk:
     def _leaf(self, node: Leaf, facts: Facts) -> Ways:
         traits, time = traits_of(node), 0.0
         if traits is not UNDECLARED and not isinstance(node, SetBlackboard | Watching):
-            ports = node.ports.items()
-            keys = (node.key_of(name) for name, port in ports if port.reads and not port.writes)
-            entries = (variable_of(node.scope, key) for key in keys if key)
-            if any(values_of(facts, entry) == {UNWRITTEN} for entry in entries):
+            if any(values_of(facts, entry) == {UNWRITTEN} for entry in inputs_of(node)):
                 facts = {**facts, **ENDED}
         after, statuses = self._effects(node, facts), traits.returns
         if isinstance(node, ScriptCondition):

@@ -203,12 +203,12 @@ class _Parser:
             if text.startswith("<!--", start):
                 position = self._close(start, "-->", "the comment is not closed", 4)
                 body = text[start + 4 : position - 3]
-                self._add(SourceComment(body, self._place(start), spaced=self._spaced), start)
+                self._add(SourceComment(body, self._place(start), spaced=self._spaced))
             elif text.startswith("<![CDATA[", start):
                 if not self._open:
                     raise self._error(start, "text stands outside of the root element")
                 position = self._close(start, "]]>", "the CDATA section is not closed")
-                self._add(Text(text[start + 9 : position - 3], self._place(start)), start)
+                self._add(Text(text[start + 9 : position - 3], self._place(start)))
             elif text.startswith("<!", start):
                 raise self._error(
                     start, "document types and entities are not allowed in tree documents"
@@ -237,14 +237,14 @@ class _Parser:
             raise self._error(start, reason)
         return end + len(mark)
 
-    def _count_item(self, position: int) -> None:
+    def _count_item(self, place: Place) -> None:
         self._count += 1
         if self._count > MAX_ELEMENTS:
             reason = f"the document has more than {MAX_ELEMENTS} elements, comments and texts"
-            raise self._error(position, reason)
+            raise XmlError(place, reason)
 
-    def _add(self, item: SourceComment | Text, start: int) -> None:
-        self._count_item(start)
+    def _add(self, item: SourceComment | Text) -> None:
+        self._count_item(item.place)
         if self._open:
             self._open[-1].content.append(item)
         else:
@@ -258,7 +258,7 @@ class _Parser:
         first = start + len(piece) - len(piece.lstrip())
         if not self._open:
             raise self._error(first, "text stands outside of the root element")
-        self._add(Text(_unescape(piece)[0], self._place(first)), first)
+        self._add(Text(_unescape(piece)[0], self._place(first)))
 
     def _add_instruction(self, start: int, end: int) -> None:
         instruction = SourceComment(self._text[start:end], self._place(start), "instruction")
@@ -268,7 +268,7 @@ class _Parser:
         )
         if self._open or self._done or not only:
             raise self._error(start, "a processing instruction stands before all else, or nowhere")
-        self._add(instruction, start)
+        self._add(instruction)
 
     def _end_tag(self, name: str, start: int, position: int) -> int:
         end = _TAG_END.match(self._text, position)
@@ -287,9 +287,9 @@ class _Parser:
     def _start_tag(self, name: str, start: int, position: int) -> int:
         if self._done:
             raise self._error(start, "a document has one root element; found another")
-        self._count_item(start)
         text = self._text
         element = Element(name, self._place(start), spaced=self._spaced)
+        self._count_item(element.place)
         while (end := _TAG_END.match(text, position)) is None:
             found = _ATTRIBUTE.match(text, position)
             if found is None:

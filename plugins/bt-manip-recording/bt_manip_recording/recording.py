@@ -105,7 +105,7 @@ class Recording:
             McapError, DecodeError, ValueError, TypeError, LookupError, AttributeError,
             ArithmeticError, RuntimeError, struct.error,
         ) as error:  # fmt: skip
-            raise BtManipError(f"{self.path} is damaged: {error}") from error
+            raise self._damaged(error) from error
 
     def messages(self, *topics: str) -> Iterator[tuple[float, str, Any]]:
         """Iterate over the messages of some topics, or of all.
@@ -220,16 +220,16 @@ class Recording:
             opcode, length = _RECORD_HEAD.unpack(head)
             if not opcode or length > size - file.tell():  # cut, or zeros after a crash
                 if closed:
-                    raise BtManipError(f"{self.path} is damaged: it ends within a record")
+                    raise self._damaged("it ends within a record")
                 return
             if length > MAX_CHUNK:
-                raise BtManipError(
-                    f"{self.path} is damaged: a record has {length} bytes, at most {MAX_CHUNK} "
-                    "are read"
-                )
+                raise self._damaged(f"a record has {length} bytes, at most {MAX_CHUNK} are read")
             data = file.read(length)
             if opcode == Opcode.DATA_END:
-                self._check_end(data, checksum)
+                with self.decoding():
+                    expected = DataEnd.read(ReadDataStream(BytesIO(data))).data_section_crc
+                if expected not in (0, checksum):  # 0: none, as in older recordings
+                    raise self._damaged("its checksum is wrong")
                 self.complete = closed
                 return
             checksum = zlib.crc32(data, zlib.crc32(head, checksum))
@@ -245,12 +245,8 @@ class Recording:
                             yield _READ[inner].read(stream)
                 yield record
 
-    def _check_end(self, data: bytes, checksum: int) -> None:
-        """Raise an error if the end of the messages has another checksum than what was read."""
-        with self.decoding():
-            expected = DataEnd.read(ReadDataStream(BytesIO(data))).data_section_crc
-            if expected not in (0, checksum):  # 0: none, as in older recordings
-                raise ValueError("its checksum is wrong")
+    def _damaged(self, reason: object) -> BtManipError:
+        return BtManipError(f"{self.path} is damaged: {reason}")
 
 
 def _unpack(chunk: Chunk) -> None:

@@ -98,10 +98,8 @@ def try_robot(
         cycles: Number of cycles of the task.
         report: Called with the present step of the trial.
     """
-    where, watch = (
-        description.where,
-        TrialWatch(lambda n: report(f"{_TASK}: cycle {n} of {cycles}")),
-    )
+    where = description.where
+    watch = TrialWatch(lambda n: report(f"{_TASK}: cycle {n} of {cycles}"))
     try:
         whole = table_and_basket()
         table = replace(whole, objects=tuple(f for f in whole.objects if f.name == "table"))
