@@ -100,9 +100,9 @@ def imported(code: str) -> list[Used]:
                 modules[alias.asname or alias.name] = f"{node.module}.{alias.name}"
         elif isinstance(node, ast.Import):
             found += [Used(node.lineno, alias.name, "") for alias in node.names]
-        elif isinstance(node, ast.Call) and ast.unparse(node.func).endswith(BY_TEXT):
-            texts = [one.value for one in node.args[:1] if isinstance(one, ast.Constant)]
-            found += [Used(node.lineno, *str(text).rpartition(".")[::2]) for text in texts]
+        elif isinstance(node, ast.Call) and node.args and isinstance(node.args[0], ast.Constant):
+            if ast.unparse(node.func).endswith(BY_TEXT):
+                found.append(Used(node.lineno, *str(node.args[0].value).rpartition(".")[::2]))
     for node in nodes:
         if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
             module = modules.get(node.value.id)

@@ -5,6 +5,7 @@
 
 import importlib
 import inspect
+from functools import cache
 
 STABLE = {
     "bt_manip": "build_station hookimpl",
@@ -204,6 +205,7 @@ The page of each package has arguments, shapes, units, frames and errors, as `he
 """
 
 
+@cache
 def names() -> dict[str, dict[str, str]]:
     """Give the documented names of each package, with their stability."""
     found: dict[str, dict[str, str]] = {}

@@ -6,7 +6,9 @@ requires, for its tests (extra `test`) too. Its tests run from a copy outside of
 with `tests/support`, which all tests share. Two packages are tested at a time; one alone, in two
 processes.
 
-    .venv/bin/python tools/test_packages.py [FOLDER...]
+    .venv/bin/python tools/test_packages.py [PACKAGE...]
+
+for example `view`, `bt-manip-view` or `plugins/bt-manip-view`; without any, all of them.
 """
 
 import os
@@ -45,9 +47,13 @@ TWO_PROCESSES = ("-n", "2", "--dist", "loadfile")
 
 def main(arguments: list[str]) -> int:
     """Test the packages; give 1 if any fails."""
-    folders = [Path(a) for a in arguments] or sorted(
-        file.parent for file in (REPOSITORY / "plugins").glob("*/pyproject.toml")
-    )
+    folders = sorted(file.parent for file in (REPOSITORY / "plugins").glob("*/pyproject.toml"))
+    known = {folder.name: folder for folder in folders}
+    names = [f"bt-manip-{Path(one).name.removeprefix('bt-manip-')}" for one in arguments]
+    if unknown := [name for name in names if name not in known]:
+        print(f"no package {unknown[0]!r}; there are {', '.join(known)}", file=sys.stderr)
+        return 2
+    folders = [known[name] for name in names] or folders
     folders.sort(key=_size_of_tests, reverse=True)  # the long ones first
     options = TWO_PROCESSES if len(folders) == 1 else ()
     failed = []
