@@ -28,9 +28,9 @@ from bt_manip.plugins.declared_hooks import declare_hooks
 from bt_manip.plugins.entry_points import (
     PluginPoint,
     PluginSelection,
+    block_names,
     in_folders,
     installed,
-    names_of,
 )
 from bt_manip.plugins.plugin import BUILTIN, Implementation, Plugin, Plugins, PluginWarning
 from bt_manip.plugins.registrar import Registrar
@@ -81,10 +81,14 @@ def load_plugins(
     taken = {BUILTIN}
     imported = []
     for point in points:
-        found = replace(_found(point), blocked=choice.blocks(names_of(point)))
-        imported.append((found, None) if found.blocked else _import(point, parts, hooks, taken))
+        found = _found(point)
+        found = replace(found, blocked=choice.blocks(block_names(found.name, found.package)))
+        imported.append(
+            (found, None) if found.blocked else _import(point, found, parts, hooks, taken)
+        )
+    manager = _manager_of(hooks)
     for found, module in imported:
-        plugin = found if found.status != "ok" else _register(found, module, parts, hooks)
+        plugin = found if found.status != "ok" else _register(found, module, parts, hooks, manager)
         plugins.append(plugin)
         if plugin.problem:
             warn(plugin.warning)
@@ -111,17 +115,16 @@ def _builtin(plugin: object, parts: Parts, hooks: Hooks) -> Plugin:
     """Collect the built-in parts; errors in them are bugs and are not caught."""
     version = version_of("bt-manip")
     registrar = Registrar(BUILTIN, parts)
-    observers = _call_hooks(plugin, registrar, hooks)
+    observers = _call_hooks(plugin, registrar, hooks, _manager_of(hooks))
     provides, module = registrar.merge(), _module_of(plugin)
     source = _file_of(plugin)
     return Plugin(BUILTIN, version, source, provides, observers, module=module, package="bt-manip")
 
 
 def _import(
-    point: PluginPoint | EntryPoint, parts: Parts, hooks: Hooks, taken: set[str]
+    point: PluginPoint | EntryPoint, found: Plugin, parts: Parts, hooks: Hooks, taken: set[str]
 ) -> tuple[Plugin, object | None]:
     """Import one plugin, and add the hooks that it declares; after a failure, it has a problem."""
-    found, plugin = _found(point), None
     try:
         if point.name in taken:
             raise BtManipError("another plugin has the same name")
@@ -136,21 +139,25 @@ def _import(
         return replace(found, problem=_describe(error)), None
 
 
-def _register(found: Plugin, plugin: object, parts: Parts, hooks: Hooks) -> Plugin:
+def _register(
+    found: Plugin, plugin: object, parts: Parts, hooks: Hooks, manager: pluggy.PluginManager
+) -> Plugin:
     """Register the parts of one plugin; after a failure, it has a problem and no parts."""
     registrar = Registrar(found.name, parts)
     try:
         with contextlib.redirect_stdout(sys.stderr):
-            observers = _call_hooks(plugin, registrar, hooks)
+            observers = _call_hooks(plugin, registrar, hooks, manager)
         return replace(found, provides=registrar.merge(), observers=observers)
     except (Exception, SystemExit) as error:
         return replace(found, problem=_describe(error))
 
 
-def _call_hooks(plugin: object, registrar: Registrar, hooks: Hooks) -> tuple[Implementation, ...]:
+def _call_hooks(
+    plugin: object, registrar: Registrar, hooks: Hooks, manager: pluggy.PluginManager
+) -> tuple[Implementation, ...]:
     """Call the registering hooks of a plugin; return its observing ones."""
     observers = []
-    for found in _implementations(plugin, hooks):
+    for found in _implementations(plugin, hooks, manager):
         if found.name in hookspecs.OBSERVING:
             observers.append(found)
         else:
@@ -160,17 +167,24 @@ def _call_hooks(plugin: object, registrar: Registrar, hooks: Hooks) -> tuple[Imp
     return tuple(observers)
 
 
-def _implementations(plugin: object, hooks: Hooks) -> list[Implementation]:
+def _manager_of(hooks: Hooks) -> pluggy.PluginManager:
+    """Return what knows the hooks, and no plugin."""
+    manager = pluggy.PluginManager(hookspecs.GROUP)
+    specifications = ModuleType("specifications")
+    vars(specifications).update(hooks)
+    manager.add_hookspecs(specifications)
+    return manager
+
+
+def _implementations(
+    plugin: object, hooks: Hooks, manager: pluggy.PluginManager
+) -> list[Implementation]:
     """Return the hook implementations of a plugin, in the order of the specifications.
 
     Raises:
         BtManipError: If a hook is misspelt, takes unknown arguments, is not a plain function, or
             wraps others; or if there is no hook.
     """
-    manager = pluggy.PluginManager(hookspecs.GROUP)
-    specifications = ModuleType("specifications")
-    vars(specifications).update(hooks)
-    manager.add_hookspecs(specifications)
     optional = False
     for attribute in dir(plugin):
         options = manager.parse_hookimpl_opts(plugin, attribute)
@@ -192,9 +206,11 @@ def _implementations(plugin: object, hooks: Hooks) -> list[Implementation]:
         Implementation(name, impl.function, tuple(_taken(impl.function)))
         for name in hooks
         for impl in getattr(manager.hook, name).get_hookimpls()
+        if impl.plugin is plugin  # and no rest of one that was refused
     ]
     if not found and not optional:
         raise BtManipError("it implements no hook; mark its functions with bt_manip.hookimpl")
+    manager.unregister(plugin)
     return found
 
 
@@ -226,8 +242,8 @@ def _taken(function: Callable[..., Any]) -> list[str]:
 
 def _found(point: PluginPoint | EntryPoint) -> Plugin:
     """Return the description of an unloaded plugin."""
-    dist = point.dist
-    version, package = ("", "") if dist is None else (str(dist.version), str(dist.name))
+    metadata = None if point.dist is None else point.dist.metadata  # which is parsed each time
+    version, package = ("", "") if metadata is None else (metadata["Version"], metadata["Name"])
     return Plugin(point.name, version, point.value, module=point.module, package=package)
 
 
