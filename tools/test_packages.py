@@ -3,8 +3,8 @@
 Every package gets a fresh environment: the third-party packages of the environment that this runs
 in, the wheel of bt-manip, the package's own wheel, and those of the packages of plugins/ that it
 requires, for its tests (extra `test`) too. Its tests run from a copy outside of the repository,
-with `tests/support`, which all tests share. Three packages are tested at a time, because tests
-wait for browsers and processes; one alone, in two processes.
+with `tests/support`, which all tests share. Two packages are tested at a time; one alone, in two
+processes.
 
     .venv/bin/python tools/test_packages.py [PACKAGE...]
 
@@ -43,7 +43,6 @@ MODELS = {
 PYTEST = ("-m", "pytest", "-q", "-p", "no:cacheprovider", "--import-mode=importlib")
 PYTEST += ("-m", "not soak", "-o", "markers=soak")  # what takes minutes has its own time
 TWO_PROCESSES = ("-n", "2", "--dist", "loadfile")
-AT_A_TIME = 3  # packages
 
 
 def main(arguments: list[str]) -> int:
@@ -58,7 +57,7 @@ def main(arguments: list[str]) -> int:
     folders.sort(key=_size_of_tests, reverse=True)  # the long ones first
     options = TWO_PROCESSES if len(folders) == 1 else ()
     failed = []
-    with tempfile.TemporaryDirectory() as temporary, ThreadPoolExecutor(AT_A_TIME) as pool:
+    with tempfile.TemporaryDirectory() as temporary, ThreadPoolExecutor(2) as pool:
         work = Path(temporary)
         sources = {folder: [one.resolve() for one in required(folder)] for folder in folders}
         wheels = {

@@ -15,14 +15,15 @@ class Libraries:
 
     Args:
         paths: Files, and folders whose ``.xml`` files count where they hold trees.
+        sources: Those of other libraries: files that were read before, and are not read again.
 
     Raises:
         TreeError: If a file cannot be opened.
     """
 
-    def __init__(self, paths: Iterable[str | Path] = ()) -> None:
+    def __init__(self, paths: Iterable[str | Path] = (), sources: Sources | None = None) -> None:
         self.paths = tuple(map(Path, paths))
-        self.sources = Sources()
+        self.sources = Sources() if sources is None else sources
         self.documents: list[Document] = []
         self._problems = Problems()
         for path in self.paths:
@@ -34,7 +35,7 @@ class Libraries:
                     self._problems.extend(problems)
                     if document is not None:
                         self.documents.append(document)
-        self._checked: dict[str, list[Problem]] = {}
+        self._checked: dict[tuple[str, str], list[Problem]] = {}
         self._extended: dict[tuple[Path, ...], Libraries] = {}
 
     @classmethod
@@ -47,7 +48,7 @@ class Libraries:
         if not paths:
             return self
         if paths not in self._extended:
-            self._extended[paths] = Libraries((*self.paths, *paths))
+            self._extended[paths] = Libraries((*self.paths, *paths), self.sources)
         return self._extended[paths]
 
     def add_to(self, document: Document) -> None:
@@ -67,12 +68,18 @@ class Libraries:
             files: Their names, as of places.
             context: The document that names trees of the files.
         """
-        dialect = context.dialect.name
-        if dialect not in self._checked:  # by themselves, once for each dialect
+        problems, unread = Problems(), set(self._problems)
+        problems.extend(self._problems)
+        for document in self.documents:
+            if any(file in files for file in document.sources):
+                problems.extend(self._checked_by_itself(document, context))
+        return [p for p in problems if p.place.file in files or p in unread]
+
+    def _checked_by_itself(self, document: Document, context: ReadingContext) -> list[Problem]:
+        """Return the problems of a file, which is checked once for each dialect."""
+        key = context.dialect.name, document.file
+        if key not in self._checked:
             problems = Problems()
-            problems.extend(self._problems)
-            for document in self.documents:
-                read_trees(replace(context, document=document, problems=problems))
-            self._checked[dialect] = list(problems)
-        unread = set(self._problems)
-        return [p for p in self._checked[dialect] if p.place.file in files or p in unread]
+            read_trees(replace(context, document=document, problems=problems))
+            self._checked[key] = list(problems)
+        return self._checked[key]

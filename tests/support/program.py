@@ -82,11 +82,17 @@ def trees(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def bt_manip(capfd: pytest.CaptureFixture[str]) -> Callable[..., Outcome]:
-    """Run a command and give what it came to."""
+def bt_manip(
+    capfd: pytest.CaptureFixture[str], request: pytest.FixtureRequest
+) -> Callable[..., Outcome]:
+    """Run a command and give what it came to; with shared stations, the next one has its."""
+    shared = "shared_stations" in request.fixturenames
+    pool = request.getfixturevalue("station_pool") if shared else None
 
     def run(*arguments: object) -> Outcome:
         code = run_program(*arguments)
+        if pool is not None:
+            pool.release()
         return Outcome(code, *capfd.readouterr())
 
     return run

@@ -15,6 +15,9 @@ import numpy as np
 from bt_manip import hookimpl
 from bt_manip.robots import ArmDevice, Backend, DeviceState, GripperDevice, GripperState
 
+LOOKING = 10
+"""Cycles between two looks at the files, which take longer than the rest of a cycle."""
+
 HOME = np.array([0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785])
 
 
@@ -24,6 +27,7 @@ class FakeArm(ArmDevice):
         self.pause = self.period / float(speed)
         self.file = Path(file) if file else None
         self.q, self.before, self.written = HOME.copy(), HOME.copy(), []
+        self.cycle, self.text, self.force = 0, "", np.zeros(7)
 
     def beside(self, suffix):
         return self.file.with_name(f"{self.file.name}.{suffix}") if self.file else Path("none")
@@ -40,13 +44,19 @@ class FakeArm(ArmDevice):
     def read(self):
         self.due = max(self.due + self.pause, time.perf_counter() - 0.02)
         time.sleep(max(0.0, self.due - time.perf_counter()))
+        self.cycle += 1
+        if self.cycle % LOOKING == 0:
+            self.look()
+        v, self.before = (self.q - self.before) / self.period, self.q.copy()
+        return DeviceState(self.q, v, np.zeros(7), self.force, self.text, bool(self.text))
+
+    def look(self):
+        """See what the files beside that of the references say."""
         if self.beside("pushed").exists():
             self.beside("pushed").unlink()
             self.q = self.q + np.array([0.0, 0.1, 0, 0, 0, 0, 0])
-        text = self.beside("problem").read_text() if self.beside("problem").exists() else ""
-        force = np.full(7, 30.0 if self.beside("force").exists() else 0.0)
-        v, self.before = (self.q - self.before) / self.period, self.q.copy()
-        return DeviceState(self.q, v, np.zeros(7), force, text, bool(text))
+        self.text = self.beside("problem").read_text() if self.beside("problem").exists() else ""
+        self.force = np.full(7, 30.0 if self.beside("force").exists() else 0.0)
 
     def start(self):
         if self.file is not None:
@@ -58,6 +68,7 @@ class FakeArm(ArmDevice):
 
     def recover(self):
         self.beside("problem").unlink()
+        self.text = ""
 
 
 class FakeGripper(GripperDevice):
