@@ -78,15 +78,17 @@ def parts() -> Parts:
 
 
 @pytest.fixture
-def make_run(parts) -> Callable[..., Run]:
+def make_run(parts, station_pool) -> Iterator[Callable[..., Run]]:
     def make(root: Node, *, seed: int = 0, goal: Node | tuple[()] = (), **request) -> Run:
-        station = build_station(parts, seed=seed, robot=request.get("robot"))
+        source = TreeSource("test", "python")
+        robot = {"robot": request["robot"]} if "robot" in request else {}
+        station = station_pool.build(RunRequest(source, seed=seed, **robot), parts)
         tree = Tree(root, clock=lambda: station.cell.time, goal=goal)
         tree.setup(**station.infrastructure)
-        source = TreeSource("test", "python")
         return Run(RunRequest(source, seed=seed, **request), tree, station)
 
-    return make
+    yield make
+    station_pool.release()
 
 
 @pytest.fixture

@@ -14,6 +14,7 @@ import pytest
 from bt_manip import build_station
 from bt_manip.behaviours import Grasp, Hover, Lift, OpenGripper, Reach, SpawnObject
 from bt_manip.bt import AlwaysFailure, Parallel, Sequence
+from bt_manip.cell import PhysicsDiverged
 from bt_manip.exceptions import BtManipError
 from bt_manip.models import check_downloads
 from bt_manip.record.report.recorder import Recorder
@@ -205,6 +206,25 @@ def test_derived_quantities_of_the_last_step_are_restored_too(parts):
         mine, its = (getattr(s.cell.data, field) for s in (station, other))
         assert mine.tobytes() == its.tobytes(), field
     assert other.cell.contacts.pairs() == station.cell.contacts.pairs()
+
+
+def test_a_state_goes_on_to_the_last_bit_in_a_station_whose_physics_have_diverged(parts):
+    ends = []
+    for diverges in (False, True):
+        station = build_station(parts)
+        start = station.get_state()
+        if diverges:
+            pick = Sequence("pick", SpawnObject(object="{it}"), Reach(object="{it}"))
+            assert (
+                station.run(Sequence("grip", pick, Grasp(object="{it}"))).status.name == "SUCCESS"
+            )
+            station.cell.data.qvel[:] = np.nan
+            with pytest.raises(PhysicsDiverged):
+                station.cell.step(50)
+        station.set_state(start)
+        station.cell.step(50)
+        ends.append(station.cell.state_bytes())
+    assert ends[0] == ends[1]
 
 
 def test_a_run_that_has_ended_can_be_run_again(parts):

@@ -171,6 +171,7 @@ class CompiledPhysics:
             mujoco.mj_step(self.model, self.data)
             # On another machine, the repeated step may differ in the last digits.
             mujoco.mj_setState(self.model, self.data, state, INTEGRATION)
+        self._warned = self._warnings.tolist()  # of a state before that had diverged
 
     def _raise_diverged(self) -> None:
         names = list(mujoco.mjtWarning.__members__)
