@@ -86,9 +86,8 @@ def load_plugins(
         imported.append(
             (found, None) if found.blocked else _import(point, found, parts, hooks, taken)
         )
-    manager = _manager_of(hooks)
     for found, module in imported:
-        plugin = found if found.status != "ok" else _register(found, module, parts, hooks, manager)
+        plugin = found if found.status != "ok" else _register(found, module, parts, hooks)
         plugins.append(plugin)
         if plugin.problem:
             warn(plugin.warning)
@@ -115,7 +114,7 @@ def _builtin(plugin: object, parts: Parts, hooks: Hooks) -> Plugin:
     """Collect the built-in parts; errors in them are bugs and are not caught."""
     version = version_of("bt-manip")
     registrar = Registrar(BUILTIN, parts)
-    observers = _call_hooks(plugin, registrar, hooks, _manager_of(hooks))
+    observers = _call_hooks(plugin, registrar, hooks)
     provides, module = registrar.merge(), _module_of(plugin)
     source = _file_of(plugin)
     return Plugin(BUILTIN, version, source, provides, observers, module=module, package="bt-manip")
@@ -139,25 +138,21 @@ def _import(
         return replace(found, problem=_describe(error)), None
 
 
-def _register(
-    found: Plugin, plugin: object, parts: Parts, hooks: Hooks, manager: pluggy.PluginManager
-) -> Plugin:
+def _register(found: Plugin, plugin: object, parts: Parts, hooks: Hooks) -> Plugin:
     """Register the parts of one plugin; after a failure, it has a problem and no parts."""
     registrar = Registrar(found.name, parts)
     try:
         with contextlib.redirect_stdout(sys.stderr):
-            observers = _call_hooks(plugin, registrar, hooks, manager)
+            observers = _call_hooks(plugin, registrar, hooks)
         return replace(found, provides=registrar.merge(), observers=observers)
     except (Exception, SystemExit) as error:
         return replace(found, problem=_describe(error))
 
 
-def _call_hooks(
-    plugin: object, registrar: Registrar, hooks: Hooks, manager: pluggy.PluginManager
-) -> tuple[Implementation, ...]:
+def _call_hooks(plugin: object, registrar: Registrar, hooks: Hooks) -> tuple[Implementation, ...]:
     """Call the registering hooks of a plugin; return its observing ones."""
     observers = []
-    for found in _implementations(plugin, hooks, manager):
+    for found in _implementations(plugin, hooks):
         if found.name in hookspecs.OBSERVING:
             observers.append(found)
         else:
@@ -167,25 +162,15 @@ def _call_hooks(
     return tuple(observers)
 
 
-def _manager_of(hooks: Hooks) -> pluggy.PluginManager:
-    """Return what knows the hooks, and no plugin."""
-    manager = pluggy.PluginManager(hookspecs.GROUP)
-    specifications = ModuleType("specifications")
-    vars(specifications).update(hooks)
-    manager.add_hookspecs(specifications)
-    return manager
-
-
-def _implementations(
-    plugin: object, hooks: Hooks, manager: pluggy.PluginManager
-) -> list[Implementation]:
+def _implementations(plugin: object, hooks: Hooks) -> list[Implementation]:
     """Return the hook implementations of a plugin, in the order of the specifications.
 
     Raises:
         BtManipError: If a hook is misspelt, takes unknown arguments, is not a plain function, or
             wraps others; or if there is no hook.
     """
-    optional = False
+    manager = pluggy.PluginManager(hookspecs.GROUP)
+    found, optional = [], False
     for attribute in dir(plugin):
         options = manager.parse_hookimpl_opts(plugin, attribute)
         if options is None:
@@ -200,18 +185,12 @@ def _implementations(
             raise BtManipError(f"there is no hook '{name}'{suggestion('hook', name, hooks)}")
         if options.get("wrapper") or options.get("hookwrapper"):
             raise BtManipError(f"'{name}' wraps other plugins' hooks; hooks only register")
-        _check_function(hooks[name], name, getattr(plugin, attribute))
-    manager.register(plugin)
-    found = [
-        Implementation(name, impl.function, tuple(_taken(impl.function)))
-        for name in hooks
-        for impl in getattr(manager.hook, name).get_hookimpls()
-        if impl.plugin is plugin  # and no rest of one that was refused
-    ]
+        function = getattr(plugin, attribute)
+        _check_function(hooks[name], name, function)
+        found.append(Implementation(name, function, tuple(_taken(function))))
     if not found and not optional:
         raise BtManipError("it implements no hook; mark its functions with bt_manip.hookimpl")
-    manager.unregister(plugin)
-    return found
+    return sorted(found, key=lambda one: [*hooks].index(one.name))
 
 
 def _check_function(hook: Callable[..., None], name: str, function: Callable[..., Any]) -> None:
