@@ -9,6 +9,7 @@ import re
 import types
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields, is_dataclass, replace
+from functools import cache
 from math import inf
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple, Protocol, TypeVar, Union, cast, get_args, get_origin
@@ -110,6 +111,11 @@ def entries_of(cls: Any) -> tuple[KeyField, ...]:
     Args:
         cls: The dataclass.
     """
+    return _entries_of(cls)
+
+
+@cache
+def _entries_of(cls: Any) -> tuple[KeyField, ...]:
     hints = hints_of(cls, include_extras=True)
     found = []
     for field in fields(cls):
