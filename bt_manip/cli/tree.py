@@ -149,7 +149,10 @@ def format_(files: tuple[Path, ...], only_check: bool, foreign: ForeignTrees) ->
             text = decode(read_bytes(file), str(file))
         except OSError as error:
             raise BtManipError(f"{file}: cannot be read: {error.strerror}") from None
-        written = write_source(parse_source(text, str(file)))
+        source = parse_source(text, str(file))
+        if source.root.name != "root":
+            raise BtManipError(f"{source.root.place}: no trees: <{source.root.name}>, not <root>")
+        written = write_source(source)
         if written == text:
             continue
         changed += 1

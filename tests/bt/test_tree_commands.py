@@ -139,6 +139,15 @@ def test_format_writes_in_place_and_then_has_nothing_to_do(call, write, tmp_path
     assert call("format", name, "--check").return_value == 0
 
 
+def test_format_leaves_documents_without_trees_as_they_are(call, write, tmp_path):
+    name = write("<mujoco><worldbody/></mujoco>", "robot.xml")
+
+    error = call("format", name).exception
+
+    assert str(error) == "robot.xml:1:1: no trees: <mujoco>, not <root>"
+    assert (tmp_path / name).read_text() == "<mujoco><worldbody/></mujoco>"
+
+
 def test_a_python_tree_converts_to_a_document(call, write):
     write(
         "from bt_manip.bt import AlwaysSuccess\n\ndef main():\n    return AlwaysSuccess()\n",
