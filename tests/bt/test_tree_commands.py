@@ -1,5 +1,7 @@
 """``bt-manip tree``: check, show, format, convert, model, schema."""
 
+from pathlib import Path
+
 import pytest
 from click.testing import CliRunner
 from lxml import etree
@@ -146,6 +148,16 @@ def test_format_leaves_documents_without_trees_as_they_are(call, write, tmp_path
 
     assert str(error) == "robot.xml:1:1: no trees: <mujoco>, not <root>"
     assert (tmp_path / name).read_text() == "<mujoco><worldbody/></mujoco>"
+
+
+def test_the_trees_that_come_with_bt_manip_have_the_standard_form(call):
+    root = Path(__file__).resolve().parents[2]
+    folders = root / "trees", root / "examples", *root.glob("plugins/*/bt_manip_*")
+    files = [file for folder in folders for file in folder.rglob("*.xml")]
+    trees = [file for file in files if "<BehaviorTree" in file.read_text()]
+
+    assert len(trees) > 20
+    assert call("format", "--check", *map(str, trees)).output == ""
 
 
 def test_a_python_tree_converts_to_a_document(call, write):
