@@ -79,7 +79,7 @@ class Libraries:
         """Return the problems of a file, which is checked once for each dialect."""
         key = context.dialect.name, document.file
         if key not in self._checked:
-            problems = Problems()
+            problems = Problems(hints=10)  # a hint takes long, and there may be many files
             read_trees(replace(context, document=document, problems=problems))
             self._checked[key] = list(problems)
         return self._checked[key]

@@ -100,10 +100,11 @@ class Problem:
 
 
 class Problems:
-    """Collects findings, each of them once."""
+    """Collects findings, each of them once, with hints in the first errors."""
 
-    def __init__(self) -> None:
+    def __init__(self, hints: int = MAX_HINTS) -> None:
         self._found: dict[Problem, None] = {}
+        self._hints = hints
 
     def error(self, place: Place, message: str, code: str = "") -> None:
         """Add an error."""
@@ -120,7 +121,7 @@ class Problems:
 
     def hint(self, name: str, valid: Iterable[str]) -> str:
         """Name the valid choices nearest to a mistyped one, as `hint` does, in the first errors."""
-        return hint(name, valid) if len(self._found) < MAX_HINTS else ""
+        return hint(name, valid) if len(self._found) < self._hints else ""
 
     def extend(self, problems: Iterable[Problem]) -> None:
         """Add findings that were collected elsewhere."""
