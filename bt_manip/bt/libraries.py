@@ -71,7 +71,8 @@ class Libraries:
         problems, unread = Problems(), set(self._problems)
         problems.extend(self._problems)
         for document in self.documents:
-            if any(file in files for file in document.sources):
+            own = document.file in context.document.order  # which was checked already
+            if not own and any(file in files for file in document.sources):
                 problems.extend(self._checked_by_itself(document, context))
         return [p for p in problems if p.place.file in files or p in unread]
 

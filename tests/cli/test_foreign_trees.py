@@ -74,5 +74,15 @@ def test_an_error_in_a_library_is_told_once(bt_manip, folder):
     assert code == 2 and out.count("'Unknown'") == 1 and "2 trees: 1 error" in err
 
 
+def test_errors_of_a_file_in_a_folder_of_libraries_are_told_once(bt_manip, folder):
+    (folder / "parts").mkdir()
+    nodes = "".join(f"<Unknown{number}/>" for number in range(12))
+    (folder / "parts" / "a.xml").write_text(
+        f'<root><BehaviorTree ID="Main"><Sequence>{nodes}</Sequence></BehaviorTree></root>'
+    )
+    code, _, err = bt_manip("tree", "check", "parts/a.xml", "--with", "parts")
+    assert code == 2 and "1 tree: 12 errors" in err
+
+
 def test_formatting_needs_no_declarations(bt_manip, folder):
     assert bt_manip("tree", "format", "tree.xml", "--check", "--stub-unknown").code == 0
