@@ -76,7 +76,7 @@ def test_an_error_in_a_library_is_told_once(bt_manip, folder):
 
 def test_errors_of_a_file_in_a_folder_of_libraries_are_told_once(bt_manip, folder):
     (folder / "parts").mkdir()
-    nodes = "".join(f"<Unknown{number}/>" for number in range(12))
+    nodes = "".join(f"<Sequence{number}/>" for number in range(12))  # with hints
     (folder / "parts" / "a.xml").write_text(
         f'<root><BehaviorTree ID="Main"><Sequence>{nodes}</Sequence></BehaviorTree></root>'
     )
