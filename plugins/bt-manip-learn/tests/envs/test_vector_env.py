@@ -71,8 +71,8 @@ def test_a_batch_has_the_bits_of_single_environments_over_resets(mode):
 
 def test_results_of_the_tree_are_in_the_info_of_each_environment(tmp_path, parts):
     text = Path(parts.trees.get("pick_place")).read_text()
-    text = text.replace('<BehaviorTree ID="PickPlace"', '<BehaviorTree ID="PickPlace" '
-                        '_results="object half unwritten"')  # fmt: skip
+    named = 'ID="PickPlace"'
+    text = text.replace(named, f'{named} _results="object half unwritten"')
     text = text.replace(
         '<SpawnObject model="{cube}"',
         '<Script code="half := 0.5"/><SpawnObject name_hint="part" model="{cube}"',
