@@ -215,9 +215,8 @@ def test_a_state_goes_on_to_the_last_bit_in_a_station_whose_physics_have_diverge
         start = station.get_state()
         if diverges:
             pick = Sequence("pick", SpawnObject(object="{it}"), Reach(object="{it}"))
-            assert (
-                station.run(Sequence("grip", pick, Grasp(object="{it}"))).status.name == "SUCCESS"
-            )
+            result = station.run(Sequence("grip", pick, Grasp(object="{it}")))
+            assert result.status.name == "SUCCESS"
             station.cell.data.qvel[:] = np.nan
             with pytest.raises(PhysicsDiverged):
                 station.cell.step(50)

@@ -62,14 +62,12 @@ class CompiledPhysics:
         self._step_start_valid = False
         self._trial: mujoco.MjData | None = None  # to repeat a step; creating it costs many steps
         self._warnings = self.data.warning.number
-        self._warned = self._warnings.tolist()
 
     def reset(self) -> None:
         """Reset to the state after compiling; the model must be unchanged."""
         mujoco.mj_resetData(self.model, self.data)
         self.physics.after_reset()
         self._step_start_valid = False
-        self._warned = self._warnings.tolist()
 
     def step(
         self,
@@ -89,7 +87,7 @@ class CompiledPhysics:
         """
         physics, model, data = self.physics, self.model, self.data
         before, after, mj_step = self.before_substep, self.after_substep, mujoco.mj_step
-        warnings, warned = self._warnings, self._warned
+        warnings, warned = self._warnings, self._warnings.tolist()
         self._step_start_valid = False
         for i in range(1, n + 1):
             for hook in before:
@@ -98,7 +96,7 @@ class CompiledPhysics:
                 mujoco.mj_getState(model, data, self._step_start, INTEGRATION)
             mj_step(model, data)
             if warnings.tolist() != warned:
-                self._raise_diverged()
+                self._raise_diverged(warned)
             for hook in after:
                 hook(physics, random_state)
             for callback in then:
@@ -171,13 +169,11 @@ class CompiledPhysics:
             mujoco.mj_step(self.model, self.data)
             # On another machine, the repeated step may differ in the last digits.
             mujoco.mj_setState(self.model, self.data, state, INTEGRATION)
-        self._warned = self._warnings.tolist()  # of a state before that had diverged
 
-    def _raise_diverged(self) -> None:
+    def _raise_diverged(self, warned: list[int]) -> None:
         names = list(mujoco.mjtWarning.__members__)
-        more = np.flatnonzero(self._warnings > self._warned)
+        more = np.flatnonzero(self._warnings > warned)
         raised = [names[i].removeprefix("mjWARN_") for i in more]
-        self._warned = self._warnings.tolist()
         raise PhysicsDiverged(f"MuJoCo warned at {self.data.time:.3f} s: {', '.join(raised)}")
 
 
