@@ -415,7 +415,7 @@ def private_names(path: Path) -> Iterator[tuple[int, str]]:
             names = [] if own else [node.attr]
         elif isinstance(node, ast.ImportFrom):
             names = [one.name for one in node.names]
-        elif isinstance(node, ast.Call) and function_of(node) in ("setattr", "getattr"):
+        elif isinstance(node, ast.Call) and function_of(node).endswith(("setattr", "getattr")):
             names = [one.value for one in node.args if isinstance(one, ast.Constant)]
         for name in (str(name).rpartition(".")[2] for name in names):
             if re.match("_[a-z]", name, re.IGNORECASE) and name not in PUBLIC_BY_PROTOCOL:

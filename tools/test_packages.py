@@ -47,13 +47,13 @@ TWO_PROCESSES = ("-n", "2", "--dist", "loadfile")
 
 def main(arguments: list[str]) -> int:
     """Test the packages; give 1 if any fails."""
-    folders = sorted(file.parent for file in (REPOSITORY / "plugins").glob("*/pyproject.toml"))
-    known = {folder.name: folder for folder in folders}
+    files = sorted((REPOSITORY / "plugins").glob("*/pyproject.toml"))
+    known = {file.parent.name: file.parent for file in files}
     names = [f"bt-manip-{Path(one).name.removeprefix('bt-manip-')}" for one in arguments]
     if unknown := [name for name in names if name not in known]:
         print(f"no package {unknown[0]!r}; there are {', '.join(known)}", file=sys.stderr)
         return 2
-    folders = [known[name] for name in names] or folders
+    folders = [known[name] for name in names or known]
     folders.sort(key=_size_of_tests, reverse=True)  # the long ones first
     options = TWO_PROCESSES if len(folders) == 1 else ()
     failed = []

@@ -39,10 +39,8 @@ from bt_manip.bt import (
     Tree,
 )
 from bt_manip.cell import Cube, PhysicsDiverged
-from bt_manip.plugins import load_plugins
 from bt_manip.record.report.recorder import Recorder
 from bt_manip.record.report.run_report import GrippedObject, LeafTime, RunReport
-from bt_manip.registry import Parts
 from bt_manip.robots import panda
 from bt_manip.runner import next_digest
 from bt_manip.runner.observer import RunObserver
@@ -50,6 +48,8 @@ from bt_manip.runner.request import RunRequest
 from bt_manip.runner.run import Run
 from bt_manip.runner.tree_source import TreeSource
 from bt_manip_recording import Trace
+
+pytestmark = pytest.mark.usefixtures("shared_stations")
 
 
 class Wait(Action):
@@ -70,25 +70,6 @@ class Wait(Action):
     def update(self) -> Status:
         self.left -= 1
         return Status.RUNNING if self.left > 0 else Status.SUCCESS
-
-
-@pytest.fixture(scope="module")
-def parts() -> Parts:
-    return load_plugins(entry_points=()).parts
-
-
-@pytest.fixture
-def make_run(parts, station_pool) -> Iterator[Callable[..., Run]]:
-    def make(root: Node, *, seed: int = 0, goal: Node | tuple[()] = (), **request) -> Run:
-        source = TreeSource("test", "python")
-        robot = {"robot": request["robot"]} if "robot" in request else {}
-        station = station_pool.build(RunRequest(source, seed=seed, **robot), parts)
-        tree = Tree(root, clock=lambda: station.cell.time, goal=goal)
-        tree.setup(**station.infrastructure)
-        return Run(RunRequest(source, seed=seed, **request), tree, station)
-
-    yield make
-    station_pool.release()
 
 
 @pytest.fixture
@@ -264,7 +245,7 @@ def test_a_weak_grip_that_carries_is_reported_as_the_behaviours_see_it(record):
 
 
 def test_a_grip_of_fingers_that_open_wider_than_described_is_reported_as_the_physics_shows(
-    parts, make_run
+    make_run,
 ):
     forces: list[float] = []
 
@@ -280,10 +261,10 @@ def test_a_grip_of_fingers_that_open_wider_than_described_is_reported_as_the_phy
     described = panda()
     narrow = {**described.gripper.parameters, "open_width": 0.055}  # they open by 80 mm
     gripper = replace(described.gripper, parameters=narrow)
-    parts.robots.add("narrow", replace(described, gripper=gripper), "this test")
+    wider = replace(described, gripper=gripper)
     steps = [*grasp(region="0.3;0.3;0;0"), Wait(1, measure), Drop(container="basket")]
     recorder = Recorder("test", 0)
-    make_run(Sequence("s", steps), goal=goal(), robot="narrow").execute([recorder])
+    make_run(Sequence("s", steps), goal=goal(), robot=wider).execute([recorder])
     (cycle,) = recorder.report().cycles
     assert (cycle.status, cycle.object, cycle.placed) == ("SUCCESS", "cube", True)
     assert len(forces) == 2 and cycle.grip_force_n == pytest.approx(min(forces), abs=3.0)

@@ -71,7 +71,8 @@ def make_run(parts: Parts) -> Callable[..., Run]:
         **request: Any,
     ) -> Run:
         source = TreeSource("test", "python")
-        chosen = {} if scene is None else {"scene": scene}
+        chosen: dict[str, Any] = {} if scene is None else {"scene": scene}
+        chosen |= {key: value for key, value in request.items() if key == "robot"}
         station = PREPARE.make_station(RunRequest(source, seed=seed, **chosen), parts)
         tree = Tree(root, clock=station.clock, goal=goal)
         tree.setup(**station.infrastructure)

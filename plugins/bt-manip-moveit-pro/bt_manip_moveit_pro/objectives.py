@@ -67,7 +67,7 @@ class Workspace:
     root: Path
     parts: Parts
     folders: list[Path] = field(default_factory=list)
-    _read: Libraries = field(default_factory=Libraries)
+    _libraries: Libraries = field(default_factory=Libraries)
     _readings: dict[Path, ReadingOptions] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -90,7 +90,9 @@ class Workspace:
         if folder not in self._readings:
             near = sorted(self.folders, key=lambda other: (-_common(folder, other), str(other)))
             self._readings[folder] = ReadingOptions(
-                dialect="moveit-pro", libraries=Libraries(near, self._read.sources), strict=False
+                dialect="moveit-pro",
+                libraries=self._libraries.extended(tuple(near)),  # each file is parsed once
+                strict=False,
             )
         return self._readings[folder]
 
