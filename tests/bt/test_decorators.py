@@ -1,4 +1,6 @@
-"""What decorators make of what their child returns."""
+"""Decorators; the traces of the engine hold more of what they make of their child's status."""
+
+from collections import deque
 
 import pytest
 
@@ -27,15 +29,7 @@ def test_a_decorator_maps_the_status_of_its_child(bench, leaf, tag, outcomes, ro
 
 @pytest.mark.parametrize(
     ("cycles", "outcomes", "roots"),
-    [
-        ("1", "S", "SSS"),
-        ("2", "S", "RSR"),
-        ("2", "RS", "RSRS"),
-        ("3", "SF", "RFF"),
-        ("0", "S", "SSS"),
-        ("-1", "S", "RRR"),
-        ("2", "SKS", "RKS"),
-    ],
+    [("2", "RS", "RSRS"), ("3", "SF", "RFF"), ("0", "S", "SSS"), ("2", "SKS", "RKS")],
 )
 def test_repeat_counts_successes(bench, leaf, cycles, outcomes, roots):
     body = node("Repeat", leaf("a", outcomes), num_cycles=cycles)
@@ -45,13 +39,7 @@ def test_repeat_counts_successes(bench, leaf, cycles, outcomes, roots):
 
 @pytest.mark.parametrize(
     ("attempts", "outcomes", "roots"),
-    [
-        ("2", "FS", "RS"),
-        ("2", "FF", "RF"),
-        ("0", "S", "FF"),
-        ("-1", "F", "RRR"),
-        ("2", "FKF", "RKF"),
-    ],
+    [("2", "FS", "RS"), ("2", "FF", "RF"), ("0", "S", "FF"), ("-1", "F", "RRR")],
 )
 def test_retry_counts_failures(bench, leaf, attempts, outcomes, roots):
     body = node("RetryUntilSuccessful", leaf("a", outcomes), num_attempts=attempts)
@@ -66,31 +54,12 @@ def test_repeat_needs_its_number_of_cycles_at_the_tick(bench, leaf):
         tree.tick()
 
 
-def test_run_once_can_repeat_its_status_instead_of_skipping(bench, leaf):
-    body = node("RunOnce", leaf("a", "F"), then_skip="false")
-
-    assert bench.ticks(body) == "FFF"
-    assert len(bench.events) == 1
-
-
-def test_a_precondition_is_asked_until_it_was_true_once(bench, leaf):
-    tree = bench.tree(node("Precondition", leaf("a", "RRS"), **{"if": "go", "else": "SKIPPED"}))
-    tree.blackboard["go"] = 0
-    assert tree.tick() is NodeStatus.SKIPPED
-    tree.blackboard["go"] = 1
-    assert tree.tick() is NodeStatus.RUNNING
-    tree.blackboard["go"] = 0
-    assert [tree.tick().name for _ in range(3)] == ["RUNNING", "SUCCESS", "SKIPPED"]
-
-
 @pytest.mark.parametrize(
     ("tag", "queue", "items"),
     [
-        ("LoopInt", "1;2;3", [1, 2, 3]),
         ("LoopBool", "1;false", [True, False]),
         ("LoopDouble", "1.5;2", [1.5, 2.0]),
-        ("LoopString", "a;b", ["a", "b"]),
-        ("LoopInt", "", []),
+        ("LoopString", "", []),
     ],
 )
 def test_a_loop_hands_out_the_items_one_per_tick(bench, tag, queue, items):
@@ -105,8 +74,6 @@ def test_a_loop_hands_out_the_items_one_per_tick(bench, tag, queue, items):
 
 
 def test_a_loop_copies_a_list_but_consumes_a_deque(bench):
-    from collections import deque
-
     tree = bench.tree(node("LoopInt", "<AlwaysSuccess/>", queue="{items}", value="{item}"))
     tree.blackboard["items"] = [1, 2]
     assert [tree.tick().name for _ in range(3)] == ["RUNNING", "RUNNING", "SUCCESS"]
@@ -139,15 +106,6 @@ def test_an_entry_that_was_written_lets_the_child_run(bench, leaf, tag, otherwis
 class TestTime:
     """Delay, Timeout and Sleep count the clock that is handed in."""
 
-    def test_a_delay_waits_before_each_round(self, bench, leaf):
-        tree = bench.tree(node("Delay", leaf("a", "S"), delay_msec="100"))
-        assert tree.tick() is NodeStatus.RUNNING
-        bench.clock.time = 0.099
-        assert tree.tick() is NodeStatus.RUNNING
-        bench.clock.time = 0.1
-        assert tree.tick() is NodeStatus.SUCCESS
-        assert tree.tick() is NodeStatus.RUNNING
-
     def test_a_clock_that_adds_up_time_steps_is_not_a_tick_late(self, bench, leaf):
         tree = bench.tree(node("Delay", leaf("a", "S"), delay_msec="100"))
         tree.tick()
@@ -174,38 +132,6 @@ class TestTime:
             "first halt",
         ]
         assert tree.failure_reason() == "top: a was still running after 50 ms"
-
-    def test_a_child_that_completes_in_time_ends_the_timeout(self, bench, leaf):
-        tree = bench.tree(node("Timeout", leaf("a", "RSRS"), msec="50"))
-        assert [tree.tick().name, tree.tick().name] == ["RUNNING", "SUCCESS"]
-        bench.clock.time = 0.05
-        assert tree.tick() is NodeStatus.RUNNING
-
-    def test_a_timeout_of_0_is_none(self, bench, leaf):
-        tree = bench.tree(node("Timeout", leaf("a", "R"), msec="0"))
-        tree.tick()
-        bench.clock.time = 1e9
-        assert tree.tick() is NodeStatus.RUNNING
-
-    def test_a_halt_stops_the_timer(self, bench, leaf):
-        tree = bench.tree(node("Timeout", leaf("a", "R"), msec="50"))
-        tree.tick()
-        tree.halt()
-        bench.clock.time = 0.04
-        tree.tick()
-        bench.clock.time = 0.06
-        assert tree.tick() is NodeStatus.RUNNING
-
-    def test_sleep_waits_anew_after_a_halt(self, bench):
-        tree = bench.tree('<Sleep msec="100"/>')
-        tree.tick()
-        bench.clock.time = 0.08
-        tree.halt()
-        tree.tick()
-        bench.clock.time = 0.12
-        assert tree.tick() is NodeStatus.RUNNING
-        bench.clock.time = 0.18
-        assert tree.tick() is NodeStatus.SUCCESS
 
     def test_no_timers_pile_up(self, bench, leaf):
         tree = bench.tree(node("Timeout", leaf("a", "S"), msec="1000000"))
@@ -253,25 +179,19 @@ NEEDED = {
 
 
 @pytest.mark.parametrize("tag", DECORATORS)
-def test_every_decorator_halts_its_running_child(bench, leaf, tag):
-    body = node(tag, leaf("a", "R"), **NEEDED.get(tag, {}))
-    tree = bench.tree(f'<Sequence><Script code="x := 1"/>{body}</Sequence>')
-    tree.tick()
-    tree.tick()
-    assert "a start R" in bench.events
-    tree.halt()
+def test_every_decorator_halts_its_running_child_and_gives_its_state(bench, leaf, tag):
+    def tree_of(outcomes):
+        body = node(tag, leaf("a", outcomes), **NEEDED.get(tag, {}))
+        return bench.tree(f'<Sequence><Script code="x := 1"/>{body}</Sequence>')
 
-    assert "a halt" in bench.events
-    assert set(tree.statuses()) == {NodeStatus.IDLE}
-
-
-@pytest.mark.parametrize("tag", DECORATORS)
-def test_every_decorator_gives_its_state_and_takes_it_back(bench, leaf, tag):
-    body = node(tag, leaf("a", "S"), **NEEDED.get(tag, {}))
-    tree = bench.tree(f'<Sequence><Script code="x := 1"/>{body}</Sequence>')
+    tree, other = tree_of("S"), tree_of("S")
     tree.tick_exactly_once()
-    state = tree.get_state()
-    other = bench.tree(f'<Sequence><Script code="x := 1"/>{body}</Sequence>')
-    other.set_state(state)
+    other.set_state(tree.get_state())
+    assert other.get_state() == tree.get_state()
 
-    assert other.get_state() == state
+    tree = tree_of("R")
+    tree.tick()
+    tree.tick()
+    tree.halt()
+    assert "a start R" in bench.events and bench.events[-1] == "a halt"
+    assert set(tree.statuses()) == {NodeStatus.IDLE}

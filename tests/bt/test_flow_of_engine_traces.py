@@ -14,6 +14,7 @@ from tests.conformance.leaves import corpus_registry
 from tests.conformance.options import options_in, parse_options
 
 ELEMENT = parse_source("<a/>").root
+LEAVES = corpus_registry([])
 LETTERS = {
     "S": NodeStatus.SUCCESS,
     "F": NodeStatus.FAILURE,
@@ -23,7 +24,7 @@ LETTERS = {
 
 
 def walked(text, options):
-    tree = parse_tree(text, corpus_registry([]), blackboard=options.blackboard(), strict=False)
+    tree = parse_tree(text, LEAVES, blackboard=options.blackboard(), strict=False)
     for node in tree.nodes:
         letters = str(node.given.get("outcomes", "S")).split(",") if node.ports else ()
         if "outcomes" in node.ports:

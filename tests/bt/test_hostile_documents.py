@@ -6,7 +6,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from bt_manip.bt import BehaviourRegistry
+from bt_manip.bt import Action, BehaviourRegistry, Input
 from bt_manip.bt.loading import read_tree_text
 from bt_manip.exceptions import BtManipError
 from tests.conformance.leaves import corpus_registry
@@ -44,17 +44,9 @@ mutations = st.lists(
 registry = corpus_registry([])
 
 
-documents = given(st.sampled_from(SEEDS), mutations, st.booleans())
-
-
-def examples(count):
-    """Let a property be tried on so many documents."""
-    return settings(
-        max_examples=count, deadline=None, suppress_health_check=list(HealthCheck), database=None
-    )
-
-
-def check_mutated(seed, changes, strict):
+@settings(deadline=None, suppress_health_check=list(HealthCheck), database=None)
+@given(st.sampled_from(SEEDS), mutations, st.booleans())
+def test_reading_a_mutated_document_raises_nothing_but_our_errors(seed, changes, strict):
     text = seed
     for position, removed, inserted in changes:
         start = position % (len(text) + 1)
@@ -68,17 +60,9 @@ def check_mutated(seed, changes, strict):
         assert problem.place.line >= 1 and problem.place.column >= 1
 
 
-@examples(100)
-@documents
-def test_reading_a_mutated_document_raises_nothing_but_our_errors(seed, changes, strict):
-    check_mutated(seed, changes, strict)
-
-
 @pytest.mark.soak
-@examples(100_000)
-@documents
-def test_reading_100000_mutated_documents_raises_nothing_but_our_errors(seed, changes, strict):
-    check_mutated(seed, changes, strict)
+def test_reading_100000_mutated_documents_raises_nothing_but_our_errors():
+    settings(max_examples=100_000)(test_reading_a_mutated_document_raises_nothing_but_our_errors)()
 
 
 def billion_laughs():
@@ -107,19 +91,12 @@ def ladder(count):
         ("<root>" + "<!--" * 100_000, "the comment is not closed"),
         ("<root " + "a " * 100_000, "has no value in quotes"),
         ("<root " + "".join(f"a{i}='1' " for i in range(50_000)), "has more than 1000 attributes"),
-        ("<root>" + "<a/>" * 80_000, "has more than 70000 elements"),
-        ("<root>" + "<!---->" * 80_000, "has more than 70000 elements, comments and texts"),
+        ("<root>" + "<a/>" * 35_000 + "<!---->" * 35_000, "more than 70000 elements, comments"),
         ("x" * 17_000_000, "more than 16000000 characters"),
         (ladder(40), "the tree has more than 2000 nodes"),
-        (
-            '<root><BehaviorTree ID="A">' + "<Inverter>" * 300 + "<AlwaysSuccess/>"
-            + "</Inverter>" * 300 + "</BehaviorTree></root>",
-            "nested deeper than 256 levels",
-        ),
     ],
     ids=[
-        "entities", "external", "deep", "comment", "attributes", "many", "wide", "comments", "long",
-        "bomb", "nest",
+        "entities", "external", "deep", "comment", "attributes", "many", "wide", "long", "bomb",
     ],
 )  # fmt: skip
 def test_a_bomb_is_refused_before_it_bursts(text, message, monkeypatch):
@@ -131,21 +108,7 @@ def test_a_bomb_is_refused_before_it_bursts(text, message, monkeypatch):
     assert time.process_time() - start < 20  # not a measurement: a bomb takes hours
 
 
-def test_the_deepest_tree_that_is_allowed_runs():
-    depth = 255
-    text = (
-        '<root><BehaviorTree ID="A">' + "<Inverter>" * depth + "<AlwaysSuccess/>"
-        + "</Inverter>" * depth + "</BehaviorTree></root>"
-    )  # fmt: skip
-    tree = read_tree_text(text, BehaviourRegistry()).tree
-
-    assert tree.tick().name == "FAILURE"
-    tree.halt()
-
-
 def test_an_error_of_a_parser_of_a_behaviours_own_is_a_finding():
-    from bt_manip.bt import Action, Input
-
     def parse(text):
         raise ZeroDivisionError("cannot")
 

@@ -6,6 +6,7 @@ import pytest
 from click.testing import CliRunner
 from lxml import etree
 
+from bt_manip import plugins
 from bt_manip.cli.tree import tree
 from bt_manip.exceptions import BtManipError
 
@@ -20,9 +21,15 @@ GOOD = """\
 """
 
 
+@pytest.fixture(scope="module")
+def loaded():
+    return plugins.load_plugins()
+
+
 @pytest.fixture
-def call(tmp_path, monkeypatch):
+def call(tmp_path, monkeypatch, loaded):
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(plugins, "load_plugins", lambda **_: loaded)
 
     def call(*arguments):
         return CliRunner().invoke(

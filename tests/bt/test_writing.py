@@ -267,7 +267,7 @@ leaves = st.sampled_from(
 )
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=50, deadline=None)
 @given(
     st.recursive(
         leaves.map(lambda make: make),

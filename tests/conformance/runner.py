@@ -1,10 +1,12 @@
 """Running a tree of the corpus, on a clock that only goes on between ticks."""
 
+import functools
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from bt_manip.bt.loading import load_tree, parse_tree
+from bt_manip.bt.registry import BehaviourRegistry
 from bt_manip.bt.status import RUNNING
 from bt_manip.bt.tree import Tree
 from bt_manip.exceptions import NodeError, TreeError
@@ -48,6 +50,13 @@ class EngineTrace:
     scopes: dict[str, dict[str, Any]] = field(default_factory=dict)
 
 
+@functools.cache
+def _leaves() -> tuple[BehaviourRegistry, list[Event]]:
+    """Return the leaves, made once for all runs, and the log that they write."""
+    log: list[Event] = []
+    return corpus_registry(log), log
+
+
 class _Clock:
     def __init__(self) -> None:
         self.time = 0.0
@@ -63,9 +72,9 @@ def run(document: str | Path, options: Options) -> EngineTrace:
         document: A file, or a text.
         options: How to run it.
     """
-    log: list[Event] = []
+    registry, log = _leaves()
+    log.clear()
     clock = _Clock()
-    registry = corpus_registry(log)
     read: Any = load_tree if isinstance(document, Path) else parse_tree
     trace = EngineTrace()
     try:
