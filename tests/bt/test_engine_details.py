@@ -35,108 +35,171 @@ def once(root, *events, **scopes):
     return {"ticks": [tick], "final_blackboard": final or {"Main": {}}}
 
 
-def test_a_substituted_node_reads_a_port_that_the_replaced_node_has_too():
-    text = document('<Scripted name="a" outcomes="F"/>', "subst.a=SyncScripted")
-
-    assert compare(text, once("FAILURE", {"node": "a", "ev": "tick", "outcome": "F"})) == []
-
-
-def test_a_substituted_node_has_no_default_of_a_port_that_the_replaced_node_lacks():
-    text = document('<Script name="a" code="x := 1"/>', "subst.a=Scripted")
-
-    assert compare(text, once(None)) == []
+def leaf(name, **values):
+    """Give what a leaf logs at its tick."""
+    return {"node": name, "ev": "tick", **values}
 
 
-def test_a_node_that_replaces_a_subtree_has_no_defaults_either():
-    text = document('<SubTree ID="T" name="t"/>', "subst.t=Scripted", SUBTREE)
-
-    assert compare(text, once(None)) == []
-
-
-def test_the_ports_of_a_replaced_node_still_declare_their_entries():
-    nodes = '<SetOutInt name="a" value="1" out="{v}"/><SetOutDouble name="b" value="1" out="{v}"/>'
-    text = document(f"<Sequence>{nodes}</Sequence>", "subst.?=AlwaysSuccess")
-
-    assert compare(text, REJECTED) == []
+def without_entries(trace):
+    """Leave the final blackboard out of a trace."""
+    return {"ticks": trace["ticks"]}
 
 
-def test_a_decorator_cannot_replace_a_node_with_two_children():
-    body = '<Sequence name="s"><AlwaysSuccess/><AlwaysSuccess/></Sequence>'
-
-    assert compare(document(body, "subst.s=Inverter"), REJECTED) == []
+def model(levels):
+    return f"<TreeNodesModel>{'<a>' * levels}{'</a>' * levels}</TreeNodesModel>"
 
 
-def test_an_empty_main_tree_means_the_only_tree():
-    text = document("<AlwaysSuccess/>", main=' main_tree_to_execute=""')
-
-    assert compare(text, once("SUCCESS")) == []
+def tree_s(body):
+    return f'<BehaviorTree ID="S">{body}</BehaviorTree>'
 
 
-def test_an_empty_main_tree_means_none_of_two():
-    text = document("<AlwaysSuccess/>", others=SUBTREE, main=' main_tree_to_execute=""')
-
-    assert compare(text, REJECTED) == []
-
-
-def test_of_a_port_that_stands_twice_in_a_model_the_output_counts_more_than_the_input():
-    model = (
-        '<TreeNodesModel><SubTree ID="T"><output_port name="z" default="out"/>'
-        '<input_port name="z" default="in"/></SubTree></TreeNodesModel>'
-    )
-    text = document('<SubTree ID="T" name="t"/>', others=SUBTREE + model)
-
-    assert compare(text, once("SUCCESS", Main={}, t={"z": "out"})) == []
-
-
-@pytest.mark.parametrize("items", ["true", "1e400", "NaN", "Infinity"])
-def test_a_json_list_of_doubles_takes_numbers_only(items):
-    text = document(f'<SetOutVecDouble value="json:[{items}]" out="{{v}}"/>')
-
-    assert compare(text, REJECTED) == []
-
-
-def test_a_json_list_of_integers_takes_truth_values():
-    text = document('<SetOutVecInt name="a" value="json:[true]" out="{v}"/>')
-    event = {"node": "a", "ev": "tick", "wrote": [1]}
-
-    assert compare(text, once("SUCCESS", event, Main={"v": [1]})) == []
-
-
-def test_a_remap_to_a_root_key_reads_the_root_and_writes_beside_it():
-    inner = '<BehaviorTree ID="T"><SetOutInt name="a" value="7" out="{u}"/></BehaviorTree>'
-    body = '<Sequence><SubTree ID="T" name="t" u="{@x}"/><Script code="y := x"/></Sequence>'
-    event = {"node": "a", "ev": "tick", "wrote": 7}
-
-    found = compare(
-        document(body, "bb.int.x=3", inner),
-        once("SUCCESS", event, Main={"x": 3, "y": 3, "@x": 3}, t={}),
-    )
-
-    assert found == []
-
-
-def test_a_port_does_not_take_a_number_that_a_script_made_too_large_for_its_entry():
-    body = (
-        '<Sequence><Script code="n = n + 1"/><Repeat num_cycles="{n}"><AlwaysSuccess/></Repeat>'
-        "</Sequence>"
-    )
-
-    text = document(body, "bb.int.n=2147483647")
-
-    assert compare(text, once(None, Main={"n": 2147483648})) == []
-
-
-def test_an_enumeration_takes_numbers_without_a_name():
-    text = document('<CheckInColor name="a" in="4"/>')
-
-    assert compare(text, once("SUCCESS", {"node": "a", "ev": "tick", "read": 4})) == []
-
-
+IN_S = '<Sequence name="s"><AlwaysSuccess/><AlwaysSuccess/></Sequence>'
+STUCK = '<Sequence _onHalted="nope = 1"><Scripted name="a" outcomes="R"/></Sequence>'
+ONE_KEY = '<LoopDouble queue="{u}" value="{u}"><SetOutInt value="1" out="{u}"/></LoopDouble>'
+SET_S = tree_s('<SetOutInt name="a" value="7" out="{u}"/>')
+TWO_TYPES = (
+    '<Sequence><SetOutInt name="a" value="1" out="{v}"/>'
+    '<SetOutDouble name="b" value="1" out="{v}"/></Sequence>'
+)
+TWICE_IN_A_MODEL = (
+    '<TreeNodesModel><SubTree ID="T"><output_port name="z" default="out"/>'
+    '<input_port name="z" default="in"/></SubTree></TreeNodesModel>'
+)
+TREE_IN_AN_UNUSED_TREE = (
+    '<BehaviorTree ID="U"><Inverter><BehaviorTree ID="V"><AlwaysSuccess/></BehaviorTree>'
+    "</Inverter></BehaviorTree>"
+)
+LARGE = (
+    '<Sequence><Script code="n = n + 1"/><Repeat num_cycles="{n}"><AlwaysSuccess/></Repeat>'
+    "</Sequence>"
+)
+ROOT_KEY = '<Sequence><SubTree ID="S" name="t" u="{@x}"/><Script code="y := x"/></Sequence>'
+X_OF_ROOT = '<SubTree ID="S" name="t" x="{@x}"/>'
+EMPTY_LOOP = '<LoopInt queue="{x}" if_empty="FAILURE"><AlwaysSuccess/></LoopInt>'
 EXPLICIT = document('<ReactiveSequence><Action ID="AlwaysSuccess"/></ReactiveSequence>')
 
+DETAILS = {
+    "a substituted node reads a port that the replaced node has, too": (
+        document('<Scripted name="a" outcomes="F"/>', "subst.a=SyncScripted"),
+        once("FAILURE", leaf("a", outcome="F")),
+    ),
+    "a substituted node has no default of a port that the replaced node lacks": (
+        document('<Script name="a" code="x := 1"/>', "subst.a=Scripted"),
+        once(None),
+    ),
+    "a node that replaces a sub-tree has no defaults either": (
+        document('<SubTree ID="T" name="t"/>', "subst.t=Scripted", SUBTREE),
+        once(None),
+    ),
+    "the ports of a replaced node still declare their entries": (
+        document(TWO_TYPES, "subst.?=AlwaysSuccess"),
+        REJECTED,
+    ),
+    "a decorator cannot replace a node with two children": (
+        document(IN_S, "subst.s=Inverter"),
+        REJECTED,
+    ),
+    "an empty main tree means the only tree": (
+        document("<AlwaysSuccess/>", main=' main_tree_to_execute=""'),
+        once("SUCCESS"),
+    ),
+    "an empty main tree means none of two": (
+        document("<AlwaysSuccess/>", others=SUBTREE, main=' main_tree_to_execute=""'),
+        REJECTED,
+    ),
+    "of a port that stands twice in a model the output counts more than the input": (
+        document('<SubTree ID="T" name="t"/>', others=SUBTREE + TWICE_IN_A_MODEL),
+        once("SUCCESS", Main={}, t={"z": "out"}),
+    ),
+    "a JSON list of doubles takes no truth value": (
+        document('<SetOutVecDouble value="json:[true]" out="{v}"/>'),
+        REJECTED,
+    ),
+    "a JSON list of doubles takes no number that is too large": (
+        document('<SetOutVecDouble value="json:[1e400]" out="{v}"/>'),
+        REJECTED,
+    ),
+    "a JSON list of integers takes truth values": (
+        document('<SetOutVecInt name="a" value="json:[true]" out="{v}"/>'),
+        once("SUCCESS", leaf("a", wrote=[1]), Main={"v": [1]}),
+    ),
+    "a remap to a root key reads the root and writes beside it": (
+        document(ROOT_KEY, "bb.int.x=3", SET_S),
+        once("SUCCESS", leaf("a", wrote=7), Main={"x": 3, "y": 3, "@x": 3}, t={}),
+    ),
+    "a port does not take a number that a script made too large for its entry": (
+        document(LARGE, "bb.int.n=2147483647"),
+        once(None, Main={"n": 2147483648}),
+    ),
+    "an enumeration takes numbers without a name": (
+        document('<CheckInColor name="a" in="4"/>'),
+        once("SUCCESS", leaf("a", read=4)),
+    ),
+    "explicit elements below a reactive sequence are rejected": (EXPLICIT, REJECTED),
+    "an exception while the tree is halted ends the run": (
+        document(STUCK, "halt_before=2; ticks=3"),
+        {
+            "ticks": [
+                {"root": "RUNNING", "events": [{"node": "a", "ev": "start", "outcome": "R"}]},
+                {"op": "haltTree", "error": "it raised", "events": [{"node": "a", "ev": "halt"}]},
+            ]
+        },
+    ),
+    "a comment does not end within its opening": (
+        document("<AlwaysSuccess/>", others="<!--->"),
+        REJECTED,
+    ),
+    "a tree inside a tree that nothing uses is not found": (
+        document("<AlwaysSuccess/>", others=TREE_IN_AN_UNUSED_TREE),
+        once("SUCCESS"),
+    ),
+    "an explicit element with the ID SubTree names a tree": (
+        document('<Action ID="SubTree"/>'),
+        REJECTED,
+    ),
+    "elements nest 498 levels deep": (
+        document("<AlwaysSuccess/>", others=model(496)),
+        once("SUCCESS"),
+    ),
+    "elements nest no deeper": (
+        document("<AlwaysSuccess/>", others=model(497)),
+        REJECTED,
+    ),
+    "of two ports with one key the last one declares the entry": (
+        document(ONE_KEY),
+        REJECTED,
+    ),
+    "a script cannot create a root key through a remap": (
+        document(X_OF_ROOT, others=tree_s('<Script code="x := 2"/>')),
+        without_entries(once(None)),
+    ),
+    "a loop over a root key that does not exist is empty": (
+        document(X_OF_ROOT, others=tree_s(EMPTY_LOOP)),
+        without_entries(once("FAILURE")),
+    ),
+    "SetBlackboard takes any number of signs of the root": (
+        document('<SetBlackboard value="7" output_key="@@x"/>'),
+        once("SUCCESS", Main={"x": "7"}),
+    ),
+}
 
-def test_the_engine_rejects_explicit_elements_below_a_reactive_sequence():
-    assert compare(EXPLICIT, REJECTED) == []
+
+@pytest.mark.parametrize(("text", "trace"), DETAILS.values(), ids=DETAILS)
+def test_a_detail_is_as_in_the_engine(text, trace):
+    assert compare(text, trace) == []
+
+
+@pytest.mark.parametrize(("value", "written"), [("true", 1), ("false", None)])
+def test_an_integer_entry_takes_the_truth_value_true_only(value, written):
+    body = (
+        '<Sequence><SetOutInt name="a" value="5" out="{@z}"/>'
+        f'<SetOutBool name="b" value="{value}" out="{{@z}}"/></Sequence>'
+    )
+    events = [leaf("a", wrote=5), *([leaf("b", wrote=written)] if written else [])]
+    text = document('<SubTree ID="S" name="t"/>', "bb.string.z=s", tree_s(body))
+    trace = once("SUCCESS" if written else None, *events, Main={"z": written or 5}, t={})
+
+    assert compare(text, trace) == []
 
 
 def test_users_are_only_warned_of_explicit_elements_below_a_reactive_sequence(bench):
@@ -144,23 +207,6 @@ def test_users_are_only_warned_of_explicit_elements_below_a_reactive_sequence(be
 
     assert reading.tree is not None and not reading.errors
     assert any("<AlwaysSuccess .../>" in str(warning) for warning in reading.warnings)
-
-
-def test_an_exception_while_the_tree_is_halted_ends_the_run():
-    body = '<Sequence _onHalted="nope = 1"><Scripted name="a" outcomes="R"/></Sequence>'
-    trace = {
-        "ticks": [
-            {"root": "RUNNING", "events": [{"node": "a", "ev": "start", "outcome": "R"}]},
-            {"op": "haltTree", "error": "it raised", "events": [{"node": "a", "ev": "halt"}]},
-        ]
-    }
-
-    assert compare(document(body, "halt_before=2; ticks=3"), trace) == []
-
-
-@pytest.mark.parametrize("comment", ["<!-->", "<!--->"])
-def test_a_comment_does_not_end_within_its_opening(comment):
-    assert compare(document("<AlwaysSuccess/>", others=comment), REJECTED) == []
 
 
 def test_the_same_name_shorthand_in_a_model_means_the_name_and_is_warned_of(bench):
@@ -173,13 +219,6 @@ def test_the_same_name_shorthand_in_a_model_means_the_name_and_is_warned_of(benc
     assert any("write {h}" in str(warning) for warning in reading.warnings)
 
 
-def test_a_tree_inside_a_tree_that_nothing_uses_is_not_found_by_the_engine():
-    inside = '<BehaviorTree ID="U"><Inverter><BehaviorTree ID="V"><AlwaysSuccess/></BehaviorTree>'
-    text = document("<AlwaysSuccess/>", others=inside + "</Inverter></BehaviorTree>")
-
-    assert compare(text, once("SUCCESS")) == []
-
-
 def test_a_tree_inside_a_tree_is_an_error_for_users_whether_it_is_used_or_not(bench):
     inside = '<BehaviorTree ID="V"><AlwaysSuccess/></BehaviorTree>'
     unused = f'<BehaviorTree ID="U">{inside}</BehaviorTree>'
@@ -187,66 +226,3 @@ def test_a_tree_inside_a_tree_is_an_error_for_users_whether_it_is_used_or_not(be
     for text in (document(inside), document("<AlwaysSuccess/>", others=unused)):
         errors = read_tree_text(text, bench.registry).errors
         assert ["cannot stand inside another" in str(error) for error in errors] == [True]
-
-
-def test_an_explicit_element_with_the_id_subtree_names_a_tree():
-    assert compare(document('<Action ID="SubTree"/>'), REJECTED) == []
-
-
-@pytest.mark.parametrize(("levels", "accepted"), [(496, True), (497, False)])
-def test_elements_nest_as_deep_as_in_the_engine(levels, accepted):
-    model = f"<TreeNodesModel>{'<a>' * levels}{'</a>' * levels}</TreeNodesModel>"
-    text = document("<AlwaysSuccess/>", others=model)
-
-    assert compare(text, once("SUCCESS") if accepted else REJECTED) == []
-
-
-@pytest.mark.parametrize(("value", "written"), [("true", 1), ("false", None)])
-def test_an_integer_entry_takes_the_truth_value_true_only(value, written):
-    body = (
-        '<Sequence><SetOutInt name="a" value="5" out="{@z}"/>'
-        f'<SetOutBool name="b" value="{value}" out="{{@z}}"/></Sequence>'
-    )
-    events = [{"node": "a", "ev": "tick", "wrote": 5}]
-    if written is not None:
-        events.append({"node": "b", "ev": "tick", "wrote": written})
-    text = document(
-        '<SubTree ID="T" name="t"/>', "bb.string.z=s", f'<BehaviorTree ID="T">{body}</BehaviorTree>'
-    )
-
-    trace = once(None if written is None else "SUCCESS", *events, Main={"z": written or 5}, t={})
-
-    assert compare(text, trace) == []
-
-
-def test_of_two_ports_with_one_key_the_last_one_declares_the_entry():
-    body = '<LoopDouble queue="{u}" value="{u}"><SetOutInt value="1" out="{u}"/></LoopDouble>'
-
-    assert compare(document(body), REJECTED) == []
-
-
-def test_a_script_cannot_create_a_root_key_through_a_remap():
-    inner = '<BehaviorTree ID="S"><Script code="x := 2"/></BehaviorTree>'
-    text = document('<SubTree ID="S" name="t" x="{@x}"/>', others=inner)
-
-    trace = once(None)
-    trace.pop("final_blackboard")
-
-    assert compare(text, trace) == []
-
-
-def test_a_loop_over_a_root_key_that_does_not_exist_is_empty():
-    loop = '<LoopInt queue="{y}" if_empty="FAILURE"><AlwaysSuccess/></LoopInt>'
-    inner = f'<BehaviorTree ID="S">{loop}</BehaviorTree>'
-    text = document('<SubTree ID="S" name="t" y="{@y}"/>', others=inner)
-
-    trace = once("FAILURE")
-    trace.pop("final_blackboard")
-
-    assert compare(text, trace) == []
-
-
-def test_set_blackboard_takes_any_number_of_signs_of_the_root():
-    text = document('<SetBlackboard value="7" output_key="@@x"/>')
-
-    assert compare(text, once("SUCCESS", Main={"x": "7"})) == []
