@@ -127,10 +127,6 @@ WRONG = {
         "</Parallel>",
         "7: Lift commands the arm that MoveHome at <text>:4:1 commands at the same time",
     ),
-    "an arm twice, the second under a condition": (
-        "<Parallel>\n<MoveHome/>\n<Sequence>\n<Answer/>\n<MoveHome/>\n</Sequence></Parallel>",
-        "7: MoveHome commands the arm",
-    ),
     "a gripper twice in a ReactiveSequence": (
         "<ReactiveSequence>\n<OpenGripper/>\n<CloseGripper/>\n</ReactiveSequence>",
         "5: CloseGripper commands the gripper that OpenGripper at <text>:4:1",
@@ -144,10 +140,6 @@ WRONG = {
         "</IfThenElse></Parallel>",
         "7: Lift commands the arm",
     ),
-    "an arm twice, the second later": (
-        '<Parallel>\n<MoveHome/>\n<Delay delay_msec="10">\n<Lift/>\n</Delay></Parallel>',
-        "6: Lift commands the arm",
-    ),
     "after what ends only by failing": (
         sequence("<KeepRunningUntilFailure><Work/></KeepRunningUntilFailure>", "<Lift/>"),
         "5: Lift never runs: 'KeepRunningUntilFailure' before it always fails",
@@ -159,13 +151,6 @@ WRONG = {
     "a Switch over a text": (
         '<Switch2 variable="kind" case_1="1" case_2="2"><Work/><Work/><Work/></Switch2>',
         "3: the variable is the text 'kind', so that the same child always runs; {kind} reads",
-    ),
-    "an endless retry by an entry": (
-        sequence(
-            '<Script code="n := -1"/>',
-            '<RetryUntilSuccessful num_attempts="{n}"><AlwaysFailure/></RetryUntilSuccessful>',
-        ),
-        "5: RetryUntilSuccessful never ends",
     ),
     "a timeout by an entry": (
         sequence('<Script code="t := 100"/>', '<Timeout msec="{t}"><Sleep msec="500"/></Timeout>'),
@@ -183,10 +168,6 @@ WRONG = {
     "read before it is written": (
         sequence('<Hover object="{c}"/>', '<SpawnObject object="{c}"/>'),
         "4: the entry 'c' is read here before SpawnObject at <text>:5:22 writes it",
-    ),
-    "read before it is written, in a script": (
-        sequence('<ScriptCondition code="n &gt; 1"/>', '<Script code="n := 2"/>'),
-        "4: the entry 'n' is read here before Script",
     ),
     "a text for a number": (
         sequence("<Script code=\"h := 'high'\"/>", '<Lift height="{h}"/>'),
@@ -238,10 +219,6 @@ WRONG = {
         '<Timeout msec="100">\n' + sequence("<Work/>", '<Sleep msec="200"/>') + "</Timeout>",
         "3: Timeout ends 'Sequence', whose success takes at least 200 ms, after 100 ms",
     ),
-    "after what only fails, of several at a time": (
-        sequence("<Parallel><Work/><AlwaysFailure/></Parallel>", "<Work/>"),
-        "5: Work never runs: 'Parallel' before it always fails",
-    ),
     "read before it is written, in each round": (
         '<RetryUntilSuccessful num_attempts="3">\n'
         + sequence('<Hover object="{c}"/>', '<SpawnObject object="{c}"/>')
@@ -252,21 +229,9 @@ WRONG = {
         '<Repeat num_cycles="3"><Work _skipIf="done" _onSuccess="done := true"/></Repeat>',
         "3: the entry 'done' is read here before Work",
     ),
-    "a count in a loop that begins nowhere": (
-        '<Repeat num_cycles="3">\n' + sequence("<Work/>", '<Script code="n += 1"/>') + "</Repeat>",
-        "6: this script always fails: error in script [n += 1]: the blackboard entry 'n' does not",
-    ),
-    "a text that is compared with a number": (
-        sequence("<Script code=\"n := 'a'\"/>", '<ScriptCondition code="n &gt; 1"/>'),
-        "5: this script always fails: error in script [n > 1]: 'a' is not a number",
-    ),
     "a text as a condition": (
         sequence("<Script code=\"ready := 'yes'\"/>", '<Work _skipIf="ready"/>'),
         "5: this script always fails: 'yes' is neither true nor false",
-    ),
-    "written after a success, and not read": (
-        sequence('<Work _onSuccess="done := true"/>', "<Lift/>"),
-        "4: nothing reads the blackboard entry 'done' that is written here",
     ),
     "the name of an entry in an entry that nothing writes": (
         '<SetBlackboard value="0.2" output_key="{h}"/>',
@@ -280,10 +245,6 @@ WRONG = {
         sequence('<SpawnObject object="{c}"/>', "<OpenGripper/>", '<Grasp object="{c}"/>'),
         "6: Grasp: nothing has moved the tool to an object",
     ),
-    "drop of a new object": (
-        sequence('<SpawnObject object="{c}"/>', '<Drop container="basket"/>'),
-        "5: Drop: the gripper holds nothing here",
-    ),
 }
 
 
@@ -294,23 +255,19 @@ def test_what_no_run_can_do_is_found_at_its_line(registry, body, finding):
 
 
 RIGHT = {
-    "a number with the unit of its port": ('<BackOff distance="0.1 m"/>', ""),
+    "a number with the unit of its port": '<BackOff distance="0.1 m"/>',
     "a whole number with decimals": (
-        '<RetryUntilSuccessful num_attempts="3.0"><Anything/></RetryUntilSuccessful>',
-        "",
+        '<RetryUntilSuccessful num_attempts="3.0"><Anything/></RetryUntilSuccessful>'
     ),
-    "a pick": (sequence(PICK, '<Drop container="basket"/>'), ""),
-    "a gripper that was never opened": (
-        sequence('<Hover object="cube"/>', '<Reach object="cube"/>', '<Grasp object="cube"/>'),
-        "",
+    "a pick": sequence(PICK, '<Drop container="basket"/>'),
+    "a gripper that was never opened": sequence(
+        '<Hover object="cube"/>', '<Reach object="cube"/>', '<Grasp object="cube"/>'
     ),
-    "a grasp at a waypoint": (
-        sequence('<MoveToConfiguration configuration="above"/>', '<Grasp object="cube"/>'),
-        "",
+    "a grasp at a waypoint": sequence(
+        '<MoveToConfiguration configuration="above"/>', '<Grasp object="cube"/>'
     ),
-    "something unknown before a grasp": (
-        sequence('<Hover object="cube"/>', "<Anything/>", '<Grasp object="cube"/>'),
-        "",
+    "something unknown before a grasp": sequence(
+        '<Hover object="cube"/>', "<Anything/>", '<Grasp object="cube"/>'
     ),
     "a retry that enters again after the drop": (
         '<RetryUntilSuccessful num_attempts="3">'
@@ -320,96 +277,84 @@ RIGHT = {
             + "</Fallback>",
             '<Drop container="basket"/>',
         )
-        + "</RetryUntilSuccessful>",
-        "",
+        + "</RetryUntilSuccessful>"
     ),
     "a clean-up that reads what may be there": (
         "<TryCatch>"
         + sequence(PICK)
-        + '<Fallback><RemoveObject object="{c}"/></Fallback></TryCatch>',
-        "",
+        + '<Fallback><RemoveObject object="{c}"/></Fallback></TryCatch>'
     ),
     "an entry that the other child of a Parallel writes": (
-        '<Parallel><Hover object="{c}"/><SpawnObject object="{c}"/></Parallel>',
-        "",
+        '<Parallel><Hover object="{c}"/><SpawnObject object="{c}"/></Parallel>'
     ),
-    "two arms": (
-        '<Parallel><Lift robot="left"/><Lift robot="right"/></Parallel>',
-        "",
+    "two arms": '<Parallel><Lift robot="left"/><Lift robot="right"/></Parallel>',
+    "an arm and its gripper": "<Parallel><MoveHome/><OpenGripper/></Parallel>",
+    "an arm that moves under exclusive conditions": (
+        '<Parallel failure_count="2">'
+        + sequence("<Answer/>", "<Lift/>")
+        + sequence("<Inverter><Answer/></Inverter>", "<MoveHome/>")
+        + "</Parallel>"
     ),
+    "an arm that moves on one branch, while the other work takes time before": (
+        "<Parallel><MoveHome/><IfThenElse><Work/><Lift/><AlwaysFailure/></IfThenElse></Parallel>"
+    ),
+    "a precondition on an entry": sequence(
+        '<Script code="a := 1"/>', '<Precondition if="a == 1"><Work/></Precondition>'
+    ),
+    "a count that begins before, in a script": sequence(
+        '<Script code="n := 0; n += 1"/>', '<ScriptCondition code="n == 1"/>'
+    ),
+    "a retry after what ends only by failing": (
+        "<Fallback><KeepRunningUntilFailure><Work/></KeepRunningUntilFailure><Lift/></Fallback>"
+    ),
+    "an endless loop that takes time": '<Repeat num_cycles="-1"><Sleep msec="10"/></Repeat>',
+    "an endless retry of what may succeed": (
+        '<RetryUntilSuccessful num_attempts="-1"><Answer/></RetryUntilSuccessful>'
+    ),
+    "a timeout around what has no end": (
+        '<Timeout msec="100"><KeepRunningUntilFailure><Work/></KeepRunningUntilFailure></Timeout>'
+    ),
+    "a number in a text": sequence("<Script code=\"h := '0.1'\"/>", '<Lift height="{h}"/>'),
+    "an endless loop under a condition that it changes": sequence(
+        '<Script code="n := 0"/>',
+        '<Repeat num_cycles="-1" _while="n &lt; 5"><Script code="n += 1"/></Repeat>',
+        '<ReactiveSequence><ScriptCondition code="n &lt; 9"/><Repeat num_cycles="-1">'
+        '<Script code="n += 1"/></Repeat></ReactiveSequence>',
+    ),
+    "an endless retry of a condition that takes time": (
+        '<RetryUntilSuccessful num_attempts="-1"><Delay delay_msec="50"><IsHolding object="a"/>'
+        "</Delay></RetryUntilSuccessful>"
+    ),
+    "an entry that is named by an entry": sequence(
+        "<Script code=\"name := 'h'\"/>",
+        '<SetBlackboard value="0.2" output_key="{name}"/>',
+        '<Lift height="{h}"/>',
+    ),
+    "an entry that a condition writes": sequence(
+        '<ScriptCondition code="h := 0.2; h &gt; 0.1"/>', '<Lift height="{h}"/>'
+    ),
+    "read only in the second round, which follows the writing": sequence(
+        '<Script code="first := true"/>',
+        '<Repeat num_cycles="2"><Sequence><Lift height="{h}" _skipIf="first"/>'
+        '<Script code="h := 0.2; first = false"/></Sequence></Repeat>',
+    ),
+    "a drop that fails in the first round, without an object": sequence(
+        '<SpawnObject object="{c}"/>',
+        '<RetryUntilSuccessful num_attempts="2"><Fallback><Drop container="basket"/>'
+        "<ForceFailure>" + sequence(PICK.split("\n", 1)[1]) + "</ForceFailure></Fallback>"
+        "</RetryUntilSuccessful>",
+    ),
+}
+
+RIGHT_WITH_SUB_TREES = {
     "two arms of sub-trees": (
         '<Parallel><SubTree ID="Up" robot="left"/>'
         '<SubTree ID="Up" name="b" robot="right"/></Parallel>',
         '<BehaviorTree ID="Up"><Lift/></BehaviorTree>',
     ),
-    "an arm and its gripper": ("<Parallel><MoveHome/><OpenGripper/></Parallel>", ""),
-    "an arm that moves under exclusive conditions": (
-        '<Parallel failure_count="2">'
-        + sequence("<Answer/>", "<Lift/>")
-        + sequence("<Inverter><Answer/></Inverter>", "<MoveHome/>")
-        + "</Parallel>",
-        "",
-    ),
-    "an arm that moves on one branch, while the other work takes time before": (
-        "<Parallel><MoveHome/><IfThenElse><Work/><Lift/><AlwaysFailure/></IfThenElse></Parallel>",
-        "",
-    ),
-    "a precondition on an entry": (
-        sequence('<Script code="a := 1"/>', '<Precondition if="a == 1"><Work/></Precondition>'),
-        "",
-    ),
-    "a count that begins before, in a script": (
-        sequence('<Script code="n := 0; n += 1"/>', '<ScriptCondition code="n == 1"/>'),
-        "",
-    ),
-    "a retry after what ends only by failing": (
-        "<Fallback><KeepRunningUntilFailure><Work/></KeepRunningUntilFailure><Lift/></Fallback>",
-        "",
-    ),
     "no rounds, as an option of a sub-tree": (
         '<SubTree ID="Again" rounds="0"/>',
         '<BehaviorTree ID="Again"><Repeat num_cycles="{rounds}"><Work/></Repeat></BehaviorTree>',
-    ),
-    "an endless loop that takes time": (
-        '<Repeat num_cycles="-1"><Sleep msec="10"/></Repeat>',
-        "",
-    ),
-    "an endless retry of what may succeed": (
-        '<RetryUntilSuccessful num_attempts="-1"><Answer/></RetryUntilSuccessful>',
-        "",
-    ),
-    "a timeout around what has no end": (
-        '<Timeout msec="100"><KeepRunningUntilFailure><Work/></KeepRunningUntilFailure></Timeout>',
-        "",
-    ),
-    "a number in a text": (sequence("<Script code=\"h := '0.1'\"/>", '<Lift height="{h}"/>'), ""),
-    "an entry that a script counts": (
-        sequence(
-            '<Script code="n := 0"/>', '<Script code="n += 1"/>', '<ScriptCondition code="n == 1"/>'
-        ),
-        "",
-    ),
-    "an endless loop under a condition that it changes": (
-        sequence(
-            '<Script code="n := 0"/>',
-            '<Repeat num_cycles="-1" _while="n &lt; 5"><Script code="n += 1"/></Repeat>',
-            '<ReactiveSequence><ScriptCondition code="n &lt; 9"/><Repeat num_cycles="-1">'
-            '<Script code="n += 1"/></Repeat></ReactiveSequence>',
-        ),
-        "",
-    ),
-    "an endless retry of a condition that takes time": (
-        '<RetryUntilSuccessful num_attempts="-1"><Delay delay_msec="50"><IsHolding object="a"/>'
-        "</Delay></RetryUntilSuccessful>",
-        "",
-    ),
-    "an entry that is named by an entry": (
-        sequence(
-            "<Script code=\"name := 'h'\"/>",
-            '<SetBlackboard value="0.2" output_key="{name}"/>',
-            '<Lift height="{h}"/>',
-        ),
-        "",
     ),
     "a robot by an entry": (
         sequence("<Script code=\"who := 'left'\"/>", '<SubTree ID="Up" robot="{who}"/>'),
@@ -428,32 +373,16 @@ RIGHT = {
         '<BehaviorTree ID="Outer"><SubTree ID="Up" height="{=}"/></BehaviorTree>'
         '<BehaviorTree ID="Up"><Lift height="{height}"/></BehaviorTree>',
     ),
-    "an entry that a condition writes": (
-        sequence('<ScriptCondition code="h := 0.2; h &gt; 0.1"/>', '<Lift height="{h}"/>'),
-        "",
-    ),
-    "read only in the second round, which follows the writing": (
-        sequence(
-            '<Script code="first := true"/>',
-            '<Repeat num_cycles="2"><Sequence><Lift height="{h}" _skipIf="first"/>'
-            '<Script code="h := 0.2; first = false"/></Sequence></Repeat>',
-        ),
-        "",
-    ),
-    "a drop that fails in the first round, without an object": (
-        sequence(
-            '<SpawnObject object="{c}"/>',
-            '<RetryUntilSuccessful num_attempts="2"><Fallback><Drop container="basket"/>'
-            "<ForceFailure>" + sequence(PICK.split("\n", 1)[1]) + "</ForceFailure></Fallback>"
-            "</RetryUntilSuccessful>",
-        ),
-        "",
-    ),
 }
 
 
-@pytest.mark.parametrize(("body", "rest"), RIGHT.values(), ids=RIGHT)
-def test_what_some_run_can_do_is_no_finding(registry, body, rest):
+@pytest.mark.parametrize("body", RIGHT.values(), ids=RIGHT)
+def test_what_some_run_can_do_is_no_finding(registry, body):
+    assert warnings(registry, body) == []
+
+
+@pytest.mark.parametrize(("body", "rest"), RIGHT_WITH_SUB_TREES.values(), ids=RIGHT_WITH_SUB_TREES)
+def test_what_some_run_with_sub_trees_can_do_is_no_finding(registry, body, rest):
     assert warnings(registry, body, rest=rest) == []
 
 
