@@ -9,7 +9,6 @@ from bt_manip.behaviours import Destination
 from bt_manip.cell import Cell
 from bt_manip.cell.objects import Cube
 from bt_manip.exceptions import BtManipError
-from bt_manip.plugins import load_plugins
 from bt_manip.runner import request_of
 from bt_manip.spatial import pose
 from bt_manip_learn.agents import Episodes, action_kind
@@ -62,43 +61,6 @@ def test_a_tree_may_command_its_robot_after_a_while_but_within_ten_seconds(parts
     path.write_text(TREE.format('<Sleep msec="60000"/><MoveHome/>'))
     with pytest.raises(BtManipError, match="commanded no robot within 10 s"):
         Episodes(request_of(str(path), parts), parts).reset(0)
-
-
-def test_an_episode_does_not_depend_on_those_before_it(episodes, parts):
-    episodes.reset(5)
-    episodes.expert_step()
-    episodes.reset(3)
-    episodes.expert_step()
-    fresh = Episodes(request_of("pick_place", parts), parts)
-    fresh.reset(3)
-    fresh.expert_step()
-    assert episodes.station.cell.state_bytes() == fresh.station.cell.state_bytes()
-
-
-@pytest.mark.parametrize("name", load_plugins().parts.of("actions"))
-def test_actions_of_every_kind_make_a_step(episodes, name):
-    episodes.reset(2)
-    kind = action_kind(name, episodes)
-    start = episodes.station.cell.time
-    for _ in range(3):
-        kind.step(kind.space.low if kind.space.shape else 0)
-    assert episodes.station.cell.time == pytest.approx(start + 0.15)
-
-
-def test_a_state_continues_bit_for_bit(episodes, parts):
-    episodes.reset(4)
-    kind = action_kind("joint_targets", episodes)
-    target = np.append(episodes.station.robot.q + 0.05, 1.0)
-    for _ in range(3):
-        kind.step(target)
-    state = {"episode": episodes.get_state(), "action": kind.get_state()}
-    kind.step(target)
-    other = Episodes(request_of("pick_place", parts), parts)
-    other.set_state(state["episode"])
-    again = action_kind("joint_targets", other)
-    again.set_state(state["action"])
-    again.step(target)
-    assert other.station.cell.state_bytes() == episodes.station.cell.state_bytes()
 
 
 def test_a_step_in_which_no_gripper_is_commanded_says_so(episodes):

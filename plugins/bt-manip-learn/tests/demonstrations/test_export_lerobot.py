@@ -103,14 +103,5 @@ def test_a_python_without_lerobot_is_named(store, tmp_path):
         write_lerobot(store, tmp_path / "dataset", "joint_targets", str(python))
     with pytest.raises(BtManipError, match="'/nowhere/python' does not run: No such file"):
         write_lerobot(store, tmp_path / "dataset", "joint_targets", "/nowhere/python")
-
-
-def test_an_existing_folder_is_refused(store, tmp_path):
     with pytest.raises(BtManipError, match="exists: choose another folder"):
         write_lerobot(store, tmp_path, "joint_targets", sys.executable)
-
-
-def test_an_empty_folder_is_refused(tmp_path):
-    empty = DemonstrationStore.create(tmp_path / "empty", IDENTITY)
-    with pytest.raises(BtManipError, match="has no demonstrations to export"):
-        write_lerobot(empty, tmp_path / "dataset", "joint_targets", sys.executable)

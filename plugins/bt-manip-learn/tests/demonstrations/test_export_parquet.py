@@ -5,11 +5,9 @@ import struct
 from dataclasses import replace
 
 import numpy as np
-import pytest
 from pyarrow import parquet
 
-from bt_manip.exceptions import BtManipError
-from bt_manip_learn.demonstrations import DemonstrationStore, write_demonstration_table
+from bt_manip_learn.demonstrations import write_demonstration_table
 
 from .conftest import IDENTITY, STEPS
 
@@ -30,6 +28,11 @@ def test_rows_are_the_steps_of_all_demonstrations(store, tmp_path):
     }.items():
         np.testing.assert_array_equal(table[column], np.concatenate([get(one) for one in store]))
     assert table["leaf"] == [leaf for one in store for leaf in one.leaves]
+    image = table["obs.overview_rgb"][0]
+    assert image[:8] == b"\x89PNG\r\n\x1a\n"
+    assert struct.unpack(">II", image[16:24]) == (12, 8)
+    metadata = parquet.read_schema(path).metadata
+    assert json.loads(metadata[b"bt_manip"])["tree"] == "pick"
 
 
 def test_a_demonstration_with_a_sentence_of_its_own_keeps_it(store, make_demonstration, tmp_path):
@@ -39,25 +42,3 @@ def test_a_demonstration_with_a_sentence_of_its_own_keeps_it(store, make_demonst
     table = parquet.read_table(tmp_path / "demos.parquet").to_pydict()
     general = [IDENTITY["task"]] * STEPS
     assert table["task"] == [*general, *["pick the red cube up"] * STEPS, *general]
-
-
-def test_images_are_png(store, tmp_path):
-    path = tmp_path / "demos.parquet"
-    write_demonstration_table(store, path)
-    image = parquet.read_table(path)["obs.overview_rgb"][0].as_py()
-    assert image[:8] == b"\x89PNG\r\n\x1a\n"
-    assert struct.unpack(">II", image[16:24]) == (12, 8)
-
-
-def test_the_metadata_hold_the_manifest(store, tmp_path):
-    path = tmp_path / "demos.parquet"
-    write_demonstration_table(store, path)
-    metadata = parquet.read_schema(path).metadata
-    assert json.loads(metadata[b"bt_manip"])["tree"] == "pick"
-
-
-def test_an_empty_folder_is_refused(tmp_path):
-    empty = DemonstrationStore.create(tmp_path / "empty", IDENTITY)
-    with pytest.raises(BtManipError, match="has no demonstrations to export"):
-        write_demonstration_table(empty, tmp_path / "demos.parquet")
-    assert not (tmp_path / "demos.parquet").exists()

@@ -4,12 +4,11 @@ import json
 
 import h5py
 import numpy as np
-import pytest
 
-from bt_manip.exceptions import BtManipError
-from bt_manip_learn.demonstrations import DemonstrationStore, write_robomimic
+from bt_manip_learn.demonstrations import write_robomimic
+from bt_manip_learn.demonstrations.export_robomimic import split
 
-from .conftest import IDENTITY, STEPS
+from .conftest import STEPS
 
 
 def test_each_demonstration_has_what_robomimic_reads(store, tmp_path):
@@ -44,6 +43,22 @@ def test_each_demonstration_has_what_robomimic_reads(store, tmp_path):
             for name, array in one.observations.items():
                 np.testing.assert_array_equal(group["obs"][name], array[:-1])
                 np.testing.assert_array_equal(group["next_obs"][name], array[1:])
+            for kind, array in one.actions.items():
+                np.testing.assert_array_equal(group["action_dict"][kind], array)
+            names = [text.decode() for text in file["leaves"]]
+            assert tuple(names[i] for i in group["leaf"]) == one.leaves
+            np.testing.assert_array_equal(group["statuses"], one.statuses)
+        assert json.loads(file["manifest"][()])["tree"] == "pick"
+        for name, demos in split(sorted(data)).items():
+            assert file[f"mask/{name}"][()].tolist() == [one.encode() for one in demos]
+
+
+def test_one_demonstration_of_ten_validates():
+    names = [f"demo_{i}" for i in range(20)]
+    found = split(names)
+    assert len(found["valid"]) == 2 and sorted(found["train"] + found["valid"]) == sorted(names)
+    assert split(names) == found
+    assert len(split(names[:3])["valid"]) == 1
 
 
 def test_parts_that_differ_between_robots_are_left_to_the_scene(store, tmp_path):
@@ -63,41 +78,3 @@ def test_observations_that_only_a_simulator_knows_can_be_left_out(store, tmp_pat
     del store.manifest["observations"]["cube_position"]["group"]  # as in older manifests
     assert "cube_position" in store.observed(store.read(0), "robot")
     assert "cube_position" in store.observed(store.read(0), "all")
-
-
-def test_labels_and_all_kinds_of_actions_are_kept(store, tmp_path):
-    path = tmp_path / "demos.hdf5"
-    write_robomimic(store, path, "joint_targets")
-    with h5py.File(path) as file:
-        demo, one = file["data/demo_2"], store.read(3)
-        np.testing.assert_allclose(demo["actions"], one.actions["joint_targets"] / 4.0, atol=1e-6)
-        for kind, array in one.actions.items():
-            np.testing.assert_array_equal(demo["action_dict"][kind], array)
-        names = [text.decode() for text in file["leaves"]]
-        assert tuple(names[i] for i in demo["leaf"]) == one.leaves
-        np.testing.assert_array_equal(demo["statuses"], one.statuses)
-        assert json.loads(file["manifest"][()])["tree"] == "pick"
-
-
-def test_masks_split_the_demonstrations_to_train_and_to_validate(tmp_path, make_demonstration):
-    store = DemonstrationStore.create(tmp_path / "demos", IDENTITY)
-    for episode in range(20):
-        store.write(make_demonstration(episode, steps=1))
-    masks = []
-    for path in (tmp_path / "1.hdf5", tmp_path / "2.hdf5"):
-        write_robomimic(store, path, "joint_targets")
-        with h5py.File(path) as file:
-            masks.append({k: [d.decode() for d in file[f"mask/{k}"]] for k in ("train", "valid")})
-            assert sorted(masks[-1]["train"] + masks[-1]["valid"]) == sorted(file["data"])
-    assert len(masks[0]["valid"]) == 2
-    assert masks[0] == masks[1]
-
-
-def test_a_wrong_kind_of_actions_and_an_empty_folder_are_refused(store, tmp_path):
-    path = tmp_path / "demos.hdf5"
-    with pytest.raises(BtManipError, match="no actions 'joint_target', but joint_targets, "):
-        write_robomimic(store, path, "joint_target")
-    empty = DemonstrationStore.create(tmp_path / "empty", IDENTITY)
-    with pytest.raises(BtManipError, match="has no demonstrations to export"):
-        write_robomimic(empty, path, "joint_targets")
-    assert not path.exists()

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from bt_manip.exceptions import BtManipError
-from bt_manip.runner import request_of
-from bt_manip_learn.agents import STEP, Episodes, Observations, action_kind
+from bt_manip_learn.agents import STEP
 from bt_manip_learn.demonstrations import DemonstrationRecorder, DemonstrationStore
 from bt_manip_learn.demonstrations.recorder import SETTLING_STEPS
 from bt_manip_learn.envs import LearningTask
@@ -54,9 +53,8 @@ def recorder(make_recorder):
 
 @pytest.fixture(scope="module")
 def picked(tmp_path_factory):
-    """Demonstrations of two episodes of pick_place."""
-    recorder = DemonstrationRecorder(tmp_path_factory.mktemp("picked"), "pick_place")
-    return [recorder.record(episode) for episode in (0, 1)]
+    """A demonstration of pick_place."""
+    return DemonstrationRecorder(tmp_path_factory.mktemp("picked"), "pick_place").record(1)
 
 
 def test_parameters_that_were_set_belong_to_the_identity(make_recorder, recorder):
@@ -64,68 +62,44 @@ def test_parameters_that_were_set_belong_to_the_identity(make_recorder, recorder
     assert not recorder.identity()["varied"]
 
 
-def reproduce(episodes, demonstration, kind):
-    """Repeat the actions; return the largest error of each observation, and the success."""
-    episodes.reset(0, demonstration.episode)
-    actions, observations = (
-        action_kind(kind, episodes),
-        Observations(episodes.station.cell, episodes.station.robots),
-    )
-    seen = [observations.read()]
+def reproduced(task, demonstration, kind):
+    """Repeat the actions, check the observations, and return the success."""
+    task.reset(0, demonstration.episode)
+    seen = [task.observe()]
     for action in demonstration.actions[kind]:
-        actions.step(action)
-        seen.append(observations.read())
+        outcome = task.step(action)
+        seen.append(task.observe())
     errors = {
         name: np.abs([one[name] for one in seen] - array).max()
         for name, array in demonstration.observations.items()
     }
-    return errors, episodes.success
-
-
-def check_reproduction(episodes, demonstration, kind):
-    errors, success = reproduce(episodes, demonstration, kind)
     if kind == "joint_targets":
         assert errors["robot_joint_positions"] < ANGLE
     assert errors["robot_tool_position"] < DISTANCE[kind]
     assert errors["cube_position"] < DISTANCE[kind]
-    return success
+    return outcome.success
 
 
-@pytest.mark.parametrize("kind", ["joint_targets", "cartesian_deltas"])
+@pytest.mark.parametrize("kind", DISTANCE)
 def test_recorded_actions_reproduce_observations_and_success(picked, parts, kind):
-    episodes = Episodes(request_of("pick_place", parts, tick=STEP), parts)
-    for one in picked:
-        assert one.success and check_reproduction(episodes, one, kind)
+    task = LearningTask("pick_place", parts=parts, tick=STEP, action=kind)
+    assert picked.success and reproduced(task, picked, kind)
 
 
 @pytest.mark.soak
 def test_recorded_actions_reproduce_200_picks(parts, tmp_path):
     recorder = DemonstrationRecorder(tmp_path, "pick_place")
-    episodes = Episodes(request_of("pick_place", parts, tick=STEP), parts)
-    succeeded = {"joint_targets": 0, "cartesian_deltas": 0}
+    tasks = {k: LearningTask("pick_place", parts=parts, tick=STEP, action=k) for k in DISTANCE}
+    succeeded = dict.fromkeys(tasks, 0)
     for episode in range(200):
         demonstration = recorder.record(episode)
-        for kind in succeeded:
-            succeeded[kind] += check_reproduction(episodes, demonstration, kind)
+        for kind, task in tasks.items():
+            succeeded[kind] += reproduced(task, demonstration, kind)
     assert min(succeeded.values()) >= 195
 
 
-@pytest.mark.soak
-def test_the_published_snippet_reproduces_100_picks(parts, tmp_path):
-    recorder = DemonstrationRecorder(tmp_path, "pick_place")
-    task = LearningTask("pick_place", parts=parts, tick=STEP)
-    succeeded = 0
-    for episode in range(100):
-        one = recorder.record(episode)
-        task.reset(0, episode)
-        for action in one.actions["joint_targets"]:
-            outcome = task.step(action)
-        succeeded += outcome.success
-    assert succeeded == 100
-
-
 def test_each_step_has_what_was_observed_done_and_running(picked):
-    one = picked[0]
+    one = picked
     n = len(one)
     assert n == len(one.dones) == len(one.leaves) == len(one.statuses)
     assert {len(array) for array in one.observations.values()} == {n + 1} == {len(one.states)}
@@ -140,14 +114,10 @@ def test_the_same_episode_has_the_same_digest_whatever_ran_before(recorder, make
     recorder.record(7)
     again = make_recorder().record(3)
     one = recorder.record(3)
-    assert one.digest == again.digest != recorder.record(4).digest
     np.testing.assert_array_equal(one.states, again.states)
-
-
-def test_the_state_of_a_step_can_be_restored(recorder):
-    one = recorder.record(3)
-    cell = recorder.episodes.station.cell
-    np.testing.assert_array_equal(one.states[-1], np.frombuffer(cell.state_bytes()))
+    state = recorder.episodes.station.cell.state_bytes()
+    np.testing.assert_array_equal(one.states[-1], np.frombuffer(state))  # it can be restored
+    assert one.digest == again.digest != recorder.record(4).digest
 
 
 def test_only_successful_episodes_keep_their_steps(make_recorder, recorder):

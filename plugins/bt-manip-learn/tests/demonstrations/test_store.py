@@ -27,7 +27,8 @@ def test_a_demonstration_is_read_as_it_was_written(store, make_demonstration):
             np.testing.assert_array_equal(getattr(read, group)[name], array)
 
 
-def test_iterating_leaves_out_failed_episodes_without_steps(store):
+def test_iterating_leaves_out_failed_episodes_without_steps_and_unfinished_files(store):
+    (store.folder / ".episode_000004.h5.1a2b3c4d.part").write_bytes(b"half of it")
     assert store.episodes() == [0, 1, 2, 3]
     assert [one.episode for one in read_demonstrations(store.folder)] == [0, 1, 3]
     assert not store.read(2).success
@@ -38,11 +39,6 @@ def test_the_same_demonstration_gives_the_same_bytes(store, make_demonstration):
     before = store.path(1).read_bytes()
     store.write(make_demonstration(1))
     assert store.path(1).read_bytes() == before
-
-
-def test_unfinished_files_are_ignored(store):
-    (store.folder / ".episode_000004.h5.1a2b3c4d.part").write_bytes(b"half of it")
-    assert store.episodes() == [0, 1, 2, 3]
 
 
 def test_the_manifest_has_the_outcome_of_each_episode(store):
@@ -84,15 +80,11 @@ def test_a_small_file_that_claims_huge_arrays_is_refused(store):
         store.read(1)
 
 
-def test_a_folder_with_other_files_is_refused(tmp_path):
-    (tmp_path / "notes.txt").touch()
-    with pytest.raises(BtManipError, match="holds other files: choose an empty folder"):
-        DemonstrationStore.create(tmp_path, IDENTITY)
-
-
 def test_other_folders_and_files_are_refused_with_the_reason(store, tmp_path):
     with pytest.raises(BtManipError, match="cannot be read: No such file"):
         read_demonstrations(tmp_path)
+    with pytest.raises(BtManipError, match="holds other files: choose an empty folder"):
+        DemonstrationStore.create(tmp_path, IDENTITY)
     store.path(1).write_bytes(b"not HDF5")
     with pytest.raises(BtManipError, match="demonstration '.*episode_000001.h5' cannot be read"):
         store.read(1)
@@ -103,6 +95,5 @@ def test_other_folders_and_files_are_refused_with_the_reason(store, tmp_path):
 
 def test_an_episode_whose_processes_died_is_a_failed_one(store):
     store.write_lost(4, BtManipError("its process ended with exit code 0"))
-    assert (store.read(4).success, store.read(4).reason) == (
-        False, "its process ended with exit code 0",
-    )  # fmt: skip
+    assert not store.read(4).success
+    assert store.read(4).reason == "its process ended with exit code 0"

@@ -4,6 +4,7 @@ import inspect
 import json
 import subprocess
 import sys
+import warnings
 
 import gymnasium
 import numpy as np
@@ -12,9 +13,7 @@ from gymnasium.utils.env_checker import check_env
 
 from bt_manip.exceptions import BtManipError
 from bt_manip.plugins import load_plugins
-from bt_manip_learn.agents.actions import ActionSpace
 from bt_manip_learn.envs import environment_id
-from bt_manip_learn.envs.gymnasium_env import action_space_of
 
 ID = "bt_manip/PickPlace-v0"
 ACTIONS = tuple(load_plugins().parts.of("actions"))
@@ -29,7 +28,7 @@ def env():
     env.close()
 
 
-def digest(env, seed, steps=10):
+def digest(env, seed, steps=4):
     """Return the sums of the observations of random steps."""
     observation, _ = env.reset(seed=seed)
     env.action_space.seed(seed)
@@ -41,10 +40,12 @@ def digest(env, seed, steps=10):
 
 
 @pytest.mark.parametrize("action", ACTIONS)
-def test_gymnasium_accepts_the_environment(action):
-    env = gymnasium.make(ID, action=action, reward="dense", disable_env_checker=True)
-    check_env(env.unwrapped, skip_render_check=True)
-    env.close()
+def test_gymnasium_accepts_the_environment_and_random_actions_give_finite_observations(action):
+    with warnings.catch_warnings(record=True) as found:
+        warnings.simplefilter("always")
+        run_random_policy(ID, action, 12)
+    texts = [str(one.message) for one in found]
+    assert all("observation space m" in text or "spec" in text for text in texts), texts
 
 
 def test_another_process_has_the_same_observations_and_imports_gymnasium_only_for_these(env):
@@ -97,22 +98,16 @@ def test_an_episode_with_joint_torques_continues_from_its_state():
     assert np.array_equal(found, expected)
 
 
-@pytest.mark.parametrize("action", ACTIONS)
-def test_a_random_policy_neither_crashes_nor_meets_nan(action):
-    run_random_policy(ID, action, 50)
-
-
 @pytest.mark.soak
 @pytest.mark.parametrize("action", ACTIONS)
 @pytest.mark.parametrize("tree", load_plugins().parts.trees)
 def test_every_tree_is_an_environment_for_long(tree, action):
-    env = gymnasium.make(environment_id(tree), action=action, disable_env_checker=True)
-    check_env(env.unwrapped, skip_render_check=True)
     run_random_policy(environment_id(tree), action, 10_000)
 
 
 def run_random_policy(id, action, steps):
     env = gymnasium.make(id, action=action, reward="dense", disable_env_checker=True)
+    check_env(env.unwrapped, skip_render_check=True)
     env.reset(seed=0)
     env.action_space.seed(0)
     for _ in range(steps):
@@ -140,15 +135,6 @@ def test_a_choice_of_subtrees_can_succeed():
     assert sum(rewards[:-1]) > 0.0  # progress, before success
 
 
-def test_an_object_out_of_reach_ends_the_episode(env):
-    from bt_manip.spatial import pose
-
-    env.reset(seed=0)
-    env.unwrapped.task.episodes.station.cell.move("cube", pose((0.0, 3.0, 0.025)))
-    _, _, terminated, _, info = env.step(env.action_space.sample())
-    assert terminated and not info["is_success"] and "cube" in info["failure"]
-
-
 def test_impossible_options_are_refused():
     with pytest.raises(
         BtManipError, match="unknown action kind 'joint_torque'; did you mean 'joint_torques'"
@@ -156,22 +142,3 @@ def test_impossible_options_are_refused():
         gymnasium.make(ID, action="joint_torque")
     with pytest.raises(BtManipError, match="a reward is"):
         gymnasium.make(ID, reward="much")
-
-
-@pytest.mark.soak
-def test_vectorized_environments_have_the_observations_of_single_ones(env):
-    many = gymnasium.make_vec(
-        f"bt_manip_learn.envs:{ID}", num_envs=2, vectorization_mode="async", action="joint_targets"
-    )
-    observations, _ = many.reset(seed=5)
-    many.step(many.action_space.sample())
-    single, _ = env.reset(seed=6)
-    many.close()
-    assert all(np.array_equal(observations[name][1], single[name]) for name in single)
-
-
-def test_scaled_actions_are_from_minus_1_to_1():
-    space = action_space_of(
-        ActionSpace(np.zeros(2), np.ones(2), ("a", "b"), ("m", "m")), scaled=True
-    )
-    assert (space.low.tolist(), space.high.tolist()) == ([-1.0, -1.0], [1.0, 1.0])

@@ -66,17 +66,17 @@ def same(a, b, where="result"):
 
 @pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
 def test_a_batch_has_the_bits_of_single_environments_over_resets(mode):
-    assert assert_same_bits(12, n=2, limit=5, mode=mode) >= 4
+    assert assert_same_bits(7, n=2, limit=3, mode=mode) >= 4
 
 
 def test_results_of_the_tree_are_in_the_info_of_each_environment(tmp_path, parts):
     text = Path(parts.trees.get("pick_place")).read_text()
-    named = 'ID="PickPlace"'
-    text = text.replace(named, f'{named} _results="object half unwritten"')
-    text = text.replace(
-        '<SpawnObject model="{cube}"',
-        '<Script code="half := 0.5"/><SpawnObject name_hint="part" model="{cube}"',
-    )
+    spawn = '<SpawnObject name_hint="part" model="{cube}"'
+    for old, new in (
+        ('ID="PickPlace"', 'ID="PickPlace" _results="object half unwritten"'),
+        ('<SpawnObject model="{cube}"', f'<Script code="half := 0.5"/>{spawn}'),
+    ):
+        text = text.replace(old, new)
     tree = tmp_path / "counted.xml"
     tree.write_text(text)
     single, batch = GymnasiumEnvironment(str(tree)), BatchEnvironment(str(tree), 2)
@@ -98,12 +98,7 @@ def test_results_of_the_tree_are_in_the_info_of_each_environment(tmp_path, parts
 @pytest.mark.parametrize("threads", [1, 2])
 def test_eight_environments_have_the_bits_of_single_ones_over_500_steps(action, threads):
     assert assert_same_bits(500, action=action, limit=60, threads=threads) >= 64
-
-
-@pytest.mark.soak
-@pytest.mark.parametrize("name", ["PickPlaceCluttered", "TwoArms"])
-def test_batches_of_more_objects_and_arms_have_the_bits_of_single_environments(name):
-    assert assert_same_bits(100, n=2, limit=25, name=f"bt_manip/{name}-v0") >= 6
+    assert assert_same_bits(100, n=2, limit=25, name="bt_manip/TwoArms-v0") >= 6
 
 
 def test_a_mask_resets_some_environments_and_leaves_the_others():
@@ -141,22 +136,11 @@ def test_tasks_that_cannot_be_batched_are_refused_with_the_reason(options, messa
         make_batch(**options)
 
 
-def test_images_are_refused(opengl):
-    with pytest.raises(BtManipError, match="images are rendered one by one"):
-        make_batch(2, images={"kinds": ["depth"]})
-
-
-def test_a_task_whose_objects_act_in_control_steps_is_refused():
+def test_objects_that_act_goals_that_remember_and_models_that_change_are_refused():
     with pytest.raises(BtManipError, match="'button' acts in control steps"):
         BatchEnvironment("pick_place", num_envs=2, scene="button_on_table")
-
-
-def test_a_task_whose_goal_remembers_is_refused():
     with pytest.raises(BtManipError, match="'WasPressed' of the goal has a memory"):
         BatchEnvironment("press_button", num_envs=2)
-
-
-def test_a_task_whose_model_changes_from_episode_to_episode_is_refused():
     batch = BatchEnvironment("open_drawer", num_envs=2)
     with pytest.raises(BtManipError, match="episodes in a batch share one model"):
         batch.reset(seed=0)
@@ -240,7 +224,9 @@ def test_a_batch_has_what_clients_ask_of_a_vector_environment():
     batch.close()
 
 
-def test_an_image_of_each_environment_is_rendered(opengl):
+def test_an_image_of_each_environment_is_rendered_and_no_image_observed(opengl):
+    with pytest.raises(BtManipError, match="images are rendered one by one"):
+        make_batch(2, images={"kinds": ["depth"]})
     batch = make_batch(2, render_mode="rgb_array")
     batch.reset(seed=[3, 8])
     first, second = batch.render()

@@ -52,7 +52,7 @@ def test_it_follows_better_than_pd_without_dynamics_and_worse_than_computed_torq
         cell, robot, control = make_arm(kind)
         control.reference = wave = Wave(robot.q, 0.2, 4.0)
         error = 0.0
-        for _ in range(1000):
+        for _ in range(400):
             cell.step()
             error = max(error, np.abs(robot.q - wave.q).max())
         errors.append(error)
