@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bt_manip import build_station
 from bt_manip.robots import ArmDevice, DeviceState
 from bt_manip.robots.connection_worker import ArmWorker, Field, SharedReadings, state_problem
 from bt_manip.trajectories import sample_times, time_parameterize_segment
@@ -20,21 +19,11 @@ TOLERANCE = 1.01
 class Device(ArmDevice):
     """An arm that follows at once, in simulated time, and misbehaves in a motion.
 
-    Args:
-        q: Where it rests [rad].
-        faults: By the number of a reading of the motion, a function of the device and its state
-            that returns or raises another one.
-        raised: By the name of a method, the reading from which on it raises, and what.
-        extrapolated: Lost cycles that it extrapolates.
-        period: Time between two readings [s].
-
-    Attributes:
-        written: The references [rad].
-        passed: For each, the time from the one before, as far as the arm extrapolates [s].
-        times: When each was written [s].
-        readings: Readings in the motion.
-        after_fault: Those after the first fault.
-        finished: How often the end of a motion was asked for.
+    `faults` by the number of a reading of the motion are functions of the device and its state that
+    return or raise another one; `raised` is, by the name of a method, the reading from which on it
+    raises, and what. `written` are the references, `passed` the times from the one before, as far
+    as the arm extrapolates, and `times` when each was written; `finished` is how often the end of a
+    motion was asked for.
     """
 
     def __init__(self, q, faults=(), raised=(), *, extrapolated=0, period=STEP):
@@ -110,8 +99,8 @@ class Parent:
 
 
 @pytest.fixture(scope="module")
-def model():
-    return build_station().arm.model
+def model(compiled_robot):
+    return compiled_robot.make_model()
 
 
 @pytest.fixture(scope="module")
@@ -229,7 +218,7 @@ def test_a_clock_that_stands_still_stops_the_motion(model, motion):
     check_written(device, model.limits)
 
 
-@pytest.mark.parametrize(("lost", "extrapolated"), [(3, 0), (20, 0), (3, 20), (20, 20)])
+@pytest.mark.parametrize(("lost", "extrapolated"), [(3, 0), (20, 3), (20, 20)])
 def test_lost_cycles_are_passed_over_only_where_the_arm_extrapolates(
     model, motion, lost, extrapolated
 ):
@@ -243,7 +232,7 @@ def test_lost_cycles_are_passed_over_only_where_the_arm_extrapolates(
     check_written(device, model.limits)
 
 
-@pytest.mark.parametrize("period", [5e-4, 1e-3, 2e-3, 2.5e-3, 4e-3, 1e-2])
+@pytest.mark.parametrize("period", [5e-4, 2.5e-3, 1e-2])
 def test_an_arm_of_any_period_gets_the_motion_in_its_own_time(model, motion, period):
     device = Device(motion[0])
     device.period = period
@@ -272,7 +261,7 @@ class Held(Device):
         )
 
 
-@pytest.mark.parametrize("off", [0.0, 1e-3, 4.9e-3])
+@pytest.mark.parametrize("off", [0.0, 4.9e-3])
 def test_a_motion_starts_smoothly_from_what_the_controller_holds(model, motion, off):
     device = Held(motion[0] + off, motion[0] + off)
     shared = run(device, motion, model.limits)
@@ -342,7 +331,6 @@ ERRORS = st.sampled_from([OSError("cable"), RuntimeError("driver"), SystemExit(1
 
 
 def check_faults(model, motion, *, faults, raised, extrapolated, period):
-    """Check a motion with a few faults and exceptions."""
     device = Device(motion[0], faults, raised, extrapolated=extrapolated, period=period)
     shared = run(device, motion, model.limits)
     check_written(device, model.limits)
@@ -360,7 +348,7 @@ ANY_FAULTS = given(
 
 
 @ANY_FAULTS
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=20, deadline=None)
 def test_no_faults_at_any_time_write_beyond_the_limits(model, motion, **case):
     check_faults(model, motion, **case)
 

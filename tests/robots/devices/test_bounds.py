@@ -10,7 +10,7 @@ import pytest
 from bt_manip import build_station, load_plugins
 from bt_manip.exceptions import MotionError
 from bt_manip.plugins import PluginSelection
-from bt_manip.robots import ArmBounds, DeviceError, RobotError, panda
+from bt_manip.robots import ArmBounds, DeviceError, Robot, RobotError, panda
 from bt_manip.scenes import Scene, SceneRobot, read_scene
 from tests.support.program import DEVICES
 
@@ -69,23 +69,19 @@ def test_a_motion_whose_tool_leaves_its_bounds_is_refused_and_names_the_axis(sta
 
 
 @pytest.mark.parametrize(
-    ("joint", "by", "named"), [(0, -0.6, "joint 1"), (1, 0.2, "z of the tool")]
+    ("joint", "by", "steps", "named"),
+    [
+        (0, -0.6, 2000, "joint 1"),
+        (1, 0.2, 2000, "z of the tool"),
+        (0, 0.8, 1500, r"speed of the tool, 0\.\d+ m/s"),
+    ],
 )
-def test_the_connection_takes_no_motion_beyond_the_bounds(station, joint, by, named):
-    arm, s = station.arm, np.linspace(0.0, 1.0, 2000)[:, np.newaxis]
+def test_the_connection_takes_no_motion_beyond_a_bound(station, joint, by, steps, named):
+    arm, s = station.arm, np.linspace(0.0, 1.0, steps)[:, np.newaxis]
+    assert arm.tool_speed == 0.25  # the default
     setpoints = np.tile(arm.q_ref, (len(s), 1))
     setpoints[:, [joint]] += by * s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
     with pytest.raises(DeviceError, match=f"exceeds a limit: .*{named}"):
-        arm.follower.send(1000, setpoints)  # early enough on a loaded computer
-    assert not arm.connection.streaming
-
-
-def test_the_connection_takes_no_motion_with_a_faster_tool(station):
-    arm, s = station.arm, np.linspace(0.0, 1.0, 1500)[:, np.newaxis]
-    assert arm.tool_speed == 0.25  # the default
-    setpoints = np.tile(arm.q_ref, (len(s), 1))
-    setpoints[:, [0]] += 0.8 * s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
-    with pytest.raises(DeviceError, match=r"exceeds a limit: speed of the tool, 0\.\d+ m/s"):
         arm.follower.send(1000, setpoints)  # early enough on a loaded computer
     assert not arm.connection.streaming
 
@@ -111,9 +107,8 @@ def test_a_motion_that_goes_on_beyond_the_bounds_ends_in_the_planned_stop(statio
     ],
 )
 def test_impossible_bounds_of_joints_are_refused(joints, message):
-    scene = Scene((SceneRobot(pin.SE3.Identity(), bounds=ArmBounds(joints=joints)),))
     with pytest.raises(RobotError, match=message):
-        build_station(scene=scene, robot=panda())
+        Robot(panda(), bounds=ArmBounds(joints=joints))
 
 
 def test_a_scene_file_has_bounds_and_wrong_ones_are_named_with_their_line(tmp_path):

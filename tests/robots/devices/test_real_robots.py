@@ -9,6 +9,7 @@ import time
 from math import inf
 from multiprocessing import Pipe
 from pathlib import Path
+from threading import Thread
 
 import numpy as np
 import pytest
@@ -28,7 +29,7 @@ from bt_manip_contracts import (
 )
 from bt_manip_contracts.device_contract import stays_on_a_motion_to_its_end
 from tests.measuring.tool_speeds import ToolPositions
-from tests.support.program import DEVICES
+from tests.support.program import DEVICES, run_python
 
 FAKE = "fake=0.5"  # half of real time: a busy machine must not be taken for silence
 SCENE = """
@@ -38,7 +39,7 @@ model = "table"
 [[objects]]
 model = "basket"
 on = "table"
-position = [0.68, 0.0]
+position = [0.5, -0.1]
 rpy = [0.0, 0.0, 1.5708]
 [[objects]]
 model = "cube"
@@ -46,7 +47,6 @@ on = "table"
 position = [0.3, 0.1]
 expected = true
 """
-RUNNING, SUCCESS, FAILURE = NodeStatus.RUNNING, NodeStatus.SUCCESS, NodeStatus.FAILURE
 
 
 @pytest.fixture(scope="module")
@@ -86,10 +86,10 @@ def steps(station, ticks):
 
 
 def set_off(station):
-    """Move the first joint for some seconds; return its goal once it has moved by 0.1 rad."""
+    """Move the first joint for a second or two; return its goal once it has moved by 0.1 rad."""
     arm = station.arm
     start = arm.q_ref
-    goal = start + np.array([1.2 if start[0] < 0.5 else -1.2, 0, 0, 0, 0, 0, 0])
+    goal = start + np.array([0.6 if start[0] < 0.5 else -0.6, 0, 0, 0, 0, 0, 0])
     arm.move_to_configuration(goal, speed=0.25)
     until(station, lambda: abs(arm.q[0] - start[0]) > 0.1)
     return goal
@@ -99,9 +99,9 @@ def until(station, condition):
     station.step_until(condition, steps=10)
 
 
-def ended(station, node):
+def succeeds(station, node):
     result = station.run(node, timeout=20.0)
-    return result.status, result.reason
+    return result.status is NodeStatus.SUCCESS
 
 
 @pytest.mark.parametrize("check", DEVICE_CONTRACT, ids=lambda check: check.__name__)
@@ -122,17 +122,17 @@ def test_a_reflex_in_a_motion_is_named_and_waiting_recovers_from_it(station, ref
     with pytest.raises(MotionError, match="does not move: joint_reflex, joint 4"):
         arm.move_to_configuration(arm.q_ref + 0.05)
     before = station.cell.time
-    assert ended(station, WaitUntilUndisturbed()) == (SUCCESS, "")
+    assert succeeds(station, WaitUntilUndisturbed())
     assert station.cell.time - before < 2.0
     goal = arm.q_ref + 0.05
-    assert ended(station, MoveToConfiguration(configuration=goal.tolist())) == (SUCCESS, "")
+    assert succeeds(station, MoveToConfiguration(configuration=goal.tolist()))
 
 
 def test_recover_clears_an_error_and_does_nothing_without_one(station, reflex):
-    assert ended(station, Recover()) == (SUCCESS, "")
+    assert succeeds(station, Recover())
     reflex()
     until(station, lambda: not station.arm.undisturbed)
-    assert ended(station, Recover()) == (SUCCESS, "")
+    assert succeeds(station, Recover())
     assert station.arm.undisturbed
 
 
@@ -171,23 +171,36 @@ def test_an_arm_that_is_moved_by_hand_is_named(station, file):
     np.testing.assert_allclose(station.arm.q, station.robot.q, atol=1e-6)
 
 
-def test_an_arm_that_sags_and_feels_nothing_works_with_a_gripper_on_its_connection(parts):
-    station = build_station(
-        parts, backend=FAKE.replace("fake", "sagging"), controller="joint_impedance", speed=1.0
-    )
-    try:
-        arm, gripper, hardware = station.arm, station.gripper, station.hardware
-        assert "measures no external forces" in hardware.speeds
-        assert hardware.report["external_forces"] == "unknown" and not arm.guard.measures
-        goal = set_off(station)
-        gripper.close(20.0)
-        until(station, lambda: not arm.busy and arm.at_rest and not gripper.moving)
-        assert gripper.width == 0.05 and not arm.fault
-        np.testing.assert_allclose(arm.connection.latest.q_ref, goal, atol=1e-6)
-        assert station.robot.q[1] == pytest.approx(goal[1] + 0.05, abs=1e-3)
-        stays_on_a_motion_to_its_end(station)
-    finally:
-        station.hardware.close()
+@pytest.fixture(scope="module")
+def sagging(parts):
+    """Give an arm that sags, measures no forces and has a gripper, with the defaults of speed."""
+    backend = FAKE.replace("fake", "sagging")
+    station = build_station(parts, backend=backend, controller="joint_impedance")
+    yield station
+    station.hardware.close()
+
+
+def test_by_default_a_real_arm_moves_at_a_tenth_of_its_speed(sagging):
+    arm = sagging.arm
+    assert (arm.speed_factor, arm.speed_scale, arm.tool_speed) == (0.1, 1.0, 0.25)
+    arm.move_to_configuration(arm.q_ref + 0.1)
+    assert arm.remaining == pytest.approx(10.0 * arm.trajectory.nominal.duration, rel=0.1)
+    arm.speed_factor = arm.speed_scale = 1.0
+    until(sagging, lambda: not arm.busy and arm.at_rest)
+
+
+def test_an_arm_that_sags_and_feels_nothing_works_with_a_gripper_on_its_connection(sagging):
+    arm, gripper, hardware = sagging.arm, sagging.gripper, sagging.hardware
+    assert "measures no external forces" in hardware.speeds
+    assert hardware.report["external_forces"] == "unknown" and not arm.guard.measures
+    arm.speed_factor = arm.speed_scale = 1.0
+    goal = set_off(sagging)
+    gripper.close(20.0)
+    until(sagging, lambda: not arm.busy and arm.at_rest and not gripper.moving)
+    assert gripper.width == 0.05 and not arm.fault
+    np.testing.assert_allclose(arm.connection.latest.q_ref, goal, atol=1e-6)
+    assert sagging.robot.q[1] == pytest.approx(goal[1] + 0.05, abs=1e-3)
+    stays_on_a_motion_to_its_end(sagging)
 
 
 @pytest.mark.parametrize("check", GRIPPER_CONTRACT, ids=lambda check: check.__name__)
@@ -247,90 +260,61 @@ def test_a_device_that_cannot_be_made_is_named_with_its_reason(parts, station, f
 
 
 @pytest.fixture
-def run(tmp_path):
-    """Start a tree on the fake arm; give the process and the file of references."""
+def command(parts, tmp_path):
+    """Give the command that runs a tree on the fake arm, and the file of references."""
     scene, setpoints = tmp_path / "scene.toml", tmp_path / "rows.npy"
     scene.write_text(SCENE)
-    started = []
-
-    def start(*options):
-        command = [sys.executable, "-m", "bt_manip", "run", "pick_place", "--scene", scene]
-        command += [
-            "--plugins-dir",
-            DEVICES,
-            "--poses",
-            "scene",
-            "--backend",
-            f"{FAKE},{setpoints}",
-        ]
-        environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(DEVICES), *sys.path])}
-        started.append(
-            subprocess.Popen(
-                [str(part) for part in (*command, *options)],
-                env=environment,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.STDOUT,
-                text=True,
-            )  # fmt: skip
-        )
-        return started[-1], setpoints
-
-    yield start
-    for process in started:
-        process.kill()
-        process.wait()
+    command = ["run", "pick_place", "--scene", scene, "--plugins-dir", DEVICES]
+    return [*command, "--poses", "scene", "--backend", f"{FAKE},{setpoints}"], setpoints
 
 
-def test_pick_place_runs_whole_on_the_fake_arm(run, tmp_path):
-    report = tmp_path / "report.json"
-    process, setpoints = run("--speed", 1, "--report", report)
-    out, _ = process.communicate(timeout=100)
-    assert process.returncode == 0, out
+PATH = os.pathsep.join([str(DEVICES), *sys.path])
+
+
+def test_pick_place_runs_whole_on_the_fake_arm(command, tmp_path):
+    arguments, setpoints = command
+    options = ("--set", "height=0.2", "--speed", 1, "--report", tmp_path / "report.json")
+    out = run_python("-m", "bt_manip", *arguments, *options, cwd=tmp_path, PYTHONPATH=PATH)
     assert "The arm moves at 100 % of its speed, its tool at most at 0.25 m/s." in out
     assert 0.24 < ToolPositions(panda()).speed(np.load(setpoints)) <= 0.25
-    found = json.loads(report.read_text())
+    found = json.loads((tmp_path / "report.json").read_text())
     assert found["cycles"][0]["judged_by"] == "gripper and assumption"
     assert found["real"]["backend"] == "fake" and found["real"]["assumed"] == ["cube"]
     assert (found["real"]["speed"], found["real"]["tool_speed_m_s"]) == (1.0, 0.25)
 
 
-def test_by_default_a_real_arm_moves_at_a_tenth_of_its_speed(parts, tmp_path):
-    station = build_station(
-        parts, backend=f"{FAKE},{tmp_path}/rows.npy", controller="joint_impedance"
-    )
-    arm = station.arm
-    assert (arm.speed_factor, arm.speed_scale, arm.tool_speed) == (0.1, 1.0, 0.25)
-    goal = arm.q_ref + 0.1
-    arm.move_to_configuration(goal)
-    planned, rest = arm.trajectory.nominal.duration, arm.remaining
-    station.hardware.close()
-    assert rest == pytest.approx(10.0 * planned, rel=0.1)
-
-
-def moving_setpoints(setpoints, limits):
-    """Return the written references from where the arm sets off; check their limits."""
-    before = np.repeat(setpoints[:1], 3, axis=0)
-    assert limits.setpoints_problem(before, setpoints) == ""
-    return np.abs(np.diff(setpoints, axis=0)).max(axis=1) / 1e-3
-
-
-def set_off_in_run(run, *options):
-    """Start a run; return it, the file of references and the process of its moving arm."""
-    process, file = run(*options)
+def when_it_moves(file):
+    """Wait until the arm of a run moves; return the id of its process."""
     progress = Path(f"{file}.moving")
-    while not (progress.exists() and progress.read_text()):
-        assert process.poll() is None, process.stdout.read()
+    for _ in range(6000):
+        if progress.exists() and progress.read_text():
+            return int(progress.read_text())
         time.sleep(0.01)
-    return process, file, int(progress.read_text())
+    raise AssertionError("the arm does not move")
+
+
+@pytest.fixture
+def run(command):
+    """Start a run in a process of its own; give the process and the file once its arm moves."""
+    arguments, file = command
+    environment = os.environ | {"PYTHONPATH": PATH}
+    whole = [sys.executable, "-m", "bt_manip", *map(str, arguments), "--speed", "0.3"]
+    with subprocess.Popen(whole, env=environment) as process:
+        when_it_moves(file)
+        yield process, file
+        process.kill()
 
 
 def check_that_it_rests(file, limits):
     """Check that the arm comes to rest, and that references were inside the limits until then."""
     for _ in range(200):
-        time.sleep(0.05)
         if file.exists():
             break
-    speeds = moving_setpoints(np.load(file), limits)
+        time.sleep(0.05)
+    setpoints = np.load(file)
+    before = np.repeat(setpoints[:1], 3, axis=0)
+    assert limits.setpoints_problem(before, setpoints) == ""
+    speeds = np.abs(np.diff(setpoints, axis=0)).max(axis=1) / 1e-3
     assert speeds.max() > 0.1  # it was moving
     assert not speeds[-20:].any()  # and rests
 
@@ -340,7 +324,7 @@ MOMENTS = [0.6, *(pytest.param(t, marks=pytest.mark.soak) for t in np.linspace(0
 
 @pytest.mark.parametrize("moment", MOMENTS)
 def test_the_arm_rests_on_its_path_when_the_run_is_killed(run, station, moment):
-    process, file, _ = set_off_in_run(run, "--speed", 0.3)
+    process, file = run
     time.sleep(moment)
     process.kill()
     check_that_it_rests(file, station.robot.limits)
@@ -349,7 +333,7 @@ def test_the_arm_rests_on_its_path_when_the_run_is_killed(run, station, moment):
 
 @pytest.mark.soak
 def test_the_arm_rests_on_its_path_when_the_run_is_interrupted(run, station):
-    process, file, _ = set_off_in_run(run, "--speed", 0.3)
+    process, file = run
     time.sleep(0.6)
     process.send_signal(signal.SIGINT)
     assert process.wait(20) == 130
@@ -357,15 +341,23 @@ def test_the_arm_rests_on_its_path_when_the_run_is_interrupted(run, station):
 
 
 @pytest.mark.parametrize("moment", MOMENTS)
-def test_a_run_whose_arm_process_is_killed_ends_at_once_and_names_it(run, moment):
-    process, _, arm = set_off_in_run(run, "--speed", 0.3)
-    time.sleep(moment)
-    os.kill(arm, signal.SIGKILL)
-    began = time.monotonic()
-    out, _ = process.communicate(timeout=20)
-    assert time.monotonic() - began < 5.0  # with the end of the process
-    assert process.returncode not in (0, -signal.SIGKILL)
-    assert "arm: its process has ended" in out and "Traceback" not in out
+def test_a_run_whose_arm_process_is_killed_ends_at_once_and_names_it(bt_manip, command, moment):
+    arguments, file = command
+    killed = []
+
+    def kill():
+        arm = when_it_moves(file)
+        time.sleep(moment)
+        killed.append(time.monotonic())
+        os.kill(arm, signal.SIGKILL)
+
+    killer = Thread(target=kill)
+    killer.start()
+    done = bt_manip(*arguments, "--speed", 0.3)
+    killer.join()
+    assert time.monotonic() - killed[0] < 5.0
+    assert done.code != 0
+    assert "arm: its process has ended" in done.out + done.err and "Traceback" not in done.err
 
 
 def test_a_motion_that_has_not_begun_is_replaced_by_one_that_begins_earlier(station):
