@@ -1,13 +1,16 @@
 """The program, run in the test's own process or at a terminal, and trees that are over at once."""
 
+import os
+import select
 import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
 
 from bt_manip import plugins
+from bt_manip.cli.interrupt import SIGNALS, Interrupt
 from tests.support.program import bt_manip as bt_manip
 from tests.support.program import trees as trees
 from tests.support.terminal import terminal as terminal
@@ -19,6 +22,40 @@ def hang_up_is_not_ignored() -> Iterator[None]:
     before = signal.signal(signal.SIGHUP, signal.SIG_DFL)
     yield
     signal.signal(signal.SIGHUP, before)
+
+
+@pytest.fixture
+def interrupt() -> Iterator[Interrupt]:
+    """Give the handler of signals, and put the earlier ones back."""
+    numbers = [getattr(signal, name) for name in (*SIGNALS, "SIGALRM")]
+    before = {number: signal.getsignal(number) for number in numbers}
+    interrupt = Interrupt()
+    interrupt.install()
+    yield interrupt
+    signal.setitimer(signal.ITIMER_REAL, 0.0)
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
+@pytest.fixture
+def screen(monkeypatch) -> Iterator[Callable[[], Callable[[], str]]]:
+    """Make the standard output a terminal; give a function that reads what it has shown."""
+    ours, theirs = os.openpty()
+
+    def begin() -> Callable[[], str]:
+        monkeypatch.setenv("TERM", "xterm")
+        monkeypatch.setattr(sys, "stdout", os.fdopen(theirs, "w"))
+        return shown
+
+    def shown() -> str:
+        sys.stdout.flush()
+        data = b""
+        while select.select([ours], [], [], 0.0)[0]:
+            data += os.read(ours, 65536)
+        return data.decode()
+
+    yield begin
+    os.close(ours)
 
 
 @pytest.fixture(autouse=True)

@@ -28,17 +28,13 @@ def completed(*words: object) -> list[str]:
         (("run", "pick_place", "--robot", ""), "panda"),
         (("run", "pick_place", "--controller", "comp"), "computed_torque"),
         (("run", "pick_place", "--scene", "var"), "varied_pick"),
-        (("run", "pick_place", "--planner", ""), "rrt_connect"),
         (("run", "pick_place", "--set", "fo"), "force="),
         (("tree", "show", "pick"), "pick_place"),
         (("scene", "show", "tab"), "table_and_basket"),
         (("list", "beh"), "behaviours"),
         (("list", "Gra"), "Grasp"),
-        (("list", "behaviours", "Gra"), "Grasp"),
         (("list", "behaviours", "Seq"), "Sequence"),
-        (("list", "robots", ""), "panda"),
         (("models", "list", "men"), "menagerie"),
-        (("models", "list", "b"), "bundled"),
         (("run", "--pl"), "--plugins-dir"),
     ],
 )
@@ -54,9 +50,9 @@ def test_keys_of_a_python_tree_are_completed_without_running_its_file(trees):
     assert completed("run", f"{trees}:endless", "--set", "") == []
 
 
-@pytest.mark.parametrize("tree", ["pick_plce", "none.py:tree", "no_module:tree"])
-def test_of_an_unknown_tree_no_keys_are_offered(tree):
-    assert completed("run", tree, "--set", "") == []
+def test_of_an_unknown_tree_no_keys_are_offered():
+    for tree in ("pick_plce", "none.py:tree", "no_module:tree"):
+        assert completed("run", tree, "--set", "") == []
 
 
 def test_the_command_of_the_guide_gives_the_shell_its_script():
@@ -126,7 +122,7 @@ def test_keys_are_read_again_from_a_tree_that_is_edited(cache, trees):
     assert completed("run", f"{trees}:quick", "--set", "") == ["another="]
 
 
-@pytest.mark.parametrize("text", ["", "{}", '{"stamp": 1, "answers": 2}', "[1, 2"])
+@pytest.mark.parametrize("text", ["", "{}", '{"stamp": 1, "answers": 2}'])
 def test_a_damaged_cache_is_made_anew(cache, loads, text):
     first = completed("run", "pick_")
     for file in cache.iterdir():

@@ -28,7 +28,6 @@ def short(bt_manip, tmp_path, monkeypatch):
     return run
 
 
-@pytest.mark.parametrize("value", [WORD, SENTENCE], ids=["word", "sentence"])
 @pytest.mark.parametrize(
     "options",
     [
@@ -36,27 +35,27 @@ def short(bt_manip, tmp_path, monkeypatch):
         "run {}",
         "run quick --{}",
         "run quick --scene {}",
-        "run quick --controller {}",
         "run quick --robot {}",
-        "run quick --planner {}",
-        "run quick --set {}",
         "run quick --set {}=1",
         "run quick --seed {}",
         "run quick --fault {}",
-        "run quick --fault {}=1",
         "run quick --report {}",
         "run quick --record {}",
         "sweep pick_place --vary {}=1,2",
         "report {}",
         "export {}",
-        "replay {}",
         "tree check {}",
         "scene check {}",
     ],
 )
-def test_a_long_option_is_cut(short, trees, options, value):
-    words = [word.format(value) for word in options.split()]
+def test_a_long_option_is_cut(short, trees, options):
+    words = [word.format(WORD) for word in options.split()]
     assert short(*(f"{trees}:quick" if word == "quick" else word for word in words)) in (1, 2)
+
+
+def test_a_long_sentence_is_cut(short, trees):
+    for option in ("--scene", "--set", "--report"):
+        assert short("run", f"{trees}:quick", option, SENTENCE) == 2
 
 
 @pytest.mark.parametrize(

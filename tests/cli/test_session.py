@@ -55,24 +55,20 @@ def plugins(tmp_path):
     return folder
 
 
-def test_runs_follow_the_first_one_in_the_cell_as_it_is_or_in_a_new_one(bt_manip, trees, plugins):
-    code, out, _ = bt_manip(
-        "run", f"{trees}:quick", "--again", "--plugins-dir", plugins, "--seed", 3
-    )
+def test_runs_follow_the_first_one_in_the_cell_as_it_is_or_in_a_new_one(
+    bt_manip, trees, plugins, tmp_path
+):
+    report = tmp_path / "report.json"
+    options = ("--again", "--plugins-dir", plugins, "--seed", 3, "--report", report)
+    code, out, _ = bt_manip("run", f"{trees}:quick", *options)
     assert code == 0
+    assert '"seed": 3' in report.read_text()  # files are those of the first run
     lines = out.splitlines()
     assert out.count("at None, stays True") == 3
     assert "same cell: True" in lines
     assert "seed 4: SUCCESS, code 0, kept True" in lines
     assert "seed 5: SUCCESS, code 0, kept False" in lines
     assert out.rstrip().endswith("closed")
-
-
-def test_files_of_the_command_are_those_of_the_first_run(bt_manip, trees, plugins, tmp_path):
-    report = tmp_path / "report.json"
-    options = ("--again", "--plugins-dir", plugins, "--seed", 3, "--report", report)
-    assert bt_manip("run", f"{trees}:quick", *options).code == 0
-    assert '"seed": 3' in report.read_text()
 
 
 def test_the_exit_code_is_that_of_the_first_run(bt_manip, trees, plugins):

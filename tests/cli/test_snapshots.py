@@ -1,17 +1,17 @@
 """bt-manip run --snapshot-at and --resume: left at any moment, gone on from to the same end."""
 
 import errno
+import itertools
 import json
 import os
 import signal
 import subprocess
 import sys
-import textwrap
-import time
 
 import pytest
 
-from bt_manip.runner import save_snapshot
+from bt_manip.cli.app import run_app
+from bt_manip.runner import load_snapshot, save_snapshot
 
 
 @pytest.fixture
@@ -60,21 +60,23 @@ def test_another_request_is_refused_before_anything_is_simulated(bt_manip, trees
     moment, named = tmp_path / "moment.json", tmp_path / "named.toml"
     named.write_text("[configurations]\nthere = [0, -0.785, 0, -2.356, 0, 1.571, 0.785]\n")
     bt_manip("run", f"{trees}:quick", "--snapshot-at", 0.01, moment)
-    for options, message in (
-        (("--seed", 5), "is of another run: seed 0 instead of 5"),
-        (("--controller", "gravity_compensated_pd"), "controller 'computed_torque' instead of"),
-        (("--set", "name=basket"), "settings name None instead of 'basket'"),
-        (("--cycles", 2), "cycles 1 instead of 2"),
-        (("--speed", 0.5), "speed 1.0 instead of 0.5"),
-        (("--tool-speed", 0.5), "tool_speed None instead of 0.5"),
-        (("--tick", 20), "tick 0.01 instead of 0.02"),
-        (("--stub-unknown",), "foreign stub_unknown None instead of True"),
-        (("--vary", "controller.kp=900"), "varied controller.kp None instead of 900"),
-        (("--fault", "push at=rest"), "modifiers fault None instead of ['push at=rest']"),
-        (("--configurations", named), "configurations there None instead of"),
-    ):
-        code, _, err = bt_manip("run", f"{trees}:quick", "--resume", moment, *options)
-        assert (code, message in err) == (2, True), err
+    changes = (
+        ("--seed", 5, "--cycles", 2, "--tick", 20, "--speed", 0.5, "--tool-speed", 0.5),
+        ("--controller", "gravity_compensated_pd", "--set", "name=basket", "--stub-unknown"),
+        ("--vary", "controller.kp=900", "--fault", "push at=rest", "--configurations", named),
+    )
+    code, _, err = bt_manip("run", f"{trees}:quick", "--resume", moment, *itertools.chain(*changes))
+    assert code == 2 and "moment.json is of another run: " in err
+    for message in (
+        "seed 0 instead of 5", "cycles 1 instead of 2", "tick 0.01 instead of 0.02",
+        "speed 1.0 instead of 0.5", "tool_speed None instead of 0.5",
+        "controller 'computed_torque' instead of 'gravity_compensated_pd'",
+        "settings name None instead of 'basket'", "foreign stub_unknown None instead of True",
+        "varied controller.kp None instead of 900",
+        "modifiers fault None instead of ['push at=rest']",
+        "configurations there None instead of",
+    ):  # fmt: skip
+        assert message in err
     watched = "--quiet", "--real-time", 50, "--report", tmp_path / "report.json"
     assert bt_manip("run", f"{trees}:quick", "--resume", moment, *watched).code == 0
     code, _, err = bt_manip("run", f"{trees}:endless", "--resume", moment)
@@ -129,28 +131,18 @@ def test_a_run_goes_on_without_room_for_its_snapshot(bt_manip, trees, tmp_path, 
     assert [one["status"] for one in json.loads(report.read_text())["cycles"]] == ["SUCCESS"]
 
 
-def test_an_interrupted_run_leaves_whole_snapshots_only(trees, tmp_path):
-    # Snapshots without end: whenever the interrupt comes, one is likely being written.
-    (tmp_path / "go.py").write_text(
-        textwrap.dedent(f"""
-            import sys
-            from bt_manip.__main__ import main
-            sys.argv = ["bt-manip", "run", "{trees}:endless", "--quiet"]
-            for i in range(400):
-                sys.argv += ["--snapshot-at", str(0.01 * i), f"{{i}}.json"]
-            main()
-            """)
-    )
-    folder = tmp_path / "kept"
+def test_an_interrupt_while_a_snapshot_is_written_leaves_it_whole(
+    interrupt, trees, tmp_path, monkeypatch
+):
+    replace, folder = os.replace, tmp_path / "kept"
     folder.mkdir()
-    process = subprocess.Popen([sys.executable, tmp_path / "go.py"], cwd=folder)
-    while not list(folder.glob("[0-9]*.json")):
-        time.sleep(0.05)
-        assert process.poll() is None
-    os.kill(process.pid, signal.SIGINT)
-    assert process.wait(timeout=60) == 130
-    kept = sorted(folder.iterdir())
-    assert kept
-    assert [path for path in kept if path.suffix != ".json" or path.name.startswith(".")] == []
-    for path in kept:
-        json.loads(path.read_text())
+
+    def interrupted(*paths):
+        signal.raise_signal(signal.SIGINT)
+        replace(*paths)
+
+    monkeypatch.setattr("os.replace", interrupted)
+    options = "--quiet", "--snapshot-at", "0.03", str(folder / "moment.json")
+    assert run_app(interrupt, ["run", f"{trees}:endless", *options]) == 130
+    assert [path.name for path in folder.iterdir()] == ["moment.json"]
+    assert load_snapshot(folder / "moment.json")["run"]
