@@ -60,7 +60,7 @@ def test_a_waiting_behaviour_goes_on_from_its_state(trial, blended):
     assert other.tick() is RUNNING and "s left" in other.behaviour.feedback_message
 
 
-@pytest.mark.parametrize("follower", [Lift, CloseGripper, MoveHome])
+@pytest.mark.parametrize("follower", [Lift, CloseGripper])
 def test_a_disturbance_in_between_is_the_reason_of_the_next_behaviour(
     station, trial, blended, follower
 ):

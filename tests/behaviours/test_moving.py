@@ -42,44 +42,26 @@ def test_hover_ends_over_the_object_pointing_down(station, trial):
     assert tool.rotation[:, 2] == pytest.approx([0, 0, -1], abs=5e-3)
 
 
-def test_hover_runs_while_the_arm_moves_and_says_how_long_still(trial):
-    hovering = trial(Hover(object="cube", height=0.3))
-    assert hovering.tick() is RUNNING
-    assert "s left" in hovering.behaviour.feedback_message
-
-
 def test_hover_over_an_unknown_object_fails_with_the_nearest_name(trial):
     assert trial(Hover(object="cubee")).fails_with("no 'cubee'", "did you mean 'cube'")
 
 
-def test_hover_beyond_the_arms_reach_fails_and_nothing_moves(station, trial):
-    q = station.arm.q_ref
-    assert trial(Hover(object="cube", height=2.0)).fails_with("unreachable")
-    assert (station.arm.q_ref == q).all()
-
-
-def test_reach_brings_the_fingers_around_the_object_without_touching_it(station, trial):
+def test_reach_goes_straight_down_around_the_object_without_touching_it(station, trial):
     before = station.cell.pose("cube")
-    assert trial(Hover(object="cube", height=0.15)).until_done() is SUCCESS
-    assert trial(Reach(object="cube")).until_done() is SUCCESS
+    hovering = trial(Hover(object="cube", height=0.15))
+    assert hovering.tick() is RUNNING
+    assert "s left" in hovering.behaviour.feedback_message
+    assert hovering.until_done() is SUCCESS
+    line = station.robot.tool_pose.translation[:2]
+    reaching = trial(Reach(object="cube"))
+    while reaching.tick() is RUNNING:
+        assert station.robot.tool_pose.translation[:2] == pytest.approx(line, abs=1e-3)
     assert station.cell.contact_monitor.summary().held == ()
     moved = before.actInv(station.cell.pose("cube")).translation
     assert np.linalg.norm(moved) < 1e-5
     assert station.robot.tool_pose.translation == pytest.approx(
         before.translation + [0, 0, 0.015], abs=2e-3
     )
-
-
-def test_reach_moves_the_tool_on_a_straight_line(station, trial):
-    assert trial(Hover(object="cube", height=0.15)).until_done() is SUCCESS
-    line = station.robot.tool_pose.translation[:2]
-    reaching = trial(Reach(object="cube"))
-    while reaching.tick() is RUNNING:
-        assert station.robot.tool_pose.translation[:2] == pytest.approx(line, abs=1e-3)
-
-
-def test_reach_for_an_unknown_object_fails(trial):
-    assert trial(Reach(object="ball")).fails_with("no 'ball'")
 
 
 def test_lift_raises_the_tool_straight_up(station, trial):
@@ -94,22 +76,14 @@ def test_lift_beyond_the_arms_reach_fails_with_how_far_it_would_get(trial):
     assert trial(Lift(height=1.5)).fails_with("line")
 
 
-def test_an_automatic_lift_ends_below_an_obstacle_within_reach(station, trial):
-    before = station.robot.tool_pose.translation
-    shelf = spatial.pose(before + [0.0, 0.13, 0.3])
-    station.cell.add(Box(size=(0.1, 0.1, 0.02)), shelf, name="shelf", free=False)
-    assert trial(Lift(height=0.25)).fails_with("'shelf'")
-    assert trial(Lift()).until_done() is SUCCESS
-    assert 0.03 < station.robot.tool_pose.translation[2] - before[2] < 0.25
-
-
-def test_a_lift_below_an_obstacle_is_shorter_where_less_height_is_enough(station, trial):
+@pytest.mark.parametrize("automatic", [{}, {"height": 0.25, "least": 0.03}])
+def test_a_lift_with_a_choice_of_heights_ends_below_an_obstacle(station, trial, automatic):
     before = station.robot.tool_pose.translation
     shelf = spatial.pose(before + [0.0, 0.13, 0.3])
     station.cell.add(Box(size=(0.1, 0.1, 0.02)), shelf, name="shelf", free=False)
     assert trial(Lift(height=0.25, least=0.2)).fails_with("'shelf'")
-    assert trial(Lift(height=0.25, least=0.03)).until_done() is SUCCESS
-    assert 0.03 < station.robot.tool_pose.translation[2] - before[2] < 0.2
+    assert trial(Lift(**automatic)).until_done() is SUCCESS
+    assert 0.03 < station.robot.tool_pose.translation[2] - before[2] < 0.25
 
 
 def test_move_to_pose_arrives_at_the_pose(station, trial):
@@ -118,21 +92,6 @@ def test_move_to_pose_arrives_at_the_pose(station, trial):
     distance, angle = tool_error(station, target)
     assert distance < 2e-3 and angle < 5e-3
     assert trial(IsAt(pose=target, position_tolerance=2e-3)).tick() is SUCCESS
-
-
-def test_move_to_pose_can_keep_to_a_straight_line(station, trial):
-    start = station.robot.tool_pose
-    target = pin.SE3(start.rotation, start.translation + [0.1, 0.1, -0.1])
-    moving = trial(MoveToPose(pose=target, linear=True))
-    along = (target.translation - start.translation) / np.sqrt(0.03)
-    while moving.tick() is RUNNING:
-        gone = station.robot.tool_pose.translation - start.translation
-        assert np.linalg.norm(gone - (gone @ along) * along) < 2e-3
-    assert tool_error(station, target)[0] < 2e-3
-
-
-def test_move_to_pose_out_of_reach_fails_with_the_reason(trial):
-    assert trial(MoveToPose(pose="3;0;1")).fails_with("unreachable")
 
 
 def test_about_a_free_axis_the_tool_turns_as_little_as_the_arm_likes(station, trial):
@@ -178,19 +137,16 @@ def test_wrong_free_rotations_are_refused(station, trial):
     assert trial(MoveToPose(pose=pose, cone=0.1)).fails_with("a cone needs a free_axis")
 
 
-def test_move_to_configuration_arrives(station, trial):
-    assert trial(MoveToConfiguration(configuration=NEAR_HOME)).until_done() is SUCCESS
-    assert station.robot.q == pytest.approx(NEAR_HOME, abs=2e-3)
-
-
 def test_move_to_configuration_is_slower_at_a_lower_speed(station, trial):
     def duration(speed):
         began = station.cell.time
-        assert trial(MoveToConfiguration(configuration=NEAR_HOME, speed=speed)).until_done(6)
-        trial(MoveHome()).until_done()
+        moving = trial(MoveToConfiguration(configuration=NEAR_HOME, speed=speed))
+        assert moving.until_done(6) is SUCCESS
         return station.cell.time - began
 
-    assert duration(0.25) > 1.5 * duration(1.0)
+    slow = duration(0.25)
+    trial(MoveHome()).until_done()
+    assert slow > 1.5 * duration(1.0)
 
 
 def test_move_to_a_configuration_outside_the_limits_fails(trial):
@@ -202,10 +158,12 @@ def test_move_to_a_configuration_of_the_wrong_length_fails(trial):
     assert trial(MoveToConfiguration(configuration=[0.0, 0.1])).fails_with("configuration")
 
 
-def test_move_home_arrives_home(station, trial):
-    trial(MoveToConfiguration(configuration=NEAR_HOME)).until_done()
-    assert trial(MoveHome()).until_done() is SUCCESS
-    assert station.robot.q == pytest.approx(HOME, abs=2e-3)
+def test_motions_to_configurations_arrive(station, trial):
+    for behaviour, q in (
+        (MoveToConfiguration(configuration=NEAR_HOME), NEAR_HOME), (MoveHome(), HOME),
+    ):  # fmt: skip
+        assert trial(behaviour).until_done() is SUCCESS
+        assert station.robot.q == pytest.approx(q, abs=2e-3)
 
 
 def test_a_motion_at_no_speed_fails(trial):
@@ -216,12 +174,10 @@ def test_a_motion_at_no_speed_fails(trial):
     "behaviour",
     [
         lambda: Hover(object="cube"),
-        lambda: Reach(object="cube"),
         lambda: Lift(height=0.05),
-        lambda: MoveToPose(pose="0.35;-0.2;1.3;0;1;0;0"),
         lambda: MoveToConfiguration(configuration=NEAR_HOME),
     ],
-    ids=["Hover", "Reach", "Lift", "MoveToPose", "MoveToConfiguration"],
+    ids=["Hover", "Lift", "MoveToConfiguration"],
 )
 def test_a_halted_motion_brakes_inside_the_limits_and_comes_to_rest(station, trial, behaviour):
     moving = trial(behaviour())
@@ -241,13 +197,17 @@ def test_a_halted_motion_brakes_inside_the_limits_and_comes_to_rest(station, tri
     assert (arm.v == 0).all() and np.abs(arm.q - station.robot.q).max() < 2e-3
 
 
-def test_an_arm_that_something_holds_fails_with_how_far_it_is(station, trial, monkeypatch):
+def test_an_arm_that_something_holds_fails_unless_it_is_within_a_wide_tolerance(
+    station, trial, monkeypatch
+):
     monkeypatch.setattr(station.arm, "guard", None)  # which would stop it before
     moving = trial(MoveToConfiguration(configuration=NEAR_HOME))
     hand = station.cell.body_id("panda/hand")
     assert moving.tick() is RUNNING
     station.cell.data.xfrc_applied[hand] = [0, 400.0, 0, 0, 0, 0]
     assert moving.fails_with("from its target: external force on the arm")
+    tolerant = trial(MoveToConfiguration(configuration=NEAR_HOME, tolerance=3.0))
+    assert tolerant.until_done() is SUCCESS
 
 
 def test_is_at_says_how_far_away_the_tool_is(station, trial):
@@ -257,11 +217,15 @@ def test_is_at_says_how_far_away_the_tool_is(station, trial):
     assert trial(IsAt(pose=beside)).fails_with("20.0 mm")
 
 
-@pytest.mark.parametrize("axis", range(3))
-def test_a_turned_tool_is_not_at_a_pose(station, trial, axis):
+def test_a_turned_tool_is_not_at_a_pose(station, trial):
     there = station.robot.tool_pose
-    for angle, at in ((0.005, True), (0.02, False), (np.pi, False)):
-        turned = pin.SE3(there.rotation @ pin.exp3(angle * np.eye(3)[axis]), there.translation)
+    axes = np.eye(3)
+    for axis, angle, at in (
+        (axes[0], 0.005, True),
+        (axes[1], 0.02, False),
+        (axes[2], np.pi, False),
+    ):
+        turned = pin.SE3(there.rotation @ pin.exp3(angle * axis), there.translation)
         asked = trial(IsAt(pose=turned))
         if at:
             assert asked.tick() is SUCCESS
@@ -275,21 +239,6 @@ def test_a_tool_that_moves_through_a_pose_is_not_at_it(station, trial):
         assert moving.tick() is RUNNING
         station.cell.step(10)
     assert trial(IsAt(pose=station.robot.tool_pose)).fails_with("the tool moves")
-
-
-def test_a_motion_gives_its_state_and_goes_on_from_it(station, trial):
-    moving = trial(Hover(object="cube"))
-    for _ in range(10):
-        moving.tick()
-    states = moving.tree.get_state(), station.get_state()
-    assert moving.until_done() is SUCCESS
-    ended = station.cell.state_bytes()
-
-    station.set_state(states[1])
-    again = trial(Hover(object="cube"))
-    again.tree.set_state(states[0])
-    assert again.until_done() is SUCCESS
-    assert station.cell.state_bytes() == ended
 
 
 def test_the_progress_to_a_pose_rises_from_0_to_1():
