@@ -8,28 +8,16 @@ from bt_manip.bt.port_types import BOOL, DOUBLE, INT, INT64, STRING, UNTYPED
 from bt_manip.exceptions import BlackboardError
 
 
-def test_what_was_written_is_read():
-    scope = Blackboard()
-    scope["x"] = 3
-
-    assert scope["x"] == 3 and "x" in scope and scope.get("y", 7) == 7
-
-
-def test_a_missing_key_offers_the_nearest_one():
-    scope = Blackboard()
-    scope["target"] = 1
-
-    with pytest.raises(BlackboardError, match="no entry 'targte'; did you mean 'target'"):
-        scope["targte"]
-
-
-def test_a_declared_entry_is_not_yet_written():
+def test_an_entry_that_was_not_written_is_none():
     scope = Blackboard()
     scope.declare("x", INT)
+    scope["target"] = 1
 
-    assert scope.entry("x").value is EMPTY and "x" not in scope
+    assert scope.entry("x").value is EMPTY and "x" not in scope and scope.get("y", 7) == 7
     with pytest.raises(BlackboardError, match="never written"):
         scope["x"]
+    with pytest.raises(BlackboardError, match="no entry 'targte'; did you mean 'target'"):
+        scope["targte"]
 
 
 def test_the_first_write_declares_the_type_but_a_string_leaves_it_open():
@@ -44,7 +32,6 @@ def test_the_first_write_declares_the_type_but_a_string_leaves_it_open():
 @pytest.mark.parametrize(
     ("declared", "first", "second", "type", "kept"),
     [
-        (INT, 1, 7, INT64, 7),
         (INT, 1, "12", STRING, 12),
         (DOUBLE, 1.0, 3, INT, 3.0),
         (INT, 1, True, BOOL, 1),
@@ -86,14 +73,6 @@ def test_a_type_cannot_change_once_it_is_declared():
         scope.declare("x", DOUBLE)
 
 
-def test_each_write_counts():
-    scope = Blackboard()
-    for value in range(3):
-        scope["x"] = value
-
-    assert scope.entry("x").sequence == 3
-
-
 class TestScopes:
     """A sub-tree sees only what is handed to it."""
 
@@ -103,29 +82,14 @@ class TestScopes:
         outer["x"] = 1
         return outer
 
-    def test_an_inner_scope_is_isolated(self, outer):
-        inner = Blackboard(outer)
-
-        assert inner.entry("x") is None
-        inner["x"] = 5
-        assert outer["x"] == 1
-
-    def test_a_remap_leads_to_the_parents_key(self, outer):
-        inner = Blackboard(outer)
-        inner.remap("p", "x")
-
-        assert inner["p"] == 1
-        inner["p"] = 2
-        assert outer["x"] == 2 and inner.entries == {}
-
     def test_remaps_lead_through_several_levels(self, outer):
         middle = Blackboard(outer)
         middle.remap("m", "new")
         inner = Blackboard(middle)
         inner.remap("i", "m")
-        inner["i"] = "made"
+        inner["i"] = inner["x"] = "made"
 
-        assert outer["new"] == "made" and middle.entries == {}
+        assert (outer["new"], outer["x"], middle.entries) == ("made", 1, {})
 
     def test_the_place_of_a_key_is_known_before_it_is_written(self, outer):
         inner = Blackboard(outer)
@@ -168,14 +132,10 @@ class TestScopes:
     ("text", "value"),
     [
         ("5", 5),
-        ("-3", -3),
         ("2.5", 2.5),
         ("1e3", 1000.0),
-        ("9999999999", 9999999999),
         ("true", "true"),
-        ("1;2", "1;2"),
         ("", ""),
-        ("12abc", "12abc"),
         ("+1", "+1"),
         ("99999999999999999999", 1e20),
     ],

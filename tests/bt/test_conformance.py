@@ -5,7 +5,7 @@ import json
 import pytest
 
 from tests.conformance.__main__ import cases, main
-from tests.conformance.compare import differences, same
+from tests.conformance.compare import differences
 from tests.conformance.options import options_in, parse_options
 from tests.conformance.runner import run
 
@@ -33,11 +33,6 @@ def test_all_random_trees_of_the_facts_agree(engine_facts, capsys):
     assert capsys.readouterr().out == "600 of 600 agree\n"
 
 
-def test_one_tree_of_the_corpus_can_be_asked_for(engine_facts, capsys):
-    assert main([str(engine_facts / "corpus" / "ctl_trycatch.xml")]) == 0
-    assert capsys.readouterr().out == "1 of 1 agree\n"
-
-
 TREE = (
     '<root BTCPP_format="4"><!-- conformance: ticks=2; bb.int.x=3 --><BehaviorTree ID="Main">'
     '<Sequence><Script code="x += 1"/><Scripted name="a" outcomes="R,S"/></Sequence>'
@@ -54,10 +49,6 @@ TRACE = {
 
 def compare(trace):
     return differences(run(TREE, parse_options(options_in(TREE))), trace)
-
-
-def test_a_trace_that_agrees_gives_no_difference():
-    assert compare(TRACE) == []
 
 
 @pytest.mark.parametrize(
@@ -78,14 +69,10 @@ def test_a_trace_that_agrees_gives_no_difference():
 )
 def test_every_kind_of_difference_is_found(change):
     trace = json.loads(json.dumps(TRACE))
+    assert compare(trace) == []
     change(trace)
 
     assert len(compare(trace)) >= 1
-
-
-def test_numbers_are_compared_by_value():
-    assert same(1, 1.0) and same(True, 1) and same([1, 2], [1.0, 2.0])
-    assert not same(1, "1")
 
 
 def test_a_difference_makes_the_exit_code_1(tmp_path, capsys):
@@ -104,7 +91,7 @@ def test_a_missing_path_is_bad_usage(tmp_path):
 
 @pytest.mark.parametrize(
     "text",
-    ["garbage", "[1]", "NaN", "[" * 100_000, '{"xml": 3}', '{"trace": {}}', "\udc95",
+    ["[1]", "[" * 100_000, '{"xml": 3}', "\udc95",
      '{"xml": "<root/>", "trace": {"options": {"ticks": "x"}}}',
      '{"xml": "<root/>", "trace": 3}'],
 )  # fmt: skip

@@ -18,7 +18,7 @@ from bt_manip.bt import (
     parse_tree,
 )
 from bt_manip.bt.loading import read_tree, read_tree_text
-from bt_manip.exceptions import TreeError
+from bt_manip.exceptions import NodeError, TreeError
 
 
 class Reach(Action):
@@ -182,33 +182,29 @@ class TestIncludes:
             read_tree(main, registry).problems[0]
         )
 
-    def test_a_chain_of_1000_includes_is_one_error(self, registry, files, tmp_path):
+    def test_a_chain_of_150_includes_is_one_error(self, registry, files, tmp_path):
         leaf = '<BehaviorTree ID="T"><AlwaysSuccess/></BehaviorTree>'
-        for i in range(1000):
-            text = f'<root><include path="f{i + 1}.xml"/></root>' if i < 999 else f"<root>{leaf}"
-            (tmp_path / f"f{i}.xml").write_text(text + "</root>" * (i == 999))
+        for i in range(150):
+            text = f'<root><include path="f{i + 1}.xml"/></root>' if i < 149 else f"<root>{leaf}"
+            (tmp_path / f"f{i}.xml").write_text(text + "</root>" * (i == 149))
 
         (error,) = read_tree(tmp_path / "f0.xml", registry, library=True).errors
         assert str(error).endswith(
             "f99.xml:1:16: error: files include each other deeper than 100 levels"
         )
-        assert read_tree(tmp_path / "f900.xml", registry).tree is not None
+        assert read_tree(tmp_path / "f90.xml", registry).tree is not None
 
-    def test_a_missing_file_is_shown_where_it_is_included(self, registry, files):
-        main = files(main="<root>\n  <include path='nothing.xml'/></root>")
+    @pytest.mark.parametrize(
+        ("include", "finding"),
+        [
+            ("<include path='nothing.xml'/>", "main.xml:1:16: error: the included file"),
+            ("<include/>", "main.xml:1:7: error: <include> needs the attribute 'path'"),
+        ],
+    )
+    def test_a_wrong_include_is_shown_where_it_stands(self, registry, files, include, finding):
+        main = files(main=f"<root>{include}</root>")
 
-        assert any(
-            "main.xml:2:12: error: the included file" in str(problem)
-            for problem in read_tree(main, registry).problems
-        )
-
-    def test_an_include_needs_a_path(self, registry, files):
-        main = files(main="<root><include/></root>")
-
-        assert any(
-            "1:7: error: <include> needs the attribute 'path'" in str(problem)
-            for problem in read_tree(main, registry).problems
-        )
+        assert any(finding in str(problem) for problem in read_tree(main, registry).problems)
 
     def test_a_thousand_files_are_enough(self, registry, files):
         chain = {
@@ -237,25 +233,27 @@ class TestWarnings:
         assert reading.errors == () and reading.tree is not None
         return [str(problem).removeprefix("<text>:") for problem in reading.warnings]
 
-    def test_an_attribute_that_means_nothing(self, registry):
-        assert self.warnings(registry, "<AlwaysSuccess _skipif='true'/>") == [
-            "3:20: warning: the attribute '_skipif' has no meaning; did you mean '_skipIf'?"
-        ]
+    @pytest.mark.parametrize(
+        ("body", "rest", "warning"),
+        [
+            ("<AlwaysSuccess _skipif='true'/>", "", "3:20: warning: the attribute '_skipif' has no meaning; did you mean '_skipIf'?"),
+            ("<Reach object='{cube}'/>", "", "3:20: warning: nothing writes the blackboard entry 'cube' that is read here"),
+            ("<AlwaysSuccess/>", "\n  <BehaviorTree ID='Spare'><AlwaysSuccess/></BehaviorTree>", "5:17: warning: nothing uses the tree 'Spare' (Main runs)"),
+            ("<AlwaysSuccess/>", "\n  <BehaviorTree ID='Main'><AlwaysFailure/></BehaviorTree>", "5:17: warning: tree 'Main' was defined before, at <text>:2:3; this definition counts"),
+            ("<ScriptCondition code='1 < 2 && true'/>", "", "3:28: warning: other XML readers refuse '&' and '<' here; write '&amp;' and '&lt;'"),
+        ],
+    )  # fmt: skip
+    def test_it_is_found_where_it_stands(self, registry, body, rest, warning):
+        assert self.warnings(registry, body, rest=rest) == [warning]
+
+    def test_attributes_of_editors_mean_something_to_them(self, registry):
+        assert self.warnings(registry, "<AlwaysSuccess _uid='1' _collapsed='true'/>") == []
 
     @pytest.mark.parametrize("name", ["goal", "_gaol"])
     def test_a_mistyped_attribute_of_a_tree(self, registry, name):
         text = document("<AlwaysSuccess/>").replace("<BehaviorTree", f"<BehaviorTree {name}=''")
         (warning,) = read_tree_text(text, registry).warnings
         assert warning.message == f"the attribute '{name}' has no meaning; did you mean '_goal'?"
-
-    def test_attributes_of_editors_mean_something_to_them(self, registry):
-        assert self.warnings(registry, "<AlwaysSuccess _uid='1' _collapsed='true'/>") == []
-
-    def test_a_key_that_nothing_writes(self, registry):
-        assert self.warnings(registry, "<Reach object='{cube}' height='{h}'/>") == [
-            "3:20: warning: nothing writes the blackboard entry 'cube' that is read here",
-            "3:36: warning: nothing writes the blackboard entry 'h' that is read here",
-        ]
 
     @pytest.mark.parametrize(
         "body",
@@ -271,22 +269,6 @@ class TestWarnings:
         rest = "<BehaviorTree ID='S'><Script code=\"out := 'a'\"/></BehaviorTree>"
         found = self.warnings(registry, body, rest=rest)
         assert [f for f in found if "nothing writes" in f] == []
-
-    def test_a_tree_that_nothing_uses(self, registry):
-        rest = "\n  <BehaviorTree ID='Spare'><AlwaysSuccess/></BehaviorTree>"
-        assert self.warnings(registry, "<AlwaysSuccess/>", rest=rest) == [
-            "5:17: warning: nothing uses the tree 'Spare' (Main runs)"
-        ]
-
-    def test_a_tree_that_is_defined_twice(self, registry):
-        rest = "\n  <BehaviorTree ID='Main'><AlwaysFailure/></BehaviorTree>"
-        found = self.warnings(registry, "<AlwaysSuccess/>", rest=rest)
-        assert "5:17: warning: tree 'Main' was defined before, at <text>:2:3" in found[0]
-
-    def test_characters_that_other_readers_refuse(self, registry):
-        assert self.warnings(registry, "<ScriptCondition code='1 < 2 && true'/>") == [
-            "3:28: warning: other XML readers refuse '&' and '<' here; write '&amp;' and '&lt;'"
-        ]
 
     def test_mistakes_in_trees_that_nothing_uses_are_errors(self, registry):
         rest = "<BehaviorTree ID='Spare'><Reach object='a' height='x'/></BehaviorTree>"
@@ -307,8 +289,6 @@ class TestEngineMode:
         ],
     )
     def test_what_the_engine_finds_at_a_tick_is_found_at_a_tick(self, registry, body):
-        from bt_manip.exceptions import NodeError
-
         with pytest.raises(TreeError):
             parse_tree(document(body), registry)
         tree = parse_tree(document(body), registry, strict=False)

@@ -4,7 +4,7 @@ from enum import Enum
 
 import pytest
 
-from bt_manip.bt import Action, BehaviourRegistry, Sequence
+from bt_manip.bt import Action, BehaviourRegistry
 from bt_manip.exceptions import TreeError, UnknownBehaviourError
 
 
@@ -28,27 +28,20 @@ def test_a_class_is_known_by_its_name_or_another_one():
     assert registry.get("Hover") is registry.get("Approach") is Hover
     assert registry.names(built_in=False) == ["Approach", "Hover"]
     assert registry.get("Hover").summary() == "Move the tool over an object."
-
-
-def test_an_unknown_name_offers_the_nearest_one():
+    registry.register(Hover)
     with pytest.raises(UnknownBehaviourError, match="no behaviour is named 'Hovr'; did you mean"):
-        BehaviourRegistry([Hover]).get("Hovr")
+        registry.get("Hovr")
 
 
-@pytest.mark.parametrize("name", ["Sequence", "Root", "a b", "a/b", "", "a.b"])
-def test_a_name_can_be_taken_or_not_allowed(name):
-    if name:
-        with pytest.raises(TreeError):
-            BehaviourRegistry().register(Hover, name)
+@pytest.mark.parametrize("name", ["Sequence", "Root", "a b", "a/b", "a.b"])
+def test_a_name_that_is_taken_or_not_allowed_is_refused(name):
+    with pytest.raises(TreeError):
+        BehaviourRegistry().register(Hover, name)
 
 
 def test_what_is_no_node_cannot_be_registered():
     with pytest.raises(TreeError, match="expected a subclass of Action"):
         BehaviourRegistry().register(str)
-
-
-def test_the_same_class_may_be_registered_again():
-    BehaviourRegistry().register(Sequence)
 
 
 def test_a_copy_is_ones_own():
