@@ -39,20 +39,16 @@ def test_a_waypoint_file_is_a_file_of_configurations(tmp_path, suffix):
 
 
 @pytest.mark.parametrize(
-    ("name", "message"),
+    ("name", "joints", "message"),
     [
-        ("redy", "did you mean 'ready'"),
-        ("one", "has 1 positions; the arm has 2 joints"),
+        ("redy", JOINTS, "did you mean 'ready'"),
+        ("one", JOINTS, "has 1 positions; the arm has 2 joints"),
+        ("Above", ("elbow",), "has no joint 'elbow'"),
     ],
 )
-def test_what_does_not_fit_is_refused(known, name, message):
+def test_what_does_not_fit_is_refused(known, name, joints, message):
     with pytest.raises(MotionError, match=message):
-        find_configuration(name, known, JOINTS)
-
-
-def test_waypoints_of_another_robot_are_refused(known):
-    with pytest.raises(MotionError, match="has no joint 'elbow'"):
-        find_configuration("Above", known, ("elbow",))
+        find_configuration(name, known, joints)
 
 
 @pytest.mark.parametrize("text", ["a: [", "- name: x", "5"])

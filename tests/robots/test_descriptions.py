@@ -1,12 +1,7 @@
-import dataclasses
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-from bt_manip.exceptions import BtManipError
-from bt_manip.models import bundled_path
-from bt_manip.robots import JointLimits, Payload, RobotError, panda
+from bt_manip.robots import JointLimits, Payload, RobotError
 
 ONE = np.ones(2)
 
@@ -14,20 +9,6 @@ ONE = np.ones(2)
 def limits(**changes):
     arrays = dict(lower=-ONE, upper=ONE, velocity=ONE, acceleration=ONE, jerk=ONE, effort=ONE)
     return JointLimits(**{**arrays, **changes})
-
-
-def test_the_bundled_panda_is_found_by_name():
-    assert Path(panda().model).is_file()
-
-
-def test_an_unknown_bundled_file_offers_the_nearest_right_name():
-    with pytest.raises(BtManipError, match="did you mean 'panda/panda.xml'"):
-        bundled_path("panda/pnda.xml")
-
-
-def test_a_description_has_one_number_for_each_joint():
-    with pytest.raises(RobotError, match="key 'velocity' is a list of 7 numbers, got 6"):
-        dataclasses.replace(panda(), velocity=(1.0,) * 6)
 
 
 def test_joint_limits_are_copied_and_cannot_be_written():

@@ -22,7 +22,7 @@ WITHOUT = {
     "margin": {"limit_margin": 0.0},
     "positions": {f"near_{key}": None for key in ("offset", "deceleration", "lower", "upper")},
 }
-SOME = 5
+SOME = 3
 CHECKER = Path(__file__).with_name("check_with_franka_sim.py")
 
 # libfranka, rate_limiting.h: maximum velocity, offset, 2 deceleration, lower, upper

@@ -4,7 +4,8 @@ import pinocchio as pin
 import pytest
 
 from bt_manip.cell import Cell
-from bt_manip.robots import Payload, Robot, panda
+from bt_manip.grippers import TwoFingerGripper
+from bt_manip.robots import Payload, Robot, compile_alone, panda
 
 
 def test_the_jacobian_is_the_derivative_of_the_pose(model, rng):
@@ -19,7 +20,10 @@ def test_the_jacobian_is_the_derivative_of_the_pose(model, rng):
     assert np.abs(model.jacobian(q) - numeric).max() < 1e-8
 
 
-def test_the_effort_is_what_mujoco_needs_to_make_that_acceleration(robot, model, rng):
+def test_the_effort_is_what_mujoco_needs_to_make_that_acceleration(rng):
+    robot = Robot(panda(), gripper=TwoFingerGripper)
+    compile_alone(robot)
+    model = robot.make_model()
     q = rng.uniform(model.limits.lower, model.limits.upper)
     v, a = rng.standard_normal(7), rng.standard_normal(7)
     data = robot.mj_data
@@ -36,7 +40,7 @@ def test_the_effort_is_what_mujoco_needs_to_make_that_acceleration(robot, model,
     assert np.abs(asked - data.qfrc_inverse[robot.dof_adr]).max() < 1e-9
 
 
-@pytest.mark.parametrize("gravity", [(0.0, 0.0, -9.81), (3.0, -2.0, 1.0), None])
+@pytest.mark.parametrize("gravity", [(3.0, -2.0, 1.0), None])
 def test_the_effort_at_rest_is_mujocos_bias_force_in_any_gravity(gravity, rng):
     robot, cell = Robot(panda()), Cell()
     if gravity is None:
@@ -69,20 +73,14 @@ def test_a_payload_adds_its_weight_at_its_place(model, rng):
     assert np.abs(added - expected).max() < 1e-9
 
 
-def test_a_payload_replaces_the_one_before(model):
+def test_a_payload_replaces_the_one_before_and_leaves_the_model_it_was_given_to(model):
     still = np.zeros(7)
+    before = model.rnea(model.home, still, still + 1).copy()
     first = model.with_payload(Payload(3.0, [0.0, 0.1, 0.0], 0.1 * np.eye(3)))
+    assert np.array_equal(model.rnea(model.home, still, still + 1), before)
     again = first.with_payload(Payload(1.0)).with_payload(None)
     assert again.payload is None
-    difference = again.rnea(model.home, still, still + 1) - model.rnea(model.home, still, still + 1)
-    assert np.abs(difference).max() < 1e-12
-
-
-def test_a_payload_does_not_change_the_model_that_it_was_given_to(model):
-    still = np.zeros(7)
-    before = model.rnea(model.home, still, still).copy()
-    model.with_payload(Payload(3.0))
-    assert np.array_equal(model.rnea(model.home, still, still), before)
+    assert np.abs(again.rnea(model.home, still, still + 1) - before).max() < 1e-12
 
 
 def test_a_pose_given_out_does_not_change_afterwards(model):

@@ -103,14 +103,13 @@ def test_the_tools_velocity_is_that_of_its_jacobian(make):
 
 def test_asking_changes_no_bit(make):
     cell, robot = make(MOUNTED)
-    other, idle = make(MOUNTED)
+    other, _ = make(MOUNTED)
     for _ in range(50):
         cell.step()
         other.step()
         robot.wrist_wrench()
         _ = robot.tool_velocity
     assert cell.state_bytes() == other.state_bytes()
-    assert idle.mj_model is not robot.mj_model
 
 
 def test_all_of_it_are_composers_observables(make):

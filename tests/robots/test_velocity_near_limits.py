@@ -15,47 +15,43 @@ def formula(distance: np.ndarray) -> np.ndarray:
     return -OFFSET + np.sqrt(2.0 * DECELERATION * distance)
 
 
-def test_the_limit_is_that_of_the_formula_in_the_direction_of_motion():
-    plain, limits = Robot(panda()).limits, Robot(NEAR).limits
+@pytest.fixture(scope="module")
+def both():
+    """Give the limits of the Panda without and with these velocity limits."""
+    return Robot(panda()).limits, Robot(NEAR).limits
+
+
+def test_the_limit_is_that_of_the_formula_in_the_direction_of_motion(both):
+    plain, limits = both
     q = np.linspace(limits.lower, limits.upper, 50)
     up, down = limits.velocity_at(q, np.ones_like(q)), limits.velocity_at(q, -np.ones_like(q))
     expected = np.minimum(plain.velocity, formula(plain.upper - q))
     assert (up <= expected).all() and (up >= expected - 0.01).all()
+    inside = plain.upper - (q + 1e-3 * up)  # a control step later
+    assert (up <= np.maximum(formula(inside), 0.025 * plain.velocity) + 1e-12).all()
     expected = np.minimum(plain.velocity, formula(q - plain.lower))
     assert (down <= expected).all() and (down >= expected - 0.01).all()
 
 
-def test_a_velocity_at_the_limit_keeps_the_formula_a_control_step_later():
-    plain, limits = Robot(panda()).limits, Robot(NEAR).limits
-    q = np.linspace(limits.lower, limits.upper, 50)
-    v = limits.velocity_at(q, np.ones_like(q))
-    inside = plain.upper - (q + 1e-3 * v)
-    assert (v <= np.maximum(formula(inside), 0.025 * plain.velocity) + 1e-12).all()
-
-
-def test_positions_end_where_the_velocity_limit_would_be_nearly_zero():
-    plain, limits = Robot(panda()).limits, Robot(NEAR).limits
+def test_positions_end_where_the_velocity_limit_would_be_nearly_zero(both):
+    plain, limits = both
     assert (limits.upper < plain.upper).all() and (limits.lower > plain.lower).all()
     assert (limits.velocity_at(limits.upper, np.ones(7)) > 0.02 * plain.velocity).all()
+    assert plain.near is None
+    assert plain.velocity_at(plain.upper, np.ones(7)) is plain.velocity
 
 
-def test_the_margin_reduces_velocity_acceleration_and_jerk():
-    plain, limits = Robot(panda()).limits, Robot(replace(NEAR, limit_margin=0.1)).limits
+def test_the_margin_reduces_velocity_acceleration_and_jerk(both):
+    plain, without = both
+    limits = Robot(replace(NEAR, limit_margin=0.1)).limits
     for name in ("velocity", "acceleration", "jerk"):
         np.testing.assert_allclose(getattr(limits, name), 0.9 * getattr(plain, name))
     middle = 0.5 * (plain.lower + plain.upper)
     q, still = plain.upper - 0.05 * (plain.upper - middle), np.ones(7)
-    without = Robot(NEAR).limits
     np.testing.assert_allclose(
         limits.velocity_at(q, still), 0.9 * without.velocity_at(q, still), rtol=0.01
     )
     np.testing.assert_array_equal(limits.effort, plain.effort)
-
-
-def test_a_robot_without_them_has_its_constant_limits():
-    limits = Robot(panda()).limits
-    assert limits.near is None
-    assert limits.velocity_at(limits.upper, np.ones(7)) is limits.velocity
 
 
 def test_limits_that_leave_a_joint_no_range_are_refused():
