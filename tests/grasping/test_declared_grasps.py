@@ -32,9 +32,17 @@ def parts():
     return load_plugins(entry_points=(), warn=pytest.fail, choice=PLUGIN).parts
 
 
+@pytest.fixture(scope="module")
+def built(parts):
+    station = build_station(parts)
+    return station, station.get_state()
+
+
 @pytest.fixture
-def station(parts):
-    return build_station(parts)
+def station(built):
+    station, start = built
+    station.set_state(start)
+    return station
 
 
 def add_mug(station, parts, yaw=1.2, *, name="mug", y=0.1):

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from dm_control import composer, mjcf
 
-from bt_manip import build_station
 from bt_manip.collision import CollisionPair
 from bt_manip.exceptions import MotionError
 from bt_manip.grasping import GraspPlanner
@@ -15,23 +14,17 @@ from bt_manip.planning import LineTo, follow_tool_path, tool_paths
 from bt_manip.spatial import pose
 
 
-def test_an_arm_that_would_collide_with_itself_does_not_wait_for_itself(monkeypatch):
-    station = build_station()
-    height = station.cell.pose("table").translation[2] + station.cell.surface_height("table")
-    name = station.cell.add(station.models.create("cube"), pose((0.3, 0.0, height + 0.026)))
+def test_an_arm_that_would_collide_with_itself_does_not_wait_for_itself(station, monkeypatch):
     own = CollisionPair("panda/link7", "panda/link2", -0.01)
     monkeypatch.setattr(station.arm.world, "collisions", lambda q, within=0.0: [own])
     planner = GraspPlanner(station.cell, station.arm)
     with pytest.raises(MotionError, match="'panda/link7' would touch 'panda/link2'") as raised:
-        planner.plan(name, [0.1], station.cell.pose(name).translation)
+        planner.plan("cube", [0.1], station.cell.pose("cube").translation)
     assert raised.value.reason == "grasp"
 
 
-def test_a_plan_holds_until_the_object_or_the_arm_has_moved():
-    station = build_station()
-    cell, arm = station.cell, station.arm
-    height = cell.pose("table").translation[2] + cell.surface_height("table")
-    name = cell.add(station.models.create("cube"), pose((0.3, 0.0, height + 0.026)))
+def test_a_plan_holds_until_the_object_or_the_arm_has_moved(station):
+    cell, arm, name = station.cell, station.arm, "cube"
     planner = GraspPlanner(cell, arm)
     plan = planner.plan(name, [0.1], cell.pose(name).translation)
     assert planner.planned(name) is None
@@ -42,11 +35,11 @@ def test_a_plan_holds_until_the_object_or_the_arm_has_moved():
     restored = planner.planned(name)
     (line,) = tool_paths(arm.model.pose(arm.q), [LineTo(restored.T_wt)])
     assert np.array_equal(follow_tool_path(arm.ik, arm.q, line).knots, plan.approach.knots)
-    cell.move(name, pose((0.301, 0.0, height + 0.026)))
+    cell.move(name, pose((0.001, 0.0, 0.0)) * cell.pose(name))
     assert planner.planned(name) is None
 
 
-def test_the_candidates_of_an_object_with_a_joint_follow_the_joint():
+def test_the_candidates_of_an_object_with_a_joint_follow_the_joint(station):
     class Slider(composer.Entity):
         """A block on a fixed foot, on which it slides."""
 
@@ -64,8 +57,8 @@ def test_the_candidates_of_an_object_with_a_joint_follow_the_joint():
     def plan(planner):
         return planner.plan(name, [0.1], cell.pose(name).translation).grasp.T_ot.homogeneous
 
-    station = build_station()
     cell = station.cell
+    cell.remove("cube")
     name = cell.add(Slider(), pose((0.4, 0.0, 1.036)), free=False)
     planner = GraspPlanner(cell, station.arm)
     before = plan(planner)

@@ -16,7 +16,8 @@ from bt_manip.grippers import contact_friction, solids_of
 from bt_manip.robots import GripperError
 from bt_manip.scenes import table_and_basket
 from bt_manip.spatial import pose
-from tests.control.conftest import grip as grip
+from tests.grippers.conftest import built_grip as built_grip
+from tests.grippers.conftest import grip as grip
 
 ON_THE_TABLE = pose((0.3, 0.0, 1.015 + 0.0255))
 THRESHOLD = 0.0565 * 9.81 / 100.0  # the cube's weight over 2 x 50 N
@@ -47,7 +48,7 @@ def contact_frictions(cell: Cell, gripper) -> set[float]:
     return set(contact.friction[both, 0].tolist())
 
 
-@pytest.mark.parametrize("friction", [0.05, 0.3, 2.0])
+@pytest.mark.parametrize("friction", [0.05, 2.0])
 def test_contacts_have_the_friction_that_grasp_planning_uses(grip, friction):
     cell, _, _, gripper = grip
     cell.override("cube", friction=friction)
@@ -55,20 +56,6 @@ def test_contacts_have_the_friction_that_grasp_planning_uses(grip, friction):
     assert contact_frictions(cell, gripper) == {contact_friction(solids_of(cell, "cube"))}
     assert contact_frictions(cell, gripper) == {friction}
     assert fall_of(cell) < 1e-4
-
-
-@pytest.mark.parametrize("robot", ["ur5e", pytest.param("xarm7", marks=pytest.mark.soak)])
-def test_fingers_of_other_robots_have_no_friction_of_their_own(robot, menagerie, monkeypatch):
-    pytest.importorskip("bt_manip_menagerie")
-    monkeypatch.setenv("MENAGERIE_ROOT", str(menagerie))
-    station = build_station(robot=robot)
-    cell, gripper = station.cell, station.gripper
-    cell.add(Cube(friction=0.4), station.robot.tool_pose, name="cube")
-    cell.model.opt.gravity[:] = 0.0
-    gripper.close(50.0)
-    station.step_until(lambda: gripper.steady, timeout=1.0)
-    assert contact_frictions(cell, gripper) == {contact_friction(solids_of(cell, "cube"))}
-    assert contact_frictions(cell, gripper) == {0.4}
 
 
 @pytest.mark.parametrize(("times", "falls"), [(0.8, True), (1.2, False)])
@@ -92,7 +79,7 @@ def test_randomized_friction_of_an_object_is_that_of_its_grip():
     scene = replace(table_and_basket(), randomization=Randomization(objects={"cube": friction}))
     station = build_station(scene=scene, seed=3)
     found = set()
-    for cycle in range(3):
+    for cycle in range(2):
         station.randomizer.begin(cycle)
         station.cell.add(station.models.create("cube"), station.robot.tool_pose, name="cube")
         station.cell.model.opt.gravity[:] = 0.0
@@ -104,15 +91,17 @@ def test_randomized_friction_of_an_object_is_that_of_its_grip():
         station.gripper.open()
         station.step_until(lambda: station.gripper.is_open, timeout=1.0)
         station.cell.remove("cube")
-    assert len(found) == 3 and 0.2 <= min(found) and max(found) <= 0.6
+    assert len(found) == 2 and 0.2 <= min(found) and max(found) <= 0.6
 
 
-@pytest.fixture
-def on_the_table():
+@pytest.fixture(scope="module")
+def on_the_table(parts):
     """Put an object on the table; return the cell and the grasp planner."""
+    station = build_station(parts)
+    start = station.get_state()
 
     def put(thing):
-        station = build_station()
+        station.set_state(start)
         station.cell.add(thing, ON_THE_TABLE, name="it")
         return station.cell, GraspPlanner(station.cell, station.arm)
 

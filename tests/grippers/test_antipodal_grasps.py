@@ -10,6 +10,7 @@ import trimesh
 from bt_manip.exceptions import MotionError
 from bt_manip.grippers.two_finger.antipodal_grasps import (
     GRIP_DEPTH,
+    SLACK_WEIGHT,
     AntipodalGraspGenerator,
     cylinder_grasps,
 )
@@ -47,7 +48,7 @@ def test_a_thin_plate_is_gripped_with_the_tips_above_its_support():
         assert -0.004 + 1e-3 <= tips + 1e-9 < 0.004
 
 
-@pytest.mark.parametrize("turn", [0.0, 0.6, 2.5])
+@pytest.mark.parametrize("turn", [0.0, 0.6])
 def test_a_lying_cylinder_is_gripped_across_its_axis_from_straight_above(turn):
     rotation = pin.utils.rotate("z", turn) @ pin.utils.rotate("y", 0.5 * math.pi)
     grasps = candidates(solid("cylinder", 0.02, 0.05, rotation=rotation))
@@ -59,7 +60,9 @@ def test_a_lying_cylinder_is_gripped_across_its_axis_from_straight_above(turn):
 
 def test_a_sphere_is_gripped_at_its_widest_point_or_as_far_from_it_as_the_palm_demands():
     for radius in (0.015, 0.033):
-        for grasp in candidates(solid("sphere", radius)):
+        grasps = candidates(solid("sphere", radius))
+        assert max(approach(grasp) @ DOWN for grasp in grasps) == pytest.approx(1.0)
+        for grasp in grasps:
             back = -grasp.T_ot.translation @ approach(grasp)
             palm = back + HAND.palm
             assert palm >= radius + 3e-3 - 1e-9
@@ -71,7 +74,7 @@ def test_a_sphere_is_gripped_at_its_widest_point_or_as_far_from_it_as_the_palm_d
             assert 0.25 * math.pi * grasp.costs["angle"] < 0.26
 
 
-@pytest.mark.parametrize("half", [0.02, 0.025, 0.035])
+@pytest.mark.parametrize("half", [0.02, 0.035])
 def test_a_cube_is_gripped_at_the_grip_depth_below_its_top(half):
     above = [g for g in candidates(solid("box", half, half, half)) if approach(g) @ DOWN > 0.99]
     assert above
@@ -80,20 +83,17 @@ def test_a_cube_is_gripped_at_the_grip_depth_below_its_top(half):
         assert depth == pytest.approx(GRIP_DEPTH)
 
 
-@pytest.mark.parametrize("kind", ["box", "sphere", "cylinder", "capsule"])
+@pytest.mark.parametrize("kind", ["box", "sphere", "cylinder", "capsule", "mesh"])
 def test_an_object_that_is_too_wide_fails_with_its_width_and_the_stroke(kind):
-    with pytest.raises(MotionError, match="at least 100 mm wide; the fingers open to 80 mm"):
-        candidates(solid(kind, 0.05, 0.05, 0.05))
+    mesh = trimesh.creation.box((0.1, 0.11, 0.12))
+    wide = convex(mesh) if kind == "mesh" else solid(kind, 0.05, 0.05, 0.05)
+    with pytest.raises(MotionError, match="100 mm wide; the fingers open to 80 mm"):
+        candidates(wide)
 
 
 def test_an_object_without_clearance_between_the_fingers_fails_with_the_width_it_needs():
     with pytest.raises(MotionError, match="79 mm wide; the fingers open to 80 mm and need 82 mm"):
         candidates(solid("box", 0.0395, 0.05, 0.05))
-
-
-def test_a_mesh_that_is_too_wide_fails_too():
-    with pytest.raises(MotionError, match="120 mm wide; the fingers open to 80 mm"):
-        candidates(convex(trimesh.creation.box((0.12, 0.13, 0.14))))
 
 
 def test_the_same_seed_gives_the_same_grasps():
@@ -107,11 +107,6 @@ def test_a_palm_too_near_to_the_fingertips_fails_with_the_length_of_the_fingers(
     generator = AntipodalGraspGenerator("it", cube, gripper, np.zeros(3), np.random.default_rng(0))
     with pytest.raises(MotionError, match="deep enough: the fingers extend 5 mm beyond the palm"):
         generator.candidates(DOWN)
-
-
-def test_a_ball_may_be_approached_from_straight_above():
-    cosines = [approach(grasp) @ DOWN for grasp in candidates(solid("sphere", 0.02))]
-    assert max(cosines) == pytest.approx(1.0)
 
 
 def test_pads_touch_flat_ends_over_their_width_and_round_ends_at_a_point():
@@ -129,3 +124,12 @@ def test_only_a_single_round_solid_may_be_gripped_from_all_around():
     ball = solid("sphere", 0.02)
     assert candidates(ball).free_axis is not None
     assert candidates(ball, solid("sphere", 0.02, at=(0.06, 0.0, 0.0))).free_axis is None
+
+
+@pytest.mark.parametrize("half", [0.002, 0.036, 0.0385, 0.0395])  # [m]
+def test_the_cost_of_a_narrow_opening_is_bounded_and_only_objects_as_wide_pay_it(half):
+    found = candidates(solid("box", half, half, 0.03))
+    slack, width = found.costs["slack"], found.width
+    assert len(slack) and (slack >= 0.0).all() and (slack <= SLACK_WEIGHT).all()
+    assert (slack[width < HAND.stroke - 0.011] == 0.0).all()
+    assert (slack[width > HAND.stroke - 0.005] > 0.25 * SLACK_WEIGHT).all()

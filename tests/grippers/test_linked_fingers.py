@@ -30,7 +30,7 @@ def make(cube=True):
     if cube:
         cell.add(Cube(), pose((0.0, 0.003, 0.025)))
     control.reference = Hold(robot.q)
-    return cell, robot, gripper
+    return cell, control, gripper
 
 
 @pytest.fixture
@@ -43,10 +43,6 @@ def over_cube():
     return make()
 
 
-def controller_of(robot):
-    return next(e for e in robot.iter_entities() if isinstance(e, ComputedTorque))
-
-
 def until(cell, condition, seconds=3.0):
     for _ in range(round(seconds / cell.dt)):
         if condition():
@@ -55,24 +51,20 @@ def until(cell, condition, seconds=3.0):
     raise AssertionError("it has not happened")
 
 
-def gap(cell, robot):
+def gap(cell, gripper):
     mujoco.mj_forward(cell.model, cell.data)
-    left, right = robot.gripper.mechanism.geoms
+    left, right = gripper.mechanism.geoms
     return mujoco.mj_geomDistance(cell.model, cell.data, left[0], right[0], 1.0, None)
 
 
-@pytest.mark.parametrize("width", [0.02, 0.05, 0.09])
-def test_the_opening_is_the_distance_of_the_fingers(empty, width):
-    cell, robot, gripper = empty
-    gripper.move(width)
-    until(cell, lambda: not gripper.moving)
-    cell.step(100)
-    assert gripper.width == pytest.approx(width, abs=3e-4)
-    assert gap(cell, robot) == pytest.approx(width, abs=5e-4)
-
-
-def test_fingers_that_meet_have_closed_on_nothing(empty):
+def test_the_opening_is_the_distance_of_the_fingers_down_to_none(empty):
     cell, _, gripper = empty
+    for width in (0.09, 0.05, 0.02):
+        gripper.move(width)
+        until(cell, lambda: not gripper.moving)
+        cell.step(100)
+        assert gripper.width == pytest.approx(width, abs=3e-4)
+        assert gap(cell, gripper) == pytest.approx(width, abs=5e-4)
     gripper.close(20.0)
     until(cell, lambda: gripper.closed_on_nothing)
     assert not gripper.steady and gripper.held == ()
@@ -80,26 +72,18 @@ def test_fingers_that_meet_have_closed_on_nothing(empty):
     until(cell, lambda: gripper.is_open)
 
 
-@pytest.mark.parametrize("force", [10.0, 40.0])
-def test_both_fingers_press_with_the_asked_force_off_centre(over_cube, force):
-    cell, _, gripper = over_cube
-    gripper.close(force)
-    until(cell, lambda: gripper.steady)
-    assert gripper.held == ("cube",)
-    cell.step(700)
-    left, right = gripper.forces
-    assert 0.5 * (left + right) == pytest.approx(force, rel=0.01)
-    # What the floor's friction carries of the fingers' difference; one motor cannot take it away.
-    assert left == pytest.approx(right, rel=0.1)
-
-
-def test_what_is_held_can_be_lifted_and_let_go(over_cube):
-    cell, robot, gripper = over_cube
-    gripper.close(40.0)
-    until(cell, lambda: gripper.steady)
-    until(cell, lambda: not gripper.moving)
-    lift = robot.q + np.array([0.1, 0.0])
-    controller_of(robot).reference = Hold(lift)
+def test_both_fingers_press_off_centre_and_what_they_hold_can_be_lifted_and_let_go(over_cube):
+    cell, control, gripper = over_cube
+    for force in (10.0, 40.0):
+        gripper.close(force)
+        until(cell, lambda: gripper.steady)
+        assert gripper.held == ("cube",)
+        cell.step(700)
+        left, right = gripper.forces
+        assert 0.5 * (left + right) == pytest.approx(force, rel=0.01)
+        # What the floor's friction carries of the difference; one motor cannot take it away.
+        assert left == pytest.approx(right, rel=0.1)
+    control.reference = Hold(control.robot.q + np.array([0.1, 0.0]))
     cell.step(1000)
     assert cell.pose("cube").translation[2] > 0.1
     gripper.open()
@@ -107,15 +91,14 @@ def test_what_is_held_can_be_lifted_and_let_go(over_cube):
 
 
 def test_a_state_goes_on_bit_for_bit(over_cube):
-    cell, robot, gripper = over_cube
-    controller = controller_of(robot)
+    cell, control, gripper = over_cube
     gripper.close(30.0)
     cell.step(300)
-    snapshot, states = cell.snapshot(), [part.get_state() for part in (gripper, controller)]
+    snapshot, states = cell.snapshot(), [part.get_state() for part in (gripper, control)]
     cell.step(200)
     first = cell.data.qpos.copy()
     cell.restore(snapshot)
-    for part, state in zip((gripper, controller), states, strict=True):
+    for part, state in zip((gripper, control), states, strict=True):
         part.set_state(state)
     cell.step(200)
     assert np.array_equal(first, cell.data.qpos)

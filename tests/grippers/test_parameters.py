@@ -39,6 +39,11 @@ def test_one_joint_is_enough_and_the_openings_may_be_left_to_the_model(read):
     assert parameters.joints == ("left",) and parameters.open_width is None
 
 
+JOINTS, FINGERS = '"left", "right"', '"one", "two"'
+ONE_OR_TWO = "'gripper.joints' is a list of 1 to 2 names, each once, got"
+TWO = "'gripper.fingers' is a list of 2 names, each once, got"
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
@@ -46,35 +51,17 @@ def test_one_joint_is_enough_and_the_openings_may_be_left_to_the_model(read):
             ARM + "max_forze = 3\n",
             "arm.toml:16: key 'gripper.max_forze' means nothing; did you mean 'max_force'",
         ),
-        (
-            ARM.replace('"left", "right"', ""),
-            "'gripper.joints' is a list of 1 to 2 names, each once, got none",
-        ),
-        (
-            ARM.replace('"one", "two"', '"one"'),
-            "'gripper.fingers' is a list of 2 names, each once, got one",
-        ),
-        (
-            ARM.replace('"left", "right"', '"left", "left"'),
-            "'gripper.joints' is a list of 1 to 2 names, each once, got left, left",
-        ),
-        (
-            ARM.replace('"one", "two"', '"one", "one"'),
-            "'gripper.fingers' is a list of 2 names, each once, got one, one",
-        ),
+        (ARM.replace(JOINTS, ""), f"{ONE_OR_TWO} none"),
+        (ARM.replace(JOINTS, '"left", "left"'), f"{ONE_OR_TWO} left, left"),
+        (ARM.replace(FINGERS, '"one"'), f"{TWO} one"),
         (ARM + "[gripper.pads]\nsolrf = [0.01]\n", "'gripper.pads.solrf' means nothing"),
     ],
 )
-def test_what_is_wrong_is_said_with_its_file_and_key(read, text, message):
+def test_what_is_wrong_is_said_with_its_file_and_key_or_with_its_robot(read, text, message):
     with pytest.raises(RobotError, match=message):
         read_parameters(read(text).read("arm"))
-
-
-def test_what_is_wrong_in_python_is_said_with_its_robot():
-    gripper = two_finger_gripper(
+    wrong = two_finger_gripper(
         joints=(), fingers=("a", "b"), open_width=0.1, max_speed=1.0, max_force=1.0
     )
-    with pytest.raises(
-        RobotError, match="robot 'arm': key 'gripper.joints' is a list of 1 to 2 names"
-    ):
-        read_parameters(gripper.read("arm"))
+    with pytest.raises(RobotError, match=f"robot 'arm': key {ONE_OR_TWO}"):
+        read_parameters(wrong.read("arm"))

@@ -56,7 +56,6 @@ def test_a_travel_that_fits_is_read(file):
 @pytest.mark.parametrize(
     ("model", "old", "new", "parts"),
     [
-        ("pincers.xml", 'size="0.01 0.004 0.02"', 'size="0.01 0.005 0.02"', ["bodies"]),
         ("pincers.xml", 'mass="0.03"', 'mass="0.04"', ["bodies"]),
         ("pincers.xml", 'pos="0 0.02 0.03"', 'pos="0 0.021 0.03"', ["bodies"]),
         ("pincers.xml", 'damping="0.02"', 'damping="0.03"', ["joints"]),
@@ -72,9 +71,8 @@ def test_a_change_of_what_was_measured_is_named_with_the_remedy(file, model, old
     assert changed_parts(file) == parts
 
 
-@pytest.mark.parametrize(
-    ("model", "old", "new"),
-    [
+def test_other_changes_are_none_of_the_travel(file):
+    for model, old, new in (
         ("pincers.xml", 'friction="0.3"', 'friction="0.3" rgba="1 0 0 1"'),
         ("pincers.xml", '<geom class="crank"/>', "<geom class='crank' /><!-- a crank -->"),
         ("post.toml", "max_force = 40.0", "max_force = 30.0"),
@@ -82,10 +80,8 @@ def test_a_change_of_what_was_measured_is_named_with_the_remedy(file, model, old
         ("post.toml", "position = [0.0, 0.0, 0.2]", "position = [0.3, 0.0, 0.2]"),
         ("post.toml", "position = [0.0, 0.0, 0.01]", "position = [0.0, 0.0, 0.02]"),
         ("post.toml", "velocity = [1.0, 2.0]", "armature = 0.5\nvelocity = [1.0, 2.0]"),
-    ],
-)
-def test_other_changes_are_none_of_the_travel(file, model, old, new):
-    change(file.parent / model, old, new)
+    ):
+        change(file.parent / model, old, new)
     make(file)
 
 
