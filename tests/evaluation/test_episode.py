@@ -16,8 +16,10 @@ def run(worker, *episodes, point=0):
     return [worker.run(EpisodeId(point, episode)) for episode in episodes]
 
 
-def test_a_result_tells_the_samples_and_the_node_that_failed(evaluation):
-    results = run(EpisodeWorker(evaluation()), *range(6))
+def test_a_result_tells_the_samples_and_the_node_that_failed_and_depends_on_its_number_alone(
+    evaluation,
+):
+    results = run(EpisodeWorker(evaluation()), *range(4))
     assert {result.status for result in results} == {"SUCCESS", "FAILURE"}
     for result in results:
         mass = json.loads(result.randomized)["objects"]["cube"]["mass"]
@@ -25,24 +27,18 @@ def test_a_result_tells_the_samples_and_the_node_that_failed(evaluation):
         assert result.node == ("" if result.success else "check")
         assert result.reason == ("" if result.success else f"{mass:.3f} kg is heavy")
         assert 0.05 <= result.duration_s < 0.1 and len(result.digest) == 64
+    for other in run(EpisodeWorker(evaluation()), 2, 0, 2):
+        assert replace(results[other.episode], wall_s=other.wall_s) == other
 
 
-def test_results_do_not_depend_on_earlier_episodes(evaluation):
-    def results(*episodes):
-        found = run(EpisodeWorker(evaluation()), *episodes)
-        return {result.episode: replace(result, wall_s=0.0) for result in found}
-
-    assert results(0, 1, 2, 3) == results(3, 1, 0, 2, 1)
-
-
-@pytest.mark.parametrize("episodes", [3, pytest.param(12, marks=pytest.mark.soak)])
-def test_picks_of_a_fixture_have_the_same_digests_in_any_order(evaluation, tmp_path, episodes):
+def test_picks_of_a_fixture_have_the_same_digests_in_any_order(evaluation, tmp_path):
     scene = {"scene": str(tmp_path / "fixture.toml")}
-    orders = range(episodes), reversed(range(episodes))
-    forth, back = (run(EpisodeWorker(evaluation("pick", options=scene)), *o) for o in orders)
-    assert [one.status for one in forth] == ["SUCCESS"] * episodes
+    forth, back = (
+        run(EpisodeWorker(evaluation("pick", options=scene)), *order) for order in ((0, 1), (1, 0))
+    )
+    assert [one.status for one in forth] == ["SUCCESS"] * 2
     assert [one.digest for one in forth] == [one.digest for one in back[::-1]]
-    assert len({one.digest for one in forth}) == episodes
+    assert forth[0].digest != forth[1].digest
 
 
 @pytest.mark.soak
@@ -76,36 +72,23 @@ def test_what_a_behaviour_raises_is_a_failure_of_the_episode(evaluation):
     assert first.digest == again.digest
 
 
-@pytest.mark.parametrize(
-    ("episodes", "limit"), [(10, 0.13), pytest.param(1000, 0.149, marks=pytest.mark.soak)]
-)
-def test_episodes_whose_state_diverges_in_the_grip_are_failed_rows(
-    evaluation, tmp_path, episodes, limit
-):
-    options = {"scene": str(tmp_path / "fixed.toml"), "settings": {"limit": limit}}
-    make = partial(EpisodeWorker, evaluation("fragile", options=options))
-    ids = [EpisodeId(0, number) for number in range(episodes)]
-    rows = {row.episode: row for row in run_episodes(make, ids, 1 if episodes < 100 else 2)}
-    assert sorted(rows) == list(range(episodes))
-    masses = {n: json.loads(row.randomized)["objects"]["cube"]["mass"] for n, row in rows.items()}
-    heavy = {n for n, mass in masses.items() if mass > limit}
-    assert {n for n, row in rows.items() if row.status == "ERROR"} == heavy != set()
-    for number in heavy:
-        assert not rows[number].success
-        assert rows[number].reason.startswith("PhysicsDiverged: MuJoCo warned at")
-        assert rows[number].duration_s > 0.5
-    rest = {(row.status, row.node) for n, row in rows.items() if n not in heavy}
-    assert rest == {("FAILURE", "goal")}
-    worker = make()
-    run(worker, min(heavy))
-    after = min(set(rows) - heavy)
-    assert run(worker, after)[0].digest == rows[after].digest
+def test_episodes_whose_state_diverges_in_the_grip_are_failed_rows(evaluation, tmp_path):
+    options = {"scene": str(tmp_path / "fixed.toml"), "settings": {"limit": 0.1}}
+    diverged, after = run(EpisodeWorker(evaluation("fragile", options=options)), 3, 0)
+    masses = [json.loads(one.randomized)["objects"]["cube"]["mass"] for one in (diverged, after)]
+    assert masses[0] > 0.1 > masses[1]
+    assert (diverged.success, diverged.status) == (False, "ERROR")
+    assert diverged.reason.startswith("PhysicsDiverged: MuJoCo warned")
+    assert diverged.duration_s > 0.5
+    assert (after.success, after.status, after.node) == (False, "FAILURE", "goal")
+    (fresh,) = run(EpisodeWorker(evaluation("fragile", options=options)), 0)
+    assert fresh.digest == after.digest
 
 
-@pytest.mark.parametrize("name", ["GeneratorExit", "SystemExit"])
-def test_any_exception_but_an_interrupt_is_a_failure_of_the_episode(evaluation, name):
-    (result,) = run(EpisodeWorker(evaluation("leaving", options={"settings": {"raises": name}})), 0)
-    assert (result.status, result.reason) == ("ERROR", name)
+def test_any_exception_but_an_interrupt_is_a_failure_of_the_episode(evaluation):
+    settings = {"settings": {"raises": "SystemExit"}}
+    (result,) = run(EpisodeWorker(evaluation("leaving", options=settings)), 0)
+    assert (result.status, result.reason) == ("ERROR", "SystemExit")
 
 
 def test_a_leaf_that_a_fallback_replaced_is_in_the_row(evaluation):
@@ -124,14 +107,13 @@ def test_a_leaf_that_a_fallback_replaced_is_in_the_row(evaluation):
 
 def test_points_vary_tree_scene_robot_and_controller(evaluation):
     points = (
-        {"limit": 0.2}, {"scene.objects.cube.mass": 0.02}, {"scene.objects.cube.mass": 0.3},
-        {"robot.velocity": 0.5}, {"controller.kp": 2000},
+        {"limit": 0.2}, {"scene.objects.cube.mass": 0.3}, {"robot.velocity": 0.5},
+        {"controller.kp": 2000},
     )  # fmt: skip
     worker = EpisodeWorker(evaluation(points=points))
-    found = [run(worker, 0, point=point)[0] for point in range(5)]
-    assert [result.success for result in found[:3]] == [True, True, False]
-    assert len({result.digest for result in found}) >= 4
-    assert found[0] == replace(run(worker, 0)[0], wall_s=found[0].wall_s)
+    found = [run(worker, 0, point=point)[0] for point in range(4)]
+    assert [result.success for result in found[:2]] == [True, False]
+    assert len({result.digest for result in found}) >= 3
 
 
 @pytest.mark.parametrize(
@@ -153,7 +135,6 @@ def test_unknown_parameters_are_refused(evaluation, name, problem):
 
 def test_a_worker_with_another_identity_is_refused(evaluation):
     identity = EpisodeWorker(evaluation()).identity
-    EpisodeWorker(evaluation(identity=identity))
     other = {**identity, "versions": {**identity["versions"], "mujoco": "1.0"}}
     with pytest.raises(BtManipError, match="versions mujoco '.*' instead of '1.0'"):
         EpisodeWorker(evaluation(identity=other))

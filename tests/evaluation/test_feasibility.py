@@ -7,10 +7,6 @@ from bt_manip.robots import panda
 from bt_manip.spatial import pose
 
 
-def test_nothing_speaks_against_a_task_that_a_robot_does(parts):
-    assert why_not("pick_place", "panda", parts, starts=1) == ""
-
-
 def test_the_reason_is_what_the_first_motion_or_the_scene_would_fail_for(parts):
     weak = replace(panda(), gripper=replace(panda().gripper, max_force=0.2))
     assert "too little friction to hold 'cube'" in why_not("pick_place", weak, parts, starts=1)

@@ -5,8 +5,7 @@ from dataclasses import replace
 import pytest
 
 from bt_manip.exceptions import BtManipError
-from bt_manip.record import Recorder
-from bt_manip.runner import RunRequest, find_tree, prepare, prepare_station, request_of
+from bt_manip.runner import RunRequest, find_tree, prepare, prepare_station
 
 TREE = """
 <root BTCPP_format="4" main_tree_to_execute="Main">
@@ -39,33 +38,3 @@ def test_a_configuration_without_a_definition_is_found_before_anything_is_simula
 ):
     with pytest.raises(BtManipError, match="no configuration is named 'above'"):
         prepare(replace(request_above, configurations={}), parts)
-
-
-SPAWN = """
-<root BTCPP_format="4" main_tree_to_execute="Main">
-  <BehaviorTree ID="Main"><Sequence>
-    <SpawnObject object="{object}"/><Sleep msec="50"/><MoveToConfiguration configuration="above"/>
-  </Sequence></BehaviorTree>
-</root>
-"""
-
-
-def test_an_episode_depends_on_its_number_alone(tmp_path, parts):
-    path = tmp_path / "tree.xml"
-    path.write_text(SPAWN)
-    request = request_of(
-        str(path), parts, scene="varied_pick", configurations={"above": ABOVE}, seed=None
-    )
-
-    def digests(*episodes):
-        run, found = prepare(request, parts), {}
-        for episode in episodes:
-            run.begin_episode(episode)
-            recorder = Recorder("", 0)
-            run.execute([recorder])
-            found[episode] = recorder.report().state_digest
-        return found
-
-    found = digests(0, 1, 2)
-    assert len(set(found.values())) == 3
-    assert digests(2, 0, 0, 1) == found
