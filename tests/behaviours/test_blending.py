@@ -1,6 +1,5 @@
 """Behaviours that complete before the arm has come to rest, and those that come after them."""
 
-import numpy as np
 import pytest
 
 from bt_manip.behaviours import CloseGripper, Hover, Lift, MoveHome, Reach, SetSpeed, Stop
@@ -80,23 +79,3 @@ def test_an_arm_with_nothing_to_follow_comes_to_rest_at_its_target(station, blen
     while station.arm.moving:
         station.cell.step()
     assert station.robot.q == pytest.approx(target, abs=2e-3)
-
-
-def test_a_halted_blend_brakes_inside_the_limits(station, trial, blended):
-    arm, limits = station.arm, station.robot.limits
-    reaching = trial(Reach(object="cube"))
-    for _ in range(5):
-        assert reaching.tick() is RUNNING
-    assert arm.trajectory.get_state()["kind"] == "blended"
-    reaching.tree.halt()
-    rows = [arm.q.copy()]
-    while arm.moving:
-        station.cell.step()
-        rows.append(arm.q.copy())
-    assert 10 < len(rows) < 500
-    acceleration = np.abs(np.diff(rows, 2, axis=0)) / station.cell.dt**2
-    assert (acceleration <= limits.acceleration * (1 + 1e-3)).all()
-
-
-def test_a_negative_radius_fails(trial):
-    assert trial(Hover(object="cube", blend_radius=-0.1)).fails_with("blend_radius")
