@@ -6,7 +6,7 @@ from bt_manip.spatial import pose
 SURFACE = 1.015  # [m]
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def cell():
     """A light cube on a heavy one on the table."""
     cell = Cell()

@@ -7,52 +7,14 @@ from bt_manip.cell import Basket, Cell, CellError, Cube, Table
 from bt_manip.spatial import pose
 
 
-def test_a_cube_has_the_mass_and_inertia_of_a_solid_one():
+def test_mass_inertia_friction_and_colour_reach_the_compiled_model():
     cell = Cell()
-    cell.add(Cube(size=0.1, mass=0.3), pose((0, 0, 1)))
+    cell.add(Cube(size=0.1, mass=0.3, friction=0.3, colour=(1, 0, 0)), pose((0, 0, 1)))
     body = cell.model.body("cube/cube")
     assert body.mass[0] == pytest.approx(0.3)
-    np.testing.assert_allclose(body.inertia, 0.3 * 0.1**2 / 6)
-
-
-def test_the_default_cube_is_the_reference_tasks():
-    cube = Cube()
-    assert cube.size == pytest.approx(0.05)
-    assert cube.mass == pytest.approx(0.0565)
-    assert cube.rest_height == pytest.approx(0.025)
-
-
-def test_friction_and_colour_reach_the_compiled_model():
-    cell = Cell()
-    cell.add(Cube(friction=0.3, colour=(1, 0, 0)), pose((0, 0, 1)))
+    np.testing.assert_allclose(body.inertia, 0.3 * 0.1**2 / 6)  # of a solid one
     np.testing.assert_allclose(cell.model.geom("cube/box").friction[0], 0.3)
     np.testing.assert_allclose(cell.model.geom("cube/wood").rgba, (1, 0, 0, 1))
-
-
-def test_the_tables_surface_carries_at_its_height():
-    cell = Cell()
-    table = Table()
-    cell.add(table)
-    cell.add(Cube(), pose((0, 0, table.surface_height + 0.025 + 0.01)))
-    cell.step(500)
-    assert cell.pose("cube").translation[2] == pytest.approx(1.015 + 0.025, abs=1e-4)
-
-
-def test_the_basket_is_open_and_catches():
-    cell = Cell()
-    cell.add(Basket(), pose((0, 0, 0.5)))
-    cell.add(Cube(), pose((0, 0, 0.8)))
-    cell.step(800)
-    assert cell.contacts.pairs() == [("basket", "cube")]
-    assert 0.5 < cell.pose("cube").translation[2] < 0.55
-
-
-def test_a_free_basket_has_the_mass_asked_for():
-    cell = Cell()
-    cell.add(Basket(mass=1.5), pose((0, 0, 0.0)), free=True)
-    cell.step(300)
-    weight = cell.contacts.between("world", "basket").normal
-    assert weight == pytest.approx(1.5 * 9.81, rel=1e-3)
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from bt_manip.spatial import pose
 pytestmark = pytest.mark.usefixtures("opengl")
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def cell():
     """A camera 0.5 m over the floor that looks straight down at a red block."""
     cell = Cell()
@@ -21,45 +21,24 @@ def cell():
     cell.find("camera").close()
 
 
-def test_the_depth_is_the_distance_along_the_axis(cell):
-    depth = cell.find("camera").depth()
+def test_depth_names_and_colours_are_those_of_what_is_seen_and_looking_changes_no_bit(cell):
+    before, step = cell.state_bytes(), cell.data.contact.geom.tobytes()
+    camera = cell.find("camera")
+    depth = camera.depth()
     assert depth.shape == (48, 64)
     assert depth[24, 32] == pytest.approx(0.4, abs=2e-3)  # the block's top
     assert depth[1, 1] == pytest.approx(0.5, abs=2e-3)  # the floor, however far to the side
-
-
-def test_what_is_seen_where_is_told_by_name(cell):
-    seen = cell.find("camera").segmentation()
+    seen = camera.segmentation()
     block, floor = seen.mask("red_block"), seen.mask("world")
     assert block[24, 32] and floor[1, 1] and not (block & floor).any()
     # 48 rows show 2 tan(30 deg) 0.4 m at the height of the top.
     rows = 0.1 / (2 * np.tan(np.radians(30)) * 0.4) * 48
     assert np.sqrt(block.sum()) == pytest.approx(rows, abs=1.5)
     assert not seen.mask("camera").any() and not seen.mask("nobody").any()
-
-
-def test_the_picture_has_the_colour_of_what_is_seen(cell):
-    picture = cell.find("camera").rgb()
+    picture = camera.rgb()
     assert picture.shape == (48, 64, 3) and picture.dtype == np.uint8
     red, green, blue = (float(c) for c in picture[24, 32])
     assert red > 1.5 * green and red > 1.5 * blue
-
-
-def test_an_image_is_of_now_and_of_what_is_there_now(cell):
-    camera = cell.find("camera")
-    assert camera.segmentation().mask("red_block").any()
-    cell.remove("red_block")
-    assert "red_block" not in camera.segmentation().names
-    cell.add(Cube(), pose((0, 0, 0.3)))
-    assert camera.depth()[24, 32] == pytest.approx(0.5 - 0.325, abs=2e-3)
-    cell.step(100)
-    fallen = 9.81 * 0.1**2 / 2
-    assert camera.depth()[24, 32] == pytest.approx(0.5 - 0.325 + fallen, abs=2e-3)
-
-
-def test_looking_changes_no_bit(cell):
-    before, step = cell.state_bytes(), cell.data.contact.geom.tobytes()
-    cell.find("camera").rgb()
     assert cell.state_bytes() == before and cell.data.contact.geom.tobytes() == step
 
 
@@ -82,6 +61,18 @@ def test_a_camera_without_a_cell_and_one_that_is_too_large_say_so(cell):
     cell.add(Camera(width=4000), pose((1, 0, 1)), name="large")
     with pytest.raises(CellError, match="up to 1920 x 1200 pixels, got 4000 x 240"):
         cell.find("large").rgb()
+
+
+def test_an_image_is_of_now_and_of_what_is_there_now(cell):
+    camera = cell.find("camera")
+    assert camera.segmentation().mask("red_block").any()
+    cell.remove("red_block")
+    assert "red_block" not in camera.segmentation().names
+    cell.add(Cube(), pose((0, 0, 0.3)))
+    assert camera.depth()[24, 32] == pytest.approx(0.5 - 0.325, abs=2e-3)
+    cell.step(100)
+    fallen = 9.81 * 0.1**2 / 2
+    assert camera.depth()[24, 32] == pytest.approx(0.5 - 0.325 + fallen, abs=2e-3)
 
 
 @pytest.mark.parametrize(

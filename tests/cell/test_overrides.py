@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from dm_control import composer, mjcf
 
-from bt_manip import build_station
 from bt_manip.cell import Camera, Cell, CellError, Cube, OverlapError, Table, looking_at
 from bt_manip.cell.objects import Bottle, Wall
+from bt_manip.robots import Robot, panda
 from bt_manip.spatial import pose
 
 G = 9.81
@@ -53,7 +53,7 @@ def test_a_slippery_thing_slides_down_a_slope_that_held_it():
         cell.arena.mjcf_model.find("geom", "floor").friction = (0.01,)
         cell.add(Cube(friction=0.5), pose((0.0, 0.0, 0.026)))
     cell.model.opt.gravity[:] = (G * np.sin(slope), 0.0, -G * np.cos(slope))
-    cell.step(500)
+    cell.step(300)
     assert abs(cell.velocity("cube")[0]) < 5e-3
     cell.override("cube", friction=0.2)
     before = cell.velocity("cube")[0]
@@ -63,12 +63,13 @@ def test_a_slippery_thing_slides_down_a_slope_that_held_it():
     assert (cell.velocity("cube")[0] - before) / 0.2 == pytest.approx(expected, rel=0.05)
 
 
-def test_a_weak_motor_makes_so_much_less_of_the_same_command(parts):
-    station = build_station(parts)
-    cell, robot = station.cell, station.robot
+def test_a_weak_motor_makes_so_much_less_of_the_same_command():
+    cell, robot = Cell(), Robot(panda())
+    cell.add(robot)
     cell.override("panda", gain=0.5)
+    cell.data.ctrl[robot.ctrl_adr] = np.arange(1.0, 8.0)
     cell.step()
-    np.testing.assert_allclose(robot.tau, 0.5 * station.controller.tau, rtol=1e-12)
+    np.testing.assert_allclose(robot.tau, 0.5 * np.arange(1.0, 8.0), rtol=1e-12)
 
 
 def test_lights_and_cameras_are_altered_by_name(cell):
@@ -91,23 +92,18 @@ def test_colours_take_the_place_of_materials(cell):
     assert cell.model.geom_matid[seen[0]] == -1
 
 
-def test_what_can_be_known_of_the_things_does_not_change(cell):
-    before = whole(cell.model)
+def test_overrides_change_neither_the_state_nor_what_can_be_known_of_the_things(cell):
+    cell.step(10)
+    before, state = whole(cell.model), cell.state_bytes()
     cell.override("cube", mass=0.3, friction=0.2)
     cell.override("light:key", brightness=0.1)
+    assert cell.state_bytes() == state
     assert whole(cell.nominal_model) == before
     assert whole(cell.model) != before
     cell.override("cube", mass=None, friction=None)
     cell.override("light:key", brightness=None)
     assert whole(cell.model) == before
     assert cell.overrides == {}
-
-
-def test_altering_changes_no_state(cell):
-    cell.step(10)
-    before = cell.state_bytes()
-    cell.override("cube", mass=0.3, friction=0.2, colour=(1, 0, 0))
-    assert cell.state_bytes() == before
 
 
 def test_alterations_stay_when_other_things_come_and_go_and_go_with_the_thing(cell):
@@ -152,9 +148,7 @@ def test_a_snapshot_brings_alterations_back_bit_for_bit(cell):
     future = cell.state_bytes()
     made = {"cube": Cube, "bottle": Bottle}
     other = Cell()
-    other.initial_overrides = lambda name, entity, model: {
-        "mass": 7.0
-    }  # is not asked of what comes back
+    other.initial_overrides = lambda *_: {"mass": 7.0}  # is not asked of what comes back
     other.restore(snapshot, lambda entry: made[entry["kind"]](**entry["parameters"]))
     assert other.overrides == snapshot["altered"]
     other.step(30)
@@ -165,32 +159,32 @@ def test_a_snapshot_brings_alterations_back_bit_for_bit(cell):
     assert cell.state_bytes() == future
 
 
-@pytest.mark.parametrize(
-    ("thing", "values", "message"),
-    [
-        ("cub", {"mass": 1.0}, "there is no 'cub' in the cell; did you mean 'cube'"),
-        ("light:kay", {"brightness": 1.0}, "no light 'kay' in the cell; did you mean 'key'"),
-        ("camera:over", {"fovy": 1.0}, "no camera 'over' in the cell; did you mean 'overview'"),
-        ("cube", {"mas": 1.0}, "'mas' of an entity cannot be overridden; did you mean 'mass'"),
-        ("cube", {"mass": 0.0}, r"the mass of 'cube' is a number above 0 .* \[kg\], got 0.0"),
-        ("cube", {"mass": (1.0, 2.0)}, "is a number above 0"),
-        ("cube", {"mass": float("nan")}, "is a number above 0"),
-        ("cube", {"mass": 0.3, "friction": -1.0}, "the friction of 'cube' is a positive number"),
-        ("cube", {"colour": (2.0, 0.0, 0.0)}, "3 or 4 numbers from 0 to 1"),
-        ("cube", {"gain": 1.1}, "the gain of 'cube' cannot be overridden: it has no actuators"),
-        ("camera:overview", {"fovy": 180.0}, r"between 0 and 180 \[degrees\], got 180"),
-        ("light:key", {"direction": (0, 0, 0)}, "not all 0"),
-    ],
-)
-def test_what_cannot_be_altered_is_one_error_and_alters_nothing(cell, thing, values, message):
+IMPOSSIBLE = [
+    ("cub", {"mass": 1.0}, "there is no 'cub' in the cell; did you mean 'cube'"),
+    ("light:kay", {"brightness": 1.0}, "no light 'kay' in the cell; did you mean 'key'"),
+    ("camera:over", {"fovy": 1.0}, "no camera 'over' in the cell; did you mean 'overview'"),
+    ("cube", {"mas": 1.0}, "'mas' of an entity cannot be overridden; did you mean 'mass'"),
+    ("cube", {"mass": 0.0}, r"the mass of 'cube' is a number above 0 .* \[kg\], got 0.0"),
+    ("cube", {"mass": (1.0, 2.0)}, "is a number above 0"),
+    ("cube", {"mass": float("nan")}, "is a number above 0"),
+    ("cube", {"mass": 0.3, "friction": -1.0}, "the friction of 'cube' is a positive number"),
+    ("cube", {"colour": (2.0, 0.0, 0.0)}, "3 or 4 numbers from 0 to 1"),
+    ("cube", {"gain": 1.1}, "the gain of 'cube' cannot be overridden: it has no actuators"),
+    ("camera:overview", {"fovy": 180.0}, r"between 0 and 180 \[degrees\], got 180"),
+    ("light:key", {"direction": (0, 0, 0)}, "not all 0"),
+]
+
+
+def test_what_cannot_be_altered_is_one_error_and_alters_nothing(cell):
     before = whole(cell.model)
-    with pytest.raises(CellError, match=message):
-        cell.override(thing, **values)
-    assert whole(cell.model) == before
-    assert cell.overrides == {}
+    for thing, values, message in IMPOSSIBLE:
+        with pytest.raises(CellError, match=message):
+            cell.override(thing, **values)
+        assert whole(cell.model) == before
+        assert cell.overrides == {}
 
 
-def test_a_free_thing_is_moved_to_rest_and_all_else_keeps_its_state(cell):
+def test_a_thing_is_moved_to_rest_and_all_else_keeps_its_state(cell):
     cell.data.qvel[:] = 0.1
     other = cell.velocity("bottle")
     generation = cell.generation

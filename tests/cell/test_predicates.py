@@ -33,7 +33,7 @@ def cell():
     return cell
 
 
-def put(cell, entity, x, y, z, name=None, settle=1500, **keywords):
+def put(cell, entity, x, y, z, name=None, settle=400, **keywords):
     name = cell.add(entity, pose((x, y, TOP + z)), name=name, **keywords)
     cell.step(settle)
     return name
@@ -48,22 +48,21 @@ def inside(cell):
     return put(cell, Cube(), 0.0, 0.0, 0.025 + FLOOR, "inside")
 
 
-def test_a_cube_in_the_basket_is_in_it(cell, inside):
+def test_a_cube_in_the_basket_or_on_a_cube_there_is_in_it_and_on_what_carries_it(cell, inside):
     assert at_rest(cell, inside) and is_in(cell, inside, "basket")
     assert not is_in(cell, inside, "table")
-
-
-def test_a_cube_on_a_cube_in_the_basket_is_in_it_and_on_the_cube(cell, inside):
     put(cell, Cube(), 0.0, 0.0, 0.098, "upper")
     assert is_in(cell, "upper", "basket") and is_on(cell, "upper", "inside")
     assert why_not_on(cell, "upper", "basket") == "'upper' does not touch 'basket'"
     assert why_not_on(cell, "inside", "upper") == "'upper' does not carry 'inside'"
 
 
-def test_a_cube_on_the_table_is_on_it_and_not_in_the_basket(cell):
+def test_a_cube_on_the_table_is_on_it_until_it_is_moved_and_not_in_the_basket(cell):
     put(cell, Cube(), -0.3, 0.0, 0.026, "cube")
     assert is_on(cell, "cube", "table")
     assert why_not_in(cell, "cube", "basket") == "'cube' touches 'table'"
+    cell.move("cube", pose((-0.3, 0.0, TOP + 0.2)))
+    assert why_not_on(cell, "cube", "table") == "'cube' touches nothing"
 
 
 def test_a_falling_cube_is_neither_at_rest_nor_in_the_basket(cell):
@@ -89,7 +88,7 @@ def test_a_rod_that_leans_on_the_outer_wall_is_not_in_the_basket(cell):
     lower, upper = extent(cell, "basket")
     rod = Box(size=(0.02, 0.02, 0.3))
     cell.add(rod, turned(lower[0] - 0.09, 0.0, 0.16, np.radians(25)), name="rod", overlap=0.01)
-    cell.step(3000)
+    cell.step(1000)
     partners = {label.partition("/")[0] for label in cell.contacts.partners("rod")}
     assert partners >= {"table"}
     assert "touches 'table'" in why_not_in(cell, "rod", "basket")
@@ -123,18 +122,15 @@ def test_what_stands_on_a_tray_is_in_it_however_tall_it_is(cell):
 
 def test_where_the_basket_is_now_counts(cell, inside):
     assert is_in(cell, inside, "basket")
+    for predicate in (is_in, is_on):
+        with pytest.raises(CellError, match="'ball'"):
+            predicate(cell, "ball", "basket")
     cell.move("basket", pose((0.4, 0.0, TOP)))
-    cell.step(500)
+    cell.step(400)
     assert why_not_in(cell, inside, "basket") == "'inside' touches 'table'"
     cell.remove("basket")
     with pytest.raises(CellError, match="basket"):
         is_in(cell, inside, "basket")
-
-
-def test_an_object_that_is_gone_is_nowhere(cell):
-    for predicate in (is_in, is_on):
-        with pytest.raises(CellError, match="'ball'"):
-            predicate(cell, "ball", "basket")
 
 
 def test_a_cube_under_the_rim_outside_of_the_basket_is_not_in_it(cell):
@@ -147,7 +143,8 @@ def test_a_cube_under_the_rim_outside_of_the_basket_is_not_in_it(cell):
 
 
 @pytest.mark.parametrize("quantity", ["qpos", "qvel"])
-def test_nothing_holds_in_a_state_that_is_not_finite(cell, inside, quantity):
+def test_nothing_holds_in_a_state_that_is_not_finite(cell, quantity):
+    inside = put(cell, Cube(), 0.0, 0.0, 0.025 + FLOOR, "inside", settle=100)
     getattr(cell.data, quantity)[0] = np.nan
     reason = "the state of the cell is not finite"
     assert why_not_at_rest(cell, inside) == why_not_in(cell, inside, "basket") == reason
@@ -158,36 +155,30 @@ def test_nothing_holds_in_a_state_that_is_not_finite(cell, inside, quantity):
 def test_at_the_turning_point_of_a_bounce_nothing_is_at_rest(cell):
     cell.add(Cube(), pose((-0.3, 0.0, TOP + 0.05)), name="cube")
     steps = []
-    for _ in range(1000):
+    for _ in range(600):
         cell.step()
         steps.append(is_on(cell, "cube", "table"))
     assert steps[-1] and False not in steps[steps.index(True) :]
 
 
-@pytest.mark.parametrize("foot", [0.0, 0.25])
-def test_a_rod_that_topples_slowly_is_not_at_rest(tmp_path, foot):
+def test_a_rod_that_topples_slowly_is_not_at_rest(tmp_path):
     path = tmp_path / "rod.xml"  # balanced on an edge 0.12 degrees past the unstable equilibrium
     path.write_text(
-        f'<mujoco><worldbody><body><geom type="box" size=".005 .005 .25" pos="0 0 {foot}" '
+        '<mujoco><worldbody><body><geom type="box" size=".005 .005 .25" pos="0 0 .25" '
         'mass=".1"/></body></worldbody></mujoco>'
     )
     cell, angle = Cell(), np.arctan(0.005 / 0.25) + 2e-3
-    height = (0.25 - foot) * np.cos(angle) + 0.005 * np.sin(angle) + 1e-5
+    height = 0.005 * np.sin(angle) + 1e-5
     cell.add(ModelObject(str(path)), turned(0.0, 0.0, height - TOP, angle), name="rod", free=True)
-    top = np.array([0.0, 0.0, 0.25 + foot])
+    top = np.array([0.0, 0.0, 0.5])
     cell.step(50)  # its edge comes to rest on the floor
-    while (before := cell.pose("rod")).rotation[2, 2] > 0.5:
+    while cell.pose("rod").rotation[2, 2] > 0.5:
+        cell.step(4)
+        before = cell.pose("rod")
         cell.step()
         speed = np.linalg.norm(cell.pose("rod") * top - before * top) / cell.dt  # [m/s]
         assert speed < 2e-3 or not at_rest(cell, "rod")
     assert 0.3 < cell.time < 2.0
-
-
-def test_contacts_of_the_old_place_end_with_a_move(cell):
-    put(cell, Cube(), -0.3, 0.0, 0.026, "cube")
-    assert is_on(cell, "cube", "table")
-    cell.move("cube", pose((-0.3, 0.0, TOP + 0.2)))
-    assert why_not_on(cell, "cube", "table") == "'cube' touches nothing"
 
 
 def grid(count):
@@ -205,7 +196,7 @@ def grid(count):
     )
 
 
-@pytest.mark.parametrize(("posts", "holds"), [(6, False), (12, True), (20, True)])
+@pytest.mark.parametrize(("posts", "holds"), [(6, False), (12, True)])
 def test_gaps_that_the_object_does_not_fit_through_are_closed(posts, holds, tmp_path):
     """Between 6 posts are 52 mm, between 12 are 23 mm; the cube is 30 mm wide."""
     file = tmp_path / "grid.xml"
@@ -233,11 +224,10 @@ FOOT_CUP = """<mujoco model="foot_cup"><worldbody><body name="foot_cup">
 </body></worldbody></mujoco>"""
 
 
-@pytest.mark.parametrize("angle", [0.0, 0.5])
-def test_the_inside_of_a_cup_is_in_it_and_its_foot_is_not(angle, tmp_path):
+def test_the_inside_of_a_cup_is_in_it_and_its_foot_is_not(tmp_path):
     file = tmp_path / "cup.xml"
     file.write_text(FOOT_CUP)
-    cell = Cell()
+    cell, angle = Cell(), 0.5
     T_wc = pose((0.0, 0.0, TOP), (np.cos(angle / 2), 0.0, 0.0, np.sin(angle / 2)))
     with cell.editing():
         cell.add(Table(), pose((0.0, 0.0, 0.0)))
