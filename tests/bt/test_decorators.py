@@ -133,6 +133,20 @@ class TestTime:
         ]
         assert tree.failure_reason() == "top: a was still running after 50 ms"
 
+    @pytest.mark.parametrize(
+        "body", ['<Sleep msec="50"/>', '<Timeout msec="50"><Scripted outcomes="R"/></Timeout>']
+    )
+    def test_after_a_halt_it_counts_anew(self, bench, body):
+        tree = bench.tree(body)
+        tree.tick()
+        tree.halt()
+        bench.clock.time = 0.04
+        tree.tick()
+        bench.clock.time = 0.06
+        assert tree.tick() is NodeStatus.RUNNING
+        bench.clock.time = 0.09
+        assert tree.tick() is not NodeStatus.RUNNING
+
     def test_no_timers_pile_up(self, bench, leaf):
         tree = bench.tree(node("Timeout", leaf("a", "S"), msec="1000000"))
         for _ in range(100):

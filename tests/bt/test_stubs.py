@@ -77,12 +77,10 @@ def read(text, registry, **options):
     return read_tree_text(text, registry, **{"dialect": "auto", **options})
 
 
-def test_unknown_nodes_are_errors_by_default(registry):
+def test_unknown_leaves_and_sub_trees_succeed_where_stubs_are_asked_for(registry):
     errors = read(DOCUMENT, registry).errors
     assert len(errors) == 3 and "no node is named 'DetectTags'" in str(errors[0])
 
-
-def test_unknown_leaves_and_sub_trees_succeed_where_stubs_are_asked_for(registry):
     reading = read(DOCUMENT, registry, stubs=Stubs(unknown=True))
     assert dict(reading.stubbed) == {
         "DetectTags (Action, succeeds)": 1,
@@ -95,8 +93,10 @@ def test_unknown_leaves_and_sub_trees_succeed_where_stubs_are_asked_for(registry
     assert tree.root.status is Status.SUCCESS
 
 
-@pytest.mark.parametrize("name", ["MoveHand", "Move to Place"])
-@pytest.mark.parametrize("result", ["FAILURE", "RUNNING", "failure"])
+@pytest.mark.parametrize(
+    ("name", "result"),
+    [("MoveHand", "FAILURE"), ("MoveHand", "running"), ("Move to Place", "FAILURE")],
+)
 def test_a_stub_returns_what_is_asked(registry, name, result):
     tree = read(DOCUMENT, registry, stubs=Stubs(True, {name: result})).usable_tree()
     tree.tick()
@@ -112,10 +112,14 @@ def test_a_known_leaf_can_be_stubbed_too(registry):
     assert tree.root.status is Status.FAILURE
 
 
-def test_a_document_declares_its_nodes(registry):
+def test_a_control_that_a_document_declares_cannot_be_ticked(registry):
+    (error,) = read(RECOVERY % "", registry, stubs=Stubs(unknown=True)).errors
+    assert "no node is named 'RecoveryNode'" in str(error) and error.place.line == 3
+
     reading = read(RECOVERY % MODELS, registry, stubs=Stubs())
-    assert not reading.errors
     assert "RecoveryNode (Control, only declared)" in reading.stubbed
+    with pytest.raises(NodeError, match="only declared.*RecoveryNode=Fallback"):
+        reading.usable_tree().tick()
 
 
 def test_ports_that_a_model_does_not_list_are_errors(registry):
@@ -131,17 +135,6 @@ def test_files_of_models_declare_nodes(registry, tmp_path):
     (tmp_path / "empty.xml").write_text("<root/>")
     with pytest.raises(TreeError, match="no <TreeNodesModel>"):
         Stubs(models=[tmp_path / "empty.xml"])
-
-
-def test_an_unknown_element_with_children_stays_an_error(registry):
-    (error,) = read(RECOVERY % "", registry, stubs=Stubs(unknown=True)).errors
-    assert "no node is named 'RecoveryNode'" in str(error) and error.place.line == 3
-
-
-def test_a_declared_control_cannot_be_ticked(registry):
-    tree = read(RECOVERY % MODELS, registry, stubs=Stubs()).usable_tree()
-    with pytest.raises(NodeError, match="only declared.*RecoveryNode=Fallback"):
-        tree.tick()
 
 
 def test_a_declared_control_can_do_as_a_known_one(registry):

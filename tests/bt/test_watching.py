@@ -33,15 +33,10 @@ def files(tmp_path):
     return Files(tmp_path)
 
 
-def test_nothing_happens_while_nothing_changes(files):
-    files.tree.tick()
-
-    assert files.watch.poll() is None
-    assert files.tree.statuses()[0] == NodeStatus.RUNNING
-
-
 def test_an_edit_takes_over_and_the_blackboard_stays(files):
     files.tree.tick()
+    assert files.watch.poll() is None
+    assert files.tree.statuses()[0] == NodeStatus.RUNNING
     files.write("n += 10")
     reading = files.watch.poll()
 
