@@ -24,11 +24,10 @@ SIZES = {
 }
 
 
-@pytest.mark.parametrize("com", [(0.0, 0.0, 0.0), (0.01, -0.005, 0.02)])
 @pytest.mark.parametrize("kind", SIZES)
-def test_a_ray_against_the_normal_meets_the_solid_at_the_place(kind, com):
+def test_a_ray_against_the_normal_meets_the_solid_at_the_place(kind):
     rotation = pin.exp3(np.array([0.4, -0.7, 0.3]))
-    at, com = np.array([0.2, -0.1, 0.3]), np.array([0.2, -0.1, 0.3]) + com
+    at, com = np.array([0.2, -0.1, 0.3]), np.array([0.21, -0.105, 0.32])
     quaternion = pin.Quaternion(rotation).coeffs()[[3, 0, 1, 2]]
 
     def text(values) -> str:

@@ -1,9 +1,6 @@
 """A suction cup holds what seals it, up to its pressure times its area, and notices the loss."""
 
 import json
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -29,6 +26,7 @@ from bt_manip.spatial import pointing_down, pose
 from bt_manip_contracts import ROBOT_CONTRACT, RobotCase
 from bt_manip_hands import SuctionGripper, suction_gripper
 from tests.support.models import ROBOTS
+from tests.support.program import run_program
 
 WITH_CUP = ROBOTS / "six_joints_cup.toml"
 ON_UR5E = Path(__file__).with_name("ur5e_cup.toml")
@@ -85,8 +83,7 @@ def tug(station, force, duration):
 @pytest.mark.parametrize(
     "entity",
     [
-        Box(), Box(size=(0.05, 0.05, 0.05)), Sphere(), Sphere(radius=0.04), ConvexMesh(),
-        Cylinder(radius=0.03), Capsule(radius=0.025),
+        Box(), Sphere(), ConvexMesh(), Cylinder(radius=0.03), Capsule(radius=0.025),
     ],
     ids=lambda entity: entity.kind,
 )  # fmt: skip
@@ -97,16 +94,12 @@ def test_flat_and_curved_objects_are_picked_and_dropped_with_the_same_behaviours
     assert station.arm.payload is None and station.gripper.is_open
 
 
-def test_it_holds_with_its_pressure_times_its_area(station):
+def test_it_pulls_with_the_asked_force_up_to_its_pressure_times_its_area(station):
     assert station.gripper.max_force == pytest.approx(60e3 * np.pi * 0.015**2)  # 42 N
     picked(station, Box(mass=2.0, size=(0.1, 0.1, 0.1)), force=42.0)
     assert station.gripper.forces[0] == pytest.approx(42.0 - 2.0 * 9.81, abs=0.5)
-
-
-def test_its_actuator_pulls_with_the_asked_force(station):
-    picked(station, Box(mass=0.2, size=(0.1, 0.1, 0.1)), force=20.0)
     pull = station.robot.mj_data.actuator_force[station.gripper.cup.ctrl]
-    assert abs(pull) == pytest.approx(20.0)
+    assert abs(pull) == pytest.approx(42.0)
 
 
 def test_a_heavier_load_is_refused(station):
@@ -169,7 +162,7 @@ def test_a_cup_over_an_edge_does_not_seal(station):
     assert grasp.feedback_message == "the gripper closed without gripping 'thing'"
 
 
-def test_what_it_holds_is_known_to_everybody(station):
+def test_what_it_holds_is_known_to_everybody_goes_on_from_a_state_and_is_set_down(station):
     picked(station, Box(size=(0.05, 0.05, 0.05), mass=0.3))
     assert station.arm.payload.mass == pytest.approx(0.3)
     world = station.arm.world
@@ -177,10 +170,12 @@ def test_what_it_holds_is_known_to_everybody(station):
     assert world.held == "thing" and not world.collisions(station.robot.q)
     summary = station.cell.contact_monitor.summary()
     assert summary.unexpected == () and summary.held == ("thing",)
-
-
-def test_an_object_is_set_down_at_a_pose(station):
-    picked(station, Box(size=(0.05, 0.05, 0.05)))
+    state, ends = station.get_state(), []
+    for _ in range(2):
+        station.cell.step(100)
+        ends.append(station.cell.state_bytes())
+        station.set_state(state)
+    assert ends[0] == ends[1]
     place = PlaceAt(object="thing", pose=pose((0.4, -0.2, TABLE)))
     assert station_run(station, place) is NodeStatus.SUCCESS, place.feedback_message
     assert station.gripper.is_open and station.gripper.held == ()
@@ -191,20 +186,10 @@ def test_a_held_object_neither_slips_nor_sags_while_the_arm_holds_it_level(stati
     level = MoveToPose(pose=pose((0.5, 0.1, 1.4), (0.5**0.5, 0.0, 0.5**0.5, 0.0)), speed=0.3)
     assert station_run(station, level) is NodeStatus.SUCCESS, level.feedback_message
     before = station.robot.tool_pose.actInv(station.cell.pose("thing"))
-    station.cell.step(3000)
+    station.cell.step(1000)
     moved = before.actInv(station.robot.tool_pose.actInv(station.cell.pose("thing")))
-    assert np.linalg.norm(moved.translation) < 1e-4
-    assert np.trace(moved.rotation) > 3.0 - 1e-5
-
-
-def test_a_run_continues_from_a_state_bit_for_bit(station):
-    picked(station, Sphere())
-    state = station.get_state()
-    station.cell.step(100)
-    ended = station.cell.state_bytes()
-    station.set_state(state)
-    station.cell.step(100)
-    assert station.cell.state_bytes() == ended
+    assert np.linalg.norm(moved.translation) < 3e-5
+    assert np.trace(moved.rotation) > 3.0 - 1e-6
 
 
 def test_the_model_may_have_a_cup_of_its_own(parts, tmp_path):
@@ -252,29 +237,16 @@ def test_wrong_descriptions_are_refused_with_the_key(parts, tmp_path, old, new, 
         build_station(parts, robot=str(tmp_path / "arm.toml"))
 
 
-@pytest.mark.parametrize(
-    ("arm", "model", "cycles"),
-    [
-        (ON_UR5E, "sphere", 1),
-        *(
-            pytest.param(arm, model, 20, marks=pytest.mark.soak)
-            for arm in (WITH_CUP, ON_UR5E)
-            for model in ("cube", "sphere")
-        ),
-    ],
-)
-def test_pick_place_puts_all_into_the_basket(menagerie, tmp_path, arm, model, cycles):
+@pytest.mark.soak
+@pytest.mark.parametrize("arm", [WITH_CUP, ON_UR5E])
+@pytest.mark.parametrize("model", ["cube", "sphere"])
+def test_pick_place_puts_all_into_the_basket(menagerie, tmp_path, monkeypatch, arm, model):
+    monkeypatch.setenv("MENAGERIE_ROOT", str(menagerie))
     report = tmp_path / "report.json"
-    options = {"--robot": arm, "--cycles": cycles, "--report": report}
-    settings = ("--set", f"cube={model}")
-    words = [str(word) for option in options.items() for word in option]
-    code = subprocess.run(
-        [sys.executable, "-m", "bt_manip", "run", "pick_place", "--quiet", *words, *settings],
-        check=False, env={**os.environ, "MENAGERIE_ROOT": str(menagerie)},
-    ).returncode  # fmt: skip
-    assert code == 0
+    options = ("--robot", arm, "--cycles", 20, "--report", report, "--set", f"cube={model}")
+    assert run_program("run", "pick_place", "--quiet", *options) == 0
     cycles_run = json.loads(report.read_text())["cycles"]
-    assert [cycle["placed"] for cycle in cycles_run] == [True] * cycles
+    assert [cycle["placed"] for cycle in cycles_run] == [True] * 20
     assert not [c for cycle in cycles_run for c in cycle["unexpected_contacts"]]
 
 
