@@ -54,6 +54,21 @@ def test_repeat_needs_its_number_of_cycles_at_the_tick(bench, leaf):
         tree.tick()
 
 
+def test_a_precondition_is_asked_until_it_was_true_once(bench, leaf):
+    tree = bench.tree(node("Precondition", leaf("a", "RRS"), **{"if": "go", "else": "SKIPPED"}))
+    for go, *statuses in ((0, "SKIPPED"), (1, "RUNNING"), (0, "RUNNING", "SUCCESS", "SKIPPED")):
+        tree.blackboard["go"] = go
+        assert [tree.tick().name for _ in statuses] == statuses
+
+
+def test_run_once_repeats_its_status_instead_of_skipping_if_asked_to(bench, leaf):
+    tree = bench.tree(node("RunOnce", leaf("a", "F"), then_skip="false"))
+
+    assert [tree.tick().name for _ in range(3)] == ["FAILURE"] * 3
+    assert len(bench.events) == 1
+    assert tree.failure_reason() == "top: a failed when it ran"
+
+
 @pytest.mark.parametrize(
     ("tag", "queue", "items"),
     [
