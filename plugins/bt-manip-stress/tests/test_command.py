@@ -11,7 +11,7 @@ TREE = """
 import os
 
 from bt_manip.behaviours import ObjectExists, SpawnObject
-from bt_manip.bt import Action, Input, Sequence, Sleep, Status, Tree
+from bt_manip.bt import Action, AlwaysFailure, Input, Sequence, Sleep, Status, Tree
 
 
 def tree(goal="{object}"):
@@ -39,6 +39,10 @@ def leaving(least=0.0):
     task = tree().root
     task.add_child(Leave(least=least))
     return Tree(task, goal=ObjectExists(object="{object}"))
+
+
+def failing():
+    return Tree(AlwaysFailure(), goal=ObjectExists(object="table"))
 """
 
 
@@ -51,7 +55,7 @@ def stress(bt_manip, tmp_path):
     )
 
 
-def test_a_table_and_its_page_are_written(stress, tmp_path):
+def test_a_table_and_its_page_are_written(stress, in_this_process, tmp_path):
     page = tmp_path / "page.md"
     page.write_text("# Stress\n\n<!-- stress -->\nold\n<!-- /stress -->\n\nAfter.\n")
     code, out, err = stress("--faults", "heavy, push", "--markdown", page)
@@ -62,21 +66,20 @@ def test_a_table_and_its_page_are_written(stress, tmp_path):
     assert "| push | R1 |" in text and text.endswith("<!-- /stress -->\n\nAfter.\n")
 
 
-def test_the_episodes_are_printed_as_json(stress, in_this_process):
-    code, out, err = stress("--faults", "heavy, push", "--json")
+def test_the_episodes_are_printed_as_json_and_a_new_page_holds_the_table_alone(
+    stress, in_this_process, tmp_path
+):
+    page = tmp_path / "page.md"
+    options = "--tool-speed", "0.9", "--faults", "heavy, push", "--phases", "work"
+    code, out, err = stress(*options, "--markdown", page, "--json")
     assert (code, err) == (0, "")
     found = json.loads(out)
     assert [case["outcome"] for case in found["episodes"]] == ["recovered"] * 2
     assert found["findings"] == []
-
-
-def test_a_new_page_holds_the_table_alone(stress, in_this_process, tmp_path):
-    page = tmp_path / "page.md"
-    options = "--tool-speed", "0.9", "--faults", "push", "--phases", "work", "--markdown", page
-    assert stress(*options).code == 0
     first, *_ = page.read_text().splitlines()
     assert first.startswith("Made by `bt-manip stress")
-    assert f" --tool-speed 0.9 --seeds 1 --faults push --phases work --markdown {page}`" in first
+    given = f"--tool-speed 0.9 --seeds 1 --faults 'heavy, push' --phases work --markdown {page}`"
+    assert f" {given}" in first
 
 
 @pytest.mark.parametrize(
@@ -93,10 +96,12 @@ def test_bad_input_is_one_line(stress, in_this_process, options, problem):
     assert code == 2 and problem in err and out == ""
 
 
-def test_a_tree_without_a_goal_is_refused(stress, in_this_process):
+def test_trees_that_cannot_be_judged_are_refused(stress, in_this_process):
     code, _, err = stress(name="aimless")
     assert code == 2 and len(err.splitlines()) == 1
     assert "declares no goal to judge it by; add one to its main <BehaviorTree>" in err
+    code, _, err = stress(name="failing")
+    assert code == 2 and "fails without any fault: AlwaysFailure" in err
 
 
 @pytest.mark.soak

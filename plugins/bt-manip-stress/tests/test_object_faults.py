@@ -36,11 +36,6 @@ def lies_on_the_table_within_reach(station):
     return 0.3 < distance_from_base(station) < 0.62 and abs(height - TABLE - 0.025) < 0.02
 
 
-def test_an_object_vanishes(station, start):
-    start(Vanish())
-    assert "cube" not in station.cell.entities
-
-
 def test_an_object_of_the_scene_that_vanishes_comes_back_for_the_next_cycle(station, start):
     cell, pose = station.cell, station.cell.pose("cube")
     cube = SceneObject("cube", "cube", pose)
@@ -61,7 +56,7 @@ def test_a_fault_of_an_object_that_is_not_there_does_not_happen(station, start):
         start(Heavy(object="table"))
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(2))
 def test_an_object_moves_to_another_place_within_reach(station, start, seed):
     before = station.cell.pose("cube").translation
     start(Displace(), seed)
@@ -71,9 +66,10 @@ def test_an_object_moves_to_another_place_within_reach(station, start, seed):
 
 
 @pytest.mark.parametrize(
-    "situation", ["at rest", "around the cube", "holding a cube over the table"]
-)
-@pytest.mark.parametrize("seed", range(3))
+    ("situation", "seed"),
+    [("at rest", 0), ("around the cube", 1), ("around the cube", 2),
+     ("holding a cube over the table", 0)],
+)  # fmt: skip
 def test_an_object_that_is_knocked_away_stays_on_the_table_within_reach(
     situations, start, situation, seed
 ):
@@ -95,29 +91,23 @@ def test_the_same_seed_moves_an_object_to_the_same_place(situations, start):
     assert places[0] == places[1] != places[2]
 
 
-@pytest.mark.parametrize(
-    ("fault", "quantity", "value"),
-    [(Slippery(friction=0.01), "friction", 0.01), (Heavy(mass=3.0), "mass", 3.0)],
-)
-def test_a_physical_property_changes_until_the_fault_ends(station, start, fault, quantity, value):
-    start(fault)
-    assert station.cell.overrides["cube"] == {quantity: value}
-    fault.end()
-    assert not station.cell.overrides
-
-
-def test_an_override_of_the_run_itself_is_restored(station, start):
-    station.cell.override("cube", mass=0.5)
-    fault = start(Heavy())
-    assert station.cell.overrides["cube"] == {"mass": 10.0}
-    fault.end()
-    assert station.cell.overrides["cube"] == {"mass": 0.5}
-
-
-def test_a_fault_of_an_object_that_was_removed_meanwhile_ends(station, start):
-    fault = start(Heavy())
-    station.cell.remove("cube")
-    fault.end()
+def test_a_physical_property_changes_until_the_fault_ends_and_one_of_the_run_is_restored(
+    station, start
+):
+    cell = station.cell
+    slippery = start(Slippery(friction=0.01))
+    assert cell.overrides["cube"] == {"friction": 0.01}
+    slippery.end()
+    assert not cell.overrides
+    cell.override("cube", mass=0.5)
+    heavy = start(Heavy(mass=3.0))
+    assert cell.overrides["cube"] == {"mass": 3.0}
+    heavy.end()
+    assert cell.overrides["cube"] == {"mass": 0.5}
+    heavy = start(Heavy())
+    assert cell.overrides["cube"] == {"mass": 10.0}
+    cell.remove("cube")
+    heavy.end()
 
 
 def test_a_stuck_object_does_not_move_when_it_is_pulled(station, start):

@@ -18,12 +18,9 @@ def test_a_text_names_a_fault_its_node_and_its_parameters(parts):
     assert parse_fault(str(planned), parts.of("faults")) == planned
 
 
-def test_names_with_spaces_are_quoted(parts):
-    assert parse_fault("vanish at='pick and place'", parts.of("faults")).at == "pick and place"
-
-
-def test_a_duration_may_be_infinite(parts):
-    planned = parse_fault("push at=Lift duration=inf", parts.of("faults"))
+def test_names_with_spaces_are_quoted_and_a_duration_may_be_infinite(parts):
+    planned = parse_fault("push at='pick and place' duration=inf", parts.of("faults"))
+    assert planned.at == "pick and place"
     assert planned.make(parts.of("faults")).duration == math.inf
 
 
@@ -38,14 +35,8 @@ def test_a_duration_may_be_infinite(parts):
         ("push at=Lift force=1 force=2", "fault 'push': 'force=2' is given twice"),
         ("push at=Lift forse=1", "fault 'push' has no parameter 'forse'; did you mean 'force'?"),
         ("push at=Lift force=x", "fault 'push': force must be a number of at least 0 [N], got 'x'"),
-        (
-            "push at=Lift force=nan",
-            "push': force must be a number of at least 0 [N], got 'nan'",
-        ),
-        (
-            "push at=Lift force=inf",
-            "push': force must be a number of at least 0 [N], got 'inf'",
-        ),
+        ("push at=Lift force=nan", "must be a number of at least 0 [N], got 'nan'"),
+        ("push at=Lift force=inf", "must be a number of at least 0 [N], got 'inf'"),
         ("push at=Lift duration=-1", "duration must be a number of at least 0 [s], got '-1'"),
         ("stuck_joint at=Lift joint=2.5", "joint must be a whole number of at least 0, got '2.5'"),
     ],
