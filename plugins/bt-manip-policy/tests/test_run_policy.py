@@ -123,7 +123,7 @@ def test_observations_of_the_object_of_the_port_are_called_object(station, polic
     beside = np.array([-0.25, 0.1, 0.4])
     weights = {"object_position": 0.1 * np.eye(3, 7), "robot_tool_position": -0.1 * np.eye(3, 7)}
     model = policy([*(0.1 * beside), 0, 0, 0, -1], {**TOOL, "object_position": (3,)}, weights)
-    Acting(station, model=model, object="basket").run(4.0).check_limits()
+    Acting(station, model=model, object="basket").run(3.0).check_limits()
     where = station.cell.pose("basket").translation + beside
     assert np.allclose(tool(station).translation, where, atol=2e-3)
 
@@ -139,9 +139,8 @@ def test_sequences_of_actions_are_executed_in_turn(station, policy):
     assert abs(tool(station).translation[0] - start) < 0.5 * gone
 
 
-@pytest.mark.parametrize("seed", range(2))
-def test_limits_hold_whatever_the_policy_wants(station, policy, seed):
-    rng = np.random.default_rng(seed)
+def test_limits_hold_whatever_the_policy_wants(station, policy):
+    rng = np.random.default_rng(0)
     low, high = station.arm.model.limits.lower, station.arm.model.limits.upper
     targets = np.column_stack([rng.uniform(low - 1.0, high + 1.0, (40, 7)), -np.ones(40)])
     targets[:, 1:4] = station.arm.q_ref[1:4] + rng.uniform(-0.3, 0.3, (40, 3))  # free of contact
@@ -159,7 +158,7 @@ def test_an_external_force_stops_the_arm_and_is_the_reason(station, policy):
     assert station.arm.at_rest
 
 
-def test_halting_stops_the_arm_within_its_limits(station, policy):
+def test_halting_stops_the_arm_within_its_limits_and_hover_goes_on(station, policy):
     acting = Acting(station, model=policy([0.02, 0.02, -0.01, 0.0, 0.0, 0.0, 1.0])).run(0.4)
     assert np.abs(station.arm.v).max() > 0.1
     acting.tree.halt()
@@ -167,19 +166,24 @@ def test_halting_stops_the_arm_within_its_limits(station, policy):
     acting.run(0.6)
     acting.check_limits()
     assert station.arm.at_rest and not station.gripper.moving
+    result = station.run(Hover(object="basket", height=0.3))
+    assert result.status is NodeStatus.SUCCESS, result.reason
 
 
-def test_actions_that_are_not_finite_are_failures(station, policy):
-    acting = Acting(station, model=policy([0.0, np.nan, 0, 0, 0, 0, 0])).run(0.05)
+@pytest.mark.parametrize(
+    ("offset", "inputs", "metadata", "reason"),
+    [
+        ([0.0, np.nan, 0, 0, 0, 0, 0], TOOL, {}, "not finite"),
+        (np.zeros(7), TOOL, {"rate": "1000"}, "ticked less often"),
+        (np.zeros(7), {"cube_position": (3,)}, {}, "'cube_position', which the station lacks"),
+    ],
+)
+def test_a_policy_that_cannot_act_at_a_tick_fails(
+    station, policy, offset, inputs, metadata, reason
+):
+    acting = Acting(station, model=policy(offset, inputs, **metadata)).run(0.1)
     assert acting.status is NodeStatus.FAILURE
-    assert "not finite" in acting.leaf.feedback_message
-    assert not station.arm.moving
-
-
-def test_a_policy_with_a_higher_rate_than_the_ticks_fails(station, policy):
-    acting = Acting(station, model=policy(np.zeros(7), rate="1000")).run(0.1)
-    assert acting.status is NodeStatus.FAILURE
-    assert "ticked less often" in acting.leaf.feedback_message
+    assert reason in acting.leaf.feedback_message
     assert not station.arm.moving
 
 
@@ -189,7 +193,6 @@ def test_a_policy_with_a_higher_rate_than_the_ticks_fails(station, policy):
         (np.zeros(7), TOOL, {"action": "joint_torques"}, "did you mean 'joint_targets'"),
         (np.zeros(6), TOOL, {}, "of this robot has 7"),
         (np.zeros(7), TOOL, {"action": "joint_targets"}, "of this robot has 8"),
-        (np.zeros(7), {"robot_tool_positions": (3,)}, {}, "did you mean 'robot_tool_position'"),
         (np.zeros(7), {"robot_tools_position": (3,)}, {}, "did you mean 'robot_tool_position'"),
         (np.zeros(7), {"robot_joint_positions": (6,)}, {}, "size 6, the station's has 7"),
         (np.zeros(7), {"front_rgb": (128, 128, 3)}, {}, "'front_rgb', which the station"),
@@ -197,8 +200,10 @@ def test_a_policy_with_a_higher_rate_than_the_ticks_fails(station, policy):
         (np.zeros(7), {"object_position": (3,)}, {}, "'object_position', which the station"),
         (np.zeros(7), {"cube_positions": (3,)}, {}, "'cube_positions', which the station"),
         (np.zeros(7), {"cube_position": (4,)}, {}, "size 4, the station's has 3"),
+        (np.zeros(7), {"overview_rgb": (24, 32, 3), "overview_depth": (1, 16)}, {},
+         "images of several sizes"),
     ],
-)
+)  # fmt: skip
 def test_a_policy_that_does_not_fit_is_refused_before_the_run(
     station, policy, offset, inputs, metadata, reason
 ):
@@ -216,24 +221,15 @@ sys.exit(code)
 """
 
 
-@pytest.mark.parametrize("content", [onnx.product(40_000), onnx.endless()], ids=["large", "slow"])
-def test_a_policy_that_cannot_act_is_refused_before_the_run(station, tmp_path, content):
+def test_a_policy_that_cannot_act_is_refused_before_the_run(station, tmp_path):
     path = tmp_path / "policy.onnx"
-    path.write_bytes(content)
-    with pytest.raises(NodeError, match="needs more than 768 MB of memory|takes longer than 0.5 s"):
-        Acting(station, model=str(path), policy_kind="quick")
-
-
-def test_files_are_checked_before_the_run(station, tmp_path):
     with pytest.raises(NodeError, match="No such file"):
-        Acting(station, model=str(tmp_path / "missing.onnx"))
-
-
-def test_an_object_that_never_comes_is_a_failure(station, policy):
-    model = policy(np.zeros(7), {"cube_position": (3,)})
-    acting = Acting(station, model=model).run(0.05)
-    assert acting.status is NodeStatus.FAILURE
-    assert "'cube_position', which the station lacks" in acting.leaf.feedback_message
+        Acting(station, model=str(path))
+    with pytest.raises(NodeError, match="'onx'; did you mean 'onnx'"):
+        Acting(station, model=str(path), policy_kind="onx")
+    path.write_bytes(onnx.endless())
+    with pytest.raises(NodeError, match="takes longer than 0.5 s"):
+        Acting(station, model=str(path), policy_kind="quick")
 
 
 def test_a_policy_that_hangs_at_a_tick_fails_and_the_tree_goes_on(station, tmp_path):
@@ -291,24 +287,16 @@ def test_a_policy_goes_on_in_another_leaf(station, policy):
     assert np.array_equal(np.array(acting.rows[-500:]), np.array(other.rows))
 
 
-@pytest.mark.parametrize("content", [onnx.product(40_000), onnx.endless(), b"nothing"])
-def test_the_command_refuses_files_of_strangers_in_time(tmp_path, content):
+def test_the_command_refuses_files_of_strangers_in_time(tmp_path):
     """Exit code 2, below 1 GB; the seconds of the limit and of the start are not measured here."""
     path = tmp_path / "policy.onnx"
-    path.write_bytes(content)
+    path.write_bytes(onnx.product(40_000))
     command = "-m", "bt_manip", "run", "pick_place_policy", "--set", f"policy={path}"
     measured = [sys.executable, "-c", PEAK_MEMORY, sys.executable, *command]
     done = subprocess.run(measured, capture_output=True, text=True)
     assert done.returncode == 2
     assert done.stderr.startswith("Error: ") and str(path) in done.stderr.replace("\n", "")
     assert int(done.stdout) < 1 << 20  # of the largest of its processes; nothing else is printed
-
-
-def test_hover_goes_on_from_a_halted_policy(station, policy):
-    acting = Acting(station, model=policy([0.02, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0])).run(0.4)
-    acting.tree.halt()
-    result = station.run(Hover(object="basket", height=0.3))
-    assert result.status is NodeStatus.SUCCESS, result.reason
 
 
 # Images, history, states, chunks, policies in Python
@@ -329,20 +317,12 @@ def test_a_policy_observes_images(drawn, station, tmp_path):
     assert means[1] < 0.9 * means[0]
 
 
-def test_images_of_two_sizes_are_refused_before_the_run(station, policy):
-    inputs = {"overview_rgb": (24, 32, 3), "overview_depth": (1, 16)}
-    with pytest.raises(NodeError, match="images of several sizes"):
-        Acting(station, model=policy(np.zeros(7), inputs))
-
-
-def test_without_opengl_a_policy_with_images_is_refused_before_the_run(policy):
-    model = policy(np.zeros(7), {"overview_rgb": (24, 32, 3)})
-    done = subprocess.run(
-        [sys.executable, "-m", "bt_manip", "run", "pick_place_policy", "--set", f"policy={model}"],
-        capture_output=True, text=True, env={**os.environ, "MUJOCO_GL": "disable"},
-    )  # fmt: skip
-    assert done.returncode == 2
-    assert done.stderr.startswith("Error: ") and "nothing can be drawn" in done.stderr
+def test_without_opengl_a_policy_with_images_is_refused_before_the_run(
+    station, policy, monkeypatch
+):
+    monkeypatch.setenv("MUJOCO_GL", "disable")
+    with pytest.raises(NodeError, match="nothing can be drawn"):
+        Acting(station, model=policy(np.zeros(7), {"overview_rgb": (24, 32, 3)}))
 
 
 def test_a_history_begins_with_the_first_observation_and_moves_on(station, policy):
@@ -415,11 +395,6 @@ def test_a_policy_of_a_registered_kind_is_a_class_of_python(station, tmp_path, m
     start = tool(station).translation[0]
     Acting(station, model=str(tmp_path / "step.txt"), policy_kind="summing").run(0.5)
     assert tool(station).translation[0] - start > 0.02
-
-
-def test_an_unknown_kind_is_refused_before_the_run(station, policy):
-    with pytest.raises(NodeError, match="'onx'; did you mean 'onnx'"):
-        Acting(station, model=policy(np.zeros(7)), policy_kind="onx")
 
 
 def test_a_policy_without_memory_is_told_its_limit():
