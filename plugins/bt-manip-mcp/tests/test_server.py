@@ -34,7 +34,30 @@ TREE = """\
 """
 
 
-def test_tools_return_what_their_commands_print(served, tmp_path, monkeypatch, capfd):
+def listening():
+    """Return the sockets on which a server, or its worker, listens."""
+    inodes = set()
+    for pid in filter(str.isdigit, os.listdir("/proc")):
+        try:
+            words = open(f"/proc/{pid}/cmdline").read()
+            if "bt_manip\0mcp" in words or "bt_manip_mcp.worker" in words:
+                folder = f"/proc/{pid}/fd"
+                inodes |= {os.readlink(f"{folder}/{one}") for one in os.listdir(folder)}
+        except OSError:
+            continue
+    assert inodes
+    rows = [
+        line.split()
+        for name in ("tcp", "tcp6")
+        if os.path.exists(f"/proc/net/{name}")
+        for line in open(f"/proc/net/{name}").readlines()[1:]
+    ]
+    return [row for row in rows if row[3] == "0A" and f"socket:[{row[9]}]" in inodes]
+
+
+def test_tools_return_what_their_commands_print_and_listen_on_no_network(
+    served, tmp_path, monkeypatch, capfd
+):
     async def client(server):
         offered = {tool.name for tool in (await server.session.list_tools()).tools}
         assert offered >= {"list_parts", "check_tree", "run_tree", "picture_of_end", "stress_tree"}
@@ -46,6 +69,7 @@ def test_tools_return_what_their_commands_print(served, tmp_path, monkeypatch, c
         listed = await server.call("list_parts", kind="behaviours", name="Grasp")
         await server.call("write_tree", path="b.xml", text=TREE % "<AlwaysFailure/>")
         evaluated = await server.call("evaluate_tree", tree="b.xml", episodes=1)
+        assert listening() == []
         return checked, ran, read, listed, evaluated
 
     checked, ran, read, listed, evaluated = served(client)
@@ -77,29 +101,20 @@ def test_a_run_past_its_limit_is_stopped_and_says_so(served):
     assert after["exit_code"] == 0 and "stopped" not in after
 
 
-def test_what_behaviours_print_does_not_reach_the_client(served, tmp_path):
+def test_what_behaviours_print_does_not_reach_the_client_but_a_picture_of_the_end(served, tmp_path):
     plugins = tmp_path / "plugins"
     plugins.mkdir()
     (plugins / "noisy.py").write_text(textwrap.dedent(PLUGIN))
 
     async def client(server):
-        await server.call("write_tree", path="a.xml", text=TREE % "<Chatter/>")
-        return await server.call("run_tree", tree="a.xml")
-
-    found = served(client, "--plugins-dir", plugins)
-    assert found["report"]["status"] == "SUCCESS"
-
-
-def test_a_picture_shows_the_end_of_a_run_that_failed(served):
-    async def client(server):
-        text = TREE % '<SpawnObject object="{c}"/><IsHolding object="{c}"/>'
+        text = TREE % '<Chatter/><SpawnObject object="{c}"/><IsHolding object="{c}"/>'
         await server.call("write_tree", path="a.xml", text=text)
         prompts = await server.session.list_prompts()
         repair = await server.session.get_prompt("repair_this_tree", {"tree": "a.xml"})
         found = await server.call("picture_of_end", tree="a.xml")
         return [one.name for one in prompts.prompts], repair, found
 
-    prompts, repair, found = served(client)
+    prompts, repair, found = served(client, "--plugins-dir", plugins)
     assert prompts == ["write_a_tree", "repair_this_tree"]
     assert "Repair the behaviour tree a.xml" in repair.messages[0].content.text
     if isinstance(found, dict):  # no OpenGL
@@ -108,27 +123,3 @@ def test_a_picture_shows_the_end_of_a_run_that_failed(served):
         report, picture = found
         assert report["report"]["status"] == "FAILURE"
         assert picture.mime_type == "image/png" and len(picture.data) > 10_000
-
-
-def test_the_server_listens_on_no_network(served):
-    async def client(server):
-        await server.call("list_parts", kind="scenes")
-        inodes = set()
-        for pid in filter(str.isdigit, os.listdir("/proc")):
-            try:
-                words = open(f"/proc/{pid}/cmdline").read()
-                if "bt_manip\0mcp" in words or "bt_manip_mcp.worker" in words:
-                    folder = f"/proc/{pid}/fd"
-                    inodes |= {os.readlink(f"{folder}/{one}") for one in os.listdir(folder)}
-            except OSError:
-                continue
-        assert inodes
-        rows = [
-            line.split()
-            for name in ("tcp", "tcp6")
-            if os.path.exists(f"/proc/net/{name}")
-            for line in open(f"/proc/net/{name}").readlines()[1:]
-        ]
-        return [row for row in rows if row[3] == "0A" and f"socket:[{row[9]}]" in inodes]
-
-    assert served(client) == []
