@@ -24,7 +24,7 @@ class Begins(RunObserver):
     """Notes time, objects and opening of the gripper as each cycle begins, and snapshots."""
 
     def __init__(self):
-        self.found, self.states = [], []
+        self.found, self.states, self.places = [], [], set()
 
     def run_started(self, run):
         self.run = run
@@ -33,6 +33,9 @@ class Begins(RunObserver):
         station = self.run.station
         width = round(station.gripper.width, 4)
         self.found.append((station.cell.time, tuple(station.cell.entities), width))
+
+    def cycle_ended(self, status, reason):
+        self.places.add(tuple(self.run.station.cell.pose("cube").translation[:2]))
 
     def after_tick(self):
         self.states.append((self.run.get_state(), self.run.log.digest.hex()))
@@ -57,6 +60,7 @@ def test_each_cycle_begins_in_the_cell_as_it_was_at_the_start_while_time_goes_on
     assert 0.0 == times[0] < times[1] < times[2]
     assert len(set(things)) == len(set(widths)) == 1
     assert not any("cube" in name for name in things[0]) and widths[0] > 0.07
+    assert len(begins.places) == 3  # each cycle draws samples of its own
 
 
 def test_a_tree_that_continues_finds_what_the_cycle_before_has_left(leave):
@@ -68,31 +72,17 @@ def test_a_tree_that_continues_finds_what_the_cycle_before_has_left(leave):
     assert widths[0] > 0.07 > widths[1]
 
 
-def test_further_cycles_draw_further_samples(leave):
-    class Places(RunObserver):
-        def run_started(self, run):
-            self.cell, self.seen = run.station.cell, set()
-
-        def cycle_ended(self, status, reason):
-            self.seen.add(tuple(self.cell.pose("cube").translation[:2]))
-
-    places = Places()
-    leave().execute([places])
-    assert len(places.seen) == 3
-
-
-@pytest.mark.parametrize("after", ["the last tick of a cycle", "a tick in its middle"])
-def test_a_run_that_is_resumed_puts_the_cell_back_as_the_whole_run_does(leave, after):
-    whole, begins = leave(), Begins()
-    recorder = Recorder("leave", 0)
+def test_a_run_that_is_resumed_puts_the_cell_back_as_the_whole_run_does(leave):
+    whole, begins, recorder = leave(), Begins(), Recorder("leave", 0)
     whole.execute([begins, recorder])
-    ends = [i for i, (state, _) in enumerate(begins.states) if state["cycle"] == 1]
-    state, digest = begins.states[ends[0] if "last" in after else ends[0] + 2]
-    run, resumed = leave(), Recorder("leave", 0)
-    run.set_state(state)
-    resumed.set_state({"digest": digest})
-    run.execute([resumed])
-    assert resumed.report().state_digest == recorder.report().state_digest
+    last = next(i for i, (state, _) in enumerate(begins.states) if state["cycle"] == 1)
+    for tick in (last, last + 2):  # the last one of a cycle, and one in the middle of the next
+        state, digest = begins.states[tick]
+        run, resumed = leave(), Recorder("leave", 0)
+        run.set_state(state)
+        resumed.set_state({"digest": digest})
+        run.execute([resumed])
+        assert resumed.report().state_digest == recorder.report().state_digest
 
 
 def test_an_edited_tree_begins_in_the_cell_as_it_was_at_the_start(leave, tmp_path, parts):

@@ -20,11 +20,7 @@ from bt_manip.bt import (
 )
 from bt_manip.exceptions import BtManipError
 from bt_manip.record import Recorder
-from bt_manip.runner import (
-    EventQueue,
-    RunEvent,
-    RunObserver,
-)
+from bt_manip.runner import EventQueue, RunEvent, RunObserver
 from bt_manip_recording import log_line
 from tests.support.runs import Listener
 
@@ -52,19 +48,15 @@ def test_statuses_have_the_time_of_their_tick_and_the_reason_of_a_failure(events
     assert all(isinstance(d["uid"], int) for _, d in changes)
 
 
-def test_the_tree_comes_first_with_the_parent_of_each_node(events_of):
-    events = events_of(Sequence("root", Sleep("rest", msec=5), AlwaysFailure("never")))
-    assert events[0].kind == "tree"
-    nodes = events[0].data["nodes"]
-    assert [(n["uid"], n["name"], n["parent"]) for n in nodes] == [
-        (1, "root", 0), (2, "rest", 1), (3, "never", 1)
-    ]  # fmt: skip
-
-
-def test_the_ports_of_a_node_tell_their_key_of_the_blackboard(events_of):
+def test_the_tree_comes_first_with_the_parent_and_the_ports_of_each_node(events_of):
     inner = Sequence("inner", SpawnObject("spawn", object="{target}"), Sleep("rest", msec=5))
     root = Sequence("root", SubTree("sub", inner, remap={"target": "{cube}"}, skip_if="false"))
-    nodes = {node["name"]: node for node in events_of(root)[0].data["nodes"]}
+    first = events_of(root)[0]
+    assert first.kind == "tree"
+    assert [(n["uid"], n["name"], n["parent"]) for n in first.data["nodes"]] == [
+        (1, "root", 0), (2, "sub", 1), (3, "inner", 2), (4, "spawn", 3), (5, "rest", 3)
+    ]  # fmt: skip
+    nodes = {node["name"]: node for node in first.data["nodes"]}
     ports = {port["name"]: port for port in nodes["spawn"]["ports"]}
     assert ports["object"] == {
         "name": "object", "direction": "output", "text": "{target}", "key": "cube"
@@ -110,6 +102,8 @@ def test_objects_contacts_and_motions_come_and_go(events_of):
         RemoveObject(object="{cube}"),
     )
     events = events_of(root)
+    for event in events:  # they are plain data
+        assert json.loads(json.dumps(event.data, allow_nan=False)) == event.data
     cube = [d["present"] for _, d in of_kind(events, "entity") if d["name"] == "cube"]
     assert cube == [True, False]
     contacts = [d["touching"] for _, d in of_kind(events, "contact") if d["first"] == "cube"]
@@ -137,20 +131,10 @@ def test_cycles_begin_and_end(events_of):
     assert "never" in of_kind(events, "cycle")[1][1]["reason"]
 
 
-def test_events_are_plain_data(events_of):
-    root = Sequence("root", Script(code="x := 1"), SpawnObject(object="{cube}"), Sleep(msec=5))
-    for event in events_of(root):
-        assert json.loads(json.dumps(event.data, allow_nan=False)) == event.data
-
-
 def test_only_the_wanted_kinds_are_reported(make_run):
     events: list[RunEvent] = []
-    root = Sequence("root", Script(code="x := 1"), SpawnObject(object="{cube}"), Sleep(msec=5))
-    make_run(root).execute([Listener(events, ("cycle", "entity"))])
+    make_run(Sleep("rest", msec=5)).execute([Listener(events, ("cycle", "entity"))])
     assert {event.kind for event in events} == {"cycle", "entity"}
-
-
-def test_an_observer_that_wants_an_unknown_kind_is_refused(make_run):
     with pytest.raises(BtManipError, match="no events are of the kind 'statuses'"):
         make_run(Sleep("rest", msec=5)).execute([Listener([], ("statuses",))])
 

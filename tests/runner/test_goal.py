@@ -50,29 +50,27 @@ def test_the_state_of_a_judge_does_not_change_when_it_judges_again(cell):
     assert state["kept"] == [[]] != judge.get_state()["kept"]
 
 
-def test_a_tree_whose_goal_holds_succeeds(cell, station):
-    result = run(station, spawn(), Sleep(msec=300), goal=IsOn(object="{object}", support="table"))
+def on_the_table():
+    return IsOn(object="{object}", support="table")
+
+
+def test_an_object_is_judged_before_it_is_removed(station):
+    result = run(station, spawn(), RemoveObject(object="{object}"), goal=goal())
+    assert str(result) == "FAILURE: goal not met: 'cube' touches 'table'"
+    result = run(station, spawn(), RemoveObject(object="{object}"), goal=on_the_table())
     assert str(result) == "SUCCESS"
 
 
-def test_an_object_is_judged_before_it_is_removed(cell, station):
-    result = run(station, spawn(), RemoveObject(object="{object}"), goal=goal())
-    assert str(result) == "FAILURE: goal not met: 'cube' touches 'table'"
-    on = IsOn(object="{object}", support="table")
-    assert str(run(station, spawn(), RemoveObject(object="{object}"), goal=on)) == "SUCCESS"
-
-
 def test_each_object_of_one_name_counts(cell, station):
+    def replaced():
+        known = SetBlackboard(value="cube", output_key="object")
+        return known, RemoveObject(object="cube"), spawn(), Sleep(msec=300)
+
     cell.add(Cube(), IN_BASKET, name="cube")
-    cell.step(1000)
-    root = Sequence("task", SetBlackboard(value="cube", output_key="object"),
-                    RemoveObject(object="cube"), spawn(), Sleep(msec=300))  # fmt: skip
-    result = station.run(Tree(root, clock=station.clock, goal=goal()))
+    cell.step(500)
+    result = run(station, *replaced(), goal=goal())
     assert str(result) == "FAILURE: goal not met: 'cube' touches 'table'"
-    on = IsOn(object="{object}", support="table")
-    root = Sequence("task", SetBlackboard(value="cube", output_key="object"),
-                    RemoveObject(object="cube"), spawn(), Sleep(msec=300))  # fmt: skip
-    assert str(station.run(Tree(root, clock=station.clock, goal=on))) == "SUCCESS"
+    assert str(run(station, *replaced(), goal=on_the_table())) == "SUCCESS"
 
 
 def test_what_was_judged_is_not_judged_again_when_the_container_goes(cell, station):
@@ -80,7 +78,7 @@ def test_what_was_judged_is_not_judged_again_when_the_container_goes(cell, stati
     tree.setup(**station.infrastructure)
     tree.blackboard["object"] = "cube"
     cell.add(Cube(), IN_BASKET, name="cube")
-    cell.step(1000)
+    cell.step(500)
     judge = GoalJudge(tree, cell)
     judge.begin()
     cell.remove("cube")

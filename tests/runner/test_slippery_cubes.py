@@ -39,25 +39,21 @@ def place(parts, tmp_path):
     return go
 
 
-@pytest.mark.parametrize(("mass", "friction"), [(0.057, 0.05), (1.0, 0.2)])
-def test_cubes_with_enough_friction_are_placed(place, mass, friction):
-    assert place(mass, friction).status == "SUCCESS"
+def test_a_cube_with_enough_friction_is_placed(place):
+    assert place(1.0, 0.2).status == "SUCCESS"
 
 
 @pytest.mark.soak
-@pytest.mark.parametrize(("mass", "friction"), [(0.057, 0.2), (0.057, 1.0), (1.0, 1.0)])
+@pytest.mark.parametrize(("mass", "friction"), [(0.057, 0.05), (0.057, 1.0), (1.0, 1.0)])
 def test_cubes_with_more_friction_are_placed(place, mass, friction):
     assert place(mass, friction).status == "SUCCESS"
 
 
-@pytest.mark.parametrize(
-    ("mass", "friction", "needed"), [(0.057, 0.003, "0.00559"), (1.0, 0.05, "0.0981")]
-)
-def test_cubes_that_would_slip_fail_with_the_friction_that_they_need(place, mass, friction, needed):
-    cycle = place(mass, friction)
+def test_a_cube_that_would_slip_fails_with_the_friction_that_it_needs(place):
+    cycle = place(0.057, 0.003)
     assert cycle.status == "FAILURE"
-    assert f"a friction coefficient of at least {needed} at 2 x 50 N" in cycle.reason
-    assert f"has {friction:g}" in cycle.reason
+    assert "a friction coefficient of at least 0.00559 at 2 x 50 N" in cycle.reason
+    assert "has 0.003" in cycle.reason
 
 
 def best_threshold(x: np.ndarray, success: np.ndarray) -> tuple[float, int]:

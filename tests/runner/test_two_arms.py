@@ -44,20 +44,14 @@ def check(report: RunReport) -> None:
         assert cycle.saturated_steps == 0
 
 
-def test_both_pick_two_cubes_and_neither_touches_the_other(traced):
+def test_both_pick_two_cubes_neither_touches_the_other_and_the_report_says_so(traced):
     check(traced[0])
-
-
-def test_the_report_says_what_each_of_them_did(traced):
     (cycle,) = traced[0].cycles
     for robot in cycle.robots.values():
         assert 0.95 * 50.0 <= robot.grip_force_n <= 1.2 * 50.0
         assert 0.0 < robot.max_tracking_error_rad <= 2e-3
     worst = max(robot.max_tool_speed_m_s for robot in cycle.robots.values())
     assert cycle.max_tool_speed_m_s == worst > 0.2
-
-
-def test_the_table_of_cycles_says_how_many_each_has_picked(traced):
     shown = StringIO()
     print_cycles(Console(file=shown, width=120), traced[0])
     assert "left 2, right 2" in shown.getvalue()
@@ -76,7 +70,7 @@ def test_a_tree_in_a_scene_with_other_robots_is_refused(parts, tree, scene, mess
         prepare(RunRequest(source, scene=scene), parts)
 
 
-def test_the_trace_has_the_course_of_each_of_them(traced):
+def test_the_trace_has_the_course_of_each_of_them_and_both_move_at_the_same_time(traced):
     _, trace = traced
     columns = (*STEP_FIELDS, "joints")
     names = [f"{robot}/{column}" for robot in ("left", "right") for column in columns]
@@ -85,10 +79,6 @@ def test_the_trace_has_the_course_of_each_of_them(traced):
         assert trace[f"{robot}/q"].shape == (len(trace["t"]), 7)
         assert np.abs(np.diff(trace[f"{robot}/q"], axis=0)).max() < 3e-3
     assert np.abs(trace["left/q"] - trace["right/q"]).max() > 0.5
-
-
-def test_both_move_at_the_same_time(traced):
-    _, trace = traced
     moves = [np.abs(trace[f"{robot}/v_ref"]).max(axis=1) > 0.0 for robot in ("left", "right")]
     assert (moves[0] & moves[1]).mean() > 0.3
 
