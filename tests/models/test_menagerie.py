@@ -26,7 +26,7 @@ SIX = (
 PLAIN = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
 
 
-@pytest.mark.parametrize("name", some(SIX, "franka_emika_panda", "robotiq_2f85"))
+@pytest.mark.parametrize("name", some(SIX, "robotiq_2f85"))
 def test_a_model_stands_in_a_cell_and_pinocchio_agrees_with_mujoco(name, menagerie, monkeypatch):
     monkeypatch.setenv("MENAGERIE_ROOT", str(menagerie))
     found = find_model(f"menagerie:{name}")
@@ -42,8 +42,8 @@ def test_a_model_stands_in_a_cell_and_pinocchio_agrees_with_mujoco(name, menager
     assert set(kinds) <= set(PLAIN)
     joints = [cell.model.joint(i).name for i in range(cell.model.njnt)]
     model = build_model(cell.model, joints=joints)
-    assert verify(cell.model, model, rng=np.random.default_rng(0), n=20).worst < 1e-9
-    cell.step(300)
+    assert verify(cell.model, model, rng=np.random.default_rng(0), n=10).worst < 1e-9
+    cell.step(100)
     assert np.abs(cell.data.qvel).max() < 10
 
 
@@ -107,21 +107,20 @@ def test_a_model_is_downloaded_checked_and_there_when_the_server_is_gone(robot, 
     assert find_model("menagerie:kuka_iiwa_14") == found
 
 
-def test_a_wrong_checksum_is_refused_and_nothing_is_left(robot, server, tmp_path):
+def test_a_wrong_checksum_or_no_model_on_the_server_is_refused_and_nothing_is_left(
+    robot, server, tmp_path
+):
     known, data = robot
     wrong = bytearray(data)
     wrong[len(wrong) // 2] ^= 1
-    server.files[f"/assets/{known.asset}"] = bytes(wrong)
-    with pytest.raises(ModelError, match="does not match the digest"):
-        find_model("menagerie:kuka_iiwa_14")
-    assert left(tmp_path) == []
-
-
-def test_a_model_that_the_server_lacks_is_refused_and_nothing_is_left(robot, server, tmp_path):
-    server.files.clear()
-    with pytest.raises(ModelError, match="404"):
-        find_model("menagerie:kuka_iiwa_14")
-    assert left(tmp_path) == []
+    for files, message in (
+        ({f"/assets/{known.asset}": bytes(wrong)}, "does not match the digest"),
+        ({}, "404"),
+    ):
+        server.files = files
+        with pytest.raises(ModelError, match=message):
+            find_model("menagerie:kuka_iiwa_14")
+        assert left(tmp_path) == []
 
 
 @pytest.mark.parametrize("listens", [True, False])

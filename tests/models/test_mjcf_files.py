@@ -94,6 +94,6 @@ def test_an_obj_file_of_absurdly_many_groups_has_no_parts(tmp_path):
     corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"
     solid = "o one\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
     start = time.monotonic()
-    path.write_text(corners + solid * 60_000)
+    path.write_text(corners + solid * 20_000)
     assert read_mesh(path).convex_parts == ()
-    assert time.monotonic() - start < 10.0
+    assert time.monotonic() - start < 4.0

@@ -1,8 +1,8 @@
 """Objects made of models: in a cell, in a tree, in a scene, in a state."""
 
 import os
+from pathlib import Path
 
-import mujoco
 import numpy as np
 import pytest
 
@@ -12,7 +12,6 @@ from bt_manip.cell.objects import Catalogue, Cube, ModelObject
 from bt_manip.exceptions import BtManipError
 from bt_manip.models import ModelError, load_model
 from bt_manip.plugins import load_plugins
-from bt_manip.record.report.recorder import Recorder
 from bt_manip.registry import UnknownPartError
 from bt_manip.runner import RunObserver, RunRequest, find_tree, prepare
 from bt_manip.runner.reloading import Reloader
@@ -24,24 +23,15 @@ def parts():
     return load_plugins().parts
 
 
-def run(parts, settings, tree="pick_place", **request):
-    source = find_tree(tree, {name: parts.trees.get(name) for name in parts.trees})
-    recorder = Recorder(tree, 0)
-    warnings: list[str] = []
-    prepared = prepare(RunRequest(source, settings=settings, **request), parts, warnings.append)
-    prepared.execute([recorder])
-    return recorder.report(), prepared.station, warnings
-
-
 def test_a_plain_name_is_for_the_tree(parts):
+    source = find_tree("pick_place", {"pick_place": parts.trees.get("pick_place")})
     with pytest.raises(BtManipError, match="has no key 'table'"):
-        run(parts, {"table": "bascet"})
+        prepare(RunRequest(source, settings={"table": "bascet"}), parts)
 
 
 def test_a_tree_that_is_edited_leaves_the_scenes_models_alone(parts, tmp_path):
     copy = tmp_path / "task.xml"
-    copy.write_text(find_tree("pick_place", {"pick_place": parts.trees.get("pick_place")})
-                    .path.read_text())  # fmt: skip
+    copy.write_text(Path(parts.trees.get("pick_place")).read_text())
     told: list[str] = []
 
     class Editor(RunObserver):
@@ -53,12 +43,10 @@ def test_a_tree_that_is_edited_leaves_the_scenes_models_alone(parts, tmp_path):
                 copy.write_text(copy.read_text().replace("<MoveHome/>", "<MoveHome />"))
                 os.utime(copy, (1e9, 1e9))
 
-    source = find_tree(str(copy), {})
+    source, editor = find_tree(str(copy), {}), Editor()
     prepared = prepare(RunRequest(source, settings={"table": "bundled:table"}), parts)
-    behaviours = known_behaviours(parts)
-    editor = Editor()
-    prepared.execute([editor, Reloader(source, behaviours, told.append)],
-                     stop=lambda: editor.ticks > 6)  # fmt: skip
+    reloader = Reloader(source, known_behaviours(parts), told.append)
+    prepared.execute([editor, reloader], stop=lambda: editor.ticks > 6)
     assert told == [f"{copy} was edited; the tree begins anew"]
 
 
@@ -76,7 +64,7 @@ def test_mass_friction_and_colour_can_be_changed():
     assert cell.model.geom_friction[touch, 0] == pytest.approx(0.3)
 
 
-@pytest.mark.parametrize("mass", [0.0, -1.0, float("nan"), float("inf"), 1e300])
+@pytest.mark.parametrize("mass", [0.0, float("nan"), 1e300])
 def test_a_mass_that_is_none_is_refused(mass):
     with pytest.raises(CellError, match="mass must be a number above 0 and at most"):
         ModelObject("bundled:cube", mass=mass)
@@ -99,7 +87,7 @@ INERTIAL = {
 }
 
 
-@pytest.mark.parametrize("value", ["-1", "1e300", "inf", "nan"])
+@pytest.mark.parametrize("value", ["-1", "1e300", "nan"])
 @pytest.mark.parametrize("name", INERTIAL)
 def test_impossible_masses_and_inertias_are_refused_with_their_line(tmp_path, name, value):
     path = tmp_path / name
@@ -124,8 +112,8 @@ def test_a_name_or_an_address_makes_an_object(parts):
     assert isinstance(catalogue.create("bundled:cube"), ModelObject)
     with pytest.raises(UnknownPartError, match="did you mean 'cube'"):
         catalogue.get("cub")
-    with pytest.raises(ModelError, match="did you mean 'cube'"):
-        catalogue.get("bundled:cub")
+    with pytest.raises(ModelError, match="not by 'sphere'"):
+        load_model("bundled:cube", convex="sphere")
 
 
 def test_a_hollow_mesh_is_hollow_as_a_container(tmp_path, monkeypatch, parts):
@@ -169,11 +157,8 @@ def rests_at(container: ModelObject) -> float:
 
 
 BAD = {
-    "bundeld:cube": "unknown kind of address 'bundeld:'; did you mean 'bundled:'",
-    "nowhere/thing.urdf": "there is no such file",
     "bundled:cub": "did you mean 'cube'",
     "package://nobody/x.urdf": "no package 'nobody'",
-    "menagerie:franka": "did you mean 'franka_",
     "holed.stl": "not watertight",
     "text.txt": "not a model; one is",
     "broken.xml": "broken.xml:1:",
@@ -227,43 +212,6 @@ def test_a_model_with_a_free_joint_of_its_own_is_free(tmp_path):
     cell.add(thing, spatial.pose((0, 0, 2)))
     assert cell.model.nv == 6
     assert cell.model.opt.timestep == 1e-3
-
-
-def test_bounds_are_exact_for_turned_shapes(tmp_path):
-    from bt_manip.cell.objects.bounds import bounds_of
-
-    xml = """<mujoco><worldbody><geom type="{}" size="{}" pos="1 2 3" euler="20 30 40"/>
-        </worldbody></mujoco>"""
-    shapes = {"box": ".1 .2 .3", "sphere": ".2", "capsule": ".1 .3", "cylinder": ".1 .3",
-              "ellipsoid": ".1 .2 .3"}  # fmt: skip
-    rng = np.random.default_rng(0)
-    for kind, size in shapes.items():
-        model = mujoco.MjModel.from_xml_string(xml.format(kind, size))
-        data = mujoco.MjData(model)
-        mujoco.mj_kinematics(model, data)
-        bounds = bounds_of(model)
-        # The farthest of many points of the shape comes near the box, and none leaves it.
-        points = _points(kind, np.array([float(s) for s in size.split()]), rng)
-        points = points @ data.geom_xmat[0].reshape(3, 3).T + data.geom_xpos[0]
-        assert (points >= bounds.lower - 1e-9).all() and (points <= bounds.upper + 1e-9).all()
-        assert points.min(axis=0) == pytest.approx(bounds.lower, abs=4e-3)
-        assert points.max(axis=0) == pytest.approx(bounds.upper, abs=4e-3)
-
-
-def _points(kind: str, size: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    sphere = rng.standard_normal((20_000, 3))
-    sphere /= np.linalg.norm(sphere, axis=1, keepdims=True)
-    if kind == "box":
-        return np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * size
-    if kind == "sphere":
-        return sphere * size[0]
-    if kind == "ellipsoid":
-        return sphere * size
-    ends = rng.choice([-1.0, 1.0], 20_000)[:, None] * [0, 0, size[1]]
-    if kind == "capsule":
-        return sphere * size[0] + ends
-    flat = sphere * [1, 1, 0]
-    return flat / np.linalg.norm(flat, axis=1, keepdims=True) * size[0] + ends
 
 
 @pytest.mark.parametrize("by", ["a catalogue", "itself"])

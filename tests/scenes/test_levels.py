@@ -75,7 +75,7 @@ def test_what_is_drawn_at_a_level_is_within_its_bounds_and_leaves_fixed_objects_
         scene, _ = with_level(scene, name, 2)
     station = build_station(parts, scene=scene, seed=3)
     masses = []
-    for cycle in range(20):
+    for cycle in range(12):
         station.randomizer.begin(cycle)
         sampled = station.randomizer.sampled
         assert "table" not in sampled["objects"]

@@ -167,20 +167,23 @@ def test_randomization_is_written_as_variations(write, parts):
 )
 def test_bundled_scenes_can_be_built_and_begun(path, parts):
     station = build_station(parts, scene=read_scene(path, parts))
-    for cycle in range(3):
-        station.randomizer.begin(cycle)
+    station.randomizer.begin(0)
     assert station.randomizer.sampled
     assert path.stem in parts.scenes
 
 
-def test_a_run_of_a_varied_scene_is_told_in_its_report_and_can_be_repeated(parts):
-    source = find_tree("pick_place", {n: parts.trees.get(n) for n in parts.trees})
+def test_a_run_of_a_varied_scene_is_told_in_its_report_and_can_be_repeated(parts, tmp_path):
+    tree = tmp_path / "tree.xml"
+    tree.write_text(
+        '<root BTCPP_format="4"><BehaviorTree ID="A"><Sequence><SpawnObject model="cube" '
+        'on="table" object="{object}"/><WaitUntilAtRest object="{object}"/></Sequence>'
+        "</BehaviorTree></root>"
+    )
     digests, told = [], []
     for _ in range(2):
         recorder = Recorder("", 1)
-        prepare(RunRequest(source, scene="varied_pick", seed=1, cycles=2), parts).execute(
-            [recorder]
-        )
+        request = RunRequest(find_tree(str(tree), {}), scene="varied_pick", seed=1, cycles=2)
+        prepare(request, parts).execute([recorder])
         report = recorder.report()
         assert report.status == "SUCCESS", [cycle.reason for cycle in report.cycles]
         digests.append(report.state_digest)
@@ -279,16 +282,10 @@ def test_what_is_wrong_is_said_with_file_line_and_key(write, parts, text, messag
             "'bin' cannot be placed: no free pose",
         ),
         (
-            TABLE + '[[objects]]\nmodel = "cube"\non = "table"\nposition = [10, 0]\n',
-            "'cube' is not on 'table' but 9.* m beside it, at 10.000 0.000; it extends from",
-        ),
-        (
             TABLE + '[[objects]]\nmodel = "cube"\non = "table"\n'
             "region = { x = [0, 0.1], y = [-4, -3] }\n",
             "'cube' is not on 'table' but 2.* m beside it, at .* -3.000; it extends from",
         ),
-        (TABLE + "[randomization.objects.cubee]\nmass = 1\n", "did you mean 'cube'"),
-        (TABLE + "[randomization.lights.kez]\nbrightness = 1\n", "did you mean 'key'"),
         (TABLE + "[randomization.robots.pand]\ngain = 1\n", "'pand' is not there; did .*'panda'"),
     ],
 )
@@ -301,17 +298,19 @@ def test_what_cannot_stand_together_is_said_with_the_file(write, parts, text, me
 
 
 def test_an_object_may_overhang_its_support_up_to_its_middle(write, parts):
-    text = TABLE + '[[objects]]\nmodel = "cube"\non = "table"\nposition = [{}, 0]\n'
-    upper = extent(build_station(parts, scene=read_scene(write(TABLE), parts)).cell, "table")[1]
+    def station(at):
+        text = TABLE + f'[[objects]]\nmodel = "cube"\non = "table"\nposition = [{at}, 0]\n'
+        return build_station(parts, scene=read_scene(write(text), parts))
 
-    build_station(parts, scene=read_scene(write(text.format(upper[0] - 1e-3)), parts))
+    upper = extent(station(0.0).cell, "table")[1]
+    station(upper[0] - 1e-3)
     with pytest.raises(CellError, match="but 0.001 m beside it"):
-        build_station(parts, scene=read_scene(write(text.format(upper[0] + 1e-3)), parts))
+        station(upper[0] + 1e-3)
 
 
 @pytest.mark.parametrize(
     ("kind", "count", "line", "most"),
-    [("objects", 3000, 3, 250), ("objects", 251, 3, 250), ("robots", 3000, 1, 16)],
+    [("objects", 251, 3, 250), ("robots", 17, 1, 16)],
 )
 def test_more_tables_than_a_scene_can_have_are_one_error(write, parts, kind, count, line, most):
     tables = "".join(
@@ -364,3 +363,6 @@ m = 2
             ("i", "j/k", "m"), ("e", 2, "none"), ("none",),
         )
     ] == [1, 3, 5, 8, 10, 13, 6, None]  # fmt: skip
+    inline = 'objects = [\n    { model = "table" },\n    { model = "cube" },\n]\nseed = 3\n'
+    lines = line_numbers(inline)
+    assert (lines["objects", 1], lines["objects", 2], lines["seed",]) == (2, 3, 5)
