@@ -6,6 +6,7 @@ import pytest
 
 from bt_manip import build_station
 from bt_manip.bt import Sequence, Status, Tree
+from bt_manip.runner import RunLoop
 from bt_manip_moveit_pro import motions, poses, task_constructor, vectors
 from bt_manip_moveit_pro.motions import ExecuteTrajectory, line
 from bt_manip_moveit_pro.objectives import SCENE
@@ -14,12 +15,20 @@ from bt_manip_moveit_pro.values import JointState, Motion, Plan, PoseStamped, Ta
 READY = {f"panda_joint{i + 1}": q for i, q in enumerate((0.3, -0.6, 0.0, -2.2, 0.0, 1.6, 0.8))}
 
 
-@pytest.fixture
-def station():
+@pytest.fixture(scope="module")
+def panda():
     """Give a Panda alone in a cell, with a waypoint."""
     station = build_station(robot="panda", scene=str(SCENE))
     station.robot.configurations["Ready"] = {**READY, "linear_rail_joint": 3.0}
     return station
+
+
+@pytest.fixture
+def station(panda):
+    """Give the Panda as it is at the start of a cycle."""
+    with RunLoop(panda.resting()) as loop:
+        loop.cycle()
+    return panda
 
 
 @pytest.fixture
@@ -51,15 +60,44 @@ def test_a_waypoint_is_reached_without_the_joint_of_a_rail(station, run):
     np.testing.assert_allclose(station.robot.q, list(READY.values()), atol=5e-3)
 
 
-def test_an_unknown_waypoint_fails_with_the_nearest_name(run):
-    tree = run(motions.RetrieveWaypoint(waypoint_name="Reddy", waypoint_joint_state="{s}"))
-    assert "did you mean 'Ready'" in tree.failure_reason()
-
-
-def test_a_joint_goal_outside_the_limits_is_refused(run):
-    beyond = JointState({**READY, "panda_joint4": 1.0})
-    tree = run(motions.PlanToJointGoal(joint_goal="{s}"), s=beyond)
-    assert tree.root.status is Status.FAILURE and "joint" in tree.failure_reason()
+@pytest.mark.parametrize(
+    ("leaves", "reason"),
+    [
+        (
+            [motions.RetrieveWaypoint(waypoint_name="Reddy", waypoint_joint_state="{s}")],
+            "did you mean 'Ready'",
+        ),
+        ([motions.PlanToJointGoal(joint_goal="{beyond}")], "joint"),
+        (
+            [
+                poses.TransformPoseFrame(
+                    input_pose="{pose}", target_frame_id="no", output_pose="{q}"
+                )
+            ],
+            "there is no frame 'no'",
+        ),
+        ([motions.PlanCartesianPath(path="{path}")], "can be followed up to"),
+        (
+            [
+                task_constructor.SetupMTCPlanToPose(task="{task}", target_pose="{far}"),
+                task_constructor.PlanMTCTask(task="{task}", solution="{s}"),
+            ],
+            "out of reach",
+        ),
+    ],
+    ids=["waypoint", "joint limits", "frame", "end of a path", "pose"],
+)
+def test_what_cannot_be_reached_fails_with_a_reason(run, leaves, reason):
+    tree = run(
+        *leaves,
+        beyond=JointState({**READY, "panda_joint4": 1.0}),
+        pose=PoseStamped(),
+        path=[PoseStamped("grasp_link", (0, y, 0)) for y in (0.0, 0.1, 1.5)],
+        far=PoseStamped("base_link", (3.0, 0.0, 0.5)),
+        task=Task(),
+    )
+    assert tree.root.status is Status.FAILURE
+    assert reason in tree.failure_reason()
 
 
 def test_frames_are_those_of_the_tool_the_base_the_world_and_published_ones(station, run):
@@ -78,14 +116,6 @@ def test_frames_are_those_of_the_tool_the_base_the_world_and_published_ones(stat
     np.testing.assert_allclose(tree.blackboard["a"].T.translation, on_plane, atol=1e-9)
     in_base = base.actInv(tool(station))
     np.testing.assert_allclose(tree.blackboard["b"].T.homogeneous, in_base.homogeneous, atol=1e-4)
-
-
-def test_an_unknown_frame_fails(run):
-    tree = run(
-        poses.TransformPoseFrame(input_pose="{p}", target_frame_id="nowhere", output_pose="{q}"),
-        p=PoseStamped(),
-    )
-    assert tree.failure_reason().endswith("there is no frame 'nowhere'")
 
 
 def square(side=0.1):
@@ -125,13 +155,6 @@ def test_a_single_pose_is_reached_on_a_line(run):
     )
     (motion,) = tree.blackboard["joint_trajectory_msg"].motions
     assert len(motion.path) == 1
-
-
-def test_a_path_beyond_the_reach_says_how_far_it_goes(run):
-    far = [PoseStamped("grasp_link", (0, y, 0)) for y in (0.0, 0.1, 1.5)]
-    tree = run(motions.PlanCartesianPath(path="{path}"), path=far)
-    assert tree.root.status is Status.FAILURE
-    assert "can be followed up to" in tree.failure_reason()
 
 
 def test_a_line_has_steps_of_2_cm():
@@ -188,15 +211,6 @@ def test_stages_along_axes_of_the_world_follow_each_other(station, run):
     assert tree.root.status is Status.SUCCESS, tree.failure_reason()
     moved = tool(station).translation - here.translation
     np.testing.assert_allclose(moved, (0.0, 0.05, 0.0), atol=2e-3)
-
-
-def test_a_task_with_an_unreachable_pose_fails_in_its_planning(run):
-    tree = run(
-        task_constructor.SetupMTCPlanToPose(task="{t}", target_pose="{far}"),
-        task_constructor.PlanMTCTask(task="{t}", solution="{s}"),
-        t=Task(), far=PoseStamped("base_link", (3.0, 0.0, 0.5)),
-    )  # fmt: skip
-    assert "out of reach" in tree.failure_reason()
 
 
 def test_the_gripper_closes_and_opens_by_its_position(station, run):
