@@ -16,10 +16,16 @@ from tests.robot_fixtures import Box
 HOME = np.array(panda().home)
 
 
-def with_cube(open_by: float = 0.025) -> tuple[Cell, Robot]:
-    """Return a robot in the air with a cube between its fingers."""
+def in_the_air() -> tuple[Cell, Robot]:
+    """Return a robot in the air, at home."""
     cell, robot = Cell(), Robot(panda(), gripper=TwoFingerGripper)
     cell.add(robot, spatial.pose((0.0, 0.0, 1.0)), free=False)
+    return cell, robot
+
+
+def with_cube(open_by: float = 0.025) -> tuple[Cell, Robot]:
+    """Return a robot in the air with a cube between its fingers."""
+    cell, robot = in_the_air()
     robot.set_configuration(HOME)
     robot.mj_data.qpos[robot.gripper.mechanism.qpos_adr] = open_by - 1e-4
     mujoco.mj_forward(cell.model, cell.data)
@@ -29,19 +35,21 @@ def with_cube(open_by: float = 0.025) -> tuple[Cell, Robot]:
 
 
 def test_it_finds_a_collision_where_the_simulation_finds_a_contact(walled, rng):
+    before = walled.cell.state_bytes()
     model, data = walled.cell.model, mujoco.MjData(walled.cell.model)
     data.qpos[:] = walled.cell.data.qpos
     limits, world = walled.robot.limits, walled.world
     of_arm = moved_bodies(model, walled.robot.dof_adr)[model.geom_bodyid]
     touching = 0
-    for q in rng.uniform(limits.lower, limits.upper, (400, 7)):
+    for q in rng.uniform(limits.lower, limits.upper, (200, 7)):
         data.qpos[walled.robot.qpos_adr] = q
         mujoco.mj_forward(model, data)
         geoms = data.contact.geom[data.contact.efc_address >= 0]
         expected = bool(of_arm[geoms].any())
         assert bool(world.collisions(q)) == expected
         touching += expected
-    assert 50 < touching < 350
+    assert 25 < touching < 175
+    assert walled.cell.state_bytes() == before
 
 
 def test_collisions_name_the_bodies_and_their_penetration(walled):
@@ -59,12 +67,6 @@ def test_bodies_within_a_distance_are_listed_with_their_distance(walled):
     (first, second) = walled.world.collisions(q, 8e-3)
     assert {first.first, second.first} == {"panda/left_finger", "panda/right_finger"}
     assert first.distance == pytest.approx(gap, abs=2e-4)
-
-
-def test_collision_checks_leave_the_simulation_unchanged(walled):
-    before = walled.cell.state_bytes()
-    walled.world.collisions(HOME + 0.1)
-    assert walled.cell.state_bytes() == before
 
 
 def test_the_held_object_moves_with_the_tool():
@@ -95,8 +97,7 @@ AWAY = HOME + np.array([0.6, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 
 
 def test_objects_added_and_removed_are_known_after_a_refresh():
-    cell, robot = Cell(), Robot(panda(), gripper=TwoFingerGripper)
-    cell.add(robot, spatial.pose((0.0, 0.0, 1.0)), free=False)
+    cell, robot = in_the_air()
     world = CollisionWorld(robot, robot.make_model())
     cell.add(Box((0.1, 0.1, 0.1)), robot.make_model().pose(AWAY), name="box")
     assert not world.collisions(AWAY)
@@ -108,8 +109,7 @@ def test_objects_added_and_removed_are_known_after_a_refresh():
 
 
 def test_contact_types_of_the_model_are_respected():
-    cell, robot = Cell(), Robot(panda(), gripper=TwoFingerGripper)
-    cell.add(robot, spatial.pose((0.0, 0.0, 1.0)), free=False)
+    cell, robot = in_the_air()
     ghost, wall = Box((0.1, 0.1, 0.1)), Box((0.1, 0.1, 0.1))
     geom = ghost.mjcf_model.worldbody.geom[0]
     geom.contype, geom.conaffinity = 2, 2
@@ -129,8 +129,7 @@ def test_a_distance_beyond_the_padding_is_refused(walled):
 
 
 def test_geoms_that_move_as_one_are_not_checked():
-    cell, robot = Cell(), Robot(panda(), gripper=TwoFingerGripper)
-    cell.add(robot, free=False)
+    cell, robot = in_the_air()
     world = CollisionWorld(robot, robot.make_model())
     of_geom = cell.model.geom_bodyid
     hand, finger = (of_geom == cell.body_id(f"panda/{name}") for name in ("hand", "left_finger"))

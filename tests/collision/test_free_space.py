@@ -17,6 +17,7 @@ def test_it_keeps_a_clearance_except_from_bodies_nearer_at_the_end(walled):
         return walled.ik.solve(T, HOME).q
 
     space = FreeSpace(walled.world, HOME, clearance=5e-3)
+    assert space.is_free(HOME)
     assert space.is_free(at(6e-3)) and not space.is_free(at(3e-3))
     space = FreeSpace(walled.world, HOME, [at(2e-3)], clearance=5e-3)
     assert space.is_free(at(3e-3)) and not space.is_free(at(1e-3))
@@ -39,8 +40,3 @@ def test_a_clearance_beyond_the_padding_is_refused(walled):
     with pytest.raises(MotionError, match=r"clearance must be at most 0\.008 \[m\], got 0\.01"):
         FreeSpace(walled.world, HOME, clearance=0.01)
     FreeSpace(walled.world, HOME, clearance=PADDING)
-
-
-def test_the_start_is_free(walled):
-    start = walled.ik.solve(walled.left, HOME).q
-    assert FreeSpace(walled.world, start).is_free(start)

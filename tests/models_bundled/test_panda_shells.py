@@ -23,13 +23,10 @@ def generator():
     del sys.modules[spec.name]
 
 
-def test_the_file_holds_what_the_generator_writes(generator):
+def test_the_file_holds_and_uses_what_the_generator_writes(generator, panda):
     found = generator.BLOCK.search(generator.PANDA.read_text())
     assert found is not None
     assert found[2] == generator.block()
-
-
-def test_every_shell_is_used(generator, panda):
     used = {panda.mesh(i).name for i in panda.geom_dataid if i >= 0}
     assert used == set(generator.SHELLS)
 
@@ -55,6 +52,6 @@ def test_what_is_seen_of_the_arm_is_never_far_from_what_collides(panda):
             continue
         mesh = panda.mesh(panda.geom_dataid[geom])
         vertices = panda.mesh_vert[mesh.vertadr[0] :][: mesh.vertnum[0]]
-        for vertex in vertices[::3]:
+        for vertex in vertices[::5]:
             point = data.geom_xpos[geom] + data.geom_xmat[geom].reshape(3, 3) @ vertex
             assert min(gap(panda, data, point, other) for other in solid) < 0.03, mesh.name
