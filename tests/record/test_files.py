@@ -17,12 +17,14 @@ from bt_manip.record.files import (
 
 
 def test_a_file_appears_only_when_it_is_whole(tmp_path):
-    path = tmp_path / "report.json"
+    path, other = tmp_path / "report.json", tmp_path / "other"
     with whole_file(path) as file:
         file.write(b"all of it")
         assert not path.exists()
     assert path.read_bytes() == b"all of it"
     assert list(tmp_path.iterdir()) == [path]
+    other.touch()  # the file has the permissions of any other
+    assert stat.S_IMODE(path.stat().st_mode) == stat.S_IMODE(other.stat().st_mode)
 
 
 def test_what_stood_there_stays_when_writing_fails(tmp_path):
@@ -33,14 +35,6 @@ def test_what_stood_there_stays_when_writing_fails(tmp_path):
         raise RuntimeError
     assert path.read_bytes() == b"yesterday's"
     assert list(tmp_path.iterdir()) == [path]
-
-
-def test_a_new_file_has_the_permissions_of_any_other(tmp_path):
-    path, other = tmp_path / "report.json", tmp_path / "other"
-    other.touch()
-    with whole_file(path) as file:
-        file.write(b"x")
-    assert stat.S_IMODE(path.stat().st_mode) == stat.S_IMODE(other.stat().st_mode)
 
 
 def test_a_link_stays_a_link(tmp_path):

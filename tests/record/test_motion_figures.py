@@ -73,20 +73,18 @@ def test_jerk_is_the_difference_of_reference_accelerations(statistics):
     assert statistics.limit_use.acceleration == pytest.approx(0.075)
 
 
-def test_differences_reach_across_blocks_and_cycles(statistics):
-    statistics.update(rows(2))
+def test_differences_reach_across_blocks_and_cycles_whose_figures_begin_with_nothing(statistics):
+    statistics.update(rows(1, tau=column((60.0, 0.0)), a_ref=column((5.0, 0.0))))
+    assert statistics.limit_use.effort == pytest.approx(1.2)
+    assert statistics.torque_rate == statistics.limit_use.jerk == 0.0  # of the first step
+    statistics.update(rows(1))
     statistics.begin()
+    assert statistics.limit_use.effort == statistics.torque_rate == 0.0
     jumped = np.tile([3.0, 0.0], (2, 1))
     statistics.update(rows(2, a_ref=jumped / 10, tau=jumped, tool=np.full((2, 3), 1e-3)))
     assert statistics.limit_use.jerk == pytest.approx(0.3 / DT / 1000.0)
     assert statistics.torque_rate == pytest.approx(3.0 / DT)
     assert statistics.tool_speed == pytest.approx(3**0.5)
-
-
-def test_the_first_step_has_no_difference(statistics):
-    statistics.update(rows(1, tau=column((40.0, 0.0)), a_ref=column((5.0, 0.0))))
-    assert statistics.torque_rate == 0.0
-    assert statistics.limit_use.jerk == 0.0
 
 
 def test_tracking_counts_only_in_motion_that_touches_nothing_outside(statistics):
@@ -121,22 +119,9 @@ def test_a_contact_up_to_100_ms_before_the_tracking_peak_is_noted(statistics, st
     assert statistics.peak.after_contact == pytest.approx(after_contact)
 
 
-def test_an_error_at_rest_is_a_deflection(statistics):
-    statistics.update(rows(2, q=column((0.0, 2.0), (0.0, 2.3))))
-    assert statistics.tracking_error is None
-    assert statistics.deflection == pytest.approx(0.3)
-
-
 def test_without_a_free_step_there_is_no_tracking_error(statistics):
     statistics.update(rows(3, touches=touches(False, False, False)))
     assert statistics.tracking_error is None and statistics.peak is None
-
-
-def test_a_cycle_begins_with_nothing(statistics):
-    statistics.update(rows(2, tau=column((0.0, 0.0), (60.0, 0.0))))
-    assert statistics.limit_use.effort == pytest.approx(1.2)
-    statistics.begin()
-    assert statistics.limit_use.effort == 0.0
 
 
 def test_a_joint_without_bounds_uses_none_of_its_range():

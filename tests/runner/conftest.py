@@ -1,9 +1,13 @@
-"""A station with two robots and a cube between them."""
+"""A station with two robots and a cube between them; reports of registered trees."""
 
 import pytest
 
 from bt_manip import build_station, spatial
 from bt_manip.bt import Tree
+from bt_manip.record.report.recorder import Recorder
+from bt_manip.record.report.run_report import RunReport
+from bt_manip.registry import Parts
+from bt_manip.runner import RunObserver, RunRequest, find_tree, prepare
 from bt_manip.scenes import Scene, SceneObject, two_arms
 from bt_manip.testing.trial import Trial
 
@@ -31,6 +35,17 @@ def left(station):
 @pytest.fixture
 def right(station):
     return station.robots["right"]
+
+
+def request_of_tree(parts: Parts, tree: str, **request) -> RunRequest:
+    return RunRequest(find_tree(tree, {n: parts.trees.get(n) for n in parts.trees}), **request)
+
+
+def report_of(parts: Parts, tree: str, *observers: RunObserver, **request) -> RunReport:
+    """Run a registered tree, and return the report."""
+    recorder = Recorder(tree, request.get("seed", 0))
+    prepare(request_of_tree(parts, tree, **request), parts).execute([recorder, *observers])
+    return recorder.report()
 
 
 def set_up(station, root):

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from bt_manip.record.report.recorder import Recorder
-from bt_manip.runner import RunObserver, RunRequest, find_tree, prepare
+from bt_manip.runner import RunObserver, prepare
+
+from .conftest import request_of_tree
 
 RADIUS = 0.35  # [m]
 
@@ -28,10 +30,9 @@ class Blends(RunObserver):
             self.taken.setdefault(key, (self.run.get_state(), digest))
 
 
-def request(parts, cycles, seed=0, radius=RADIUS):
-    tree = find_tree("pick_place", {n: parts.trees.get(n) for n in parts.trees})
-    settings = {"blend_radius": str(radius)}
-    return RunRequest(tree, cycles=cycles, seed=seed, settings=settings)
+def request(parts, cycles, seed=0):
+    settings = {"blend_radius": str(RADIUS)}
+    return request_of_tree(parts, "pick_place", cycles=cycles, seed=seed, settings=settings)
 
 
 def report_of(run, *observers):

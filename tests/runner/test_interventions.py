@@ -134,7 +134,8 @@ def test_reported_interventions_requested_again_give_the_same_states(start):
     ]
     first = start(root(), requests)
     plain = json.loads(json.dumps(first.interventions()))
-    assert start(root(), plain).digest == first.digest != start(root()).digest
+    assert start(root(), plain).digest == first.digest != (without := start(root()).digest)
+    assert start(root(), [(0.1, pull(None))]).digest == without
 
 
 def test_a_snapshot_taken_during_a_pull_continues_bit_for_bit(start):
@@ -143,10 +144,6 @@ def test_a_snapshot_taken_during_a_pull_continues_bit_for_bit(start):
     again = start(rest(100), state=state)
     assert json.dumps(again.states[-1]["station"]) == json.dumps(whole.states[-1]["station"])
     assert state["interventions"]["perturbations"][0]["body"] == "cube"
-
-
-def test_a_run_with_observers_of_interventions_but_none_keeps_its_states(start):
-    assert start(rest()).digest == start(rest(), [(0.1, pull(None))]).digest
 
 
 def test_of_several_requests_before_a_tick_the_last_target_counts(start):
@@ -177,8 +174,6 @@ def test_a_pull_ends_when_its_object_is_removed(station):
         (pull([0, 0, 1], body="left/hand"), "part of a robot"),
         (pull([0, 0, 1], body="table"), "it is fixed"),
         (pull([0, 0, float("nan")]), "two points and a force"),
-        (pull([0, 0]), "two points and a force"),
-        (pull([0, 0], point=(0, 0, 0, 0)), "two points and a force"),
         (pull([0, 0, 1], max_force=-1.0), "two points and a force"),
         (override("nothing"), "no node 'nothing'"),
         (override("rest", status="RUNNING"), "SUCCESS or FAILURE"),

@@ -10,9 +10,10 @@ import pytest
 
 from bt_manip.record.report.recorder import Recorder
 from bt_manip.record.report.run_report import RunReport
-from bt_manip.registry import Parts
-from bt_manip.runner import Run, RunObserver, RunRequest, find_tree, prepare
+from bt_manip.runner import Run, RunObserver, prepare
 from bt_manip_recording import Trace
+
+from .conftest import report_of, request_of_tree
 
 CYCLES = 2
 
@@ -29,13 +30,6 @@ class FirstDigest(RunObserver):
         self.digest = self.digest or self.log.digest.hex()
 
 
-def run(parts: Parts, tree: str, *observers: RunObserver, **request) -> RunReport:
-    source = find_tree(tree, {name: parts.trees.get(name) for name in parts.trees})
-    recorder = Recorder(tree, request.get("seed", 0))
-    prepare(RunRequest(source, **request), parts).execute([recorder, *observers])
-    return recorder.report()
-
-
 class Traced(NamedTuple):
     report: RunReport
     rows: dict[str, np.ndarray]
@@ -46,7 +40,7 @@ class Traced(NamedTuple):
 def traced(parts, tmp_path_factory) -> Traced:
     path = tmp_path_factory.mktemp("run") / "trace.npz"
     first = FirstDigest()
-    report = run(parts, "pick_place", Trace(path), first, cycles=CYCLES)
+    report = report_of(parts, "pick_place", Trace(path), first, cycles=CYCLES)
     with np.load(path) as rows:
         return Traced(report, dict(rows), first.digest)
 
@@ -99,8 +93,8 @@ def test_the_phases_are_the_trees_actions_in_the_order_in_which_they_ended(trace
 
 
 def test_the_same_tree_in_python_is_the_same_run(parts, traced):
-    document = find_tree("pick_place", {n: parts.trees.get(n) for n in parts.trees}).path
-    in_python = run(parts, f"{document.with_suffix('.py')}:pick_place")
+    document = request_of_tree(parts, "pick_place").tree.path
+    in_python = report_of(parts, f"{document.with_suffix('.py')}:pick_place")
     assert in_python.state_digest == traced.first
 
 
@@ -112,20 +106,19 @@ def test_the_same_seed_is_the_same_run_in_another_process(tmp_path, traced):
 
 
 def test_a_run_that_compiles_each_model_anew_is_the_same_run(parts, traced):
-    source = find_tree("pick_place", {name: parts.trees.get(name) for name in parts.trees})
     recorder = Recorder("pick_place", 0)
-    anew = prepare(RunRequest(source, cycles=CYCLES), parts)
+    anew = prepare(request_of_tree(parts, "pick_place", cycles=CYCLES), parts)
     anew.station.cell.compiles_kept = 0
     anew.execute([recorder])
     assert recorder.report().state_digest == traced.report.state_digest
 
 
 def test_another_controller_does_the_task_too(parts):
-    report = run(parts, "pick_place", controller="gravity_compensated_pd")
+    report = report_of(parts, "pick_place", controller="gravity_compensated_pd")
     assert report.cycles[0].placed
 
 
 def test_a_container_that_is_not_there_fails_the_cycle_with_the_nearest_name(parts):
-    (cycle,) = run(parts, "pick_place", settings={"basket": "bascet"}).cycles
+    (cycle,) = report_of(parts, "pick_place", settings={"basket": "bascet"}).cycles
     assert cycle.status == "FAILURE" and not cycle.placed
     assert "did you mean 'basket'" in cycle.reason

@@ -37,15 +37,6 @@ def test_each_robot_of_a_scene_has_a_name_an_arm_a_controller_and_a_gripper(stat
     assert all(a is not b for a, b in zip(*parts, strict=True))
 
 
-def test_moving_one_leaves_the_other_where_it_is(station, left, right):
-    before = right.robot.q
-    left.arm.move_to_pose(BESIDE)
-    station.step_until(lambda: not left.arm.moving)
-    assert np.linalg.norm(left.robot.tool_pose.translation - BESIDE.translation) < 2e-3
-    assert np.abs(right.robot.q - before).max() < 1e-3
-    assert not right.arm.moving
-
-
 def test_each_robot_has_the_description_controller_and_planner_of_the_scene(parts):
     robots = (
         SceneRobot(spatial.pose((-0.6, 0.0, 0.0)), "old", controller="gravity_compensated_pd"),

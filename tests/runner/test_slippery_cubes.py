@@ -5,8 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bt_manip.record.report.recorder import Recorder
-from bt_manip.runner import RunRequest, find_tree, prepare
+from .conftest import report_of
 
 SCENES = Path(__file__).parents[2] / "scenes"
 WEIGHT = 0.0565 * 9.81  # [N] of the bundled cube
@@ -18,13 +17,6 @@ CUBE = """<mujoco>
 </mujoco>"""
 
 
-def run(parts, **request):
-    tree = find_tree("pick_place", {n: parts.trees.get(n) for n in parts.trees})
-    recorder = Recorder("pick_place", request.get("seed", 0))
-    prepare(RunRequest(tree, **request), parts).execute([recorder])
-    return recorder.report().cycles
-
-
 @pytest.fixture
 def place(parts, tmp_path):
     """Return a function that runs a cycle with a cube of a mass [kg] and a friction."""
@@ -32,7 +24,7 @@ def place(parts, tmp_path):
     def go(mass, friction):
         path = tmp_path / "cube.xml"
         path.write_text(CUBE.format(mass, friction))
-        (cycle,) = run(parts, settings={"cube": str(path)})
+        (cycle,) = report_of(parts, "pick_place", settings={"cube": str(path)}).cycles
         assert bool(cycle.placed) is (cycle.status == "SUCCESS")
         return cycle
 
@@ -70,7 +62,7 @@ def test_success_begins_at_the_friction_that_carries_the_weight(parts, tmp_path)
     scene = (SCENES / "varied_pick.toml").read_text(encoding="utf-8").partition("[randomization")[0]
     path = tmp_path / "slippery.toml"
     path.write_text(f"{scene}[randomization.objects.cube]\nfriction = {{ choice = {values} }}\n")
-    cycles = run(parts, scene=str(path), cycles=100)
+    cycles = report_of(parts, "pick_place", scene=str(path), cycles=100).cycles
     friction = np.array([c.randomized["objects"]["cube"]["friction"] for c in cycles])
     success = np.array([c.status == "SUCCESS" for c in cycles])
     assert (success == [bool(c.placed) for c in cycles]).all()

@@ -19,8 +19,6 @@ from bt_manip.record.report.recorder import Recorder
 from bt_manip.runner import (
     Run,
     RunObserver,
-    RunRequest,
-    find_tree,
     load_snapshot,
     prepare,
     save_snapshot,
@@ -28,6 +26,8 @@ from bt_manip.runner import (
 from bt_manip.runner.request import SCENE
 from bt_manip.scenes import SceneObject, table_and_basket
 from bt_manip.spatial import pose
+
+from .conftest import request_of_tree
 
 
 class Snapshots(RunObserver):
@@ -53,8 +53,7 @@ class Snapshots(RunObserver):
 
 
 def make(parts, cycles: int, tree: str = "pick_place", scene: str = SCENE) -> Run:
-    source = find_tree(tree, {n: parts.trees.get(n) for n in parts.trees})
-    return prepare(RunRequest(source, scene=scene, cycles=cycles), parts)
+    return prepare(request_of_tree(parts, tree, scene=scene, cycles=cycles), parts)
 
 
 def uninterrupted(parts, folder: Path, wanted, *run, stop=lambda made: False) -> tuple[str, int]:

@@ -9,20 +9,16 @@ from rich.console import Console
 
 from bt_manip.cli.cycle_table import print_cycles
 from bt_manip.exceptions import BtManipError
-from bt_manip.record.report.recorder import Recorder
 from bt_manip.record.report.run_report import RunReport
-from bt_manip.runner import STEP_FIELDS, RunObserver, RunRequest, find_tree, prepare
+from bt_manip.runner import STEP_FIELDS, RunObserver, prepare
 from bt_manip_recording import Trace
+
+from .conftest import report_of, request_of_tree
 
 
 def run(parts, cycles: int, *observers: RunObserver) -> RunReport:
-    source = find_tree("two_arms", {name: parts.trees.get(name) for name in parts.trees})
-    recorder = Recorder("two_arms", 1)
     scene = parts.tree_defaults["two_arms"].scene
-    prepare(RunRequest(source, scene=scene, cycles=cycles, seed=1), parts).execute(
-        [recorder, *observers]
-    )
-    return recorder.report()
+    return report_of(parts, "two_arms", *observers, scene=scene, cycles=cycles, seed=1)
 
 
 @pytest.fixture(scope="module")
@@ -65,9 +61,8 @@ def test_both_pick_two_cubes_neither_touches_the_other_and_the_report_says_so(tr
     ],
 )
 def test_a_tree_in_a_scene_with_other_robots_is_refused(parts, tree, scene, message):
-    source = find_tree(tree, {name: parts.trees.get(name) for name in parts.trees})
     with pytest.raises(BtManipError, match=message):
-        prepare(RunRequest(source, scene=scene), parts)
+        prepare(request_of_tree(parts, tree, scene=scene), parts)
 
 
 def test_the_trace_has_the_course_of_each_of_them_and_both_move_at_the_same_time(traced):
