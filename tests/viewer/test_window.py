@@ -25,7 +25,7 @@ from bt_manip.viewer.window import aim
 TREE = """
     from bt_manip.bt import Sleep
 
-    def rest(msec=500):
+    def rest(msec=100):
         return Sleep("rest", msec=msec)
 """
 
