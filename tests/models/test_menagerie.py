@@ -71,8 +71,8 @@ def archive(name: str, file: str, content: bytes = XML) -> bytes:
 
 
 @pytest.fixture
-def robot(server, tmp_path, monkeypatch):
-    """Serve a model of which the installed package knows the size and the checksum."""
+def archived(server, served, tmp_path, monkeypatch):
+    """Serve a model of which the installed package knows the checksum; give its archive."""
     import mujoco_menagerie
 
     known = mujoco_menagerie.get("kuka_iiwa_14")
@@ -82,13 +82,13 @@ def robot(server, tmp_path, monkeypatch):
     )
     registry = mujoco_menagerie.bundled()
     monkeypatch.setitem(registry.robots, known.name, changed)
-    monkeypatch.setenv("MENAGERIE_BASE_URL", f"{server.url}/assets")
+    monkeypatch.setenv("MENAGERIE_BASE_URL", f"http://127.0.0.1:{server.server_port}")
     monkeypatch.setenv("MENAGERIE_CACHE_DIR", str(tmp_path / "menagerie"))
     monkeypatch.delenv("MENAGERIE_ROOT", raising=False)
     for variable in ("http_proxy", "HTTP_PROXY"):
         monkeypatch.delenv(variable, raising=False)
-    server.files[f"/assets/{changed.asset}"] = data
-    return changed, data
+    (served / changed.asset).write_bytes(data)
+    return served / changed.asset
 
 
 def left(tmp_path) -> list[str]:
@@ -97,35 +97,33 @@ def left(tmp_path) -> list[str]:
     return [p.name for p in files if p.parent.name != "locks"]
 
 
-def test_a_model_is_downloaded_checked_and_there_when_the_server_is_gone(robot, server):
+def test_a_model_is_downloaded_checked_and_there_when_the_server_has_it_no_longer(archived):
     told = []
     found = find_model("menagerie:kuka_iiwa_14", lambda *state: told.append(state))
     assert found.path.read_bytes() == XML
-    assert told[-1][1:] == (len(robot[1]), len(robot[1]))
-    server.stop()
-    server.stop = lambda: None
+    assert told[-1][1:] == (archived.stat().st_size,) * 2
+    archived.unlink()
     assert find_model("menagerie:kuka_iiwa_14") == found
 
 
 def test_a_wrong_checksum_or_no_model_on_the_server_is_refused_and_nothing_is_left(
-    robot, server, tmp_path
+    archived, tmp_path
 ):
-    known, data = robot
-    wrong = bytearray(data)
+    wrong = bytearray(archived.read_bytes())
     wrong[len(wrong) // 2] ^= 1
-    for files, message in (
-        ({f"/assets/{known.asset}": bytes(wrong)}, "does not match the digest"),
-        ({}, "404"),
-    ):
-        server.files = files
-        with pytest.raises(ModelError, match=message):
-            find_model("menagerie:kuka_iiwa_14")
-        assert left(tmp_path) == []
+    archived.write_bytes(bytes(wrong))
+    with pytest.raises(ModelError, match="does not match the digest"):
+        find_model("menagerie:kuka_iiwa_14")
+    assert left(tmp_path) == []
+    archived.unlink()
+    with pytest.raises(ModelError, match="404"):
+        find_model("menagerie:kuka_iiwa_14")
+    assert left(tmp_path) == []
 
 
 @pytest.mark.parametrize("listens", [True, False])
 def test_without_an_answer_it_fails_within_two_seconds_and_says_what_helps(
-    robot, monkeypatch, listens
+    archived, monkeypatch, listens
 ):
     with socket.create_server(("127.0.0.1", 0)) as silent:
         address = f"127.0.0.1:{silent.getsockname()[1]}"

@@ -164,39 +164,33 @@ def test_two_motors_may_move_two_linkages(description, tmp_path):
     )
 
 
+DRIVER = '<joint name="left_driver" class="driver"/>\n        <geom class="crank"/>'
+SPARE = '<body name="spare"><joint name="spare" class="driver"/><geom class="crank"/></body>'
+
+
 @pytest.mark.parametrize(
-    ("changes", "message"),
+    ("edit", "changes", "message"),
     [
-        ({"mount": "ent"}, "there is no 'ent'; did you mean 'end'"),
-        ({"joints": ["left_drive", "right_driver"]}, "no joint 'left_drive'; did you mean 'left_"),
-        ({"fingers": ["left_finger", "left"]}, "no body 'left'"),
-        ({"motor": "bot"}, "no joint 'bot'"),
-        ({"open_width": 0.11}, "open_width is 110.0 mm, but .* open to 100.0 mm"),
-        ({"model": "nowhere.xml"}, "no model file nowhere.xml"),
+        ((), {"mount": "ent"}, "there is no 'ent'; did you mean 'end'"),
+        ((), {"joints": ["left_drive", "right_driver"]}, "no joint 'left_drive'; did you mean 'le"),
+        ((), {"fingers": ["left_finger", "left"]}, "no body 'left'"),
+        ((), {"motor": "bot"}, "no joint 'bot'"),
+        ((), {"open_width": 0.11}, "open_width is 110.0 mm, but .* open to 100.0 mm"),
+        ((), {"model": "nowhere.xml"}, "no model file nowhere.xml"),
+        ((), {"fingers": ["left_crank", "right_crank"]}, "left_crank' has no geom that collides"),
         (
-            {"fingers": ["left_crank", "right_crank"]},
-            "'pincers/left_crank' has no geom that collides",
+            (DRIVER, DRIVER + SPARE),
+            {"joints": ["spare"], "motor": "spare"},
+            "'pincers/spare' does not open and close",
         ),
+        ((COUPLING, ""), {}, "nothing in the model couples joint .*right_driver"),
     ],
 )
-def test_what_does_not_fit_is_said(description, changes, message):
+def test_what_does_not_fit_is_said(description, tmp_path, edit, changes, message):
+    if edit:
+        changes = {"model": pincers(tmp_path, *edit), **changes}
     with pytest.raises(RobotError, match=message):
         Robot(measured(changed(description, **changes)), gripper=TwoFingerGripper)
-
-
-def test_a_joint_that_leaves_the_fingers_where_they_are_is_no_gripper_joint(description, tmp_path):
-    old = '<joint name="left_driver" class="driver"/>\n        <geom class="crank"/>'
-    spare = '<body name="spare"><joint name="spare" class="driver"/><geom class="crank"/></body>'
-    model = pincers(tmp_path, old, f"{old}{spare}")
-    spare = changed(description, model=model, joints=["spare"], motor="spare")
-    with pytest.raises(RobotError, match="'pincers/spare' does not open and close"):
-        measured(spare)
-
-
-def test_one_motor_for_fingers_that_nothing_couples_is_refused(description, tmp_path):
-    alone = changed(description, model=pincers(tmp_path, COUPLING, ""))
-    with pytest.raises(RobotError, match="nothing in the model couples joint .*right_driver"):
-        measured(alone)
 
 
 def test_the_motor_of_coupled_fingers_is_found(description, robot):
