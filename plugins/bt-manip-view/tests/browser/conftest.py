@@ -44,7 +44,7 @@ DRAW_ON_REQUEST = """
             const offscreen = this.getParameter(this.FRAMEBUFFER_BINDING);
             const [x, y, width, height] = this.getParameter(this.VIEWPORT);
             const light = offscreen && !(width == 1024 && height == 1024);  // no shadow
-            if (window.drawing || light) draw.apply(this, options);
+            if (window.drawing || (light && window.light)) draw.apply(this, options);
         };
     }
 """
@@ -267,16 +267,13 @@ class Window:
         self.evaluate(DRAW_ONE_FRAME)
         data = self.page.screenshot()
         if name is not None:
-            _keep(name, data)
+            ARTEFACTS.mkdir(parents=True, exist_ok=True)
+            (ARTEFACTS / f"{name}.png").write_bytes(data)
         return _cut(data, self.frame.locator("canvas[data-engine]").bounding_box())
 
     def pixels(self, element: Any) -> np.ndarray:
         """Return the pixels of the visible part of an element."""  # (height, width, 3)
         return _cut(self.page.screenshot(), element.bounding_box())
-
-    def keep(self, name: str) -> None:
-        """Keep a screenshot as an artefact, where the scene is empty."""
-        _keep(name, self.page.screenshot())
 
     def position(self, node: str) -> np.ndarray:
         """Return where the origin of a node is in the world [m]."""  # (3,)
@@ -356,11 +353,6 @@ def _cut(data: bytes, box: dict[str, float]) -> np.ndarray:
     return pixels[max(top, 0) : top + height, left : left + width]
 
 
-def _keep(name: str, data: bytes) -> None:
-    ARTEFACTS.mkdir(parents=True, exist_ok=True)
-    (ARTEFACTS / f"{name}.png").write_bytes(data)
-
-
 def wait_until(
     condition: Callable[[], bool], explain: Callable[[], str] = lambda: "it did not happen"
 ) -> None:
@@ -388,15 +380,27 @@ def chromium() -> Iterator[Any]:
         browser.close()
 
 
+def empty(route: Any) -> None:
+    """Answer a request by an empty page."""
+    route.fulfill(body="<html></html>", content_type="text/html")
+
+
 @pytest.fixture(scope="module")
 def open_window(chromium) -> Iterator[Callable[..., Window]]:
-    """Give a function that opens an address in a window with an empty profile."""
+    """Give a function that opens an address in a window with an empty profile.
+
+    It takes whether the window has the scene, and whether that has the light of its environment:
+    both take seconds.
+    """
     contexts = []
 
-    def open_window(url: str, **options: Any) -> Window:
-        contexts.append(chromium.new_context(**{"viewport": SIZE, **options}))
+    def open_window(url: str, *, scene: bool = True, light: bool = True) -> Window:
+        contexts.append(chromium.new_context(viewport=SIZE))
         contexts[-1].set_default_timeout(1e3 * PATIENCE)
         contexts[-1].add_init_script(DRAW_ON_REQUEST + FIXED_RESOLUTION)
+        contexts[-1].add_init_script(f"window.light = {str(light).lower()};")
+        if not scene:
+            contexts[-1].route("**/scene*", empty)
         return Window(contexts[-1].new_page(), url)
 
     yield open_window

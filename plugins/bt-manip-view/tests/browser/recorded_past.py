@@ -104,6 +104,14 @@ class Past:
         }
 
 
+def wrong_rows(window: Window, states: dict[str, tuple[str, str]]) -> list[Any]:
+    """Return sign and message of rows of the tree that differ from some states, with those."""
+    rows = window.page.evaluate(ROWS)
+    expected = {uid: states.get(uid, (SIGNS["IDLE"], "")) for uid in rows}
+    wrong = [(row, expected[uid]) for uid, row in rows.items() if tuple(row) != expected[uid]]
+    return wrong if rows else ["no rows"]
+
+
 def back_to_now(window: Window) -> None:
     """Show the present."""
     line = window.page.get_by_role("slider", name="Timeline")
@@ -117,21 +125,24 @@ def back_to_now(window: Window) -> None:
     wait_until(is_now)
 
 
-def check_moments(window: Window, path: Path, *, share_of: tuple[float, ...]) -> None:
+def check_moments(
+    window: Window, path: Path, *, share_of: tuple[float, ...], scene: bool = True
+) -> None:
     """Click at moments of the run; compare scene, tree and blackboard with its recording.
 
     Args:
         window: The page.
         path: The recording.
         share_of: The moments, as shares of the shown range.
+        scene: Whether the window has the scene.
     """
     window.open_tab("Blackboard")
     past: Past | None = None
     for share in share_of:
-        past = _check_moment(window, path, share, past)
+        past = _check_moment(window, path, share, past, scene)
 
 
-def _check_moment(window: Window, path: Path, share: float, past: Past | None) -> Past:
+def _check_moment(window: Window, path: Path, share: float, past: Past | None, scene: bool) -> Past:
     line = window.page.get_by_role("slider", name="Timeline")
     back_to_now(window)
     box = line.bounding_box()
@@ -161,16 +172,11 @@ def _check_moment(window: Window, path: Path, share: float, past: Past | None) -
     assert len(expected) >= 8
 
     def differences() -> list[Any]:
-        rows = window.page.evaluate(ROWS)
-        wrong: list[Any] = [
-            (row, states.get(uid))
-            for uid, row in rows.items()
-            if tuple(row) != states.get(uid, (SIGNS["IDLE"], ""))
-        ]
+        wrong = wrong_rows(window, states)
         shown = {key: value[:WORDS] for key, value in window.page.evaluate(BOARD).items()}
-        if not rows or shown != board:
+        if shown != board:
             wrong.append((shown, board))
-        at = window.evaluate(POSITIONS, names)
+        at = window.evaluate(POSITIONS, names) if scene else expected.tolist()
         if None in at or np.abs(np.array(at) - expected).max() > 1e-4:
             wrong.append((names, at, expected))
         return wrong

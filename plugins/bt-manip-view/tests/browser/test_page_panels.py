@@ -1,4 +1,4 @@
-"""Ports, breakpoints, the planned path, a pull and an edit with an error, as a person sees them."""
+"""The page of ``bt-manip run --view --watch``: breakpoints, ports, planned path, pull and edits."""
 
 import os
 from pathlib import Path
@@ -34,31 +34,27 @@ def program(tree, start) -> Program:
     return start("run", tree, *options)
 
 
-def test_breakpoints_of_the_file_and_of_the_option_are_set_and_outlive_a_reload(shared_window):
+def test_breakpoints_of_the_file_and_of_the_option_are_set_on_each_page(
+    program, shared_window, open_window
+):
     window = shared_window
     window.wait_for_text("s: paused at begin")
     window.press("Continue")
     window.wait_for_text("s: paused at spawn")
-    window.page.reload()
-    window.wait_for_scene()
-    window.wait_for_tree("✓ begin")
-    marked = window.page.locator(".line:not([hidden])", has=window.page.locator(".margin.set"))
+    again = open_window(program.url, scene=False)
+    again.wait_for_tree("✓ begin")
+    marked = again.page.locator(".line:not([hidden])", has=again.page.locator(".margin.set"))
     wait_until(lambda: marked.locator(".name").all_inner_texts() == ["begin", "spawn"])
-    window.keep("breakpoints")
+    again.page.context.close()
     window.press("Continue")
     window.wait_for_text("s: running")
 
 
-def test_results_of_the_tree_are_shown_while_it_runs(window):
+def test_results_and_ports_of_a_selected_node_have_their_present_values(window):
     window.wait_for_text(r"results\s+count\s+cycle 1\s+3")
-    window.keep("results")
-
-
-def test_a_selected_node_shows_its_ports_with_present_values(window):
     window.select("spawn")
     window.wait_for_text("Action SpawnObject, success")
     window.wait_for_text(r"object\s+output\s+\{cube\}\s+cube = cube")
-    window.keep("chosen_node")
 
 
 def test_the_planned_path_is_drawn(opengl, window):
@@ -91,7 +87,6 @@ def test_a_clicked_object_is_pulled_by_its_handle_and_falls_when_it_is_let_go(wi
     before = height()
     higher = before - 30  # pixels, downwards
     window.pull("/handle", (0.0, 0.0, 0.11), (0.0, 0.0, 0.35), lambda: height() < higher)
-    window.keep("pull")
     window.page.mouse.up()
     wait_until(lambda: abs(height() - before) < 5)
     window.open_tab("Log")
@@ -111,7 +106,6 @@ def test_an_edit_while_the_run_is_paused_is_announced_at_once(window, tree):
     write(tree, TREE.replace('name="away"', 'name="beside"'), 3)
     window.wait_for_text(said)
     assert "away" in window.tree()
-    window.keep("edited_while_paused")
     window.press("Continue")
     window.wait_for_tree("beside")
     wait_until(lambda: said not in window.text())
@@ -127,7 +121,6 @@ def test_an_edit_with_an_error_is_shown_at_its_line_and_one_with_a_warning_at_it
     write(tree, TREE.replace("<MoveHome", "<MoveHme"), 1)
     window.wait_for_text("The edited file has errors, the tree goes on as it was")
     window.wait_for_text(r"task\.xml:6:5: error: .*'MoveHome'")
-    window.keep("edit_with_error")
     write(tree, TREE.replace("<MoveHome", '<MoveHome _skipIf="true"'), 2)
     wait_until(lambda: "The edited file has errors" not in window.text())
     row = window.page.locator(".line", has=window.page.locator(".found:not(:empty)"))
@@ -135,36 +128,3 @@ def test_an_edit_with_an_error_is_shown_at_its_line_and_one_with_a_warning_at_it
     assert "MoveHome never runs" in row.locator(".found").get_attribute("title")
     row.click()
     window.wait_for_text("⚠ MoveHome never runs: its _skipIf always holds")
-    window.keep("warning")
-
-
-LARGE_TREE = """<root BTCPP_format="4"><BehaviorTree ID="Main"><Repeat num_cycles="-1">
-  <Sequence>{leaves}</Sequence>
-</Repeat></BehaviorTree></root>
-"""
-
-COUNT_UPDATES = """
-    seconds => new Promise((done) => {
-        const draw = apply;
-        let count = 0;
-        window.apply = (changes) => {
-            draw(changes);
-            count += changes.some(([what, , name]) => what == "merge" && name == "states");
-        };
-        setTimeout(() => { window.apply = draw; done(count / seconds); }, 1000 * seconds);
-    })
-"""
-"""Gives how often in a second of wall time new states of nodes are drawn."""
-
-
-@pytest.mark.soak
-def test_states_of_500_nodes_are_drawn_several_times_a_second(start, open_window, tmp_path):
-    path = tmp_path / "large.xml"
-    path.write_text(LARGE_TREE.format(leaves='<Sleep msec="10"/>' * 497))
-    program = start("run", path, "--view", "--real-time", "1")
-    window = open_window(program.url)
-    window.wait_for_scene()
-    window.wait_for_tree("▶ Sleep")
-    updates = window.page.evaluate(COUNT_UPDATES, 3)
-    assert 3.0 < updates < 11.0  # 10 where the computer has time
-    assert not window.log
