@@ -100,28 +100,12 @@ def test_a_cell_with_a_robot_compiles_to_pymjcfs_model(robot):
     assert_is_pymjcfs(cell)
 
 
-def move_frame(cell, nested):
-    mjcf.get_attachment_frame(nested.root).pos = (1, 2, 3)
-
-
-def edit_part(cell, nested):
-    nested.part.find("geom", "knob").mass = 0.7
-
-
-def add_to_part(cell, nested):
-    nested.part.worldbody.add("geom", name="more", size=(0.02,), mass=0.1)
-
-
 def fill_part(cell, nested):
     part = mjcf.RootElement(model="late")
     nested.root.find("body", "arm").add("site", name="late").attach(part)
     with cell.editing():
         pass
     part.worldbody.add("geom", name="late", size=(0.02,), mass=0.1)
-
-
-def edit_default(cell, nested):
-    nested.root.default.geom.friction = (0.9,)
 
 
 def edit_arena(cell, nested):
@@ -138,21 +122,20 @@ def attach_by_hand(cell, nested):
     cell.arena.mjcf_model.attach(model)
 
 
-def rename_by_hand(cell, nested):
-    nested.root.find("geom", "tip").name = "end"
+EDITS = [
+    fill_part,
+    edit_arena,
+    attach_by_hand,
+    lambda cell, nested: mjcf.get_attachment_frame(nested.root).set_attributes(pos=(1, 2, 3)),
+    lambda cell, nested: nested.part.find("geom", "knob").set_attributes(mass=0.7),
+    lambda cell, nested: nested.part.worldbody.add("geom", size=(0.02,), mass=0.1),
+    lambda cell, nested: nested.root.default.geom.set_attributes(friction=(0.9,)),
+    lambda cell, nested: nested.root.find("geom", "tip").set_attributes(name="end"),
+    lambda cell, nested: nested.root.find("geom", "tip").remove(),
+]
 
 
-def remove_by_hand(cell, nested):
-    nested.root.find("geom", "tip").remove()
-
-
-@pytest.mark.parametrize(
-    "edit",
-    [
-        move_frame, edit_part, add_to_part, fill_part, edit_default, edit_arena, attach_by_hand,
-        rename_by_hand, remove_by_hand,
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize("edit", EDITS)
 def test_what_is_edited_by_hand_is_in_the_next_compile(edit):
     cell, nested = Cell(), Nested()
     cell.add(nested)

@@ -107,16 +107,9 @@ def test_a_home_with_an_avoidable_collision_has_to_be_changed(description):
     assert "exclude" not in str(error.value)
 
 
-@pytest.mark.parametrize(
-    ("pair", "message"),
-    [
-        (("foot", "arm/turet"), "exclude: there is no body 'arm/turet'.*mean 'arm/turret'"),
-        (("foot", "foot"), "has pairs of two names, got .foot. twice"),
-    ],
-)
-def test_a_wrong_pair_is_refused(description, pair, message):
-    with pytest.raises(RobotError, match=message):
-        Robot(replace(description, exclude=(pair,)))
+def test_a_wrong_pair_is_refused(description):
+    with pytest.raises(RobotError, match="there is no body 'arm/turet'.*mean 'arm/turret'"):
+        Robot(replace(description, exclude=(("foot", "arm/turet"),)))
 
 
 def test_an_arm_that_would_touch_itself_or_its_pedestal_fails_at_once(description, parts):

@@ -70,20 +70,18 @@ def test_a_mass_that_is_none_is_refused(mass):
         ModelObject("bundled:cube", mass=mass)
 
 
+MJCF = "<mujoco><worldbody><body>\n{}</body></worldbody></mujoco>"
+URDF = '<robot name="r"><link name="l"><inertial>{}</inertial>{}</link></robot>'
+SPHERE = '<collision><geometry><sphere radius=".02"/></geometry></collision>'
+UNIT = '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'
+BALL = '<geom size=".02"/>'
 INERTIAL = {
-    "mass.xml": '<mujoco><worldbody><body>\n<inertial mass="{}" pos="0 0 0" diaginertia="1 1 1"/>'
-    '<geom size=".02"/></body></worldbody></mujoco>',
-    "inertia.xml": '<mujoco><worldbody><body>\n<inertial mass="1" pos="0 0 0" '
-    'diaginertia="{} 1 1"/><geom size=".02"/></body></worldbody></mujoco>',
-    "geom.xml": '<mujoco><worldbody><body>\n<geom size=".02" mass="{}"/></body></worldbody>'
-    "</mujoco>",
-    "density.xml": '<mujoco><worldbody><body>\n<geom size=".02" density="{}"/></body></worldbody>'
-    "</mujoco>",
-    "mass.urdf": '<robot name="r"><link name="l"><inertial>\n<mass value="{}"/><inertia ixx="1" '
-    'iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial><collision><geometry>'
-    '<sphere radius=".02"/></geometry></collision></link></robot>',
-    "inertia.urdf": '<robot name="r"><link name="l"><inertial><mass value="1"/>\n<inertia ixx="{}" '
-    'iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>',
+    "mass.xml": MJCF.format('<inertial mass="{}" pos="0 0 0" diaginertia="1 1 1"/>' + BALL),
+    "inertia.xml": MJCF.format('<inertial mass="1" pos="0 0 0" diaginertia="{} 1 1"/>' + BALL),
+    "geom.xml": MJCF.format('<geom size=".02" mass="{}"/>'),
+    "density.xml": MJCF.format('<geom size=".02" density="{}"/>'),
+    "mass.urdf": URDF.format('\n<mass value="{}"/>' + UNIT, SPHERE),
+    "inertia.urdf": URDF.format('<mass value="1"/>\n' + UNIT.replace('"1"', '"{}"', 1), ""),
 }
 
 

@@ -62,11 +62,6 @@ def test_a_model_of_the_menagerie_is_looked_for_when_it_is_used(read):
     [
         (LEAST.replace("velocity", "velocty"), "key 'velocity' is missing.*did you mean 'velocty'"),
         (LEAST + "colour = 3\n", "key 'tool.colour' means nothing"),
-        ("speeds = 1\n" + LEAST, "key 'speeds' means nothing"),
-        (
-            LEAST.replace("home = [0.0, 1.0]", "home = [0.0]"),
-            "'home' is a list of 2 numbers, got 1",
-        ),
         (
             LEAST.replace("jerk = [4, 5.5]", 'jerk = "much"'),
             "'jerk' is a list of 2 numbers, got 'mu",
