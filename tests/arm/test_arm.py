@@ -61,16 +61,12 @@ def down(x, y, z, yaw=0.0):
 
 
 def test_arm_starts_at_rest_at_the_measured_configuration(robot, arm):
-    assert np.array_equal(arm.q, robot.q)
+    assert np.array_equal(arm.q, robot.q) and not arm.q.flags.writeable
     assert not arm.v.any() and not arm.a.any()
     assert not arm.moving and arm.remaining == 0.0
+    arm.stop()
     arm.advance(DT)
     assert np.array_equal(arm.q, robot.q)
-
-
-def test_reference_is_read_only(arm):
-    with pytest.raises(ValueError):
-        arm.q[0] = 1.0
 
 
 def test_motion_between_configurations_is_a_straight_joint_space_segment(arm, watch, rng):
@@ -96,50 +92,31 @@ def test_motion_at_full_speed_reaches_one_limit(arm, watch):
     assert fastest == pytest.approx(arm.model.limits.velocity[0])
 
 
-def test_motion_at_half_speed_takes_twice_the_time(arm):
+def test_remaining_time_decreases_and_at_half_speed_is_twice_as_long(arm, watch):
     target = arm.model.home + 0.3
     arm.move_to_configuration(target)
     full = arm.remaining
+    assert np.array_equal(arm.target, target)
+    watch.run(100)
+    assert arm.remaining == pytest.approx(full - 0.1)
     arm.reset()
     arm.move_to_configuration(target, speed=0.5)
     assert arm.remaining == pytest.approx(2 * full)
 
 
-def test_remaining_time_decreases_and_target_is_the_final_configuration(arm):
-    target = arm.model.home + 0.2
-    arm.move_to_configuration(target)
-    before = arm.remaining
-    assert np.array_equal(arm.target, target)
-    for _ in range(100):
-        arm.advance(DT)
-    assert arm.remaining == pytest.approx(before - 0.1)
-
-
 def test_no_motion_is_planned_to_the_present_configuration(arm):
-    arm.move_to_configuration(arm.q.copy())
-    assert not arm.moving
+    for distance in (0.0, 1e-16, 1e-11):  # [rad]
+        arm.move_to_configuration(arm.q + distance)
+        assert not arm.moving
     arm.move_linear(arm.model.pose(arm.q))
     assert not arm.moving
 
 
-@pytest.mark.parametrize("distance", [1e-16, 1e-13, 1e-11])  # [rad]
-def test_negligible_distance_is_no_motion(arm, distance):
-    arm.move_to_configuration(arm.q + distance)
-    assert not arm.moving
-
-
-def test_move_to_pose_brings_the_tool_to_the_pose(arm, watch):
-    T = down(0.45, -0.2, 0.25, 0.7)
-    arm.move_to_pose(T)
-    watch.run()
-    watch.check()
-    assert pin.log6(arm.model.pose(arm.q).actInv(T)).np == pytest.approx(np.zeros(6), abs=2e-6)
-
-
-def test_move_to_pose_chooses_the_nearest_of_equivalent_poses(arm, watch):
+def test_move_to_pose_brings_the_tool_to_the_nearest_of_equivalent_poses(arm, watch):
     poses = [down(0.4, 0.0, 0.3, yaw) for yaw in (np.pi, 0.1, -0.5 * np.pi)]
     arm.move_to_pose(poses)
     watch.run()
+    watch.check()
     assert pin.log6(arm.model.pose(arm.q).actInv(poses[1])).np == pytest.approx(0, abs=2e-6)
 
 
@@ -171,33 +148,11 @@ def test_linear_motion_keeps_the_tool_on_its_line(arm, watch):
     assert np.abs(pin.log6(end.actInv(arm.model.pose(arm.q))).np).max() < 1e-5
 
 
-def test_linear_motion_keeps_the_tool_within_its_limits(arm, watch):
-    arm.move_to_pose(down(0.5, -0.4, 0.4))
-    watch.run()
-    watch.rows = [watch.now()]
-    arm.move_linear(down(0.5, 0.4, 0.4, 1.5))
-    watch.run()
-    tool = arm.model.limits.tool
-    velocities = np.array([arm.model.jacobian(q) @ v for q, v, _ in watch.rows])
-    assert np.linalg.norm(velocities[:, :3], axis=1).max() <= tool.velocity * 1.001
-    assert np.linalg.norm(velocities[:, 3:], axis=1).max() <= tool.angular_velocity * 1.001
-
-
 def test_line_out_of_reach_raises_with_the_reachable_fraction(arm):
     with pytest.raises(MotionError, match=r"the line can be followed only for \d+ %") as raised:
         arm.move_linear(down(1.4, 0.0, 0.4))
     assert raised.value.reason == "line"
     assert not arm.moving
-
-
-def test_linear_motion_requested_while_moving_stops_first(arm, watch):
-    arm.move_to_configuration(arm.model.home + 0.4)
-    watch.run(150)
-    T = down(0.45, 0.0, 0.3)
-    arm.move_linear(T)
-    watch.run()
-    watch.check()
-    assert np.abs(pin.log6(T.actInv(arm.model.pose(arm.q))).np).max() < 1e-5
 
 
 def test_stop_is_on_the_path_and_as_short_as_the_limits_allow(arm, watch):
@@ -211,51 +166,6 @@ def test_stop_is_on_the_path_and_as_short_as_the_limits_allow(arm, watch):
     watch.run()
     watch.check()
     assert np.array_equal(arm.q[1:], start[1:])
-
-
-def test_stop_on_a_line_stays_on_the_line(arm, watch):
-    arm.move_to_pose(down(0.4, 0.2, 0.4))
-    watch.run()
-    watch.rows = [watch.now()]
-    arm.move_linear(down(0.4, -0.2, 0.4))
-    watch.run(300)
-    arm.stop()
-    watch.run()
-    watch.check()
-    T = arm.model.pose(arm.q)
-    assert T.translation[[0, 2]] == pytest.approx([0.4, 0.4], abs=1e-4)
-    assert -0.19 < T.translation[1] < 0.19
-
-
-def test_stop_at_rest_or_while_stopping_is_allowed(arm, watch):
-    arm.stop()
-    assert not arm.moving
-    arm.move_to_configuration(arm.model.home + 0.4)
-    watch.run(200)
-    arm.stop()
-    watch.run(10)
-    arm.stop()
-    watch.run()
-    watch.check()
-    assert not arm.moving
-
-
-def test_requests_at_random_times_stay_within_all_limits(arm, watch, rng):
-    limits = arm.model.limits
-    for _ in range(25):
-        kind = rng.integers(4)
-        if kind == 0:
-            arm.stop()
-        elif kind == 1:
-            target = down(rng.uniform(0.3, 0.6), rng.uniform(-0.3, 0.3), rng.uniform(0.1, 0.5))
-            arm.move_to_pose(target, speed=float(rng.uniform(0.2, 1.0)))
-        else:
-            arm.move_to_configuration(rng.uniform(limits.lower, limits.upper))
-        watch.run(int(rng.integers(1, 900)))
-    arm.stop()
-    watch.run()
-    watch.check()
-    assert watch.worst_effort() <= 0.9501
 
 
 def test_heavy_payload_slows_motions_and_efforts_stay_within_limits(arm, watch):
@@ -298,14 +208,12 @@ def test_motion_does_not_depend_on_the_control_step(robot):
     assert np.abs(fine.q - coarse.q).max() < 1e-12
 
 
-@pytest.mark.parametrize(
-    "kind", ["segment", "line", "line after a stop", "turned", "stopped", "rest"]
-)
+@pytest.mark.parametrize("kind", ["line after a stop", "turned", "stopped", "rest"])
 def test_restored_arm_continues_bit_for_bit(robot, kind):
     arm = Arm(robot)
     watch = Watch(arm)
     arm.payload = Payload(0.3, [0.0, 0.0, 0.02], 1e-4 * np.eye(3))
-    if kind in ("line", "stopped"):
+    if kind == "stopped":
         arm.move_linear(down(0.4, 0.2, 0.3))
     elif kind != "rest":
         arm.move_to_configuration(arm.model.home + 0.5)
@@ -320,7 +228,7 @@ def test_restored_arm_continues_bit_for_bit(robot, kind):
     other = Arm(robot)
     other.set_state(json.loads(json.dumps(arm.get_state())))
     assert other.payload.mass == 0.3 and other.moving == arm.moving
-    for step in range(3000):
+    for step in range(300):
         arm.advance(DT)
         other.advance(DT)
         for mine, its in zip((arm.q, arm.v, arm.a), (other.q, other.v, other.a), strict=True):
@@ -343,45 +251,26 @@ HERE = down(0.4, 0.0, 0.3)
         (lambda arm: arm.move_to_configuration([0.0] * 7), "joint 4 cannot go to 0.0000 rad"),
         (lambda arm: arm.move_to_configuration(arm.model.home, speed=0.0), "above 0 and at most 1"),
         (lambda arm: arm.move_to_configuration(arm.model.home, speed=1.5), "above 0 and at most 1"),
-        (lambda arm: arm.move_to_pose(down(0.4, 0, 0.3), speed=np.nan), "above 0 and at most 1"),
+        (lambda arm: arm.move_to_pose(HERE, speed=np.nan), "above 0 and at most 1"),
         (lambda arm: arm.move_to_pose(np.eye(4)), "pose must be a pin.SE3"),
         (lambda arm: arm.move_to_pose([]), "no target pose"),
         (lambda arm: arm.move_to_pose(down(np.inf, 0, 0.3)), "pose must be finite"),
         (lambda arm: arm.move_linear(down(np.nan, 0, 0.3)), "pose must be finite"),
         (lambda arm: arm.move_linear([0.4, 0.0, 0.3]), "pose must be a pin.SE3, got list"),
         (lambda arm: arm.move_to_pose(down(1.2, 0, 0.3)), "unreachable: .* out of reach"),
-        (
-            lambda arm: arm.move_to_pose(HERE, margin=-0.1),
-            "margin .* must be at least 0 .rad., got -0.1",
-        ),
-        (
-            lambda arm: arm.move_to_pose(HERE, margin=np.nan),
-            "margin .* must be at least 0 .rad., got nan",
-        ),
-        (
-            lambda arm: arm.move_to_pose(HERE, approach=np.nan),
-            "approach .* least 0 .m., got nan",
-        ),
-        (
-            lambda arm: arm.move_to_pose(HERE, approach="far"),
-            "approach .* least 0 .m., got 'far'",
-        ),
+        (lambda arm: arm.move_to_pose(HERE, margin=-0.1), "margin .* least 0 .rad., got -0.1"),
+        (lambda arm: arm.move_to_pose(HERE, approach=np.nan), "approach .* least 0 .m., got nan"),
         (lambda arm: arm.move_to_pose(HERE, planner="rrt"), "a planner is .*, got 'rrt'"),
         (lambda arm: arm.move_to_configuration(arm.model.home, rng=3), "Generator, got 3"),
         (lambda arm: arm.move_path(LineTo(HERE)), "a path is a list of .*, got LineTo"),
         (lambda arm: arm.move_path([HERE]), "a step of a path is a .*, got SE3"),
-        (
-            lambda arm: arm.move_path([LineTo(HERE)], blend="wide"),
-            "blend must be at least 0 .m.",
-        ),
+        (lambda arm: arm.move_path([LineTo(HERE)], blend="wide"), "blend must be at least 0 .m."),
+        (lambda arm: arm.servo(arm.q_ref, np.full(7, np.nan), 0.05), "velocity"),
     ],
 )
-@pytest.mark.parametrize("moving", [False, True])
-def test_invalid_input_raises_and_changes_nothing(arm, ask, message, moving):
-    if moving:
-        arm.move_to_configuration(arm.model.home + 0.3)
-        for _ in range(100):
-            arm.advance(DT)
+def test_invalid_input_raises_and_changes_nothing(arm, watch, ask, message):
+    arm.move_to_configuration(arm.model.home + 0.3)
+    watch.run(100)
     before = arm.get_state()
     with pytest.raises(MotionError, match=message) as raised:
         ask(arm)
@@ -389,26 +278,22 @@ def test_invalid_input_raises_and_changes_nothing(arm, ask, message, moving):
     assert arm.get_state() == before
 
 
-@pytest.mark.parametrize("joint", range(7))
-@pytest.mark.parametrize("beyond", [-1e-6, 0.0, 1e-6])
-def test_joint_at_its_position_limit_is_neither_refused_as_start_nor_as_goal(arm, joint, beyond):
-    limits, home = arm.model.limits, arm.model.home
-    for bound, outwards in ((limits.lower, -1.0), (limits.upper, 1.0)):
-        at_limit = home.copy()
-        at_limit[joint] = bound[joint] + outwards * beyond
+@pytest.mark.parametrize("side", ["lower", "upper"])
+def test_joint_at_its_position_limit_is_neither_refused_as_start_nor_as_goal(arm, side):
+    limit, home = getattr(arm.model.limits, side)[2], arm.model.home
+    outwards = np.sign(limit)
+    at_limit = home.copy()
+    for beyond in (-1e-6, 0.0, 1e-6):
+        at_limit[2] = limit + outwards * beyond
         arm.reset(home)
         arm.move_to_configuration(at_limit)
         assert np.abs(arm.target - at_limit).max() <= 1.001e-6
         arm.reset(at_limit)
         arm.move_to_configuration(home)
         assert np.array_equal(arm.target, home)
-
-
-def test_joint_farther_beyond_its_limit_is_refused(arm):
-    goal = arm.model.home.copy()
-    goal[2] = arm.model.limits.upper[2] + 2e-6
+    at_limit[2] = limit + outwards * 2e-6
     with pytest.raises(MotionError, match="joint 3 cannot go to"):
-        arm.move_to_configuration(goal)
+        arm.move_to_configuration(at_limit)
 
 
 def test_servo_passes_targets_on_a_smooth_motion_in_time(arm, watch):
@@ -430,9 +315,9 @@ def test_servo_passes_targets_on_a_smooth_motion_in_time(arm, watch):
 def test_servo_keeps_all_limits_whatever_is_asked_for(arm, watch, rng):
     limits = arm.model.limits
     far = False
-    for i in range(150):
+    for i in range(60):
         towards = limits.upper if far else rng.uniform(limits.lower, limits.upper)
-        far = i % 50 > 30
+        far = i % 30 > 18
         arm.servo(towards, rng.uniform(-9.0, 9.0, 7), 0.05)
         watch.run(50)
     arm.stop()
@@ -440,17 +325,3 @@ def test_servo_keeps_all_limits_whatever_is_asked_for(arm, watch, rng):
     watch.check()
     assert watch.worst_effort() <= 1.0
     assert not arm.v.any()
-
-
-def test_servo_comes_to_rest_when_nothing_else_is_asked_for(arm, watch):
-    q = arm.q + 0.02
-    arm.servo(q, np.full(7, 0.4), 0.05)
-    watch.run()
-    watch.check()
-    assert not arm.moving and (arm.q > q).all()
-
-
-def test_servo_rejects_what_is_not_finite_and_changes_nothing(arm):
-    with pytest.raises(MotionError, match="velocity"):
-        arm.servo(arm.q_ref, np.full(7, np.nan), 0.05)
-    assert not arm.moving

@@ -7,18 +7,20 @@ import pytest
 
 from bt_manip.exceptions import MotionError
 from bt_manip.plugins import load_plugins
-from bt_manip.runner import RunRequest, find_tree, prepare
-from tests.measuring.collisions import STRETCHED, WallDuringDrop, collide, drive, one_arm
+from tests.measuring.collisions import STRETCHED, collide, drive, one_arm
 
 LARGEST_FORCE = 30.0  # [N]
-CONTROLLERS = load_plugins().parts.controllers.names()
-OTHERS = sorted({*CONTROLLERS} - {"computed_torque"})
 
 
-@pytest.mark.parametrize("controller", ["computed_torque", "gravity_compensated_pd"])
-def test_arm_that_hit_a_wall_does_not_press_and_drives_home(parts, controller):
-    station = one_arm(controller, parts)
+@pytest.fixture(scope="module")
+def collided(parts):
+    """A station under computed torque that hit a wall 1.5 s ago, the collision, and the state."""
+    station = one_arm("computed_torque", parts)
     collision = collide(station, 1.5)
+    return station, collision, station.get_state()
+
+
+def check_drive_home(station, collision):
     arm = station.arm
     assert collision.speed > 2.1 and collision.lasting < LARGEST_FORCE
     assert "touches 'wall'" in arm.fault
@@ -27,52 +29,58 @@ def test_arm_that_hit_a_wall_does_not_press_and_drives_home(parts, controller):
     assert not arm.fault and np.abs(arm.robot.q - collision.start).max() < 5e-3
 
 
+def test_arm_that_hit_a_wall_does_not_press_and_drives_home(parts, collided):
+    station, collision, state = collided
+    station.set_state(state)
+    check_drive_home(station, collision)
+    station = one_arm("gravity_compensated_pd", parts)
+    check_drive_home(station, collide(station, 1.5))
+
+
+def test_arm_backs_off_along_the_path_just_travelled(collided):
+    station, _, state = collided
+    station.set_state(state)
+    arm = station.arm
+    travelled, tool = arm.follower.travelled, arm.robot.tool_pose.translation
+
+    def deviation() -> float:
+        return float(np.abs(travelled - arm.robot.q).max(axis=1).min())
+
+    deflected = deviation()
+    arm.back_off(0.1, speed=0.3)
+    while arm.moving:
+        station.cell.step()
+        assert deviation() < deflected + 0.01
+    station.cell.step(200)
+    assert deviation() < 0.02
+    moved = np.linalg.norm(arm.robot.tool_pose.translation - tool)
+    assert not arm.fault and moved == pytest.approx(0.1, abs=0.005)
+
+
 @pytest.mark.soak
 @pytest.mark.parametrize("configuration", [None, STRETCHED], ids=["home", "stretched"])
-@pytest.mark.parametrize("controller", CONTROLLERS)
+@pytest.mark.parametrize("controller", load_plugins().parts.controllers.names())
 def test_no_controller_presses_on_a_wall_for_ten_seconds(controller, configuration):
     station = one_arm(controller)
-    collision = collide(station, 10.0, configuration)
-    assert collision.speed > 2.1 and collision.lasting < LARGEST_FORCE
-    assert drive(station, collision.start) < LARGEST_FORCE
-    assert not station.arm.fault
-    assert np.abs(station.arm.robot.q - collision.start).max() < 5e-3
+    check_drive_home(station, collide(station, 10.0, configuration))
 
 
-@pytest.mark.parametrize(
-    "controller",
-    ["computed_torque", *(pytest.param(name, marks=pytest.mark.soak) for name in OTHERS)],
-)
-def test_arm_that_hit_a_wall_with_a_cube_does_not_press_and_drives_home(controller):
-    parts = load_plugins().parts
-    source = find_tree("pick_place", {name: parts.trees.get(name) for name in parts.trees})
-    wall = WallDuringDrop(0.2)
-    run = prepare(RunRequest(source, cycles=1, controller=controller), parts)
-    run.execute([wall])
-    assert max(wall.forces) > 100.0  # it was hit
-    assert max(wall.forces[500:]) < LARGEST_FORCE
-    station = run.station
-    station.arm.move_to_configuration(station.arm.model.home)
-    station.step_until(lambda: not station.arm.moving)
-    assert not station.arm.fault
-
-
-def test_new_motion_is_refused_until_the_arm_rests_at_the_measured_configuration(parts):
-    station = one_arm("computed_torque", parts)
-    collision = collide(station, 0.0)
-    station.step_until(lambda: bool(station.arm.fault))
-    with pytest.raises(MotionError, match="has not come to rest") as error:
-        station.arm.move_to_configuration(collision.start)
-    assert error.value.reason == "stopping"
-    station.cell.step(500)
-    station.arm.move_to_configuration(collision.start)
+def test_arm_that_hit_a_wall_with_a_cube_does_not_press_and_drives_home(situations):
+    station = situations.reset("holding a cube over the table")
+    collision = collide(station, 1.5)
+    assert station.gripper.held and collision.forces.max() > 100.0
+    check_drive_home(station, collision)
 
 
 @pytest.mark.parametrize("steps", [20, 300])  # in the stop, and after it
-def test_compliant_arm_is_restored_bit_for_bit(parts, steps):
+def test_compliant_arm_is_restored_bit_for_bit_and_moves_again_when_it_rests(parts, steps):
     station = one_arm("computed_torque", parts)
     start = collide(station, 0.01).start
     station.cell.step(steps)
+    if steps == 20:
+        with pytest.raises(MotionError, match="has not come to rest") as error:
+            station.arm.move_to_configuration(start)
+        assert error.value.reason == "stopping"
     state = json.loads(json.dumps(station.get_state()))
 
     def go_on() -> bytes:
@@ -107,26 +115,6 @@ def test_compliant_stop_on_request_lets_the_arm_be_pushed_aside(parts):
     assert arm.compliant and displacement() > 10 * stiff
     arm.move_to_configuration(arm.q_ref + 0.1)
     assert not arm.compliant
-
-
-def test_arm_backs_off_along_the_path_just_travelled(parts):
-    station = one_arm("computed_torque", parts)
-    collide(station, 1.0)
-    arm = station.arm
-    travelled, tool = arm.follower.travelled, arm.robot.tool_pose.translation
-
-    def deviation() -> float:
-        return float(np.abs(travelled - arm.robot.q).max(axis=1).min())
-
-    deflected = deviation()
-    arm.back_off(0.1, speed=0.3)
-    while arm.moving:
-        station.cell.step()
-        assert deviation() < deflected + 0.01
-    station.cell.step(200)
-    assert deviation() < 0.02
-    moved = np.linalg.norm(arm.robot.tool_pose.translation - tool)
-    assert not arm.fault and moved == pytest.approx(0.1, abs=0.005)
 
 
 def test_path_back_is_remembered_across_motions_and_restored(arm, robot):

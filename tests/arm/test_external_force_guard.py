@@ -2,6 +2,7 @@
 
 import json
 
+import mujoco
 import numpy as np
 import pytest
 
@@ -10,6 +11,7 @@ from bt_manip.arm import Arm, ExternalForceGuard
 from bt_manip.arm.external_force_guard import (
     FORCE_THRESHOLD,
     FRICTION_MARGIN,
+    INITIAL_MARGIN,
     TORQUE_THRESHOLD,
     torque_thresholds,
 )
@@ -68,7 +70,7 @@ def bench(built) -> Bench:
 
 
 def test_force_of_50_newtons_in_any_direction_is_detected_within_20_milliseconds(bench, rng):
-    for _ in range(12):
+    for _ in range(6):
         bench.reset()
         bench.arm.move_to_configuration(THERE)
         assert bench.until_detected(int(rng.integers(20, 400))) is None
@@ -98,6 +100,9 @@ def test_arm_is_undisturbed_at_rest_while_no_force_acts_on_it(bench):
     arm = bench.arm
     bench.cell.step(20)
     assert arm.at_rest and arm.undisturbed
+    for v in (0.1, -0.1, 0.0):  # [rad/s] of a joint
+        bench.cell.data.qvel[bench.cell.model.joint("panda/joint4").dofadr[0]] = v
+        assert arm.at_rest == arm.undisturbed == (not v)
     bench.cell.data.xfrc_applied[bench.hand][:3] = [0.0, 40.0, 0.0]
     bench.cell.step(500)
     assert arm.at_rest and not arm.undisturbed
@@ -112,7 +117,7 @@ def test_arm_is_undisturbed_at_rest_while_no_force_acts_on_it(bench):
 def test_free_motions_cause_no_detection(bench, rng):
     limits = bench.arm.model.limits
     moved = 0
-    while moved < 8:
+    while moved < 4:
         try:
             bench.arm.move_to_configuration(rng.uniform(limits.lower, limits.upper))
         except MotionError:  # some are in collision with the floor or the arm itself
@@ -121,18 +126,16 @@ def test_free_motions_cause_no_detection(bench, rng):
         assert bench.until_detected(int(rng.integers(200, 900))) is None, bench.arm.fault
 
 
-@pytest.mark.parametrize(
-    "wait", range(4)
-)  # at which step between two checks the acceleration changes
-def test_sudden_deceleration_of_a_stretched_arm_causes_no_detection(bench, wait):
+def test_sudden_deceleration_of_a_stretched_arm_causes_no_detection(bench):
     arm = bench.arm
     arm.move_to_configuration(np.array([-0.4, 0.9, 0.0, -1.0, 0.0, 1.8, 0.4]))
     assert bench.until_detected(2500) is None
-    bench.cell.step(2 * wait)
-    for sign in (0.25, -0.25):  # so short that it decelerates right after accelerating
-        arm.move_to_configuration(arm.q + sign * np.array([1.0, 0.0, 0.62, 0.0, 0.0, 0.0, 1.2]))
-        assert bench.until_detected(900) is None, arm.fault
-        assert not arm.moving
+    for wait in range(4):  # at which step between two checks the acceleration changes
+        bench.cell.step(2 * wait)
+        for sign in (0.25, -0.25):  # so short that it decelerates right after accelerating
+            arm.move_to_configuration(arm.q + sign * np.array([1.0, 0.0, 0.62, 0.0, 0.0, 0.0, 1.2]))
+            assert bench.until_detected(600) is None, arm.fault
+            assert not arm.moving
 
 
 def test_contact_with_an_unknown_obstacle_stops_the_arm_and_names_it(bench):
@@ -148,7 +151,7 @@ def test_contact_with_an_unknown_obstacle_stops_the_arm_and_names_it(bench):
 
 
 def test_impact_of_a_millisecond_is_detected_too(bench, rng):
-    for _ in range(5):
+    for _ in range(3):
         bench.reset()
         bench.arm.move_to_configuration(THERE)
         assert bench.until_detected(int(rng.integers(20, 400))) is None
@@ -162,8 +165,8 @@ def test_impact_of_a_millisecond_is_detected_too(bench, rng):
 
 
 def test_contacts_are_detected_anywhere_on_the_arm_and_from_any_side():
-    detected = contacts(8)
-    assert detected.in_time == 8 and detected.false == 0
+    detected = contacts(4)
+    assert detected.in_time == 4 and detected.false == 0
 
 
 def test_line_with_intended_contact_continues(bench):
@@ -215,3 +218,21 @@ def test_torque_within_dry_friction_at_the_start_is_not_tolerated_twice(bench, m
         bench.cell.step()
     guard.begin(arm.model, arm.v, arm.a)
     assert guard.get_state()["tolerated"] == pytest.approx(guard.thresholds, abs=1e-12)
+
+
+@pytest.mark.parametrize("force", [(0.0, 0.0, -15.0), (12.0, 9.0, 0.0)])  # [N]
+def test_a_force_at_the_start_is_tolerated_with_its_joint_torques_and_a_margin(bench, force):
+    cell, arm = bench.cell, bench.arm
+    cell.data.xfrc_applied[bench.hand, :3] = force
+    cell.step(800)
+    model, data = cell.model, cell.data
+    jacobian = np.zeros((3, model.nv))
+    mujoco.mj_jac(model, data, jacobian, None, data.xipos[bench.hand], bench.hand)
+    dofs = [model.joint(f"panda/joint{i}").dofadr[0] for i in range(1, 8)]
+    torques = np.abs(jacobian[:, dofs].T @ force)
+    assert torques.max() > 3.0
+    arm.guard.begin(arm.model, arm.v, arm.a)
+    tolerated = np.array(arm.guard.get_state()["tolerated"]) - arm.guard.thresholds
+    slack = INITIAL_MARGIN * (arm.model.friction + 0.1)
+    assert np.abs(tolerated - INITIAL_MARGIN * torques).max() < slack.max()
+    assert (tolerated <= INITIAL_MARGIN * torques + 0.1).all()

@@ -9,10 +9,8 @@ from bt_manip.arm import Arm
 from bt_manip.exceptions import MotionError
 from bt_manip.robots import Robot, compile_alone, panda
 from bt_manip.trajectories import plan_stop, trajectory_from_state
-from tests.measuring.random_commands import RandomCommands
 
 NEAR = replace(panda(), near_offset=(0.3,) * 7, near_deceleration=(4.0,) * 7, limit_margin=0.02)
-CONSTANT = replace(NEAR, near_offset=None, near_deceleration=None)
 
 
 @pytest.fixture(scope="module")
@@ -20,22 +18,6 @@ def arm() -> Arm:
     robot = Robot(NEAR)
     compile_alone(robot)
     return Arm(robot)
-
-
-@pytest.fixture(scope="module")
-def commands() -> RandomCommands:
-    return RandomCommands(NEAR)
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_motions_with_random_commands_keep_them(arm, commands, seed):
-    assert arm.model.limits.use(*commands.motion(seed)[:3]).inside
-
-
-def test_motions_planned_with_constant_limits_exceed_them(arm):
-    limits, commands = arm.model.limits, RandomCommands(CONSTANT)
-    rows = [commands.motion(seed)[:3] for seed in range(4)]
-    assert not all(limits.use(*row).inside for row in rows)
 
 
 def test_a_motion_to_the_end_of_the_range_is_slowed_only_there(arm):
@@ -70,7 +52,7 @@ def test_a_goal_where_the_controller_allows_no_velocity_is_refused(arm):
         arm.move_to_configuration(goal)
 
 
-@pytest.mark.parametrize("joint", range(7))
+@pytest.mark.parametrize("joint", [0, 3])
 @pytest.mark.parametrize("sign", [-1.0, 1.0])
 def test_servo_arrives_at_the_end_of_the_range_without_being_stopped(arm, joint, sign):
     limits, goal = arm.model.limits, arm.model.home.copy()
@@ -87,8 +69,8 @@ def test_servo_arrives_at_the_end_of_the_range_without_being_stopped(arm, joint,
 
 def test_servo_follows_towards_the_end_of_the_range_without_stopping(arm):
     limits, goal = arm.model.limits, arm.model.home.copy()
-    arm.reset(goal)
     goal[0] = limits.upper[0]
+    arm.reset(goal - 1.5 * np.eye(7)[0])
     while arm.q[0] < goal[0] - 0.01:
         arm.servo(goal, np.zeros(7), 0.02)
         assert not arm.follower.stopping

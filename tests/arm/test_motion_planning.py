@@ -37,8 +37,7 @@ def as_data(motion):
     return None if motion is None else (motion.trajectory.get_state(), *motion[1:])
 
 
-@pytest.mark.parametrize("speed_scale", [1.0, 0.5, 0.0])
-@pytest.mark.parametrize("moving", [False, True])
+@pytest.mark.parametrize(("moving", "speed_scale"), [(False, 0.0), (True, 0.5)])
 @pytest.mark.parametrize("kind", ["configuration", "pose", "tool path", "follow"])
 def test_equal_arguments_give_the_same_trajectory(walled, kind, moving, speed_scale):
     arm, start, right = walled

@@ -37,9 +37,7 @@ class Saturating(Scripted):
         (np.array([0.0, np.nan]), "returned nan for the torque of joint 'elbow'"),
         (np.array([-np.inf, 0.0]), "returned -inf for the torque of joint 'shoulder'"),
         (np.zeros(3), r"returned float64 of shape \(3,\), expected an array of 2 torques"),
-        (np.zeros((1, 2)), r"returned float64 of shape \(1, 2\)"),
         (np.zeros(()), r"returned float64 of shape \(\)"),
-        (0.0, "returned a value of type float"),
         ([0.0, 0.0], "returned a value of type list"),
         (np.array([0.0, -15.1]), r"returned -15.1 N m for joint 'elbow', whose limit is 15 N m"),
         (ValueError("no\nidea"), "raised ValueError: no idea"),
@@ -69,28 +67,17 @@ def test_after_a_fault_the_arm_is_held_by_pd_control(make_arm):
     assert abs(robot.q - control.reference.q).max() < 0.05
 
 
-def test_reset_gives_a_faulty_controller_another_chance(make_arm):
-    cell, _, control = make_arm(Scripted)
-    control.answer = np.full(2, np.nan)
-    with pytest.raises(ControllerFault):
-        cell.step()
-    control.reset()
-    with pytest.raises(ControllerFault):
-        cell.step()
-    control.reset()
-    control.answer = None
-    cell.step()
-
-
-def test_a_restored_state_gives_a_faulty_controller_another_chance(make_arm):
+def test_reset_or_a_restored_state_gives_a_faulty_controller_another_chance(make_arm):
     cell, _, control = make_arm(Scripted)
     state = control.get_state()
     control.answer = np.full(2, np.nan)
-    with pytest.raises(ControllerFault):
-        cell.step()
-    control.set_state(state)
-    with pytest.raises(ControllerFault):
-        cell.step()
+    for again in (lambda: None, control.reset, lambda: control.set_state(state)):
+        again()
+        with pytest.raises(ControllerFault):
+            cell.step()
+    control.reset()
+    control.answer = None
+    cell.step()
 
 
 def test_a_reference_needs_only_a_motion_to_be_followed(make_arm):
@@ -113,11 +100,14 @@ def test_a_reference_that_lacks_an_attribute_is_refused(make_arm):
         control.reference = Rest()
 
 
-def test_torques_at_the_limits_are_commanded_unchanged(make_arm):
+@pytest.mark.parametrize(
+    "answer", [np.array([40.0, -15.0]), np.array([3, -2], np.float32), np.array([3, -2])]
+)
+def test_torques_up_to_the_limits_are_commanded_unchanged(make_arm, answer):
     cell, _, control = make_arm(Scripted)
-    control.answer = np.array([40.0, -15.0])
+    control.answer = answer
     cell.step()
-    assert cell.data.ctrl.tolist() == [40.0, -15.0]
+    assert cell.data.ctrl.tolist() == answer.tolist()
     assert control.saturated_steps == 0
 
 
@@ -132,24 +122,9 @@ def test_the_torques_of_a_saturating_controller_are_clipped(make_arm):
         cell.step()
 
 
-@pytest.mark.parametrize("kind", [np.float32, int])
-def test_torques_may_be_of_other_number_types(make_arm, kind):
-    cell, _, control = make_arm(Scripted)
-    control.answer = np.array([3, -2], dtype=kind)
-    cell.step()
-    assert cell.data.ctrl.tolist() == [3.0, -2.0]
-
-
-def test_valid_torques_are_commanded_as_computed(make_arm):
-    cell, robot, control = make_arm(ComputedTorque)
-    tau = control.compute(robot.q, robot.v, robot.q, np.zeros(2), np.zeros(2)).copy()
-    control.reset()
-    cell.step()
-    np.testing.assert_allclose(cell.data.ctrl, tau, rtol=1e-12)
-
-
-@pytest.mark.parametrize("kind", [ComputedTorque, GravityCompensatedPD])
-@pytest.mark.parametrize("reading", ["read_q", "read_v"])
+@pytest.mark.parametrize(
+    ("kind", "reading"), [(ComputedTorque, "read_v"), (GravityCompensatedPD, "read_q")]
+)
 def test_joint_whose_measurement_is_not_finite_is_moved_without_feedback(
     make_arm, kind, reading, monkeypatch
 ):
@@ -160,13 +135,12 @@ def test_joint_whose_measurement_is_not_finite_is_moved_without_feedback(
     cell.step(100)
     assert np.isfinite(control.tau).all() and abs(cell.data.qpos - q).max() < 0.05
     monkeypatch.undo()
-    cell.step(1000)
+    cell.step(500)
     assert abs(robot.q - control.reference.q).max() < 0.05
 
 
-@pytest.mark.parametrize("kind", [ComputedTorque, GravityCompensatedPD])
-def test_the_model_of_a_controller_has_the_pose_of_its_moved_robot(make_arm, kind):
-    cell, robot, control = make_arm(kind)
+def test_the_model_of_a_controller_has_the_pose_of_its_moved_robot(make_arm):
+    cell, robot, control = make_arm(ComputedTorque)
     before = control.model.pose(robot.q)
     T_wb = pose((0.1, 0.0, 0.5), (0.9, 0.3, 0.0, 0.1))
     moved = T_wb * cell.pose("two_links").inverse()

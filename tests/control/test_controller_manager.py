@@ -74,21 +74,20 @@ def torques(cell, manager, steps):
     return np.array(rows)
 
 
-@pytest.mark.parametrize("load", [(0.0, 0.0), LOAD], ids=["free", "loaded"])
 @pytest.mark.parametrize("moving", [False, True], ids=["at rest", "at 1 rad/s"])
-def test_switching_moves_no_torque_by_more_than_the_reference_asks_for(make, moving, load):
+def test_switching_moves_no_torque_by_more_than_the_reference_asks_for(make, moving):
     runs = []
-    for switches in ({}, {600: "pd", 750: "computed_torque", 760: "unclipped"}):
-        cell, robot, manager = make(load=load)
+    for switches in ({}, {400: "pd", 550: "computed_torque", 560: "unclipped"}):
+        cell, robot, manager = make(load=LOAD)
         manager.reference = Wave(robot.q, 0.25 if moving else 0.0, 4.0)  # up to 1 rad/s
         rows = [np.zeros(2)]
-        for i in range(900):
+        for i in range(700):
             if i in switches:
                 manager.switch(switches[i])
             rows.extend(torques(cell, manager, 1))
         runs.append(np.diff(rows, axis=0))
     unswitched, switched = runs
-    difference = np.abs(switched - unswitched)[550:] / robot.limits.effort
+    difference = np.abs(switched - unswitched)[350:] / robot.limits.effort
     assert difference.max() < LARGEST_STEP
 
 
@@ -146,7 +145,7 @@ def test_switching_to_the_active_controller_changes_nothing(make):
     assert manager.get_state() == before
 
 
-@pytest.mark.parametrize("steps", [0, 1, 40, 150], ids=lambda n: f"{n} steps after the switch")
+@pytest.mark.parametrize("steps", [0, 40], ids=lambda n: f"{n} steps after the switch")
 def test_from_a_state_during_a_transfer_it_continues_bit_for_bit(make, steps):
     cell, robot, manager = make(load=LOAD)
     manager.reference = Hold(robot.q)

@@ -8,12 +8,15 @@ from bt_manip import build_station, spatial
 from bt_manip.control.computed_torque import MAX_INERTIA_RATIO, added_inertia
 from bt_manip.control.exceptions import ControllerFault
 from bt_manip.control.pd_law import POSITION_GAIN, VELOCITY_GAIN, default_gains
+from bt_manip.grippers import TwoFingerGripper
+from bt_manip.robots import Robot, compile_alone, panda, read_description
 from bt_manip.runner import Station
 from tests.support.small_arm import write_small_arm
 
 
-def station_of(parts, folder, **inertia: float) -> Station:
-    return build_station(parts, robot=str(write_small_arm(folder, **inertia)))
+def light_station(parts, folder, **request: str) -> Station:
+    light = write_small_arm(folder, armature=0.0, friction=0.0, damping=0.0)
+    return build_station(parts, robot=str(light), **request)
 
 
 def deflection(station: Station, offset: float = 0.01) -> float:
@@ -34,19 +37,27 @@ def deflection(station: Station, offset: float = 0.01) -> float:
     return float(max(errors))
 
 
-@pytest.mark.parametrize("armature", [1e-4, 0.0])
-def test_a_light_arm_deflects_little_while_it_grips(parts, tmp_path, armature):
-    station = station_of(parts, tmp_path, armature=armature, friction=0.0, damping=0.0)
-    assert deflection(station) < 0.03
+def test_a_light_arm_deflects_little_while_it_grips(parts, tmp_path):
+    assert deflection(light_station(parts, tmp_path)) < 0.03
 
 
-def test_nothing_is_added_to_the_inertia_of_usual_arms(parts, tmp_path):
-    assert not added_inertia(build_station(parts).arm.model).any()
-    assert not added_inertia(station_of(parts, tmp_path).arm.model).any()
+def model_of(description):
+    robot = Robot(description, gripper=TwoFingerGripper)
+    compile_alone(robot)
+    return robot.make_model()
 
 
-def test_the_added_inertia_keeps_the_ratio_that_the_control_step_allows(parts, tmp_path):
-    model = station_of(parts, tmp_path, armature=0.0).arm.model
+def test_nothing_is_added_to_the_inertia_of_usual_arms_and_gains_follow_their_effort(tmp_path):
+    model = model_of(panda())
+    assert not added_inertia(model).any()
+    assert not added_inertia(model_of(read_description(write_small_arm(tmp_path)))).any()
+    kp, kd = default_gains(model)
+    assert np.array_equal(kp, POSITION_GAIN * model.limits.effort)
+    assert np.array_equal(kd, VELOCITY_GAIN * model.limits.effort)
+
+
+def test_the_added_inertia_keeps_the_ratio_that_the_control_step_allows(tmp_path):
+    model = model_of(read_description(write_small_arm(tmp_path, armature=0.0)))
     added = np.diag(added_inertia(model))
     assert added.any()
     rng = np.random.default_rng(5)
@@ -66,21 +77,12 @@ def still_after_a_push(station: Station) -> bool:
 
 
 def test_pd_control_of_a_light_arm_is_stable(parts, tmp_path):
-    path = str(write_small_arm(tmp_path, armature=0.0, friction=0.0, damping=0.0))
-    assert still_after_a_push(build_station(parts, robot=path, controller="gravity_compensated_pd"))
+    assert still_after_a_push(light_station(parts, tmp_path, controller="gravity_compensated_pd"))
 
 
 def test_what_replaces_a_failed_controller_holds_a_light_arm(parts, tmp_path, monkeypatch):
-    path = str(write_small_arm(tmp_path, armature=0.0, friction=0.0, damping=0.0))
-    station = build_station(parts, robot=path)
+    station = light_station(parts, tmp_path)
     monkeypatch.setattr(station.controller, "compute", lambda q, *_: np.full_like(q, np.nan))
     with pytest.raises(ControllerFault):
         station.cell.step()
     assert still_after_a_push(station)
-
-
-def test_default_gains_of_usual_arms_follow_the_effort_limits(parts):
-    model = build_station(parts).arm.model
-    kp, kd = default_gains(model)
-    assert np.array_equal(kp, POSITION_GAIN * model.limits.effort)
-    assert np.array_equal(kd, VELOCITY_GAIN * model.limits.effort)

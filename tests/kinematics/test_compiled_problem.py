@@ -5,26 +5,11 @@ import pinocchio as pin
 import pytest
 
 from bt_manip import spatial
-from bt_manip.exceptions import MotionError
 from bt_manip.kinematics import IKProblem, PoseTarget, PositionTarget, RotationTarget
 from tests.measuring.kinematics import frame_pose, position_error, refused, rotation_error
 
 DOWN = spatial.pointing_down([0.45, 0.1, 0.3], 0.4)
 GRIP = PoseTarget("tool", DOWN)
-
-
-@pytest.mark.parametrize("margin", [np.nan, "0.1", None, [], [0.1] * 6, [["0.1"]], np.full(7, -1)])
-def test_a_margin_is_one_number_or_one_for_each_joint(model, ik, margin):
-    problem = IKProblem(targets=GRIP, margin=margin)
-    refused(
-        lambda: ik.solve(problem, model.home), "margin must be at least 0 .rad., one number or 7"
-    )
-
-
-@pytest.mark.parametrize("posture", ["up", 0.0, ["0"] * 7, np.full(7, np.inf)])
-def test_a_posture_is_a_configuration(model, ik, posture):
-    problem = IKProblem(targets=GRIP, posture=posture)
-    refused(lambda: ik.solve(problem, model.home), "posture must be 7 finite")
 
 
 def test_names_from_a_generator_serve_every_time(model, ik):
@@ -69,7 +54,7 @@ def test_several_frames_reach_their_targets_at_once(model, ik, rng):
 
 
 def test_a_pose_target_of_the_tool_has_the_same_solution_as_the_pose(model, ik, rng):
-    for _ in range(30):
+    for _ in range(10):
         T = model.pose(rng.uniform(model.limits.lower, model.limits.upper))
         alone = ik.solve(T, model.home)
         stated = ik.solve(IKProblem(targets=PoseTarget("tool", T)), model.home)
@@ -144,18 +129,21 @@ def test_one_margin_or_one_for_each_joint_is_kept(model, ik, rng):
         ({"targets": PositionTarget("tol", np.zeros(3))}, "no frame 'tol'; did you mean 'tool'"),
         ({"joints": ["joint9"]}, "no joint 'joint9'; did you mean 'joint"),
         ({"joints": []}, "at least one joint that may move"),
-        ({"margin": -0.1}, "margin must be at least 0"),
-        ({"margin": [0.1, 0.2]}, "one number or 7"),
+        *(
+            ({"margin": margin}, "margin must be at least 0 .rad., one number or 7")
+            for margin in (np.nan, "0.1", None, [], [0.1] * 6, [["0.1"]], np.full(7, -1), -0.1)
+        ),
         ({"margin": 2.0}, "a margin of 2 rad leaves joint2 no range"),
-        ({"posture": np.zeros(6)}, "posture must be 7 finite numbers"),
+        *(
+            ({"posture": posture}, "posture must be 7 finite numbers")
+            for posture in ("up", 0.0, np.zeros(6), ["0"] * 7, np.full(7, np.inf))
+        ),
     ],
 )
 def test_what_does_not_fit_the_arm_is_refused_by_name(model, ik, changed, message):
-    problem = IKProblem(**{"targets": PoseTarget("tool", DOWN), **changed})
-    with pytest.raises(MotionError, match=message):
-        ik.solve(problem, model.home)
-    with pytest.raises(MotionError, match=message):
-        ik.follow(problem, model.home)
+    problem = IKProblem(**{"targets": GRIP, **changed})
+    for ask in (ik.solve, ik.follow):
+        refused(lambda ask=ask: ask(problem, model.home), message)
 
 
 def test_a_pose_with_a_free_axis_is_met_only_where_both_position_and_axis_are(model, compiled):

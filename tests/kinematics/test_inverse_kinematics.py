@@ -12,9 +12,8 @@ from bt_manip.kinematics import (
     InverseKinematics,
     PoseTarget,
     PositionTarget,
-    RotationTarget,
 )
-from bt_manip.robots import Robot, RobotDescription, Tolerance, compile_alone
+from bt_manip.robots import Tolerance
 from tests.measuring.kinematics import (
     error_in_mujoco,
     frame_pose,
@@ -22,71 +21,45 @@ from tests.measuring.kinematics import (
     random_configurations,
     refused,
 )
+from tests.robot_fixtures import menagerie_robot
 
 DOWN = spatial.pointing_down([0.45, 0.1, 0.3], 0.4)
 GRIP = PoseTarget("tool", DOWN)
 
 
-@pytest.mark.parametrize(
-    ("asked", "message"),
-    [
-        ({"restarts": -1}, "restarts must be an integer of at least 0, got -1"),
-        ({"restarts": 2.5}, "restarts must be an integer of at least 0, got 2.5"),
-        ({"restarts": "many"}, "restarts must be an integer of at least 0, got 'many'"),
-        ({"restarts": True}, "restarts must be an integer of at least 0, got True"),
-        ({"rng": 3}, "rng must be a numpy.random.Generator, got 3"),
-        ({"rng": 0}, "rng must be a numpy.random.Generator, got 0"),
-        ({"rng": np.random.RandomState(0)}, "rng must be a numpy.random.Generator"),
-    ],
-)
-def test_solve_refuses_invalid_arguments(model, ik, asked, message):
-    refused(lambda: ik.solve(DOWN, model.home, **asked), message)
-    refused(lambda: ik.solve(IKProblem(targets=GRIP), model.home, **asked), message)
+RESTARTS = "restarts must be an integer of at least 0, got "
+GENERATOR = "rng must be a numpy.random.Generator, got "
+MARGIN = "margin must be at least 0 .rad., got "
+STEP = "max_step must be above 0 .rad., got "
+TOLERANCE = "tolerance must be above 0 .m, rad., got "
 
 
 @pytest.mark.parametrize(
-    ("asked", "message"),
+    ("method", "asked", "message"),
     [
-        ({"restarts": -1}, "restarts must be an integer of at least 0, got -1"),
-        ({"restarts": 1.5}, "restarts must be an integer of at least 0, got 1.5"),
-        ({"rng": "seed"}, "rng must be a numpy.random.Generator, got 'seed'"),
-        ({"margin": -0.1}, "margin must be at least 0 .rad., got -0.1"),
-        ({"margin": np.nan}, "margin must be at least 0 .rad., got nan"),
+        ("solve", {"restarts": -1}, RESTARTS + "-1"),
+        ("solve", {"restarts": 2.5}, RESTARTS + "2.5"),
+        ("solve", {"restarts": True}, RESTARTS + "True"),
+        ("solve", {"rng": 0}, GENERATOR + "0"),
+        ("solve", {"rng": np.random.RandomState(0)}, GENERATOR + "RandomState"),
+        ("solutions", {"restarts": -1}, RESTARTS + "-1"),
+        ("solutions", {"rng": "seed"}, GENERATOR + "'seed'"),
+        ("solutions", {"margin": np.nan}, MARGIN + "nan"),
+        ("follow", {"max_step": 0.0}, STEP + "0.0"),
+        ("follow", {"max_step": np.nan}, STEP + "nan"),
+        ("follow", {"max_step": "0.2"}, STEP + "'0.2'"),
+        ("follow", {"max_step": np.full(7, 0.2)}, STEP + "array"),
+        ("follow", {"margin": -0.1}, MARGIN + "-0.1"),
+        ("follow", {"margin": np.full(7, 0.1)}, MARGIN + "array"),
+        ("follow", {"tolerance": 0.0}, TOLERANCE + "0.0"),
+        ("follow", {"tolerance": (1e-3, 1e-3)}, TOLERANCE),
+        ("follow", {"retry": "no"}, "retry must be True or False, got 'no'"),
+        ("follow", {"retry": np.zeros(2)}, "retry must be True or False, got array"),
     ],
 )
-def test_solutions_refuses_invalid_arguments(model, ik, asked, message):
-    refused(lambda: ik.solutions(DOWN, model.home, **asked), message)
-    refused(lambda: ik.solutions(IKProblem(targets=GRIP), model.home, **asked), message)
-
-
-@pytest.mark.parametrize(
-    ("asked", "message"),
-    [
-        ({"max_step": 0.0}, "max_step must be above 0 .rad., got 0.0"),
-        ({"max_step": -0.2}, "max_step must be above 0 .rad., got -0.2"),
-        ({"max_step": np.nan}, "max_step must be above 0 .rad., got nan"),
-        ({"max_step": "0.2"}, "max_step must be above 0 .rad., got '0.2'"),
-        ({"max_step": np.full(7, 0.2)}, "max_step must be above 0 .rad., got array"),
-        ({"margin": -0.1}, "margin must be at least 0 .rad., got -0.1"),
-        ({"margin": np.nan}, "margin must be at least 0 .rad., got nan"),
-        ({"margin": np.full(7, 0.1)}, "margin must be at least 0 .rad., got array"),
-        ({"tolerance": 0.0}, "tolerance must be above 0 .m, rad., got 0.0"),
-        ({"tolerance": (1e-3, 1e-3)}, "tolerance must be above 0 .m, rad., got"),
-        ({"tolerance": np.nan}, "tolerance must be above 0 .m, rad., got nan"),
-        ({"retry": "no"}, "retry must be True or False, got 'no'"),
-        ({"retry": np.zeros(2)}, "retry must be True or False, got array"),
-    ],
-)
-def test_follow_refuses_invalid_arguments(model, ik, asked, message):
-    refused(lambda: ik.follow(model.pose(model.home), model.home, **asked), message)
-    refused(lambda: ik.follow(IKProblem(targets=GRIP), model.home, **asked), message)
-
-
-def test_integers_serve_as_angles_too(model, ik):
-    T = model.pose(model.home + 0.02)
-    plain = ik.follow(T, model.home, max_step=1.0, margin=0.0)
-    whole = ik.follow(T, model.home, max_step=1, margin=0)
-    assert plain.solved and np.array_equal(plain.q, whole.q)
+def test_invalid_arguments_are_refused(model, ik, method, asked, message):
+    for target in (DOWN, IKProblem(targets=GRIP)):
+        refused(lambda target=target: getattr(ik, method)(target, model.home, **asked), message)
 
 
 def test_a_margin_or_a_tolerance_beside_a_problem_is_refused(model, ik):
@@ -99,10 +72,9 @@ def test_a_margin_or_a_tolerance_beside_a_problem_is_refused(model, ik):
 
 
 def test_a_target_alone_is_a_problem_with_a_margin_of_the_call(model, ik):
-    problem = IKProblem(targets=GRIP, margin=0.1)
-    assert np.array_equal(
-        ik.follow(GRIP, model.home, margin=0.1).q, ik.follow(problem, model.home).q
-    )
+    of_problem = ik.follow(IKProblem(targets=GRIP, margin=0.1), model.home, max_step=1.0)
+    of_target = ik.follow(GRIP, model.home, margin=0.1, max_step=1)  # an integer serves, too
+    assert np.array_equal(of_target.q, of_problem.q)
     listed = ik.solutions([GRIP, DOWN], model.home, margin=0.1)
     assert {result.target for result in listed} <= {0, 1}
     assert np.abs(listed[0].q - ik.solutions(DOWN, model.home, margin=0.1)[0].q).max() < 1e-3
@@ -142,64 +114,19 @@ def test_solutions_of_a_problem_are_distinct_and_the_cheapest_comes_first(model,
         assert all(np.abs(result.q - other.q).max() > 0.1 for other in found[:i])
 
 
-def test_without_costs_the_solution_nearest_to_the_present_configuration_comes_first(model, ik):
-    elbow = RotationTarget("link6", frame_pose(model, model.home, "link6").rotation)
-    problem = IKProblem(targets=[PositionTarget("tool", [0.4, 0.3, 0.4]), elbow])
-    found = ik.solutions(problem, model.home, restarts=40)
-    distances = [ik.distance(result.q, model.home) for result in found]
-    assert len(found) >= 2 and distances == sorted(distances)
-    assert all(result.cost == 0.0 for result in found)
-
-
-def test_the_same_problem_and_seed_give_the_same_bits(model, ik, goal):
-    problem = IKProblem(
-        targets=[
-            PositionTarget("link4", frame_pose(model, goal, "link4").translation),
-            PositionTarget("tool", model.pose(goal).translation),
-        ]
-    )
-    first = ik.solve(problem, model.home, rng=np.random.default_rng(5))
-    ik.solve(DOWN, model.home)
-    second = ik.solve(problem, model.home, rng=np.random.default_rng(5))
-    assert np.array_equal(first.q, second.q) and first.iterations == second.iterations
-
-
-def test_problems_of_an_arm_with_six_joints_are_solved(menagerie, rng):
-    joints = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
-    robot = Robot(
-        RobotDescription(
-            name="ur5e",
-            model=str(menagerie / "universal_robots_ur5e" / "ur5e.xml"),
-            arm_joints=tuple(f"{joint}_joint" for joint in joints),
-            tool_frame="attachment_site",
-            home=(0.0, -1.5, 1.5, -1.5, -1.5, 0.0),
-            velocity=(2.0,) * 6,
-            acceleration=(5.0,) * 6,
-            jerk=(1000.0,) * 6,
-            effort=(50.0,) * 6,
-        )
-    )
-    compile_alone(robot)
-    model = robot.make_model()
-    ik = InverseKinematics(model)
-    for _ in range(10):
-        T = model.pose(rng.uniform(-2.5, 2.5, 6))
-        position = PositionTarget("attachment_site", T.translation)
-        elbow = PositionTarget("forearm_link", [0.0, 0.0, 0.9], weight=1.0)
-        found = ik.solve(IKProblem(targets=[position, elbow], manipulability=0.1), model.home)
-        assert found.solved
-        assert position_error(model, found.q, "attachment_site", T.translation) <= 1e-6
-        posed = IKProblem(targets=PoseTarget("attachment_site", T), posture=model.home)
-        assert ik.solve(posed, model.home).solved
-
-
-def test_following_from_an_invalid_configuration_is_refused(ik):
-    with pytest.raises(MotionError, match="7 finite numbers"):
-        ik.follow(DOWN, np.full(7, np.nan))
+def test_the_same_request_gives_the_same_bits_whatever_was_asked_before(model, ik, goal):
+    elbow = frame_pose(model, goal, "link4").translation
+    tool = PositionTarget("tool", model.pose(goal).translation)
+    for target in (model.pose(goal), IKProblem(targets=[PositionTarget("link4", elbow), tool])):
+        results = []
+        for other in (ik, ik, InverseKinematics(model)):
+            results.append(other.solve(target, model.home, rng=np.random.default_rng(5)))
+            ik.solve(DOWN, model.home)
+        assert len({(result.q.tobytes(), result.iterations) for result in results}) == 1
 
 
 def test_every_reachable_pose_is_solved_from_home_and_from_anywhere(robot, model, ik, rng):
-    for q, q0 in zip(*random_configurations(model, rng, 400).reshape(2, 200, 7), strict=True):
+    for q, q0 in zip(*random_configurations(model, rng, 120).reshape(2, 60, 7), strict=True):
         T = model.pose(q)
         for start in (model.home, q0):
             found = ik.solve(T, start)
@@ -207,21 +134,6 @@ def test_every_reachable_pose_is_solved_from_home_and_from_anywhere(robot, model
             assert model.limits.contain(found.q)
             distance, angle = error_in_mujoco(robot, found.q, T)
             assert distance <= 1.001e-6 and angle <= 1.001e-6
-
-
-def test_the_same_request_gives_the_same_bits(model, rng):
-    q, q0 = random_configurations(model, rng, 2)
-    T = model.pose(q)
-    first, second = (InverseKinematics(model).solve(T, q0) for _ in range(2))
-    assert np.array_equal(first.q, second.q)
-    assert first.iterations == second.iterations
-
-
-def test_earlier_requests_do_not_change_the_result(model, ik, rng):
-    q, other, q0 = random_configurations(model, rng, 3)
-    first = ik.solve(model.pose(q), q0)
-    ik.solve(model.pose(other), other)
-    assert np.array_equal(ik.solve(model.pose(q), q0).q, first.q)
 
 
 def test_solutions_are_distinct_and_the_nearest_comes_first(robot, model, ik, rng):
@@ -237,7 +149,7 @@ def test_solutions_are_distinct_and_the_nearest_comes_first(robot, model, ik, rn
 
 
 def test_nearest_first_yields_the_solutions_from_near_to_far(model, ik, rng):
-    for q0 in random_configurations(model, rng, 10):
+    for q0 in random_configurations(model, rng, 5):
         poses = [spatial.pointing_down([0.45, 0.1, 0.3], yaw) for yaw in (0.4, 0.4 + 0.5 * np.pi)]
         listed = ik.solutions(poses, q0)
         yielded = list(ik.nearest_first(poses, q0))
@@ -250,13 +162,13 @@ def test_nearest_first_yields_the_solutions_from_near_to_far(model, ik, rng):
 
 def test_the_nearest_solution_is_usually_nearer_than_those_from_random_guesses(model, ik, rng):
     nearer = 0
-    for _ in range(20):
+    for _ in range(10):
         q, q0 = random_configurations(model, rng, 2)
         T = model.pose(q)
         nearest = ik.distance(ik.nearest(T, q0).q, q0)
         others = [ik.solve(T, start).q for start in random_configurations(model, rng, 20)]
         nearer += nearest <= min(ik.distance(other, q0) for other in (q, *others)) + 1e-3
-    assert nearer >= 18
+    assert nearer >= 9
 
 
 def test_among_equivalent_poses_the_nearest_is_chosen(model, ik):
@@ -282,26 +194,19 @@ def test_a_margin_from_the_limits_is_kept_where_that_is_possible(model, ik):
         (np.eye(4), "pose must be a pin.SE3, got ndarray"),
         (None, "got NoneType"),
         (pin.SE3(np.eye(3), np.array([np.nan, 0.0, 0.0])), "position of the pose must be finite"),
-        (
-            pin.SE3(2.0 * np.eye(3), np.zeros(3)),
-            "rotation of the pose must be a 3 by 3 matrix of right-handed unit axes",
-        ),
-        (
-            pin.SE3(np.diag([1.0, 1.0, -1.0]), np.zeros(3)),
-            "rotation of the pose must be a 3 by 3 matrix of right-handed unit axes",
-        ),
+        (pin.SE3(2.0 * np.eye(3), np.zeros(3)), "a 3 by 3 matrix of right-handed unit axes"),
+        (pin.SE3(np.diag([1.0, 1.0, -1.0]), np.zeros(3)), "matrix of right-handed unit axes"),
     ],
 )
 def test_an_invalid_pose_is_refused(model, ik, pose, message):
-    with pytest.raises(MotionError, match=message) as raised:
-        ik.solve(pose, model.home)
-    assert raised.value.reason == "target"
+    refused(lambda: ik.solve(pose, model.home), message)
 
 
-@pytest.mark.parametrize("start", [np.zeros(6), np.full(7, np.nan), 3.0])
+@pytest.mark.parametrize("start", [np.zeros(6), np.full(7, np.nan), 3.0, ["0.1"] * 7])
 def test_an_invalid_configuration_is_refused(model, ik, start):
-    with pytest.raises(MotionError, match="7 finite numbers"):
-        ik.solve(model.pose(model.home), start)
+    for ask in (ik.solve, ik.follow):
+        with pytest.raises(MotionError, match="configuration must be 7 finite numbers"):
+            ask(DOWN, start)
 
 
 def test_an_empty_list_of_poses_is_refused(model, ik):
@@ -309,14 +214,24 @@ def test_an_empty_list_of_poses_is_refused(model, ik):
         ik.nearest([], model.home)
 
 
-def test_other_arms_solve_reachable_poses(menagerie_arm, rng):
-    model = menagerie_arm.make_model()
+def test_an_arm_of_six_joints_solves_reachable_poses_and_problems(menagerie, rng):
+    robot = menagerie_robot(menagerie, "ur5e")
+    model = robot.make_model()
     ik = InverseKinematics(model)
-    for q in random_configurations(model, rng, 100):
+    for q in random_configurations(model, rng, 40):
         T = model.pose(q)
         found = ik.solve(T, model.home)
         assert found.solved and model.limits.contain(found.q)
-        assert max(error_in_mujoco(menagerie_arm, found.q, T)) <= 1.001e-6
+        assert max(error_in_mujoco(robot, found.q, T)) <= 1.001e-6
+    for q in rng.uniform(-2.5, 2.5, (4, 6)):
+        T = model.pose(q)
+        position = PositionTarget(ik.tool, T.translation)
+        elbow = PositionTarget("forearm_link", [0.0, 0.0, 0.9], weight=1.0)
+        found = ik.solve(IKProblem(targets=[position, elbow], manipulability=0.1), model.home)
+        assert found.solved
+        assert position_error(model, found.q, ik.tool, T.translation) <= 1e-6
+        posed = IKProblem(targets=PoseTarget(ik.tool, T), posture=model.home)
+        assert ik.solve(posed, model.home).solved
 
 
 def pointing_down_aside(model, rng, angle):
@@ -330,7 +245,7 @@ def pointing_down_aside(model, rng, angle):
 def test_a_pose_that_rounded_numbers_keep_from_the_arm_is_within_its_tolerance(five_joints, rng):
     model = five_joints.make_model()
     ik = InverseKinematics(model)
-    for _ in range(40):
+    for _ in range(15):
         T = pointing_down_aside(model, rng, 2e-5)
         found = ik.solve(T, model.home)
         assert found.solved and found.residuals[0].met and found.reason == ""
@@ -343,7 +258,7 @@ def test_a_pose_that_rounded_numbers_keep_from_the_arm_is_within_its_tolerance(f
 def test_beyond_the_tolerance_a_pose_is_not_solved(five_joints, rng):
     model = five_joints.make_model()
     ik = InverseKinematics(model)
-    for _ in range(5):
+    for _ in range(2):
         T = pointing_down_aside(model, rng, 3e-4)
         found = ik.solve(T, model.home)
         assert not found.solved and not ik.follow(T, found.q).solved
@@ -362,7 +277,7 @@ def test_a_tolerance_of_a_target_replaces_that_of_the_arm(five_joints, rng):
 def test_where_the_arm_reaches_a_pose_its_tolerance_is_not_used(model, rng):
     model.tolerance = Tolerance(position=1e-2, rotation=1e-2)
     ik = InverseKinematics(model)
-    for q in random_configurations(model, rng, 40):
+    for q in random_configurations(model, rng, 15):
         found = ik.solve(model.pose(q), model.home)
         assert found.solved and max(found.position_error, found.rotation_error) <= 1e-6
 
@@ -390,25 +305,26 @@ def any_robot(request):
 def test_about_a_free_axis_the_arm_chooses_the_rotation(any_robot, rng):
     ik = InverseKinematics(any_robot.make_model())
     chosen = 0
-    for _ in range(60):
+    for _ in range(25):
         radius, yaw = rng.uniform(0.3, 0.8), rng.uniform(-3.0, 3.0)
         position = [radius * np.cos(yaw), radius * np.sin(yaw), rng.uniform(0.1, 0.5)]
         T = spatial.pointing_down(position, rng.uniform(-3.0, 3.0))
         found = ik.solve(PoseTarget(ik.tool, T, free_axis="z"), ik.model.home)
-        if any(ik.solve(turned, ik.model.home, restarts=10).solved for turned in all_turns(T)):
-            assert found.solved, T
-        if found.solved:
+        if not found.solved:
+            turned = (ik.solve(turn, ik.model.home, restarts=10) for turn in all_turns(T))
+            assert not any(result.solved for result in turned), T
+        else:
             distance, angle = axis_error(any_robot, found.q, T)
             assert distance <= 1e-5 and angle <= 1e-4
             assert found.position_error == pytest.approx(distance, abs=1e-9)
             chosen += 1
-    assert chosen > 20
+    assert chosen > 8
 
 
 def test_inside_a_cone_the_axis_may_tilt(any_robot, rng):
     ik = InverseKinematics(any_robot.make_model())
     tilted = 0
-    for q in random_configurations(ik.model, rng, 30):
+    for q in random_configurations(ik.model, rng, 15):
         T = ik.model.pose(q)
         off = T * pin.SE3(pin.exp3(np.array([0.25, 0.0, 0.0])), np.zeros(3))
         found = ik.solve(PoseTarget(ik.tool, off, free_axis="z", cone=0.3), ik.model.home)
@@ -416,13 +332,13 @@ def test_inside_a_cone_the_axis_may_tilt(any_robot, rng):
         distance, angle = axis_error(any_robot, found.q, off)
         assert distance <= 1e-5 and angle <= 0.3 + 1e-4
         tilted += angle > 0.01
-    assert tilted > 20
+    assert tilted > 10
 
 
 def test_the_free_axis_goes_through_the_pivot(any_robot, rng):
     ik, pivot = InverseKinematics(any_robot.make_model()), [0.02, 0.0, 0.1]
     moved = 0
-    for q in random_configurations(ik.model, rng, 30):
+    for q in random_configurations(ik.model, rng, 15):
         T, turn = ik.model.pose(q), pin.SE3(pin.exp3(np.array([0.0, 0.0, 2.0])), np.zeros(3))
         middle = pin.SE3(np.eye(3), np.array(pivot))
         turned = T * middle * turn * middle.inverse()
@@ -432,12 +348,12 @@ def test_the_free_axis_goes_through_the_pivot(any_robot, rng):
         distance, angle = axis_error(any_robot, found.q, turned, pivot)
         assert distance <= 1e-5 and angle <= 1e-4
         moved += np.linalg.norm(ik.model.pose(found.q).translation - turned.translation) > 1e-3
-    assert moved > 20
+    assert moved > 10
 
 
 def test_a_cone_of_pi_leaves_all_rotations_free(any_robot, rng):
     ik = InverseKinematics(any_robot.make_model())
-    for q in random_configurations(ik.model, rng, 20):
+    for q in random_configurations(ik.model, rng, 10):
         T = pin.SE3(pin.exp3(rng.normal(size=3)), ik.model.pose(q).translation)
         for target in (
             PoseTarget(ik.tool, T, free_axis="x", cone=np.pi),
@@ -465,7 +381,7 @@ def test_a_free_target_beyond_the_reach_is_refused_without_a_search(model, ik):
 def test_an_arm_on_a_rail_solves_poses_along_all_of_it(rail_robot, rng):
     ik = InverseKinematics(rail_robot.make_model())
     limits = ik.model.limits
-    for q in random_configurations(ik.model, rng, 60):
+    for q in random_configurations(ik.model, rng, 25):
         T = ik.model.pose(q)
         found = ik.solve(T, ik.model.home)
         assert found.solved and limits.contain(found.q)

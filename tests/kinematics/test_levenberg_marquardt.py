@@ -23,7 +23,7 @@ def test_a_minimum_decrease_ends_an_unsuccessful_descent_sooner(model, compiled)
     assert np.array_equal(descent(near, 0.2).q, descent(near, 0.0).q) and descent(near, 0.2).solved
 
 
-@pytest.mark.parametrize("away", [0.02, 0.1, 0.3])
+@pytest.mark.parametrize("away", [0.02, 0.3])
 def test_a_step_far_from_limits_solves_the_damped_normal_equations(model, compiled, away):
     # Sugihara 2011: (J^T J + damping |e|^2) dq = -J^T e.
     problem = compiled(IKProblem(targets=PoseTarget("tool", model.pose(model.home + away))))

@@ -25,7 +25,7 @@ def test_a_pose_beyond_the_reach_is_refused_without_a_search(model, ik):
 
 def test_no_configuration_reaches_farther_than_the_maximum_reach(model, ik, reach, rng):
     farthest = 0.0
-    for q in random_configurations(model, rng, 3000):
+    for q in random_configurations(model, rng, 1000):
         assert ik.solve(model.pose(q), q, restarts=0).solved
         farthest = max(farthest, reach.distance_at(q))
     assert 0.97 * reach.distance < farthest <= reach.distance + 1e-9
@@ -33,7 +33,7 @@ def test_no_configuration_reaches_farther_than_the_maximum_reach(model, ik, reac
 
 def test_no_target_with_free_rotations_that_the_arm_reaches_is_refused(model, reach, rng):
     refused = 0
-    for q in random_configurations(model, rng, 1000):
+    for q in random_configurations(model, rng, 200):
         T, axis, pivot = model.pose(q), rng.normal(size=3), 0.2 * rng.normal(size=3)
         axis /= np.linalg.norm(axis)
         for cone in (0.0, 0.4, 2.0):
@@ -46,7 +46,7 @@ def test_no_target_with_free_rotations_that_the_arm_reaches_is_refused(model, re
             target = PoseTarget("tool", turned, free_axis=axis, cone=cone, pivot=pivot)
             assert reach.excess(target) == 0.0
             refused += reach.excess(turned) > 0.0
-    assert refused > 100
+    assert refused > 20
 
 
 def test_a_wide_tolerance_widens_the_reach(reach):

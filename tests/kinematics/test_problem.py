@@ -15,27 +15,24 @@ GRIP = PoseTarget("tool", DOWN)
 @pytest.mark.parametrize(
     ("stated", "message"),
     [
-        (
-            {"targets": 3},
-            "a target must be a PositionTarget, RotationTarget or PoseTarget, got int",
-        ),
-        ({"targets": None}, "got NoneType"),
-        ({"targets": "tool"}, "got str"),
+        ({"targets": None}, "a target must be a PositionTarget, .* or PoseTarget, got NoneType"),
         ({"targets": [GRIP, 3]}, "got int"),
         ({"targets": np.array("tool")}, "got ndarray"),
         ({"joints": np.array("joint1")}, "a list of names, got array"),
-        ({"joints": 3}, "joints must be a list of names, got 3"),
         ({"joints": "joint1"}, "a list of names, got 'joint1'"),
         ({"joints": ["joint1", 2]}, r"a list of names, got \['joint1', 2\]"),
         ({"world": 3}, "world must be a CollisionWorld, got int"),
         ({"posture_weight": "1"}, "posture_weight must be above 0, got '1'"),
         ({"posture_weight": np.ones(2)}, "posture_weight must be above 0, got array"),
         ({"manipulability": -1.0}, "manipulability must be at least 0, got -1.0"),
-        ({"manipulability": np.zeros(2)}, "manipulability must be at least 0, got array"),
+        ({"manipulability": np.nan}, "manipulability must be at least 0, got nan"),
         ({"clearance": -1e-3}, "clearance must be at least 0 .m., got -0.001"),
         ({"clearance": "1 mm"}, "clearance must be at least 0 .m., got '1 mm'"),
         ({"clearance": 1e-3}, "a clearance of 0.001 m needs a CollisionWorld, got world=None"),
-        ({"base": 3}, "base must be a pin.SE3, got int"),
+        ({"base": np.eye(4)}, "base must be a pin.SE3, got ndarray"),
+        ({"targets": ()}, "it has no targets"),
+        ({"targets": [DOWN]}, "a target must be a PositionTarget, .* got SE3"),
+        ({"posture": np.zeros(7), "posture_weight": 0.0}, "posture_weight must be above 0"),
     ],
 )
 def test_invalid_problems_are_refused_when_they_are_made(stated, message):
@@ -44,35 +41,12 @@ def test_invalid_problems_are_refused_when_they_are_made(stated, message):
 
 def test_a_clearance_beyond_what_the_world_measures_is_refused_with_the_reason(walled):
     grip = PoseTarget("panda/tool", walled.left)
-    for clearance in (0.0081, 0.05):
-        refused(
-            lambda clearance=clearance: IKProblem(
-                targets=grip, world=walled.world, clearance=clearance
-            ),
-            f"clearance must be at most 0.008 m, .* CollisionWorld measures, got {clearance:g}",
-        )
+    refused(
+        lambda: IKProblem(targets=grip, world=walled.world, clearance=0.0081),
+        "clearance must be at most 0.008 m, .* CollisionWorld measures, got 0.0081",
+    )
 
 
 def test_a_base_and_a_collision_world_exclude_each_other(walled):
     with pytest.raises(MotionError, match="must not have both a base and a CollisionWorld"):
         IKProblem(targets=PoseTarget("tool", DOWN), base=DOWN, world=walled.world)
-
-
-@pytest.mark.parametrize(
-    ("make", "message"),
-    [
-        (lambda: IKProblem(), "it has no targets"),
-        (lambda: IKProblem(targets=[DOWN]), "a target must be a PositionTarget, .* got SE3"),
-        (
-            lambda: IKProblem(targets=PoseTarget("tool", DOWN), base=np.eye(4)),
-            "base must be a pin.SE3, got ndarray",
-        ),
-        (
-            lambda: IKProblem(posture=np.zeros(7), posture_weight=0.0),
-            "posture_weight must be above 0",
-        ),
-        (lambda: IKProblem(manipulability=np.nan), "manipulability must be at least 0, got nan"),
-    ],
-)
-def test_empty_problems_and_invalid_weights_are_refused(make, message):
-    refused(make, message)

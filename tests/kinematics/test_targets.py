@@ -12,28 +12,8 @@ DOWN = spatial.pointing_down([0.45, 0.1, 0.3], 0.4)
 
 @pytest.mark.parametrize(
     "tolerance",
-    [
-        (1e-3,),
-        (),
-        [],
-        (1e-3, 1e-3, 1e-3),
-        np.full((2, 1), 1e-3),
-        ([1e-3], [1e-3, 1e-3]),
-        (1e-3, -1e-3),
-        (1e-3, 0.0),
-        (1e-3, "wide"),
-        (1e-3, None),
-        -1e-3,
-        0.0,
-        np.nan,
-        np.array(np.nan),
-        np.inf,
-        10**400,
-        True,
-        "0.001",
-        np.array("0.001"),
-        {"position": 1e-3},
-    ],
+    [(1e-3,), (1e-3,) * 3, ([1e-3], [1e-3, 1e-3]), (1e-3, -1e-3), (1e-3, "wide"), (1.0, np.nan)]
+    + [0.0, np.inf, 10**400, True, np.array("0.001"), {"position": 1e-3}],
 )
 def test_a_tolerance_of_a_pose_that_is_neither_a_number_nor_a_pair_is_refused(tolerance):
     refused(
@@ -42,7 +22,7 @@ def test_a_tolerance_of_a_pose_that_is_neither_a_number_nor_a_pair_is_refused(to
     )
 
 
-@pytest.mark.parametrize("tolerance", [(1e-3,), (1e-3, 1e-3), [1e-3], "0.001", np.nan, -1.0])
+@pytest.mark.parametrize("tolerance", [(1e-3, 1e-3), [1e-3], "0.001", np.nan, 0.0])
 def test_a_tolerance_of_a_position_or_a_rotation_is_one_number(tolerance):
     message = "frame 'tool': tolerance must be above 0, got"
     refused(lambda: PositionTarget("tool", np.zeros(3), tolerance=tolerance), message)
@@ -54,44 +34,20 @@ def test_a_pair_of_tolerances_may_be_any_kind_of_list(pair):
     assert PoseTarget("tool", DOWN, tolerance=pair).tolerances == (1e-3, 1e-2)
 
 
-@pytest.mark.parametrize("weight", [0.0, -1.0, np.nan, "1.0", [1.0], True])
+@pytest.mark.parametrize("weight", [0.0, np.nan, "1.0", [1.0], True])
 def test_a_weight_is_a_number_above_zero(weight):
     refused(lambda: PoseTarget("tool", DOWN, weight=weight), "'tool': weight must be above 0, got")
-
-
-def test_numbers_written_as_text_are_refused(model, ik):
-    refused(lambda: PositionTarget("tool", ["0.1", "0.2", "0.3"]), "3 finite numbers .m., got")
-    refused(lambda: ik.solve(DOWN, ["0.1"] * 7), "configuration must be 7 finite numbers")
 
 
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (
-            lambda: PositionTarget("tool", [0.0, np.nan, 0.0]),
-            "'tool': position must be 3 finite numbers .m.",
-        ),
-        (lambda: PositionTarget("tool", "here"), "must be 3 finite numbers"),
-        (
-            lambda: RotationTarget("tool", 2.0 * np.eye(3)),
-            "frame 'tool': rotation must be a 3 by 3",
-        ),
+        (lambda: PositionTarget("tool", [0.0, np.nan, 0.0]), "'tool': position must be 3 finite"),
+        (lambda: PositionTarget("tool", ["0.1", "0.2", "0.3"]), "3 finite numbers .m., got"),
+        (lambda: RotationTarget("tool", 2.0 * np.eye(3)), "'tool': rotation must be a 3 by 3"),
         (lambda: RotationTarget("tool", np.full((3, 3), np.nan)), "3 by 3"),
-        (
-            lambda: PoseTarget("tool", np.eye(4)),
-            "frame 'tool': pose must be a pin.SE3, got ndarray",
-        ),
-        (lambda: PositionTarget(3, [0.0, 0.0, 0.0]), "frame of a target must be a name, got 3"),
-        (
-            lambda: PositionTarget("tool", np.zeros(3), weight=-1.0),
-            "weight must be above 0, got -1.0",
-        ),
-        (
-            lambda: PositionTarget("tool", np.zeros(3), tolerance=0.0),
-            "tolerance must be above 0, got 0",
-        ),
-        (lambda: PositionTarget("tool", np.zeros(3), tolerance=(1.0, 1.0)), "above 0, got"),
-        (lambda: PoseTarget("tool", DOWN, tolerance=(1.0, np.nan)), "or a pair of position and"),
+        (lambda: PoseTarget("tool", np.eye(4)), "'tool': pose must be a pin.SE3, got ndarray"),
+        (lambda: PositionTarget(3, np.zeros(3)), "frame of a target must be a name, got 3"),
         (
             lambda: PositionTarget("tool", np.zeros(3), weight=1.0, tolerance=1.0),
             "must be a cost with",

@@ -7,10 +7,8 @@ import numpy as np
 
 from bt_manip import build_station, spatial
 from bt_manip.arm import Arm
-from bt_manip.behaviours import Drop
-from bt_manip.bt import Status
 from bt_manip.registry import Parts
-from bt_manip.runner import Run, RunObserver, Station
+from bt_manip.runner import Station
 from bt_manip.scenes import Scene, SceneRobot
 from tests.measuring.scenes import Fixed
 
@@ -20,48 +18,6 @@ STRETCHED = (0.0, 0.5, 0.0, -1.6, 0.0, 2.1, 0.785)
 RELIEF_TIME = 0.5  # [s] after the first contact, from which the arm must not press
 _SWEEP = 1.6  # [rad] of the first joint to either side
 _AHEAD = 0.5  # [rad] of the first joint before the wall, when the wall appears
-
-
-class WallDuringDrop(RunObserver):
-    """Puts a wall ahead of the tool when it has gained speed on the way to the container.
-
-    Attributes:
-        forces: Normal force on the wall in each step since the first contact [N].
-    """
-
-    def __init__(self, distance: float) -> None:
-        """Choose the distance from the tool [m]."""
-        self._distance, self._added = distance, False
-        self.forces: list[float] = []
-
-    def run_started(self, run: Run) -> None:
-        """Find the behaviour."""
-        self.station = run.station
-        self._drop = next(node for node in run.tree.nodes if isinstance(node, Drop))
-
-    def before_tick(self) -> None:
-        """Add the wall across the horizontal direction of the tool's motion."""
-        robot = self.station.robot
-        velocity = robot.tool_velocity[:2]
-        speed = float(np.linalg.norm(velocity))
-        if self._added or self._drop.status is not Status.RUNNING or speed < 0.5:
-            return
-        yaw = float(np.arctan2(velocity[1], velocity[0]))
-        ahead = self._distance * np.array([np.cos(yaw), np.sin(yaw), 0.0])
-        turn = (np.cos(0.5 * yaw), 0.0, 0.0, np.sin(0.5 * yaw))
-        self.station.cell.add(
-            Fixed("box", (0.01, 0.25, 0.25), "wall"),
-            spatial.pose(robot.tool_pose.translation + ahead, turn),
-            name="wall",
-            free=False,
-        )
-        self._added = True
-
-    def after_step(self) -> None:
-        """Measure the force."""
-        force = wall_force(self.station)
-        if force or self.forces:
-            self.forces.append(force)
 
 
 class Collision(NamedTuple):

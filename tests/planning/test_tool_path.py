@@ -8,12 +8,7 @@ import pytest
 
 from bt_manip import spatial
 from bt_manip.exceptions import MotionError
-from bt_manip.planning import (
-    ArcTo,
-    LineTo,
-    TurnAbout,
-    tool_paths,
-)
+from bt_manip.planning import ArcTo, LineTo, TurnAbout, tool_paths
 
 START = spatial.pointing_down([0.4, -0.2, 0.3])
 CORNER = spatial.pointing_down([0.4, 0.1, 0.3], 0.5)
@@ -124,17 +119,16 @@ def test_a_blend_takes_at_most_half_of_a_line():
 @pytest.mark.parametrize(
     "steps",
     [
-        [LineTo(CORNER), LineTo(END)],
         [LineTo(CORNER), TurnAbout(CORNER.translation, (0.0, 0.0, 1.0), 0.8), LineTo(END)],
         [LineTo(CORNER), ArcTo([0.5, 0.2, 0.35], END)],
         [LineTo(CORNER), LineTo(START)],
     ],
-    ids=["lines", "turning in the corner", "into an arc", "back"],
+    ids=["turning in the corner", "into an arc", "back"],
 )
 def test_the_curvature_is_continuous_in_a_corner(steps):
     (path,) = tool_paths(START, steps, BLEND)
     jerks = []
-    for n in (2000, 4000):
+    for n in (1000, 2000):
         s = np.linspace(0.0, 1.0, n + 1)
         columns = path.extra_columns(s)[:, :6]
         assert np.array_equal(path.extra_columns(s)[:, 6], s)

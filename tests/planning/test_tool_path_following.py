@@ -10,18 +10,12 @@ from bt_manip import spatial
 from bt_manip.arm import Arm
 from bt_manip.exceptions import MotionError
 from bt_manip.kinematics import InverseKinematics
-from bt_manip.planning import (
-    ArcTo,
-    LineTo,
-    TurnAbout,
-    follow_tool_path,
-    tool_paths,
-)
+from bt_manip.planning import ArcTo, LineTo, TurnAbout, follow_tool_path, tool_paths
 from bt_manip.planning.tool_path_following import limit_error
 from bt_manip.robots import ToolLimits
 from bt_manip.trajectories import SplinePath, effort_use, limit_use
 
-from .test_tool_path import BLEND, CORNER, END, START, positions
+from .test_tool_path import BLEND, CORNER, END, START
 
 
 def tool_motion(arm, trajectory, step=1e-3):
@@ -45,12 +39,11 @@ def at_start(arm) -> Arm:
     ("steps", "blend"),
     [
         ([LineTo(CORNER), LineTo(END)], 0.0),
-        ([LineTo(CORNER), LineTo(END), LineTo(START)], 0.03),
         ([ArcTo([0.5, 0.0, 0.35], CORNER)], 0.0),
         ([TurnAbout([0.4, 0.0, 0.3], [0.0, 0.0, 1.0], -1.0)], 0.0),
         ([LineTo(CORNER), ArcTo([0.5, 0.2, 0.35], END)], 0.04),
     ],
-    ids=["halting", "polyline", "arc", "turn", "line and arc"],
+    ids=["halting", "arc", "turn", "line and arc"],
 )
 def test_a_path_is_followed_to_its_end_inside_all_limits(at_start, steps, blend):
     arm = at_start
@@ -59,8 +52,8 @@ def test_a_path_is_followed_to_its_end_inside_all_limits(at_start, steps, blend)
     trajectory = planned(arm)
     assert limit_use(trajectory, arm.model.limits).inside
     assert effort_use(trajectory, arm.model) <= 0.96
-    q, *_ = trajectory.sample(np.linspace(0.0, trajectory.duration, 150))
-    poses = [path.pose(s) for path in paths for s in np.linspace(0.0, 1.0, 4001)]
+    q, *_ = trajectory.sample(np.linspace(0.0, trajectory.duration, 100))
+    poses = [path.pose(s) for path in paths for s in np.linspace(0.0, 1.0, 2001)]
     near = np.array([T.translation for T in poses])
     for x in q:
         T = arm.model.pose(x)
@@ -110,37 +103,6 @@ def test_a_blended_corner_is_passed_without_a_stop_and_sooner(at_start):
     assert durations[1] < durations[0]
 
 
-def test_a_path_stops_and_resumes_on_itself(at_start):
-    arm = at_start
-    (path,) = tool_paths(arm.model.pose(arm.q), [LineTo(CORNER), LineTo(END)], BLEND)
-    near = positions(path, 8001)
-    arm.move_path([LineTo(CORNER), LineTo(END)], blend=BLEND)
-    for _ in range(int(1e3 * 0.5 * arm.remaining)):
-        arm.advance(1e-3)
-    arm.pause()
-    while arm.moving:
-        arm.advance(1e-3)
-    assert arm.paused
-    assert np.linalg.norm(near - arm.model.pose(arm.q).translation, axis=1).min() < 2e-4
-    arm.resume()
-    while arm.moving:
-        arm.advance(1e-3)
-    assert np.linalg.norm(arm.model.pose(arm.q).translation - END.translation) < 1e-5
-
-
-def test_a_restored_state_continues_bit_for_bit(at_start, robot):
-    arm = at_start
-    arm.move_path([LineTo(CORNER), ArcTo([0.5, 0.2, 0.35], END)], blend=BLEND)
-    for _ in range(200):
-        arm.advance(1e-3)
-    other = Arm(robot, ik=arm.ik)
-    other.set_state(arm.get_state())
-    for _ in range(300):
-        arm.advance(1e-3)
-        other.advance(1e-3)
-        assert np.array_equal(arm.q, other.q)
-
-
 @pytest.mark.parametrize("blend", [0.0, 0.03])
 def test_a_path_that_leaves_the_workspace_is_refused_with_its_share_inside(at_start, blend):
     far = spatial.pointing_down([1.4, 0.1, 0.3], 0.5)
@@ -164,7 +126,7 @@ def test_a_line_is_followed_with_a_joint_along_its_limit(model, ik):
     assert np.abs(model.pose(q[-1]).translation - down.translation).max() <= 1e-7
 
 
-@pytest.mark.parametrize("size", [1e-8, 1e-7, 1e-6, 1e-5, 1e-4])
+@pytest.mark.parametrize("size", [1e-8, 1e-6, 1e-4])
 @pytest.mark.parametrize("turned", [False, True])
 def test_tiny_motions_are_inside_all_limits_too(at_start, size, turned):
     arm = at_start
@@ -191,11 +153,10 @@ def test_a_line_near_a_singularity_is_followed_inside_all_limits(arm):
         assert np.linalg.norm(gone - direction * (direction @ gone)) <= 6e-5
 
 
-@pytest.mark.parametrize("angle", [-3.0, -np.pi])
-def test_a_turn_is_slow_only_where_a_joint_reaches_its_limit(arm, angle):
+def test_a_turn_is_slow_only_where_a_joint_reaches_its_limit(arm):
     arm.reset([-0.181, -0.117, -0.233, -2.318, -0.033, 2.204, 0.392])
     place = arm.model.pose(arm.q).translation
-    arm.move_path([TurnAbout(place, (0.0, 0.0, 1.0), angle)])
+    arm.move_path([TurnAbout(place, (0.0, 0.0, 1.0), -np.pi)])
     trajectory, limits = planned(arm), arm.model.limits
     assert limit_use(trajectory, limits).inside and effort_use(trajectory, arm.model) <= 0.96
     q, v, _ = trajectory.sample(np.arange(0.0, trajectory.duration, 1e-3))

@@ -10,40 +10,37 @@ ONE = np.ones(2)
 LIMITS = JointLimits(-3 * ONE, 3 * ONE, 2 * ONE, 5 * ONE, 100 * ONE, ONE)
 
 
+class Motion:
+    """A motion of 0.1 s whose sample is a function of the times."""
+
+    duration, end = 0.1, np.zeros(2)
+
+    def __init__(self, sample):
+        self.sample = lambda times: sample(times[:, np.newaxis])
+
+
 def test_a_jump_of_the_position_is_outside_the_limits():
-    class Jumping:
-        duration, end = 0.1, np.zeros(2)
+    def jump(t):
+        q = np.where(t > 0.05, 1.0, 0.0) * ONE
+        return q, 0 * q, 0 * q
 
-        def sample(self, times):
-            q = np.where(times[:, None] > 0.05, 1.0, 0.0) * ONE
-            return q, 0 * q, 0 * q
-
-    assert not limit_use(Jumping(), LIMITS).inside
+    assert not limit_use(Motion(jump), LIMITS).inside
 
 
 def test_a_jump_of_the_acceleration_at_the_very_end_counts_as_jerk():
-    class Stopping:
-        duration, end = 0.1, np.zeros(2)
+    def stop(t):
+        a = np.where(t < 0.1 - 1e-9, 1.0, 0.0) * ONE
+        return 0 * a, 0 * a, a
 
-        def sample(self, times):
-            a = np.where(times[:, None] < self.duration - 1e-9, 1.0, 0.0) * ONE
-            return 0 * a, 0 * a, a
-
-    assert limit_use(Stopping(), LIMITS).jerk == pytest.approx(1000 / 100)
+    assert limit_use(Motion(stop), LIMITS).jerk == pytest.approx(1000 / 100)
 
 
 @pytest.mark.filterwarnings("error")
 def test_unlimited_joints_use_no_position_limit():
-    class Moving:
-        duration, end = 0.1, np.zeros(2)
-
-        def sample(self, times):
-            q = 1.5 * np.ones((len(times), 2))
-            return q, 0 * q, 0 * q
-
     endless = np.array([np.inf, 3.0])
     limits = JointLimits(-endless, endless, 2 * ONE, 5 * ONE, 100 * ONE, ONE)
-    assert limit_use(Moving(), limits).position == pytest.approx(0.5)
+    still = Motion(lambda t: (1.5 + 0 * t * ONE, 0 * t * ONE, 0 * t * ONE))
+    assert limit_use(still, limits).position == pytest.approx(0.5)
 
 
 def test_the_first_setpoint_beyond_a_limit_is_named():

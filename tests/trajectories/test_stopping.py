@@ -15,6 +15,7 @@ from bt_manip.trajectories import (
 from bt_manip.trajectories.limit_check import CONTROL_STEP, has_jump
 from bt_manip.trajectories.motion_profile import profile_to_velocity
 from bt_manip.trajectories.stop_search import STOP_MARGINS
+from tests.measuring.motions import KINDS
 from tests.measuring.stops import measure_stops
 
 TURN = np.array([1.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
@@ -29,25 +30,13 @@ def test_stops_of_every_kind_of_motion_keep_path_and_limits_within_bounded_count
             yield profile
 
     monkeypatch.setattr(stopping, "stop_profiles", counted)
-    for stop in measure_stops(10):
+    for stop in measure_stops(len(KINDS)):
         assert stop.off_path <= 1e-5, stop
         assert stop.limit_use <= 1.0 + 1e-6, stop
         assert stop.duration <= stop.remaining + 1e-9, stop
         ratios.append(stop.ratio)
     assert np.median(ratios) <= 1.02
-    assert len(checked) <= 10 * 2 * len(STOP_MARGINS)
-
-
-def test_a_joint_at_constant_velocity_stops_in_the_time_of_the_textbook(arm):
-    # v / a to brake, and a / j for the acceleration to come and to go.
-    arm.move_to_configuration(arm.model.home + TURN)
-    for _ in range(400):
-        arm.advance(1e-3)
-    limits = arm.model.limits
-    v, a, j = (limit[0] for limit in (limits.velocity, limits.acceleration, limits.jerk))
-    assert arm.v[0] == pytest.approx(v) and arm.a[0] == pytest.approx(0.0, abs=1e-9)
-    arm.stop()
-    assert arm.remaining == pytest.approx(v / a + a / j, rel=0.01)
+    assert len(checked) <= len(KINDS) * 2 * len(STOP_MARGINS)
 
 
 def test_other_joints_go_on_while_one_brakes_at_its_limit(model):
@@ -62,7 +51,7 @@ def test_other_joints_go_on_while_one_brakes_at_its_limit(model):
     assert stop.duration == pytest.approx(first.duration + last, rel=0.03)
 
 
-@pytest.mark.parametrize("state", [(6.4e-5, 0.048, 24.0), (1.5e-4, 0.08, 30.0), (1e-3, 1.0, 0.0)])
+@pytest.mark.parametrize("state", [(6.4e-5, 0.048, 24.0), (1e-3, 1.0, 0.0)])
 def test_a_motion_that_has_hardly_begun_stops_without_a_jump(arm, state):
     arm.move_to_configuration(arm.model.home + TURN)
     nominal, limits = arm.trajectory, arm.model.limits
@@ -74,7 +63,7 @@ def test_a_motion_that_has_hardly_begun_stops_without_a_jump(arm, state):
         assert limits.use(*samples).inside
 
 
-@pytest.mark.parametrize("share", [0.1, 0.4, 0.6, 0.9])
+@pytest.mark.parametrize("share", [0.1, 0.6])
 def test_a_stop_never_moves_backwards(robot, ik, share):
     arm = Arm(robot, ik=ik)
     arm.move_to_configuration(arm.model.home + TURN)
@@ -92,5 +81,6 @@ def test_a_stop_never_moves_backwards(robot, ik, share):
 def test_near_its_end_a_motion_goes_on_to_its_end(arm):
     arm.move_to_configuration(arm.model.home + TURN)
     trajectory = arm.trajectory
-    stop = plan_stop(trajectory, trajectory.duration - 2e-3, arm.model)
-    assert stop.duration == pytest.approx(2e-3) and np.array_equal(stop.end, trajectory.end)
+    for left in (1e-3, 1.3e-3, 2e-3):
+        stop = plan_stop(trajectory, trajectory.duration - left, arm.model)
+        assert stop.duration == pytest.approx(left) and np.array_equal(stop.end, trajectory.end)

@@ -20,37 +20,35 @@ from .pendulum import pendulum
 
 def timed(model, start=0.0, end=1.0):
     path = StraightPath([start], [end])
-    limits = PathLimits(model.limits, path.limits)
-    topp = TimeOptimalParameterization(path, limits, model, 120)
+    topp = parameterization(path, model, model)
     return PathTrajectory(path, topp.profile(topp.smoothing_steps[0]))
 
 
-def test_with_an_acceleration_limit_only_the_duration_is_that_of_the_textbook():
-    # Half the way at a, half at -a: 2 sqrt(d / a).
-    duration = timed(pendulum(effort=1e4, acceleration=4.0), end=1.5).duration
-    assert duration == pytest.approx(2 * np.sqrt(1.5 / 4.0), rel=0.03)
+def parameterization(path, model, loads):
+    limits = PathLimits(model.limits, path.limits)
+    return TimeOptimalParameterization(path, limits, loads, 120)
 
 
-def test_with_an_effort_limit_only_the_duration_is_that_of_the_textbook():
-    # 95 % of 10 N m turn 2 kg m2 by 4.75 rad/s2.
-    assert timed(pendulum(effort=10.0), end=1.5).duration == pytest.approx(
-        2 * np.sqrt(1.5 / 4.75), rel=0.03
-    )
-
-
-def test_with_a_velocity_limit_it_cruises_at_that_velocity():
-    # d / v + v / a.
-    duration = timed(pendulum(effort=1e4, acceleration=4.0, velocity=1.0), end=3.0).duration
-    assert duration == pytest.approx(3.0 / 1.0 + 1.0 / 4.0, rel=0.03)
+@pytest.mark.parametrize(
+    ("limits", "end", "duration"),
+    [
+        # Half the way at a, half at -a: 2 sqrt(d / a).
+        ({"effort": 1e4, "acceleration": 4.0}, 1.5, 2 * np.sqrt(1.5 / 4.0)),
+        # 95 % of 10 N m turn 2 kg m2 by 4.75 rad/s2.
+        ({"effort": 10.0}, 1.5, 2 * np.sqrt(1.5 / 4.75)),
+        # It cruises: d / v + v / a.
+        ({"effort": 1e4, "acceleration": 4.0, "velocity": 1.0}, 3.0, 3.0 / 1.0 + 1.0 / 4.0),
+    ],
+    ids=["acceleration", "effort", "velocity"],
+)
+def test_the_duration_under_one_limit_is_that_of_the_textbook(limits, end, duration):
+    assert timed(pendulum(**limits), end=end).duration == pytest.approx(duration, rel=0.03)
 
 
 def test_a_load_that_changes_between_grid_points_does_not_exceed_the_effort_limit():
     # 5.1 rad in 120 steps: in each, gravity changes by up to 0.8 N m, 3 % of the effort.
     model = pendulum(gravity=-9.81, effort=25.0, acceleration=20.0)
-    path = StraightPath([-5.0], [0.1])
-    limits = PathLimits(model.limits, path.limits)
-    topp = TimeOptimalParameterization(path, limits, model, 120)
-    plan = PathTrajectory(path, topp.profile(topp.smoothing_steps[0]))
+    plan = timed(model, -5.0, 0.1)
     fine = plan.sample(sample_times(plan.duration, 1e-3))
     assert sampled_effort_use(model, *fine) <= 0.951
 
@@ -66,16 +64,22 @@ def bent(model, sharpness):
     return SplinePath(model.home + np.vstack([np.zeros(7), np.cumsum(steps, axis=0)]))
 
 
-def test_tightening_slows_a_profile_only_where_it_exceeded_a_limit(model):
+def tightened(model, order):
+    """Return profiles of a bend, also tightened, and their use of a kinematic limit."""
     path = bent(model, 5)
-    limits = PathLimits(model.limits, path.limits)
-    topp = TimeOptimalParameterization(path, limits, None, 120)
+    topp = parameterization(path, model, None)
     node = topp.smoothing_steps[0]
     plan = topp.profile(node)
     again = topp.tightened(plan).profile(node)
-    first, second = (
-        PathTrajectory(path, profile).kinematic_use(model.limits)[1] for profile in (plan, again)
-    )
+    uses = [
+        PathTrajectory(path, profile).kinematic_use(model.limits)[order]
+        for profile in (plan, again)
+    ]
+    return plan, again, uses
+
+
+def test_tightening_slows_a_profile_only_where_it_exceeded_a_limit(model):
+    plan, again, (first, second) = tightened(model, 1)
     assert first > 1.5 and second < 1.2
     assert again.duration < 1.05 * plan.duration
     behind = np.linspace(0.6, 0.98, 30)  # the corner is at 0.4
@@ -89,12 +93,6 @@ def test_tightening_slows_a_profile_only_where_it_exceeded_a_limit(model):
 def test_where_the_jerk_is_exceeded_tightening_slows_the_motion_there(model):
     model = model.copy()
     model.limits = replace(model.limits, jerk=0.05 * model.limits.jerk)
-    path = bent(model, 5)
-    topp = TimeOptimalParameterization(path, PathLimits(model.limits, path.limits), None, 120)
-    plan = topp.profile(topp.smoothing_steps[0])
-    again = topp.tightened(plan).profile(topp.smoothing_steps[0])
-    first, second = (
-        PathTrajectory(path, profile).kinematic_use(model.limits)[2] for profile in (plan, again)
-    )
+    plan, again, (first, second) = tightened(model, 2)
     assert first > 2.0 and second < 1.25
     assert again.duration < 1.05 * plan.duration
