@@ -34,13 +34,6 @@ def see(opengl, parts):
 
 
 @pytest.fixture(scope="session")
-def build_station(parts, opengl):
-    from bt_manip import build_station as build
-
-    return lambda: build(parts, scene="table_seen")
-
-
-@pytest.fixture(scope="session")
 def situations(build_station):
     from bt_manip.testing import AT_REST, Situations
 
@@ -88,6 +81,13 @@ def small_images():
         ))  # fmt: skip
 
     return reduce
+
+
+@pytest.fixture(scope="session")
+def build_station(parts, opengl, small_images):
+    from bt_manip import build_station as build
+
+    return lambda: build(parts, scene=small_images(parts.scenes.create("table_seen")))
 
 
 @pytest.fixture(scope="session")

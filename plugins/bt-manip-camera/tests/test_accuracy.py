@@ -133,16 +133,11 @@ def table(results):
 
 
 def test_poses_are_accurate_and_no_other_object_is_taken(opengl):
-    found = [one for one in trials(16, colours=True) if not one.refused]
-    assert len(found) >= 15
+    found = [one for one in trials(10, colours=True) if not one.refused]
+    assert len(found) >= 9
     assert not any(one.wrong for one in found)
     assert np.median([one.position for one in found]) < 1.2
     assert np.median([one.yaw for one in found if one.kind == "box"]) < 0.5
-
-
-def test_a_bias_of_the_depth_does_not_count(opengl):
-    found = [one for one in trials(6, errors=DepthErrors(bias=5e-3), colours=True)]
-    assert np.median([one.position for one in found]) < 1.2
 
 
 @pytest.mark.soak

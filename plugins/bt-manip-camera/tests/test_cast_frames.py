@@ -104,12 +104,16 @@ def test_a_few_stray_points_change_neither_rectangle_nor_circle(yaw):
     turn = np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
     inside = rng.uniform((-0.04, -0.02), (0.04, 0.02), (5000, 2))
     stray = np.array([[0.1, 0.0], [-0.1, 0.0], [0.0, 0.1], [0.0, -0.1]]).repeat(5, axis=0)
-    found = fit_rectangle(np.vstack([inside, stray])[rng.permutation(5020)] @ turn.T)
+    centre = (0.2, 0.1)
+    found = fit_rectangle(np.vstack([inside, stray])[rng.permutation(5020)] @ turn.T + centre)
+    np.testing.assert_allclose(found.centre, centre, atol=1e-3)
     assert found.size == pytest.approx((0.08, 0.04), abs=2e-3)
     assert found.yaw % np.pi == pytest.approx(yaw, abs=0.02)
     angle, radius = rng.uniform(0, 2 * np.pi, 5000), 0.03 * np.sqrt(rng.uniform(size=5000))
     disc = np.column_stack([radius * np.cos(angle), radius * np.sin(angle)])
-    assert fit_circle(np.vstack([disc, stray])).diameter == pytest.approx(0.06, abs=2e-3)
+    circle = fit_circle(np.vstack([disc, stray]) + centre)
+    np.testing.assert_allclose(circle.centre, centre, atol=1e-3)
+    assert circle.diameter == pytest.approx(0.06, abs=2e-3)
 
 
 def test_the_focal_length_is_that_of_half_the_angle():

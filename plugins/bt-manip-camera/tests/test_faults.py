@@ -20,8 +20,8 @@ CUBE = KnownObject("cube", "box", (0.05, 0.05, 0.05))
 def disturbed(see):
     """Give the frames of a camera without, with and after a fault."""
 
-    def disturb(fault):
-        cell, camera = see()
+    def disturb(fault, width=320, height=240):
+        cell, camera = see(width=width, height=height)
         station = _Station(cell)
         frames = [camera.expose(np.random.default_rng(0))]
         fault.start(FaultContext(station, None, None, np.random.default_rng(1)))
@@ -51,7 +51,7 @@ def test_a_moved_camera_is_believed_elsewhere(disturbed):
 
 
 def test_half_of_the_pixels_are_lost_and_the_cube_is_seen(disturbed):
-    before, after = disturbed(faults.CameraDropout(share=0.5))
+    before, after = disturbed(faults.CameraDropout(share=0.5), 640, 480)
     assert np.mean(after.depth > 0.0) == pytest.approx(0.5 * np.mean(before.depth > 0.0), rel=0.02)
     gap = estimate_pose(after, CUBE).T_wo.translation - estimate_pose(before, CUBE).T_wo.translation
     assert np.linalg.norm(gap) < 2e-3
@@ -72,13 +72,16 @@ def test_nothing_is_seen_in_the_dark(disturbed):
         estimate_pose(after, CUBE)
 
 
-def test_frames_arrive_late(see):
+def test_frames_arrive_late_from_a_camera_that_is_there(see):
     cell, camera = see()
+    context = FaultContext(_Station(cell), None, None, np.random.default_rng(1))
     fault = faults.CameraDelay()
-    fault.start(FaultContext(_Station(cell), None, None, np.random.default_rng(1)))
+    fault.start(context)
     assert camera.delay == 0.3
     fault.end()
     assert camera.delay == 0.03
+    with pytest.raises(FaultError, match="there is no camera 'left'"):
+        faults.LightsOut(camera="left").start(context)
 
 
 def test_a_look_alike_stands_within_reach(opengl, parts):
@@ -92,13 +95,6 @@ def test_a_look_alike_stands_within_reach(opengl, parts):
     assert station.first.reach.reaches(station.cell, "cube_alike")
     fault.end()
     assert "cube_alike" not in station.cell.entities
-
-
-def test_a_fault_of_a_camera_that_is_not_there_does_not_happen(see):
-    cell, _ = see()
-    context = FaultContext(_Station(cell), None, None, np.random.default_rng(1))
-    with pytest.raises(FaultError, match="there is no camera 'left'"):
-        faults.LightsOut(camera="left").start(context)
 
 
 def test_a_fault_is_that_of_the_named_camera_or_of_all():

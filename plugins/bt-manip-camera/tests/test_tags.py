@@ -61,7 +61,7 @@ def errors(number, height=None):
 
 @pytest.mark.parametrize("height", [None, 1.0])
 def test_tags_are_accurate(library, opengl, height):
-    across, yaw = np.array(list(errors(8, height))).T
+    across, yaw = np.array(list(errors(5, height))).T
     assert np.median(across) < 0.15
     assert np.median(yaw) < 0.3
 
