@@ -31,7 +31,7 @@ GEOMS = {
     "mesh": 'type="mesh" mesh="roof"',
 }
 
-MATERIALS = ('texrepeat="1 1"', 'texrepeat="1.5 .7"', 'texrepeat="3 4" texuniform="true"')
+MATERIALS = ('texrepeat="1.5 .7"', 'texrepeat="3 4" texuniform="true"')
 
 SIZE = 300
 """Of the picture [pixels]."""

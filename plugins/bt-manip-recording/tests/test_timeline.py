@@ -1,4 +1,4 @@
-"""The state of a recording after a tick is that of the run before its next tick."""
+"""Events, joints and scene of a recording after a tick are those of the run before the next one."""
 
 from itertools import pairwise
 
@@ -8,30 +8,41 @@ from mcap.reader import make_reader
 
 from bt_manip.behaviours import MoveToConfiguration, RemoveObject, SpawnObject
 from bt_manip.bt import AlwaysFailure, Fallback, Script, Sequence, Sleep
+from bt_manip.exceptions import BtManipError
 from bt_manip.runner import RunObserver
-from bt_manip_recording import McapRecorder, Recording, Timeline, mcap_file
+from bt_manip_recording import (
+    CellScene,
+    McapRecorder,
+    RecordedScene,
+    Recording,
+    Timeline,
+    mcap_file,
+)
 from tests.support.runs import Listener
 
 
 class States(RunObserver):
-    """Keep the events before each tick, and the joints after it."""
+    """Keep the events before each tick, and joints and scene after it."""
 
     def __init__(self, events):
-        self.events, self.seen, self.joints = events, [], []
+        self.events, self.seen, self.joints, self.scenes = events, [], [], {}
 
     def run_started(self, run):
-        self.robot, self.arm = run.station.robot, run.station.arm
+        self.cell, self.robot, self.arm = run.station.cell, run.station.robot, run.station.arm
 
     def before_tick(self):
         self.seen.append([event for event in self.events if event.kind != "tick"])
 
     def after_tick(self):
         self.joints.append((self.robot.q.copy(), self.arm.q.copy()))
+        scene = CellScene(self.cell.model, self.cell.data, self.cell.entities)
+        poses = dict(zip(scene.frames, scene.poses(), strict=True))
+        self.scenes[round(self.cell.time, 9)] = scene.entities(), poses, scene.cameras
 
 
 @pytest.fixture(scope="module")
 def recorded(make_run, tmp_path_factory):
-    """Record a run in several chunks."""
+    """Record two cycles in several chunks; an object comes and goes in each."""
     path = tmp_path_factory.mktemp("timeline") / "run.mcap"
     root = Sequence(
         "root",
@@ -54,6 +65,11 @@ def recorded(make_run, tmp_path_factory):
 @pytest.fixture(scope="module")
 def timeline(recorded):
     return Timeline(Recording(recorded[0]))
+
+
+@pytest.fixture
+def scene(recorded):
+    return RecordedScene(Recording(recorded[0]))
 
 
 def test_each_state_has_the_events_of_the_run_so_far(recorded, timeline):
@@ -107,3 +123,84 @@ def test_while_an_interrupted_run_stops_its_arms_time_goes_on(make_run, tmp_path
     ]
     assert kinds[-1] == ("motion", False)
     assert ("motion", False) not in [(e.kind, e.data.get("moving")) for e in timeline.events(-1, 5)]
+
+
+def test_entities_and_poses_at_any_time_are_those_of_the_run(recorded, scene):
+    _, states = recorded
+    times = list(states.scenes)
+    np.random.default_rng(0).shuffle(times)
+    for time in times:
+        scene.seek(time)
+        present, poses, _ = states.scenes[time]
+        assert scene.time == pytest.approx(time)
+        assert set(scene.entities()) == set(present)
+        found = dict(zip(scene.frames, scene.poses(), strict=True))
+        for name in set(found) & set(poses):
+            np.testing.assert_array_equal(found[name], poses[name])
+        assert {n for n in poses if n.startswith(("panda/link", "cube/"))} <= set(found)
+
+
+def test_between_two_ticks_it_is_that_of_the_first(scene):
+    scene.seek(0.037)
+    assert scene.time == pytest.approx(0.03)
+    scene.seek(-1.0)
+    assert scene.time == 0.0
+    scene.seek(1e9)
+    assert scene.index == len(scene.times) - 1
+
+
+def test_before_the_first_tick_the_robot_is_where_it_starts(recorded, scene):
+    _, states = recorded
+    scene.seek(0.0)
+    hand = list(scene.frames).index("panda/hand")
+    assert scene.entities().keys() == {"world", "table", "basket", "panda"}
+    first = states.scenes[0.01][1]["panda/hand"]
+    np.testing.assert_allclose(scene.poses()[hand], first, atol=1e-3)
+
+
+def test_shapes_are_those_of_the_cell(recorded, scene):
+    _, states = recorded
+    cell = states.cell
+    live = CellScene(cell.model, cell.data, cell.entities)
+    for entity in scene.entities():
+        expected, found = live.shapes(entity), scene.shapes(entity)
+        assert found.keys() == expected.keys()
+        for frame, shapes in expected.items():
+            assert sorted(s.kind for s in shapes) == sorted(s.kind for s in found[frame])
+            by_kind = sorted(
+                shapes, key=lambda s: ("box", "ellipsoid", "cylinder", "mesh").index(s.kind)
+            )
+            for one, other in zip(by_kind, found[frame], strict=True):
+                np.testing.assert_array_equal(one.position, other.position)
+                np.testing.assert_array_equal(one.quat_wxyz, other.quat_wxyz)
+                assert one.size == other.size and one.rgba == other.rgba
+                if one.triangles is not None:
+                    np.testing.assert_array_equal(one.triangles.vertices, other.triangles.vertices)
+                    np.testing.assert_array_equal(one.triangles.faces, other.triangles.faces)
+
+
+def test_an_object_that_comes_back_looks_different(recorded, scene):
+    looks = []
+    for time in scene.times:
+        scene.seek(time)
+        if "cube" in scene.entities():
+            looks.append(scene.entities()["cube"])
+    assert len(set(looks)) == 2
+
+
+def test_cameras_are_recorded(recorded, scene):
+    _, states = recorded
+    for time, (_, _, cameras) in states.scenes.items():
+        scene.seek(time)
+        for one, other in zip(scene.cameras, cameras, strict=True):
+            assert (one.name, one.frame, one.fovy) == (other.name, other.frame, other.fovy)
+            np.testing.assert_array_equal(one.position, other.position)
+            np.testing.assert_array_equal(one.quat_wxyz, other.quat_wxyz)
+    assert scene.extent > 0.0 and scene.centre.shape == (3,)
+
+
+def test_a_recording_without_a_complete_chunk_has_no_scene(recorded, tmp_path):
+    path, _ = recorded
+    (tmp_path / "cut.mcap").write_bytes(path.read_bytes()[:1000])
+    with pytest.raises(BtManipError, match=r"cut.mcap has no complete chunk"):
+        RecordedScene(Recording(tmp_path / "cut.mcap"))

@@ -3,8 +3,10 @@
 import mujoco
 import numpy as np
 import pytest
+from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 
 from bt_manip_recording import CellScene
+from bt_manip_recording.foxglove import SceneMessages
 
 XML = """
 <mujoco>
@@ -38,9 +40,14 @@ def model():
 
 
 @pytest.fixture
-def scene(model):
+def data(model):
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
+    return data
+
+
+@pytest.fixture
+def scene(model, data):
     return CellScene(model, data)
 
 
@@ -76,6 +83,21 @@ def test_a_plane_is_a_thin_box_and_a_capsule_three_shapes(scene):
     cylinder, *ends = scene.shapes("pill")["pill"]
     assert (cylinder.kind, cylinder.size) == ("cylinder", (0.2, 0.2, 0.4))
     assert sorted(round(end.position[1], 6) for end in ends) == [-0.2, 0.2]
+
+
+def test_messages_for_foxglove_have_sizes_and_colours_of_the_shapes(model, data):
+    messages = SceneMessages(model, data)
+    thing, _ = SceneUpdate.FromString(messages.geometry("thing", 0)).entities
+    (box,), (ball, ellipsoid), (cylinder,) = thing.cubes, thing.spheres, thing.cylinders
+    assert (box.size.x, box.size.y, box.size.z) == (0.2, 0.4, 0.6)
+    assert (box.color.r, box.color.g, box.color.b, box.color.a) == (1.0, 0.0, 0.0, 1.0)
+    assert ball.pose.position.z == 1.0 and ball.size.x == 0.2
+    assert (ellipsoid.size.x, ellipsoid.size.y, ellipsoid.size.z) == (0.2, 0.4, 0.6)
+    assert cylinder.size.z == 0.4
+    (pill,) = SceneUpdate.FromString(messages.geometry("pill", 0)).entities
+    assert sorted(round(end.pose.position.y, 6) for end in pill.spheres) == [-0.2, 0.2]
+    (floor,) = SceneUpdate.FromString(messages.geometry("world", 0)).entities
+    assert floor.frame_id == "world" and floor.cubes[0].size.x == 10.0
 
 
 def test_poses_are_those_of_the_bodies_in_the_world(scene):
