@@ -2,20 +2,12 @@
 
 from dataclasses import replace
 
-import pytest
-
 from bt_manip import build_station
 from bt_manip.behaviours import CloseGripper
 from bt_manip.bt import NodeStatus
 from bt_manip.evaluation import why_not
 from bt_manip.grippers import TwoFingerGripper
-from bt_manip.plugins import load_plugins
 from bt_manip_impedance import IsOpen, PullOpen, ReachHandle
-
-
-@pytest.fixture(scope="module")
-def parts():
-    return load_plugins().parts
 
 
 def at_the_handle(parts, **drawer):

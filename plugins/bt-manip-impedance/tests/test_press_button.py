@@ -1,59 +1,35 @@
-"""The tree press_button needs a compliant controller."""
+"""A button is pressed, counted and released."""
 
 import itertools
 
 import pytest
 
 from bt_manip import build_station
-from bt_manip.bt import BehaviourRegistry, NodeStatus, load_tree
-from bt_manip.plugins import load_plugins
+from bt_manip.behaviours import CloseGripper, Hover
+from bt_manip.bt import NodeStatus, Sequence, Tree
 from bt_manip.runner import request_of
 from bt_manip_impedance import Press, WasPressed
 from bt_manip_learn.agents import Episodes, goal_progress
 
 
-@pytest.fixture(scope="module")
-def parts():
-    return load_plugins().parts
-
-
-def press(parts, controller=None, scene=None, **ports):
-    """Run the tree; return its status, failure reason, and the cap's largest and last depth."""
-    wants = parts.tree_defaults["press_button"]
-    station = build_station(
-        parts,
-        controller=controller or wants.controller,
-        scene=scene or parts.scenes.create(wants.scene),
-    )
-    behaviours = BehaviourRegistry()
-    for name in parts.behaviours.names():
-        behaviours.register(parts.behaviours.get(name), name)
-    tree = load_tree(parts.trees.get("press_button"), behaviours, clock=station.clock)
-    defaults = {"button": "button", "hold": 0.1, "max_force": 40.0, "attempts": 1}
-    for key, value in {**defaults, **ports}.items():
-        tree.blackboard.set_text(key, str(value))
-    button = station.cell.find("button")
+@pytest.mark.parametrize("controller", ["cartesian_impedance", "computed_torque"])
+def test_a_compliant_arm_presses_the_button_and_a_stiff_one_exceeds_the_force(parts, controller):
+    scene = parts.scenes.create(parts.tree_defaults["press_button"].scene)
+    station = build_station(parts, controller=controller, scene=scene)
+    root = Sequence("press", CloseGripper(force=10.0), Hover(object="button", height=0.06),
+                    Press(object="button", hold=0.1, max_force=40.0))  # fmt: skip
+    tree, button, depths = Tree(root, clock=station.clock), station.cell.find("button"), []
     tree.setup(**station.infrastructure)
-    depths = []
     while (status := tree.tick()) is NodeStatus.RUNNING:
         station.cell.step(10)
         depths.append(button.depth)
-    reason = tree.failure_reason() if status is NodeStatus.FAILURE else ""
-    return status, reason, max(depths), button.depth
-
-
-def test_a_compliant_arm_presses_and_releases_the_button(parts):
-    status, reason, deepest, at_end = press(parts)
-    assert status is NodeStatus.SUCCESS, reason
-    assert deepest > 0.95 * 0.008
-    assert at_end < 1e-4
-
-
-def test_a_stiff_arm_exceeds_the_force_and_releases_the_button(parts):
-    status, reason, _, at_end = press(parts, controller="computed_torque")
-    assert status is NodeStatus.FAILURE
-    assert "at most 40 N are allowed" in reason
-    assert at_end < 1e-4
+    assert button.depth < 1e-4
+    if controller == "computed_torque":
+        assert status is NodeStatus.FAILURE
+        assert "at most 40 N are allowed" in tree.failure_reason()
+    else:
+        assert status is NodeStatus.SUCCESS, tree.failure_reason()
+        assert max(depths) > 0.95 * 0.008
 
 
 def test_a_press_is_counted_once_and_kept_in_a_snapshot(parts):

@@ -1,5 +1,7 @@
 """The trees look at the end, and try again after disturbances."""
 
+from functools import cache
+
 import pytest
 
 from bt_manip_stress import StressEpisode, StressTester
@@ -8,11 +10,15 @@ from bt_manip_stress import StressEpisode, StressTester
 @pytest.fixture(scope="module")
 def recovers():
     """Tell how a tree fares with a fault at the last phase of that name."""
-    testers = {}
+
+    @cache
+    def tested(tree):
+        tester = StressTester(tree)
+        return tester, tester.phases()
 
     def recovers(tree, fault, phase, seed=0):
-        tester = testers.get(tree) or testers.setdefault(tree, StressTester(tree))
-        where = [one for one in tester.phases() if phase in one.path][-1]
+        tester, phases = tested(tree)
+        where = [one for one in phases if phase in one.path][-1]
         result = tester.run(StressEpisode(fault, where, seed))
         return result.outcome, result.reason, result.next_reason
 
@@ -35,6 +41,7 @@ def test_a_button_is_pressed_in_spite_of_a_disturbance(recovers, fault, phase):
     assert recovers("press_button", fault, phase) == ("recovered", "", "")
 
 
+@pytest.mark.soak
 def test_a_peg_that_is_knocked_out_of_the_hand_is_inserted(recovers):
     assert recovers("insert_peg", "move", "MoveHome") == ("recovered", "", "")
 

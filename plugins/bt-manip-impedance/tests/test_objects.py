@@ -1,0 +1,116 @@
+"""Buttons, drawers, pegs and boards move and have sizes as they say."""
+
+import numpy as np
+import pytest
+
+from bt_manip.cell import Cell, CellError, extent
+from bt_manip.spatial import pose
+from bt_manip_impedance import Drawer, HoleBoard, Peg, PushButton
+from bt_manip_impedance.drawer import SIZE
+
+TRAVEL, FORCE = 0.008, 10.0  # of the button
+OPENING, RESISTANCE = 0.2, 5.0  # of the drawer
+
+
+@pytest.fixture
+def cell() -> Cell:
+    cell = Cell()
+    cell.add(PushButton(travel=TRAVEL, force=FORCE), pose((0, 0, 0)))
+    return cell
+
+
+def press(cell: Cell, force: float) -> PushButton:
+    joint = cell.model.joint("push_button/press")
+    cell.data.qfrc_applied[joint.dofadr[0]] = force
+    cell.step(300)
+    button = cell.entities["push_button"]
+    return button
+
+
+def test_above_the_preload_the_depth_is_proportional_to_the_force_up_to_the_travel(cell):
+    # A fifth of the force lifts it off the stop; the rest is spread over the travel.
+    for force, depth in ((0.0, 0.0), (1.5, 0.0), (4.0, 0.002), (8.0, 0.006), (12.0, TRAVEL)):
+        assert press(cell, force).depth == pytest.approx(depth, abs=1e-4)
+
+
+def test_it_is_pressed_below_half_of_its_travel(cell):
+    assert not press(cell, 5.5).pressed
+    assert press(cell, 6.5).pressed
+
+
+def test_a_released_cap_is_as_high_as_the_button_says_and_sinks_into_the_housing(cell):
+    button = cell.entities["push_button"]
+    cap = cell.model.geom("push_button/cap").id
+    height, half = cell.data.geom_xpos[cap][2], cell.model.geom_size[cap][1]
+    assert height + half == pytest.approx(button.height)
+    assert height - half <= button.height - TRAVEL
+
+
+def pulled(force: float, steps: int = 600) -> Drawer:
+    cell = Cell()
+    cell.add(Drawer(travel=OPENING, resistance=RESISTANCE), pose((0, 0, 0)))
+    drawer = cell.find("drawer")
+    cell.data.qfrc_applied[cell.model.joint("drawer/slide").dofadr[0]] = force
+    cell.step(steps)
+    return drawer
+
+
+def test_a_force_larger_than_the_friction_opens_a_drawer_to_its_stop():
+    assert pulled(0.8 * RESISTANCE).opening == pytest.approx(0.0, abs=2e-4)
+    assert 0.02 < pulled(2.0 * RESISTANCE, 200).opening < OPENING
+    assert pulled(6.0 * RESISTANCE, 2000).opening == pytest.approx(OPENING, abs=5e-3)
+
+
+def test_the_handle_moves_with_the_drawer():
+    closed, open_ = pulled(0.0), pulled(4.0 * RESISTANCE)
+    moved = open_.T_oh.translation - closed.T_oh.translation
+    assert moved == pytest.approx([closed.opening - open_.opening, 0.0, 0.0])
+
+
+@pytest.mark.parametrize(
+    ("kind", "parameters", "message"),
+    [
+        (PushButton, {"travel": 0.0}, "travel must be"),
+        (PushButton, {"force": -1.0}, "force must be"),
+        (Drawer, {"travel": 0.3}, "travel"),
+        (Drawer, {"resistance": 0.0}, "resistance"),
+    ],
+)
+def test_impossible_parameters_are_refused(kind, parameters, message):
+    with pytest.raises(CellError, match=message):
+        kind(**parameters)
+
+
+def test_a_closed_drawer_is_a_box_of_its_size_and_the_same_on_both_sides():
+    cell = Cell()
+    cell.add(Drawer(), pose((0, 0, 0)))
+    cabinet = cell.model.geom_bodyid == cell.model.body("drawer/cabinet").id
+    half = cell.model.geom_size[cabinet]
+    lower, upper = cell.data.geom_xpos[cabinet] - half, cell.data.geom_xpos[cabinet] + half
+    assert upper.max(axis=0) - lower.min(axis=0) == pytest.approx(SIZE)
+    boxes = np.column_stack((cell.data.geom_xpos, cell.model.geom_size)).round(9) + 0.0
+    mirrored = boxes * (1, -1, 1, 1, 1, 1) + 0.0
+    assert {*map(tuple, boxes)} == {*map(tuple, mirrored)}
+
+
+def test_a_peg_falls_through_a_hole_that_is_wider_and_stays_on_one_that_is_not():
+    for hole, falls in ((0.0165, True), (0.013, False)):
+        cell, peg = Cell(), Peg(radius=0.015)
+        cell.add(HoleBoard(hole=hole), pose((0, 0, 0.5)))
+        cell.add(peg, pose((0, 0, 0.54 + peg.rest_height + 1e-3)))
+        cell.step(400)
+        assert (cell.pose("peg").translation[2] < 0.4) == falls
+
+
+@pytest.mark.parametrize(
+    ("thing", "lengths"),
+    [
+        (HoleBoard(size=(0.2, 0.15, 0.05)), (0.2, 0.15, 0.05)),
+        (Peg(radius=0.01, length=0.08), (0.02, 0.02, 0.08)),
+    ],
+)
+def test_they_are_as_long_wide_and_high_as_they_say(thing, lengths):
+    cell = Cell()
+    cell.add(thing, pose((0, 0, 1)), name="thing", free=False)
+    lower, upper = extent(cell, "thing")
+    assert upper - lower == pytest.approx(lengths)
