@@ -128,30 +128,6 @@ RAISING = """
 TRIP = '<root BTCPP_format="4"><BehaviorTree ID="Main"><Trip/></BehaviorTree></root>'
 
 
-def at_rest(trace) -> bool:
-    """Whether the arm was moving during a run and stood still at its end."""
-    with np.load(trace) as rows:
-        assert abs(rows["v_ref"]).max() > 0.1
-        assert abs(np.diff(rows["v_ref"], axis=0)).max() < 0.05  # it is braked, not stopped dead
-        return abs(rows["v_ref"][-1]).max() == 0.0
-
-
-def test_a_behaviour_that_raises_ends_the_run_with_the_arm_braked_and_names_its_plugin(
-    bt_manip, folder, tmp_path
-):
-    plugins = folder("clumsy", RAISING)
-    tree, report, trace = tmp_path / "trip.xml", tmp_path / "report.json", tmp_path / "t.npz"
-    tree.write_text(TRIP)
-    code, _, err = bt_manip(
-        "run", tree, "--plugins-dir", plugins, "--report", report, "--record", f"trace={trace}"
-    )
-    assert code == 3
-    assert "plugin 'clumsy': " in err.splitlines()[-1] and "stumbled" in err.splitlines()[-1]
-    read = json.loads(report.read_text())
-    assert read["status"] == "ERROR" and "plugin 'clumsy'" in read["error"]
-    assert at_rest(trace)
-
-
 IN_BETWEEN = {
     "exits": ("def update(self): raise SystemExit(0)", "SystemExit: 0"),
     "returns nothing": ("def update(self): pass", "update() returned None; expected a Status"),
@@ -271,29 +247,33 @@ FAULTS = {
     "nan": ("tau[2] = np.nan", "returned nan for the torque of joint 'joint3'"),
     "exits": ("raise SystemExit(0)", "raised SystemExit: 0"),
     "works in place on what it is given": ("q -= q_ref", "raised ValueError: output array is read"),
+    "is not at fault": ("pass", "stumbled"),  # but the behaviour
 }
 
 
 @pytest.mark.parametrize(("then", "reason"), FAULTS.values(), ids=list(FAULTS))
-def test_a_broken_controller_ends_the_run_with_the_arm_braked_and_is_named(
+def test_a_broken_controller_or_behaviour_ends_the_run_with_the_arm_braked_and_is_named(
     bt_manip, folder, tmp_path, then, reason
 ):
     plugins = folder("quack", CONTROLLER.format(after=100, then=then))
-    folder("clumsy", RAISING.replace("== 20", "== 2000"))
+    folder("clumsy", RAISING if then == "pass" else RAISING.replace("== 20", "== 2000"))
     tree, report, trace = tmp_path / "trip.xml", tmp_path / "report.json", tmp_path / "t.npz"
     tree.write_text(TRIP)
     code, _, err = bt_manip(
         "run", tree, "--controller", "odd", "--plugins-dir", plugins,
-        "--report", report, "--trace", trace,
+        "--report", report, "--record", f"trace={trace}",
     )  # fmt: skip
-    assert code == 3
-    last = err.splitlines()[-1]
-    assert "plugin 'quack'" in last and "controller 'odd'" in last and reason in last
-    assert reason in json.loads(report.read_text())["error"]
-    assert at_rest(trace)
+    last, read = err.splitlines()[-1], json.loads(report.read_text())
+    culprit = "plugin 'clumsy': " if then == "pass" else "plugin 'quack'"
+    assert code == 3 and culprit in last and reason in last
+    assert read["status"] == "ERROR" and reason in read["error"]
+    assert ("controller 'odd'" in last) == (then != "pass")
     with np.load(trace) as rows:
+        v_ref = rows["v_ref"]
         assert np.isfinite(rows["tau"]).all()
         assert abs(rows["v"][-1]).max() < 0.2  # the measured arm has followed to rest
+    assert abs(v_ref).max() > 0.1 and not v_ref[-1].any()
+    assert abs(np.diff(v_ref, axis=0)).max() < 0.05  # it is braked, not stopped dead
 
 
 def test_a_slow_controller_is_one_warning_and_changes_no_result(bt_manip, folder, trees, tmp_path):

@@ -24,15 +24,8 @@ def test_the_second_one_is_harmless(interrupt):
 def test_at_first_it_is_held_and_only_sets_a_flag(interrupt):
     signal.raise_signal(signal.SIGINT)
     assert interrupt.requested
-    with pytest.raises(KeyboardInterrupt), interrupt.raised():
+    with interrupt.held(), pytest.raises(KeyboardInterrupt), interrupt.raised():
         pytest.fail("it came before and is raised at the beginning")
-
-
-def test_within_held_it_can_be_raised_and_held_again(interrupt):
-    with interrupt.held():
-        with pytest.raises(KeyboardInterrupt), interrupt.raised():
-            signal.raise_signal(signal.SIGINT)
-        signal.raise_signal(signal.SIGINT)
 
 
 def test_a_run_that_does_not_stop_is_stopped(interrupt, monkeypatch):
@@ -43,8 +36,9 @@ def test_a_run_that_does_not_stop_is_stopped(interrupt, monkeypatch):
         signal.pause()
 
 
-def test_a_run_that_stops_is_left_alone(interrupt):
+def test_a_run_that_stops_is_left_alone_and_one_that_is_told_twice_is_one(interrupt):
     with interrupt.patient():
+        signal.raise_signal(signal.SIGINT)
         signal.raise_signal(signal.SIGINT)
     assert signal.getitimer(signal.ITIMER_REAL)[0] == 0.0
 
@@ -55,12 +49,6 @@ def test_the_second_one_ends_a_run_at_once_and_all_others_are_harmless(interrupt
         signal.raise_signal(signal.SIGINT)
         with pytest.raises(KeyboardInterrupt):
             signal.raise_signal(signal.SIGINT)
-        signal.raise_signal(signal.SIGINT)
-
-
-def test_one_that_is_told_twice_is_one(interrupt):
-    with interrupt.patient():
-        signal.raise_signal(signal.SIGINT)
         signal.raise_signal(signal.SIGINT)
 
 

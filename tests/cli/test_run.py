@@ -176,21 +176,12 @@ def test_a_behaviour_that_raises_is_3_with_its_report_and_its_traceback(bt_manip
         assert len(rows["t"]) == 20
 
 
-def test_a_generator_exit_is_an_error_with_one_line(bt_manip, tmp_path):
-    (tmp_path / "leaving.py").write_text(
-        "from bt_manip.bt import Action, Tree\n"
-        "class Leave(Action):\n"
-        "    def update(self):\n"
-        "        raise GeneratorExit\n"
-        "def tree():\n"
-        "    return Tree(Leave('leave'))\n"
-    )
+def test_a_generator_exit_is_an_error_with_one_line(bt_manip, trees, tmp_path):
+    trees.write_text(trees.read_text().replace('ValueError("so loud")', "GeneratorExit"))
     report = tmp_path / "r.json"
-    done = bt_manip("run", f"{tmp_path}/leaving.py:tree", "--quiet", "--report", report)
+    done = bt_manip("run", f"{trees}:loud", "--quiet", "--report", report)
     assert done.code == 3
-    assert done.err.splitlines()[-1] == (
-        "Error: the run ended with an internal fault: GeneratorExit"
-    )
+    assert done.err.splitlines()[-1] == "Error: the run ended with an internal fault: GeneratorExit"
     assert json.loads(report.read_text())["error"] == "GeneratorExit"
 
 
@@ -211,37 +202,6 @@ def test_a_script_that_cannot_be_evaluated_is_one_line(bt_manip, tmp_path):
     )
     assert "...]: a text is longer than 1000000 characters" in err
     assert max(map(len, err.splitlines())) < 240 + len(str(tree))
-
-
-MISTAKES = {
-    "an entry that was never written": (
-        '<Sleep msec="{rest}"/>',
-        "port 'msec' of Sleep::2: the blackboard entry 'rest' was never written",
-    ),
-    "a text for a number": (
-        '<Script code="rest := \'long\'"/><Sleep msec="{rest}"/>',
-        "entry 'rest' does not take 'long': 'long' is not an integer",
-    ),
-    "an entry that a script misses": (
-        '<Script code="n := 1"/><Script code="n := missing + 1"/>',
-        "variable not found: missing",
-    ),
-}
-
-
-@pytest.mark.parametrize(("nodes", "reason"), MISTAKES.values(), ids=list(MISTAKES))
-def test_a_mistake_in_a_tree_is_one_line_with_its_place_and_no_internal_fault(
-    bt_manip, tmp_path, nodes, reason
-):
-    tree = tmp_path / "task.xml"
-    tree.write_text(
-        f'<root BTCPP_format="4"><BehaviorTree ID="A"><Sequence>\n{nodes}\n'
-        "</Sequence></BehaviorTree></root>"
-    )
-    code, _, err = bt_manip("run", tree)
-    last = err.splitlines()[-1]
-    assert code == 1 and "Traceback" not in err and "internal" not in err
-    assert re.match(rf"Error: {re.escape(str(tree))}:2:\d+: ", last) and last.endswith(reason)
 
 
 LEAVES = """
@@ -281,20 +241,34 @@ def register_behaviours(register):
 @pytest.mark.parametrize(
     ("node", "reason"),
     [
-        ("<Truth/>", "update() returned True; expected a Status"),
-        ("<Idle/>", "update() must not return INVALID"),
-        ("<Waiting/>", "a synchronous action must not return RUNNING"),
-        ('<Word written="{x}"/>', "expected double, found 'long'"),
+        ("<Truth/>", "plugin 'leaves': .* update\\(\\) returned True; expected a Status"),
+        ("<Idle/>", "plugin 'leaves': .* update\\(\\) must not return INVALID"),
+        ("<Waiting/>", "plugin 'leaves': .* a synchronous action must not return RUNNING"),
+        ('<Word written="{x}"/>', "plugin 'leaves': .* expected double, found 'long'"),
+        (
+            '<Sleep msec="{rest}"/>',
+            "port 'msec' of Sleep::1: the blackboard entry 'rest' was never written",
+        ),
+        (
+            '<Sequence><Script code="rest := \'long\'"/><Sleep msec="{rest}"/></Sequence>',
+            "entry 'rest' does not take 'long': 'long' is not an integer",
+        ),
+        (
+            '<Sequence><Script code="n := 1"/><Script code="n := missing + 1"/></Sequence>',
+            "variable not found: missing",
+        ),
     ],
 )
-def test_a_wrong_type_of_a_leaf_is_one_line_with_its_place(bt_manip, tmp_path, node, reason):
+def test_a_mistake_in_a_tree_or_leaf_is_one_line_with_its_place_and_no_internal_fault(
+    bt_manip, tmp_path, node, reason
+):
     (tmp_path / "leaves.py").write_text(LEAVES)
     tree = tmp_path / "task.xml"
     tree.write_text(f'<root BTCPP_format="4"><BehaviorTree ID="A">\n{node}\n</BehaviorTree></root>')
     code, _, err = bt_manip("run", tree, "--plugins-dir", tmp_path)
     assert code == 1 and "Traceback" not in err and "internal" not in err
-    (line,) = err.splitlines()
-    assert line.startswith(f"Error: {tree}:2:1: plugin 'leaves': ") and line.endswith(reason)
+    (line,) = [line for line in err.splitlines() if line.startswith("Error")]
+    assert re.fullmatch(rf"Error: {re.escape(str(tree))}:2:\d+: .*{reason}", line)
 
 
 def test_a_run_whose_cycles_fail_at_once_ends_early_and_says_so(bt_manip, tmp_path):

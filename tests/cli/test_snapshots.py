@@ -87,23 +87,16 @@ def test_another_request_is_refused_before_anything_is_simulated(bt_manip, trees
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        ({"cell": 1}, "is no snapshot of a run"),
         ({"request": {}, "run": 1, "recorder": 2}, "is no snapshot of a run"),
         ({"request": {}, "run": {}, "recorder": {}}, "does not say what was run"),
-        (
-            {"request": {}, "run": {}, "recorder": {}, "identity": {}},
-            "is of another run: configurations None instead of {}",
-        ),
     ],
 )
 def test_a_file_that_is_no_snapshot_of_a_run_is_refused(
     bt_manip, trees, tmp_path, content, message
 ):
-    moment = tmp_path / "moment.json"
-    save_snapshot(moment, content)
-    code, _, err = bt_manip("run", f"{trees}:quick", "--resume", moment)
-    assert code == 2
-    assert message in err
+    save_snapshot(tmp_path / "moment.json", content)
+    code, _, err = bt_manip("run", f"{trees}:quick", "--resume", tmp_path / "moment.json")
+    assert code == 2 and message in err
 
 
 def test_where_no_snapshot_can_be_written_nothing_is_run(bt_manip, trees, tmp_path):

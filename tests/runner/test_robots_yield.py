@@ -4,9 +4,8 @@ import mujoco
 import pytest
 
 from bt_manip import spatial
-from bt_manip.behaviours import Grasp, Hover, MoveToPose, Reach, pose_to_text
-from bt_manip.bt import NodeStatus, Sequence
-from bt_manip.exceptions import MotionError
+from bt_manip.behaviours import MoveToPose, pose_to_text
+from bt_manip.bt import NodeStatus
 
 from .conftest import set_up
 
@@ -33,15 +32,6 @@ def test_behaviour_fails_when_the_other_robot_stays_longer_than_it_waits(station
         impatient = MoveToPose(robot="right", pose=pose_to_text(MIDDLE), wait=wait)
         assert set_up(station, impatient).fails_with("'left' blocks")
         assert station.cell.time - start == pytest.approx(wait, abs=0.02)
-
-
-def test_object_held_by_another_robot_is_an_obstacle_too(station, left, right):
-    pick = [leaf(object="cube", robot="left") for leaf in (Hover, Reach, Grasp)]
-    assert set_up(station, Sequence("pick", pick)).until_done(9.0) is NodeStatus.SUCCESS
-    left.arm.move_linear(MIDDLE)  # where it holds the cube up: 30 mm of it below the fingers
-    below = spatial.pointing_down((0.0, 0.0, 1.1))
-    with pytest.raises(MotionError, match="'left' blocks"):
-        right.arm.move_to_pose(below)
 
 
 def test_contact_between_fingers_of_two_robots_is_no_grip(station, left, right):

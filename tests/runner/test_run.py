@@ -91,17 +91,22 @@ def test_a_modifier_of_the_run_is_told_after_all_who_watch():
     assert told[:8] == ["watcher", "watcher", "modifier", "modifier"] * 2
 
 
-def test_a_failed_cycle_is_told_with_its_reason_and_the_next_one_follows():
+@pytest.mark.parametrize(
+    ("root", "reason"),
+    [
+        (lambda: Sequence("root", AlwaysFailure("never")), "never:"),
+        (
+            lambda: Sleep("rest", msec=3, skip_if="true"),
+            "rest: the root was skipped, nothing was done",
+        ),
+    ],
+)
+def test_a_failed_cycle_is_told_with_its_reason_and_the_next_one_follows(root, reason):
     log = Log()
-    make(Sequence("root", AlwaysFailure("never")), cycles=2).execute([log])
+    make(root(), cycles=2).execute([log])
     ended = [call for call in log.calls if call.startswith("cycle_ended")]
-    assert len(ended) == 2 and all(call.startswith("cycle_ended FAILURE never:") for call in ended)
-
-
-def test_a_root_that_is_skipped_has_not_succeeded():
-    log = Log()
-    make(Sleep("rest", msec=3, skip_if="true")).execute([log])
-    assert "cycle_ended FAILURE rest: the root was skipped, nothing was done" in log.calls
+    assert len(ended) == 2
+    assert all(call.startswith(f"cycle_ended FAILURE {reason}") for call in ended)
 
 
 def test_without_an_end_it_goes_on_until_it_is_stopped():

@@ -23,9 +23,6 @@ def test_it_steps_until_the_condition_holds_and_no_further(station):
     start = station.cell.time
     station.step_until(lambda: station.cell.time > start + 0.0495)
     assert station.cell.time == pytest.approx(start + 0.050)
-
-
-def test_it_makes_no_step_when_the_condition_holds_already(station):
     before = station.cell.state_bytes()
     station.step_until(lambda: True)
     assert station.cell.state_bytes() == before
@@ -38,24 +35,18 @@ def test_a_condition_that_never_holds_is_an_error_after_the_timeout(station):
     assert station.cell.time == pytest.approx(start + 0.020)
 
 
-def test_a_tree_runs_to_its_end_by_simulated_time(station):
-    start = station.cell.time
-    tree = Tree(Sequence("wait", Sleep("rest", msec=40), ObjectExists(object="table")),
-                clock=station.clock)  # fmt: skip
-    assert station.run(tree).status is NodeStatus.SUCCESS
-    assert station.cell.time == pytest.approx(start + 0.040)
+def test_a_tree_runs_to_its_end_by_simulated_time_in_ticks_of_the_length_asked_for(station):
+    for tick, duration in ((0.010, 0.040), (0.020, 0.040), (0.030, 0.060)):
+        start = station.cell.time
+        rest = Tree(Sequence("wait", Sleep("rest", msec=40)), clock=station.clock)
+        assert station.run(rest, tick=tick).status is NodeStatus.SUCCESS
+        assert station.cell.time == pytest.approx(start + duration)
 
 
 def test_a_behaviour_runs_as_a_tree_of_its_own(station):
     start = station.cell.time
     assert station.run(Delay("wait", MoveHome(), delay_msec=30)).status is NodeStatus.SUCCESS
     assert station.cell.time == pytest.approx(start + 0.030, abs=0.011)
-
-
-def test_a_tree_that_fails_says_so_and_why(station):
-    tree = Tree(ObjectExists("look", object="tabel"), clock=station.clock)
-    assert station.run(tree).status is NodeStatus.FAILURE
-    assert "look" in tree.failure_reason() and "tabel" in tree.failure_reason()
 
 
 def test_a_result_says_how_a_tree_ended_and_why(station):
@@ -74,12 +65,6 @@ def test_cells_and_stations_show_what_they_are(station):
 def test_a_tree_with_nothing_to_do_is_skipped(station):
     root = Precondition("never", ObjectExists(object="table"), **{"if": "false", "else": "SKIPPED"})
     assert station.run(root).status is NodeStatus.SKIPPED
-
-
-def test_a_tick_takes_as_many_steps_as_asked(station):
-    start = station.cell.time
-    station.run(Tree(Sleep("rest", msec=30), clock=station.clock), tick=0.020)
-    assert station.cell.time == pytest.approx(start + 0.040)
 
 
 def test_a_tree_that_takes_too_long_is_halted(station):

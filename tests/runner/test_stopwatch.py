@@ -49,9 +49,6 @@ def test_a_controller_that_the_run_switches_to_is_measured(station):
     assert "compute" not in vars(station.controller)
 
 
-def test_a_fast_controller_and_one_that_is_not_used_give_no_warning(station):
+def test_fast_unused_and_unlabelled_controllers_give_no_warning(station):
     assert measured(station, {"computed_torque": "the default", "slow": "the other"}) == []
-
-
-def test_a_controller_without_a_label_is_not_measured(station):
     assert measured(station, {}, switches=(0,)) == []
