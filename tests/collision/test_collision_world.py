@@ -52,21 +52,20 @@ def test_it_finds_a_collision_where_the_simulation_finds_a_contact(walled, rng):
     assert walled.cell.state_bytes() == before
 
 
-def test_collisions_name_the_bodies_and_their_penetration(walled):
+def test_collisions_and_bodies_within_a_distance_are_named_with_their_distance(walled):
     q = walled.ik.solve(spatial.pointing_down((0.5, 0.0, 0.3), 0.0), HOME).q
-    pairs = {(pair.first, pair.second) for pair in walled.world.collisions(q)}
-    assert ("panda/hand", "wall") in pairs
-    nearest = walled.world.collisions(q)[0]
-    assert nearest.distance < -0.02
-
-
-def test_bodies_within_a_distance_are_listed_with_their_distance(walled):
+    found = walled.world.collisions(q)
+    assert ("panda/hand", "wall") in {(pair.first, pair.second) for pair in found}
+    assert found[0].distance < -0.02
     gap = 5e-3  # [m] between the finger tips, 9.5 mm below the tool, and the table
     q = walled.ik.solve(spatial.pointing_down((0.5, 0.3, 0.0095 + gap), 0.0), HOME).q
     assert not walled.world.collisions(q)
     (first, second) = walled.world.collisions(q, 8e-3)
     assert {first.first, second.first} == {"panda/left_finger", "panda/right_finger"}
     assert first.distance == pytest.approx(gap, abs=2e-4)
+    assert not walled.world.collisions(HOME, PADDING)
+    with pytest.raises(MotionError, match=r"within must be at most 0\.008 \[m\], got 0\.02"):
+        walled.world.collisions(HOME, 0.02)
 
 
 def test_the_held_object_moves_with_the_tool():
@@ -120,12 +119,6 @@ def test_contact_types_of_the_model_are_respected():
     cell.add(wall, tool, name="wall")
     world = CollisionWorld(robot, robot.make_model())
     assert {pair.second for pair in world.collisions(AWAY)} == {"wall"}
-
-
-def test_a_distance_beyond_the_padding_is_refused(walled):
-    with pytest.raises(MotionError, match=r"within must be at most 0\.008 \[m\], got 0\.02"):
-        walled.world.collisions(HOME, 0.02)
-    assert not walled.world.collisions(HOME, PADDING)
 
 
 def test_geoms_that_move_as_one_are_not_checked():

@@ -121,14 +121,6 @@ def test_every_link_touches_an_object_that_is_pushed_against_it_from_below(scene
         assert (f"panda/{name}", f"{other}/{other}") in touching(model, data)
 
 
-def test_the_robot_stands_on_the_table_without_touching_it(scene):
-    """Table and base never move against each other: MuJoCo looks for no contact between them."""
-    physics = scene(table=(0, 0, 0), panda=(-0.1, 0, 1.015))
-    physics.data.qpos[:] = (*HOME, *OPEN)
-    physics.forward()
-    assert physics.data.ncon == 0
-
-
 def test_the_other_links_stay_clear_of_the_plane_that_it_stands_on(panda):
     data = mujoco.MjData(panda)
     for q1 in np.linspace(-2.8, 2.8, 15):

@@ -58,7 +58,7 @@ MOBILE = """
 """
 
 
-def test_of_a_larger_robot_only_the_joints_of_the_arm_move(tmp_path):
+def test_of_a_larger_robot_only_the_joints_of_the_arm_move_and_its_floor_is_left_out(tmp_path):
     path = tmp_path / "mobile.xml"
     path.write_text(MOBILE)
     lifted = spatial.pose((0.0, 0.0, 0.2))
@@ -67,11 +67,4 @@ def test_of_a_larger_robot_only_the_joints_of_the_arm_move(tmp_path):
     model = robot.mj_model
     assert [model.joint(j).name for j in range(model.njnt)] == ["shoulder", "elbow", "slave"]
     assert model.body("base_link").pos[2] == pytest.approx(0.3)  # fused with nothing
-
-
-def test_the_floor_of_a_model_is_left_out(tmp_path):
-    path = tmp_path / "mobile.xml"
-    path.write_text(MOBILE)
-    robot = Robot(replace(described(path), effort=(9.0, 9.0)))
-    compile_alone(robot)
-    assert robot.mj_model.geom_bodyid.min() > 0
+    assert model.geom_bodyid.min() > 0

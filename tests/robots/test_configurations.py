@@ -31,11 +31,10 @@ def test_configurations_are_found_in_the_order_of_the_joints(known):
     assert find_configuration("Above", known, JOINTS) == (1.0, 2.0)
 
 
-@pytest.mark.parametrize("suffix", [".yaml", ".yml"])
-def test_a_waypoint_file_is_a_file_of_configurations(tmp_path, suffix):
-    path = tmp_path / f"waypoints{suffix}"
-    path.write_text(WAYPOINTS)
-    assert load_configurations(path) == read_waypoints(path)
+def test_a_waypoint_file_is_a_file_of_configurations(tmp_path):
+    for name in ("waypoints.yaml", "waypoints.yml"):
+        (tmp_path / name).write_text(WAYPOINTS)
+        assert load_configurations(tmp_path / name) == read_waypoints(tmp_path / name)
 
 
 @pytest.mark.parametrize(

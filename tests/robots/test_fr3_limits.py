@@ -93,7 +93,7 @@ def test_motions_keep_the_vendors_formula_and_start_and_end_at_rest():
 
 @pytest.mark.parametrize("without", WITHOUT)
 def test_motions_without_margin_or_position_dependence_exceed_the_formula(without):
-    assert not all(map(keeps_the_formula, motions(SOME, without)))
+    assert not all(map(keeps_the_formula, motions(2, without)))
 
 
 def test_the_limits_at_a_position_are_the_vendors_with_the_margin():

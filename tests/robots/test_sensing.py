@@ -76,12 +76,11 @@ def test_the_wrist_feels_what_pulls_from_outside_along_its_frame(make):
     cell, robot = make(MOUNTED)
     robot.set_configuration(np.array([0.0, np.pi / 2]))  # the tool hangs down
     at_rest(cell, robot)
-    hanging = robot.wrist_wrench()
-    np.testing.assert_allclose(hanging.force, (-0.7 * G, 0, 0), atol=1e-9)
+    np.testing.assert_allclose(robot.wrist_wrench().force, (-0.7 * G, 0, 0), atol=1e-9)
     cell.data.xfrc_applied[cell.body_id("pole/palm"), :3] = (0, 3.0, 0)
     mujoco.mj_forward(cell.model, cell.data)
-    pulled = robot.wrist_wrench()
-    assert pulled.force[1] == pytest.approx(-3.0, abs=1e-9)  # the arm holds against it
+    # The arm holds against it.
+    assert robot.wrist_wrench().force[1] == pytest.approx(-3.0, abs=1e-9)
 
 
 def test_without_a_hand_the_wrist_is_the_last_link(make):
@@ -95,15 +94,13 @@ def test_the_tools_velocity_is_that_of_its_jacobian(make):
     cell, robot = make(MOUNTED)
     cell.data.qvel[:] = (0.7, -0.4)
     mujoco.mj_forward(cell.model, cell.data)
-    model = robot.make_model()
-    expected = model.jacobian(robot.q) @ robot.v
+    expected = robot.make_model().jacobian(robot.q) @ robot.v
     np.testing.assert_allclose(robot.tool_velocity, expected, atol=1e-12)
     assert np.linalg.norm(expected) > 0.1
 
 
 def test_asking_changes_no_bit(make):
-    cell, robot = make(MOUNTED)
-    other, _ = make(MOUNTED)
+    (cell, robot), (other, _) = make(MOUNTED), make(MOUNTED)
     for _ in range(50):
         cell.step()
         other.step()
