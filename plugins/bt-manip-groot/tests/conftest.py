@@ -10,6 +10,7 @@ from bt_manip import build_station
 from bt_manip.bt import Action, BehaviourRegistry, Blackboard, Input, Status, Tree, parse_tree
 from bt_manip.runner import Run, RunObserver, RunRequest, TreeSource
 from bt_manip_groot.publisher import GrootPublisher
+from tests.support.program import bt_manip as bt_manip
 
 from .client import Client, free_ports
 
@@ -46,6 +47,12 @@ def groot2() -> Path:
     return root / "groot2"
 
 
+@pytest.fixture(scope="session")
+def station(parts):
+    """Give the station of all runs: each begins a cycle in it."""
+    return build_station(parts)
+
+
 class Steps(RunObserver):
     """Lets the run go on by one tick at a time."""
 
@@ -79,17 +86,16 @@ class Steps(RunObserver):
 class Watched:
     """A run in a thread of its own, its publisher, and a client of that."""
 
-    def __init__(self, parts, tree, **request) -> None:
+    def __init__(self, station, tree) -> None:
         self.tree = tree
         self.steps = Steps()
         self.lines: list[str] = []
         self.port = free_ports()
         publisher = GrootPublisher(self.port, self.lines.append)
-        station = build_station(parts)
         tree.clock = station.clock
         tree.setup(**station.infrastructure)
         source = TreeSource("test", "python")
-        self.run = Run(RunRequest(source, cycles=0, tick=0.01, **request), tree, station)
+        self.run = Run(RunRequest(source, cycles=0, tick=0.01), tree, station)
         self._stopped = False
         self._thread = threading.Thread(
             target=self.run.execute,
@@ -108,12 +114,12 @@ class Watched:
 
 
 @pytest.fixture
-def watch(parts):
+def watch(station):
     """Give a function that starts a run of a tree; it waits for `steps`."""
     started = []
 
-    def start(tree, **request) -> Watched:
-        started.append(Watched(parts, tree, **request))
+    def start(tree) -> Watched:
+        started.append(Watched(station, tree))
         return started[-1]
 
     yield start

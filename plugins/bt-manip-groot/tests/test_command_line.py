@@ -18,20 +18,23 @@ TREE = (
 
 
 @pytest.fixture
-def command(tmp_path):
-    """Give the beginning of a command that runs an endless tree."""
+def path(tmp_path):
+    """Give the file of an endless tree."""
     (tmp_path / "rest.xml").write_text(TREE)
-    return [sys.executable, "-m", "bt_manip", "run", tmp_path / "rest.xml"]
+    return tmp_path / "rest.xml"
 
 
-def test_ctrl_c_at_a_breakpoint_ends_the_run_and_writes_its_files(command, tmp_path):
+def test_ctrl_c_at_a_breakpoint_ends_the_run_and_writes_its_files(path, tmp_path):
     port = free_ports()
     waiting = Client(port)
     waiting.requests.rcvtimeo = 120_000
     report, log = tmp_path / "report.json", tmp_path / "run.btlog"
     options = ["--groot", "--groot-port", str(port), "--report", report, "--record", log]
     process = subprocess.Popen(
-        [*command, *options], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+        [sys.executable, "-m", "bt_manip", "run", path, *options],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
     )
     try:
         waiting.ask("S")  # the publisher is there: notifications of the next client are not lost
@@ -53,27 +56,23 @@ def test_ctrl_c_at_a_breakpoint_ends_the_run_and_writes_its_files(command, tmp_p
     assert log.read_bytes().startswith(b"BTCPP4-FileLogger2\x01")
 
 
-def test_a_port_that_is_taken_is_bad_input(command):
+def test_a_port_that_is_taken_is_bad_input(bt_manip, path):
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         port = str(taken.getsockname()[1])
-        done = subprocess.run(
-            [*command, "--groot", "--groot-port", port], capture_output=True, text=True
-        )
-    assert done.returncode == 2
-    assert f"port {port} of 127.0.0.1 cannot be used: Address already in use" in done.stderr
+        done = bt_manip("run", path, "--groot", "--groot-port", port)
+    assert done.code == 2
+    assert f"port {port} of 127.0.0.1 cannot be used: Address already in use" in done.err
 
 
-def test_help_lists_the_options_of_the_view():
-    command = [sys.executable, "-m", "bt_manip", "run", "--help"]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
-    assert "Let Groot2 on this computer monitor the run" in done.stdout
-    assert "--groot-port PORT" in done.stdout
+def test_help_lists_the_options_of_the_view(bt_manip):
+    done = bt_manip("run", "--help")
+    assert "Let Groot2 on this computer monitor the run" in done.out
+    assert "--groot-port PORT" in done.out
 
 
 @pytest.mark.parametrize("port", ["0", "65535", "x"])
-def test_a_port_that_there_is_not_is_bad_input(command, port):
-    options = ["--groot", "--groot-port", port]
-    done = subprocess.run([*command, *options], capture_output=True, text=True)
-    assert done.returncode == 2
-    assert "must be a whole number from 1 to 65534" in done.stderr
+def test_a_port_that_there_is_not_is_bad_input(bt_manip, path, port):
+    done = bt_manip("run", path, "--groot", "--groot-port", port)
+    assert done.code == 2
+    assert "must be a whole number from 1 to 65534" in done.err

@@ -3,15 +3,12 @@
 import os
 import sqlite3
 import struct
-import subprocess
-import sys
 from contextlib import closing
 from pathlib import Path
 from typing import ClassVar
 
 import pytest
 
-from bt_manip import build_station
 from bt_manip.behaviours import MoveToConfiguration, RemoveObject, SpawnObject
 from bt_manip.bt import NodeStatus, Sequence, Sleep, Tree, instance_to_xml
 from bt_manip.exceptions import BtManipError
@@ -42,8 +39,7 @@ def read_database(path, query):
         return database.execute(query).fetchall()
 
 
-def run(parts, tree, *observers, **request):
-    station = build_station(parts)
+def run(station, tree, *observers, **request):
     tree.clock = station.clock
     tree.setup(**station.infrastructure)
     Run(RunRequest(TreeSource("test", "python"), **request), tree, station).execute(observers)
@@ -65,7 +61,7 @@ class Interventions(RunObserver):
 
 
 @pytest.fixture(scope="module")
-def logs(parts, groot2, tmp_path_factory):
+def logs(station, groot2, tmp_path_factory):
     """Log the 40 ticks of the sample tree; give both files."""
     folder = tmp_path_factory.mktemp("logs")
     document = (groot2 / "demo.xml").read_text()
@@ -73,7 +69,7 @@ def logs(parts, groot2, tmp_path_factory):
     paths = folder / "demo.btlog", folder / "demo.db3"
     paths[1].write_text("an older file")
     observers = Interventions(), BtlogRecorder(paths[0]), SqliteRecorder(paths[1])
-    run(parts, tree, *observers, cycles=11, tick=0.1)
+    run(station, tree, *observers, cycles=11, tick=0.1)
     assert read_btlog(paths[0])[1] == instance_to_xml(tree)
     return paths
 
@@ -107,7 +103,7 @@ def test_a_database_is_that_of_the_engine(logs, groot2):
     assert definition[0] == 1 and definition[2] == read_btlog(logs[0])[1]
 
 
-def test_a_log_ends_when_the_tree_is_replaced(parts, tmp_path):
+def test_a_log_ends_when_the_tree_is_replaced(station, tmp_path):
     tree = Tree(Sequence(Sleep(msec=20)))
 
     class Replace(BtlogRecorder):
@@ -118,27 +114,24 @@ def test_a_log_ends_when_the_tree_is_replaced(parts, tmp_path):
             if cycle == 1:
                 tree.replace(Tree(Sequence(Sleep(msec=20), Sleep(msec=20))))
 
-    run(parts, tree, Replace(tmp_path / "a.btlog"), cycles=2)
+    run(station, tree, Replace(tmp_path / "a.btlog"), cycles=2)
     assert {row[1] for row in read_btlog(tmp_path / "a.btlog")[3]} == {1, 2}
 
 
 @pytest.mark.parametrize("recorder", [BtlogRecorder, SqliteRecorder])
-def test_a_log_that_cannot_be_written_is_one_error(parts, recorder, tmp_path):
+def test_a_log_that_cannot_be_written_is_one_error(station, recorder, tmp_path):
     path = tmp_path / "missing" / "log"
     with pytest.raises(RecordingError, match="log '.*log' cannot be written"):
-        run(parts, Tree(Sleep(msec=20)), recorder(path))
+        run(station, Tree(Sleep(msec=20)), recorder(path))
 
 
-def test_a_full_disk_is_one_error(parts):
+def test_a_full_disk_is_one_error_and_a_database_does_not_replace_a_pipe(station, tmp_path):
     with pytest.raises(RecordingError, match="cannot be written: No space left on device"):
-        run(parts, Tree(Sleep(msec=20)), BtlogRecorder(Path("/dev/full")))
-
-
-def test_a_database_does_not_replace_a_pipe(parts, tmp_path):
+        run(station, Tree(Sleep(msec=20)), BtlogRecorder(Path("/dev/full")))
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
     with pytest.raises(RecordingError, match="it is no regular file"):
-        run(parts, Tree(Sleep(msec=20)), SqliteRecorder(pipe))
+        run(station, Tree(Sleep(msec=20)), SqliteRecorder(pipe))
     assert pipe.is_fifo()
 
 
@@ -149,7 +142,7 @@ def test_a_log_needs_a_path(recorder):
 
 
 @pytest.fixture(scope="module")
-def recorded(parts, tmp_path_factory):
+def recorded(station, tmp_path_factory):
     """Record a run as MCAP and as logs; give the folder."""
     folder = tmp_path_factory.mktemp("recorded")
     logs = BtlogRecorder(folder / "live.btlog"), SqliteRecorder(folder / "live.db3")
@@ -163,14 +156,13 @@ def recorded(parts, tmp_path_factory):
             Sleep("end", msec=50),
         )
     )
-    run(parts, tree, *logs, McapRecorder(folder / "run.mcap"))
+    run(station, tree, *logs, McapRecorder(folder / "run.mcap"))
     return folder
 
 
-def test_logs_of_a_recording_are_those_of_the_run(recorded, tmp_path):
+def test_logs_of_a_recording_are_those_of_the_run(bt_manip, recorded, tmp_path):
     for name in ("run.btlog", "run.db3"):
-        command = ["export", recorded / "run.mcap", "-o", tmp_path / name]
-        assert subprocess.run([sys.executable, "-m", "bt_manip", *command]).returncode == 0
+        assert bt_manip("export", recorded / "run.mcap", "-o", tmp_path / name).code == 0
     live, exported = (
         path.read_bytes() for path in (recorded / "live.btlog", tmp_path / "run.btlog")
     )
