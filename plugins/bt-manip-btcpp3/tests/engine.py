@@ -1,5 +1,6 @@
 """The leaves of the traces, and running a tree as the engine did."""
 
+import functools
 import gzip
 import json
 from pathlib import Path
@@ -43,8 +44,10 @@ class _Cursor:
         return STATUSES[letter]
 
 
-def registry_of(log):
-    """Give a registry with the leaves; they write to a list."""
+@functools.cache
+def leaves():
+    """Give a registry with the leaves, and the list that they write to; it is made once."""
+    log = []
 
     class Scripted(_Cursor, Action):
         outcomes, mode = Input(str), Input(str, default="hold")
@@ -96,7 +99,7 @@ def registry_of(log):
     for cls in (Scripted, SyncScripted, ScriptedCondition, Say, Put):
         cls.log = log
         registry.register(cls)
-    return registry
+    return registry, log
 
 
 def run(xml, ticks, halt=0, *, dialect="btcpp-3", whole=False):
@@ -109,8 +112,8 @@ def run(xml, ticks, halt=0, *, dialect="btcpp-3", whole=False):
         dialect: Its dialect.
         whole: Whether a tick goes on while the tree is woken up, as version 4 does.
     """
-    log = []
-    tree = parse_tree(xml, registry_of(log), dialect=dialect, strict=False)
+    registry, log = leaves()
+    tree = parse_tree(xml, registry, dialect=dialect, strict=False)
     trace = []
     for number in range(1, ticks + 1):
         log.clear()
@@ -131,7 +134,7 @@ def run(xml, ticks, halt=0, *, dialect="btcpp-3", whole=False):
 def converted(path, xml):
     """Give a document as version 4, and the findings of that."""
     path.write_text(xml)
-    registry, problems = registry_of([]), Problems()
+    (registry, _), problems = leaves(), Problems()
     reading = read_tree(path, registry, dialect="btcpp-3", strict=False)
     reading.dialect.to_version_4(reading.document.root, reading.document, problems)
     return tree_to_xml(reading.usable_tree(), registry), list(problems)
