@@ -75,6 +75,9 @@ def test_parameters_reach_the_compiled_model_and_make_the_same_object_again():
     np.testing.assert_allclose(body.inertia, 0.3 * 0.1**2 / 6)  # of a solid one
     np.testing.assert_allclose(model.geom("cube/box").friction[0], 0.3)
     np.testing.assert_allclose(model.geom("cube/wood").rgba, (1, 0, 0, 1))
+    assert (Cube().size, Cube().mass) == pytest.approx((0.05, 0.0565))  # as in the reference task
+    basket, _, _ = standing(objects.Basket(mass=1.5), free=True)
+    assert basket.body_mass.sum() == pytest.approx(1.5)
 
 
 @pytest.mark.parametrize("kind", [objects.Basket, objects.Bin, objects.Tray])

@@ -45,6 +45,12 @@ def compiled(root) -> mujoco.MjModel:
     return mujoco.MjModel.from_xml_string(root.to_xml_string(), root.get_assets())
 
 
+def write_urdf(path, inertia=1e-5, visual="", shape=BOX, *, head="", more="") -> str:
+    """Write a robot of one link; give its path."""
+    path.write_text(f'{head}<robot name="r">{BODY.format(inertia, visual, shape)}{more}</robot>')
+    return str(path)
+
+
 def write_groups(path, *boxes) -> None:
     """Write boxes as the groups of an OBJ file, each with its centre and size [m]."""
     import trimesh
@@ -76,12 +82,10 @@ def test_frames_replicas_and_attached_models_are_read_as_mujoco_reads_them(tmp_p
     "\n\n<?xml version='1.0'?>",
 ])  # fmt: skip
 def test_any_version_of_xml_is_read(tmp_path, head):
-    (tmp_path / "a.urdf").write_text(f'{head}<robot name="r">{BODY.format(1e-5, "", BOX)}</robot>')
-    (tmp_path / "a.xml").write_text(
-        f"{head}<mujoco><worldbody><geom size='1'/></worldbody></mujoco>"
-    )
-    assert ModelObject(str(tmp_path / "a.urdf")).mass == pytest.approx(0.1)
-    assert ModelObject(str(tmp_path / "a.xml")).bounds.size == pytest.approx([2, 2, 2])
+    assert ModelObject(write_urdf(tmp_path / "a.urdf", head=head)).mass == pytest.approx(0.1)
+    path = tmp_path / "a.xml"
+    path.write_text(f"{head}<mujoco><worldbody><geom size='1'/></worldbody></mujoco>")
+    assert ModelObject(str(path)).bounds.size == pytest.approx([2, 2, 2])
 
 
 def test_xacro_is_refused_with_the_command_that_expands_it(tmp_path):
@@ -99,7 +103,7 @@ def test_xacro_is_refused_with_the_command_that_expands_it(tmp_path):
 
 def test_a_lost_visual_is_a_warning_and_a_lost_collision_mesh_an_error(tmp_path):
     urdf, mjcf = tmp_path / "a.urdf", tmp_path / "a.xml"
-    urdf.write_text(f'<robot name="r">{BODY.format(1e-5, LOST, BOX)}</robot>')
+    write_urdf(urdf, visual=LOST)
     text = """<mujoco><asset><mesh name="m" file="gone.obj"/></asset><worldbody><body>
         <geom type="mesh" mesh="m" mass="0" {}/><geom size="0.02" group="3"/></body></worldbody>
         </mujoco>"""
@@ -116,8 +120,7 @@ def test_a_lost_visual_is_a_warning_and_a_lost_collision_mesh_an_error(tmp_path)
 def test_convex_groups_of_an_obj_have_a_hull_each(tmp_path):
     walls = [((x, 0, 0.06), (0.02, 0.1, 0.1)) for x in (-0.14, 0.14)]
     write_groups(tmp_path / "u_vhacd.obj", ((0, 0, 0), (0.3, 0.1, 0.02)), *walls)
-    mesh = '<mesh filename="u_vhacd.obj"/>'
-    (tmp_path / "u.urdf").write_text(f'<robot name="r">{BODY.format(1e-4, "", mesh)}</robot>')
+    write_urdf(tmp_path / "u.urdf", 1e-4, shape='<mesh filename="u_vhacd.obj"/>')
     for name in ("u.urdf", "u_vhacd.obj"):
         thing = ModelObject(str(tmp_path / name))
         assert len(thing.collision_geoms) == 3
@@ -133,9 +136,7 @@ def test_convex_groups_of_an_obj_have_a_hull_each(tmp_path):
     (1e-5, 1e-5, ""),
 ])  # fmt: skip
 def test_an_impossible_inertia_is_replaced_by_that_of_a_uniform_box(tmp_path, inertia, used, words):
-    path = tmp_path / "brick.urdf"
-    path.write_text(f'<robot name="r">{BODY.format(inertia, "", BOX)}</robot>')
-    thing = ModelObject(str(path))
+    thing = ModelObject(write_urdf(tmp_path / "brick.urdf", inertia))
     assert compiled(thing.mjcf_model).body_inertia[1].max() == pytest.approx(used)
     assert words in "".join(thing.warnings) and bool(thing.warnings) == bool(words)
 
@@ -196,7 +197,7 @@ def test_scale_multiplies_lengths_and_keeps_the_masses_of_the_file(tmp_path):
         assert thing.mass == pytest.approx(0.12) and thing.free
         assert "the file gives no mass" in thing.warnings[0]
     assert not ModelObject(f"{tmp_path}/mm.obj", scale=0.001, mass=0.2).warnings
-    (tmp_path / "b.urdf").write_text(f'<robot name="r">{BODY.format(1e-5, "", BOX)}</robot>')
+    write_urdf(tmp_path / "b.urdf")
     thing = ModelObject(f"{tmp_path}/b.urdf?scale=2")
     assert (thing.mass, *thing.bounds.size) == pytest.approx((0.1, 0.064, 0.064, 0.046))
     assert compiled(thing.mjcf_model).body_inertia[1] == pytest.approx([4e-5] * 3)
@@ -207,24 +208,20 @@ def test_scale_multiplies_lengths_and_keeps_the_masses_of_the_file(tmp_path):
 def test_scaled_models_have_scaled_poses(tmp_path):
     (tmp_path / "part.xml").write_text(PART)
     (tmp_path / "all.xml").write_text(FRAMES)
-    plain, double = (mjcf_root(load_model(f"{tmp_path}/all.xml{end}")) for end in ("", "?scale=2"))
-    models = [compiled(root) for root in (plain, double)]
     poses = []
-    for model in models:
+    for scale, end in ((1, ""), (2, "?scale=2")):
+        model = compiled(mjcf_root(load_model(f"{tmp_path}/all.xml{end}")))
         data = mujoco.MjData(model)
-        data.joint("s").qpos = 0.01 * (1 + len(poses))
+        data.joint("s").qpos = 0.01 * scale
         mujoco.mj_forward(model, data)
         poses.append(data.geom_xpos.copy())
     assert poses[1] == pytest.approx(2 * poses[0], abs=1e-6)
-    assert models[1].joint("s").range == pytest.approx([0, 0.2])
+    assert model.joint("s").range == pytest.approx([0, 0.2])
 
 
 def test_a_message_names_the_element_that_mujoco_names(tmp_path):
-    (tmp_path / "a.urdf").write_text(
-        f'<robot name="r">{BODY.format("1e-5x", "", BOX)}</robot>'.replace("\n", "")
-    )
     with pytest.raises(ModelError, match="Element 'inertia', line 1"):
-        load_model(str(tmp_path / "a.urdf"))
+        load_model(write_urdf(tmp_path / "a.urdf", "1e-5x"))
 
 
 SIZE = np.array([0.04, 0.06, 0.05])  # [m]
@@ -257,8 +254,9 @@ def beside_another(model: ModelObject) -> tuple[mujoco.MjModel, mujoco.MjModel]:
     ('inertiagrouprange="3 3"',
      PLATE.format(' mass="0.3" group="3"') + PLATE.format(' mass="0.5" group="1"')),
 ])  # fmt: skip
-def test_settings_of_masses_hold_for_their_model_only(tmp_path, settings, geoms):
-    head = f"<compiler {settings}/>"
+@pytest.mark.parametrize("angle", ["radian", "degree"])
+def test_settings_of_masses_hold_for_their_model_only(tmp_path, settings, geoms, angle):
+    head = f'<compiler angle="{angle}" {settings}/>'
     model = ModelObject(model=write_model(tmp_path / "m.xml", geoms, head))
     both, alone = beside_another(model)
     assert model.mass == pytest.approx(0.3)
@@ -349,12 +347,11 @@ def test_a_mirrored_mesh_of_urdf_weighs_as_its_volume(tmp_path, scale):
 
 
 def test_a_floating_joint_of_urdf_makes_an_object_free(tmp_path):
-    path = tmp_path / "m.urdf"
-    path.write_text(
-        '<robot name="m"><link name="world"/><joint name="j" type="floating"><parent link="world"/>'
-        f'<child link="b"/></joint>{BODY.format("2e-5", "", BOX)}</robot>'
+    floating = (
+        '<link name="world"/><joint name="j" type="floating"><parent link="world"/>'
+        '<child link="b"/></joint>'
     )
-    model = ModelObject(model=str(path))
+    model = ModelObject(write_urdf(tmp_path / "m.urdf", more=floating))
     assert model.free
     assert model.mass == pytest.approx(0.1)
 

@@ -44,14 +44,11 @@ def quantities(scene):
     return {(name, key) for name, lines in found for key in lines}
 
 
-def test_level_0_takes_variations_of_the_name_away_and_level_1_is_the_scene_by_itself(scene):
+def test_level_0_takes_variations_of_a_name_away_and_others_replace_them_and_set_keys(scene):
     fixed, settings = with_level(scene, "pose", 0)
     assert (quantities(fixed), settings) == ({("can", "mass")}, {})
     same, _ = with_level(scene, "pose", 1)
     assert same.randomization == scene.randomization
-
-
-def test_a_level_of_a_file_replaces_variations_of_its_name_and_sets_keys_of_the_tree(scene):
     wide, settings = with_level(scene, "pose", 2)
     assert quantities(wide) == {("can", "yaw"), ("can", "mass")}
     assert settings == {"region": "0;1;0;1", "attempts": "2"}
