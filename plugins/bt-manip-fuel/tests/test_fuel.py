@@ -14,7 +14,7 @@ from bt_manip_fuel.fuel.address import FuelAddress, fuel_address
 from bt_manip_fuel.fuel.cache import FuelCache
 from bt_manip_fuel.fuel.client import FuelClient
 
-from .fuel_server import BALL, Answer, FuelServer, bundled_sdf, model_zip, quoted
+from .fuel_server import BALL, Answer, FuelServer, model_zip, quoted
 
 
 def test_an_address_says_owner_name_and_version():
@@ -44,7 +44,8 @@ def test_what_is_no_address_is_refused_before_anything_is_asked(text):
         fuel_address(text)
 
 
-def test_a_model_is_fetched_by_name_and_lies_where_gazebo_looks(server, cache):
+def test_a_model_is_fetched_by_name_and_lies_where_gazebo_looks(server, cache, monkeypatch):
+    monkeypatch.setenv("BT_MANIP_FUEL_TOKEN", "secret")
     server.add("OpenRobotics", "Wood Ball", model_zip(BALL), version=3)
     found = find_model("fuel:OpenRobotics/Wood Ball")
     host = server.url.removeprefix("http://").replace(":", "_")
@@ -52,6 +53,7 @@ def test_a_model_is_fetched_by_name_and_lies_where_gazebo_looks(server, cache):
     assert found.path == folder / "model.sdf"
     assert found.address == "fuel:OpenRobotics/Wood Ball/3"
     assert found.name == "Wood_Ball"
+    assert server.requests[0][1]["private-token"] == "secret"
     assert {p.name for p in cache.root.iterdir()} == {host}
 
 
@@ -99,18 +101,13 @@ def test_a_referral_is_followed_and_the_token_stays_with_its_server(server, othe
 
 
 def test_a_redirect_is_followed_without_the_token_to_other_servers(server, other_server, cache):
-    other_server.answers["/x.zip"] = Answer(model_zip(BALL))
+    other_server.answers["/x.zip"] = Answer(data := model_zip(BALL))
     server.says(Answer(status=302, headers={"Location": f"{other_server.url}/x.zip"}))
-    client = FuelClient(cache, token="secret", progress=lambda *_: None)
+    told = []
+    client = FuelClient(cache, token="secret", progress=lambda *state: told.append(state))
     client.find(fuel_address("fuel:someone/thing"))
     assert "private-token" not in other_server.requests[0][1]
-
-
-def test_the_token_for_private_models_comes_from_the_environment(server, monkeypatch):
-    monkeypatch.setenv("BT_MANIP_FUEL_TOKEN", "secret")
-    server.add("someone", "thing", model_zip(BALL))
-    find_model("fuel:someone/thing")
-    assert server.requests[0][1]["private-token"] == "secret"
+    assert told[-1] == ("thing", len(data), len(data))
 
 
 def test_everything_works_again_when_the_server_is_gone(server):
@@ -121,15 +118,6 @@ def test_everything_works_again_when_the_server_is_gone(server):
     assert load_model("fuel:someone/thing") == before
     with pytest.raises(ModelError, match="no connection"):
         load_model("fuel:someone/else")
-
-
-def test_progress_is_told_up_to_the_end(server, cache):
-    data = model_zip(BALL)
-    server.add("someone", "thing", data)
-    told = []
-    client = FuelClient(cache, progress=lambda *state: told.append(state))
-    client.find(fuel_address("fuel:someone/thing"))
-    assert told[-1] == ("thing", len(data), len(data))
 
 
 def test_two_processes_at_once_get_the_one_model(server, cache):
@@ -227,10 +215,3 @@ def test_a_certificate_that_nobody_vouches_for_is_not_trusted(tmp_path, monkeypa
         assert client.find(fuel_address("fuel:someone/thing"))[0].version == 1
     finally:
         running.stop()
-
-
-def test_the_projects_own_models_come_back_as_they_went(server):
-    server.add("someone", "cube", model_zip(bundled_sdf("cube", static=False, raised=0.025)))
-    assert load_model("fuel:someone/cube").static is False
-    server.add("someone", "table", model_zip(bundled_sdf("table", static=True)))
-    assert load_model("fuel:someone/table").static is True

@@ -1,6 +1,7 @@
 """Objects made of models of Fuel: in a cell, in a tree, in a scene, in a state."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from bt_manip.cell import Cell
 from bt_manip.cell.objects import Basket, Cube, ModelObject, Table
 from bt_manip.exceptions import BtManipError
 from bt_manip.plugins import load_plugins
-from bt_manip.runner import RunObserver, RunRequest, find_tree, prepare
+from bt_manip.runner import prepare, request_of
 from bt_manip_fuel.fuel.transfer import Transfer
 
 from .fuel_server import bundled_sdf, model_zip
@@ -41,71 +42,46 @@ def reference(server):
     return server
 
 
-class Outcomes(RunObserver):
-    """Keeps the status of each cycle, which the goal has judged from the physics."""
-
-    def __init__(self):
-        self.statuses: list[str] = []
-
-    def cycle_ended(self, status, reason):
-        self.statuses.append(status)
+def prepared(parts, settings, tree="pick_place"):
+    """Prepare a run of a tree; nothing is warned of."""
+    return prepare(request_of(tree, parts, settings=settings), parts, pytest.fail)
 
 
-def run(parts, settings, tree="pick_place", **request):
-    """Run a tree; return the status of each cycle, the station and the warnings."""
-    source = find_tree(tree, {name: parts.trees.get(name) for name in parts.trees})
-    outcomes, warnings = Outcomes(), []
-    prepared = prepare(RunRequest(source, settings=settings, **request), parts, warnings.append)
-    prepared.execute([outcomes])
-    return outcomes.statuses, prepared.station, warnings
-
-
-def test_pick_place_runs_with_all_three_models_from_fuel(reference, parts):
-    statuses, station, warnings = run(parts, REFERENCE, cycles=2)
-    assert statuses == ["SUCCESS"] * 2
-    assert warnings == []
-    kinds = {name: entity.kind for name, entity in station.cell.objects.items()}
+def test_pick_place_runs_with_models_from_fuel_and_from_the_cache_when_the_server_is_gone(
+    reference, parts
+):
+    run = prepared(parts, REFERENCE)
+    run.execute([])
+    kinds = {name: entity.kind for name, entity in run.station.cell.objects.items()}
     assert kinds == {"table": "fuel:OpenRobotics/Table/3",
                      "basket": "fuel:GoogleResearch/Threshold Basket/1"}  # fmt: skip
-
-
-def test_pick_place_runs_from_the_cache_when_the_server_is_gone(reference, parts):
-    for address in REFERENCE.values():
-        ModelObject(address)
     reference.stop()
     reference.stop = lambda: None
-    assert run(parts, REFERENCE)[0] == ["SUCCESS"]
+    tree = Path(parts.trees.get("pick_place")).with_suffix(".py")
+    in_python = prepared(parts, REFERENCE, f"{tree}:pick_place")
+    in_python.execute([])
+    assert in_python.goal.holds
+    assert in_python.station.cell.state_bytes() == run.station.cell.state_bytes()
 
 
-def test_the_tree_in_python_takes_the_same_settings(reference, parts):
-    place = find_tree("pick_place", {n: parts.trees.get(n) for n in parts.trees}).path
-    _, in_python, _ = run(parts, REFERENCE, f"{place.with_suffix('.py')}:pick_place")
-    _, in_xml, _ = run(parts, REFERENCE)
-    assert in_python.cell.state_bytes() == in_xml.cell.state_bytes()
-
-
-def test_a_table_of_another_height_takes_the_robot_and_the_basket_along(server, parts):
+def test_a_table_of_another_height_or_origin_takes_the_robot_and_the_basket_along(server, parts):
     # 15 mm of the top's half thickness become 165 mm: its surface comes to 1.165 m.
     thick = bundled_sdf("table", static=True).replace("1.5 0.8 0.03", "1.5 0.8 0.33")
     server.add("someone", "thick", model_zip(thick))
-    statuses, station, _ = run(parts, {"table": "fuel:someone/thick"})
-    assert station.cell.pose("basket").translation[2] == pytest.approx(1.165, abs=1e-9)
-    assert statuses == ["SUCCESS"]
-
-
-def test_a_model_with_its_origin_elsewhere_stands_where_the_old_one_stood(server, parts):
-    raised = bundled_sdf("table", static=True, raised=-0.3)
-    server.add("someone", "raised", model_zip(raised))
-    statuses, station, _ = run(parts, {"table": "fuel:someone/raised"})
-    assert station.cell.pose("table").translation[2] == pytest.approx(0.3, abs=1e-9)
-    assert station.cell.pose("basket").translation[2] == pytest.approx(1.015, abs=1e-9)
-    assert statuses == ["SUCCESS"]
+    run = prepared(parts, {"table": "fuel:someone/thick"})
+    assert run.station.cell.pose("basket").translation[2] == pytest.approx(1.165, abs=1e-9)
+    run.execute([])
+    assert run.goal.holds
+    server.add("someone", "raised", model_zip(bundled_sdf("table", static=True, raised=-0.3)))
+    cell = prepared(parts, {"table": "fuel:someone/raised"}).station.cell
+    assert cell.pose("table").translation[2] == pytest.approx(0.3, abs=1e-9)
+    assert cell.pose("basket").translation[2] == pytest.approx(1.015, abs=1e-9)
 
 
 def test_an_address_that_leads_nowhere_is_found_before_anything_runs(server, parts):
     for key in ("cube", "table", "basket"):
         with pytest.raises(BtManipError, match="no such model"):
-            run(parts, {key: "fuel:nobody/nothing"})
+            prepared(parts, {key: "fuel:nobody/nothing"})
 
 
 def test_a_model_knows_of_itself_what_the_projects_own_objects_know(server):
