@@ -85,6 +85,27 @@ def test_a_skipped_condition_is_an_error(bench, leaf, tag):
         tree.tick()
 
 
+def test_try_catch_cleans_up_and_fails_and_begins_anew(bench, leaf):
+    body = node("TryCatch", leaf("a", "S"), leaf("b", "FS"), leaf("clean", "RS"))
+
+    assert bench.ticks(body, 3) == "RFS"
+    assert bench.events == [
+        "a start S", "b start F", "clean start R", "clean running S", "a start S", "b start S",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("asked", ["true", "false"])
+def test_try_catch_cleans_up_when_it_is_halted_if_asked_to(bench, leaf, asked):
+    body = node("TryCatch", leaf("a", "S"), leaf("b", "R"), leaf("c", "R"), catch_on_halt=asked)
+    tree = bench.tree(body)
+    for _ in range(2):
+        tree.tick()
+        tree.halt()
+    cleaning = ["c start R", "c halt"] if asked == "true" else []
+
+    assert bench.events == ["a start S", "b start R", "b halt", *cleaning] * 2
+
+
 @pytest.mark.parametrize(
     ("variable", "cases", "chosen"),
     [
@@ -109,6 +130,16 @@ def test_a_switch_chooses_by_text_number_or_enumeration(bench, leaf, variable, c
     bench.ticks(body, 1)
 
     assert bench.events == [f"{chosen} start S"]
+
+
+def test_a_switch_halts_its_child_when_the_variable_changes(bench, leaf):
+    children = (leaf("a", "R"), leaf("b", "RS"), leaf("c", "S"))
+    tree = bench.tree(node("Switch2", *children, variable="{v}", case_1="1", case_2="2"))
+    for value in "1223":
+        tree.blackboard["v"] = value
+        tree.tick()
+
+    assert bench.events == ["a start R", "a halt", "b start R", "b running S", "c start S"]
 
 
 CONTROLS = [
