@@ -178,19 +178,15 @@ def test_an_edit_that_fails_undoes_all_of_it(cell):
     cell.step(10)
 
 
-def test_an_edit_compiles_once_for_all_that_it_changes(cell):
+def test_an_edit_compiles_once_and_hooks_run_after_each_compile():
+    cell, pendulum = Cell(), Pendulum()
+    cell.add(pendulum)
     generation = cell.generation
     with cell.editing():
         cell.add(Cube(), pose((0, 2, 1)))
         cell.add(Cube(), pose((0, 3, 1)))
     assert cell.generation == generation + 1
-    assert {"cube_1", "cube_2"} < cell.objects.keys()
-
-
-def test_hooks_run_again_after_each_compile_and_initialisation_only_once():
-    cell, pendulum = Cell(), Pendulum()
-    cell.add(pendulum)
-    cell.add(Cube(), pose((1, 1, 1)))
+    assert cell.objects.keys() >= {"cube", "cube_1"}
     assert pendulum.events == ["compiled", "initialised", "compiled"]
 
 

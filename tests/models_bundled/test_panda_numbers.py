@@ -92,7 +92,7 @@ def test_masses_and_inertias_are_the_identified_ones_and_no_other_body_weighs_an
     assert {panda.body(i).name for i in np.flatnonzero(panda.body_mass)} == set(INERTIAS)
 
 
-def test_joint_limits_are_franka_s(panda):
+def test_limits_friction_damping_and_armature_of_joints_are_the_published_ones(panda):
     arm = [panda.joint(f"joint{i}") for i in range(1, 8)]
     lower = (-2.8973, -1.7628, -2.8973, -3.0718, -2.8973, -0.0175, -2.8973)
     upper = (2.8973, 1.7628, 2.8973, -0.0698, 2.8973, 3.7525, 2.8973)
@@ -100,15 +100,10 @@ def test_joint_limits_are_franka_s(panda):
     fingers = [panda.joint(f"finger_joint{i}") for i in (1, 2)]
     assert [tuple(joint.range) for joint in fingers] == [(0, 0.04)] * 2
     assert panda.jnt_limited.all()
-
-
-def test_friction_damping_and_armature_are_the_measured_ones(panda):
-    np.testing.assert_array_equal(
-        panda.dof_damping[:7], (0.0665, 0.1987, 0.0399, 0.2257, 0.1023, 0, 0.0638)
-    )
-    np.testing.assert_array_equal(
-        panda.dof_frictionloss[:7], (0.2450, 0.1523, 0.1827, 0.3591, 0.2669, 0.1658, 1.2109)
-    )
+    damping = (0.0665, 0.1987, 0.0399, 0.2257, 0.1023, 0, 0.0638)
+    friction = (0.2450, 0.1523, 0.1827, 0.3591, 0.2669, 0.1658, 1.2109)
+    np.testing.assert_array_equal(panda.dof_damping[:7], damping)
+    np.testing.assert_array_equal(panda.dof_frictionloss[:7], friction)
     np.testing.assert_array_equal(panda.dof_armature, 0.1)
 
 

@@ -40,16 +40,13 @@ def changed(description, **changes):
     return dataclasses.replace(description, gripper=gripper)
 
 
-def test_the_tool_is_where_base_mount_and_tool_put_it(robot):
+def test_tool_and_pedestal_are_where_base_mount_and_tool_put_them(robot):
     # Column 0.5 + base 0.2 up, turned by half a turn: the boom's end is at x = -0.4. The mount
     # points down; the gripper is 10 mm under it and the tool 110 mm under that.
     T = robot.tool_pose
     assert np.allclose(T.translation, (-0.4, 0.0, 0.7 - 0.12), atol=1e-9)
     assert np.allclose(T.rotation[:, 2], (0, 0, -1), atol=1e-9)
-
-
-def test_the_pedestal_stands_under_the_base(robot):
-    geom = robot.mj_model.geom("pedestal")
+    geom = robot.mj_model.geom("pedestal")  # it stands under the base
     assert np.allclose(geom.size, (0.05, 0.05, 0.1)) and np.allclose(geom.pos, (0.0, 0.0, 0.1))
 
 
@@ -66,12 +63,7 @@ def test_bodies_of_both_models_and_the_pedestal_may_be_excluded(description):
     assert set(model.exclude_signature.tolist()) == signatures
 
 
-def test_the_model_is_the_one_that_is_simulated(robot, rng):
-    model = robot.make_model()
-    assert verify(robot.mj_model, model.model, rng=rng, qpos=model.locked_qpos).worst < 1e-9
-
-
-def test_the_way_of_a_finger_is_that_of_its_crank(robot):
+def test_the_way_and_inertia_of_a_finger_are_those_of_its_crank(robot):
     travel = robot.gripper.mechanism.travel
     for polynomial in travel.polynomials:
         for q in np.linspace(-0.4, 0.6, 11):
@@ -80,10 +72,6 @@ def test_the_way_of_a_finger_is_that_of_its_crank(robot):
     assert travel.open_width == pytest.approx(0.1, abs=1e-4)
     assert travel.min_width == pytest.approx(0.0, abs=1e-4)
     assert travel.ratios == pytest.approx([1.0, 1.0], abs=1e-3)
-
-
-def test_the_inertia_behind_a_finger_is_that_of_its_mechanism(robot):
-    travel = robot.gripper.mechanism.travel
     # A crank of 30 g with its rotor, a finger of 20 g that only shifts, a rotor at its wrist.
     q = asin((0.5 * travel.widths[8] - ROOT) / CRANK)
     crank = 0.03 * CRANK**2 / 3 + 0.002
@@ -111,22 +99,20 @@ def test_it_starts_open_with_all_joints_of_the_mechanism_in_place(robot):
     assert gap == pytest.approx(0.1, abs=3e-4)
 
 
-def test_the_servos_of_both_models_are_replaced_and_their_worlds_left_out(robot):
-    model = robot.mj_model
-    assert model.nu == 3 and model.nlight == 0
+def test_the_model_is_the_one_that_is_simulated_with_pads_friction_and_motors_as_described(
+    robot, rng
+):
+    model, travel = robot.mj_model, robot.gripper.mechanism.travel
+    planned = robot.make_model()
+    assert verify(model, planned.model, rng=rng, qpos=planned.locked_qpos).worst < 1e-9
+    assert model.nu == 3 and model.nlight == 0  # the servos and worlds of both files are left out
     assert (model.actuator_biasprm == 0).all()
     assert model.opt.gravity[2] == pytest.approx(-9.81)
-
-
-def test_pads_and_friction_are_as_described(robot):
-    model = robot.mj_model
     for geoms in robot.gripper.mechanism.geoms:
         assert (model.geom_friction[geoms[0]] == 0.0).all()  # the object's counts
         assert model.geom_solref[geoms[0]] == pytest.approx([0.004, 1.0])
         assert model.geom_priority[geoms[0]] == 0 and model.geom_solmix[geoms[0]] == 1e6
-    moving = robot.mj_model.jnt_dofadr[
-        [robot.mj_model.joint(f"pincers/{n}").id for n in robot.gripper.mechanism.travel.joints]
-    ]
+    moving = model.jnt_dofadr[[model.joint(f"pincers/{name}").id for name in travel.joints]]
     assert (model.dof_frictionloss[moving] == 0.001).all()
     assert (model.dof_frictionloss[robot.dof_adr] == 0.0).all()
 
