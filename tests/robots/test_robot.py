@@ -157,6 +157,12 @@ def test_the_robot_lives_in_a_plain_composer_environment():
     environment.step(np.zeros(environment.action_spec().shape))
 
 
+def test_other_arms_are_a_few_lines(menagerie_arm, rng):
+    robot = menagerie_arm
+    model = robot.make_model()
+    assert verify(robot.mj_model, model.model, rng=rng, n=20, qpos=model.locked_qpos).worst < 1e-9
+
+
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
