@@ -79,31 +79,16 @@ def clone(path, epochs):
     return RolloutPolicy(model), losses
 
 
-def roll_out(policy, path, n, seed=0):
-    """Return the share of successes of robomimic's own rollouts."""
-    env = RobomimicEnvironment.from_file(path)
-    env.seed(seed)
-    logs, _ = train_utils.rollout_with_stats(
-        policy, {env.name: env}, HORIZON, num_episodes=n, terminate_on_success=True
-    )
-    return logs[env.name]
-
-
-def check_rollouts(path, epochs, n):
-    policy, losses = clone(path, epochs)
-    assert losses[-1] < 0.35 * losses[0]
-    result = roll_out(policy, path, n)
-    assert 0.0 <= result["Success_Rate"] <= 1.0 and 0 < result["Horizon"] <= HORIZON
-    print(f"success {result['Success_Rate']:.0%} of {n} rollouts")
-
-
 def test_it_clones_behaviour_and_rolls_the_policy_out(file):
-    check_rollouts(file, EPOCHS, ROLLOUTS)
-
-
-@pytest.mark.soak
-def test_it_rolls_out_what_it_cloned_from_200_demonstrations(tmp_path):
-    check_rollouts(export(tmp_path, 200), 30, 50)
+    policy, losses = clone(file, EPOCHS)
+    assert losses[-1] < 0.35 * losses[0]
+    env = RobomimicEnvironment.from_file(file)
+    env.seed(0)
+    logs, _ = train_utils.rollout_with_stats(
+        policy, {env.name: env}, HORIZON, num_episodes=ROLLOUTS, terminate_on_success=True
+    )
+    result = logs[env.name]
+    assert 0.0 <= result["Success_Rate"] <= 1.0 and 0 < result["Horizon"] <= HORIZON
 
 
 def test_recorded_actions_succeed_in_the_environment_of_the_file(file):

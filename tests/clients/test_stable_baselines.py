@@ -19,7 +19,7 @@ from stable_baselines3.common.vec_env import DummyVecEnv, VecMonitor  # noqa: E4
 from bt_manip_learn.envs.stable_baselines import BatchVecEnv  # noqa: E402
 
 ID = "bt_manip/PickPlace-v0"
-TASKS = ("PickPlace", "PressButton", "OpenDrawer")
+
 STEPS = 600
 SMALL = {"net_arch": [32, 32]}
 
@@ -48,14 +48,12 @@ class Ended(BaseCallback):
         return True
 
 
-@pytest.mark.parametrize("task", TASKS)
+@pytest.mark.parametrize("task", ["PickPlace", "PressButton", "OpenDrawer"])
 def test_its_checker_accepts_the_environment(task):
     check_env(gymnasium.make(f"bt_manip/{task}-v0").unwrapped)
 
 
-@pytest.mark.parametrize(
-    ("algorithm", "task"), [*((PPO, task) for task in TASKS), (SAC, "PickPlace")]
-)
+@pytest.mark.parametrize(("algorithm", "task"), [(PPO, "OpenDrawer"), (SAC, "PickPlace")])
 def test_it_learns(task, algorithm, tmp_path):
     options = {"learning_starts": 200, "train_freq": 8} if algorithm is SAC else {"n_steps": 150}
     env = vector(task, reward="dense")
