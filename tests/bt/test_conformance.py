@@ -82,23 +82,4 @@ def test_a_difference_makes_the_exit_code_1(tmp_path, capsys):
     assert main([str(file)]) == 1
     out = capsys.readouterr().out.splitlines()
     assert out[0].startswith("trees.jsonl:7: ") and out[-1] == "0 of 1 agree"
-
-
-def test_a_missing_path_is_bad_usage(tmp_path):
-    assert main([str(tmp_path / "nothing")]) == 2
-    assert main([]) == 2
-
-
-@pytest.mark.parametrize(
-    "text",
-    ["[1]", "[" * 100_000, '{"xml": 3}', "\udc95",
-     '{"xml": "<root/>", "trace": {"options": {"ticks": "x"}}}',
-     '{"xml": "<root/>", "trace": 3}'],
-)  # fmt: skip
-def test_a_file_that_is_no_list_of_trees_is_one_line(tmp_path, capsys, text):
-    file = tmp_path / "trees.jsonl"
-    file.write_bytes(b"\n" + text.encode(errors="surrogateescape"))
-    assert main([str(file)]) == 2
-    printed = capsys.readouterr()
-    assert printed.err.startswith(f"{file}:2: not a tree with its trace: ")
-    assert printed.err.count("\n") == 1 and printed.out == ""
+    assert main([str(tmp_path / "nothing")]) == main([]) == 2

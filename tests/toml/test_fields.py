@@ -10,8 +10,6 @@ import pytest
 from bt_manip import spatial
 from bt_manip.exceptions import BtManipError
 from bt_manip.robots import RobotDescription, RobotError, panda
-from bt_manip.scenes.scene import FixedCamera, SceneRobot
-from bt_manip.scenes.scene_keys import SceneError, SceneFile
 from bt_manip.toml import (
     Key,
     TomlFile,
@@ -68,9 +66,6 @@ def test_what_is_written_is_read_as_the_same(cart, tmp_path):
     again = read(tmp_path / "cart.toml", toml_text(write_fields(cart), {}, "a cart"))
     assert replace(again, T=cart.T) == cart
     assert again.T.isApprox(cart.T, 1e-11)
-
-
-def test_defaults_are_not_written():
     assert write_fields(Cart(("axle",), (3.0,))) == {"names": ["axle"], "loads": [3.0]}
 
 
@@ -133,29 +128,6 @@ def test_a_new_field_of_a_robots_description_is_one_line(tmp_path):
     assert ("", "mass", "number", "kg", "10", "above 0", "Mass of the arm") in rows(Heavier)
     with pytest.raises(RobotError, match="'panda': key 'mass' is a positive number .kg., got -1"):
         replace(made, mass=-1.0)
-
-
-def test_a_new_field_of_a_scene_is_one_line(tmp_path):
-    """The lines of `payload` and `exposure` are all that reading, checking and listing need."""
-
-    @dataclass(frozen=True)
-    class LoadedRobot(SceneRobot):
-        payload: Annotated[float, Key("Mass that it carries", "kg", at_least=0.0)] = 0.0
-
-    @dataclass(frozen=True)
-    class TimedCamera(FixedCamera):
-        exposure: Annotated[int | None, Key("Exposure", "ms", above=0)] = None
-
-    path = tmp_path / "scene.toml"
-    path.write_text("[robot]\npayload = 2\n[camera]\nexposure = 8\n[wrong]\nexposure = 0\n")
-    whole = SceneFile(path, None).whole
-    assert read_part(LoadedRobot, whole.table("robot")).payload == 2.0
-    camera = read_part(TimedCamera, whole.table("camera"))
-    assert camera.scene_object().parameters == {"exposure": 8}
-    assert ("", "exposure", "whole number", "ms", "", "above 0", "Exposure") in rows(TimedCamera)
-    read_part(TimedCamera, whole.table("wrong"))
-    with pytest.raises(SceneError, match=":6: key 'wrong.exposure' is a positive number .ms., got"):
-        whole.finish()
 
 
 def test_a_pose_is_written_without_what_is_of_the_identity():

@@ -21,10 +21,6 @@ def leaf(name, outcomes, kind="Scripted"):
     return f'<{kind} name="{name}" outcomes="{",".join(outcomes)}"/>'
 
 
-def star(name):
-    return f"<{name}>{leaf('a', 'S')}{leaf('b', 'FS')}</{name}>"
-
-
 def old_parallel(attributes):
     return f"<Parallel {attributes}>{leaf('a', 'S')}{leaf('b', 'F')}{leaf('c', 'RS')}</Parallel>"
 
@@ -37,7 +33,6 @@ def read(path, xml, **options):
 @pytest.mark.parametrize(
     ("body", "inner", "trace"),
     [
-        pytest.param(star("SequenceStar"), [], ["F asS bsF", "S bsS"], id="SequenceStar"),
         pytest.param(
             f"<FallbackStar>{leaf('a', 'F')}{leaf('b', 'RS')}</FallbackStar>", [],
             ["R asF bsR", "S brS"], id="FallbackStar",
@@ -46,16 +41,9 @@ def read(path, xml, **options):
             f'<RetryUntilSuccesful num_attempts="2">{leaf("a", "FS")}</RetryUntilSuccesful>', [],
             ["S asF asS"], id="RetryUntilSuccesful",
         ),
-        pytest.param(
-            f'<Repeat num_cycles="3">{leaf("a", "S")}</Repeat>', [], ["S asS asS asS"], id="Repeat"
-        ),
         pytest.param(old_parallel('threshold="2"'), [], ["R asS bsF csR", "S crS"], id="threshold"),
         pytest.param(
             old_parallel('success_threshold="2"'), [], ["F asS bsF"], id="failure_threshold=1"
-        ),
-        pytest.param(
-            old_parallel('success_threshold="2" failure_threshold="2"'), [],
-            ["R asS bsF csR", "S crS"], id="failure_threshold=2",
         ),
         pytest.param(
             '<Sequence><Put name="p" value="v" out="{x}"/><SubTree ID="In" y="x"/></Sequence>',
@@ -70,33 +58,8 @@ def read(path, xml, **options):
             ['<Say name="s" msg="{x}"/>'], ["S pw1 sm?"], id="a blackboard of its own",
         ),
         pytest.param(
-            '<Sequence><SubTree ID="In" __shared_blackboard="true"/><Say name="s" msg="{_k}"/>'
-            "</Sequence>", ['<Put name="p" value="v" out="{_k}"/>'], ["S pw1 smv"], id="shared",
-        ),
-        pytest.param(
-            '<Sequence><Put name="p" value="v" out="{x}"/><SubTreePlus ID="In" y="{x}" z="t"/>'
-            "</Sequence>",
-            ['<Sequence><Say name="s" msg="{y}"/><Say name="t" msg="{z}"/></Sequence>'],
-            ["S pw1 smv tmt"], id="SubTreePlus",
-        ),
-        pytest.param(
-            '<Sequence><Put name="p" value="v" out="{x}"/><SubTreePlus ID="In" __autoremap="1"/>'
-            "</Sequence>", ['<Say name="s" msg="{x}"/>'], ["S pw1 smv"], id="__autoremap",
-        ),
-        pytest.param(
             '<Sequence><SubTreePlus ID="In" __autoremap="1" x="t"/><Say name="s" msg="{x}"/>'
             "</Sequence>", ["<AlwaysSuccess/>"], ["S smt"], id="a constant after __autoremap",
-        ),
-        pytest.param(
-            '<Sequence><Put name="p" value="3" out="{x}"/><BlackboardCheckInt value_A="{x}" '
-            f'value_B="3" return_on_mismatch="FAILURE">{leaf("a", "S")}</BlackboardCheckInt>'
-            f'<BlackboardCheckString value_A="${{x}}" value_B="4" return_on_mismatch="SUCCESS">'
-            f"{leaf('b', 'F')}</BlackboardCheckString></Sequence>", [], ["S pw1 asS"], id="checks",
-        ),
-        pytest.param(
-            '<Sequence><SetBlackboard output_key="x" value="01"/><Switch2 variable="{x}" '
-            f'case_1="1" case_2="01">{leaf("a", "S")}{leaf("b", "S")}{leaf("c", "S")}</Switch2>'
-            "</Sequence>", [], ["S bsS"], id="cases are texts",
         ),
         pytest.param(
             '<Action ID="In" y="x"/>', [leaf("a", "S")], ["S asS"], id="a tree as an action"

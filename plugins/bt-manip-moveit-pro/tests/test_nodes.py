@@ -8,22 +8,14 @@ from bt_manip_moveit_pro.dialect import MOVEIT_PRO
 TREE = '<root><BehaviorTree ID="Main">{}</BehaviorTree></root>'
 
 
-def registered():
+def make(text):
     registry = BehaviourRegistry()
     registry.register_dialect(MOVEIT_PRO)
-    return registry
-
-
-def make(text):
-    return parse_tree(TREE.format(text), registered(), dialect="auto")
+    return parse_tree(TREE.format(text), registry, dialect="auto")
 
 
 def statuses(tree, ticks):
-    found = []
-    for _ in range(ticks):
-        tree.tick()
-        found.append(tree.root.status.name)
-    return found
+    return [tree.tick().name for _ in range(ticks)]
 
 
 def test_repeat_unless_failure_each_tick_ticks_its_child_once_a_tick():
