@@ -7,6 +7,7 @@ import pytest
 
 from bt_manip_fuel.fuel.cache import FuelCache
 from bt_manip_fuel.fuel.client import FuelClient
+from tests.support.program import bt_manip as bt_manip
 
 from .fuel_server import FuelServer
 

@@ -1,37 +1,11 @@
 """``bt-manip models``, and a run, against a server of our own."""
 
 import json
-import sys
-from importlib.metadata import entry_points
 from pathlib import Path
-from typing import NamedTuple
 
 import pytest
 
 from .fuel_server import BALL, bundled_sdf, model_zip
-
-
-class Outcome(NamedTuple):
-    """What a command came to."""
-
-    code: int
-    out: str
-    err: str
-
-
-@pytest.fixture
-def bt_manip(capfd, monkeypatch):
-    """Run a command and give what it came to."""
-
-    (command,) = entry_points(group="console_scripts", name="bt-manip")
-
-    def run(*arguments: object) -> Outcome:
-        monkeypatch.setattr(sys, "argv", ["bt-manip", *map(str, arguments)])
-        with pytest.raises(SystemExit) as ended:
-            sys.exit(command.load()())
-        return Outcome(ended.value.code, *capfd.readouterr())
-
-    return run
 
 
 @pytest.fixture(autouse=True)
