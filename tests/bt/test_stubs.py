@@ -122,12 +122,6 @@ def test_a_control_that_a_document_declares_cannot_be_ticked(registry):
         reading.usable_tree().tick()
 
 
-def test_ports_that_a_model_does_not_list_are_errors(registry):
-    wrong = RECOVERY.replace("path=", "pth=") % MODELS
-    (error,) = read(wrong, registry, stubs=Stubs()).errors
-    assert "FollowPath has no port 'pth'; did you mean 'path'?" in str(error)
-
-
 def test_files_of_models_declare_nodes(registry, tmp_path):
     (tmp_path / "project.btproj").write_text(f"<root>{MODELS}</root>")
     stubs = Stubs(models=[tmp_path / "project.btproj"])

@@ -61,15 +61,18 @@ NOTES = []
 @pytest.fixture
 def read(tmp_path):
     NOTES.clear()
-    (tmp_path / "mapping.toml").write_text(MAPPING)
     registry = BehaviourRegistry([Go, Open, Close])
     registry.register_dialect(MOVEIT_PRO)
 
-    def read(position, **options):
-        mapping = LeafMapping.read(tmp_path / "mapping.toml")
+    def read(position, mapping=MAPPING, **options):
+        (tmp_path / "mapping.toml").write_text(mapping)
         (tmp_path / "tree.xml").write_text(TREE.format(position))
         return read_tree(
-            tmp_path / "tree.xml", registry, dialect="auto", mapping=mapping, **options
+            tmp_path / "tree.xml",
+            registry,
+            dialect="auto",
+            mapping=LeafMapping.read(tmp_path / "mapping.toml"),
+            **options,
         )
 
     return read
@@ -82,27 +85,16 @@ def test_leaves_and_sub_trees_become_behaviours_with_their_ports(read):
         ("Go", "Go", {"to": "Above"}),
         ("Close", "grip", {"force": 40.0, "gently": True}),
     ]
-
-
-def test_a_rule_chooses_by_the_value_of_a_port(read):
     read("0").usable_tree().tick()
     assert NOTES[-1] == ("Open", "grip", {})
 
 
 @pytest.mark.parametrize(("opening", "expected"), [(0.0, "Open"), (0.9, "Close")])
-def test_a_rule_over_an_entry_chooses_at_the_tick(read, tmp_path, opening, expected):
-    mapping = MAPPING.replace('when = "position > 0.5"\n', "")
-    tree = read("{opening}", blackboard={"opening": opening})
-    assert tree.errors and "no rule holds" in str(tree.errors[0])
-    rules = LeafMapping.parse(mapping)  # the last rule always holds
-    registry = BehaviourRegistry([Go, Open, Close])
-    registry.register_dialect(MOVEIT_PRO)
-    path = tmp_path / "tree.xml"
-    tree = read_tree(
-        path, registry, dialect="auto", mapping=rules,
-        blackboard={"opening": opening},
-    ).usable_tree()  # fmt: skip
-    tree.tick()
+def test_a_rule_over_an_entry_chooses_at_the_tick(read, opening, expected):
+    entries = {"opening": opening}
+    assert "no rule holds" in str(read("{opening}", blackboard=entries).errors[0])
+    last = MAPPING.replace('when = "position > 0.5"\n', "")  # which always holds
+    read("{opening}", last, blackboard=entries).usable_tree().tick()
     assert NOTES[-1][0] == expected
 
 

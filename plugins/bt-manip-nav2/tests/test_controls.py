@@ -1,5 +1,7 @@
 """The control nodes give the statuses of Nav2's unit tests (nav2_behavior_tree/test/plugins)."""
 
+import functools
+
 import pytest
 
 from bt_manip.bt import BehaviourRegistry, NodeStatus, Tree, parse_tree
@@ -37,6 +39,7 @@ class Rig:
 
 
 ALL_IDLE = [IDLE, IDLE, IDLE]
+WRAPPED = functools.partial(RoundRobin, wrap_around=True)
 
 
 class Counting(Dummy):
@@ -113,79 +116,48 @@ def test_an_idle_child_is_an_error(cls):
         Rig(cls).tick(*ALL_IDLE)
 
 
-@pytest.mark.parametrize("cls", [PipelineSequence, NonblockingSequence])
-def test_a_child_that_fails_ends_the_sequence_and_resets_all(cls):
+LETTERS = {"I": IDLE, "R": RUNNING, "S": SUCCESS, "F": FAILURE, "K": SKIPPED}
+ROUNDS = {
+    "a pipeline ends and resets all with a child that fails": (
+        PipelineSequence,
+        "FII-F SFI-F SSF-F SSR-R FSR-F",
+    ),
+    "a nonblocking sequence ends and resets all with a child that fails": (
+        NonblockingSequence,
+        "FII-F SFI-F SSF-F SSR-R FSR-F",
+    ),
+    "a pipeline goes past a running child once it has been further": (
+        PipelineSequence,
+        "RII-R SRI-R RSR-R RSS-S",
+    ),
+    "a pipeline passes over skipped children": (PipelineSequence, "KSS-S KSF-F KKK-K"),
+    "round robin fails once all children have failed": (WRAPPED, "FRI-R FFR-R FFF-F"),
+    "round robin goes on after the child that succeeded": (
+        WRAPPED,
+        "RII-R FRI-R FSI-S IIR-R RIF-R FSF-S",
+    ),
+    "round robin passes over skipped children": (WRAPPED, "KSF-S KKF-F KKK-K"),
+    "round robin without wrap_around ends with the last child": (
+        RoundRobin,
+        "FFF-F | KKK-K FSI-S FFF-F SFF-S",  # at the second FFF, only the third was left
+    ),
+    "a nonblocking sequence ticks all until all succeed together": (
+        NonblockingSequence,
+        "RSR-R SSR-R RSS-R SSS-S RRF-F",
+    ),
+}
+
+
+@pytest.mark.parametrize(("cls", "rounds"), ROUNDS.values(), ids=ROUNDS)
+def test_children_decide_the_result(cls, rounds):
     rig = Rig(cls)
-    for results in ((FAILURE, IDLE, IDLE), (SUCCESS, FAILURE, IDLE), (SUCCESS, SUCCESS, FAILURE)):
-        assert rig.tick(*results) is FAILURE
-        assert rig.statuses == ALL_IDLE
-    assert rig.tick(SUCCESS, SUCCESS, RUNNING) is RUNNING
-    assert rig.tick(FAILURE, SUCCESS, RUNNING) is FAILURE
-    assert rig.statuses == ALL_IDLE
-
-
-def test_pipeline_goes_past_a_running_child_once_it_has_been_further():
-    rig = Rig(PipelineSequence)
-    assert rig.tick(RUNNING, IDLE, IDLE) is RUNNING
-    assert rig.tick(SUCCESS, RUNNING, IDLE) is RUNNING
-    assert rig.tick(RUNNING, SUCCESS, RUNNING) is RUNNING
-    assert rig.tick(RUNNING, SUCCESS, SUCCESS) is SUCCESS
-    assert rig.statuses == ALL_IDLE
-
-
-def test_pipeline_passes_over_skipped_children():
-    rig = Rig(PipelineSequence)
-    assert rig.tick(SKIPPED, SUCCESS, SUCCESS) is SUCCESS
-    assert rig.tick(SKIPPED, SUCCESS, FAILURE) is FAILURE
-    assert rig.tick(SKIPPED, SKIPPED, SKIPPED) is SKIPPED
-    assert rig.statuses == ALL_IDLE
-
-
-def test_round_robin_fails_once_all_children_have_failed():
-    rig = Rig(RoundRobin, wrap_around=True)
-    assert rig.tick(FAILURE, RUNNING, IDLE) is RUNNING
-    assert rig.tick(FAILURE, FAILURE, RUNNING) is RUNNING
-    assert rig.tick(FAILURE, FAILURE, FAILURE) is FAILURE
-    assert rig.statuses == ALL_IDLE
-
-
-def test_round_robin_goes_on_after_the_child_that_succeeded():
-    rig = Rig(RoundRobin, wrap_around=True)
-    assert rig.tick(RUNNING, IDLE, IDLE) is RUNNING
-    assert rig.tick(FAILURE, RUNNING, IDLE) is RUNNING
-    assert rig.tick(FAILURE, SUCCESS, IDLE) is SUCCESS
-    assert rig.tick(IDLE, IDLE, RUNNING) is RUNNING
-    assert rig.tick(RUNNING, IDLE, FAILURE) is RUNNING
-    assert rig.tick(FAILURE, SUCCESS, FAILURE) is SUCCESS
-    assert rig.statuses == ALL_IDLE
-
-
-def test_round_robin_passes_over_skipped_children():
-    rig = Rig(RoundRobin, wrap_around=True)
-    assert rig.tick(SKIPPED, SUCCESS, FAILURE) is SUCCESS
-    assert rig.tick(SKIPPED, SKIPPED, FAILURE) is FAILURE
-    assert rig.tick(SKIPPED, SKIPPED, SKIPPED) is SKIPPED
-    assert rig.statuses == ALL_IDLE
-
-
-def test_round_robin_without_wrap_around_ends_with_the_last_child():
-    rig = Rig(RoundRobin)
-    assert rig.tick(FAILURE, FAILURE, FAILURE) is FAILURE
-    rig.node.halt()
-    assert rig.tick(SKIPPED, SKIPPED, SKIPPED) is SKIPPED
-    assert rig.statuses == ALL_IDLE
-    assert rig.tick(FAILURE, SUCCESS, IDLE) is SUCCESS
-    assert rig.tick(FAILURE, FAILURE, FAILURE) is FAILURE  # only the third was left
-    assert rig.tick(SUCCESS, FAILURE, FAILURE) is SUCCESS
-
-
-def test_nonblocking_sequence_ticks_all_until_all_succeed_together():
-    rig = Rig(NonblockingSequence)
-    assert rig.tick(RUNNING, SUCCESS, RUNNING) is RUNNING
-    assert rig.tick(SUCCESS, SUCCESS, RUNNING) is RUNNING
-    assert rig.tick(RUNNING, SUCCESS, SUCCESS) is RUNNING
-    assert rig.tick(SUCCESS, SUCCESS, SUCCESS) is SUCCESS
-    assert rig.tick(RUNNING, RUNNING, FAILURE) is FAILURE
+    for one in rounds.split():
+        if one == "|":
+            rig.node.halt()
+            continue
+        children, _, result = one.partition("-")
+        assert rig.tick(*(LETTERS[letter] for letter in children)) is LETTERS[result], one
+        assert result == "R" or "I" in children or rig.statuses == ALL_IDLE
     assert rig.statuses == ALL_IDLE
 
 
