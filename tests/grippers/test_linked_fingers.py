@@ -33,16 +33,6 @@ def make(cube=True):
     return cell, control, gripper
 
 
-@pytest.fixture
-def empty():
-    return make(cube=False)
-
-
-@pytest.fixture
-def over_cube():
-    return make()
-
-
 def until(cell, condition, seconds=3.0):
     for _ in range(round(seconds / cell.dt)):
         if condition():
@@ -57,8 +47,8 @@ def gap(cell, gripper):
     return mujoco.mj_geomDistance(cell.model, cell.data, left[0], right[0], 1.0, None)
 
 
-def test_the_opening_is_the_distance_of_the_fingers_down_to_none(empty):
-    cell, _, gripper = empty
+def test_the_opening_is_the_distance_of_the_fingers_down_to_none():
+    cell, _, gripper = make(cube=False)
     for width in (0.09, 0.05, 0.02):
         gripper.move(width)
         until(cell, lambda: not gripper.moving)
@@ -72,8 +62,8 @@ def test_the_opening_is_the_distance_of_the_fingers_down_to_none(empty):
     until(cell, lambda: gripper.is_open)
 
 
-def test_both_fingers_press_off_centre_and_what_they_hold_can_be_lifted_and_let_go(over_cube):
-    cell, control, gripper = over_cube
+def test_both_fingers_press_off_centre_and_what_they_hold_can_be_lifted_and_let_go():
+    cell, control, gripper = make()
     for force in (10.0, 40.0):
         gripper.close(force)
         until(cell, lambda: gripper.steady)
@@ -88,20 +78,6 @@ def test_both_fingers_press_off_centre_and_what_they_hold_can_be_lifted_and_let_
     assert cell.pose("cube").translation[2] > 0.1
     gripper.open()
     until(cell, lambda: gripper.is_free and gripper.is_open)
-
-
-def test_a_state_goes_on_bit_for_bit(over_cube):
-    cell, control, gripper = over_cube
-    gripper.close(30.0)
-    cell.step(300)
-    snapshot, states = cell.snapshot(), [part.get_state() for part in (gripper, control)]
-    cell.step(200)
-    first = cell.data.qpos.copy()
-    cell.restore(snapshot)
-    for part, state in zip((gripper, control), states, strict=True):
-        part.set_state(state)
-    cell.step(200)
-    assert np.array_equal(first, cell.data.qpos)
 
 
 def test_the_simulators_own_control_refuses_them_with_the_reason():

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from bt_manip.grippers.two_finger.stroke import Motion, Stroke, StrokeLimits
-from bt_manip.robots import GripperError
 
 DT = 1e-3
 LIMITS = StrokeLimits(0.1, 5.0, 500.0)
@@ -42,16 +41,3 @@ def test_it_brakes_as_soon_as_the_limits_allow():
     assert len(motions) - 1 == pytest.approx(30, abs=1)
     assert motions[-1][1] == 0.0
     assert motions[-1][0] == pytest.approx(0.03 - 0.1 * 0.015, abs=1e-6)
-
-
-def test_its_state_comes_back_bit_for_bit():
-    stroke = Stroke(Motion(0.04, 0.0, 0.0), 0.01, LIMITS)
-    for _ in range(77):
-        stroke.advance(DT)
-    again = Stroke.from_state(stroke.get_state())
-    np.testing.assert_array_equal(travel(again)[1:], travel(stroke)[1:])
-
-
-def test_a_speed_that_is_none_is_refused():
-    with pytest.raises(GripperError):
-        Stroke(Motion(0.04, 0.0, 0.0), 0.01, LIMITS._replace(speed=-1.0))
