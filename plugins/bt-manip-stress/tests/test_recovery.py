@@ -37,19 +37,8 @@ def disturbed(parts: Parts):
         "knock at=Lift after=0.3",
         "obstacle at=Drop after=0.1",
         "stuck_finger at=Grasp duration=1",
-        *(
-            pytest.param(fault, marks=pytest.mark.soak)  # the same faults in other phases
-            for fault in (
-                "knock at=Reach after=0.3",
-                "knock at=Drop after=0.3",
-                "move at=Grasp after=0.2",
-                "push at=Drop after=0.2 force=100 duration=2",
-                "push at=Hover force=100 duration=2",
-                "obstacle at=Hover",
-            )
-        ),
     ],
-)
+)  # in other phases: test_tree_stress.py
 def test_the_cube_is_placed_in_spite_of_a_fault(disturbed, fault):
     report = disturbed("pick_place", f"{fault} cycle=1")
     assert [(cycle.status, cycle.placed) for cycle in report.cycles] == [("SUCCESS", True)]
