@@ -104,7 +104,7 @@ def test_the_second_tab_loads_no_plugin(cache, loads, words):
     assert not loads
 
 
-def test_a_plugin_that_is_edited_is_asked_again(cache, loads, tmp_path):
+def test_an_edited_plugin_or_tree_is_asked_again(cache, loads, trees, tmp_path):
     plugin = tmp_path / "plugins" / "trees_of_mine.py"
     plugin.parent.mkdir()
     plugin.write_text("from bt_manip import hookimpl\n")
@@ -114,9 +114,6 @@ def test_a_plugin_that_is_edited_is_asked_again(cache, loads, tmp_path):
     plugin.write_text("from bt_manip import hookimpl  # edited\n")
     assert "pick_place" in completed("run", "--plugins-dir", plugin.parent, "")
     assert len(loads) == 2
-
-
-def test_keys_are_read_again_from_a_tree_that_is_edited(cache, trees):
     assert completed("run", f"{trees}:quick", "--set", "") == ["name="]
     trees.write_text(trees.read_text().replace("name", "another"))
     assert completed("run", f"{trees}:quick", "--set", "") == ["another="]

@@ -61,26 +61,18 @@ def test_a_stub_that_no_tree_has_a_use_for_is_told(bt_manip, folder):
     assert code == 0 and "a stub for 'Folow', but no node of the tree is named so" in err
 
 
-def test_an_error_in_a_library_is_told_once(bt_manip, folder):
-    (folder / "parts").mkdir()
-    (folder / "parts" / "bad.xml").write_text(
-        '<root><BehaviorTree ID="Bad"><Unknown/></BehaviorTree></root>'
-    )
-    for name in ("a.xml", "b.xml"):
-        (folder / name).write_text(
-            '<root><BehaviorTree ID="Main"><SubTree ID="Bad"/></BehaviorTree></root>'
-        )
-    code, out, err = bt_manip("tree", "check", "a.xml", "b.xml", "--with", "parts")
-    assert code == 2 and out.count("'Unknown'") == 1 and "2 trees: 1 error" in err
-
-
-def test_errors_of_a_file_in_a_folder_of_libraries_are_told_once(bt_manip, folder):
+def test_errors_of_a_library_are_told_once(bt_manip, folder):
     (folder / "parts").mkdir()
     nodes = "".join(f"<Sequence{number}/>" for number in range(12))  # with hints
-    (folder / "parts" / "a.xml").write_text(
-        f'<root><BehaviorTree ID="Main"><Sequence>{nodes}</Sequence></BehaviorTree></root>'
+    (folder / "parts" / "bad.xml").write_text(
+        f'<root><BehaviorTree ID="Bad"><Sequence>{nodes}</Sequence></BehaviorTree></root>'
     )
-    code, _, err = bt_manip("tree", "check", "parts/a.xml", "--with", "parts")
+    using = '<root><BehaviorTree ID="Main"><SubTree ID="Bad"/></BehaviorTree></root>'
+    for name in ("a.xml", "b.xml"):
+        (folder / name).write_text(using)
+    code, out, err = bt_manip("tree", "check", "a.xml", "b.xml", "--with", "parts")
+    assert code == 2 and out.count("'Sequence3'") == 1 and "2 trees: 12 errors" in err
+    code, _, err = bt_manip("tree", "check", "parts/bad.xml", "--with", "parts")
     assert code == 2 and "1 tree: 12 errors" in err
 
 

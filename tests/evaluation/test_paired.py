@@ -20,6 +20,7 @@ def test_episodes_are_paired_by_their_numbers():
     [  # Newcombe (1998), Statistics in Medicine 17: 2635, table II, method 10; B has more successes
         ((36, 2, 12, 0), 0.0569, 0.3404),
         ((54, 0, 0, 0), -0.0664, 0.0664),
+        ((0, 0, 0, 0), -1.0, 1.0),  # nothing is known
     ],
 )
 def test_the_interval_of_the_difference_is_newcombes(table, low, high):
@@ -29,12 +30,7 @@ def test_the_interval_of_the_difference_is_newcombes(table, low, high):
     assert swapped == pytest.approx((-high, -low), abs=5e-5)
 
 
-def test_without_episodes_nothing_is_known():
-    assert newcombe_interval(PairedTable(0, 0, 0, 0)) == (-1.0, 1.0)
-
-
-@pytest.mark.parametrize("a", range(0, 30, 7))
-@pytest.mark.parametrize("b", range(0, 200, 33))
+@pytest.mark.parametrize(("a", "b"), [(0, 0), (0, 9), (7, 7), (14, 33), (28, 0), (21, 198)])
 def test_the_test_is_the_exact_binomial_one(a, b):
     expected = binomtest(a, a + b).pvalue if a + b else 1.0
     assert mcnemar_p_value(PairedTable(50, a, b, 3)) == pytest.approx(expected, rel=1e-9)

@@ -49,22 +49,16 @@ def test_rows_have_the_varied_parameters_and_the_identity(folder, tmp_path):
     assert json.loads(table.schema.metadata[b"bt_manip"]) == IDENTITY
 
 
-def test_a_new_column_may_be_empty(folder, tmp_path, monkeypatch):
-    monkeypatch.setattr(results, "EpisodeResult", Measured)
-    rows = [Measured(0, i, 0, True, "SUCCESS", distance=d) for i, d in enumerate((0.25, None))]
-    with folder() as writing:
-        for row in rows:
-            writing.add(row)
-    assert parquet.read_table(tmp_path / "out")["distance"].to_pylist() == [0.25, None]
-    assert read_results(tmp_path / "out")[1] == rows
-
-
-def test_results_of_before_a_new_column_are_read(folder, tmp_path, monkeypatch):
+def test_a_new_column_may_be_empty_and_is_in_results_of_before(folder, tmp_path, monkeypatch):
     with folder() as writing:
         writing.add(result(0))
     monkeypatch.setattr(results, "EpisodeResult", Measured)
+    rows = [Measured(0, i, 0, True, "SUCCESS", distance=d) for i, d in ((1, 0.25), (2, None))]
     with folder() as again:
         assert [one.distance for one in again.results] == [None]
+        for row in rows:
+            again.add(row)
+    assert [one.distance for one in read_results(tmp_path / "out")[1]] == [None, 0.25, None]
 
 
 def test_a_column_of_an_unknown_type_is_named(folder, monkeypatch):
@@ -119,11 +113,8 @@ def test_a_file_of_another_evaluation_in_the_folder_is_refused(folder, tmp_path)
             read()
 
 
-def test_a_folder_has_one_writer(folder):
+def test_a_folder_has_one_writer_and_its_results(folder, tmp_path):
     with folder(), pytest.raises(BtManipError, match="is being written by another evaluation"):
         folder()
-
-
-def test_a_folder_without_results_is_refused(tmp_path):
     with pytest.raises(BtManipError, match="cannot be read"):
         read_results(tmp_path)

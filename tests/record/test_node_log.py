@@ -64,13 +64,15 @@ def logged(root):
     return log
 
 
-@pytest.mark.parametrize(("failures", "retries"), [(0, {}), (1, {"r": 1}), (2, {"r": 2})])
-def test_a_child_that_starts_again_after_its_failure_is_a_retry(failures, retries):
-    assert logged(RetryUntilSuccessful("r", Fail(failures), num_attempts=5)).retries == retries
+@pytest.mark.parametrize(
+    ("failures", "attempts", "retries"), [(0, 5, {}), (2, 5, {"r": 2}), (9, 3, {"r": 2})]
+)
+def test_a_child_that_starts_again_after_its_failure_is_a_retry(failures, attempts, retries):
+    root = RetryUntilSuccessful("r", Fail(failures), num_attempts=attempts)
+    assert logged(root).retries == retries
 
 
-def test_the_last_failure_is_no_retry_and_each_round_counts_anew():
-    assert logged(RetryUntilSuccessful("r", Fail(9), num_attempts=3)).retries == {"r": 2}
+def test_each_round_of_retries_counts_anew():
     inner = RetryUntilSuccessful("inner", Fail(3), num_attempts=2)
     log = logged(RetryUntilSuccessful("outer", Sequence("s", inner), num_attempts=2))
     assert log.retries == {"outer": 1, "inner": 2}

@@ -103,12 +103,9 @@ def picked(make_run) -> CycleReport:
     return cycle
 
 
-def test_a_picked_cube_is_placed_by_the_judgement_of_physics(picked):
+def test_a_picked_cube_is_placed_and_the_action_leaves_are_phases_in_their_order(picked):
     assert (picked.status, picked.object, picked.placed) == ("SUCCESS", "cube", True)
     assert picked.objects == (GrippedObject("cube", True, "panda"),)
-
-
-def test_phases_are_the_action_leaves_in_the_order_in_which_they_ended(picked):
     phases = picked.phases
     assert [phase.behaviour for phase in phases] == [
         "SpawnObject", "OpenGripper", "Reach", "Grasp", "Lift", "Drop", "RemoveObject",
@@ -129,9 +126,6 @@ def test_the_grip_and_the_motion_are_measured(picked):
     assert picked.saturated_steps == 0
     assert picked.unexpected_contacts == ()
     assert 0.1 < picked.max_tool_speed_m_s < 3.0
-
-
-def test_the_largest_tracking_error_has_its_joint_and_its_leaf(picked):
     peak = picked.tracking_peak
     phase = next(p for p in picked.phases if p.name == peak.leaf)
     assert phase.start_s < peak.time_s <= phase.start_s + phase.duration_s

@@ -9,7 +9,6 @@ from bt_manip.behaviours import MoveHome, RemoveObject, SpawnObject
 from bt_manip.bt import (
     Action,
     AlwaysFailure,
-    Fallback,
     Node,
     Script,
     Sequence,
@@ -39,13 +38,17 @@ def of_kind(events, kind):
     return [(round(event.time, 6), event.data) for event in events if event.kind == kind]
 
 
-def test_statuses_have_the_time_of_their_tick_and_the_reason_of_a_failure(events_of):
-    root = Fallback("root", Sequence(Sleep("rest", msec=25), AlwaysFailure("never")), Sleep(msec=1))
-    changes = of_kind(events_of(root), "status")
+def test_statuses_and_cycles_have_the_time_of_their_tick_and_the_reason_of_a_failure(events_of):
+    root = Sequence("root", Sleep("rest", msec=25), AlwaysFailure("never"))
+    events = events_of(root, cycles=2)
+    changes = of_kind(events, "status")
     rest = [(t, d["old"], d["status"]) for t, d in changes if d["path"] == "rest"]
     assert rest[:2] == [(0.0, "IDLE", "RUNNING"), (0.03, "RUNNING", "SUCCESS")]
     assert {d["reason"] for _, d in changes if d["status"] != "FAILURE"} == {""}
     assert all(isinstance(d["uid"], int) for _, d in changes)
+    cycles = [(d["cycle"], d["status"]) for _, d in of_kind(events, "cycle")]
+    assert cycles == [(0, "RUNNING"), (0, "FAILURE"), (1, "RUNNING"), (1, "FAILURE")]
+    assert "never" in of_kind(events, "cycle")[1][1]["reason"]
 
 
 def test_the_tree_comes_first_with_the_parent_and_the_ports_of_each_node(events_of):
@@ -124,13 +127,6 @@ def test_a_motion_has_its_start_and_duration(make_run):
     assert duration <= end <= duration + 0.010
 
 
-def test_cycles_begin_and_end(events_of):
-    events = events_of(Sequence("root", AlwaysFailure("never")), cycles=2)
-    cycles = [(d["cycle"], d["status"]) for _, d in of_kind(events, "cycle")]
-    assert cycles == [(0, "RUNNING"), (0, "FAILURE"), (1, "RUNNING"), (1, "FAILURE")]
-    assert "never" in of_kind(events, "cycle")[1][1]["reason"]
-
-
 def test_only_the_wanted_kinds_are_reported(make_run):
     events: list[RunEvent] = []
     make_run(Sleep("rest", msec=5)).execute([Listener(events, ("cycle", "entity"))])
@@ -160,9 +156,8 @@ def test_the_message_of_a_node_is_reported_while_it_runs_and_when_it_succeeds(ev
 def test_a_run_with_a_listener_keeps_its_digest(make_run):
     def digest(*observers):
         recorder = Recorder("test", 0)
-        make_run(Sequence("root", SpawnObject(object="{cube}"), Sleep(msec=50))).execute(
-            [recorder, *observers]
-        )
+        root = Sequence("root", SpawnObject(object="{cube}"), Sleep(msec=50))
+        make_run(root).execute([recorder, *observers])
         return recorder.report().state_digest
 
     assert digest() == digest(Listener([]))
@@ -182,12 +177,11 @@ def test_a_full_queue_drops_the_oldest_and_counts_them():
     for number in range(5):
         queue.handle(RunEvent(0.0, "tick", {"tick": number}))
     assert [event.data["tick"] for event in queue.take()] == [2, 3, 4]
-    assert queue.dropped == 2
-    assert queue.take() == []
+    assert (queue.dropped, queue.take()) == (2, [])
 
 
 def test_a_queue_hands_all_events_to_another_thread(make_run):
-    queue, taken, done = EventQueue(), [], threading.Event()
+    queue, taken, direct, done = EventQueue(), [], [], threading.Event()
 
     def read():
         while not done.is_set():
@@ -196,7 +190,6 @@ def test_a_queue_hands_all_events_to_another_thread(make_run):
 
     thread = threading.Thread(target=read)
     thread.start()
-    direct: list[RunEvent] = []
     make_run(Sleep("rest", msec=100)).execute([queue, Listener(direct)])
     done.set()
     thread.join()

@@ -58,18 +58,17 @@ def test_drawing_changes_nothing(opengl):
     assert cell.state_bytes() == undrawn.state_bytes()
 
 
-def test_an_unknown_camera_is_refused_with_the_nearest_name():
+def test_an_unknown_camera_and_an_impossible_size_are_refused():
     with pytest.raises(BtManipError, match="no camera 'overveiw'.*'overview'"):
         render(Cell(), "overveiw")
+    for width, height in ((0, 10), (10, 5000)):
+        with pytest.raises(BtManipError, match="up to 1920 x 1200 pixels"):
+            render(Cell(), width=width, height=height)
 
 
-@pytest.mark.parametrize("size", [(0, 10), (10, 5000)])
-def test_an_impossible_size_is_refused(size):
-    with pytest.raises(BtManipError, match="up to 1920 x 1200 pixels"):
-        render(Cell(), width=size[0], height=size[1])
-
-
-def test_without_opengl_it_says_what_would_help_and_is_not_tried_again(monkeypatch):
+@pytest.fixture
+def no_context(monkeypatch) -> list[bool]:
+    """Let no renderer be made; return how often that was tried."""
     tried = []
 
     def fail(*_):
@@ -79,10 +78,14 @@ def test_without_opengl_it_says_what_would_help_and_is_not_tried_again(monkeypat
     monkeypatch.setenv("MUJOCO_GL", "egl")
     monkeypatch.setattr(FrameRenderer, "failure", "")
     monkeypatch.setattr(mujoco.Renderer, "__init__", fail)
+    return tried
+
+
+def test_without_opengl_it_says_what_would_help_and_is_not_tried_again(no_context):
     for _ in range(2):
         with pytest.raises(NoOpenGLError, match=r"\(no context\).*MUJOCO_GL=egl"):
             render(Cell())
-    assert tried == [True]  # a second try of GLFW aborts the process
+    assert no_context == [True]  # a second try of GLFW aborts the process
 
 
 def test_with_opengl_disabled_it_says_so(monkeypatch):
@@ -96,13 +99,6 @@ def test_a_notebook_shows_the_picture_of_a_cell(opengl):
     assert shown is not None and shown.startswith(b"\x89PNG")
 
 
-def test_a_notebook_shows_a_cell_as_text_without_opengl_or_an_overview(monkeypatch):
+def test_a_notebook_shows_a_cell_as_text_without_opengl_or_an_overview(no_context):
     assert Cell(composer.Arena())._repr_png_() is None
-
-    def fail(*_):
-        raise mujoco.FatalError("no context")
-
-    monkeypatch.setenv("MUJOCO_GL", "egl")
-    monkeypatch.setattr(FrameRenderer, "failure", "")
-    monkeypatch.setattr(mujoco.Renderer, "__init__", fail)
     assert Cell()._repr_png_() is None

@@ -25,13 +25,10 @@ def test_the_time_left_is_that_of_the_cycles_so_far(clock, seconds, left):
     assert str(shown) == f"1 of 2 cycles succeeded, about {left} left"
 
 
-def test_without_a_last_cycle_there_is_no_time_left(clock):
+def test_without_a_last_cycle_there_is_no_time_left_and_a_continued_run_counts_its_own(clock):
     shown = Progress(0)
     shown.count(0, "SUCCESS")
     assert str(shown) == "1 of 1 cycles succeeded"
-
-
-def test_a_continued_run_counts_its_own_cycles(clock):
     shown = Progress(10)
     clock[0] = 2.0
     shown.count(7, "SUCCESS")

@@ -31,11 +31,8 @@ def test_a_plain_terminal_gets_plain_marks():
     text = "\n".join(line.plain for line in tree_lines(tree(), status_of, ascii_only=True))
     assert text.isascii()
     assert text.splitlines()[1] == "  + left AlwaysSuccess  done"
-
-
-def test_an_idle_node_says_nothing_of_last_time():
-    lines = [line.plain for line in tree_lines(tree(), lambda node: "IDLE")]
-    assert lines[1] == "  · left AlwaysSuccess"
+    idle = [line.plain for line in tree_lines(tree(), lambda node: "IDLE")]
+    assert idle[1] == "  · left AlwaysSuccess"  # it says nothing of last time
 
 
 def test_a_tree_deeper_than_pythons_stack_is_shown():

@@ -150,15 +150,11 @@ class Question(Condition):
 
 
 @pytest.mark.parametrize("view", [PlainView, TerminalView])
-def test_a_condition_that_answers_no_is_shown_as_an_answer(watch, view):
-    shown = watch(view, Fallback("else", [Question("asked")]), terminal=view is TerminalView)
+def test_leaves_and_answers_of_cycles_that_failed_stay_on_the_screen(watch, view):
+    leaves = Fallback("else", [Question("asked"), Step("reach")]), Slip("grasp")
+    shown = watch(view, *leaves, terminal=view is TerminalView, cycles=2)
     assert re.search(r"0\.00 s  no +asked: it is empty", shown)
     assert not re.search(r"(FAILURE|✗) +asked", shown)
-
-
-@pytest.mark.parametrize("view", [PlainView, TerminalView])
-def test_the_leaves_of_a_cycle_that_failed_stay_on_the_screen(watch, view):
-    shown = watch(view, Step("reach"), Slip("grasp"), terminal=view is TerminalView, cycles=2)
     assert len(re.findall(r"SUCCESS  reach: all the way", shown)) == 2
     assert len(re.findall(r"FAILURE  grasp: it slipped", shown)) == 2
     assert re.search(r"cycle 1 failed|cycle 1/2: FAILURE", shown)
