@@ -24,11 +24,14 @@ def parts() -> Parts:
 
 @pytest.fixture(scope="module", autouse=True)
 def reach_is_coarse() -> Iterator[None]:
-    """Measure the reach before robots and on the table at a quarter of the positions."""
+    """Measure the reach at few positions, with few initial guesses at each."""
     from bt_manip_setup import inspection, reach
 
     with pytest.MonkeyPatch.context() as patch:
-        for module, names in ((reach, ("_RADII", "_HEIGHTS")), (inspection, ("_X", "_Y"))):
-            for name in names:
-                patch.setattr(module, name, getattr(module, name)[1::2])
+        patch.setattr(reach, "_FEW", 8)
+        for module, name, step in (
+            (reach, "_RADII", 2), (reach, "_HEIGHTS", 3), (inspection, "_X", 4),
+            (inspection, "_Y", 4),
+        ):  # fmt: skip
+            patch.setattr(module, name, getattr(module, name)[1::step])
         yield

@@ -8,7 +8,8 @@ from bt_manip.behaviours import Reach
 from bt_manip.bt import NodeStatus
 from bt_manip.models import bundled_path
 from bt_manip.robots import read_description
-from bt_manip_setup import check_description
+from bt_manip_contracts.robot_contract import it_stands_still_at_home
+from bt_manip_setup import check, check_description
 from bt_manip_setup.finger_travel import write_travel
 from bt_manip_setup.trial import Checked, TrialWatch
 from tests.support.small_arm import write_small_arm
@@ -49,7 +50,7 @@ def test_retries_are_a_finding_where_more_than_a_quarter_of_the_cycles_needs_one
 
 @pytest.fixture
 def checked(parts, tmp_path) -> Callable[..., Checked]:
-    def check(*changes: tuple[str, str], cycles: int = 0) -> Checked:
+    def checked(*changes: tuple[str, str], cycles: int = 0) -> Checked:
         text = PANDA
         for before, after in changes:
             assert before in text
@@ -58,28 +59,34 @@ def checked(parts, tmp_path) -> Callable[..., Checked]:
         path.write_text(text)
         return check_description(path, parts, cycles)
 
-    return check
+    return checked
 
 
 def keys(result: Checked) -> list[str]:
     return [finding.split("key '")[1].split("'")[0] for finding in result.findings]
 
 
-def test_a_good_description_has_no_findings_but_reach_and_payload(checked):
-    result = checked()
-    assert result.findings == []
+def test_a_good_description_has_no_findings_but_reach_and_payload_and_is_tried(
+    checked, monkeypatch
+):
+    def tried(description, parts, cycles, report):
+        assert description.name == "arm"
+        return Checked(["a finding"], [f"{cycles} cycles"])
+
+    monkeypatch.setattr(check, "try_robot", tried)
+    result = checked(cycles=3)
     assert result.facts[0].startswith("reach: ") and "#" in result.facts[1]
-    assert result.facts[-1].startswith("payload: ")
+    assert result.facts[-2].startswith("payload: ")
+    assert (result.findings, result.facts[-1]) == (["a finding"], "3 cycles")
 
 
-@pytest.mark.parametrize(("armature", "named"), [("0.0", "joint4, joint5, joint6"), ("0.01", "")])
-def test_joints_of_almost_no_inertia_are_named(parts, tmp_path, armature, named):
+def test_joints_of_almost_no_inertia_are_named(parts, tmp_path, monkeypatch):
+    monkeypatch.setattr(check, "ROBOT_CONTRACT", ())
     path = write_small_arm(tmp_path, armature=0.0)
-    path.write_text(f"armature = {armature}\n{path.read_text()}")
-    light = [fact for fact in check_description(path, parts, cycles=0).facts if "inertia" in fact]
-    assert [f"almost no inertia: {named}; give 'armature'" in fact for fact in light] == (
-        [True] if named else []
-    )
+    path.write_text(f"armature = 0.0\n{path.read_text()}")
+    facts = check_description(path, parts, cycles=0).facts
+    (light,) = (fact for fact in facts if "inertia" in fact)
+    assert "almost no inertia: joint4, joint5, joint6; give 'armature'" in light
 
 
 def test_wrong_keys_of_all_tables_are_found_at_once(checked):
@@ -111,24 +118,24 @@ def test_unknown_names_are_found_at_once_with_the_nearest_ones(checked):
     assert "there is no joint 'joint8'; did you mean 'joint" in result.findings[0]
 
 
-def test_self_collision_at_home_names_both_bodies(checked):
+def test_self_collision_at_home_names_both_bodies(checked, monkeypatch):
+    monkeypatch.setattr(check, "ROBOT_CONTRACT", ())
     result = checked(("-0.7854, 0.0, -2.3562, 0.0, 1.5708", "1.7, 0.0, -3.0, 0.0, 0.1"))
-    assert "home" in keys(result)
+    assert keys(result)[0] == "home"
     assert " mm inside '" in result.findings[0] and "choose another home" in result.findings[0]
 
 
-def test_a_tool_that_does_not_point_like_the_fingers_is_found(checked):
-    result = checked(('frame = "tool"', 'frame = "tool"\nrpy = [3.14159, 0.0, 0.0]'))
-    assert "180 degrees from that of the fingers" in "".join(result.findings)
-    assert "position = [" in "".join(result.findings)
+def test_a_tool_that_is_beside_the_fingers_or_points_elsewhere_is_found(checked):
+    wrong = "rpy = [3.14159, 0.0, 0.0]\nposition = [0.0, 0.0, 0.2]"
+    findings = "".join(checked(('frame = "tool"', f'frame = "tool"\n{wrong}')).findings)
+    assert "180 degrees from that of the fingers" in findings and "position = [" in findings
+    assert "mm from the middle of the finger pads" in findings
 
 
-def test_a_tool_beside_the_fingers_is_found(checked):
-    result = checked(('frame = "tool"', 'frame = "tool"\nposition = [0.0, 0.0, 0.2]'))
-    assert "mm from the middle of the finger pads" in "".join(result.findings)
-
-
-def test_a_gripper_that_reaches_the_table_before_its_tool_grips_is_found(checked, parts, tmp_path):
+def test_a_gripper_that_reaches_the_table_before_its_tool_grips_is_found(
+    checked, parts, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(check, "ROBOT_CONTRACT", ())
     path = tmp_path / "arm.toml"
     moved = ('frame = "tool"', 'frame = "tool"\nposition = [0.0, 0.0, -0.04]')
     refused = checked(moved)
@@ -146,7 +153,8 @@ def test_a_gripper_that_does_not_open_so_wide_is_found(checked):
     assert len(result.findings) == 1 and "open_width" in result.findings[0]
 
 
-def test_an_arm_too_weak_for_itself_is_found(checked):
+def test_an_arm_too_weak_for_itself_is_found(checked, monkeypatch):
+    monkeypatch.setattr(check, "ROBOT_CONTRACT", (it_stands_still_at_home,))
     result = checked(("jerk = 500.0", "jerk = 500.0\neffort = 8.0"))
     assert "effort" in keys(result)
 

@@ -40,12 +40,13 @@ from bt_manip_setup.gripper_keys import standing_pose
 from bt_manip_setup.known_grippers import find_gripper
 from bt_manip_setup.placement import find_home
 from bt_manip_setup.reach import RadialReach
-from tests.support.models import ROBOTS
 from tests.support.small_arm import write_small_arm
+
+from .assembled_arms import SIX_JOINTS, box, limit, part, write_arm
 
 PANDA = str(bundled_path("panda/panda.xml"))
 MODELS = Path(__file__).parent / "models"
-SIX_JOINTS, FIVE_JOINTS = ROBOTS / "six_joints.urdf", MODELS / "five_joints.xml"
+FIVE_JOINTS = MODELS / "five_joints.xml"
 TWO_LINK = MODELS / "two_link.urdf"
 
 
@@ -61,10 +62,8 @@ def test_arm_gripper_and_tool_are_found(draft):
     assert found.gripper.parameters["open_width"] == pytest.approx(0.08, abs=2e-4)
     position = draft.robot.mj_data.site("tool").xpos  # of the model's own tool frame
     assert draft.robot.tool_pose.translation == pytest.approx(position, abs=0.01)
-
-
-def test_efforts_of_the_model_are_not_repeated(draft):
-    assert draft.description.effort is None
+    assert found.tolerance == Tolerance()  # of seven joints
+    assert found.effort is None  # it is that of the model
     assert draft.robot.limits.effort[0] == 87.0
 
 
@@ -78,10 +77,13 @@ def test_at_home_the_tool_points_down_and_the_arm_is_clear_of_itself(draft):
     assert share.min() > 0.1 and share.max() < 0.9  # also of the elbow, which cannot be straight
 
 
+EVERYTHING = RadialReach(
+    np.zeros(2), 0.0, np.linspace(0, 2, 20), np.linspace(-1, 1, 20), np.full((20, 20), 5.0)
+)
+
+
 def test_a_base_from_which_all_is_reached_stays_where_it_is(draft):
-    everything = np.full((20, 20), 5.0)
-    reach = RadialReach(np.zeros(2), 0.0, np.linspace(0, 2, 20), np.linspace(-1, 1, 20), everything)
-    found = placement.place_base(draft.robot, reach)
+    found = placement.place_base(draft.robot, EVERYTHING)
     assert found.share == 1.0 and found.pedestal is None
     assert found.T_rb.translation[0] == pytest.approx(min(placement.BASE_X))
 
@@ -117,12 +119,6 @@ def test_the_written_file_is_read_as_the_same_description(draft, tmp_path):
     assert again.gripper.max_force == first.gripper.max_force
 
 
-def test_a_described_robot_has_no_findings(draft, parts, tmp_path):
-    path = tmp_path / "one.toml"
-    path.write_text(description_text(draft.description, draft.notes, path, "an arm"))
-    assert check_description(path, parts, cycles=0).findings == []
-
-
 def test_an_arm_that_cannot_point_its_tool_down_is_refused(parts):
     with pytest.raises(RobotError, match=r"tool pointing down: .* \(--tool-frame\)"):
         describe_robot(str(TWO_LINK), parts, name="two_link")
@@ -135,13 +131,6 @@ def test_a_second_gripper_is_refused(parts):
 
 def test_a_gripper_that_is_no_registered_one_may_be_one_of_menagerie(parts):
     assert find_gripper("leap_hand", parts) == ("menagerie:leap_hand/right_hand", None)
-
-
-def test_velocities_and_efforts_of_urdf_are_kept(parts):
-    found = describe_robot(str(SIX_JOINTS), parts, name="six").description
-    assert found.arm_joints == ("pan", "lift", "elbow", "roll", "pitch", "turn")
-    assert found.velocity == (3.0,) * 6
-    assert found.effort is None and found.gripper is None
 
 
 def test_an_adhesion_actuator_is_a_suction_cup(tmp_path):
@@ -158,23 +147,46 @@ def test_an_adhesion_actuator_is_a_suction_cup(tmp_path):
         describe_robot(str(SIX_JOINTS), parts, name="six", gripper=gripper)
 
 
-def test_an_arm_of_five_joints_gets_a_tolerance_for_what_it_cannot_reach(draft, parts, tmp_path):
-    assert draft.description.tolerance == Tolerance()  # of seven joints
-    draft = describe_robot(str(FIVE_JOINTS), parts, name="five")
-    path = tmp_path / "five.toml"
+def test_an_arm_of_five_joints_gets_a_tolerance_and_invented_masses_are_marked(parts, tmp_path):
+    model, path = tmp_path / "arm.xml", tmp_path / "five.toml"
+    model.write_text(FIVE_JOINTS.read_text().replace('density="1500" ', ""))
+    draft = describe_robot(str(model), parts, name="five")
     path.write_text(description_text(draft.description, draft.notes, path, "five"))
     assert read_description(path).tolerance == Tolerance(position=1e-4, rotation=5e-3)
+    assert draft.notes["model"].startswith("CHOSEN") and "kg" in draft.notes["model"]
 
 
-def test_joints_of_almost_no_inertia_get_an_armature_that_is_marked_as_chosen(parts, tmp_path):
-    write_small_arm(tmp_path, armature=0.0)
+DAMPING = 'damping="10" frictionloss="{}"'
+
+
+def with_dry_friction(folder: Path, friction: float, **small) -> Path:
+    """Write the model of a small arm with this dry friction of each finger [N]."""
+    path = write_small_arm(folder, **small).with_name("small.xml")
+    text, old = path.read_text(), DAMPING.format(0)
+    assert old in text
+    path.write_text(text.replace(old, DAMPING.format(friction)))
+    return path
+
+
+def finger_friction(draft: Draft) -> list[float]:
+    model = draft.robot.mj_model
+    return [model.dof_frictionloss[model.joint(name).dofadr[0]] for name in ("left", "right")]
+
+
+def test_joints_of_almost_no_inertia_get_an_armature_that_is_marked_as_chosen(
+    parts, tmp_path, monkeypatch
+):
     path = tmp_path / "new.toml"
-    draft = describe_robot(str(tmp_path / "small.xml"), parts, name="new")
+    model = with_dry_friction(tmp_path, 2.0, armature=0.0)
+    draft = describe_robot(str(model), parts, name="new")
+    assert draft.description.gripper.parameters.get("frictionloss") is None
+    assert finger_friction(draft) == pytest.approx([2.0, 2.0])
     path.write_text(description_text(draft.description, draft.notes, path, "small"))
     armature, effort = np.array(draft.description.armature), draft.robot.limits.effort
     assert (2e-4 * effort[3:] < armature[3:]).all() and (armature[3:] <= 1e-3 * effort[3:]).all()
     assert not armature[:3].any()
     assert "# CHOSEN" in path.read_text().split("armature = ")[0].splitlines()[-2]
+    monkeypatch.setattr("bt_manip_setup.check.ROBOT_CONTRACT", ())
     facts = check_description(path, parts, cycles=0).facts
     assert not [fact for fact in facts if "inertia" in fact]
 
@@ -182,7 +194,7 @@ def test_joints_of_almost_no_inertia_get_an_armature_that_is_marked_as_chosen(pa
 @pytest.mark.parametrize("link", ["base", "shoulder"])
 def test_a_foot_that_reaches_below_the_origin_of_the_base_is_lifted(parts, tmp_path, link):
     """The first link turns about the vertical only: it keeps its height, too."""
-    write_small_arm(tmp_path)
+    file = write_small_arm(tmp_path)
     model = tmp_path / "small.xml"
     body = f'<body name="{link}"'
     head, _, rest = model.read_text().partition(body)
@@ -190,9 +202,11 @@ def test_a_foot_that_reaches_below_the_origin_of_the_base_is_lifted(parts, tmp_p
     low = -0.017 - (0.06 if link == "shoulder" else 0.0)
     skirt = f'<geom type="sphere" size="0.01" pos="0.04 0 {low + 0.01}"/>'
     model.write_text(f"{head}{body}{line}{skirt}\n{rest}")
-    found = describe_robot(str(model), parts, name="one").description
-    standing = 0.0 if found.pedestal is None else found.pedestal[2]
-    assert found.T_rb.translation[2] - standing == pytest.approx(0.017, abs=1e-6)
+    robot = make_robot(replace(read_description(file), gripper=None), parts)
+    assert placement.measure_foot(robot)[0] == pytest.approx(-0.017, abs=1e-6)
+    found = placement.place_base(robot, EVERYTHING)
+    assert found.pedestal is None
+    assert found.T_rb.translation[2] == pytest.approx(0.017, abs=1e-6)
 
 
 def test_a_robot_that_collides_wherever_its_tool_points_down_is_refused_with_the_pairs():
@@ -207,7 +221,10 @@ def test_a_robot_that_collides_wherever_its_tool_points_down_is_refused_with_the
 def test_an_arm_may_be_given_a_suction_cup_that_is_built():
     parts = load_plugins().parts
     draft = describe_robot(str(SIX_JOINTS), parts, name="six", gripper="suction")
-    assert draft.description.gripper.kind == "suction"
+    found = draft.description
+    assert found.arm_joints == ("pan", "lift", "elbow", "roll", "pitch", "turn")
+    assert found.velocity == (3.0,) * 6 and found.effort is None  # they are those of URDF
+    assert found.gripper.kind == "suction"
     assert draft.robot.gripper.max_force == pytest.approx(0.25 * np.pi * 0.03**2 * 6e4)
     assert draft.notes["gripper"].startswith("CHOSEN")
 
@@ -243,17 +260,10 @@ def test_a_position_is_reached_where_the_gripper_stays_above_the_table():
     assert reach.covers(np.full(2, 0.5), height, 0.0).tolist() == [False, True]
 
 
-@pytest.mark.parametrize("friction, kept", [(2.0, True), (40.0, False)])  # [N] of each finger
-def test_dry_friction_that_takes_the_grip_is_left_out(parts, tmp_path, friction, kept):
-    path = write_small_arm(tmp_path).with_name("small.xml")
-    text, old = path.read_text(), 'damping="10" frictionloss="0"'
-    assert old in text
-    path.write_text(text.replace(old, f'damping="10" frictionloss="{friction}"'))
-    draft = describe_robot(str(path), parts, name="small")
-    assert draft.description.gripper.parameters.get("frictionloss") == (None if kept else 0.0)
-    model = draft.robot.mj_model
-    fingers = [model.joint(name).dofadr[0] for name in ("left", "right")]
-    assert model.dof_frictionloss[fingers] == pytest.approx(friction if kept else 0.0)
+def test_dry_friction_that_takes_the_grip_is_left_out(parts, tmp_path):
+    draft = describe_robot(str(with_dry_friction(tmp_path, 40.0)), parts, name="small")
+    assert draft.description.gripper.parameters.get("frictionloss") == 0.0
+    assert finger_friction(draft) == [0.0, 0.0]
 
 
 def test_at_home_joints_are_near_the_middle_of_their_ranges(monkeypatch):
@@ -279,43 +289,18 @@ def test_a_gripper_stands_on_its_mount_with_its_origin_or_with_what_is_lower(hei
     assert T.isApprox(pin.SE3(np.eye(3), np.array([0.0, 0.0, lift])))
 
 
-def test_the_front_of_an_arm_is_before_it_half_way_out(draft):
-    downward = reach.DownwardReach(draft.robot, draft.robot.make_model())
-    axis, size = np.array([0.0, 0.0]), 0.9  # [m]
-    front, q = downward.front(axis, size)
-    data, robot = mujoco.MjData(draft.robot.mj_model), draft.robot
-    data.qpos[robot.qpos_adr] = q
-    mujoco.mj_kinematics(robot.mj_model, data)
-    tool = data.body("hand").xpos[:2]  # the tool points down: below the hand
-    assert tool == pytest.approx([0.5 * size * np.cos(front), 0.5 * size * np.sin(front)], abs=1e-3)
-
-
-GRIPPER = """<link name="{name}"><inertial><mass value="0.03"/><inertia ixx="2e-5" iyy="2e-5"
- izz="2e-5" ixy="0" ixz="0" iyz="0"/></inertial><collision><origin xyz="0 0 0.06"/><geometry>
- {shape}</geometry></collision></link><joint name="{name}_joint" type="{type}">
- <parent link="{parent}"/><child link="{name}"/><origin xyz="{at}"/><axis xyz="{axis}"/>{limit}
- </joint>"""
-
-
-def part(name, shape, kind, at, axis="0 1 0", limit="", parent="mount") -> str:
-    return GRIPPER.format(
-        name=name, shape=shape, type=kind, at=at, axis=axis, limit=limit, parent=parent
-    )
-
-
 ARM = ("pan", "lift", "elbow", "pitch", "roll", "turn")
-PLATE = '<box size="0.02 0.01 0.06"/>'
-LIMIT = '<limit lower="{}" upper="{}" effort="20" velocity="1"/>'
+PLATE = box("0.02 0.01 0.06")
 
 
 def test_a_joint_that_only_decorates_is_left_aside(tmp_path):
-    grip, path = LIMIT.format(0, 0.04), tmp_path / "arm.urdf"
-    parts = [part("left", PLATE, "prismatic", "0 0.005 0", limit=grip),
-             part("right", PLATE, "prismatic", "0 -0.005 0", "0 -1 0", grip + '<mimic joint='
-                  '"left_joint"/>'),
-             part("propeller", '<box size="0.002 0.01 0.01"/>', "continuous", "0.06 0 -0.06",
-                  "1 0 0")]  # fmt: skip
-    path.write_text(SIX_JOINTS.read_text().replace("</robot>", "".join(parts) + "</robot>"))
+    grip = limit(0.0, 0.04)
+    path = write_arm(tmp_path / "arm.urdf", [
+        part("left", PLATE, "prismatic", "0 0.005 0", rest=grip),
+        part("right", PLATE, "prismatic", "0 -0.005 0", "0 -1 0",
+             grip + '<mimic joint="left_joint"/>'),
+        part("propeller", box("0.002 0.01 0.01"), "continuous", "0.06 0 -0.06", "1 0 0"),
+    ])  # fmt: skip
     found = find_fingers(read_model(str(path), "arm")[1], ARM)
     assert found.joints == ("left_joint",) and set(found.fingers) == {"left", "right"}
 
@@ -332,12 +317,11 @@ def concave_jaw(tmp_path, monkeypatch) -> Path:
     shapes = {(0, 0.02, -0.05): (0.03, 0.1, 0.02), (0, -0.03, 0.01): (0.02, 0.01, 0.1)}
     boxes = [trimesh.creation.box(size).apply_translation(at) for at, size in shapes.items()]
     trimesh.util.concatenate(boxes).export(tmp_path / "palm.stl")
-    parts = [part("palm", '<mesh filename="palm.stl"/>', "fixed", "0 0 0.03"),
-             part("jaw", PLATE, "revolute", "0 0.005 0.02", "1 0 0", LIMIT.format(-0.4, 0.4),
-                  "palm")]  # fmt: skip
-    path = tmp_path / "arm.urdf"
-    path.write_text(SIX_JOINTS.read_text().replace("</robot>", "".join(parts) + "</robot>"))
-    return path
+    palm = '<collision><geometry><mesh filename="palm.stl"/></geometry></collision>'
+    return write_arm(tmp_path / "arm.urdf", [
+        part("palm", palm, "fixed", "0 0 0.09"),
+        part("jaw", PLATE, "revolute", "0 0.005 -0.04", "1 0 0", limit(-0.4, 0.4), "palm"),
+    ])  # fmt: skip
 
 
 def split_connected(mesh: trimesh.Trimesh, **options: float) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -386,10 +370,3 @@ def test_bodies_with_convex_parts_are_checked(draft, parts, tmp_path):
     assert (
         "key 'convex_parts': there is no body 'left_fingr'; did you mean 'left_finger'" in finding
     )
-
-
-def test_invented_masses_and_replaced_inertias_are_marked_in_the_file(parts, tmp_path):
-    path = tmp_path / "arm.xml"
-    path.write_text(FIVE_JOINTS.read_text().replace('density="1500" ', ""))
-    draft = describe_robot(str(path), parts, name="arm")
-    assert draft.notes["model"].startswith("CHOSEN") and "kg" in draft.notes["model"]

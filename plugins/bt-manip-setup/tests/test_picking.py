@@ -6,8 +6,6 @@ from typing import Any
 
 import pytest
 
-from bt_manip.models import bundled_path
-from bt_manip.robots import read_description
 from tests.support.program import run_program
 
 from .assembled_arms import (
@@ -60,19 +58,11 @@ def check_cycles(cycles: list[dict[str, Any]]) -> None:
         assert not cycle["unexpected_contacts"]
 
 
-@pytest.mark.soak
-def test_the_bundled_arm_picks_as_described_from_its_model(tmp_path):
-    check_cycles(pick(tmp_path, bundled_path("panda/panda.xml"), None, 2))
-
-
-@pytest.mark.soak
-def test_an_arm_with_a_gripper_of_another_model_picks(tmp_path, menagerie):
-    arm, gripper = menagerie / "universal_robots_ur5e" / "ur5e.xml", menagerie / GRIPPER
-    check_cycles(pick(tmp_path, arm, gripper, 1))
-
-
-def test_an_arm_with_a_turning_jaw_picks_at_the_first_attempt(tmp_path, more_models):
+def test_an_arm_with_a_turning_jaw_picks_at_the_first_attempt(tmp_path, more_models, capsys):
     cycles = pick(tmp_path, more_models / "trs_so_arm100" / "so_arm100.xml", None, 1)
+    file = tmp_path / "robot.toml"
+    out = capsys.readouterr().out
+    assert out == f"wrote {file}, not tried; next:\n  bt-manip robot check {file}\n"
     check_cycles(cycles)
     assert {phase["status"] for phase in cycles[0]["phases"]} == {"SUCCESS"}
     assert cycles[0]["max_tracking_error_rad"] < 1e-3 and cycles[0]["limits"]["effort"] < 1.0
@@ -100,24 +90,8 @@ def test_a_chosen_arm_of_a_larger_robot_picks(tmp_path, capsys):
     assert "pick_place: 1 of 1 cycles" in capsys.readouterr().err
 
 
-def test_links_of_a_light_linkage_neither_obstruct_each_other_nor_yield_to_the_grip(tmp_path):
-    cycles = pick(tmp_path, write_linkage_arm(tmp_path), None, 1)
-    check_cycles(cycles)
-    assert {phase["status"] for phase in cycles[0]["phases"]} == {"SUCCESS"}
-    excluded = {frozenset(pair) for pair in read_description(tmp_path / "robot.toml").exclude}
-    assert {frozenset((f"{s}_inner", f"{s}_finger")) for s in ("left", "right")} <= excluded
-    assert frozenset(("left_finger", "right_finger")) not in excluded
-
-
 @pytest.mark.soak
 @pytest.mark.parametrize("assembled", ASSEMBLED)
 def test_assembled_arms_pick(tmp_path, assembled):
     write, gripper = ASSEMBLED[assembled]
     check_cycles(pick(tmp_path, write(tmp_path), gripper, 20))
-
-
-@pytest.mark.soak
-def test_an_arm_with_a_hand_that_is_not_registered_picks(tmp_path, menagerie, more_models):
-    pytest.importorskip("bt_manip_hands")
-    arm = menagerie / "universal_robots_ur5e" / "ur5e.xml"
-    check_cycles(pick(tmp_path, arm, more_models / "wonik_allegro" / "left_hand.xml", 20))

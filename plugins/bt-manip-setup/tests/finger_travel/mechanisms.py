@@ -57,14 +57,7 @@ class Kind(NamedTuple):
 
 
 def finger(name: str, y: float, joint: str, side: float) -> str:
-    """Return a finger whose pad's face is at a distance from the middle.
-
-    Args:
-        name: Of the body.
-        y: Of the pad's face [m].
-        joint: Its joint's attributes.
-        side: 1 for the left, -1 for the right.
-    """
+    """Return a finger whose pad's face is at y [m]; side: 1 for the left, -1 for the right."""
     joint = joint and f'<joint name="{name}_joint" {joint}/>'
     return f"""<body name="{name}" pos="0 {y} 0.03">{joint}
       <geom class="pad" pos="0 {side * 0.004} 0.08"/>

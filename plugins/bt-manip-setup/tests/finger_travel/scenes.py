@@ -2,46 +2,13 @@
 
 import mujoco
 import numpy as np
-from dm_control import composer, mjcf
 
-from bt_manip.cell import Cell
+from bt_manip.cell import Cell, Cube
 from bt_manip.control import ComputedTorque, Hold
 from bt_manip.grasping import GripperClearance
 from bt_manip.grippers import solids_of
 from bt_manip.spatial import pose
-
-
-class Post(composer.Entity):
-    """A fixed block to put something on."""
-
-    def _build(self, half_width: float) -> None:
-        self._root = mjcf.RootElement(model="post")
-        self._root.worldbody.add(
-            "geom", type="box", size=(half_width, half_width, 0.05), pos=(0, 0, -0.05),
-            solref=(0.004, 1),
-        )  # fmt: skip
-
-    @property
-    def mjcf_model(self) -> mjcf.RootElement:
-        return self._root
-
-
-class Block(composer.Entity):
-    """A cube of 50 g to grip.
-
-    Its name in a cell is ``cube``.
-    """
-
-    def _build(self, edge: float) -> None:
-        self._root = mjcf.RootElement(model="cube")
-        self._root.worldbody.add(
-            "geom", type="box", size=[0.5 * edge] * 3, mass=0.05, friction=(0.8, 0.01, 1e-4),
-            solref=(0.004, 1.0), condim=4,
-        )  # fmt: skip
-
-    @property
-    def mjcf_model(self) -> mjcf.RootElement:
-        return self._root
+from tests.support.arms import Post
 
 
 class Scene:
@@ -69,7 +36,9 @@ class Scene:
     def grasp(self, edge):
         """Stand a cube on a post where it is gripped from above, by a planned grasp."""
         with self.cell.editing():
-            self.cell.add(Block(edge), pose((1.0, 1.0, 0.5 * edge)), free=True)
+            self.cell.add(
+                Cube(size=edge, mass=0.05, friction=0.8), pose((1.0, 1.0, 0.5 * edge)), free=True
+            )
         clearance = GripperClearance(self.cell, self.robot, ["cube"])
         generator = self.gripper.grasp_generator(
             "cube", solids_of(self.cell, "cube"), clearance.geom_poses, np.zeros(3),
@@ -82,5 +51,5 @@ class Scene:
         with self.cell.editing():
             x, y, z = T_wo.translation
             self.cell.add(Post(0.4 * edge), pose((x, y, z - 0.5 * edge)))
-            self.cell.add(Block(edge), T_wo, free=True)
+            self.cell.add(Cube(size=edge, mass=0.05, friction=0.8), T_wo, free=True)
         mujoco.mj_forward(self.cell.model, self.cell.data)

@@ -151,7 +151,7 @@ def test_the_pads_are_two_bodies_of_the_same_kind():
     assert set(found.fingers) == {"left_pad", "right_pad"}
 
 
-def test_a_given_tool_frame_is_measured_and_turned_where_its_z_axis_is_another():
+def test_a_given_tool_frame_is_measured_and_turned_and_has_to_be_between_the_fingers():
     model = mujoco.MjModel.from_xml_string(model_of("coupled_slides"))
     at = np.array([0.0, 0.0, 0.115])
     turned = pin.SE3(pin.rpy.rpyToMatrix(0.0, np.pi / 2, 0.0), at)
@@ -160,10 +160,6 @@ def test_a_given_tool_frame_is_measured_and_turned_where_its_z_axis_is_another()
         assert found.T_bt.translation == pytest.approx(at)
         assert found.T_bt.rotation[:, 2] == pytest.approx((0, 0, 1))
         assert rotation is None or np.allclose(found.T_bt.rotation, rotation)
-
-
-def test_a_given_tool_frame_has_to_be_fixed_to_the_gripper_and_between_the_fingers():
-    model = mujoco.MjModel.from_xml_string(model_of("coupled_slides"))
     with pytest.raises(RobotError, match=r"moves with 'left'; .*, 'palm'"):
         find_fingers(model, ARM, tool=("left", pin.SE3.Identity()))
     beyond = pin.SE3(np.eye(3), np.array([0.0, 0.0, 0.2]))

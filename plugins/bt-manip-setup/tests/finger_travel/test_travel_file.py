@@ -52,19 +52,15 @@ def test_a_measured_description_makes_a_robot_and_has_the_same_bits_when_read(fi
     assert len(first.widths) == 17 and first.joints == ("left_joint", "right_joint")
 
 
-def test_the_lines_of_a_description_are_kept(file):
+def test_the_lines_of_a_description_are_kept_and_an_older_travel_is_replaced(file):
     write_travel(read_description(file))
     once = file.read_text()
     assert once.startswith(DESCRIPTION) and once.count(TRAVEL_NOTE) == 1
     write_travel(read_description(file))
     assert file.read_text() == once
-
-
-def test_a_travel_in_the_middle_of_a_description_is_replaced(file):
-    write_travel(read_description(file))
-    old = file.read_text().removeprefix(DESCRIPTION).replace("0.", "1.")
+    old = once.removeprefix(DESCRIPTION).replace("0.", "1.")
     start, end = DESCRIPTION.split("[tool]")
-    file.write_text(f"{start}{old}\n# The tool.\n[tool]{end}")
+    file.write_text(f"{start}{old}\n# The tool.\n[tool]{end}")  # in the middle
     write_travel(read_description(file))
     text = file.read_text()
     assert text.count("[gripper.travel]") == text.count("[gripper.travel.digests]") == 1
