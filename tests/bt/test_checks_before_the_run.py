@@ -131,10 +131,6 @@ WRONG = {
         "<ReactiveSequence>\n<OpenGripper/>\n<CloseGripper/>\n</ReactiveSequence>",
         "5: CloseGripper commands the gripper that OpenGripper at <text>:4:1",
     ),
-    "an arm twice, by its name": (
-        '<Parallel>\n<MoveHome robot="left"/>\n<Lift robot="left"/>\n</Parallel>',
-        "5: Lift commands the arm",
-    ),
     "an arm twice, the second on one of two branches": (
         "<Parallel>\n<MoveHome/>\n<IfThenElse>\n<Answer/>\n<Lift/>\n<OpenGripper/>\n"
         "</IfThenElse></Parallel>",
@@ -161,10 +157,6 @@ WRONG = {
         "4: this script always fails: error in script [n += 1]: the blackboard entry 'n' does not",
     ),
     "a speed in percent": ('<Lift speed="50"/>', "3: speed holds '50': must be"),
-    "15 metres in an entry": (
-        sequence('<Script code="h := 15.0"/>', '<Lift height="{h}"/>'),
-        "5: height is 15 metres",
-    ),
     "read before it is written": (
         sequence('<Hover object="{c}"/>', '<SpawnObject object="{c}"/>'),
         "4: the entry 'c' is read here before SpawnObject at <text>:5:22 writes it",
@@ -262,9 +254,6 @@ RIGHT = {
     "a pick": sequence(PICK, '<Drop container="basket"/>'),
     "a gripper that was never opened": sequence(
         '<Hover object="cube"/>', '<Reach object="cube"/>', '<Grasp object="cube"/>'
-    ),
-    "a grasp at a waypoint": sequence(
-        '<MoveToConfiguration configuration="above"/>', '<Grasp object="cube"/>'
     ),
     "something unknown before a grasp": sequence(
         '<Hover object="cube"/>', "<Anything/>", '<Grasp object="cube"/>'

@@ -1,15 +1,13 @@
-"""The scripting language: what it reads, what it calculates, and what it refuses."""
-
-import math
+"""The scripting language: what it calculates, beside the traces, and what it refuses."""
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bt_manip.bt.blackboard import EMPTY, Blackboard
+from bt_manip.bt.blackboard import Blackboard
 from bt_manip.bt.port_types import BOOL, DOUBLE, INT, INT64, STRING
 from bt_manip.bt.script import parse_script
-from bt_manip.bt.script.evaluation import Environment, is_true
+from bt_manip.bt.script.evaluation import Environment
 from bt_manip.exceptions import ScriptError
 
 ENUMS = {"RED": 1, "GREEN": 2}
@@ -32,29 +30,18 @@ def evaluate(text, scope=None):
 @pytest.mark.parametrize(
     ("text", "value"),
     [
-        ("7", 7),
         ("0x1F", 31),
-        ("1.5e2", 150.0),
         ("2e-1", 0.2),
         ("(1 + 2) * 3", 9.0),
-        ("10 - 4 - 3", 3.0),
-        ("!0", 1.0),
         ("~5", -6.0),
-        ("6 & 3", 2.0),
         ("6 | 3 ^ 1", 6.0),
         ("1 < 2 < 3", 1.0),
-        ("1 != 1.0001", 1.0),
         ("'a' < 'b'", 1.0),
-        ("'RED' == 1", 1.0),
         ("2 == '2.0'", 1.0),
-        ("'a' + 'b'", "ab"),
-        ("'n' .. 5", "n5"),
         ("2.5 .. 'x'", "2.500000x"),
         ("RED + GREEN", 3.0),
-        ("true", 1.0),
         ("1 ? 'yes' : 'no'", "yes"),
         ("0 ? 1 : 0 ? 2 : 3", 3),
-        ("1 / 0", math.inf),
         ("1; 2; 3", 3),
         ("9223372036854775808", 0),
     ],
@@ -63,10 +50,6 @@ def test_an_expression_has_a_value(text, value):
     result, _ = evaluate(text)
 
     assert result == value and type(result) is type(value)
-
-
-def test_zero_by_zero_is_no_number():
-    assert math.isnan(evaluate("0 / 0")[0])
 
 
 @pytest.mark.parametrize(
@@ -127,34 +110,6 @@ def test_an_assignment_creates_an_entry_and_keeps_its_value_type():
 
     assert [scope[key] for key in "abcef"] == [5, 5, 6.0, "x", "x"]
     assert scope.entry("b").type is INT64 and scope.entry("c").type is DOUBLE
-
-
-def test_an_assignment_to_a_typed_entry_keeps_the_type(scope):
-    evaluate("i = 7.0; d = '2'; b = 0; i += 1", scope)
-
-    assert (scope["i"], scope["d"], scope["b"]) == (8, 2.0, False)
-    assert type(scope["i"]) is int and type(scope["d"]) is float
-
-
-def test_a_failed_right_side_still_creates_the_entry():
-    scope = Blackboard()
-    with pytest.raises(ScriptError):
-        evaluate("a := nope", scope)
-
-    assert scope.entry("a").value is EMPTY
-
-
-@pytest.mark.parametrize(
-    ("text", "true"), [("1", True), ("0.5", True), ("0", False), ("b", True), ("'a' == 'a'", True)]
-)
-def test_a_condition_is_a_truth_value(scope, text, true):
-    assert is_true(evaluate(text, scope)) is true
-
-
-@pytest.mark.parametrize("text", ["2", "-1.0", "'true'", "-1"])
-def test_other_values_are_no_condition(text):
-    with pytest.raises(ScriptError):
-        is_true(evaluate(text))
 
 
 def test_a_script_knows_what_it_reads_and_writes():

@@ -14,16 +14,13 @@ def tree_of(before, value):
     return parse_tree(f'<root BTCPP_format="4">{body}</root>', BehaviourRegistry())
 
 
-def test_a_text_becomes_the_type_of_the_entry():
-    tree = tree_of(TYPED, "7")
+@pytest.mark.parametrize(
+    ("before", "value", "written"), [(TYPED, "7", 7), ('<Script code="h := 1.5"/>', "{h}", 1.5)]
+)
+def test_a_text_takes_the_type_of_the_entry_and_that_of_another_one_is_kept(before, value, written):
+    tree = tree_of(before, value)
     assert tree.tick() is NodeStatus.SUCCESS
-    assert tree.blackboard["k"] == 7
-
-
-def test_the_value_of_another_entry_is_copied_as_it_is():
-    tree = tree_of('<Script code="h := 1.5"/>', "{h}")
-    assert tree.tick() is NodeStatus.SUCCESS
-    assert tree.blackboard["k"] == 1.5
+    assert tree.blackboard["k"] == written
 
 
 def test_it_fails_when_the_other_entry_was_never_written():

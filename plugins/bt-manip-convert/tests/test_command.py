@@ -38,13 +38,10 @@ def test_it_leads_to_python_and_back(bt_manip, convert):
     convert(GOOD)
     assert bt_manip("tree", "convert", "made.py:document").out == GOOD
     assert '<BehaviorTree ID="MainTree">' in bt_manip("tree", "convert", "made.py:main").out
-    assert bt_manip("tree", "check", "made.py:main").code == 0
-    assert "AlwaysSuccess" in bt_manip("tree", "show", "made.py:main").out
     assert "python" in bt_manip("list", "conversions").out
 
 
 def test_trees_with_stubs_run_and_lead_back(bt_manip, convert):
     convert(FOREIGN, "--stub-unknown", "--stub", "TryTwice=Fallback")
     assert bt_manip("tree", "convert", "made.py:document").out == FOREIGN
-    assert "TryTwice" in bt_manip("tree", "show", "made.py:document").out
     assert bt_manip("run", "made.py:document", "--quiet").code == 0

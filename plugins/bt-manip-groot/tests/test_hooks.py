@@ -68,15 +68,6 @@ def test_a_run_goes_on_when_its_breakpoint_is_removed_or_disabled(counted, relea
     assert counted.count.ticks == 2
 
 
-def test_ctrl_c_ends_a_run_that_is_paused(counted):
-    counted.client.ask("I", hook(3))
-    counted.steps.start_tick()
-    counted.client.reached()
-    before = time.monotonic()
-    counted.stop()
-    assert time.monotonic() - before < 5.0
-
-
 def test_a_paused_run_goes_on_when_groot2_is_gone(counted, monkeypatch):
     monkeypatch.setattr(publisher_module, "HEARTBEAT", 1.0)
     client, steps = counted.client, counted.steps

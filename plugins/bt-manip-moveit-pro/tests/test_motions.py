@@ -132,6 +132,13 @@ def test_a_cartesian_path_passes_its_poses_on_lines(station, run):
     )
     plan = tree.blackboard["joint_trajectory_msg"]
     assert [bool(motion.q) for motion in plan.motions] == [True, False]
+    lift = [PoseStamped("grasp_link", (0, 0, -0.05))]
+    (line_up,) = (
+        run(motions.PlanCartesianPath(path="{p}"), p=lift)
+        .blackboard["joint_trajectory_msg"]
+        .motions
+    )
+    assert len(line_up.path) == 1
     tree = Tree(ExecuteTrajectory(), clock=lambda: station.cell.time)
     tree.blackboard["joint_trajectory_msg"] = plan
     tree.setup(**station.infrastructure)
@@ -147,14 +154,6 @@ def test_a_cartesian_path_passes_its_poses_on_lines(station, run):
         assert np.linalg.norm(np.array(positions) - corner, axis=1).min() < 2e-3
     plane = (np.array(positions) - start.translation) @ start.rotation[:, 0]
     assert abs(plane).max() < 2e-3
-
-
-def test_a_single_pose_is_reached_on_a_line(run):
-    tree = run(
-        motions.PlanCartesianPath(path="{path}"), path=[PoseStamped("grasp_link", (0, 0, -0.05))]
-    )
-    (motion,) = tree.blackboard["joint_trajectory_msg"].motions
-    assert len(motion.path) == 1
 
 
 def test_a_line_has_steps_of_2_cm():
