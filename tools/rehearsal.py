@@ -10,7 +10,7 @@
 The simulators get environments of their own, `.venv-rehearsal` and `.venv-rehearsal-trossen`, which
 are made where they are missing, or other packages are listed. Where the packages or the models of
 an arm cannot be had, it is not rehearsed, and the reason is printed. ``ARMS="trossen"`` names the
-arms, by default all of them. ``CUBES=20`` picks and places 20 cubes instead of 2.
+arms, by default all of them. ``CUBES=20`` picks and places 20 cubes instead of 1.
 Robots and arms run in real time: a test that fails is run once more, and must pass then.
 ``-m soak -s`` measures gaps in the communication, for ``MINUTES=10`` instead of one each.
 """

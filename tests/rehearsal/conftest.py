@@ -7,12 +7,11 @@ from pathlib import Path
 import pytest
 
 REPOSITORY = Path(__file__).resolve().parents[2]
-CUBES = int(os.environ.get("CUBES", "2"))
 sys.path.insert(0, str(Path(__file__).parent))
 for package in ("franka", "trossen"):
     sys.path.insert(0, str(REPOSITORY / "plugins" / f"bt-manip-{package}" / "tests"))
 
-from real_cell import RealCell, write_model, write_scene  # noqa: E402
+from real_cell import CUBES, RealCell, write_model, write_scene  # noqa: E402
 from simulation import ARM, MENAGERIE, start_franka  # noqa: E402
 
 from tests.support.simulated_robot import SimulatedRobot  # noqa: E402

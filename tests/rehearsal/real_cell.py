@@ -1,5 +1,6 @@
 """The models of simulated real cells, made from the scene files that bt-manip runs with."""
 
+import os
 import xml.etree.ElementTree as ET
 from pathlib import Path
 from typing import NamedTuple
@@ -56,6 +57,7 @@ mount = "arm"
 position = [0.07, 0.0, -0.06]
 rpy = [3.141592653589793, 0.0, 0.0]
 """
+CUBES = int(os.environ.get("CUBES", "1"))
 CUBE_SIZE = 0.03  # [m]: twenty of them fit into the basket
 
 

@@ -1,16 +1,14 @@
 """The arm picks what a camera of the simulated real cell sees: nothing else is shared."""
 
 import json
-import os
 
 import numpy as np
 from cell_operator import Operator, in_basket
-from real_cell import BEFORE_THE_FR3, write_model, write_seen_scene
+from real_cell import BEFORE_THE_FR3, CUBES, write_model, write_seen_scene
 from simulation import ARM
 
 from tests.support.drawing import opengl as opengl
 
-CUBES = int(os.environ.get("CUBES", "2"))
 SIZE = (640, 480)
 
 

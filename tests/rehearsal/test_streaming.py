@@ -1,17 +1,15 @@
 """Random motions reach the robot through the connection, and its limits accept them."""
 
-import os
-
 import numpy as np
 import pytest
+from real_cell import CUBES
 from simulation import ARM
 
 from bt_manip.robots import DeviceError, Robot, compile_alone, read_description
 from bt_manip.robots.connection import ArmConnection, LateError
 from tests.measuring.random_commands import RandomCommands
 
-CUBES = int(os.environ.get("CUBES", "2"))
-MOTIONS = 20 if CUBES >= 20 else 4
+MOTIONS = 20 if CUBES >= 20 else 2
 ATTEMPTS = 5  # where the machine is too busy to simulate without losing cycles
 LATENCY = 30  # setpoints
 

@@ -1,14 +1,13 @@
 """The unchanged tree pick_place on a WidowX AI, judged by its simulator, and the contract."""
 
 import json
-import os
 from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
 import pytest
 from cell_operator import SPEED, Operator
-from real_cell import Places, write_model, write_scene
+from real_cell import CUBES, Places, write_model, write_scene
 from widowx import start_widowx
 
 from bt_manip import build_station, load_plugins
@@ -17,7 +16,6 @@ from bt_manip.scenes import Scene, SceneRobot
 from bt_manip_contracts import DEVICE_CONTRACT, recovers_from_a_problem
 from tests.support.simulated_robot import SimulatedRobot
 
-CUBES = int(os.environ.get("CUBES", "2"))
 ON_TABLE = Places(basket=(0.5, 0.17, 0.0), lowest=(0.45, -0.25), highest=(0.6, -0.02))
 PERIOD = 2e-3  # [s] of references
 TOOL_SPEED = 0.25  # [m/s] by default
