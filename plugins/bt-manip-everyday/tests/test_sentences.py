@@ -1,11 +1,13 @@
-"""Sentences are read, drawn and refused."""
+"""Sentences are read, drawn, refused and judged."""
 
 import numpy as np
 import pytest
 
 from bt_manip.bt import NodeStatus
 from bt_manip.exceptions import BtManipError
+from bt_manip.spatial import pose
 from bt_manip_everyday import ReadSentence, kinds_in
+from bt_manip_everyday.sentences import HoldsExactly
 
 KINDS = ("red_can", "green_can", "blue_can", "bottle", "coffee_mug")
 
@@ -62,3 +64,14 @@ def test_drawn_sentences_name_the_cans_of_the_cell_and_follow_from_the_seed(stat
 
 def test_a_sentence_without_such_objects_in_the_cell_fails(trial):
     assert trial(ReadSentence(objects="{o}", task="{t}")).fails_with("no 'all cans'")
+
+
+@pytest.mark.start("a can in the box")
+def test_a_can_that_falls_into_the_box_is_in_it_too(station, trial):
+    condition = HoldsExactly(container="box", objects=["red_can"])
+    assert trial(condition).tick() is NodeStatus.SUCCESS
+    T_wb = station.cell.pose("box")
+    station.cell.move("green_can", pose(T_wb.translation + (0.0, -0.08, 0.06)))
+    station.cell.step(5)
+    again = HoldsExactly(container="box", objects=["red_can"])
+    assert trial(again).fails_with("'green_can' is in it, too")
