@@ -19,7 +19,6 @@ from bt_manip.bt import (
     Input,
     Inverter,
     Parallel,
-    Raw,
     Repeat,
     Script,
     Sequence,
@@ -27,8 +26,6 @@ from bt_manip.bt import (
     SubTree,
     Switch2,
     Tree,
-    TreeDefinition,
-    TreeDocument,
     as_written,
     parse_tree,
     tree_to_xml,
@@ -203,19 +200,6 @@ class TestTreesFromPython:
         assert tree_to_xml(twice(AlwaysSuccess()), REGISTRY).count('<BehaviorTree ID="T">') == 1
         with pytest.raises(TreeError, match="two different trees are called 'T'"):
             tree_to_xml(twice(AlwaysFailure()), REGISTRY)
-
-    def test_a_whole_document_can_be_made_in_python(self):
-        document = TreeDocument(
-            [Comment("hi"), TreeDefinition("Main", AlwaysSuccess()), Raw("<include path='x.xml'/>")]
-        )
-        written = tree_to_xml(document, REGISTRY)
-
-        assert content(parse_source(written).root) == content(
-            parse_source(
-                '<root BTCPP_format="4"><!--hi--><BehaviorTree ID="Main"><AlwaysSuccess/>'
-                "</BehaviorTree><include path='x.xml'/></root>"
-            ).root
-        )
 
 
 leaves = st.sampled_from(
