@@ -21,6 +21,7 @@ from bt_manip.behaviours import (
     MoveThrough,
     MoveToConfiguration,
     MoveToPose,
+    PlaceOn,
     Retreat,
     SetSpeed,
     Stop,
@@ -207,6 +208,7 @@ UP, BELOW = "0.4;0;1.3;0;1;0;0", "0.4;0;0.95;0;1;0;0"
         (Grasp, {"object": "cube", "force": 500.0}, "500 N"),
         (Grasp, {"object": "ball"}, "no 'ball'"),
         (Drop, {"container": "basket"}, "the gripper holds nothing"),
+        (PlaceOn, {"object": "cube", "support": "table"}, "holds nothing, not 'cube'"),
     ],
 )
 def test_what_cannot_be_is_refused_in_one_line_and_nothing_moves(

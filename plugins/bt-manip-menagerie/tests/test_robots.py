@@ -8,7 +8,6 @@ import pytest
 from bt_manip.behaviours import nearest_orientation, payload_of, top_grasp_poses
 from bt_manip.cell.objects import Cube
 from bt_manip.spatial import pose
-from bt_manip_contracts import verify
 
 CUBE = (0.3, 0.05, 1.015 + 0.025)  # [m] on the table
 
@@ -25,14 +24,6 @@ def tool_to_cube(station) -> pin.SE3:
     return station.robot.tool_pose.actInv(station.cell.pose("cube"))
 
 
-def test_planning_and_simulation_have_the_same_model(station):
-    model = station.robot.make_model()
-    found = verify(
-        station.cell.model, model.model, rng=np.random.default_rng(0), n=50, qpos=model.locked_qpos
-    )
-    assert found.worst < 1e-9
-
-
 def test_the_arm_is_driven_by_motors_alone(station):
     robot, model = station.robot, station.cell.model
     assert model.nu == len(robot.ctrl_adr) + len(robot.gripper.mechanism.ctrl_adr)
@@ -40,30 +31,19 @@ def test_the_arm_is_driven_by_motors_alone(station):
     assert (model.actuator_biasprm == 0.0).all()
 
 
-def test_home_is_inside_the_limits_and_free_of_contacts(station):
-    robot, cell = station.robot, station.cell
-    home = np.array(robot.description.home)
-    assert robot.limits.contain(home, tolerance=-0.05)
-    mujoco.mj_forward(cell.model, cell.data)
-    roots = cell.model.body_rootid[cell.model.geom_bodyid[cell.data.contact.geom]]  # (ncon, 2)
-    own = cell.model.body_rootid[robot.gripper.contact_body_ids[0]]
-    assert not (roots == own).all(axis=1).any()
+def test_home_is_well_inside_the_limits(station):
+    home = np.array(station.robot.description.home)
+    assert station.robot.limits.contain(home, tolerance=-0.05)
 
 
-@pytest.mark.parametrize("share", [0.9, 0.5, 0.2])
-def test_the_gripper_opens_as_wide_as_it_says(station, share):
-    width = share * station.robot.gripper.mechanism.travel.open_width
-    station.gripper.move(width)
-    station.step_until(lambda: not station.gripper.moving, timeout=2.0)
-    station.cell.step(100)
-    assert station.gripper.width == pytest.approx(width, abs=5e-4)
-    assert fingers_gap(station) == pytest.approx(width, abs=1.5e-3)
-
-
-def test_it_closes_on_nothing_and_opens_again(station):
-    station.gripper.close(20.0)
-    station.step_until(lambda: station.gripper.closed_on_nothing, timeout=3.0)
-    assert not station.gripper.steady and station.gripper.held == ()
+def test_the_gripper_opens_as_wide_as_it_says(station):
+    for share in (0.9, 0.2):
+        width = share * station.robot.gripper.mechanism.travel.open_width
+        station.gripper.move(width)
+        station.step_until(lambda: not station.gripper.moving, timeout=2.0)
+        station.cell.step(100)
+        assert station.gripper.width == pytest.approx(width, abs=5e-4)
+        assert fingers_gap(station) == pytest.approx(width, abs=1.5e-3)
     station.gripper.open()
     station.step_until(lambda: station.gripper.is_open, timeout=3.0)
 
