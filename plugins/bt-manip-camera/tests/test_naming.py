@@ -29,49 +29,44 @@ def named(places, names, believed=None, gone=()):
     return {name: round(float(one.middle[0]), 3) for name, one in found.items()}, refused
 
 
-def test_objects_that_look_alike_are_numbered_by_position_when_all_are_seen():
-    assert named([0.4, 0.2, 0.3], "abc") == ({"a": 0.2, "b": 0.3, "c": 0.4}, {})
+NAMED = {
+    "all are seen: numbered by position": (
+        ([0.4, 0.2, 0.3], "abc"), {"a": 0.2, "b": 0.3, "c": 0.4}
+    ),
+    "each is where it was seen": (
+        ([0.2, 0.3, 0.4], "abc", {"a": 0.41, "b": 0.2, "c": 0.3}), {"a": 0.4, "b": 0.2, "c": 0.3}
+    ),
+    "one has moved, the others are where they were": (
+        ([0.2, 0.3, 0.5], "abc", {"a": 0.2, "b": 0.3, "c": 0.4}, {"c"}),
+        {"a": 0.2, "b": 0.3, "c": 0.5},
+    ),
+    "one is out of sight": (([0.2], "ab", {"a": 0.2, "b": 0.9}), {"a": 0.2}),
+    "its place is seen to be empty": (([0.4], "a", {"a": 0.2}, {"a"}), {"a": 0.4}),
+    "nothing else has room at its place": (([0.235], "a", {"a": 0.2}), {"a": 0.235}),
+    "gone, and nowhere else": (([], "ab", {"a": 0.2, "b": 0.3}, "ab"), {}),
+}  # fmt: skip
 
 
-def test_some_of_several_that_were_never_seen_are_refused():
-    found, refused = named([0.2, 0.3], "abc")
+@pytest.mark.parametrize("case", NAMED)
+def test_objects_that_look_alike_are_told_apart_by_their_places(case):
+    arguments, expected = NAMED[case]
+    assert named(*arguments) == (expected, {})
+
+
+@pytest.mark.parametrize(
+    ("arguments", "name", "reason"),
+    [
+        (([0.2, 0.3], "abc"), "b", "'a' and 'b' and 'c' look like the same thing"),
+        (([0.2, 0.35, 0.5], "abc", {"a": 0.2, "b": 0.27, "c": 0.4}, {"b", "c"}), "b",
+         "'b' and 'c' look alike, and may have been exchanged"),
+        (([0.4], "a", {"a": 0.2}), "a", "'a' may be what looks the same elsewhere"),
+        (([0.2, 0.4], "a", {"a": 0.2}), "a", "2 things look like 'a'"),
+    ],
+)  # fmt: skip
+def test_objects_that_look_alike_are_refused_where_they_may_be_exchanged(arguments, name, reason):
+    found, refused = named(*arguments)
     assert found == {}
-    assert "'a' and 'b' and 'c' look like the same thing" in refused["b"]
-
-
-def test_they_keep_their_names_where_they_were_seen():
-    believed = {"a": 0.41, "b": 0.2, "c": 0.3}
-    assert named([0.2, 0.3, 0.4], "abc", believed) == ({"a": 0.4, "b": 0.2, "c": 0.3}, {})
-
-
-def test_one_that_has_moved_is_known_as_the_others_are_where_they_were():
-    believed = {"a": 0.2, "b": 0.3, "c": 0.4}
-    assert named([0.2, 0.3, 0.5], "abc", believed, {"c"}) == ({"a": 0.2, "b": 0.3, "c": 0.5}, {})
-
-
-def test_two_that_have_moved_are_not_exchanged_in_silence():
-    found, refused = named([0.2, 0.35, 0.5], "abc", {"a": 0.2, "b": 0.27, "c": 0.4}, {"b", "c"})
-    assert found == {}
-    assert "'b' and 'c' look alike, and may have been exchanged" in refused["b"]
-
-
-def test_those_out_of_sight_keep_their_places():
-    believed = {"a": 0.2, "b": 0.9}
-    assert named([0.2], "ab", believed) == ({"a": 0.2}, {})
-
-
-def test_a_look_alike_is_not_the_object_while_its_place_is_out_of_sight():
-    found, refused = named([0.4], "a", {"a": 0.2})
-    assert found == {}
-    assert "'a' may be what looks the same elsewhere" in refused["a"]
-    assert named([0.4], "a", {"a": 0.2}, {"a"}) == ({"a": 0.4}, {})
-    assert named([0.235], "a", {"a": 0.2}) == ({"a": 0.235}, {})  # nothing else has room there
-
-
-def test_a_look_alike_is_refused_also_where_the_object_was_seen_before():
-    found, refused = named([0.2, 0.4], "a", {"a": 0.2})
-    assert found == {}
-    assert "2 things look like 'a'" in refused["a"]
+    assert reason in refused[name]
 
 
 def test_the_nearest_colour_decides_and_nothing_where_two_are_as_near():
@@ -115,10 +110,6 @@ def test_an_object_is_where_it_stands_whatever_its_origin_is(parts, opengl, mode
     seen = Perception(cell, None, {}, models).see(frame, top, ["thing"])
     assert seen.why_not("thing") == ""
     np.testing.assert_allclose(seen.found["thing"].T_wo.translation, at.translation, atol=3e-3)
-
-
-def test_look_alikes_that_are_gone_and_nowhere_else_are_not_found_without_a_refusal():
-    assert named([], "ab", {"a": 0.2, "b": 0.3}, gone="ab") == ({}, {})
 
 
 def test_what_is_known_of_a_cylinder_is_its_diameter_twice_and_its_height():

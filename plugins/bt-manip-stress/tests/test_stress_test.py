@@ -76,37 +76,24 @@ def results_of(make, *faults, seeds=1, workers=1):
     return [found[episode] for episode in episodes]
 
 
-def test_a_tree_that_succeeds_although_its_goal_does_not_hold_is_dishonest(tree):
-    (result,) = results_of(tree("trusting"), "heavy")
-    assert result.outcome == "dishonest" and not result.acceptable
-    assert result.reason == "goal not met: it is heavy"
-
-
-def test_a_tree_that_checks_fails_honestly_and_the_next_cycle_succeeds(tree):
-    (result,) = results_of(tree("checking"), "heavy")
-    assert result.outcome == "failed" and result.acceptable
-    assert result.reason.endswith(": it is heavy") and result.next_reason == ""
-    (result,) = results_of(tree("checking"), "exception")
-    assert result.outcome == "failed" and "injected exception" in result.reason
-    assert result.next_reason == ""
-
-
-def test_a_tree_recovers_if_its_goal_holds_in_the_end(tree):
-    results = results_of(tree("checking"), "move", "push")
-    assert [result.outcome for result in results] == ["recovered", "recovered"]
-
-
-def test_a_tree_that_does_not_end_hangs_and_the_next_run_succeeds(tree, monkeypatch):
+@pytest.mark.parametrize(
+    ("name", "fault", "outcome", "acceptable", "reason"),
+    [
+        ("trusting", "heavy", "dishonest", False, "goal not met: it is heavy"),
+        ("checking", "heavy", "failed", True, ": it is heavy"),
+        ("checking", "exception", "failed", True, "injected exception"),
+        ("checking", "move", "recovered", True, ""),
+        ("waiting", "heavy", "hung", False, "no end within 1 s simulated"),
+        ("empty", "vanish", "none", True, "there is no object"),
+    ],
+)
+def test_the_goal_judges_a_cycle_with_a_fault_and_the_next_one_succeeds(
+    tree, monkeypatch, name, fault, outcome, acceptable, reason
+):
     monkeypatch.setattr(stress_test, "TIMEOUT", 1.0)
-    (result,) = results_of(tree("waiting"), "heavy")
-    assert result.outcome == "hung" and not result.acceptable
-    assert result.next_reason == ""
-
-
-def test_a_fault_that_cannot_happen_is_no_failure(tree):
-    (result,) = results_of(tree("empty"), "vanish")
-    assert result.outcome == "none" and result.acceptable
-    assert "there is no object" in result.reason
+    (result,) = results_of(tree(name), fault)
+    assert (result.outcome, result.acceptable, result.next_reason) == (outcome, acceptable, "")
+    assert reason in result.reason
 
 
 def test_phases_are_the_leaves_that_take_time(tree):
