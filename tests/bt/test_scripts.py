@@ -1,5 +1,7 @@
 """The scripting language: what it calculates, beside the traces, and what it refuses."""
 
+import math
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -38,6 +40,8 @@ def evaluate(text, scope=None):
         ("1 < 2 < 3", 1.0),
         ("'a' < 'b'", 1.0),
         ("2 == '2.0'", 1.0),
+        ("'a' + 'b'", "ab"),
+        ("-1 / 0", -math.inf),
         ("2.5 .. 'x'", "2.500000x"),
         ("RED + GREEN", 3.0),
         ("1 ? 'yes' : 'no'", "yes"),
@@ -50,6 +54,10 @@ def test_an_expression_has_a_value(text, value):
     result, _ = evaluate(text)
 
     assert result == value and type(result) is type(value)
+
+
+def test_zero_by_zero_is_no_number():
+    assert math.isnan(evaluate("0 / 0")[0])
 
 
 @pytest.mark.parametrize(
