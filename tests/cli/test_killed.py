@@ -95,7 +95,7 @@ def check(lines: Killed, json: Killed) -> None:
 
 
 def test_a_killed_run_leaves_the_cycles_that_had_ended(killed):
-    check(*killed(0.1, 1.0))
+    check(*killed(0.1, 1.5))
 
 
 @pytest.mark.soak

@@ -5,9 +5,6 @@ import pytest
 from bt_manip.evaluation import Evaluation
 
 TREES = """
-import builtins
-import os
-
 from bt_manip.behaviours import Grasp, Hover, IsIn, Lift, ObjectExists, Reach, SpawnObject
 from bt_manip.bt import (
     Action, AlwaysFailure, Condition, Fallback, Input, Sequence, Sleep, Status, Tree,
@@ -31,6 +28,11 @@ class Shout(Action):
         raise ValueError("so loud")
 
 
+class Exit(Action):
+    def update(self):
+        raise SystemExit
+
+
 class Diverge(Action):
     limit = Input(float, doc="Largest mass of the cube with which the state stays finite [kg].")
 
@@ -41,15 +43,6 @@ class Diverge(Action):
         if self.cell.overrides["cube"]["mass"] > self.limit:
             self.cell.data.qvel[:] = float("nan")
         return Status.SUCCESS
-
-
-class Exit(Action):
-    raises = Input(str, default="", doc="Name of what is raised; empty: the process ends.")
-
-    def update(self):
-        if self.raises:
-            raise getattr(builtins, self.raises)
-        os._exit(0)
 
 
 def spawn():
@@ -91,8 +84,8 @@ def rescued():
     return Tree(Fallback("or", Policy("policy"), Sleep("script", msec=50)))
 
 
-def leaving(raises=""):
-    return Tree(Sequence("task", spawn(), Exit("leave", raises=raises)))
+def leaving():
+    return Tree(Sequence("task", spawn(), Exit("leave")))
 
 
 def loud():

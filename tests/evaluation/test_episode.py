@@ -66,9 +66,12 @@ def test_an_episode_that_does_not_end_names_the_leaf_that_ran(evaluation):
     assert first.reason == "no end within 0.2 s simulated" and first.digest == again.digest
 
 
-def test_what_a_behaviour_raises_is_a_failure_of_the_episode(evaluation):
-    first, again = run(EpisodeWorker(evaluation("loud")), 0, 0)
-    assert first.status == "ERROR" and "so loud" in first.reason and "shout" in first.node
+@pytest.mark.parametrize(
+    ("name", "node", "reason"), [("loud", "shout", "so loud"), ("leaving", "", "SystemExit")]
+)
+def test_any_exception_but_an_interrupt_is_a_failure_of_the_episode(evaluation, name, node, reason):
+    first, again = run(EpisodeWorker(evaluation(name)), 0, 0)
+    assert first.status == "ERROR" and reason in first.reason and node in first.node
     assert first.digest == again.digest
 
 
@@ -83,12 +86,6 @@ def test_episodes_whose_state_diverges_in_the_grip_are_failed_rows(evaluation, t
     assert (after.success, after.status, after.node) == (False, "FAILURE", "goal")
     (fresh,) = run(EpisodeWorker(evaluation("fragile", options=options)), 0)
     assert fresh.digest == after.digest
-
-
-def test_any_exception_but_an_interrupt_is_a_failure_of_the_episode(evaluation):
-    settings = {"settings": {"raises": "SystemExit"}}
-    (result,) = run(EpisodeWorker(evaluation("leaving", options=settings)), 0)
-    assert (result.status, result.reason) == ("ERROR", "SystemExit")
 
 
 def test_a_leaf_that_a_fallback_replaced_is_in_the_row(evaluation):

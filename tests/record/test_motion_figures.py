@@ -98,14 +98,8 @@ def test_tracking_counts_only_in_motion_that_touches_nothing_outside(statistics)
 def test_the_tracking_peak_has_joint_time_and_the_largest_effort_before(statistics):
     moving = {"v_ref": np.full((1, 2), 0.1)}
     statistics.update(rows(1, **moving, tau=column((20.0, 30.0))))
-    statistics.update(
-        rows(
-            2,
-            q=column((0.0, 2.0), (0.001, 2.003)),
-            v_ref=np.full((2, 2), 0.1),
-            t=5.0 + np.arange(2),
-        )
-    )
+    moving["v_ref"] = np.full((2, 2), 0.1)
+    statistics.update(rows(2, **moving, q=column((0.0, 2.0), (0.001, 2.003)), t=5.0 + np.arange(2)))
     error, joint, time, effort, after_contact = statistics.peak
     assert (error, joint, time) == (pytest.approx(0.003), 1, 6.0)
     assert (effort, after_contact) == (pytest.approx(0.4), None)

@@ -2,7 +2,6 @@
 
 import copy
 import json
-import random
 from dataclasses import replace
 from pathlib import Path
 
@@ -147,20 +146,11 @@ def test_a_state_does_not_change_while_its_run_goes_on(make_run):
 
 
 @pytest.mark.soak
-def test_fifty_snapshots_at_random_ticks_end_in_fifty_equal_digests(parts, tmp_path):
-    _, count = uninterrupted(parts, tmp_path, (), 1)
-    ticks = sorted(random.Random(4).sample(range(count), 50))
-    digest, _ = uninterrupted(parts, tmp_path, ticks, 1)
-    for tick in ticks:
-        assert continued(parts, tmp_path / f"{tick}.json", 1) == digest
-    assert uninterrupted(parts, tmp_path, (), 1)[0] == digest  # taking them changed nothing
-
-
-@pytest.mark.soak
 def test_a_run_of_several_cycles_continues_from_a_snapshot_in_any_of_them(parts, tmp_path):
-    ticks = (0, 120, 300, 600, 900)
+    ticks = range(0, 901, 60)
     digest, count = uninterrupted(parts, tmp_path, ticks, 3)
     assert count > ticks[-1]
+    assert uninterrupted(parts, tmp_path, (), 3) == (digest, count)  # taking them changed nothing
     for tick in ticks:
         assert continued(parts, tmp_path / f"{tick}.json", 3) == digest
 
@@ -241,8 +231,6 @@ def test_other_than_plain_data_is_refused_and_leaves_no_file(tmp_path, state, me
         ("[]", "is no snapshot"),
         ("[" * 100_000, "nested too deep"),
         ('{"format": "bt-manip snapshot", "version": 7}', "it has no table 'state'"),
-        ('{"format": "bt-manip snapshot", "version": 7, "state": 3}', "it has no table 'state'"),
-        ('{"format": "bt-manip snapshot", "version": 7, "state": {}}', "is damaged"),
         ('{"format": "bt-manip snapshot", "version": 7, "state": {"a": NaN}}', "is NaN"),
         ('{"format": "bt-manip snapshot", "version": 99}', "version 99, expected 7"),
     ],
@@ -256,15 +244,11 @@ def test_a_file_that_is_not_a_snapshot_is_refused(tmp_path, content, message):
         save_snapshot(tmp_path / "no" / "s.json", {})
 
 
-def test_a_snapshot_that_was_edited_or_truncated_is_refused(tmp_path):
+def test_a_snapshot_that_was_edited_is_refused(tmp_path):
     path = tmp_path / "s.json"
     save_snapshot(path, {"a": [1.0, 2.0]})
-    whole = path.read_text()
-    path.write_text(whole.replace("2.0", "3.0"))
+    path.write_text(path.read_text().replace("2.0", "3.0"))
     with pytest.raises(BtManipError, match="is damaged"):
-        load_snapshot(path)
-    path.write_text(whole[:-10])
-    with pytest.raises(BtManipError, match="is no snapshot"):
         load_snapshot(path)
 
 

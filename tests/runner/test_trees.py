@@ -77,19 +77,14 @@ def test_a_setting_that_does_not_fit_the_document_is_refused(parts, document, se
         prepared(parts, document, **settings)
 
 
-def test_a_document_without_declared_keys_has_none_to_set(parts, tmp_path):
-    path = tmp_path / "bare.xml"
-    path.write_text('<root BTCPP_format="4"><BehaviorTree ID="M"><MoveHome/></BehaviorTree></root>')
-    with pytest.raises(BtManipError, match="has no key 'speed'"):
-        prepared(parts, path, speed="1")
-
-
 def test_what_is_strange_in_a_document_is_a_warning(parts, tmp_path):
     path = tmp_path / "typo.xml"
     path.write_text(
         '<root BTCPP_format="4"><BehaviorTree ID="M">'
         '<MoveHome _skipIff="true"/></BehaviorTree></root>'
     )
+    with pytest.raises(BtManipError, match="has no key 'speed'"):
+        prepared(parts, path, speed="1")
     warnings = []
     prepared(parts, path, warnings.append)
     assert len(warnings) == 1 and "typo.xml:1:" in warnings[0] and "_skipIff" in warnings[0]

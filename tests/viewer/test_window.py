@@ -97,10 +97,8 @@ def wait_for(condition: Callable[[], bool], process: subprocess.Popen, timeout: 
 
 def without_robot(station: Station, size: tuple[int, int]) -> np.ndarray:
     model = station.cell.model
-    robot = [i for i in range(model.ngeom) if model.geom(i).name.startswith("panda/")]
-    robot += [
-        i for i in range(model.ngeom) if model.body(model.geom_bodyid[i]).name.startswith("panda/")
-    ]
+    bodies = [model.body(body).name for body in model.geom_bodyid]
+    robot = [i for i, body in enumerate(bodies) if body.startswith("panda/")]
     kept = model.geom_rgba.copy(), model.geom_matid.copy()
     model.geom_matid[robot] = -1
     model.geom_rgba[robot] = 0.0
