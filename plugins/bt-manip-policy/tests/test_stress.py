@@ -2,6 +2,8 @@
 
 from functools import partial
 
+import numpy as np
+import onnx_files as onnx
 import pytest
 
 from bt_manip.evaluation import run_episodes
@@ -11,12 +13,12 @@ from bt_manip_stress import StressTester, plan_episodes
 
 from .test_contracts import SETTINGS
 
-POLICY = SETTINGS["pick_place_policy"]  # which does not pick
 
-
-def test_a_cube_that_is_displaced_at_the_end_is_picked_by_the_script(parts):
-    faults = {"fault": ("move at=Drop",)}
-    request = request_of("pick_place_policy", parts, settings=POLICY, modifiers=faults)
+def test_a_cube_that_is_displaced_at_the_end_is_picked_by_the_script(parts, tmp_path):
+    failing = tmp_path / "failing.onnx"  # at once
+    failing.write_bytes(onnx.linear([np.nan] * 7, {"robot_tool_position": (3,)}))
+    settings, faults = {"policy": str(failing)}, {"fault": ("move at=Drop",)}
+    request = request_of("pick_place_policy", parts, settings=settings, modifiers=faults)
     recorder = Recorder("pick_place_policy", 0)
     prepare(request, parts).execute([recorder])
     (cycle,) = recorder.report().cycles
@@ -26,6 +28,7 @@ def test_a_cube_that_is_displaced_at_the_end_is_picked_by_the_script(parts):
 
 @pytest.mark.soak
 def test_every_fault_at_every_phase_ends_honestly_and_the_next_cycle_succeeds():
-    tester = partial(StressTester, "pick_place_policy", settings=POLICY)
+    settings = SETTINGS["pick_place_policy"]  # a policy that does not pick
+    tester = partial(StressTester, "pick_place_policy", settings=settings)
     results = run_episodes(tester, plan_episodes(tester(), 1), 2)
     assert not [result for result in results if not result.acceptable]
