@@ -44,9 +44,7 @@ mutations = st.lists(
 registry = corpus_registry([])
 
 
-@settings(deadline=None, suppress_health_check=list(HealthCheck), database=None)
-@given(st.sampled_from(SEEDS), mutations, st.booleans())
-def test_reading_a_mutated_document_raises_nothing_but_our_errors(seed, changes, strict):
+def check_mutated(seed, changes, strict):
     text = seed
     for position, removed, inserted in changes:
         start = position % (len(text) + 1)
@@ -60,9 +58,12 @@ def test_reading_a_mutated_document_raises_nothing_but_our_errors(seed, changes,
         assert problem.place.line >= 1 and problem.place.column >= 1
 
 
-@pytest.mark.soak
-def test_reading_100000_mutated_documents_raises_nothing_but_our_errors():
-    settings(max_examples=100_000)(test_reading_a_mutated_document_raises_nothing_but_our_errors)()
+@pytest.mark.parametrize("count", [100, pytest.param(100_000, marks=pytest.mark.soak)])
+def test_reading_mutated_documents_raises_nothing_but_our_errors(count):
+    limits = settings(
+        max_examples=count, deadline=None, suppress_health_check=list(HealthCheck), database=None
+    )
+    limits(given(st.sampled_from(SEEDS), mutations, st.booleans())(check_mutated))()
 
 
 def billion_laughs():
