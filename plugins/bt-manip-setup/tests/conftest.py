@@ -28,10 +28,12 @@ def reach_is_coarse() -> Iterator[None]:
     from bt_manip_setup import inspection, reach
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(reach, "_FEW", 8)
-        for module, name, step in (
-            (reach, "_RADII", 2), (reach, "_HEIGHTS", 3), (inspection, "_X", 4),
-            (inspection, "_Y", 4),
-        ):  # fmt: skip
-            patch.setattr(module, name, getattr(module, name)[1::step])
+        for module, name, coarse in (
+            (reach, "_FEW", lambda count: 8),
+            (reach, "_RADII", lambda grid: grid[1::2]),
+            (reach, "_HEIGHTS", lambda grid: grid[1::3]),
+            (inspection, "_X", lambda grid: grid[1::4]),
+            (inspection, "_Y", lambda grid: grid[1::4]),
+        ):
+            patch.setattr(module, name, coarse(getattr(module, name)))
         yield
