@@ -189,11 +189,14 @@ def test_two_nodes_cannot_want_one_entry_with_two_types():
 class TestLiterals:
     """Numbers are read as by the engine: the number at the start counts."""
 
-    @pytest.mark.parametrize(("text", "value"), [("12abc", 12), ("3.9", 3), ("-7", -7)])
+    @pytest.mark.parametrize(
+        ("text", "value"),
+        [("12abc", 12), ("3.9", 3), ("-2147483648", -(1 << 31)), ("2147483647", (1 << 31) - 1)],
+    )
     def test_an_integer_is_read_from_the_start(self, text, value):
         assert literals.parse_integer(text) == value
 
-    @pytest.mark.parametrize("text", ["", "+1", " 1", "2147483648", "9" * 5000])
+    @pytest.mark.parametrize("text", ["", "+1", " 1", "2147483648", "-2147483649", "9" * 5000])
     def test_what_is_no_integer_is_refused(self, text):
         with pytest.raises(ValueError):
             literals.parse_integer(text)
