@@ -140,6 +140,7 @@ class Session:
         from bt_manip.runner import prepare_station
 
         with self._interrupt.raised():
+            self._let_go()
             self.station = prepare_station(request, self.plugins.parts)
         self.requested, self._built = request, request.station
 
@@ -221,7 +222,15 @@ class Session:
     def _controls_runs(self, name: str) -> bool:
         return getattr(self.plugins.parts.views.get(name), "controls_runs", False)
 
+    def _let_go(self) -> None:
+        """Let a real robot go, which a new station connects to again; no run continues then."""
+        if self.station is not None and not self.station.hardware.simulated:
+            self.station.hardware.close()
+            self._built = ()
+
     def _execute(self, options: RunOptions, station: "Station | None") -> int:
+        if station is None:
+            self._let_go()
         job = RunJob(self, options, self._interrupt, station)
         self.last = job
         code = job.execute()

@@ -33,3 +33,6 @@ class Hardware:
             then: Called after each step.
         """
         self.cell.step(steps, then=then)
+
+    def close(self) -> None:
+        """Let a real robot go, once it is at rest."""

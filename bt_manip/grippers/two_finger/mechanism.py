@@ -190,12 +190,7 @@ class SlidingFingers:
     def read(self) -> Fingers:
         """Return the positions and velocities of the fingers."""
         position, velocity, p1, p2, d1, d2, b1, b2, a1, a2 = self._bound
-        return (
-            b1 + a1 * position(p1),
-            b2 + a2 * position(p2),
-            a1 * velocity(d1),
-            a2 * velocity(d2),
-        )
+        return b1 + a1 * position(p1), b2 + a2 * position(p2), a1 * velocity(d1), a2 * velocity(d2)
 
     def push(self, first: float, second: float) -> None:
         """Apply a force to each finger, positive to open [N]."""

@@ -17,6 +17,9 @@ import pytest
 from bt_manip import build_station, load_plugins
 from bt_manip.behaviours import MoveToConfiguration, Recover, SwitchController, WaitUntilUndisturbed
 from bt_manip.bt import NodeStatus, Tree
+from bt_manip.cli.interrupt import Interrupt
+from bt_manip.cli.run_options import RunOptions
+from bt_manip.cli.session import Session
 from bt_manip.exceptions import BtManipError, MotionError
 from bt_manip.plugins import PluginSelection
 from bt_manip.robots import DeviceError, panda
@@ -281,6 +284,23 @@ def test_pick_place_runs_whole_on_the_fake_arm(command, tmp_path):
     assert found["cycles"][0]["judged_by"] == "gripper and assumption"
     assert found["real"]["backend"] == "fake" and found["real"]["assumed"] == ["cube"]
     assert (found["real"]["speed"], found["real"]["tool_speed_m_s"]) == (1.0, 0.25)
+
+
+def test_a_new_station_lets_the_arm_go_and_connects_to_it_again(command, tmp_path, monkeypatch):
+    (_, _, _, scene, *_, backend), file = command
+    monkeypatch.setenv("BT_MANIP_PLUGINS_DIR", str(DEVICES))
+    tree = tmp_path / "rest.xml"
+    tree.write_text(
+        '<root BTCPP_format="4"><BehaviorTree ID="T"><Sleep msec="20"/></BehaviorTree></root>'
+    )
+    options = RunOptions(tree=str(tree), scene=str(scene), poses="scene", backend=backend)
+    session = Session(options, Interrupt())
+    assert session.begin() == session.run(in_place=True) == 0
+    assert not file.exists()  # it is written when the arm is let go
+    assert session.run(in_place=False) == 0
+    assert file.exists()
+    assert session.has_station_of(session.last.run.request)
+    session.station.hardware.close()
 
 
 def when_it_moves(file):

@@ -9,7 +9,16 @@ from bt_manip.bt.ports import Input
 from bt_manip.bt.status import FAILURE, RUNNING, SUCCESS, NodeStatus
 
 
-class Delay(Timed, Decorator):
+class _Started(Timed, Decorator):
+    _started = False
+
+    def _halt(self) -> None:
+        self._started = False
+        self.runtime.cancel_timer(self)
+        super()._halt()
+
+
+class Delay(_Started):
     """Wait, then tick the child.
 
     | child   | result                                           |
@@ -24,7 +33,6 @@ class Delay(Timed, Decorator):
 
     memory: ClassVar = ("_started", "_elapsed")
     delay_msec = Input(UNSIGNED, doc="how long to wait [ms]")
-    _started = False
     _elapsed = False
 
     def _tick(self) -> NodeStatus:
@@ -47,13 +55,8 @@ class Delay(Timed, Decorator):
         self._elapsed = True
         self.runtime.wake_up = True
 
-    def _halt(self) -> None:
-        self._started = False
-        self.runtime.cancel_timer(self)
-        super()._halt()
 
-
-class Timeout(Timed, Decorator):
+class Timeout(_Started):
     """Tick the child, and halt it when it has been running for too long.
 
     | child   | result                                                             |
@@ -70,7 +73,6 @@ class Timeout(Timed, Decorator):
 
     memory: ClassVar = ("_started", "_child_halted")
     msec = Input(UNSIGNED, doc="how long the child may run [ms]; 0 for no limit")
-    _started = False
     _child_halted = False
 
     def _tick(self) -> NodeStatus:
@@ -98,8 +100,3 @@ class Timeout(Timed, Decorator):
             self._child_halted = True
             self._reset_child()
             self.runtime.wake_up = True
-
-    def _halt(self) -> None:
-        self._started = False
-        self.runtime.cancel_timer(self)
-        super()._halt()
