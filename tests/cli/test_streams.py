@@ -7,8 +7,6 @@ import sys
 
 import pytest
 
-from bt_manip.viewer import TerminalView
-
 TREE = """
 from bt_manip.bt import Action, Sequence, Sleep, Status
 
@@ -86,7 +84,7 @@ def test_a_list_that_cannot_be_written_is_one_error(bt_manip, monkeypatch):
 # Views that raise
 
 
-def no_ink(*arguments):
+def no_ink(*arguments, **options):
     raise RuntimeError("no ink")
 
 
@@ -102,7 +100,7 @@ def test_a_view_that_raises_is_dropped_with_one_warning(bt_manip, folder, monkey
 
 
 def test_a_terminal_view_that_raises_leaves_the_terminal_as_it_was(bt_manip, screen, monkeypatch):
-    monkeypatch.setattr(TerminalView, "_picture", no_ink)
+    monkeypatch.setattr("bt_manip.viewer.terminal_view.tree_lines", no_ink)
     read = screen()
     code, _, err = bt_manip(*RUN)
     shown = read()
