@@ -2,8 +2,7 @@
 
 import pytest
 
-from bt_manip.bt import BehaviourRegistry, parse_tree
-from bt_manip.bt.loading import read_tree_text
+from bt_manip.bt import BehaviourRegistry, parse_tree, read_tree
 from bt_manip.exceptions import TreeError
 from bt_manip_moveit_pro.dialect import MOVEIT_PRO
 
@@ -30,8 +29,9 @@ def registry():
 
 
 @pytest.mark.parametrize("dialect", ["moveit-pro", "auto"])
-def test_its_documents_run(registry, dialect):
-    reading = read_tree_text(TEXT, registry, dialect=dialect)
+def test_its_documents_run(registry, dialect, tmp_path):
+    (tmp_path / "pick.xml").write_text(TEXT)
+    reading = read_tree(tmp_path / "pick.xml", registry, dialect=dialect)
     tree = reading.usable_tree()
 
     assert [tree.tick().name for _ in range(3)] == ["RUNNING", "RUNNING", "SUCCESS"]

@@ -3,7 +3,8 @@
 import mujoco
 import numpy as np
 
-from bt_manip.cell import Cell, Cube
+from bt_manip.cell import Cell
+from bt_manip.cell.objects import Cube
 from bt_manip.control import ComputedTorque, Hold
 from bt_manip.grasping import GripperClearance
 from bt_manip.grippers import solids_of
