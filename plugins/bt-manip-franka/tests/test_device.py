@@ -11,7 +11,7 @@ pytest.importorskip("pylibfranka")
 from bt_manip_franka import FrankaArm, FrankaHand  # noqa: E402
 
 FAR = np.array([0.0, 0.0, 0.0, 0.3, 0.0, 0.0, 0.0])  # [rad]
-CYCLES = 600
+CYCLES = 1000
 
 
 @pytest.fixture
@@ -23,7 +23,7 @@ def arm(robot):
 
 
 def move(arm, difference, during=lambda: None):
-    """Move smoothly in 0.6 s of the robot's time; return the last state."""
+    """Move smoothly in 1 s of the robot's time; return the last state."""
     arm.start()
     state = arm.read()
     start, begun, called = state.q_held, state.time, False
