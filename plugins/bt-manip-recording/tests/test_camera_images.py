@@ -13,8 +13,6 @@ from bt_manip.cell import FrameRenderer, camera_number
 from bt_manip.exceptions import BtManipError
 from bt_manip_recording import McapRecorder
 
-pytestmark = pytest.mark.usefixtures("shared_stations")
-
 
 def decode(jpeg: bytes) -> np.ndarray:
     (frame,) = av.CodecContext.create("mjpeg", "r").decode(av.Packet(jpeg))

@@ -21,8 +21,6 @@ from bt_manip_recording import (
 )
 from bt_manip_recording.mcap_recorder import SNAPSHOTS
 
-pytestmark = pytest.mark.usefixtures("shared_stations")
-
 REQUEST = {"cycles": 3, "seed": 5}
 
 

@@ -45,8 +45,6 @@ from bt_manip_recording.mcap_file import BlockWriter
 from bt_manip_recording.mcap_recorder import tool_wrenches
 from tests.support.runs import Listener
 
-pytestmark = pytest.mark.usefixtures("shared_stations")
-
 
 def coming_and_going() -> Node:
     return Sequence(

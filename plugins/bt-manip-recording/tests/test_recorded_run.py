@@ -12,8 +12,6 @@ from bt_manip.bt import AlwaysFailure, Fallback, Parallel, Sequence, Sleep
 from bt_manip.exceptions import BtManipError
 from bt_manip_recording import McapRecorder, RecordedRun, Recording, write_mcap
 
-pytestmark = pytest.mark.usefixtures("shared_stations")
-
 
 def times(intervals):
     return [(round(one.start, 6), round(one.end, 6), one.status) for one in intervals]

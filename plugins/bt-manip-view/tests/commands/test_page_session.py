@@ -130,12 +130,15 @@ def test_a_run_after_jogging_and_reset_has_the_digest_of_the_command_line(
     assert session.last.report.state_digest == expected
 
 
-def test_a_run_begins_where_the_arm_was_jogged(session, serve, user, tree):
+def test_a_run_begins_where_the_arm_was_jogged_and_its_result_has_no_command(
+    session, serve, user, tree
+):
     before = session.station
     serve(lambda: user.jog(0.4), *WHILE, ("run", choice(tree)))
     assert session.last.run.station is before
     assert session.last.report.status == "SUCCESS"
-    assert session.last.report.state_digest
+    ((_, result),) = user.elements("result")
+    assert "began where the arm was jogged" in result["text"]
 
 
 SPAWN = """
@@ -165,55 +168,41 @@ def test_the_command_of_the_result_repeats_the_run(
     assert Path("run.mcap").exists()
 
 
-def test_the_result_says_that_a_run_in_the_present_cell_has_no_command(session, serve, user, tree):
-    serve(lambda: user.jog(0.4), *WHILE, ("run", choice(tree)))
-    ((_, result),) = user.elements("result")
-    assert "began where the arm was jogged" in result["text"]
-
-
-def test_a_jogged_arm_is_at_home_after_a_reset(session, serve, user, tree):
-    serve(lambda: user.jog(0.4), *WHILE)
-    assert session.station.robot.q[0] > 0.1
-    serve(("reset", choice(tree)))
-    assert abs(session.station.robot.q[0]) < 1e-3
-
-
-def test_another_scene_or_robot_is_shown_at_once(session, serve, tree):
+def test_the_cell_changes_at_once_where_the_chosen_tree_or_scene_needs_another(
+    session, serve, tree
+):
+    before = session.station
+    serve(("show", choice("pick_place")))
+    assert session.station is before
     serve(("show", choice(tree, scene="two_arms")))
     assert list(session.station.robots) == ["left", "right"]
 
 
-def test_the_same_cell_is_kept_when_another_tree_is_chosen(session, serve):
-    before = session.station
-    serve(("show", choice("pick_place")))
-    assert session.station is before
-
-
-@pytest.mark.parametrize(
-    ("wrong", "message"),
-    [
-        ({"tree": "no.xml"}, "no tree file"),
-        ({"scene": "no_scene"}, "unknown scene"),
-        ({"robot": "no_robot"}, "unknown robot"),
-        ({"scene": "two_arms"}, "left"),
-    ],
+MISTAKES = (
+    ({"tree": "no.xml"}, "no tree file"),
+    ({"scene": "no_scene"}, "unknown scene"),
+    ({"robot": "no_robot"}, "unknown robot"),
+    ({"scene": "two_arms"}, "left"),
 )
-def test_a_mistake_is_shown_and_the_session_goes_on(session, serve, user, tree, wrong, message):
-    serve(("run", choice(tree)._replace(**wrong)))
-    assert message in user.text
+
+
+def test_mistakes_and_exceptions_are_shown_and_the_session_goes_on(
+    session, serve, user, trees, tree, capfd
+):
+    for wrong, message in MISTAKES:
+        serve(("run", choice(tree)._replace(**wrong)))
+        assert message in user.text
+    serve(("run", choice(f"{trees}:loud")))
+    assert "so loud" in user.text
     serve(("reset", choice(tree)), ("run", choice(tree)))
     assert session.last.report.status == "SUCCESS"
     assert 'class="error"' not in user.text
-
-
-def test_an_exception_of_a_behaviour_is_shown_and_the_session_goes_on(
-    session, serve, user, trees, tree, capfd
-):
-    serve(("run", choice(f"{trees}:loud")))
-    assert "so loud" in user.text
-    serve(("run", choice(tree)))
-    assert session.last.report.status == "SUCCESS"
     capfd.readouterr()
+
+
+def save(user, name):
+    user.use("text", "Save as", "value", name)
+    user.use("button", "Save configuration", "click")
 
 
 def test_a_saved_configuration_can_be_named_by_the_next_tree(
@@ -221,12 +210,7 @@ def test_a_saved_configuration_can_be_named_by_the_next_tree(
 ):
     tree = tmp_path / "saved.xml"
     tree.write_text(SAVED_MOVE)
-
-    def save():
-        user.use("text", "Save as", "value", "above")
-        user.use("button", "Save configuration", "click")
-
-    serve(lambda: user.jog(0.4), *WHILE, *WHILE, save)
+    serve(lambda: user.jog(0.4), *WHILE, *WHILE, lambda: save(user, "above"))
     assert (tmp_path / SAVED).is_file()
     assert str(tmp_path / SAVED) in user.text
     serve(("reset", choice(str(tree))), ("run", choice(str(tree))))
@@ -240,12 +224,7 @@ def test_configurations_can_be_saved_in_a_new_file(session, serve, user, tree, t
     session.options = replace(session.options, configurations=file)
     serve(("run", choice(tree)))
     assert session.last.report.status == "SUCCESS"
-
-    def save():
-        user.use("text", "Save as", "value", "here")
-        user.use("button", "Save configuration", "click")
-
-    serve(save)
+    serve(lambda: save(user, "here"))
     assert "here = [" in file.read_text()
 
 

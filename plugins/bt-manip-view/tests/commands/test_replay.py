@@ -4,29 +4,14 @@ import re
 import signal
 import subprocess
 import sys
+import time
 import urllib.request
 
 import click
-import pytest
 
 from bt_manip.cli import run_app
 
-
-@pytest.fixture(scope="session")
-def recording(tmp_path_factory):
-    """Record a short run."""
-    from pathlib import Path
-
-    from bt_manip import build_station
-    from bt_manip.bt import Sleep, Tree
-    from bt_manip.runner import Run, RunRequest, TreeSource
-    from bt_manip_recording import McapRecorder
-
-    path = tmp_path_factory.mktemp("recording") / "run.mcap"
-    station = build_station()
-    tree = Tree(Sleep("rest", msec=50), clock=station.clock)
-    Run(RunRequest(TreeSource("test", "python")), tree, station).execute([McapRecorder(Path(path))])
-    return path
+from .conftest import using_loopback_only
 
 
 def test_bad_input_is_one_line(bt_manip, recording, tmp_path):
@@ -45,16 +30,17 @@ def test_bad_input_is_one_line(bt_manip, recording, tmp_path):
     assert (late.code, late.err) == (2, f"Error: {recording} ends at 0.060 s, before 9 s\n")
 
 
-def test_the_page_is_served_until_ctrl_c(recording):
+def test_the_page_is_served_on_loopback_until_ctrl_c(recording):
     process = subprocess.Popen(
         [sys.executable, "-m", "bt_manip", "replay", recording, "--from", "0.02", "--port", "0"],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
     assert process.stdout is not None
     try:
-        line = process.stdout.readline()
-        (url,) = re.findall(r"http://127\.0\.0\.1:\d+", line)
-        assert urllib.request.urlopen(url, timeout=30).status == 200
+        with using_loopback_only(process):
+            (url,) = re.findall(r"http://127\.0\.0\.1:\d+", process.stdout.readline())
+            assert urllib.request.urlopen(url, timeout=30).status == 200
+            time.sleep(0.2)
         process.send_signal(signal.SIGINT)
         out, err = process.communicate(timeout=30)
         assert (process.returncode, out, err) == (0, "", "")

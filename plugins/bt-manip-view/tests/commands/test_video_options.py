@@ -8,13 +8,6 @@ import av
 import pytest
 
 
-@pytest.fixture
-def recording(bt_manip, trees, tmp_path):
-    path = tmp_path / "run.mcap"
-    assert bt_manip("run", f"{trees}:quick", "--record", path).code == 0
-    return path
-
-
 def test_words_after_the_file_are_options_of_the_recorder(opengl, bt_manip, trees, tmp_path):
     path = tmp_path / "a run.mp4"
     options = "camera=panda/wrist size=64x48 fps=100"
@@ -40,9 +33,7 @@ def test_without_a_choice_of_opengl_a_video_is_rendered_offscreen(opengl, trees,
     ("record", "message"),
     [
         ("run.mp4 camera=overveiw", "there is no camera 'overveiw'; did you mean 'overview'?"),
-        ("run.mp4 size=65x48", "width and height of a .mp4 video are even, got 65x48"),
         ("run.mp4 sise=64x48", "recorder 'video' has no parameter 'sise'; did you mean 'size'?"),
-        ("video", "a video needs a file to be written to"),
     ],
 )
 def test_bad_options_of_a_recorder_are_bad_input(bt_manip, trees, tmp_path, record, message):
@@ -59,10 +50,11 @@ def test_the_options_of_the_recorder_are_listed_with_their_defaults(bt_manip):
     assert "  overlay (true or false, default true): Whether" in out
 
 
-def test_a_video_has_the_options_of_its_recorder(opengl, bt_manip, recording):
+def test_a_video_has_the_options_of_its_recorder(opengl, bt_manip, recording, tmp_path):
     options = ("--size", "64x48", "--fps", "10", "--camera", "panda/wrist", "--overlay")
-    assert bt_manip("export", recording, "--to", "mp4", *options).code == 0
-    assert recording.with_suffix(".mp4").stat().st_size > 1000
+    path = tmp_path / "run.mp4"
+    assert bt_manip("export", recording, "--to", "mp4", "-o", path, *options).code == 0
+    assert path.stat().st_size > 1000
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ import pytest
 import trimesh
 
 from bt_manip import build_station, spatial
+from bt_manip.bt import Sleep
 from bt_manip.cell.objects import Cube
 from bt_manip_recording import CellScene
 from bt_manip_view import Page
@@ -17,15 +18,15 @@ from bt_manip_view.page.history import History
 from .conftest import CAMERA, wait_until
 
 
-@pytest.fixture(scope="module")
-def cell(parts):
-    return build_station(parts).cell
+@pytest.fixture
+def station(make_run):
+    return make_run(Sleep(msec=10)).station
 
 
 @pytest.fixture
-def page(parts, cell):
+def page(station):
     page = Page({}, port=0, speed=None)
-    page.begin_idle(build_station(parts))
+    page.begin_idle(station)
     yield page
     page.close()
 
@@ -60,14 +61,14 @@ def corners_of(cell):
     return np.concatenate(corners)
 
 
-@pytest.mark.parametrize("aspect", [0.5, 1.0, 1.6, 3.0])
-def test_all_corners_are_inside_and_two_of_them_touch_the_margin(cell, report, aspect):
+@pytest.mark.parametrize("aspect", [0.5, 3.0])
+def test_all_corners_are_inside_and_two_of_them_touch_the_margin(station, report, aspect):
     position, look_at, fov = report(image_width=round(800 * aspect), image_height=800)
     forward = (look_at - position) / np.linalg.norm(look_at - position)
     right = np.cross(forward, (0.0, 0.0, 1.0))
     right /= np.linalg.norm(right)
     axes = np.column_stack([right, np.cross(right, forward), forward])
-    across, up, depth = ((corners_of(cell) - position) @ axes).T
+    across, up, depth = ((corners_of(station.cell) - position) @ axes).T
     assert (depth > 0.0).all()
     slope = np.tan(fov / 2.0)
     shares = np.stack([abs(across) / (depth * slope * aspect), abs(up) / (depth * slope)])

@@ -42,8 +42,8 @@ def page(saved, panels):
 
 
 @pytest.fixture
-def station(page, parts):
-    station = build_station(parts)
+def station(page, make_run):
+    station = make_run(Sleep(msec=10)).station
     page.begin_idle(station)
     return station
 

@@ -145,7 +145,7 @@ def attack(make_run, page, connect, messages, what):
     return digest, len(sent)
 
 
-@pytest.mark.parametrize("number", [500, pytest.param(10_000, marks=pytest.mark.soak)])
+@pytest.mark.parametrize("number", [250, pytest.param(10_000, marks=pytest.mark.soak)])
 @pytest.mark.parametrize("what", ["scene", "page"])
 def test_malformed_messages_leave_the_run_and_the_page_as_they_are(
     make_run, page, connect, capfd, number, what

@@ -9,8 +9,7 @@ from bt_manip.runner import RunObserver
 from bt_manip_view.page import overlay_panel
 from bt_manip_view.page.overlay_panel import FORCE_SCALE
 
-READY = "0;0.3;0;-1.8;0;2.1;0.8"
-
+READY = "0;-0.4;0;-2.2;0;1.8;0.8"
 
 PATH = "/planned path of panda"
 
@@ -52,18 +51,17 @@ def test_the_path_is_drawn_from_begin_to_end_of_a_motion_and_removed(make_run, p
     assert "panda: " not in client.text()
 
 
-def test_nothing_is_computed_without_a_page(make_run, page, monkeypatch):
+def test_no_path_is_computed_without_a_page_or_where_it_is_hidden(
+    make_run, page, connect, monkeypatch
+):
     class Refresh(RunObserver):
         def after_tick(self):
             page.refresh(now=True)
 
     monkeypatch.setattr(overlay_panel, "tool_path", pytest.fail)
     make_run(moves()).execute([page, Refresh()])
-
-
-def test_the_path_can_be_hidden(make_run, page, client, scene):
-    client.set("checkbox", "Planned paths", False)
-    watch = Watch(page, scene)
+    connect("page").set("checkbox", "Planned paths", False)
+    watch = Watch(page, connect())
     make_run(moves()).execute([page, watch])
     assert all(points is None for _, points, _ in watch.seen)
 

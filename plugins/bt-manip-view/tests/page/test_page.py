@@ -46,7 +46,7 @@ def test_a_watched_run_keeps_its_digest(make_run, page, connect):
     assert digest() == digest(page)
 
 
-def test_the_visible_geometry_is_sent_once_with_the_poses(make_run, page, connect):
+def test_the_visible_geometry_is_sent_once_with_its_textures_and_the_poses(make_run, page, connect):
     client = connect()
     make_run(picking()).execute([page])
     messages = client.read()
@@ -56,12 +56,7 @@ def test_the_visible_geometry_is_sent_once_with_the_poses(make_run, page, connec
     assert len(set(names)) == len(names)
     moved = {message["name"] for message in of_type(messages, "SetPositionMessage")}
     assert any(name.startswith("/panda/") for name in moved)
-
-
-def test_textures_are_sent_with_their_shapes(make_run, page, connect):
-    client = connect()
-    make_run(picking()).execute([page])
-    sent = {m["name"]: m["props"]["glb_data"] for m in of_type(client.read(), "GlbMessage")}
+    sent = {m["name"]: m["props"]["glb_data"] for m in of_type(messages, "GlbMessage")}
     data = next(data for name, data in sent.items() if name.startswith("/table/"))
     (top,) = trimesh.load(io.BytesIO(data), file_type="glb").geometry.values()
     pixels = np.asarray(top.visual.material.baseColorTexture)
@@ -161,62 +156,47 @@ def texts_of(client):
     return [text for _, _, text, _ in client.find("log")["lines"]]
 
 
-def test_the_log_says_what_leaves_did(make_run, page, connect):
-    root = Sequence("root", SpawnObject("spawn", object="{cube}"), AlwaysFailure("never"))
-    make_run(root).execute([page])
+def test_the_log_says_what_leaves_did_with_a_kind_of_their_own_for_conditions(
+    make_run, page, connect
+):
+    wrong = Fallback("root", IsHolding("holding", object="cube"), Sleep("rest", msec=30))
+    spawn = SpawnObject("spawn", object="{cube}")
+    make_run(Sequence("all", spawn, wrong, AlwaysFailure("never"))).execute([page])
     lines = connect("page").see().find("log")["lines"]
     kinds = {text.split(":")[0]: kind for _, kind, text, _ in lines}
     assert kinds["spawn"] == "success" and kinds["never"] == "failure"
     assert kinds["cycle 1 failed"] == "error"
     (said,) = (text for _, _, text, _ in lines if text.startswith("spawn: "))
     assert "cube" in said.removeprefix("spawn: ")
-
-
-def test_a_condition_that_fails_has_a_kind_of_its_own(make_run, page, connect):
-    wrong = Fallback("root", IsHolding("holding", object="cube"), Sleep("rest", msec=30))
-    make_run(Sequence(SpawnObject(name="cube"), wrong)).execute([page])
-    lines = connect("page").see().find("log")["lines"]
     assert {kind for _, kind, text, _ in lines if text.startswith("holding")} == {"condition"}
 
 
-def test_the_tracking_error_is_plotted(make_run, page, connect):
-    make_run(Sleep("rest", msec=50)).execute([page])
-    samples = connect("page").see().find("plot")["samples"]
-    assert [row[0] for row in samples] == pytest.approx([0.01, 0.02, 0.03, 0.04, 0.05, 0.06])
-
-
-def test_texts_are_sent_as_data_not_as_html(make_run, page, connect):
-    root = Fallback("<b>root</b>", AlwaysFailure("never"), Sleep("rest", msec=20))
+def test_a_page_that_is_opened_later_shows_the_last_state_as_data_not_as_html(
+    make_run, page, connect
+):
+    root = Fallback("<b>root</b>", AlwaysFailure("never"), Sleep("rest", msec=50))
     make_run(root).execute([page])
     client = connect("page").see()
+    status = client.find("status")
+    assert status["text"] == "cycle 1, 0.06 s: ended SUCCESS" and status["look"] == "SUCCESS"
+    samples = client.find("plot")["samples"]  # of the tracking error
+    assert [row[0] for row in samples] == pytest.approx([0.01, 0.02, 0.03, 0.04, 0.05, 0.06])
     assert client.find("tree")["nodes"][0]["name"] == "<b>root</b>"
     assert not any("root" in one["content"] for one in client.elements.values() if "content" in one)
 
 
-def test_a_page_that_is_opened_later_shows_the_last_state(make_run, page, connect):
-    make_run(Sleep("rest", msec=50)).execute([page])
-    status = connect("page").see().find("status")
-    assert status["text"] == "cycle 1, 0.06 s: ended SUCCESS" and status["look"] == "SUCCESS"
-
-
-def test_the_clock_stands_still_after_the_run(make_run, page, connect):
+def test_the_clock_stands_still_after_a_run_and_that_of_a_second_one_begins_at_zero(
+    make_run, page, connect
+):
     run = make_run(Sleep("rest", msec=50))
     run.execute([page])
     page.begin_idle(run.station)
-    run.station.cell.step()
+    run.station.cell.step(100)
     page.refresh(now=True)
-    assert "0.06 s" in connect("page").see().find("status")["text"]
-
-
-def test_the_clock_of_a_second_run_in_the_same_cell_begins_at_zero(make_run, page, connect):
-    run = make_run(Sleep("rest", msec=50))
-    run.execute([page])
-    page.begin_idle(run.station)
-    for _ in range(100):
-        run.station.cell.step()
+    client = connect("page")
+    assert "0.06 s" in client.see().find("status")["text"]
     Run(run.request, run.tree, run.station).execute([page])
-    client = connect("page").see()
-    assert client.find("status")["text"] == "cycle 1, 0.06 s: ended SUCCESS"
+    assert client.see().find("status")["text"] == "cycle 1, 0.06 s: ended SUCCESS"
     line = client.find("timeline")
     assert (line["start"], line["end"]) == pytest.approx((0.0, 0.06))
     leaf = next(time for time, uid, name, _ in line["leaves"] if name == "rest")
@@ -228,7 +208,7 @@ def test_the_clock_of_a_second_run_in_the_same_cell_begins_at_zero(make_run, pag
 
 def test_one_can_look_back_while_the_run_is_paused(in_thread, page, connect):
     page.controls.breakpoints = frozenset(["second"])
-    root = Sequence("root", Sleep("first", msec=3000), Sleep("second", msec=50))
+    root = Sequence("root", Sleep("first", msec=300), Sleep("second", msec=50))
     connect()
     client = connect("page")
     wait_until(lambda: page.site.is_open)

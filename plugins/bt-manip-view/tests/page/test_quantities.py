@@ -1,7 +1,5 @@
 """Plotted quantities of a run are those of the physics and of its recording."""
 
-import time
-
 import numpy as np
 import pytest
 
@@ -149,23 +147,3 @@ def test_a_line_that_comes_later_is_added_to_the_plot(make_run, page, connect):
     plot = client.see().find("plot", "Height of objects")
     assert len(plot["names"]) == 2
     assert [None in row for row in plot["samples"]] == [True] * 3 + [False] * 4
-
-
-@pytest.mark.soak
-def test_sampling_costs_little(make_run):
-    run, quantities = make_run(Sleep(msec=2000)), []
-
-    class Timer(RunObserver):
-        used = 0.0
-
-        def run_started(self, run):
-            quantities.append(LiveQuantities(run, lambda: run.station.cell.time))
-
-        def after_tick(self):
-            before = time.thread_time()
-            quantities[0].sample(())
-            self.used += time.thread_time() - before
-
-    timer, begin = Timer(), time.thread_time()
-    run.execute([timer])
-    assert timer.used < 0.05 * (time.thread_time() - begin)

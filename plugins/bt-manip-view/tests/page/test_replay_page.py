@@ -100,7 +100,7 @@ def recorded(make_run, panels, tmp_path_factory):
         Script(code="speed := 0.5"),
         SpawnObject(object="{cube}"),
         MoveToConfiguration(configuration=[0.1, -0.7, 0.1, -2.3, 0.0, 1.6, 0.8]),
-        Sleep("rest", msec=200),
+        Sleep("rest", msec=100),
         RemoveObject(object="{cube}"),
         Fallback("rescue", AlwaysFailure("never"), Sleep(msec=30)),
     )
@@ -109,7 +109,7 @@ def recorded(make_run, panels, tmp_path_factory):
     try:
         run = make_run(root, cycles=2)
         run.execute([McapRecorder(path), page, states])
-        times = np.random.default_rng(1).permutation(list(states.seen)).tolist()
+        times = np.random.default_rng(1).permutation(list(states.seen)).tolist()[:40]
         end = shown_on(states.client)
         later = [states.look_back(times)]
         page.begin_idle(run.station)
@@ -131,21 +131,20 @@ def page(recorded, panels):
 
 def test_each_time_shows_what_the_run_had_shown(recorded, page, client, scene):
     _, seen, _ = recorded
-    times = list(seen)
-    np.random.default_rng(0).shuffle(times)
-    for moment in (*times, *sorted(times)[:5]):
+    times = np.random.default_rng(0).permutation(list(seen)).tolist()[:40]
+    for moment in (*times, *list(seen)[:5], list(seen)[-1]):
         page.seek(moment)
         texts, entities = seen[moment]
         assert shown_on(client) == texts
         assert entities_in(scene) == entities
 
 
-@pytest.mark.parametrize("when", [0, 1], ids=["at the end", "ten minutes later"])
-def test_a_run_that_has_ended_shows_at_each_time_what_it_had_shown_then(recorded, when):
+def test_a_run_that_has_ended_shows_at_each_time_what_it_had_shown_then(recorded):
     _, seen, later = recorded
-    assert len(later[when]) >= 20
-    for moment, shown in later[when].items():
-        assert shown == seen[moment]
+    for shown_later in later:
+        assert len(shown_later) >= 20
+        for moment, shown in shown_later.items():
+            assert shown == seen[moment]
 
 
 def test_poses_are_the_recorded_ones(recorded, page, scene):
@@ -194,14 +193,13 @@ def test_it_plays_to_the_end_and_then_once_more(playing, client, times, shown_ti
         wait_until(lambda: shown_time() == pytest.approx(times[-1]))
 
 
-def test_it_makes_single_ticks(playing, client, times, shown_time):
-    for tick in (1, 2, 3):
+def test_it_makes_single_ticks_and_the_time_line_chooses_the_time(
+    playing, client, times, shown_time
+):
+    for tick in (1, 2):
         client.press("Step")
         wait_until(lambda due=times[tick]: shown_time() == pytest.approx(due))
         assert playing.controls.paused
-
-
-def test_the_time_line_chooses_the_time(playing, client, shown_time):
     for wanted in (0.25, 0.1):
         client.send(client.see().uid("timeline"), "seek", wanted)
         wait_until(lambda due=wanted: shown_time() == pytest.approx(due))

@@ -9,7 +9,7 @@ def table_of(client):
     (content,) = (
         one["content"]
         for one in client.see().elements.values()
-        if one["kind"] == "html" and "results" in one["content"]
+        if one["kind"] == "html" and "<th>results</th>" in one["content"]
     )
     rows = re.findall("<tr>(.*?)</tr>", content)
     return [re.findall("<t[hd]>(.*?)</t[hd]>", row) for row in rows]

@@ -35,24 +35,18 @@ def panel(page, panels):
     return panels[0]
 
 
-def test_nothing_is_asked_for_at_first(panel):
-    assert panel.take() is None
-
-
 def test_a_request_is_taken_once(panel, client):
+    assert panel.take() is None
     client.press("▶ Run")
     assert panel.take() == ("run", RunChoice("pick", "table", "panda", 0, 1))
     assert panel.take() is None
 
 
-def test_a_tree_brings_its_scene_and_the_seed_of_the_scene(panel, client):
+def test_a_tree_brings_its_scene_and_a_scene_its_seed(panel, client):
     client.set("dropdown", "Tree", "stack")
     assert panel.take() == ("show", RunChoice("stack", "tray", "panda", 5, 1))
-
-
-def test_a_scene_brings_its_seed_and_keeps_the_tree(panel, client):
-    client.set("dropdown", "Scene", "tray")
-    assert panel.take() == ("show", RunChoice("pick", "tray", "panda", 5, 1))
+    client.set("dropdown", "Scene", "table")
+    assert panel.take() == ("show", RunChoice("stack", "table", "panda", 0, 1))
 
 
 def test_the_chosen_robot_seed_and_cycles_are_kept_for_the_same_scene(panel, client):

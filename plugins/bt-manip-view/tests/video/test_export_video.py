@@ -1,6 +1,5 @@
 """A video of a recording shows what was recorded."""
 
-import re
 from pathlib import Path
 
 import av
@@ -8,7 +7,6 @@ import numpy as np
 import pytest
 
 from bt_manip.cell import FrameRenderer, camera_number
-from bt_manip.exceptions import BtManipError
 from bt_manip_recording import RecordedScene
 from bt_manip_view import VideoRecorder, write_video
 from bt_manip_view.video.export_video import SceneModel, frame_times
@@ -73,9 +71,3 @@ def test_frames_are_at_ticks(recorded):
 
 def test_the_number_of_frames_is_limited_by_that_of_ticks():
     assert frame_times(np.array([0.0, 0.01, 1e10]), 25.0).tolist() == [0.0, 0.01, 1e10]
-
-
-def test_an_unknown_camera_is_refused_with_the_nearest_name(recorded, tmp_path):
-    with pytest.raises(BtManipError, match=re.escape("'panda/wirst'; did you mean 'panda/wrist'?")):
-        write_video(recorded[0], tmp_path / "a.mp4", camera="panda/wirst")
-    assert not list(tmp_path.iterdir())

@@ -191,13 +191,6 @@ def test_an_impossible_video_is_refused(name, options, message):
     assert message in str(error.value)
 
 
-def test_an_unknown_camera_is_found_before_the_run(make_run, tmp_path):
-    path = tmp_path / "a.mp4"
-    with pytest.raises(BtManipError, match="no camera 'panda/wirst'; did you mean 'panda/wrist'"):
-        make_run(Sleep(msec=20)).execute([VideoRecorder(path, camera="panda/wirst")])
-    assert not path.exists()
-
-
 def test_without_opengl_the_run_does_not_start(make_run, tmp_path, monkeypatch):
     def fail(*_):
         raise mujoco.FatalError("no context")
