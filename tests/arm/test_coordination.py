@@ -66,7 +66,7 @@ def test_target_that_another_robot_occupies_or_will_is_refused_with_its_name(
     station, left, right, left_there
 ):
     left.arm.move_to_pose(MIDDLE)
-    for state in (station.get_state(), left_there):  # on its way there, and there
+    for state in (station.get_state(), left_there):  # during the motion there, and there
         station.set_state(state)
         with pytest.raises(MotionError, match="'left' blocks") as refused:
             right.arm.move_to_pose(MIDDLE)

@@ -36,7 +36,7 @@ def once(root, *events, **scopes):
 
 
 def leaf(name, **values):
-    """Give what a leaf logs at its tick."""
+    """Give the line of a trace for the tick of a leaf."""
     return {"node": name, "ev": "tick", **values}
 
 

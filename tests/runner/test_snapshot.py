@@ -82,7 +82,7 @@ def test_a_run_that_continues_from_a_file_ends_with_the_same_digest(parts, tmp_p
 
 
 def test_a_run_with_two_robots_continues_from_a_snapshot_while_both_move(parts, tmp_path):
-    run = (1, "two_arms", "two_arms")  # each on the way to its first cube
+    run = (1, "two_arms", "two_arms")  # each moving to its first cube
 
     def late(made: Run) -> bool:
         return made.station.cell.time > 1.3

@@ -32,7 +32,7 @@ def parameterization(path, model, loads):
 @pytest.mark.parametrize(
     ("limits", "end", "duration"),
     [
-        # Half the way at a, half at -a: 2 sqrt(d / a).
+        # Half the distance at a, half at -a: 2 sqrt(d / a).
         ({"effort": 1e4, "acceleration": 4.0}, 1.5, 2 * np.sqrt(1.5 / 4.0)),
         # 95 % of 10 N m turn 2 kg m2 by 4.75 rad/s2.
         ({"effort": 10.0}, 1.5, 2 * np.sqrt(1.5 / 4.75)),

@@ -27,7 +27,7 @@ SUCCESS = NodeStatus.SUCCESS
 
 
 def chosen(trial, behaviour, key):
-    """Return what a behaviour writes to the blackboard."""
+    """Return the value that a behaviour writes to a blackboard entry."""
     choosing = trial(behaviour)
     assert choosing.tick() is SUCCESS
     return choosing.blackboard[key]
