@@ -67,7 +67,7 @@ EXPERIMENTAL = {
         "as_written read_tree Reading ReadingOptions declare Stubs Libraries "
         "Document Element Problems PortType STRING DOUBLE is_pointer "
         "Node NodeKind texts_of instance_to_xml tree_instances editor_attributes "
-        "node_name parse_goal port_attributes write_element"
+        "node_name parse_goal port_attributes write_element CONDITIONS"
     ),
     "bt_manip.behaviours": (
         "IsAt FollowTarget Stop PlannedMove Recover pose_to_text pose_from_text pose_input "

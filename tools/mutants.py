@@ -326,7 +326,6 @@ class Copy:
             **os.environ,
             "PYTHONPATH": os.pathsep.join(map(str, folders)),
             "PYTHONDONTWRITEBYTECODE": "1",
-            "MUJOCO_GL": "disable",
             "BT_MANIP_CACHE": str(self.root / "cache"),
         }
 
@@ -495,8 +494,10 @@ def record(folder: str, copy: Copy) -> None:
 class Judge:
     """Tests changes in a copy, in a process of its own."""
 
-    def __init__(self, copies: Any, tests: Near | Reach, budget: float) -> None:
-        self._copy, self._reach, self._budget = copies.get(), tests, budget
+    def __init__(self, copies: Any, near: bool, folders: list[str], budget: float) -> None:
+        # Coverage erases data that is used in a fork of the process that has read it.
+        self._reach = Near(folders) if near else Reach(folders)
+        self._copy, self._budget = copies.get(), budget
 
     def verdict(self, mutant: Mutant) -> str:
         """Return how the tests took a change: an empty text if one noticed it."""
@@ -551,7 +552,7 @@ def main() -> int:
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--tests", nargs="+", metavar="FOLDER", default=folders_of_tests())
     options = parser.parse_args()
-    os.environ["MUJOCO_GL"] = "disable"
+    os.environ.setdefault("MUJOCO_GL", "disable")
     for library in LIBRARIES:
         importlib.import_module(library)
     context = multiprocessing.get_context("fork")
@@ -571,8 +572,7 @@ def main() -> int:
         argued = [mutant for mutant in mutants if is_argued(mutant)]
         mutants = [mutant for mutant in mutants if mutant not in argued]
         print(f"{len(argued)} argued: cannot matter")
-        tests = (Near if options.near else Reach)(options.tests)
-        given = (waiting, tests, options.budget)
+        given = (waiting, options.near, options.tests, options.budget)
         with context.Pool(options.workers, start, given) as pool:
             report(mutants, pool.imap(try_one, mutants), options.seed)
     finally:

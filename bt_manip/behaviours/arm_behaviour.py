@@ -1,6 +1,6 @@
 """Base classes of behaviours that use the cell or an arm."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -13,7 +13,7 @@ from bt_manip.control import ControlError
 from bt_manip.exceptions import BoundsError, MotionError
 from bt_manip.models import ModelError
 from bt_manip.registry import UnknownPartError
-from bt_manip.robots import GripperError, check_non_negative
+from bt_manip.robots import GripperError
 
 from .robot_port import RobotPort
 
@@ -33,9 +33,6 @@ class CellBehaviour(Action):
 
     memory: ClassVar[tuple[str, ...]] = ("_started", "_violated")
 
-    amounts: ClassVar[Mapping[str, str]] = {}
-    """Ports that must not be negative, with their units; or declare them with ``at_least=0.0``."""
-
     adds_objects: Sequence[str] = ()
     """Names of the objects that it adds, as patterns; a tree may then name them in ports."""
 
@@ -52,23 +49,18 @@ class CellBehaviour(Action):
     def initialise(self) -> None:
         """Start, or fail with the reason."""
         self._started, self._violated = self.cell.time, None
-        self.check_amounts()
+        self.check_bounds()
         self.start()
 
-    def check_amounts(self) -> None:
-        """Check that the ports are within their bounds, and those in `amounts` not negative.
+    def check_bounds(self) -> None:
+        """Check that the ports are within their bounds.
 
         Raises:
             BoundsError: Naming the port.
-            MotionError: Naming one in `amounts`.
         """
         for name, port in self.ports.items():
             if port.reads and port.bounds:
                 self.read_port(name)
-        for name, unit in self.amounts.items():
-            value = getattr(self, name)
-            if value is not None:
-                check_non_negative(value, f"port '{name}'", unit)
 
     def _tick(self) -> NodeStatus:
         try:
@@ -288,7 +280,7 @@ class MotionBehaviour(ArmBehaviour):
         """Start the motion."""
         self._started, self._violated = self.cell.time, None
         self._ended = self._blocked = self._missing = None
-        self.check_amounts()
+        self.check_bounds()
         self._carried = self.held_objects() if self.arm.payload is not None else []
         self.begin_motion(self.start)
 

@@ -29,6 +29,7 @@ class Drop(ReleasingBehaviour):
     height = number_or_auto(
         "Height of the tool over the container's bottom [m]; auto: 0.25, or the largest lower "
         "height in steps of 0.03 that the arm reaches, at least 0.1.",
+        at_least=0.0,
     )
     speed = speed_input()
 

@@ -28,6 +28,7 @@ class Hover(MotionBehaviour):
     height = number_or_auto(
         "Height of the tool over the object's centre [m]; auto: the first of "
         f"{', '.join(map(str, HOVER_HEIGHTS))} that the arm reaches.",
+        at_least=0.0,
     )
     least = number_or_auto(
         "Smallest of these heights to use if the arm does not reach the given one [m]; auto: only "

@@ -20,7 +20,7 @@ class Lift(MotionBehaviour):
     traits = Traits(commands={"arm"}, leaves={"at_object": None})
 
     blend_radius = blend_radius_input()
-    height = number_or_auto("Height [m]; auto: 0.4, or as far as the arm reaches.")
+    height = number_or_auto("Height [m]; auto: 0.4, or as far as it reaches.", at_least=0.0)
     least = number_or_auto(
         "Smallest accepted height if the arm reaches no higher [m]; auto: the whole height, or "
         "0.03 if `height` is auto."

@@ -39,7 +39,8 @@ class CloseGripper(GripperBehaviour):
 
     force = number_or_auto(
         "Grip force at each contact [N]; auto: the preferred force, or 0.8 of the gripper's "
-        "maximum if lower."
+        "maximum if lower.",
+        at_least=0.0,
     )
     preferred_force = Input(float, default=GRIP_FORCE, doc="Preferred grip force for auto [N].")
     patience = Input(float, default=2.0, doc="Timeout in simulated time [s].", at_least=0.0)

@@ -55,6 +55,7 @@ from bt_manip.bt.nodes.decorators.repeat import Repeat as Repeat
 from bt_manip.bt.nodes.decorators.repeat import RetryUntilSuccessful as RetryUntilSuccessful
 from bt_manip.bt.nodes.decorators.timing import Delay as Delay
 from bt_manip.bt.nodes.decorators.timing import Timeout as Timeout
+from bt_manip.bt.nodes.guard import CONDITIONS as CONDITIONS
 from bt_manip.bt.nodes.node import Comment as Comment
 from bt_manip.bt.nodes.node import Node as Node
 from bt_manip.bt.nodes.node import NodeKind as NodeKind

@@ -108,7 +108,7 @@ def _run_app(interrupt: Interrupt, arguments: list[str] | None) -> int:
             _drop_output()
             click.echo(f"Error: {error.filename or 'standard output'}: {error.strerror}", err=True)
             return FAULT
-        if isinstance(error, OSError) and error.errno == errno.ENAMETOOLONG:
+        if isinstance(error, OSError) and error.errno in (errno.ENAMETOOLONG, errno.EACCES):
             path = with_short_values(f"'{error.filename}'")
             click.echo(f"Error: {path}: {error.strerror}", err=True)
             return BAD_INPUT
@@ -134,4 +134,4 @@ def _print_fault(error: Exception) -> None:
     command = blame(error, chosen())
     if command is not None:
         what = f"{type(error).__name__}: {error}"
-        click.echo(f"Error: the command '{command.words}' of {command.package}: {what}", err=True)
+        click.echo(f"Error: a command of {command.package}: {what}", err=True)

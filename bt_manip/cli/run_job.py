@@ -81,14 +81,12 @@ class RunJob:
                 from bt_manip.record import FileInUseError
 
                 # An import can turn the interrupt into another exception.
-                if interrupt.requested:
-                    code = INTERRUPTED
-                elif isinstance(error, FileInUseError):  # nothing has been simulated
+                if interrupt.requested and not started:
+                    return self._finish(INTERRUPTED)
+                early = BtManipError | PermissionError if not started else FileInUseError
+                if isinstance(error, early):  # nothing has been simulated
                     raise
-                elif started or not isinstance(error, BtManipError):
-                    code = self._fault(error)
-                else:
-                    raise
+                code = self._fault(error)
             return self._finish(INTERRUPTED if interrupt.requested else code)
 
     def lines(self, width: int) -> str:

@@ -104,7 +104,7 @@ class RunOptions(StationOptions):
     varied: tuple[str, ...] = option("--vary", group="Disturbances", **VARY)
     snapshots: tuple[tuple[float, Path], ...] = option(
         "--snapshot-at", group="Files", multiple=True, metavar="SECONDS FILE",
-        type=(float, click.Path(path_type=Path)),
+        type=(click.FloatRange(min=0.0), click.Path(path_type=Path)),
         help="Write a snapshot after this much simulated time; may be given more than once.",
     )  # fmt: skip
     resume: Path | None = option(

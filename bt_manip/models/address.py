@@ -145,7 +145,11 @@ def bundled_names() -> list[str]:
 
 def _file(address: str, path: Path, formats: Mapping[str, ModelFormat] | None) -> FoundModel:
     path = path.expanduser()
-    if not path.is_file() and not path.is_dir():
+    try:
+        exists = path.is_file() or path.is_dir()
+    except PermissionError as error:
+        raise ModelError(f"'{address}': {error.strerror}") from None
+    if not exists:
         beside = path.parent.iterdir() if path.parent.is_dir() else ()
         near = [p.name for p in beside if p.suffix in (path.suffix, *_SUFFIXES)]
         what = "not a regular file" if path.exists() else "there is no such file"

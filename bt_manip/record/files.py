@@ -21,7 +21,7 @@ from bt_manip.files import is_special as is_special
 from bt_manip.files import part_of, resolved
 from bt_manip.files import whole_file as whole_file
 
-IN_USE = "another process is writing it"
+IN_USE = "it is being written"
 
 
 class RecordingError(BtManipError):

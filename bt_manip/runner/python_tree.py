@@ -136,10 +136,8 @@ def _arguments(
 ) -> dict[str, Any]:
     for key in settings:
         if key not in parameters:
-            raise BtManipError(
-                f"--set: the tree '{source.name}' has no key '{key}'"
-                + did_you_mean(key, parameters)
-            )
+            near = did_you_mean(key, parameters)
+            raise BtManipError(f"the tree '{source.name}' has no key '{key}'{near}")
     for key, parameter in parameters.items():
         if parameter.mandatory and key not in settings:
             raise BtManipError(

@@ -77,7 +77,7 @@ def _from_place(name: str, place: str) -> TreeSource | None:
 def _not_found(text: str, registered: Mapping[str, str]) -> str:
     path, _, function = text.rpartition(":")
     for place in (text, path):
-        if place.endswith((".xml", ".py")) and Path(place).is_dir():
+        if place and Path(place).is_dir():
             return f"'{place}' is a folder; a tree is a file, path.xml or path.py:name"
     file = path if path.endswith(".xml") else text
     if file.endswith(".xml"):

@@ -83,9 +83,8 @@ def set_keys(
     keys = tree.document.models.get(tree.tree_id, {})
     for key in settings:
         if key not in keys:
-            raise BtManipError(
-                f"--set: the tree '{source.name}' has no key '{key}'" + did_you_mean(key, keys)
-            )
+            near = did_you_mean(key, keys)
+            raise BtManipError(f"the tree '{source.name}' has no key '{key}'{near}")
     for key, default in keys.items():
         if only_new and key in tree.blackboard:
             continue

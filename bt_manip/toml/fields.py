@@ -192,7 +192,11 @@ def write_fields(value: Any, folder: Path | None = None) -> dict[str, Any]:
         default = entry.default
         if given is None or (default is not MISSING and given == default):
             continue
-        written = cast(WritableValues, entry.values).write(given, entry, folder)
+        try:
+            written = cast(WritableValues, entry.values).write(given, entry, folder)
+        except (AttributeError, TypeError, ValueError):
+            what = f"key '{entry.name}' is {entry.values.type}, got {given!r}"
+            raise TypeError(what) from None
         (found.setdefault(entry.table, {}) if entry.table else found).update(written)
     return found
 
@@ -208,7 +212,11 @@ def check_fields(value: Any, where: str, error: type[BtManipError]) -> None:
     Raises:
         BtManipError: Of that type, with the key.
     """
-    read_fields(type(value), TomlTable(PythonSource(where, error), write_fields(value)))
+    try:
+        written = write_fields(value)
+    except TypeError as problem:
+        raise error(f"{where}: {problem}") from None
+    read_fields(type(value), TomlTable(PythonSource(where, error), written))
 
 
 def rows(cls: type, table: str = "") -> list[Row]:

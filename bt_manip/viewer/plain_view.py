@@ -45,7 +45,7 @@ class PlainView(RunObserver):
         self._progress.count(self._cycle, status)
         if status != "SUCCESS":
             self._print_leaves()
-        total = f"/{self._cycles}" if self._cycles else ""
+        total = f"/{self._cycles}" if self._cycle < self._cycles else ""  # not of --episode
         line = f"cycle {self._cycle + 1}{total}: {status} after {self._elapsed:.2f} s"
         if progress := str(self._progress):
             line += f" ({progress})"

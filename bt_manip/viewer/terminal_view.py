@@ -127,7 +127,7 @@ class TerminalView(RunObserver):
         run = self._run
         simulated = run.station.cell.time - self._time_start
         factor = simulated / max(now - self._wall_start, 1e-9)
-        total = f"/{self._cycles}" if self._cycles else ""
+        total = f"/{self._cycles}" if self._cycle < self._cycles else ""  # not of --episode
         running = NodeStatus.RUNNING
         leaves = [n.name for n in run.tree if not n.children and n.engine_status is running]
         name = run.request.tree.name.rpartition("/")[2]

@@ -7,6 +7,7 @@ from collections.abc import Collection
 from typing import Any, Final
 
 from bt_manip.bt import (
+    CONDITIONS,
     BehaviourRegistry,
     Document,
     Element,
@@ -27,16 +28,7 @@ _EXPLICIT: Final = ("Action", "Condition", "Control", "Decorator")
 _GOAL: Final = "_goal"
 _WIDTH = 100
 _MAX_BRACKETS: Final = 200  # brackets in brackets that Python's tokenizer reads
-_PYTHON_OF: Final = {
-    "_failureIf": "failure_if",
-    "_successIf": "success_if",
-    "_skipIf": "skip_if",
-    "_while": "while_true",
-    "_onSuccess": "on_success",
-    "_onFailure": "on_failure",
-    "_post": "post",
-    "_onHalted": "on_halted",
-}
+_PYTHON_OF: Final = {attribute: name for name, attribute in CONDITIONS.items()}
 """Keywords of the scripts around a tick, by their attributes."""
 
 

@@ -48,7 +48,11 @@ DEMONSTRATION_FORMATS = {
     ),
     "minari": DemonstrationFormat("write_minari", ("actions", "observations"), folder=True),
 }
-"""All formats by name; a new one is a line here."""
+"""All formats by name."""
+
+
+def _having(option: str) -> str:
+    return ", ".join(name for name, one in DEMONSTRATION_FORMATS.items() if option in one.options)
 
 
 class _RecordByDefault(click.Group):
@@ -165,11 +169,12 @@ def _identify(make_recorder: "Callable[[], DemonstrationRecorder]") -> dict[str,
 @click.option("--format", "form", type=click.Choice(DEMONSTRATION_FORMATS), required=True)
 @click.option(
     "-o", "--out", type=click.Path(path_type=Path), required=True, metavar="OUT",
-    help="File to write; of lerobot and minari, the folder.",
+    help=f"File to write; a folder for "
+    f"{', '.join(name for name, one in DEMONSTRATION_FORMATS.items() if one.folder)}.",
 )  # fmt: skip
 @click.option(
     "--actions", default="joint_targets", show_default=True, metavar="KIND",
-    help="Actions that robomimic, lerobot or minari has.",
+    help=f"Kind of actions, for {_having('actions')}.",
 )  # fmt: skip
 @click.option(
     "--observations", type=click.Choice(["robot", "all"]), metavar="GROUP",

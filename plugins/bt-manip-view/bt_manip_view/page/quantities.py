@@ -201,12 +201,12 @@ class RecordedQuantities(Quantities):
             ):
                 self._read[f"{name}{of}"] = partial(self._steps, robot, field, unit)
             if f"/robots/{robot}/state" in recording.topics:
-                for name, unit, key in (
-                    ("Grip force", "N", "grip_forces"),
-                    ("Wrist force", "N", "force"),
-                    ("Wrist torque", "N m", "torque"),
+                for name, unit, key, labels in (
+                    ("Grip force", "N", "grip_forces", ()),
+                    ("Wrist force", "N", "force", ("x", "y", "z")),
+                    ("Wrist torque", "N m", "torque", ("x", "y", "z")),
                 ):
-                    self._read[f"{name}{of}"] = partial(self._states, robot, key, unit)
+                    self._read[f"{name}{of}"] = partial(self._states, robot, key, unit, labels)
         self._read["Height of objects"] = self._heights
         with recording.decoding():
             for event in recording.events("blackboard"):
@@ -237,12 +237,12 @@ class RecordedQuantities(Quantities):
         rows = np.column_stack([steps["t"], steps[field]])
         return Table(unit, tuple(self._recording.joints[robot]), rows)
 
-    def _states(self, robot: str, key: str, unit: str) -> Table:
+    def _states(self, robot: str, key: str, unit: str, labels: tuple[str, ...]) -> Table:
+        """Return a number or numbers of the states; those without labels are of the fingers."""
         found = list(self._recording.messages(f"/robots/{robot}/state"))
-        rows = np.array([[time, *state[key]] for time, _, state in found])
+        rows = np.array([[time, *np.atleast_1d(state[key])] for time, _, state in found])
         count = rows.shape[1] - 1 if len(rows) else 0
-        fingers = tuple(f"finger {i + 1}" for i in range(count))
-        return Table(unit, fingers if key == "grip_forces" else ("x", "y", "z"), rows)
+        return Table(unit, labels or tuple(f"finger {i + 1}" for i in range(count)), rows)
 
     def _heights(self) -> Table:
         """Return the heights of the objects that move."""
