@@ -10,7 +10,7 @@ from bt_manip.plugins import load_plugins
 from bt_manip.spatial import pose
 
 FOLDER = Path(__file__).parent
-CHOOSE = {"left_objects": "kind:nut", "right_objects": "cube;can", "object": "{o}", "bin": "{b}"}
+CHOOSE = {"left_objects": "kind:nut", "right_objects": "cube;block", "object": "{o}", "bin": "{b}"}
 
 
 @pytest.fixture(scope="session")
@@ -64,5 +64,5 @@ def test_each_object_of_the_goal_has_its_bin(trial):
     goal = trial("sort.xml").tree.goal
     pairs = [(one.object, one.container) for one in goal]
     assert pairs == [
-        ("nut_1", "left_bin"), ("nut_2", "left_bin"), ("cube", "right_bin"), ("can", "right_bin"),
+        ("nut_1", "left_bin"), ("nut_2", "left_bin"), ("cube", "right_bin"), ("block", "right_bin"),
     ]  # fmt: skip

@@ -34,7 +34,7 @@ def test_each_object_ends_in_its_bin_and_the_report_has_the_counts():
         "SUCCESS", "", {"left": 2, "right": 2}
     )  # fmt: skip
     cell = run.station.cell
-    bins = {"nut_1": "left_bin", "nut_2": "left_bin", "cube": "right_bin", "can": "right_bin"}
+    bins = {"nut_1": "left_bin", "nut_2": "left_bin", "cube": "right_bin", "block": "right_bin"}
     for name, container in bins.items():
         distance = cell.pose(name).translation - cell.pose(container).translation
         assert abs(distance[:2]).max() < 0.1
