@@ -1,5 +1,6 @@
 """Bad input: exit 2, one clear message, no traceback, nothing simulated, nothing written."""
 
+import errno
 import gc
 import os
 import textwrap
@@ -64,11 +65,27 @@ def test_a_tree_file_that_is_not_there(refused, tmp_path):
     assert "no folder" in refused("nowhere/task.xml")
 
 
-@pytest.mark.parametrize("name", ["task.xml", "task.py"])
+@pytest.mark.parametrize("name", ["task.xml", "task.py", "tasks"])
 def test_a_folder_that_is_called_like_a_tree(refused, tmp_path, name):
     (tmp_path / name).mkdir()
     function = ":make" if name.endswith(".py") else ""
     assert f"'{name}' is a folder; a tree is a file" in refused(name + function)
+
+
+@pytest.mark.parametrize("name", ["a.xml", "a.py:make", "cube.xml"])
+def test_a_folder_that_one_may_not_enter(refused, monkeypatch, name):
+    """A superuser, as whom tests may run, may enter any: the system's answer is replaced."""
+    real = os.stat
+
+    def stat(path, **options):
+        if str(path).startswith("shut/"):
+            raise PermissionError(errno.EACCES, "Permission denied", str(path))
+        return real(path, **options)
+
+    monkeypatch.setattr(os, "stat", stat)
+    path = f"shut/{name}"
+    text = refused("pick_place", "--set", f"cube={path}") if "cube" in name else refused(path)
+    assert f"'{path.partition(':')[0]}': Permission denied" in text
 
 
 def test_a_python_file_without_a_function(refused, trees):

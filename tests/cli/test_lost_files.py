@@ -4,15 +4,19 @@ import fcntl
 
 import pytest
 
+from bt_manip.cli.app import run_app
 from bt_manip.record import files
 
 PLUGIN = """
+import signal
 from pathlib import Path
 from bt_manip import hookimpl
 
 @hookimpl
 def before_tick():
     Path({path!r}).unlink(missing_ok=True)
+    if {code} == 130:
+        signal.raise_signal(signal.SIGINT)
 """
 
 
@@ -47,12 +51,17 @@ def test_a_file_that_another_process_writes_is_bad_input(
         assert path.read_bytes() == b"of the other"
 
 
+@pytest.mark.parametrize("code", [3, 130])
 @pytest.mark.parametrize("name", ["run.npz", "run.mcap", "run.mp4"])
-def test_a_file_that_is_deleted_during_the_run_is_an_error(bt_manip, trees, option, tmp_path, name):
+def test_a_file_that_is_deleted_during_the_run_is_told(
+    interrupt, trees, option, tmp_path, capfd, name, code
+):
+    """After Ctrl-C, too, whose exit code is 130."""
     path, *options = option(name)
     plugins = tmp_path / "plugins"
     plugins.mkdir()
-    (plugins / "deletes.py").write_text(PLUGIN.format(path=str(path)))
-    code, _, err = bt_manip("run", f"{trees}:quick", *options, "--plugins-dir", plugins)
-    assert code == 3
+    (plugins / "deletes.py").write_text(PLUGIN.format(path=str(path), code=code))
+    arguments = ["run", f"{trees}:quick", *options, "--plugins-dir", str(plugins)]
+    assert run_app(interrupt, arguments) == code
+    err = capfd.readouterr().err
     assert path.name in err and "it was deleted" in " ".join(err.split())

@@ -152,7 +152,7 @@ def test_a_command_that_raises_is_3_and_says_whose_it_is(bt_manip, site):
     code, _, err = bt_manip("greet", "Ada")
     assert code == 3
     last = err.splitlines()[-1]
-    assert last == "Error: the command 'greet' of bt-manip-shy 2.5: ValueError: too shy"
+    assert last == "Error: a command of bt-manip-shy 2.5: ValueError: too shy"
 
 
 def test_no_plugin_takes_the_place_of_a_built_in_command(bt_manip, site):

@@ -107,6 +107,7 @@ def test_where_no_snapshot_can_be_written_nothing_is_run(bt_manip, trees, tmp_pa
     code, _, err = bt_manip("run", f"{trees}:quick", "--snapshot-at", 1, same, "--report", same)
     assert code == 2
     assert "report and snapshot cannot both be" in err
+    assert bt_manip("run", f"{trees}:quick", "--snapshot-at", -1, same).code == 2
     assert list(tmp_path.glob("*.json")) == []
 
 
