@@ -31,8 +31,8 @@ class PlacingBehaviour(ReleasingBehaviour):
     """
 
     object = ObjectInput(str, doc="Name of the held object.")
-    height = Input(float, default=0.1, doc="Height over the target before it is lowered [m].")
-    gap = Input(float, default=1e-3, doc="Height over the target at the release [m].")
+    height = Input(float, default=0.1, doc="Height over the target at first [m].", at_least=0.0)
+    gap = Input(float, default=1e-3, doc="Height over it at the release [m].", at_least=0.0)
     speed = speed_input()
 
     memory = (*ReleasingBehaviour.memory, "_phase")

@@ -1,7 +1,9 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from bt_manip.robots import JointLimits, Payload, RobotError
+from bt_manip.robots import JointLimits, Payload, RobotError, panda
 
 ONE = np.ones(2)
 
@@ -48,3 +50,18 @@ def test_a_payload_goes_through_plain_data_unchanged():
 def test_an_impossible_payload_is_refused(wrong):
     with pytest.raises(RobotError, match="payload"):
         Payload(**wrong)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        (dict(tool_limits=(0.1, 1, 10)), r"'tool_limits' is a table, got \(0.1, 1, 10\)"),
+        (dict(gripper={}), "'gripper' is a table, got {}"),
+        (dict(velocity=0.5), "'velocity' is a list of numbers, got 0.5"),
+        (dict(velocity=(0.5,) * 6), "'velocity'"),
+        (dict(tool_speed="fast"), "'tool_speed' is a number, got 'fast'"),
+    ],
+)
+def test_a_value_of_another_type_is_refused_by_its_key(wrong, message):
+    with pytest.raises(RobotError, match=f"robot 'panda': key {message}"):
+        replace(panda(), **wrong)
