@@ -83,9 +83,8 @@ class RunJob:
                 # An import can turn the interrupt into another exception.
                 if interrupt.requested and not started:
                     return self._finish(INTERRUPTED)
-                early = BtManipError | PermissionError if not started else FileInUseError
-                if isinstance(error, early):  # nothing has been simulated
-                    raise
+                if isinstance(error, FileInUseError if started else BtManipError | PermissionError):
+                    raise  # nothing has been simulated
                 code = self._fault(error)
             return self._finish(INTERRUPTED if interrupt.requested else code)
 

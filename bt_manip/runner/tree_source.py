@@ -1,5 +1,6 @@
 """Source of a tree, read from the argument of ``bt-manip run``."""
 
+import os
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -76,9 +77,8 @@ def _from_place(name: str, place: str) -> TreeSource | None:
 
 def _not_found(text: str, registered: Mapping[str, str]) -> str:
     path, _, function = text.rpartition(":")
-    for place in (text, path):
-        if place and Path(place).is_dir():
-            return f"'{place}' is a folder; a tree is a file, path.xml or path.py:name"
+    if folder := next(filter(os.path.isdir, (text, path)), ""):
+        return f"'{folder}' is a folder; a tree is a file, path.xml or path.py:name"
     file = path if path.endswith(".xml") else text
     if file.endswith(".xml"):
         return f"no tree file '{file}'" + _beside(Path(file), ".xml")
@@ -86,9 +86,8 @@ def _not_found(text: str, registered: Mapping[str, str]) -> str:
         return f"'{text}' does not say which tree; write '{text}:NAME' of a function or tree in it"
     if path.endswith(".py"):
         if not Path(path).is_file():
-            return f"no file '{path}' to take the tree '{function}' from" + _beside(
-                Path(path), ".py"
-            )
+            what = f"no file '{path}' to take the tree '{function}' from"
+            return what + _beside(Path(path), ".py")
         return f"'{function}' in '{text}' is not the name of a function"
     if package := missing("tree", text):
         return f"unknown tree '{text}'; it {package}"

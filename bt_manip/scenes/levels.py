@@ -108,8 +108,7 @@ def with_level(scene: "Scene", name: str, level: Any) -> tuple["Scene", Mapping[
     """
     known = levels_of(scene)
     if name not in known:
-        near = did_you_mean(name, known)
-        raise BtManipError(f"scene '{scene}' has no levels of '{name}'{near}")
+        raise BtManipError(f"scene '{scene}' has no levels of '{name}'{did_you_mean(name, known)}")
     if level not in [*known[name]] or isinstance(level, bool):
         numbers = ", ".join(map(str, known[name]))
         raise BtManipError(f"scene '{scene}' has the levels {numbers} of {name}, got {level}")
