@@ -133,8 +133,9 @@ class DemonstrationStore:
         there, here = store.manifest, json.loads(json.dumps(identity))
         other = identity_differences({key: there.get(key) for key in here}, here)
         if other:
+            shown = [other["tree"]] if "tree" in other else [*other.values()][:5]
             raise BtManipError(
-                f"'{folder}' holds demonstrations that differ: {'; '.join([*other.values()][:5])}: "
+                f"'{folder}' holds demonstrations that differ: {'; '.join(shown)}: "
                 "choose another folder, or the same files, options and versions"
             )
         for episode in store.episodes():
