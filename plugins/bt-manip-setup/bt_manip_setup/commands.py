@@ -75,8 +75,10 @@ def new(
     if output.exists() and not overwrite:
         raise click.UsageError(f"{output} exists: --overwrite replaces it, -o names another file")
     os.environ.setdefault("MUJOCO_GL", "disable")
+    from bt_manip.record import check_writable
     from bt_manip_setup import describe_robot, description_text, gripper_names, try_robot
 
+    check_writable(output, "description")
     parts = load_chosen_plugins().parts
     with _progress("measures the model"):
         draft = describe_robot(

@@ -3,7 +3,6 @@
 import os
 import subprocess
 import sys
-from types import SimpleNamespace
 
 import pytest
 
@@ -39,12 +38,10 @@ def test_new_writes_a_description_over_a_file_when_asked_and_says_what_to_run_ne
     assert "\n# The base stands on " in described.read_text()
 
 
-def test_new_says_that_it_cannot_write(bt_manip, monkeypatch):
-    draft = SimpleNamespace(description=None, notes={})
-    monkeypatch.setattr(bt_manip_setup, "describe_robot", lambda *_, **__: draft)
-    monkeypatch.setattr(bt_manip_setup, "description_text", lambda *_: "")
+def test_new_says_at_once_that_it_cannot_write(bt_manip, monkeypatch):
+    monkeypatch.setattr(bt_manip_setup, "describe_robot", None)
     code, _, err = bt_manip("robot", "new", PANDA, "-o", "no/such/folder.toml")
-    assert code == 2 and "cannot write no/such/folder.toml" in err
+    assert code == 2 and "'no/such/folder.toml' cannot be written: there is no folder" in err
 
 
 def test_check_says_why_there_is_no_picture(bt_manip, monkeypatch):
