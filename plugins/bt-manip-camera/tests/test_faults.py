@@ -11,7 +11,7 @@ from bt_manip.spatial import pose
 from bt_manip_camera import faults
 from bt_manip_camera.camera import DepthCamera
 from bt_manip_camera.estimation import KnownObject, NotSeenError, estimate_pose
-from bt_manip_stress import FaultContext, FaultError
+from bt_manip_stress import FaultContext, FaultError, parse_fault
 
 CUBE = KnownObject("cube", "box", (0.05, 0.05, 0.05))
 
@@ -55,6 +55,16 @@ def test_half_of_the_pixels_are_lost_and_the_cube_is_seen(disturbed):
     assert np.mean(after.depth > 0.0) == pytest.approx(0.5 * np.mean(before.depth > 0.0), rel=0.02)
     gap = estimate_pose(after, CUBE).T_wo.translation - estimate_pose(before, CUBE).T_wo.translation
     assert np.linalg.norm(gap) < 2e-3
+
+
+@pytest.mark.parametrize("name", ["camera_dropout", "camera_covered"])
+def test_a_share_is_from_0_to_1(parts, name):
+    for share in ("0", "1"):
+        planned = parse_fault(f"{name} at=Hover share={share}", parts.of("faults"))
+        assert planned.parameters == {"share": float(share)}
+    for share in ("-0.01", "1.01"):
+        with pytest.raises(FaultError, match=f"share must be a number .* got '{share}'"):
+            parse_fault(f"{name} at=Hover share={share}", parts.of("faults"))
 
 
 def test_what_is_covered_is_not_seen(disturbed):

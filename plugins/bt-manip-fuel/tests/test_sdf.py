@@ -393,7 +393,7 @@ def two_links(kind: str, inside: str = "", **places: str) -> str:
 
 def test_each_joint_has_its_axis_limits_damping_and_friction(tmp_path):
     inside = """<axis><xyz>0 2 0</xyz><limit><lower>-0.5</lower><upper>1.5</upper>
-    <effort>12</effort></limit><dynamics><damping>0.3</damping><friction>0.2</friction>
+    <effort>0.8</effort></limit><dynamics><damping>0.3</damping><friction>0.2</friction>
     <spring_stiffness>4</spring_stiffness><spring_reference>0.1</spring_reference></dynamics>
     </axis>"""
     for kind, mj in (("revolute", "HINGE"), ("prismatic", "SLIDE")):
@@ -401,7 +401,7 @@ def test_each_joint_has_its_axis_limits_damping_and_friction(tmp_path):
         assert model.jnt_type[0] == int(getattr(mujoco.mjtJoint, f"mjJNT_{mj}"))
         assert model.jnt_axis[0] == pytest.approx([0, 1, 0])
         assert model.jnt_range[0] == pytest.approx([-0.5, 1.5]) and model.jnt_limited[0]
-        assert model.jnt_actfrcrange[0] == pytest.approx([-12, 12])
+        assert model.jnt_actfrcrange[0] == pytest.approx([-0.8, 0.8])
         assert model.dof_damping[0] == 0.3 and model.dof_frictionloss[0] == 0.2
         assert model.jnt_stiffness[0] == 4 and model.qpos_spring[0] == 0.1
         assert warnings == ()

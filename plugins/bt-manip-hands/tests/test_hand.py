@@ -98,6 +98,11 @@ def test_it_notices_that_it_has_closed_on_nothing(put):
     close = CloseGripper(force=FORCE)
     assert station.run(close).status is NodeStatus.SUCCESS
     assert station.gripper.closed_on_nothing and station.gripper.held == ()
+    assert not station.gripper.moving
+    station.gripper.open()
+    assert station.gripper.moving and not station.gripper.is_open
+    assert station.run(OpenGripper()).status is NodeStatus.SUCCESS
+    assert not station.gripper.moving and station.gripper.is_open
     grasp = Grasp(object="thing", force=FORCE)
     assert station.run(grasp).status is NodeStatus.FAILURE
     assert grasp.feedback_message == "the gripper closed without gripping 'thing'"

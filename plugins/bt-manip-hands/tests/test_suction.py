@@ -120,7 +120,7 @@ def test_a_tug_below_the_holding_force_is_held_and_one_above_breaks_the_seal(sta
     assert station.gripper.held == ("thing",) and station.gripper.steady
     tug(station, 44.0 - weight, 0.1)
     assert station.gripper.held == () and station.gripper.closed_on_nothing
-    assert station.gripper.held_root() == 0
+    assert station.gripper.held_root() == 0 and not station.gripper.is_open
     assert station.gripper.forces == (0.0,)
 
 

@@ -9,6 +9,7 @@ from bt_manip.control import ControlError
 from bt_manip.grippers import TwoFingerGripper
 from bt_manip.robots import Robot, panda
 from bt_manip_impedance import CartesianImpedance, JointImpedance
+from bt_manip_impedance.cartesian_impedance import REGULARISATION
 
 REST = np.zeros(7)
 
@@ -104,6 +105,12 @@ def test_posture_torques_do_not_accelerate_the_tool():
     acceleration = np.linalg.solve(mujoco_inertia(cell, robot), posture)  # of the joints
     of_tool = mujoco_jacobian(cell, robot) @ acceleration
     assert np.linalg.norm(of_tool) < 0.02 * np.linalg.norm(acceleration)
+    # Damped: c (M_inv + c)^-1 of the tool's acceleration remains, with its mobility M_inv.
+    J_Minv = mujoco_jacobian(cell, robot) @ np.linalg.inv(mujoco_inertia(cell, robot))
+    mobility = J_Minv @ mujoco_jacobian(cell, robot).T
+    share = REGULARISATION * np.linalg.inv(mobility + REGULARISATION * np.eye(6))
+    expected = share @ J_Minv @ np.full(7, 0.3 * controller.posture_stiffness)
+    np.testing.assert_allclose(of_tool, expected, atol=1e-3 * np.linalg.norm(expected))
 
 
 def test_a_force_deflects_the_tool_by_force_over_stiffness():

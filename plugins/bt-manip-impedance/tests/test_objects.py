@@ -1,5 +1,6 @@
 """Buttons, drawers, pegs and boards move and have sizes as they say."""
 
+import mujoco
 import numpy as np
 import pytest
 
@@ -100,6 +101,39 @@ def test_a_peg_falls_through_a_hole_that_is_wider_and_stays_on_one_that_is_not()
         cell.add(peg, pose((0, 0, 0.54 + peg.rest_height + 1e-3)))
         cell.step(400)
         assert (cell.pose("peg").translation[2] < 0.4) == falls
+
+
+def test_a_board_is_solid_but_for_its_hole_wherever_that_is():
+    cell, hole, offset = Cell(), 0.0165, (0.02, -0.03)
+    cell.add(HoleBoard(hole=hole, offset=offset), pose((0, 0, 0)), name="board", free=False)
+    for x, y in np.random.default_rng(0).uniform(-0.08, 0.08, (2000, 2)):
+        away = np.hypot(x - offset[0], y - offset[1])
+        start, down = np.array([x, y, 1.0]), np.array([0.0, 0.0, -1.0])
+        hit = mujoco.mj_ray(cell.model, cell.data, start, down, None, 1, -1, np.zeros(1, np.int32))
+        if not hole < away < hole / np.cos(np.pi / 16):  # between circle and polygon
+            assert (hit == pytest.approx(0.96)) == (away > hole)
+
+
+def test_the_tool_holds_the_end_of_a_peg_in_the_hole_or_above_the_board():
+    groups = HoleBoard(size=(0.2, 0.2, 0.05)).tool_targets
+    for group, end in zip(groups, (0.02, 0.05, 0.08), strict=True):  # 8 cm below the tool
+        for T in group:
+            assert T.translation == pytest.approx([0.0, 0.0, end + 0.08])
+            assert T.rotation[:, 2] == pytest.approx([0.0, 0.0, -1.0])
+        yaws = [np.degrees(np.arctan2(T.rotation[1, 0], T.rotation[0, 0])) for T in group]
+        assert sorted(yaws) == pytest.approx([0.0, 45.0, 90.0, 135.0])
+
+
+def test_a_board_is_refused_up_to_the_width_of_which_it_is_told():
+    def board(width):
+        return HoleBoard(size=(width, width, 0.04), offset=(0.01, -0.02))
+
+    with pytest.raises(CellError, match="needs a board wider than ") as refused:
+        board(0.05)
+    width = float(str(refused.value).split()[-2])
+    board(width + 1e-5)
+    with pytest.raises(CellError, match="wider than"):
+        board(width - 1e-5)
 
 
 @pytest.mark.parametrize(

@@ -24,3 +24,24 @@ def test_a_near_pose_is_reached_inside_the_limits(model):
         found = differential_ik(model, q, T_wt)
         assert np.linalg.norm(pin.log6(model.pose(found).actInv(T_wt)).np) < 2e-3
         assert np.all((found >= model.limits.lower) & (found <= model.limits.upper))
+
+
+@pytest.mark.parametrize("joint", range(7))
+def test_beyond_a_position_limit_it_stays_at_the_limit(model, joint):
+    for limit, side in ((model.limits.lower, -1.0), (model.limits.upper, 1.0)):
+        q = model.home.copy()
+        q[joint] = limit[joint]
+        beyond = q + 0.2 * side * np.eye(7)[joint]
+        found = differential_ik(model, q, model.pose(beyond))
+        assert np.all((found >= model.limits.lower) & (found <= model.limits.upper))
+        assert abs(found[joint] - limit[joint]) < 0.1
+
+
+def test_redundant_joints_move_home_while_the_tool_stays(model):
+    free = np.linalg.svd(model.jacobian(model.home))[2][-1]
+    q = model.home + 0.2 * free
+    T_wt = model.pose(q)
+    for i in range(200):
+        q = differential_ik(model, q, pin.SE3(np.eye(3), np.array([0, 0, 1e-3 * (i % 2)])) * T_wt)
+    assert 0.0 < (q - model.home) @ free < 0.05
+    assert np.linalg.norm(pin.log6(model.pose(q).actInv(T_wt)).np) < 2e-3

@@ -11,9 +11,13 @@ STEPS, DT = 50, 1e-3
 VELOCITY = np.array([1.0, 2.0])  # [rad/s]
 
 
-def test_a_step_ends_at_its_target_or_as_far_as_the_velocity_limit_allows():
+def at_rest():
     limits = SimpleNamespace(lower=np.full(2, -2.0), upper=np.full(2, 2.0), velocity=VELOCITY)
-    reference = StepReference(np.zeros(2), SimpleNamespace(limits=limits), STEPS, DT)
+    return StepReference(np.zeros(2), SimpleNamespace(limits=limits), STEPS, DT)
+
+
+def test_a_step_ends_at_its_target_or_as_far_as_the_velocity_limit_allows():
+    reference = at_rest()
     reference.move_to(np.array([1.5, -0.05]), np.zeros(2))
     q, v = [], []
     for _ in range(STEPS):
@@ -23,3 +27,28 @@ def test_a_step_ends_at_its_target_or_as_far_as_the_velocity_limit_allows():
     assert q[-1] == pytest.approx([VELOCITY[0] * STEPS * DT, -0.05])
     np.testing.assert_allclose(np.gradient(np.array(q), DT, axis=0)[2:-2], v[2:-2], atol=5e-3)
     assert v[-1] == pytest.approx([VELOCITY[0], -1.5])  # the parabola through rest and target
+
+
+def test_a_restored_state_rests_and_continues_a_parabola_through_its_targets():
+    one, other, target = at_rest(), at_rest(), np.array([0.005, -0.01])
+    one.move_to(target, np.zeros(2))
+    one.finish()
+    other.hold_at(np.full(2, 0.05))
+    other.move_to(-target, np.full(2, 0.05))
+    other.set_state(one.get_state())
+    other.advance(DT)
+    np.testing.assert_array_equal([other.q, other.v, other.a], [one.q, one.v, one.a])
+    for reference in (one, other):
+        reference.move_to(4 * target, target)  # q = target t^2 / T^2 at t = T and 2 T
+        reference.finish()
+        assert reference.q == pytest.approx(4 * target)
+        assert reference.v == pytest.approx(4 * target / (STEPS * DT))
+
+
+def test_a_blocked_joint_starts_at_rest_a_tenth_of_a_radian_from_where_it_is():
+    reference, target = at_rest(), VELOCITY * STEPS * DT
+    reference.move_to(target, np.zeros(2))
+    reference.finish()
+    reference.move_to(target, target - [0.0, 0.2])
+    assert reference.q == pytest.approx(target - [0.0, 0.1])
+    assert reference.v == pytest.approx([VELOCITY[0], 0.0])

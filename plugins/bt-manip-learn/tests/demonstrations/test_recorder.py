@@ -8,7 +8,6 @@ import pytest
 from bt_manip.exceptions import BtManipError
 from bt_manip_learn.agents import STEP
 from bt_manip_learn.demonstrations import DemonstrationRecorder, DemonstrationStore
-from bt_manip_learn.demonstrations.recorder import SETTLING_STEPS
 from bt_manip_learn.envs import LearningTask
 
 TREE = """
@@ -137,7 +136,7 @@ def test_only_successful_episodes_keep_their_steps(make_recorder, recorder):
         read = DemonstrationStore(other.folder).read(1)
         assert read.success == (setting == "goal")
         assert read.reason in ("", "is there: the cell has no object 'nothing'")
-    assert len(read) == SETTLING_STEPS + 1  # its goal held from the first step on
+    assert len(read) == 6  # 300 ms for which its goal held, from the first step on
 
 
 DIVERGING = """

@@ -207,18 +207,18 @@ def test_a_batch_goes_on_from_states_of_single_environments():
 
 
 def test_a_batch_has_what_clients_ask_of_a_vector_environment():
-    batch = make_batch(2, autoreset_mode="SameStep")
+    batch = make_batch(3, autoreset_mode="SameStep")
     assert batch.unwrapped.autoreset_mode is gymnasium.vector.AutoresetMode.SAME_STEP
-    assert batch.get_attr("render_mode") == (None, None)  # also before the first reset
-    batch.reset(seed=[3, 8])
-    assert batch.render() == (None, None)
+    assert batch.get_attr("render_mode") == (None,) * 3  # also before the first reset
+    batch.reset(seed=[3, 8, 4])
+    assert batch.render() == (None,) * 3
     batch.step(np.zeros(batch.action_space.shape, np.float32))
-    assert batch.get_attr("np_random_seed") == (3, 8)  # of each environment
-    assert batch.call("has_wrapper_attr", "task") == (True, True)
-    batch.set_attr("mark", [7, 7])
-    assert batch.get_attr("mark") == (7, 7)
+    assert batch.get_attr("np_random_seed") == (3, 8, 4)  # of each environment
+    assert batch.call("has_wrapper_attr", "task") == (True,) * 3
+    batch.set_attr("mark", [7, 7, 7])
+    assert batch.get_attr("mark") == (7, 7, 7)
     with pytest.raises(BtManipError, match="share 'mark': set one value"):
-        batch.set_attr("mark", [1, 2])
+        batch.set_attr("mark", [1, 1, 2])
     with pytest.raises(BtManipError, match="'step' is not possible in single environments"):
         batch.call("step", None)
     batch.close()
