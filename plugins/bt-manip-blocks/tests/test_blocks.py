@@ -9,7 +9,7 @@ import pytest
 from bt_manip import spatial
 from bt_manip.behaviours import PlaceAt
 from bt_manip.bt import NodeStatus
-from bt_manip.cell import CellError, extent, is_on
+from bt_manip.cell import CellError, Region, extent, is_on
 from bt_manip_blocks import (
     AreSorted,
     AreStacked,
@@ -53,6 +53,14 @@ def test_blocks_lie_in_the_region_and_keep_their_distance(station, trial):
 def test_a_region_whose_corners_are_swapped_is_refused(trial, region):
     scattering = trial(ScatterBlocks(each=1, blocks="{blocks}", region=region))
     assert scattering.fails_with("a region is x_min;x_max;y_min;y_max")
+
+
+def test_a_region_without_room_is_refused_after_some_thousand_samples(trial, monkeypatch):
+    samples, sample = [], Region.sample
+    monkeypatch.setattr(Region, "sample", lambda *given: samples.append(1) or sample(*given))
+    scattering = trial(ScatterBlocks(each=3, blocks="{blocks}", region="0.3;0.35;0.0;0.05"))
+    assert scattering.fails_with("9 blocks find no room in [0.3, 0.35, 0, 0.05] with 0.08 m")
+    assert 1000 <= len(samples) <= 10000
 
 
 def test_blocks_lie_where_the_robot_reaches_beside_the_tray(station, trial):

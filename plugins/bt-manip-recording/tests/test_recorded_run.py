@@ -11,6 +11,7 @@ from bt_manip.behaviours import SpawnObject
 from bt_manip.bt import AlwaysFailure, Fallback, Parallel, Sequence, Sleep
 from bt_manip.exceptions import BtManipError
 from bt_manip_recording import McapRecorder, RecordedRun, Recording, write_mcap
+from bt_manip_recording.recorded_run import RecordedRobot
 
 
 def times(intervals):
@@ -28,6 +29,22 @@ def test_cycles_have_the_figures_of_the_report(picked):
         assert vars(cycle.limits) == expected["limits"]
     free = run.robots["panda"].free
     assert free.any() and not free.all()
+
+
+def test_the_first_tick_and_the_first_step_count(picked, monkeypatch):
+    recording, topic = Recording(picked), "/robots/panda/state"
+    messages = recording.messages
+    state = {"grip_forces": [5], "gripped": ["cube"], "saturated_steps": 3, "speed_scale": 1.0}
+    monkeypatch.setattr(
+        recording, "messages", lambda name: [(0.0, 0, state)] if name == topic else messages(name)
+    )
+    robot = RecordedRobot(recording, "panda")
+    robot.feed_ticks(0.0)
+    cycle = robot.figures.cycle(0.0, lambda time: "")
+    assert (cycle.picked, cycle.saturated_steps) == (("cube",), 3)
+    robot.feed_steps(recording.end)
+    series = robot.series()
+    assert len(series.t) == len(series.error) == len(series.free) == len(series.use) > 1
 
 
 def test_nodes_run_when_the_phases_of_the_report_say(picked):

@@ -1,6 +1,8 @@
 """Findings about descriptions, each with the key and what to change."""
 
+import shutil
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
@@ -116,6 +118,14 @@ def test_unknown_names_are_found_at_once_with_the_nearest_ones(checked):
         "arm_joints", "tool.frame", "exclude", "gripper.joints", "gripper.motor",
     ]  # fmt: skip
     assert "there is no joint 'joint8'; did you mean 'joint" in result.findings[0]
+
+
+def test_a_mount_that_the_arm_lacks_is_found_with_the_nearest_name(parts, tmp_path):
+    folder = shutil.copytree(Path(__file__).parent / "models", tmp_path / "models")
+    text = (folder / "post.toml").read_text().replace('mount = "end"', 'mount = "ned"')
+    (folder / "post.toml").write_text(text)
+    (finding,) = check_description(folder / "post.toml", parts, 0).findings
+    assert "key 'gripper.mount': there is no site or body 'ned'; did you mean 'end'?" in finding
 
 
 def test_self_collision_at_home_names_both_bodies(checked, monkeypatch):
