@@ -236,7 +236,7 @@ def fit_pose(cluster: Cluster, known: KnownObject, time: float = 0.0) -> Estimat
     if known.shape == "cylinder":
         circle = cluster.circle
         fitted = refine_circle(cluster.top, Circle(circle.centre, length))
-        misfit, yaw, yaw_error = abs(circle.diameter - length), 0.0, 0.0
+        misfit, yaw, yaw_error = circle.diameter - length, 0.0, 0.0
         x, y = fitted.centre
     else:
         found = cluster.rectangle
@@ -287,4 +287,4 @@ def _angle(one: np.ndarray, other: np.ndarray) -> float:
     length = np.linalg.norm(one) * np.linalg.norm(other)
     if length < 1e-9:
         return 180.0
-    return float(np.degrees(np.arccos(np.clip(one @ other / length, -1.0, 1.0))))
+    return float(np.degrees(np.arccos(min(one @ other / length, 1.0))))

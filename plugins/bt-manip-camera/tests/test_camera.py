@@ -162,6 +162,7 @@ def test_frames_begin_at_multiples_of_their_period():
     assert camera.next_exposure(0.0) == 0.0
     assert camera.next_exposure(0.01) == pytest.approx(1 / 30)
     assert camera.next_exposure(1 / 30) == pytest.approx(1 / 30)
+    assert DepthCamera(rate=0.5).next_exposure(0.1) == pytest.approx(2.0)
 
 
 def test_a_camera_outside_a_cell_and_without_opengl_says_so(monkeypatch, rng):

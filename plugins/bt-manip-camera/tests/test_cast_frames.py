@@ -13,6 +13,7 @@ from bt_manip_camera.behaviours import SegmentTable
 from bt_manip_camera.estimation import KnownObject, NotSeenError, estimate_pose, why_not
 from bt_manip_camera.frame import Frame, focal_length
 from bt_manip_camera.noise import DepthErrors
+from bt_manip_camera.perception import sees_through
 from bt_manip_camera.segmentation import find_clusters, fit_circle, fit_rectangle
 
 SCENE = """<mujoco><worldbody><geom type="box" size=".6 .8 .02" pos=".3 0 .98"/>
@@ -115,6 +116,11 @@ def test_rectangles_and_circles_are_those_of_their_points_but_for_a_few(yaw):
         circle = fit_circle(np.vstack([disc, stray]) + centre)
         np.testing.assert_allclose(circle.centre, centre, atol=length)
         assert circle.diameter == pytest.approx(0.06, abs=length)
+        expected = np.array([(1, 1), (-1, 1), (-1, -1), (1, -1)]) * (0.04, 0.02) @ turn.T + centre
+        gaps = np.linalg.norm(found.corners()[:, None] - expected, axis=2)
+        assert gaps.min(axis=0).max() < 2.0 * length and gaps.min(axis=1).max() < 2.0 * length
+        away = np.linalg.norm(circle.corners() - centre, axis=1)
+        np.testing.assert_allclose(away, 0.03, atol=2.0 * length)
 
 
 def test_the_focal_length_is_that_of_half_the_angle():
@@ -130,3 +136,19 @@ def test_the_calibration_is_wrong_by_the_declared_distance_and_angle():
     for vectors, length in ((away, 5e-3), (turns, np.radians(1.0))):
         assert np.linalg.norm(vectors, axis=1) == pytest.approx(length)
         assert np.abs(vectors.mean(axis=0)).max() < 0.2 * length  # of all directions
+
+
+def test_a_place_is_free_where_all_pixels_around_it_show_what_is_behind():
+    depth = np.full((12, 16), 2.0)
+    frame = Frame(depth, np.zeros((12, 16, 3), np.uint8), 10.0, pin.SE3.Identity())
+
+    def free(u, v, away=1.0):
+        at = np.array([(u + 0.5 - 8) / 10, (5.5 - v) / 10, -1.0])
+        return sees_through(frame, away * at, 0.05)
+
+    seen = [[free(u, v) for u in range(16)] for v in range(12)]
+    expected = np.pad(np.ones((8, 12), bool), 2)  # 5 x 5 pixels
+    np.testing.assert_array_equal(seen, expected)
+    assert free(8, 6, 1.94) and not free(8, 6, 1.96) and not free(8, 6, -1.0)
+    depth[4, 4] = 0.0
+    assert not free(6, 6) and free(7, 7)

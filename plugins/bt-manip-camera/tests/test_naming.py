@@ -78,9 +78,10 @@ def test_the_nearest_colour_decides_and_nothing_where_two_are_as_near():
         "yellow": 0.2, "red": 0.3, "blue": 0.4
     }  # fmt: skip
     between = tuple((np.array(RED) / np.linalg.norm(RED) + YELLOW / np.linalg.norm(YELLOW)) / 2)
-    found, refused = name_clusters([cluster(0.2, colour=between)], objects)
-    assert found == {}
-    assert refused["red"].startswith("'red' and 'yellow' look like the same thing")
+    found, refused = name_clusters([cluster(0.2, colour=between)], [*objects, block("ruby")])
+    assert found == {} and {*refused} == {"red", "yellow", "ruby"}
+    for reason in refused.values():  # the first name of those that look alike
+        assert reason.startswith("'red' and 'yellow' look like the same thing")
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,7 @@
 """Frames of servers and of recorded sequences; nothing is drawn."""
 
 import contextlib
+import re
 import socket
 import struct
 import threading
@@ -193,6 +194,10 @@ def test_a_real_arm_knows_what_the_frames_of_a_server_show_and_not_what_is_old(
         ended = loop.cycle()
     assert ended.succeeded, ended.reason
     assert np.abs(cell.pose("cube").translation - (0.32, 0.03, 1.025)).max() < 2e-3
+    message = run.tree.nodes[-1].feedback_message
+    said = re.fullmatch(r"'cube' at \((.*), (.*)\) m, within (.*) mm", message)
+    x, y, error = map(float, said.groups())
+    assert (x, y) == pytest.approx((0.32, 0.03), abs=2e-3) and 0.2 < error < 3.0
 
 
 def test_a_real_arm_without_frames_of_a_real_camera_is_refused(prepare_real):

@@ -35,6 +35,17 @@ def test_each_tag_has_its_number(library, opengl):
     assert [one.number for one in seen] == list(range(number))
 
 
+def test_the_picture_of_a_tag_is_on_its_plate_and_its_top_is_the_frame():
+    cell, tag = Cell(), Tag(size=0.032)
+    cell.add(tag, pose((0.0, 0.0, 1.0)), name="tag", free=False)
+    plate, picture = (cell.model.geom(f"tag/{name}").id for name in ("plate", "picture"))
+    for geom, bottom, top in ((plate, -tag.rest_height, -1e-4), (picture, -1e-4, 0.0)):
+        half, centre = cell.model.geom_size[geom], cell.data.geom_xpos[geom]
+        assert half[:2] == pytest.approx([0.02, 0.02])  # 10 of the square's 8 cells
+        assert (centre - half)[2] == pytest.approx(1.0 + bottom, abs=1e-9)
+        assert (centre + half)[2] == pytest.approx(1.0 + top, abs=1e-9)
+
+
 @cache
 def tags_seen(number):
     """Give frames of a tag, with its position and yaw, which are random, and the camera's."""

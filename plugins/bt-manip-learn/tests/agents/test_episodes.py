@@ -11,7 +11,7 @@ from bt_manip.cell.objects import Cube
 from bt_manip.exceptions import BtManipError
 from bt_manip.runner import request_of
 from bt_manip.spatial import pose
-from bt_manip_learn.agents import Episodes, action_kind
+from bt_manip_learn.agents import Episodes, action_kind, goal_progress
 from bt_manip_learn.agents.progress import placing_progress
 
 
@@ -83,3 +83,17 @@ def test_an_object_at_its_place_has_made_all_progress():
     tool = SimpleNamespace(tool_pose=pose((0.0, 0.0, 1.0)))
     robots = {"arm": SimpleNamespace(robot=tool, gripper=None)}
     assert placing_progress(cell, robots, {"cube": place}) == pytest.approx(1.0, abs=1e-6)
+    beside = pose((0.3 + 0.09, -0.2, 0.025))  # its width, 5 cm, is free of walls to 7.5 cm
+    cell.move("cube", beside, overlap=1.0)
+    assert placing_progress(cell, robots, {"cube": place}) == pytest.approx(1.0, abs=1e-6)
+    walled = place._replace(walls=True)
+    assert placing_progress(cell, robots, {"cube": walled}) < 0.9
+    cell.move("cube", pose((0.3 + 0.07, -0.2, 0.025)), overlap=1.0)
+    assert placing_progress(cell, robots, {"cube": walled}) == pytest.approx(1.0, abs=1e-6)
+    # A condition that is not yet held: 0.9 of 0.6 of this and 0.4 of its own progress.
+    condition = SimpleNamespace(places=lambda: {"cube": place}, progress=lambda: 0.25)
+    run = SimpleNamespace(
+        goal=SimpleNamespace(reasons=lambda: ["no"]), tree=SimpleNamespace(goal=[condition])
+    )
+    episodes = SimpleNamespace(run=run, station=SimpleNamespace(cell=cell, robots=robots))
+    assert goal_progress(episodes) == pytest.approx(0.9 * (0.6 + 0.4 * 0.25), abs=1e-6)
