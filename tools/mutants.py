@@ -108,6 +108,12 @@ ARGUED = {
     "SUBSTEPS + 0)": "one step of many less",
     "or ':' in model)": "an absolute path is the same in any folder",
     "NEAR_TARGET = 0.2": "when a motion is kept instead of planned again; both end at the target",
+    "_setpoints[:1]": "the first setpoint of a motion is set at its start, not by `advance`",
+    "MOST_POINTS = 5000": "a fit to twice as many points of an outline gives the same outline",
+    "reshape(-2, 2)": "NumPy takes any negative length for the one that is left",
+    "blocks[-1].rest_height": "blocks differ by their colours only",
+    "np.repeat(fingers[1]": "joints that neither finger moves are the same in both sweeps",
+    "_SLIDE: 5000": "a finger on a slide moves in proportion to it: any positions tell how far",
 }
 """Changes that cannot matter, by a part of the line before or after them, and why."""
 

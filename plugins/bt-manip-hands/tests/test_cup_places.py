@@ -75,3 +75,10 @@ def test_a_cup_on_a_round_side_does_not_extend_beyond_its_ends():
     found = places_on(solid("capsule", 0.03, half), com, RADIUS, np.array([1.0, 0.0, 0.0]))
     sides = [point for point, normal in found if abs(normal[2]) < 1e-9]
     assert sides and max(abs(point[2]) for point in sides) <= half - RADIUS
+
+
+def test_a_cup_on_a_round_side_is_beside_the_centre_of_mass():
+    shape, com = solid("capsule", 0.03, 0.05, at=(0.1, 0.0, 0.3)), np.array([0.1, 0.0, 0.31])
+    found = places_on(shape, com, RADIUS, np.array([1.0, 0.0, 0.0]))
+    sides = [point for point, normal in found if abs(normal[2]) < 1e-9]
+    assert np.array(sides)[:, 2] == pytest.approx(0.31)

@@ -1,6 +1,7 @@
 """A drawer is pulled open by its handle, with a limited force."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 from bt_manip import build_station
 from bt_manip.behaviours import CloseGripper
@@ -19,6 +20,12 @@ def at_the_handle(parts, **drawer):
     for behaviour in (ReachHandle("reach", object="drawer"), CloseGripper("close", force=50.0)):
         assert station.run(behaviour).status is NodeStatus.SUCCESS
     return station
+
+
+def test_the_motion_that_was_blocked_is_the_one_that_is_made_again():
+    motions = {"start": "over", "_move_down": "down", "begin_motion": lambda motion: motion}
+    for phase in ("over", "down"):
+        assert ReachHandle.begin_again(SimpleNamespace(_phase=phase, **motions)) == phase
 
 
 def test_a_drawer_is_open_after_it_has_been_pulled(parts):

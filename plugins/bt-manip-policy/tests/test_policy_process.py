@@ -94,6 +94,8 @@ def test_a_policy_may_be_a_class_of_python(in_python, capfd):
     assert policy.act(OBSERVED, 7).actions.tolist() == [[2.0] * 7]
     assert policy.act(OBSERVED, 7).actions.tolist() == [[3.0] * 7]
     assert capfd.readouterr() == ("", "")
+    batch = in_python("observations['robot_joint_positions'].resize((1, 2, 7))")
+    assert batch.act(OBSERVED, 7).actions.tolist() == [[2.0] * 7, [1.0] * 7]  # without the batch's
 
 
 @pytest.mark.parametrize(
@@ -108,6 +110,7 @@ def test_a_policy_may_be_a_class_of_python(in_python, capfd):
         ("observations['robot_joint_positions'] = 'none'", "failed: "),
         ("observations['robot_joint_positions'].resize(1 << 20)", "returned 1048576 numbers"),
         ("observations['robot_joint_positions'].resize(3)", "returned values of shape 3"),
+        ("observations['robot_joint_positions'].resize((2, 1, 7))", "returned values of shape 2"),
     ],
 )
 def test_whatever_happens_is_a_failure_with_a_reason(in_python, line, reason):

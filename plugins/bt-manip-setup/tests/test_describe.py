@@ -37,6 +37,7 @@ from bt_manip_setup import (
 )
 from bt_manip_setup.describe import Draft
 from bt_manip_setup.gripper_keys import standing_pose
+from bt_manip_setup.joint_data import joint_data
 from bt_manip_setup.known_grippers import find_gripper
 from bt_manip_setup.placement import find_home
 from bt_manip_setup.reach import RadialReach
@@ -122,6 +123,13 @@ def test_the_written_file_is_read_as_the_same_description(draft, tmp_path):
 def test_an_arm_that_cannot_point_its_tool_down_is_refused(parts):
     with pytest.raises(RobotError, match=r"tool pointing down: .* \(--tool-frame\)"):
         describe_robot(str(TWO_LINK), parts, name="two_link")
+
+
+def test_velocity_and_effort_limits_are_those_of_a_urdf():
+    model = mujoco.MjModel.from_xml_path(str(TWO_LINK))
+    limits = joint_data(model, (0, 1), TWO_LINK)
+    assert limits.velocity == (1.2, 0.8) and limits.velocity_known
+    assert limits.effort == pytest.approx((60.0, 30.0))
 
 
 def test_a_second_gripper_is_refused(parts):
@@ -256,8 +264,8 @@ def test_a_position_is_reached_where_the_gripper_stays_above_the_table():
         np.zeros(2), 0.0, np.arange(3.0), np.arange(-1.0, 2.0), np.zeros((3, 3)), below_tool=0.3
     )
     assert reach.reached(0.0).all(axis=1).tolist() == [False, False, True]
-    height = np.array([0.2, 0.4])
-    assert reach.covers(np.full(2, 0.5), height, 0.0).tolist() == [False, True]
+    height = np.array([0.2, 0.3, 0.4])  # at 0.3 it touches the table
+    assert reach.covers(np.full(3, 0.5), height, 0.0).tolist() == [False, True, True]
 
 
 def test_dry_friction_that_takes_the_grip_is_left_out(parts, tmp_path):

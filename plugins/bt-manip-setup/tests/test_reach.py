@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from bt_manip.robots import Robot, compile_alone, panda
+from bt_manip.robots import Payload, Robot, compile_alone, panda
+from bt_manip_setup.inspection import reach_map
 from bt_manip_setup.reach import DownwardReach, RadialReach
 
 
@@ -40,3 +41,15 @@ def test_the_front_of_the_panda_is_ahead_half_way_out_with_the_tool_down():
     expected = [0.4 * np.cos(azimuth), 0.4 * np.sin(azimuth), 0.16]
     assert T.translation == pytest.approx(expected, abs=1e-3)
     assert T.rotation[:, 2] == pytest.approx([0.0, 0.0, -1.0], abs=1e-3)
+
+
+def test_the_payload_takes_a_joint_to_its_effort_limit_where_the_arm_is_weakest(monkeypatch):
+    robot = Robot(panda())
+    compile_alone(robot)
+    model, reached, zero = robot.make_model(), [], np.zeros(7)
+    force = model.static_force
+    monkeypatch.setattr(model, "static_force", lambda q, up: reached.append(q) or force(q, up))
+    found = reach_map(robot, model)
+    loaded = model.with_payload(Payload(found.payload))
+    use = [np.abs(loaded.rnea(q, zero, zero) / model.limits.effort).max() for q in reached]
+    assert len(use) == found.reached.sum() > 4 and max(use) == pytest.approx(1.0, abs=1e-3)
