@@ -43,6 +43,7 @@ def test_a_ray_against_the_normal_meets_the_solid_at_the_place(kind):
     found = list(places_on(shape, com, RADIUS, np.array([0.0, 0.0, 1.0])))
     assert len(found) >= 6
     for point, normal in found:
+        assert normal @ (point - at) > 0.0  # out of the solid
         geom = np.zeros(1, dtype=np.int32)
         start = point + AWAY * normal
         met = mujoco.mj_ray(model, data, start, -normal, None, 1, -1, geom, None)
