@@ -113,6 +113,7 @@ ARGUED = {
     "reshape(-2, 2)": "NumPy takes any negative length for the one that is left",
     "blocks[-1].rest_height": "blocks differ by their colours only",
     "np.repeat(fingers[1]": "joints that neither finger moves are the same in both sweeps",
+    "xtol=1e-15": "the cost converges before the pose does to such a tolerance",
     "_SLIDE: 5000": "a finger on a slide moves in proportion to it: any positions tell how far",
 }
 """Changes that cannot matter, by a part of the line before or after them, and why."""
