@@ -172,10 +172,12 @@ class BatchEnvironment(gymnasium.vector.VectorEnv[Any, Any, Any]):
         """Set an attribute of all environments, which share it: to one value.
 
         Raises:
-            BtManipError: If the values differ.
+            BtManipError: If the values differ, or are not one for each environment.
         """
-        given = list(values) if isinstance(values, list | tuple) else [values]
-        if any(value is not given[0] and value != given[0] for value in given[1:]):
+        given = values if isinstance(values, list | tuple) else [values] * self.num_envs
+        if len(given) != self.num_envs or any(
+            value is not given[0] and value != given[0] for value in given[1:]
+        ):
             raise BtManipError(f"environments of a batch share '{name}': set one value for all")
         setattr(self.env, name, given[0])
 

@@ -217,8 +217,9 @@ def test_a_batch_has_what_clients_ask_of_a_vector_environment():
     assert batch.call("has_wrapper_attr", "task") == (True,) * 3
     batch.set_attr("mark", [7, 7, 7])
     assert batch.get_attr("mark") == (7, 7, 7)
-    with pytest.raises(BtManipError, match="share 'mark': set one value"):
-        batch.set_attr("mark", [1, 1, 2])
+    for wrong in ([1, 1, 2], [1, 1], []):
+        with pytest.raises(BtManipError, match="share 'mark': set one value"):
+            batch.set_attr("mark", wrong)
     with pytest.raises(BtManipError, match="'step' is not possible in single environments"):
         batch.call("step", None)
     batch.close()
