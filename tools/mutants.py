@@ -527,6 +527,8 @@ class Judge:
         if code == 0:
             return f"{len(tests)} of {len(reaching)} near tests pass"
         failed = re.findall(r"^(?:FAILED|ERROR) (\S+)", output, re.MULTILINE)
+        if code == pytest.ExitCode.INTERNAL_ERROR:  # a plugin, such as fixtures, cannot be imported
+            failed = re.findall(rf"^{mutant.module}:\d+: in <module>", output, re.MULTILINE)
         if code is not None and not failed:
             return f"pytest ended with {code}: {output[-200:]}"
         with (STORE / "noticed.log").open("a") as log:
