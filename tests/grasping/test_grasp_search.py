@@ -2,22 +2,25 @@
 
 import contextlib
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pinocchio as pin
 import pytest
 
 from bt_manip import build_station, spatial
+from bt_manip.arm import MARGIN
 from bt_manip.behaviours.poses import centre_pose
 from bt_manip.cell.objects import Bottle, Cube, Cylinder, Sphere
 from bt_manip.exceptions import MotionError
 from bt_manip.grasping import GraspPlanner, GripperClearance, grasp_planner
-from bt_manip.grasping.grasp_search import standoff_of
+from bt_manip.grasping.grasp_search import GraspSearch, standoff_of
 from bt_manip.grasping.rejections import Rejections
 from bt_manip.runner import Station
 
 FIVE_JOINTS = Path(__file__).parents[1] / "robots/models/five_joints.toml"
 TABLE = 1.015  # [m] height of its surface
+DOWN = pin.SE3(np.diag([1.0, -1.0, -1.0]), np.array([0.0, 0.0, 0.1]))
 
 
 @pytest.fixture(scope="module")
@@ -124,12 +127,54 @@ def test_each_checked_grasp_that_is_not_clear_is_counted_by_what_is_in_the_way(f
 
 
 def test_a_pre_grasp_pose_is_never_beyond_the_grasp():
-    down = pin.SE3(np.diag([1.0, -1.0, -1.0]), np.array([0.0, 0.0, 0.1]))
     for height in (0.02, 0.05, 0.2):
         for z in (0.0, 0.1, 0.4):
             centre = np.array([0.0, 0.0, z])
             expected = max(height - (0.1 - z), 0.0)
-            assert standoff_of(down, height, centre) == pytest.approx(expected)
+            assert standoff_of(DOWN, height, centre) == pytest.approx(expected)
+
+
+class Search(GraspSearch):
+    """Gives the steps of the search, for an arm with given solutions, first joints and margins."""
+
+    def __init__(self, solutions, world=None):
+        found = [SimpleNamespace(q=np.array([q]), target=0) for q, _ in solutions]
+        ik = SimpleNamespace(nearest_first=lambda *_, **__: found)
+        arm = SimpleNamespace(q=np.zeros(1), ik=ik, world=world)
+        ranking = SimpleNamespace(candidates=SimpleNamespace(closing=None))
+        super().__init__(arm, "it", ranking, None, Rejections("it"))
+        self.solutions = dict(solutions)
+
+    def nearest_plan(self):
+        return self._nearest([SimpleNamespace(T_wt=DOWN, free_axis=None)], 0.1, np.zeros(3))[0]
+
+    def plan_from(self, *given):
+        return self._plan_from(*given)
+
+
+class Margins(Search):
+    def _plan_from(self, candidate, q, standoff):
+        return self.solutions[q[0]] and (self.solutions[q[0]], q[0])
+
+
+@pytest.mark.parametrize(("solutions", "chosen"), [
+    ([(0.1, 0.03), (0.5, 0.04), (0.9, 0.02)], 0.5),
+    ([(0.1, 0.04), (0.5, MARGIN), (0.9, 2 * MARGIN)], 0.5),
+    ([(0.1, None), (0.5, 0.01)], 0.5),
+    ([(0.1, None), (0.5, None)], None),
+])  # fmt: skip
+def test_the_first_configuration_far_from_joint_limits_or_else_the_farthest_is_taken(
+    solutions, chosen
+):
+    assert Margins(solutions).nearest_plan() == chosen
+
+
+def test_a_pre_grasp_configuration_in_collision_is_counted_by_its_bodies():
+    hits = [("panda/hand", "wall", -0.01), ("panda/link5", "table", -0.02)]
+    search = Search([], SimpleNamespace(collisions=lambda q: hits))
+    for _ in range(2):
+        assert search.plan_from(SimpleNamespace(free_axis=None), np.zeros(1), 0.1) is None
+    assert search.rejections.collisions == {("panda/hand", "wall"): 2}
 
 
 @pytest.mark.parametrize(("height", "standoff"), [(0.05, 0.05), (0.1, 0.1), (0.3, 0.12)])

@@ -1,6 +1,7 @@
 """Ranking of grasp candidates by cost."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
@@ -24,6 +25,16 @@ def test_a_cube_is_gripped_from_above_first_at_no_cost():
         assert one.T_wt.translation == pytest.approx([0.0, 0.0, 0.015])
         assert one.cost == 0.0 and one.describe() == "from above, 50 mm wide"
     assert found[4].costs["tilt"] > 0.4 and "tilt 0.50" in found[4].describe()
+
+
+def test_grasps_of_different_costs_come_in_their_order_whatever_the_rotation():
+    table = candidates(solid("box", 0.025, 0.025, 0.025))
+    for order in (np.arange(len(table)), np.arange(len(table))[::-1]):
+        costs = {"order": np.where(order == len(table) - 1, np.inf, 2.0 * order)}
+        found = ranking(replace(table, costs=costs)).by_cost()
+        assert np.argsort([grasp.costs["order"] for grasp in found]).tolist() == [
+            *range(len(order))
+        ]
 
 
 def test_of_equally_good_grasps_the_one_with_the_smallest_rotation_comes_first():

@@ -5,7 +5,7 @@ import pytest
 
 from bt_manip import build_station
 from bt_manip.cell import CellError, Cube
-from bt_manip.grasping import REFERENCE_AREA, ReachFromAbove
+from bt_manip.grasping import DROP_HEIGHTS, REFERENCE_AREA, ReachFromAbove
 from bt_manip.runner import Station
 from bt_manip.scenes import two_arms
 from bt_manip.spatial import pointing_down, pose
@@ -142,6 +142,28 @@ def test_a_point_is_approached_with_the_two_quarter_turns_nearest_to_the_arm():
     yaws = 0.1 + np.pi / 2, 0.1 + np.pi  # 0.33 and 1.24 rad from 2.0 rad, others 1.9 and more
     for T_wt, yaw in zip(tried, yaws, strict=True):
         assert T_wt.isApprox(pointing_down((0.4, 0.1, 0.3), yaw), 1e-9)
+
+
+def test_the_area_consists_of_the_squares_of_which_all_corners_are_reached(small):
+    class Notched(Reach):
+        """It reaches 3 x 3 points but the last one, and the preferred area not at all."""
+
+        def _reached_grid(self, xs, ys, z):
+            self.first = xs[0], ys[0]
+            return {(i, j): np.zeros(2) for i in range(3) for j in range(3) if i + j < 4}
+
+        def _approach(self, position, yaw, q0, restarts):
+            return None if position[:2] == (0.2, -0.3) else q0
+
+    reach = Notched(small.arm)
+    region = reach.area(small.cell, "table", HEIGHT)
+    squares = (np.array(region.squares) - reach.first) / region.side
+    assert squares == pytest.approx(np.array([[0.5, 0.5], [0.5, 1.5], [1.5, 0.5]]))
+    assert region.side == pytest.approx(small.arm.model.link_lengths.sum() / 18, rel=0.2)
+
+
+def test_drops_are_from_25_cm_or_lower_in_steps_of_3_cm():
+    assert DROP_HEIGHTS == pytest.approx(np.arange(0.25, 0.09, -0.03))
 
 
 def test_every_third_point_is_searched_and_one_out_of_reach_tried_from_two_neighbours():

@@ -1,6 +1,8 @@
 """Grasps of primitives, compared with geometry worked out by hand."""
 
+import contextlib
 import math
+from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
@@ -34,6 +36,17 @@ def test_a_cube_is_gripped_by_faces_as_far_apart_as_its_edges_are_long():
         assert approach(grasp) @ DOWN > -0.5, "no approach comes from below"
 
 
+def test_a_cube_is_approached_over_each_face_and_edge_that_is_not_below():
+    expected = set()
+    for i, side in enumerate(np.eye(3)):
+        for angle in np.arange(8) * math.pi / 4:
+            over = math.cos(angle) * np.eye(3)[i - 1] + math.sin(angle) * np.eye(3)[i - 2]
+            if over @ DOWN > -0.5:
+                expected |= {(*(sign * side), *np.round(over, 6)) for sign in (-1.0, 1.0)}
+    grasps = candidates(solid("box", 0.025, 0.025, 0.025))
+    assert {(*np.round(closing(g), 6), *np.round(approach(g), 6)) for g in grasps} == expected
+
+
 def test_only_the_faces_that_fit_between_the_fingers_are_gripped():
     widths = {round(g.width, 6) for g in candidates(solid("box", 0.06, 0.02, 0.035))}
     assert widths == {0.04, 0.07}
@@ -56,6 +69,29 @@ def test_a_lying_cylinder_is_gripped_across_its_axis_from_straight_above(turn):
     assert above
     for grasp in above:
         assert abs(closing(grasp) @ rotation[:, 2]) < 1e-9 and grasp.width == pytest.approx(0.04)
+
+
+def test_an_upright_cylinder_has_the_same_grasps_upside_down():
+    poses = []
+    for sign in (1.0, -1.0):
+        rotation = np.diag([1.0, sign, sign])
+        found = candidates(solid("cylinder", 0.02, 0.05, rotation=rotation))
+        poses.append({(*np.round(g.T_ot.homogeneous[:3].ravel(), 6) + 0.0,) for g in found})
+    assert poses[0] == poses[1] and len(poses[0]) > 20
+
+
+# The palm is 3 mm from a sphere of radius r when the tips are r - 16.5 mm above its centre. This
+# may be a quarter of r, or the sine of 80 % of the friction angle: 16 % for a friction of 0.2.
+@pytest.mark.parametrize(("radius", "friction", "gripped"), [
+    (0.0218, 0.7, True), (0.0222, 0.7, False), (0.0194, 0.2, True), (0.0198, 0.2, False),
+])  # fmt: skip
+def test_a_sphere_too_large_for_the_palm_is_not_gripped_above_its_widest_point(
+    radius, friction, gripped
+):
+    ball, hand = replace(solid("sphere", radius), friction=friction), HAND._replace(palm=0.01)
+    generator = AntipodalGraspGenerator("it", [ball], hand, np.zeros(3), np.random.default_rng(0))
+    with contextlib.nullcontext() if gripped else pytest.raises(MotionError, match="deep enough"):
+        assert len(generator.candidates(DOWN))
 
 
 def test_a_sphere_is_gripped_at_its_widest_point_or_as_far_from_it_as_the_palm_demands():

@@ -9,10 +9,13 @@ import pytest
 import trimesh
 
 from bt_manip.grippers.two_finger.antipodal_sampling import (
+    AntipodalPairs,
     antipodal_pairs,
     best_antipodal_pairs,
+    face_extents,
     friction_cone,
     intersect,
+    pad_contact,
 )
 from tests.grippers.shapes import HAND, convex, mug, solid, wedge
 
@@ -93,3 +96,27 @@ def test_grasps_stay_inside_80_percent_of_the_cone_of_the_objects_smallest_frict
     box = solid("box", 0.01, 0.01, 0.01)  # friction 0.7
     assert friction_cone([box]) == pytest.approx(0.8 * math.atan(0.7))
     assert friction_cone([box, replace(box, friction=0.2)]) == pytest.approx(0.8 * math.atan(0.2))
+
+
+def across(half):
+    """Return the pair of points on both sides of the origin, along x."""
+    return AntipodalPairs(np.array([[-half, 0.0, 0.0]]), np.array([[half, 0.0, 0.0]]), np.zeros(1))
+
+
+@pytest.mark.parametrize(("shape", "contact"), [
+    (solid("box", 0.02, 0.1, 0.1), 1.0),
+    (solid("box", 0.02, 0.1, 0.65 * HAND.pad), 1.0),
+    (solid("box", 0.02, 0.1, 0.55 * HAND.pad), 0.5),
+    (solid("box", 0.02, 0.55 * HAND.pad, 0.55 * HAND.pad), 0.0),
+    (solid("sphere", 0.012), 0.0),  # 1.2 mm deeper at 60 % of the pads
+    (solid("sphere", 0.02), 1.0),  # 0.7 mm
+])  # fmt: skip
+def test_pads_are_in_contact_where_the_surface_is_within_1_mm_at_60_percent_of_them(shape, contact):
+    assert pad_contact([shape], across(shape.size[0]), HAND) == pytest.approx([contact])
+
+
+@pytest.mark.parametrize("half", [3e-3, 4e-3, 6.9e-3, 9e-3, 19e-3, 29e-3, 39e-3, 59e-3, 0.12])
+def test_the_extent_of_a_face_is_estimated_as_half_to_all_of_it_up_to_12_cm(half):
+    shape = solid("box", 0.02, 0.2, half)
+    (extent,) = face_extents([shape], across(0.02), [np.array([0.0, 0.0, -1.0])])
+    assert extent <= half and (extent > 0.5 * half or half <= 3e-3)

@@ -104,14 +104,18 @@ def test_opening_lets_the_cube_stand(grip):
     step_until(cell, lambda: gripper.steady)
     before = cell.pose("cube").translation
     gripper.open()
-    fastest = 0.0
+    fastest, pressed = 0.0, []
 
     def watched():
         nonlocal fastest
         fastest = max(fastest, np.linalg.norm(cell.velocity("cube")[:3]))
+        if gripper.state == "releasing":
+            pressed.append(max(gripper.forces))
         return gripper.is_open
 
     step_until(cell, watched)
+    assert len(pressed) * cell.dt == pytest.approx(0.04, abs=1e-3)
+    assert (np.diff(pressed) < 1e-3).all() and pressed[-1] < 0.5
     assert fastest < 0.02
     np.testing.assert_allclose(cell.pose("cube").translation, before, atol=5e-4)
     assert gripper.is_free and gripper.held == ()
