@@ -19,7 +19,7 @@ from bt_manip.behaviours import (
 )
 from bt_manip.bt import NodeStatus
 from bt_manip.cell import at_rest
-from bt_manip.cell.objects import Box
+from bt_manip.cell.objects import Box, Sphere
 from bt_manip.exceptions import NodeError
 
 RUNNING, SUCCESS, FAILURE = NodeStatus.RUNNING, NodeStatus.SUCCESS, NodeStatus.FAILURE
@@ -178,9 +178,12 @@ def test_a_held_object_rests_nowhere(with_the_cube, trial):
         assert trial(condition).fails_with("'cube' touches 'panda/")
 
 
-def test_what_both_fingers_press_on_from_above_is_not_held(station, trial):
-    plate = Box(size=(0.2, 0.2, 0.02))
-    T_to = spatial.pose((0.0, 0.0, 0.01))  # 1 mm over the fingertips
+@pytest.mark.parametrize(("plate", "z"), [
+    (Box(size=(0.2, 0.2, 0.02)), 0.01),  # 1 mm over the fingertips
+    (Sphere(radius=0.1), 0.098),  # they press on it 24 degrees from its top
+])  # fmt: skip
+def test_what_both_fingers_press_on_from_above_is_not_held(station, trial, plate, z):
+    T_to = spatial.pose((0.0, 0.0, z))
     station.cell.add(plate, station.robot.tool_pose * T_to, name="plate", free=False, overlap=0.01)
     station.cell.step(20)
     assert station.gripper.held == ("plate",)

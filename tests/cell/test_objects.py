@@ -26,6 +26,8 @@ def standing(thing, free=False):
 @pytest.mark.parametrize("name", NAMES)
 def test_every_object_weighs_what_it_says_and_no_more_than_steel_nor_is_slippery_as_ice(name):
     thing = PARTS.objects.create(name)
+    given = {key: value for key, value in thing.parameters.items() if value is not None}
+    assert PARTS.objects.create(name, **given).parameters == thing.parameters
     assert thing.category in CATEGORIES
     model, _, solid = standing(thing, free=True)
     assert model.body_mass.sum() == pytest.approx(thing.mass, rel=1e-6)
@@ -154,6 +156,8 @@ def test_a_foil_of_a_fifth_of_a_millimetre_is_a_mesh():
         (objects.Cylinder(radius=0.03, height=0.07), (0.06, 0.06, 0.07)),
         (objects.Sphere(radius=0.03), (0.06, 0.06, 0.06)),
         (objects.Box(size=(0.05, 0.06, 0.07)), (0.05, 0.06, 0.07)),
+        (objects.RedBlock(size=0.05), (0.05, 0.05, 0.05)),
+        (objects.Capsule(radius=0.02, length=0.05), (0.09, 0.04, 0.04)),
     ],
     ids=lambda given: getattr(given, "kind", ""),
 )
@@ -170,6 +174,41 @@ def test_things_are_as_long_wide_and_high_as_they_say(thing, lengths):
     )
     assert np.ptp(points, axis=0) == pytest.approx(lengths, rel=0.02)  # polygons for circles
     assert np.ptp(points[:, 2]) == pytest.approx(lengths[2])
+    assert points[:, 2].min() == pytest.approx(1.0 - getattr(thing, "rest_height", 0.0))
+
+
+BLOCK = (0.04, 0.045, 1.0)
+DEFAULTS = {  # dimensions [m], mass [kg] and friction
+    "bin": ([0.3, 0.22, 0.16], 0.008, 0.8, 0.6),
+    "block": BLOCK, "red_block": BLOCK, "green_block": BLOCK, "blue_block": BLOCK,
+    "yellow_block": BLOCK,
+    "bottle": (0.034, 0.2, 0.3, 0.8),
+    "box": ([0.06, 0.04, 0.04], 0.1, 1.0),
+    "can": (0.033, 0.1, 0.2, 0.7),
+    "capsule": (0.018, 0.06, 0.06, 1.0, 5e-4),
+    "cylinder": (0.02, 0.05, 0.1, 1.0),
+    "mug": (0.032, 0.085, 0.004, 0.2, 0.7),
+    "shelf": ([0.25, 0.6, 0.7], 3, 0.015, 6.0, 0.6),
+    "sphere": (0.025, 0.05, 1.0, 5e-4),
+    "tray": ([0.34, 0.24, 0.03], 0.006, 0.4, 0.6),
+    "wall": ([0.04, 0.4, 0.4], 8.0, 0.6),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", DEFAULTS)
+def test_saved_scenes_may_rely_on_the_defaults_of_objects(name):
+    parameters = PARTS.objects.create(name).parameters
+    assert (*(v for key, v in parameters.items() if key != "colour"),) == DEFAULTS[name]
+
+
+def test_a_bottle_tapers_in_even_steps_from_its_belly_to_its_neck():
+    model, data, _ = standing(objects.Bottle(radius=0.03, height=0.2))
+    widths = []
+    for part in (0.3, 0.5, 0.57, 0.615, 0.66, 0.7, 0.99):
+        side = np.array([1.0, 0.0, 1.0 + 0.2 * part])
+        widths.append(1.0 - mujoco.mj_ray(model, data, side, -np.eye(3)[0], None, 1, -1, HIT))
+    assert widths[:2] == pytest.approx([0.03] * 2) and widths[5] == pytest.approx(widths[6])
+    assert (np.diff(widths[1:6]) < -0.0029).all() and np.diff(widths[2:5], n=2) == pytest.approx(0)
 
 
 @pytest.mark.parametrize("kind", [objects.Bin, objects.Tray])

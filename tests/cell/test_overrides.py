@@ -72,6 +72,15 @@ def test_a_weak_motor_makes_so_much_less_of_the_same_command():
     np.testing.assert_allclose(robot.tau, 0.5 * np.arange(1.0, 8.0), rtol=1e-12)
 
 
+def test_of_factors_and_rotations_the_nominal_value_changes_nothing(cell):
+    before = whole(cell.model)
+    for name, key in (("light:key", "brightness"), ("camera:overview", "rotation")):
+        nominal = cell.nominal(name, key)
+        assert np.unique(nominal).tolist() == [float(key == "brightness")]
+        cell.override(name, **{key: nominal})
+    assert whole(cell.model) == before
+
+
 def test_lights_and_cameras_are_altered_by_name(cell):
     cell.add(Camera(), looking_at((1.0, 0.0, 1.0), (0.0, 0.0, 0.0)))
     cell.override("light:key", brightness=0.5, colour=(1.0, 0.8, 0.6), direction=(0, 0, -2))

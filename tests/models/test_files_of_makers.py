@@ -10,6 +10,7 @@ from dm_control import mjcf
 from bt_manip.cell.objects import ModelObject, mjcf_root
 from bt_manip.exceptions import BtManipError
 from bt_manip.models import ModelError, load_model
+from bt_manip.models.meshes import read_mesh
 from bt_manip.robots import read_model
 
 BODY = """<link name="b"><inertial><mass value="0.1"/><inertia ixx="{0}" iyy="{0}" izz="{0}" ixy="0"
@@ -159,6 +160,7 @@ fullinertia="{0} {1} {2} {3} {4} {5}"/><geom type="box" size="0.05 0.1 0.15"/></
 @pytest.mark.parametrize("form", ["urdf", "xml"])
 @pytest.mark.parametrize("values", [
     (1, 1, 0, 0, 0, 0), (1e-3, 1e-3, 1e-3, 2e-3, 0, 0), (0, 0, 0, 0, 0, 0),
+    (1, 0, 1, 0, 0, 0), (1e-3, 1e-3, 1e-3, 0, 2e-3, 0), (1e-3, 1e-3, 1e-3, 0, 0, 2e-3),
 ])  # fmt: skip
 def test_an_inertia_without_positive_eigenvalues_is_replaced(tmp_path, kind, form, values):
     """MuJoCo refuses it; the moments of a uniform box are m (b^2 + c^2) / 12."""
@@ -203,6 +205,23 @@ def test_scale_multiplies_lengths_and_keeps_the_masses_of_the_file(tmp_path):
     assert compiled(thing.mjcf_model).body_inertia[1] == pytest.approx([4e-5] * 3)
     with pytest.raises(ModelError, match="scale must be a positive number"):
         load_model(f"{tmp_path}/b.urdf?scale=0")
+
+
+@pytest.mark.parametrize("form", ["urdf", "xml"])
+def test_scaled_inertias_with_products_have_moments_scaled_by_the_square(tmp_path, form):
+    (tmp_path / f"b.{form}").write_text(PENDULUM[form].format(2e-3, 3e-3, 4e-3, 1e-3, 5e-4, 0))
+    moments = np.linalg.eigvalsh([[2e-3, 1e-3, 5e-4], [1e-3, 3e-3, 0], [5e-4, 0, 4e-3]])
+    thing = ModelObject(f"{tmp_path}/b.{form}?scale=3")
+    assert sorted(compiled(thing.mjcf_model).body_inertia[-1]) == pytest.approx(9 * moments)
+    assert compiled(thing.mjcf_model).body_mass[-1] == pytest.approx(0.6)
+
+
+def test_a_mesh_may_be_moved_so_that_its_bounding_box_is_around_the_origin(tmp_path):
+    write_groups(tmp_path / "a.obj", ((0.01, 0, 0), (0.05, 0.06, 0.05)))
+    half = np.ptp(read_mesh(tmp_path / "a.obj").vertices, axis=0) / 2
+    centred = read_mesh(tmp_path / "a.obj", centred=True).vertices
+    assert centred.max(axis=0) == pytest.approx(half)
+    assert centred.min(axis=0) == pytest.approx(-half)
 
 
 def test_scaled_models_have_scaled_poses(tmp_path):

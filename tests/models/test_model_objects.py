@@ -99,7 +99,9 @@ def test_a_body_without_mass_may_not_move(tmp_path, name):
     path = tmp_path / name
     path.write_text(INERTIAL[name].format(0))
     cell = Cell()
-    with pytest.raises(CellError, match="'x' moves, so it needs a positive mass"):
+    with pytest.raises(
+        CellError, match="^'x' cannot be added: 'x' moves, so it needs a positive mass"
+    ):
         cell.add(ModelObject(str(path)), spatial.pose((0, 0, 1)), name="x")
     cell.add(ModelObject(str(path)), spatial.pose((0, 0, 1)), name="x", free=False)
 

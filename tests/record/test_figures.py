@@ -4,7 +4,7 @@ from dataclasses import fields
 
 import pytest
 
-from bt_manip.record.figures import combined
+from bt_manip.record.figures import CycleFigures, RunFigures, combined
 from bt_manip.record.report.run_report import CycleLimitUse, RobotCycle, TrackingPeak
 
 STILL = RobotCycle(("mug",), 10.0, max_torque_rate_nm_s=5.0)
@@ -24,3 +24,7 @@ def test_those_of_one_robot_are_its_own():
     own = RobotCycle(("mug",), 10.0, 0.01, peak, 0.2, use, 3, 5.0, 0.7)
     assert all(getattr(own, one.name) != one.default for one in fields(RobotCycle))
     assert combined([own]) == own
+
+
+def test_cycles_are_numbered_from_1():
+    assert CycleFigures().number == RunFigures({}).cycle(0.0).number == 1
