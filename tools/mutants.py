@@ -115,6 +115,9 @@ ARGUED = {
     "np.repeat(fingers[1]": "joints that neither finger moves are the same in both sweeps",
     "xtol=1e-15": "the cost converges before the pose does to such a tolerance",
     "_SLIDE: 5000": "a finger on a slide moves in proportion to it: any positions tell how far",
+    "[[0, 3, 3], [3, 1": "eigenvalues are computed from the lower triangle",
+    '"colour": (0.11, 0.46': "a colour",
+    "_CACHED = 256  # cached lists": "how many results a cache keeps",
 }
 """Changes that cannot matter, by a part of the line before or after them, and why."""
 
