@@ -21,7 +21,7 @@ MAX_LINE = 2**16  # characters of a line of OBJ: a polygon of some thousand corn
 
 _CONVEX = 0.98  # least volume of a convex mesh, relative to its hull
 _TURNS = {
-    "X_UP": np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]),
+    "X_UP": np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]]),
     "Y_UP": np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]),
 }
 """Rotations from COLLADA's up axis to z."""

@@ -5,6 +5,7 @@ import re
 import mujoco
 import numpy as np
 import pytest
+import trimesh
 from dm_control import mjcf
 
 from bt_manip.cell.objects import ModelObject, mjcf_root
@@ -222,6 +223,22 @@ def test_a_mesh_may_be_moved_so_that_its_bounding_box_is_around_the_origin(tmp_p
     centred = read_mesh(tmp_path / "a.obj", centred=True).vertices
     assert centred.max(axis=0) == pytest.approx(half)
     assert centred.min(axis=0) == pytest.approx(-half)
+
+
+@pytest.mark.parametrize(("axis", "right", "up", "out"), [  # COLLADA 1.4.1, up_axis
+    ("X_UP", (0, -1, 0), (1, 0, 0), (0, 0, 1)), ("Y_UP", (1, 0, 0), (0, 1, 0), (0, 0, 1)),
+    ("Z_UP", (1, 0, 0), (0, 0, 1), (0, -1, 0)),
+])  # fmt: skip
+def test_collada_is_read_in_metres_with_x_to_the_right_and_z_up(tmp_path, axis, right, up, out):
+    axes = np.array([right, up, out, (0, 0, 0)], dtype=float)
+    faces = [(0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0)]
+    trimesh.Trimesh(axes, faces, process=False).export(tmp_path / "a.dae")
+    head = f'<unit name="inch" meter="0.0254"/><up_axis>{axis}</up_axis>'
+    text = re.sub(r"<unit[^>]*/>", "", (tmp_path / "a.dae").read_text())
+    (tmp_path / "a.dae").write_text(re.sub(r"<up_axis>.*</up_axis>", head, text))
+    expected = 0.0254 * np.array([(1, 0, 0), (0, 0, 1), (0, -1, 0), (0, 0, 0)])
+    vertices = read_mesh(tmp_path / "a.dae").vertices
+    assert np.unique(vertices.round(9), axis=0) == pytest.approx(np.unique(expected, axis=0))
 
 
 def test_scaled_models_have_scaled_poses(tmp_path):

@@ -322,7 +322,7 @@ def test_meshes_are_scaled_and_turned_into_metres_with_z_up(tmp_path):
         assert model.body("a").mass[0] == pytest.approx(1000 * 0.1 * 0.4 * 0.3, rel=1e-6)
     text = (tmp_path / "box.dae").read_text()
     text = re.sub(r"<unit[^>]*/>", "", text)
-    up = {"Y_UP": (0.1, 0.3, 0.2), "Z_UP": (0.1, 0.2, 0.3), "X_UP": (0.2, 0.1, 0.3)}
+    up = {"Y_UP": (0.1, 0.3, 0.2), "Z_UP": (0.1, 0.2, 0.3), "X_UP": (0.2, 0.3, 0.1)}
     for axis, size in up.items():
         path, unit = tmp_path / f"{axis}.dae", '<unit name="inch" meter="0.0254"/>'
         path.write_text(re.sub(r"<up_axis>.*</up_axis>", f"{unit}<up_axis>{axis}</up_axis>", text))
