@@ -89,6 +89,8 @@ def test_lights_and_cameras_are_altered_by_name(cell):
     np.testing.assert_allclose(light.dir, (0, 0, -1))
     cell.override("camera:overview", fovy=50.0)
     cell.override("camera:camera", rotation=(0.0, 0.0, np.pi / 2))  # an entity, by its own name
+    with pytest.raises(CellError, match="'camera' cannot be overridden: it has no collision geom"):
+        cell.override("camera", friction=0.5)
     assert cell.model.camera("overview").fovy == 50.0
     np.testing.assert_allclose(cell.model.camera("camera/eye").quat, (0.5**0.5, 0, 0, 0.5**0.5))
 

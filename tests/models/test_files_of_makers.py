@@ -241,6 +241,15 @@ def test_collada_is_read_in_metres_with_x_to_the_right_and_z_up(tmp_path, axis, 
     assert np.unique(vertices.round(9), axis=0) == pytest.approx(np.unique(expected, axis=0))
 
 
+@pytest.mark.parametrize(("inertial", "touched", "free"), [
+    ("", "0", False), ("", "1", True),
+    ('<inertial pos="0 0 0" mass="0.1" diaginertia="1e-4 1e-4 1e-4"/>', "0", True),
+])  # fmt: skip
+def test_a_model_that_may_only_be_seen_is_fixed(tmp_path, inertial, touched, free):
+    seen = PLATE.format(f' density="{1000 * int(touched)}" contype="{touched}" conaffinity="0"')
+    assert ModelObject(write_model(tmp_path / "m.xml", inertial + seen)).free == free
+
+
 def test_scaled_models_have_scaled_poses(tmp_path):
     (tmp_path / "part.xml").write_text(PART)
     (tmp_path / "all.xml").write_text(FRAMES)
