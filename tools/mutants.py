@@ -118,6 +118,7 @@ ARGUED = {
     "[[0, 3, 3], [3, 1": "eigenvalues are computed from the lower triangle",
     '"colour": (0.11, 0.46': "a colour",
     "_CACHED = 256  # cached lists": "how many results a cache keeps",
+    "_started = 0.0  # [s] simulated": "set at each start, before anything reads it",
 }
 """Changes that cannot matter, by a part of the line before or after them, and why."""
 

@@ -71,6 +71,19 @@ def test_a_lying_cylinder_is_gripped_across_its_axis_from_straight_above(turn):
         assert abs(closing(grasp) @ rotation[:, 2]) < 1e-9 and grasp.width == pytest.approx(0.04)
 
 
+@pytest.mark.parametrize(("kind", "pads"), [("box", 3.0), ("cylinder", 2.0)])
+@pytest.mark.parametrize("sides", [0, 1])
+def test_a_long_object_is_also_gripped_across_on_both_sides_of_its_centre(kind, pads, sides):
+    half = (pads + (0.1 if sides else -0.1)) * HAND.pad
+    turned = pin.utils.rotate("y", 0.5 * math.pi)
+    lying = {"box": solid("box", half, 0.015, 0.015),
+             "cylinder": solid("cylinder", 0.015, half, rotation=turned)}[kind]  # fmt: skip
+    found = [g for g in candidates(lying) if abs(approach(g)[0]) + abs(closing(g)[0]) < 1e-9]
+    expected = sides * 0.6 * (half - HAND.pad)
+    places = {round(float(g.T_ot.translation[0]), 6) + 0.0 for g in found}
+    assert sorted(places) == pytest.approx(sorted({-expected + 0.0, 0.0, expected}), abs=1e-6)
+
+
 def test_an_upright_cylinder_has_the_same_grasps_upside_down():
     poses = []
     for sign in (1.0, -1.0):
