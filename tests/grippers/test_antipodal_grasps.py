@@ -11,6 +11,7 @@ import trimesh
 
 from bt_manip.exceptions import MotionError
 from bt_manip.grippers.two_finger.antipodal_grasps import (
+    CONTACT_WEIGHT,
     GRIP_DEPTH,
     SLACK_WEIGHT,
     AntipodalGraspGenerator,
@@ -50,6 +51,12 @@ def test_a_cube_is_approached_over_each_face_and_edge_that_is_not_below():
 def test_only_the_faces_that_fit_between_the_fingers_are_gripped():
     widths = {round(g.width, 6) for g in candidates(solid("box", 0.06, 0.02, 0.035))}
     assert widths == {0.04, 0.07}
+
+
+def test_the_contact_costs_more_the_less_of_the_pads_touches():
+    shapes = solid("box", 0.02, 0.02, 0.03), solid("cylinder", 0.02, 0.05), solid("sphere", 0.02)
+    (face, edge), (line,), (point,) = (np.unique(candidates(s).costs["contact"]) for s in shapes)
+    assert 0.0 == face < line < point < edge < CONTACT_WEIGHT
 
 
 def test_a_thin_plate_is_gripped_with_the_tips_above_its_support():

@@ -101,5 +101,6 @@ def test_a_released_object_falls_before_the_gripper_counts_as_free(holding, conn
     holding.update()
     assert holding.is_open and not holding.is_free and holding.assumed == {"cube"}
     for _ in range(50):
+        assert not holding.is_free
         holding.follow_tool(holding.robot.tool_pose)
     assert holding.is_free
