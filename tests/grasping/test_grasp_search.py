@@ -15,6 +15,7 @@ from bt_manip.cell.objects import Bottle, Cube, Cylinder, Sphere
 from bt_manip.exceptions import MotionError
 from bt_manip.grasping import GraspPlanner, GripperClearance, grasp_planner
 from bt_manip.grasping.grasp_search import GraspSearch, standoff_of
+from bt_manip.grasping.gripper_clearance import Clearance
 from bt_manip.grasping.rejections import Rejections
 from bt_manip.runner import Station
 
@@ -137,12 +138,12 @@ def test_a_pre_grasp_pose_is_never_beyond_the_grasp():
 class Search(GraspSearch):
     """Gives the steps of the search, for an arm with given solutions, first joints and margins."""
 
-    def __init__(self, solutions, world=None):
+    def __init__(self, solutions, world=None, clearance=None):
         found = [SimpleNamespace(q=np.array([q]), target=0) for q, _ in solutions]
         ik = SimpleNamespace(nearest_first=lambda *_, **__: found)
         arm = SimpleNamespace(q=np.zeros(1), ik=ik, world=world)
         ranking = SimpleNamespace(candidates=SimpleNamespace(closing=None))
-        super().__init__(arm, "it", ranking, None, Rejections("it"))
+        super().__init__(arm, "it", ranking, clearance, Rejections("it"))
         self.solutions = dict(solutions)
 
     def nearest_plan(self):
@@ -150,6 +151,9 @@ class Search(GraspSearch):
 
     def plan_from(self, *given):
         return self._plan_from(*given)
+
+    def can_lift(self, *given):
+        return self._can_lift(*given)
 
 
 class Margins(Search):
@@ -175,6 +179,20 @@ def test_a_pre_grasp_configuration_in_collision_is_counted_by_its_bodies():
     for _ in range(2):
         assert search.plan_from(SimpleNamespace(free_axis=None), np.zeros(1), 0.1) is None
     assert search.rejections.collisions == {("panda/hand", "wall"): 2}
+
+
+@pytest.mark.parametrize(("T_wt", "lifted", "beside", "blocked"), [
+    (DOWN, -1.1e-3, 0.0, ("it", "shelf")), (DOWN, -0.9e-3, -0.1, None),
+    (pin.SE3.Identity(), -0.9e-3, -0.1, ("gripper", "post")),
+])  # fmt: skip
+def test_a_blocked_lift_of_the_object_or_the_gripper_is_counted_once(T_wt, lifted, beside, blocked):
+    gaps = SimpleNamespace(
+        of_displaced=lambda name, steps: Clearance(lifted, "shelf"),
+        at_pose=lambda T: Clearance(beside, "post"),
+    )
+    search = Search([], clearance=gaps)
+    assert search.can_lift(SimpleNamespace(T_wt=T_wt), np.zeros(1)) == (blocked is None)
+    assert search.rejections.collisions == ({blocked: 1} if blocked else {})
 
 
 @pytest.mark.parametrize(("height", "standoff"), [(0.05, 0.05), (0.1, 0.1), (0.3, 0.12)])

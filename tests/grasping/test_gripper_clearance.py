@@ -1,10 +1,12 @@
 """Clearance of the open gripper at tool poses."""
 
+import numpy as np
 import pinocchio as pin
 import pytest
 
 from bt_manip.behaviours import centre_pose, top_grasp_poses
 from bt_manip.cell import Cube
+from bt_manip.cell.objects import Box
 from bt_manip.grasping import GripperClearance, with_clearance
 
 
@@ -23,6 +25,12 @@ def test_the_clearance_is_the_distance_to_the_nearest_entity(station, grips):
     station.cell.add(Cube(), pin.SE3(cube.rotation, cube.translation + 0.09 * axis), name="other")
     beside = GripperClearance(station.cell, station.robot, ["cube"]).at_pose(grips[0])
     assert beside.entity == "other" and 0.0 < beside.distance < 0.0105
+    # A beam as thick as the cube that begins at 60 mm, and whose centre is 2 m farther.
+    R = np.column_stack([axis, np.cross([0.0, 0.0, 1.0], axis), [0.0, 0.0, 1.0]])
+    beam, T_wb = Box(size=(4.0, 0.05, 0.05)), pin.SE3(R, cube.translation + 2.06 * axis)
+    station.cell.add(beam, T_wb, name="beam", free=False, overlap=1.0)
+    along = GripperClearance(station.cell, station.robot, ["cube", "other"]).at_pose(grips[0])
+    assert along.entity == "beam" and along.distance == pytest.approx(5e-3, abs=2e-3)
 
 
 def test_what_is_ignored_can_be_changed(station, grips):
