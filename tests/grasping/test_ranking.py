@@ -64,6 +64,14 @@ def test_the_nearest_grasp_of_a_ball_is_turned_to_the_tool():
         assert first.grasp.T_ot.isApprox(first.T_wt)
 
 
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_the_nearest_of_parallel_grasps_is_the_one_whose_approach_axis_is_nearest(side):
+    table = candidates(solid("box", 0.1, 0.015, 0.015))
+    T_now = pin.SE3(np.diag([1.0, -1.0, -1.0]), np.array([0.04 * side, 0.0, 0.4]))
+    first = next(ranking(table, T_now=T_now).by_distance())
+    assert first.T_wt.translation[0] == pytest.approx(0.6 * (0.1 - HAND.pad) * side)
+
+
 def test_from_a_tool_that_points_up_the_nearest_grasp_still_has_a_pose():
     upwards = pin.SE3(np.eye(3), np.zeros(3))
     first = next(ranking(candidates(solid("sphere", 0.025)), T_now=upwards).by_distance())

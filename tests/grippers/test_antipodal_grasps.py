@@ -152,6 +152,12 @@ def test_an_object_without_clearance_between_the_fingers_fails_with_the_width_it
         candidates(solid("box", 0.0395, 0.05, 0.05))
 
 
+def test_sampled_grasps_are_at_the_object_wherever_its_origin_is():
+    mesh, centre = trimesh.creation.box((0.04, 0.05, 0.3)), np.array([0.3, 0.2, 0.1])
+    for grasp in candidates(convex(mesh.apply_translation(centre))):
+        assert (np.abs(grasp.T_ot.translation - centre) < [0.06, 0.06, 0.17]).all()
+
+
 def test_the_same_seed_gives_the_same_grasps():
     made = [candidates(convex(wedge()), seed=seed) for seed in (3, 3, 4)]
     texts = [[grasp.to_text() for grasp in table] for table in made]

@@ -95,6 +95,14 @@ def test_commands_take_time_and_nothing_is_held_without_the_flag_or_at_either_en
         assert gripper.closed_on_nothing and not gripper.held and gripper.forces == (0.0, 0.0)
 
 
+@pytest.mark.parametrize(("measured", "shown"), [(0.03, 0.03), (-0.001, 0.0), (0.081, 0.08)])
+def test_the_fingers_are_shown_where_they_are_measured(gripper, connection, measured, shown):
+    connection.state = GripperState(measured, False)
+    gripper.follow_tool(gripper.robot.tool_pose)
+    positions = gripper.robot.mj_data.qpos[7:9]  # after those of the arm
+    assert positions == pytest.approx([shown / 2] * 2, abs=1e-4)
+
+
 def test_a_released_object_falls_before_the_gripper_counts_as_free(holding, connection):
     holding.open()
     connection.done(0.08, False)

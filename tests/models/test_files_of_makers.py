@@ -179,6 +179,13 @@ def test_an_inertia_without_positive_eigenvalues_is_replaced(tmp_path, kind, for
     assert "is impossible for 0.6 kg" in warning and "that of its geometry is used" in warning
 
 
+def test_an_inertia_of_a_body_without_geometry_is_kept(tmp_path):
+    moving = '<body><joint axis="0 1 0"/><geom type="box" size=".02 .03 .025"/></body>'
+    bare = '<inertial pos="0 0 0" mass="0.1" diaginertia="1 1 1"/>' + moving
+    thing = ModelObject(write_model(tmp_path / "m.xml", bare))
+    assert compiled(thing.mjcf_model).body_inertia[-2] == pytest.approx([1, 1, 1])
+
+
 @pytest.mark.parametrize("form", ["urdf", "xml"])
 def test_such_an_inertia_of_a_link_without_geometry_is_refused(tmp_path, form):
     path = tmp_path / f"arm.{form}"
