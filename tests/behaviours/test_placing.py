@@ -17,7 +17,7 @@ from bt_manip.behaviours import (
 )
 from bt_manip.behaviours.support import find_support
 from bt_manip.bt import NodeStatus
-from bt_manip.cell import CellError, Cube
+from bt_manip.cell import Cell, CellError, Cube
 from bt_manip.cell.objects import Box, Shelf
 from bt_manip.grasping import GripperClearance, with_clearance
 from bt_manip.grippers import GRIP_DEPTH
@@ -72,6 +72,20 @@ def test_place_on_a_full_support_says_so(with_the_cube, trial):
     cell.add(Box(size=(0.1, 0.1, 0.02)), spatial.pose((0.45, -0.1, 1.025)), name="tray", free=False)
     cell.add(Cube(), spatial.pose((0.45, -0.1, 1.06)), name="other")
     assert trial(PlaceOn(object="cube", support="tray")).fails_with("no free place on 'tray'")
+
+
+@pytest.mark.parametrize("size", [(0.04, 0.2), (0.2, 0.04)])
+def test_free_places_are_2_cm_from_neighbours_on_the_side_where_they_are(size):
+    cell = Cell()
+    cell.add(Box(size=(1.0, 1.0, 0.02)), spatial.pose((0, 0, 0.01)), name="tray", free=False)
+    cell.add(Box(size=(*size, 0.04)), spatial.pose((2.0, 0.0, 0.02)), name="bar")
+    support = find_support(cell, "tray")
+    empty = list(support.free_offsets(cell, "bar"))
+    cell.add(Box(size=(0.02, 0.02, 0.1)), spatial.pose((0, 0, 0.07)), name="post", free=False)
+    apart = np.array(size) / 2 + 0.01 + 0.02
+    expected = [tuple(offset) for offset in empty if (np.abs(offset) >= apart).any()]
+    assert [tuple(offset) for offset in support.free_offsets(cell, "bar")] == expected
+    assert len(empty) == 49 and len(expected) == 46
 
 
 def test_boards_of_a_shelf_are_supports(with_the_cube, trial):

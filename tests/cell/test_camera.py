@@ -35,6 +35,8 @@ def test_depth_names_and_colours_are_those_of_what_is_seen_and_looking_changes_n
     rows = 0.1 / (2 * np.tan(np.radians(30)) * 0.4) * 48
     assert np.sqrt(block.sum()) == pytest.approx(rows, abs=1.5)
     assert not seen.mask("camera").any() and not seen.mask("nobody").any()
+    case = cell.model.geom("camera/case")
+    assert case.pos[2] > case.size[2] > 0.01 and case.size.max() < 0.05  # behind the camera
     picture = camera.rgb()
     assert picture.shape == (48, 64, 3) and picture.dtype == np.uint8
     red, green, blue = (float(c) for c in picture[24, 32])

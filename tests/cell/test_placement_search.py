@@ -144,3 +144,16 @@ def test_what_rolls_out_of_the_region_is_not_placed(cell):
 def test_a_region_that_is_none_is_refused(bounds, message):
     with pytest.raises(CellError, match=message):
         Region(**{"x": (0, 1), "y": (0, 1), "z": (0, 1), **bounds})
+
+
+@pytest.mark.parametrize("squares", [(), ((0.3, 0.1), (0.2, -0.2))])
+def test_the_middle_of_an_object_is_sampled_over_the_region_at_any_yaw(squares):
+    region = Region((0.2, 0.4), (-0.1, 0.1), (0.0, 0.0), yaw=(-3.0, 3.0), middle=(0.2, -0.1),
+                    squares=squares, side=0.1)  # fmt: skip
+    rng, middles = np.random.default_rng(0), []
+    for _ in range(50):
+        T_wo = region.sample(rng)
+        middles.append(T_wo.act(np.array([0.2, -0.1, 0.0]))[:2])
+        assert region.covers(T_wo, slack=1e-9)
+    lengths = (0.2, 0.4) if squares else (0.2, 0.2)
+    assert np.ptp(middles, axis=0) == pytest.approx(lengths, abs=0.02)

@@ -177,7 +177,9 @@ def test_pads_touch_flat_ends_over_their_width_and_round_ends_at_a_point():
         half = 0.03 if kind == "cylinder" else 0.02
         lying = solid(kind, 0.01, half, rotation=pin.utils.rotate("y", math.pi / 2))
         grasps = cylinder_grasps(lying, HAND, DOWN)
-        ends[kind] = [(g.contact, g.face_extent) for g in grasps if abs(g.closing[0]) > 0.99]
+        along = [g for g in grasps if abs(g.closing[0]) > 0.99]
+        assert sum(round(g.closing[0]) for g in along) == 0  # with either finger on either end
+        ends[kind] = [(g.contact, g.face_extent) for g in along]
     assert {*ends["cylinder"]} == {(1.0, 0.005)}
     assert {*ends["capsule"]} == {(0.6, 0.0)}
 
