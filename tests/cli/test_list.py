@@ -34,7 +34,7 @@ def test_one_behaviour_is_shown_with_its_ports(bt_manip):
     assert (code, err) == (0, "")
     first, *rest = out.splitlines()
     assert first == "Grasp (builtin)"
-    assert any(line.startswith("  force (input, double, default ") for line in rest)
+    assert any(line.startswith("  force (input, double, at least 0, default ") for line in rest)
 
 
 @pytest.mark.parametrize("kind", ["objects", "robots", "scenes", "plugins", "trees"])
