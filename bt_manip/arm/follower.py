@@ -31,10 +31,10 @@ class ArmState(NamedTuple):
     q: np.ndarray  # [rad]  (nq,)
     v: np.ndarray  # [rad/s]  (nq,)
     a: np.ndarray  # [rad/s2]  (nq,)
-    trajectory: Trajectory | None = None  # None at rest
-    time: float = 0.0  # [s] since the start of the trajectory
-    speed_scale: float = 1.0  # as commanded, 0 to 1
-    stopping: bool = False  # whether the trajectory is a stop that discards the motion
+    trajectory: Trajectory | None  # None at rest
+    time: float  # [s] since the start of the trajectory
+    speed_scale: float  # as commanded, 0 to 1
+    stopping: bool  # whether the trajectory is a stop that discards the motion
     blend_radius: float = 0.0  # [m] of the tool around its target, where the next motion may begin
 
     @property

@@ -76,7 +76,6 @@ class VectorResidual(FrameResidual):
         self._accepted = max(tolerance, accepted)
         self.squared_bound = (tolerance - self._dead_zone) ** 2 * _ABOVE_ROUNDING
         self.accepted_bound = (self._accepted - self._dead_zone) ** 2 * _ABOVE_ROUNDING
-        self._length = 0.0
 
     @property
     def reached(self) -> bool:

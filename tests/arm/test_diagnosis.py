@@ -1,10 +1,13 @@
 """Reasons of faults name the cause."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from bt_manip.arm.diagnosis import diagnose
+from bt_manip.arm.external_force_guard import Detection, ExternalLoad, torque_thresholds
 from bt_manip.control import gravity_compensated_pd
 from bt_manip.control.pd_law import default_gains
 from tests.measuring.collisions import one_arm
@@ -88,6 +91,18 @@ def test_sensor_that_reads_nan_is_named_and_the_arm_stops(station, monkeypatch, 
     station.cell.step(300)
     monkeypatch.undo()
     assert not arm.moving and np.abs(robot.q - arm.q).max() < 0.05
+
+
+@pytest.mark.parametrize(("inside", "blamed"), [(0.9e-3, "controller"), (1.1e-3, "external")])
+def test_the_torque_of_a_joint_at_its_limit_is_no_external_force(
+    station, monkeypatch, inside, blamed
+):
+    arm, limits, q = station.arm, station.arm.model.limits, station.robot.q
+    thresholds = torque_thresholds(arm.model)
+    load = Detection(ExternalLoad(2.0 * thresholds * np.eye(7)[3], thresholds))
+    for end in ({"lower": q - inside}, {"upper": q + inside}):
+        monkeypatch.setattr(arm, "model", arm.model.with_limits(replace(limits, **end)))
+        assert blamed in diagnose(arm, load)[:15]
 
 
 def test_time_step_that_has_changed_is_named(station):

@@ -13,6 +13,7 @@ from bt_manip.arm.external_force_guard import (
     FRICTION_MARGIN,
     INITIAL_MARGIN,
     TORQUE_THRESHOLD,
+    external_load,
     torque_thresholds,
 )
 from bt_manip.cell import Cell
@@ -48,6 +49,7 @@ class Bench:
         self.arm.set_state(self.rest[1])
         self.control.reset()
         self.arm.robot.mj_data.xfrc_applied[:] = 0.0
+        self.arm.robot.mj_data.qfrc_applied[:] = 0.0
         return self
 
     def until_detected(self, steps: int) -> int | None:
@@ -194,6 +196,18 @@ def test_restored_guard_detects_at_the_same_step(bench):
     bench.cell.restore(states[0])
     bench.arm.set_state(states[1])
     assert bench.until_detected(30) == first
+
+
+def test_the_load_of_an_arm_that_accelerates_fast_is_exact_up_to_dry_friction(bench, rng):
+    data, arm = bench.cell.data, bench.arm
+    dofs = [bench.cell.model.joint(f"panda/joint{i}").dofadr[0] for i in range(1, 8)]
+    for _ in range(4):
+        data.qvel[dofs], torque = rng.uniform(-3.0, 3.0, 7), rng.uniform(-20.0, 20.0, 7)
+        data.qfrc_applied[dofs] = torque
+        bench.cell.step(1)
+        error = np.abs(external_load(arm.robot, arm.model).values - torque)
+        assert (error <= arm.model.friction + 0.1).all() and np.abs(arm.robot.a).max() > 100.0
+        bench.reset()
 
 
 def test_weak_arms_tolerate_the_force_of_handling_an_object(parts, tmp_path):

@@ -46,7 +46,8 @@ class Table:
             self.setpoint += 1
             self.arm.advance(1e-3)
             if self.setpoint % 100 == 0 and self.arm.moving:
-                self.arm.follower.send_on(25, self.arm.model)
+                remaining = self.arm.remaining - 1e-9  # of the first, 500 setpoints are sent
+                assert self.arm.follower.send_on(25, self.arm.model) == (remaining > 0.525)
             self.extend(self.setpoint + 4)
             np.testing.assert_allclose(self.setpoints[self.setpoint + 3], self.arm.q, atol=1e-12)
 

@@ -141,8 +141,9 @@ def test_joint_whose_measurement_is_not_finite_is_moved_without_feedback(
 
 def test_the_model_of_a_controller_has_the_pose_of_its_moved_robot(make_arm):
     cell, robot, control = make_arm(ComputedTorque)
-    before = control.model.pose(robot.q)
-    T_wb = pose((0.1, 0.0, 0.5), (0.9, 0.3, 0.0, 0.1))
-    moved = T_wb * cell.pose("two_links").inverse()
-    cell.move("two_links", T_wb)
-    assert control.model.pose(robot.q).isApprox(moved * before, 1e-9)
+    turn = (0.9, 0.3, 0.0, 0.1)
+    for T_wb in (pose((0.1, 0.0, 0.5), turn), pose((0.1, 0.2, 0.5), turn), pose((0.1, 0.2, 0.5))):
+        before = control.model.pose(robot.q)
+        moved = T_wb * cell.pose("two_links").inverse()
+        cell.move("two_links", T_wb)
+        assert control.model.pose(robot.q).isApprox(moved * before, 1e-9)

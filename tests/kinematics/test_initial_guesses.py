@@ -1,6 +1,7 @@
 """Initial guesses: spread, and as many as are asked for."""
 
 import numpy as np
+import pytest
 
 from bt_manip.kinematics import IKProblem, PoseTarget, PositionTarget
 from bt_manip.kinematics.initial_guesses import InitialGuesses
@@ -21,3 +22,20 @@ def test_initial_guesses_are_far_from_each_other(model, compiled, rng):
     assert np.array_equal(given[0], guesses.nearest(problem, 1)[0])
     apart = [np.sqrt(((q - given[:i]) ** 2).mean(axis=1)).min() for i, q in enumerate(given) if i]
     assert min(apart[:5]) > 1.0 and min(apart) > 0.3
+
+
+@pytest.mark.parametrize("cone", [0.0, 0.4])
+def test_guesses_for_a_free_axis_are_those_with_the_least_distance_and_tilt(model, compiled, cone):
+    T, axis, pivot = model.pose(model.home), np.array([0.6, 0.0, 0.8]), np.array([0.1, 0.0, -0.2])
+    target = PoseTarget("tool", T, free_axis=axis, pivot=pivot, cone=cone)
+    guesses = InitialGuesses(model)
+
+    def residual(q):
+        now = model.pose(q)
+        tilt = np.arccos(np.clip((now.rotation @ axis) @ (T.rotation @ axis), -1.0, 1.0))
+        offset = now.act(pivot) - T.act(pivot)
+        return offset @ offset + np.sin(max(tilt - cone, 0.0) / 2.0) ** 2
+
+    best = sorted(map(residual, guesses.stored))[:20]
+    chosen = guesses.nearest(compiled(IKProblem(targets=target)), 20)
+    assert [residual(q) for q in chosen] == pytest.approx(best, abs=1e-9)

@@ -11,6 +11,8 @@ from bt_manip.kinematics import (
     RotationTarget,
     manipulability,
 )
+from bt_manip.kinematics.refinement import _newton_step
+from bt_manip.kinematics.secondary_objectives import QuadraticModel
 from tests.measuring.kinematics import position_error, rotation_error
 
 DOWN = spatial.pointing_down([0.45, 0.1, 0.3], 0.4)
@@ -79,3 +81,17 @@ def test_the_nearest_solution_is_a_minimum_in_the_null_space(model, ik, rng):
     # The gradient of the weighted squared distance has no part along the self-motion.
     slope = (found - q0) / weight @ null_space / np.linalg.norm((found - q0) / weight)
     assert abs(slope) < 0.02
+
+
+def test_a_step_is_damped_by_the_largest_curvature_and_solves_the_rest_where_a_joint_ends():
+    hessian = np.diag([0.0, 2.0, 4.0, 3.0]) + 0.5 * np.eye(4)[::-1]
+    here = QuadraticModel(0.0, np.array([0.3, -2.0, 0.5, 0.4]), hessian)
+    rows = np.array([[1.0, 1.0, 2.0, 0.0], [0.0, 1.0, 0.0, 2.0]])
+    for bound in (0.7, 0.1):  # [rad] of the second joint
+        system = np.block([[hessian + 0.3 * 4.0 * np.eye(4), rows.T], [rows, np.zeros((2, 2))]])
+        right = np.append(-here.gradient, [0.0, 0.0])
+        if bound == 0.1:
+            system[1], right[1] = np.eye(6)[1], bound
+        upper = np.array([0.7, bound, 0.7, 0.7])
+        step = _newton_step(here, rows, np.zeros(4), 0.3, -upper, upper)
+        assert step == pytest.approx(np.linalg.solve(system, right)[:4], abs=1e-8)

@@ -58,6 +58,14 @@ def test_the_first_setpoint_beyond_a_limit_is_named():
     assert "shape (20000, 1)" in LIMITS.setpoints_problem(still, s)
 
 
+def test_a_joint_beyond_its_limit_may_stay_there_but_not_go_out_again():
+    limits = JointLimits(-3 * ONE, 3 * ONE, 1e3 * ONE, 1e7 * ONE, 1e11 * ONE, ONE)
+    before = np.array([3.03, 3.02, 3.01])[:, np.newaxis] * ONE
+    assert limits.setpoints_problem(before, np.array([3.01, 3.0])[:, np.newaxis] * ONE) == ""
+    again = limits.setpoints_problem(before, np.array([3.01, 3.02])[:, np.newaxis] * ONE)
+    assert "position of joint 1 is 3.02" in again
+
+
 @pytest.mark.parametrize(
     ("kind", "distance", "seconds"),
     [  # of the quintic from rest to rest: 15/8 d/T, 10/sqrt(3) d/T^2, 60 d/T^3

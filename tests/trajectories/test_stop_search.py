@@ -60,6 +60,17 @@ def test_a_search_evaluates_a_bounded_number_of_profiles():
         assert s_dot.min() >= -1e-9 and s_ddot.min() >= -5.0 * (1.0 + 1e-6)
 
 
+@pytest.mark.parametrize(("speed", "steps"), [(0.005, 10), (0.05, 100), (1.0, 200), (9.0, 250)])
+def test_a_stop_has_enough_steps_for_its_shape_but_a_bounded_number(speed, steps):
+    model = pendulum(acceleration=5.0, jerk=5e4, velocity=10.0)
+    path = StraightPath(np.zeros(1), 20.0 * np.ones(1))
+    limited = LimitedPath(path.evaluate, PathLimits(model.limits, path.limits), 1.0)
+    profile = next(stop_profiles(limited, (0.0, speed / 20.0, 0.0)))
+    assert steps <= len(profile.segments) <= steps + 5
+    exact = speed / 5.0 + 1e-4  # v / a + a / j
+    assert profile.duration == pytest.approx(exact, rel=0.015)
+
+
 def test_where_the_path_ends_before_a_stop_there_is_none():
     model = pendulum(acceleration=5.0)  # a stop takes 0.1 rad
     assert not list(stop_profiles(straight(model), (0.95, 1.0, 0.0)))

@@ -219,6 +219,13 @@ def test_lost_cycles_are_passed_over_only_where_the_arm_extrapolates(
     check_written(device, model.limits)
 
 
+def test_readings_that_repeat_a_time_are_no_lost_cycles_afterwards(model, motion):
+    device = Device(motion[0], {200: stands(3), 230: jump(5 * STEP), 260: stands(2)})
+    shared = run(device, motion, model.limits)
+    assert not shared.problem and shared.header[Field.LOST] == 5
+    check_written(device, model.limits)
+
+
 @pytest.mark.parametrize("period", [5e-4, 2.5e-3, 1e-2])
 def test_an_arm_of_any_period_gets_the_motion_in_its_own_time(model, motion, period):
     device = Device(motion[0])
