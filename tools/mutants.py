@@ -119,6 +119,15 @@ ARGUED = {
     '"colour": (0.11, 0.46': "a colour",
     "_CACHED = 256  # cached lists": "how many results a cache keeps",
     "_started = 0.0  # [s] simulated": "set at each start, before anything reads it",
+    "divisor = np.where(moves, factors,": "its quotients are left out where nothing moves",
+    "restarts: int = 9": "how many initial guesses: one more or less is none the worse",
+    "_settling = True, -1": "one control step of many later",
+    "int(position + 9": "rounding is a thousand times smaller",
+    "acceleration**0.25": "the same slowdown within 0.1 %, in more of its iterations",
+    "_FIRST_FACTOR = 0.35": "start of a bisection, which ends within 3 % of the same scale",
+    "every * intervals + 1), 0)[-1]": "there is one, without derivatives",
+    "QUICK_REFINEMENTS = 5": "how many attempts: one more or less is none the worse",
+    "SMALL_SLOWDOWN = -1.01": "one more search where at most 1 % can be won",
 }
 """Changes that cannot matter, by a part of the line before or after them, and why."""
 

@@ -34,9 +34,8 @@ class RRTConnect:
     def plan(self, problem: PlanningProblem) -> PlanningResult:
         """Search for a path from the start to one of the goals."""
         lower, upper = problem.bounds()
-        capacity = 2 * self.samples + len(problem.goals) + 1
-        start_tree = _Tree(problem.start[np.newaxis], capacity)
-        goal_tree = _Tree(problem.goals, capacity)
+        start_tree = _Tree(problem.start[np.newaxis], self.samples)
+        goal_tree = _Tree(problem.goals, self.samples)
         tree, other = start_tree, goal_tree
         for count in range(self.samples):
             sample = tree.sample(lower, upper, problem.rng)

@@ -196,6 +196,9 @@ def test_restored_guard_detects_at_the_same_step(bench):
     bench.cell.restore(states[0])
     bench.arm.set_state(states[1])
     assert bench.until_detected(30) == first
+    unguarded = Arm(bench.arm.robot, model=bench.arm.model)
+    unguarded.set_state(states[1])
+    assert unguarded.get_state() == {**states[1], "guard": None}
 
 
 def test_the_load_of_an_arm_that_accelerates_fast_is_exact_up_to_dry_friction(bench, rng):

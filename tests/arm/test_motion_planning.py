@@ -9,11 +9,15 @@ from bt_manip.arm.motion_planning import (
     FollowRequest,
     PlanningScene,
     PoseRequest,
+    ServoRequest,
     ToolPathRequest,
+    _scaled,
     plan,
 )
 from bt_manip.planning import LineTo
+from bt_manip.trajectories import JointTrajectory, MotionProfile
 from tests.measuring.scenes import free_start, wall
+from tests.trajectories.pendulum import pendulum
 
 
 @pytest.fixture(scope="module")
@@ -45,10 +49,11 @@ def test_equal_arguments_give_the_same_trajectory(walled, kind, moving, speed_sc
     if moving:
         arm.move_to_pose(right)
         for _ in range(150):
-            arm.advance(1e-3)
+            arm.follower.advance(1e-3)  # nothing is simulated: it would not follow
     arm.speed_scale = speed_scale
-    for _ in range(20):
-        arm.advance(1e-3)
+    for _ in range(20 if moving else 0):
+        arm.follower.advance(1e-3)
+    assert arm.moving == moving
     request = request_of(kind, arm, start, right)
     scene = PlanningScene(arm.model, arm.ik, arm.world, arm.planner)
     state = arm.follower.state
@@ -70,3 +75,28 @@ def test_requests_of_the_arm_are_planned_by_that_function(walled):
     )
     arm.move_to_pose(right)
     assert arm.trajectory.get_state() == motion.trajectory.get_state()
+
+
+def test_a_moving_arm_stops_at_a_request_of_velocities_beyond_its_limits(walled):
+    arm, start, _ = walled
+    arm.reset(start)
+    scene = PlanningScene(arm.model, arm.ik, arm.world, arm.planner)
+    request = ServoRequest(1.1 * arm.model.limits.velocity, 0.2, False)
+    assert plan(request, arm.follower.state, scene, np.random.default_rng(0)) is None
+    arm.move_to_configuration(start + 0.2)
+    for _ in range(50):
+        arm.follower.advance(1e-3)
+    motion = plan(request, arm.follower.state, scene, np.random.default_rng(0))
+    assert motion.stops and motion.trajectory.duration < 0.3
+
+
+def test_a_motion_whose_speed_cannot_be_changed_yet_goes_on_and_is_changed_later():
+    # It brakes at the limit of 4 rad/s2 all the time: any s_ddot below 0 would exceed that.
+    model = pendulum(acceleration=4.0, effort=1e4, jerk=1e4)
+    braking = JointTrajectory([MotionProfile([[0.0, 0.0, 2.0, -4.0, 0.0]], 0.5, 0.5)])
+    motion = _scaled(braking, 1.0, 0.0, 0.5, model)
+    assert motion.trajectory is braking and motion.lagging
+    assert _scaled(braking, 1.0, 0.1, 0.5, model) is None  # this change cannot just end
+    slower = _scaled(braking, 0.999, 0.0, 0.5, model)
+    assert slower.trajectory.duration == pytest.approx(0.5 / 0.999) and slower.lagging
+    assert not _scaled(braking, 0.5, 0.0, 0.4, model).lagging

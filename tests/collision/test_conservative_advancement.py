@@ -5,9 +5,13 @@ from functools import cache
 import mujoco
 import numpy as np
 import pytest
+from dm_control import composer, mjcf
 
+from bt_manip import spatial
+from bt_manip.cell import Cell
 from bt_manip.collision import CollisionWorld, FreeSpace
 from bt_manip.collision.conservative_advancement import Boxes, box_distance
+from bt_manip.grippers import TwoFingerGripper
 from bt_manip.planning import discretize_segment
 from bt_manip.plugins import load_plugins
 from bt_manip.robots import Robot, panda
@@ -66,6 +70,33 @@ def test_inflated_bodies_are_inflated_for_conservative_advancement_too(rng):
         assert known > 0.6 * found
         free.append(found)
     assert free[1] < free[0]
+
+
+class Wall(composer.Entity):
+    """An infinite plane."""
+
+    def _build(self) -> None:
+        self._root = mjcf.RootElement(model="wall")
+        self._root.worldbody.add("geom", type="plane", size=(1.0, 1.0, 0.1))
+
+    @property
+    def mjcf_model(self) -> mjcf.RootElement:
+        return self._root
+
+
+def test_planes_are_infinite_for_conservative_advancement_too(rng):
+    cell, robot = Cell(), Robot(panda(), gripper=TwoFingerGripper)
+    cell.add(robot, free=False)
+    facing = spatial.pose((0.5, 0.0, -8.0), (np.sqrt(0.5), 0.0, -np.sqrt(0.5), 0.0))  # towards -x
+    with cell.editing():
+        cell.add(Wall(), facing, free=False)
+    mujoco.mj_forward(cell.model, cell.data)
+    world = CollisionWorld(robot, robot.make_model())
+    clearance = np.where(world.checked_pairs, 0.0, -np.inf)
+    resting = rng.uniform(*panda_limits(), size=(300, 7))
+    known = np.array([world.known_free(np.tile(q, (40, 1)), clearance).all() for q in resting])
+    free = np.array([not world.collisions(q) for q in resting])
+    assert not (known & ~free).any() and 50 < known.sum() > 0.7 * free.sum()
 
 
 @pytest.mark.soak

@@ -62,6 +62,8 @@ def test_it_gives_up_after_a_number_of_samples():
     found = RRTConnect(samples=50).plan(plane(lambda q: abs(q[0]) > 0.2))
     assert not len(found.path)
     assert found.samples == 50 and "50 samples" in found.reason
+    in_one = RRTConnect(samples=1).plan(plane(lambda q: True, goals=((1.0, 0.0), (1.0, 0.5))))
+    assert in_one.samples == 1 and len(in_one.path) == 3
 
 
 def test_multi_turn_joints_are_sampled_near_start_and_goals():

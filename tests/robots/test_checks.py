@@ -63,6 +63,14 @@ def test_every_rotation_of_the_exponential_map_is_returned_as_a_copy():
     for about in np.random.default_rng(0).normal(size=(20, 3)):
         R = pin.exp3(about)
         assert np.array_equal(checks.check_rotation(R), R) and checks.check_rotation(R) is not R
+        for i in range(3):  # along each axis, 3e-6 rad and of the length are too much
+            for by in (3e-6, -3e-6):
+                for off in (
+                    by * np.outer(np.eye(3)[i], R[i]),
+                    by * np.outer(np.eye(3)[i], R[i - 1]),
+                ):
+                    with pytest.raises(MotionError, match="right-handed unit axes"):
+                        checks.check_rotation(R + off)
     q = np.zeros(7)
     assert checks.check_configuration(q, 7) is not q
 
@@ -70,8 +78,9 @@ def test_every_rotation_of_the_exponential_map_is_returned_as_a_copy():
 def test_a_pose_with_an_invalid_rotation_or_position_is_refused():
     T = pin.SE3.Identity()
     assert checks.check_pose(T) is T
-    with pytest.raises(MotionError, match="right-handed unit axes"):
-        checks.check_pose(pin.SE3(np.diag([1.0, 1.0, -1.0]), np.zeros(3)))
+    for diagonal in ([1.0, 1.0, -1.0], [0.5, 1.0, 0.5], [1.0, 0.5, 0.5]):
+        with pytest.raises(MotionError, match="right-handed unit axes"):
+            checks.check_pose(pin.SE3(np.diag(diagonal), np.zeros(3)))
     with pytest.raises(MotionError, match="right-handed unit axes"):
         checks.check_pose(pin.SE3(np.full((3, 3), np.nan), np.zeros(3)))
     with pytest.raises(MotionError, match="position of the pose must be finite"):

@@ -6,6 +6,7 @@ import pinocchio as pin
 import pytest
 from dm_control import composer, mjcf
 
+from bt_manip import spatial
 from bt_manip.grippers import TwoFingerGripper, two_finger_gripper
 from bt_manip.robots import (
     Robot,
@@ -81,6 +82,25 @@ def test_the_model_knows_where_the_robot_stands(rng):
     robot.set_configuration(q)
     physics.forward()
     assert model.pose(q).isApprox(robot.tool_pose, 1e-9)
+
+
+@pytest.mark.parametrize("frame", ["tool", "hand"])  # a site and a body
+def test_the_tool_may_be_offset_from_its_frame_in_the_model(frame):
+    T_ft = spatial.pose((0.02, -0.01, 0.05), (0.9, 0.1, -0.3, 0.2))
+    at, off = (
+        Robot(dataclasses.replace(panda(), tool_frame=frame, T_ft=T))
+        for T in (pin.SE3.Identity(), T_ft)
+    )
+    for robot in (at, off):
+        compile_alone(robot)
+    assert off.tool_pose.isApprox(at.tool_pose * T_ft, 1e-9)
+    assert off.make_model().pose(off.q).isApprox(off.tool_pose, 1e-9)
+
+
+def test_a_gripper_class_is_ignored_for_a_description_without_a_gripper():
+    assert (
+        Robot(dataclasses.replace(panda(), gripper=None), gripper=TwoFingerGripper).gripper is None
+    )
 
 
 def test_an_episode_starts_at_home_with_the_gripper_open():

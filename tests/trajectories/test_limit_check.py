@@ -1,5 +1,7 @@
 """Used fractions of limits."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -64,6 +66,8 @@ def test_a_joint_beyond_its_limit_may_stay_there_but_not_go_out_again():
     assert limits.setpoints_problem(before, np.array([3.01, 3.0])[:, np.newaxis] * ONE) == ""
     again = limits.setpoints_problem(before, np.array([3.01, 3.02])[:, np.newaxis] * ONE)
     assert "position of joint 1 is 3.02" in again
+    boxed = replace(LIMITS, box=np.zeros((2, 3)))  # of a tool that no arm places yet
+    assert boxed.leaving(np.zeros((2, 2))) == ""
 
 
 @pytest.mark.parametrize(

@@ -7,9 +7,10 @@ from bt_manip.trajectories.reachability import time_optimal_velocities
 
 
 @pytest.mark.parametrize("side", [-1.0, 1.0])
-def test_a_bend_within_one_step_slows_the_motion_there_and_stops_it_nowhere(side):
+@pytest.mark.parametrize("rate", [1e-2, -1e-2, 0.0])
+def test_a_bend_within_one_step_slows_the_motion_there_and_stops_it_nowhere(rate, side):
     # A joint that hardly moves, limits of 1 on either side, bends at one of 121 points.
-    rates, squares = np.tile([1.0, 1e-2], (121, 1)), np.zeros((121, 2))
+    rates, squares = np.tile([1.0, rate], (121, 1)), np.zeros((121, 2))
     squares[60, 1] = 50.0 * side
     limits, most = np.ones((121, 2)), np.full(121, 0.5)
     z = time_optimal_velocities(rates, squares, limits, limits, most)

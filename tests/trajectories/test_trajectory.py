@@ -8,6 +8,7 @@ import pytest
 from bt_manip.exceptions import MotionError
 from bt_manip.robots import JointLimits
 from bt_manip.trajectories import (
+    BlendedTrajectory,
     JointTrajectory,
     PathTrajectory,
     SequenceTrajectory,
@@ -61,7 +62,15 @@ def time_scaled():
     return TimeScaledTrajectory(straight_trajectory(), rise)
 
 
-KINDS = [joint_trajectory, straight_trajectory, spline_trajectory, sequence, tail, time_scaled]
+def blended():
+    first = straight_trajectory()
+    q, v, a = (rows[0] for rows in first.sample(np.array([0.6])))
+    return BlendedTrajectory([first, joint_trajectory((q, v, a), (0.3, 0.4))], [0.0, 0.6])
+
+
+KINDS = [
+    joint_trajectory, straight_trajectory, spline_trajectory, sequence, tail, time_scaled, blended
+]  # fmt: skip
 
 
 @pytest.fixture(params=KINDS, ids=lambda make: make.__name__)
@@ -76,6 +85,15 @@ def test_velocity_and_acceleration_are_the_time_derivatives(trajectory):
     assert np.abs((q1 - q0) / (2 * h) - v).max() < 1e-8 * 100
     inside = np.abs((v1 - v0) / (2 * h) - a)
     assert np.median(inside) < 1e-6 and inside.max() < 100 * h  # the jerk jumps by 100 at most
+
+
+def test_the_jerk_jumps_at_breakpoints_only(trajectory):
+    h = 1e-4
+    times = np.arange(0.0, trajectory.duration - h, h)
+    jerk = np.diff(trajectory.sample(times)[2], axis=0) / h
+    jumps = times[1:-1][(np.abs(np.diff(jerk, axis=0)) > 4.0).any(axis=1)]
+    apart = np.abs(jumps[:, np.newaxis] - trajectory.breakpoints()).min(axis=1)
+    assert len(jumps) > 1 and apart.max() < 5e-3
 
 
 def test_it_is_at_rest_exactly_at_its_end(trajectory):
