@@ -11,13 +11,10 @@ from bt_manip.arm.motion_planning import (
     PoseRequest,
     ServoRequest,
     ToolPathRequest,
-    _scaled,
     plan,
 )
 from bt_manip.planning import LineTo
-from bt_manip.trajectories import JointTrajectory, MotionProfile
 from tests.measuring.scenes import free_start, wall
-from tests.trajectories.pendulum import pendulum
 
 
 @pytest.fixture(scope="module")
@@ -90,13 +87,16 @@ def test_a_moving_arm_stops_at_a_request_of_velocities_beyond_its_limits(walled)
     assert motion.stops and motion.trajectory.duration < 0.3
 
 
-def test_a_motion_whose_speed_cannot_be_changed_yet_goes_on_and_is_changed_later():
-    # It brakes at the limit of 4 rad/s2 all the time: any s_ddot below 0 would exceed that.
-    model = pendulum(acceleration=4.0, effort=1e4, jerk=1e4)
-    braking = JointTrajectory([MotionProfile([[0.0, 0.0, 2.0, -4.0, 0.0]], 0.5, 0.5)])
-    motion = _scaled(braking, 1.0, 0.0, 0.5, model)
-    assert motion.trajectory is braking and motion.lagging
-    assert _scaled(braking, 1.0, 0.1, 0.5, model) is None  # this change cannot just end
-    slower = _scaled(braking, 0.999, 0.0, 0.5, model)
-    assert slower.trajectory.duration == pytest.approx(0.5 / 0.999) and slower.lagging
-    assert not _scaled(braking, 0.5, 0.0, 0.4, model).lagging
+def test_a_motion_whose_speed_cannot_be_changed_yet_goes_on_and_is_changed_later(walled):
+    arm, start, _ = walled
+    arm.reset(start)
+    goal = start + np.array([0.2, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    arm.move_to_configuration(goal)
+    while arm.a[0] > -0.99 * arm.model.limits.acceleration[0]:
+        arm.follower.advance(1e-3)
+    # It brakes at the limit: braking along the trajectory too would exceed that.
+    scene = PlanningScene(arm.model, arm.ik, arm.world, arm.planner)
+    state = arm.follower.state._replace(speed_scale=0.1)
+    motion = plan(ConfigurationRequest(goal, 1.0), state, scene, np.random.default_rng(0))
+    assert motion.lagging
+    assert motion.trajectory.duration == pytest.approx(arm.remaining, abs=2e-3)

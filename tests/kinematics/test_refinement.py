@@ -11,8 +11,9 @@ from bt_manip.kinematics import (
     RotationTarget,
     manipulability,
 )
-from bt_manip.kinematics.refinement import _newton_step
-from bt_manip.kinematics.secondary_objectives import QuadraticModel
+from bt_manip.kinematics.refinement import refine
+from bt_manip.kinematics.residuals import StackedResidual
+from bt_manip.kinematics.secondary_objectives import QuadraticModel, SecondaryObjectives
 from tests.measuring.kinematics import position_error, rotation_error
 
 DOWN = spatial.pointing_down([0.45, 0.1, 0.3], 0.4)
@@ -83,15 +84,22 @@ def test_the_nearest_solution_is_a_minimum_in_the_null_space(model, ik, rng):
     assert abs(slope) < 0.02
 
 
-def test_a_step_is_damped_by_the_largest_curvature_and_solves_the_rest_where_a_joint_ends():
-    hessian = np.diag([0.0, 2.0, 4.0, 3.0]) + 0.5 * np.eye(4)[::-1]
-    here = QuadraticModel(0.0, np.array([0.3, -2.0, 0.5, 0.4]), hessian)
-    rows = np.array([[1.0, 1.0, 2.0, 0.0], [0.0, 1.0, 0.0, 2.0]])
-    for bound in (0.7, 0.1):  # [rad] of the second joint
-        system = np.block([[hessian + 0.3 * 4.0 * np.eye(4), rows.T], [rows, np.zeros((2, 2))]])
-        right = np.append(-here.gradient, [0.0, 0.0])
-        if bound == 0.1:
-            system[1], right[1] = np.eye(6)[1], bound
-        upper = np.array([0.7, bound, 0.7, 0.7])
-        step = _newton_step(here, rows, np.zeros(4), 0.3, -upper, upper)
-        assert step == pytest.approx(np.linalg.solve(system, right)[:4], abs=1e-8)
+def test_a_joint_on_which_a_cost_does_not_depend_stays_and_bounds_are_the_ends_of_others(model):
+    home, hessian = model.home, np.diag([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0])
+    hessian[1, 2] = hessian[2, 1] = 0.5
+
+    class Bowl(SecondaryObjectives):
+        def __init__(self):
+            pass
+
+        def expand(self, constraints):
+            offset = constraints.q - home - 0.3
+            gradient = hessian @ offset + 1e-15  # of rounding
+            return QuadraticModel(0.5 * float(offset @ hessian @ offset), gradient, hessian)
+
+    upper = home + np.array([3.0, 0.1, 3.0, 3.0, 3.0, 3.0, 3.0])
+    found = refine(StackedResidual(model, []), Bowl(), home, home - 3.0, upper)
+    # The second joint ends 0.2 before the minimum: 2 x - 0.5 * 0.2 = 0 for the third one beyond it.
+    expected = home + np.array([0.0, 0.1, 0.35, 0.3, 0.3, 0.3, 0.3])
+    assert found.q == pytest.approx(expected, abs=1e-4)
+    assert found.cost == pytest.approx(0.5 * (0.2**2 - 0.5 * 0.2 * 0.05 * 2 + 2.0 * 0.05**2))
