@@ -56,6 +56,20 @@ def test_paused_arm_rests_on_its_path_and_arrives_when_resumed(arm, watch, ask):
     assert max(distance(path, q) for q, *_ in watch.rows) < 1e-4
 
 
+def test_the_travelled_path_ends_within_its_spacing_of_the_arm_at_every_step(arm):
+    joints(arm)
+    while arm.moving:
+        arm.advance(1e-3)
+        travelled = arm.follower.travelled
+        assert np.abs(travelled[-1] - arm.q).max() < 0.02
+        assert np.abs(np.diff(travelled, axis=0)).max(initial=0.0) < 0.025  # and 2.6 mrad a step
+    arm.move_to_configuration(GOAL - 1.2 * np.eye(7)[0])
+    while arm.moving:
+        arm.advance(1e-3)
+    back = arm.follower.travelled[:, 0] - GOAL[0]  # the path of the last 1.3 rad
+    assert len(back) <= 64 and back.max() > -0.02 and back.min() < -1.18
+
+
 def test_a_lower_speed_scale_lengthens_the_present_and_later_motions(arm, watch):
     joints(arm)
     full = arm.remaining

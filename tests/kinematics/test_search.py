@@ -193,15 +193,26 @@ def test_following_names_the_joint_at_its_limit(model, ik):
     assert "joint7 at the limit" in found.reason
 
 
-def test_the_iterations_of_a_failed_search_are_those_of_all_its_descents(walled, monkeypatch):
-    counted, descend = [], search.levenberg_marquardt
+def test_the_iterations_of_a_search_are_those_of_all_its_descents_and_refinements(
+    walled, monkeypatch
+):
+    counted = []
 
-    def counting(*given, **options):
-        counted.append(descend(*given, **options))
-        return counted[-1]
+    def counting(search_from):
+        def count(*given, **options):
+            counted.append(search_from(*given, **options))
+            return counted[-1]
 
-    monkeypatch.setattr(search, "levenberg_marquardt", counting)
+        return count
+
+    for name in ("levenberg_marquardt", "refine"):
+        monkeypatch.setattr(search, name, counting(getattr(search, name)))
     ik = walled.ik
+    costs = PositionTarget("panda/tool", [0.4, 0.3, 0.5], weight=1.0)
+    result = ik.solve(IKProblem(targets=costs), ik.model.home)
+    assert result.solved and len(counted) > 2
+    assert result.iterations == sum(end.iterations for end in counted) > 0
+    counted.clear()
     away = PositionTarget("panda/tool", [2.0, 0.0, 0.5])
     result = ik.follow(IKProblem(targets=away), ik.model.home)
     assert not result.solved

@@ -26,3 +26,23 @@ def test_the_speed_changes_in_the_time_of_the_textbook_and_the_end_is_reached_th
     assert np.gradient(s, t)[1:-1] == pytest.approx(s_dot[1:-1], abs=1e-4)
     driven = np.diff(t) @ (s_dot[1:] + s_dot[:-1]) / 2.0
     assert driven == pytest.approx(2.0 - 1.5, rel=1e-3)
+
+
+def test_damping_leaves_less_effort_for_a_change_of_the_speed():
+    # 95 % of the effort, less the damping at 1 rad/s, turn 2 kg m2 by 4 rad/s2.
+    model = pendulum(acceleration=1e3, effort=(2.0 * 4.0 + 5.0) / 0.95, damping=5.0, jerk=1e4)
+    change = change_speed_scale(TURNING, (1.0, 0.2, 0.0), 1.0, model)
+    t = np.linspace(0.0, 0.5, 5001)
+    s_ddot = change.trajectory.time_scaling.sample(t)[2]
+    assert change.near_optimal and np.abs(s_ddot).max() == pytest.approx(4.0, rel=0.01)
+
+
+def test_a_rise_from_rest_that_only_the_jerk_limits_keeps_it_and_takes_not_twice_as_long():
+    model = pendulum(acceleration=1e3, effort=1e4, jerk=60.0)
+    change = change_speed_scale(TURNING, (0.5, 0.0, 0.0), 1.0, model)
+    t = np.arange(0.0, change.trajectory.duration, 1e-3)
+    s_ddot = change.trajectory.time_scaling.sample(t)[2]
+    assert np.abs(np.diff(s_ddot)).max() <= 1e-3 * 60.0
+    shortest = 2.0 * np.sqrt(1.0 / 60.0)  # of the jerk up, and down again
+    assert shortest <= t[np.abs(s_ddot) > 1e-6].max() + 2e-3 < 2.0 * shortest
+    assert not change.near_optimal
