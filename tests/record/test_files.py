@@ -77,9 +77,9 @@ def test_a_file_that_another_process_writes_is_neither_opened_nor_changed(tmp_pa
     path = tmp_path / "run.mcap"
     first = open_output(path)
     first.write(b"of the first")
-    with pytest.raises(FileInUseError, match=r"run.mcap' cannot be written: another process is"):
+    with pytest.raises(FileInUseError, match=r"run.mcap' cannot be written: it is being"):
         open_output(path)
-    with pytest.raises(BtManipError, match="recording '.*' cannot be written: another process is"):
+    with pytest.raises(BtManipError, match="recording '.*' cannot be written: it is being"):
         check_writable(path, "recording")
     assert path.read_bytes() == b"of the first"
     first.close()

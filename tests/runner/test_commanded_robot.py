@@ -11,11 +11,11 @@ from bt_manip.runner import RunObserver, RunRequest, find_tree, prepare
 
 TREE = """
 <root BTCPP_format="4"><BehaviorTree ID="Switched"><Sequence>
-  <Lift height="-0.1"/>
+  <Approach distance="0.1"/>
   <SwitchController controller="gravity_compensated_pd"/>
   <Lift height="0.1" speed="0.5"/>
   <SwitchController/>
-  <Lift height="-0.1"/>
+  <Approach distance="0.1"/>
   <SwitchController controller="gravity_compensated_pd"/>
   {last}
 </Sequence></BehaviorTree></root>
