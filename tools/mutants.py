@@ -127,6 +127,10 @@ ARGUED = {
     "_FIRST_FACTOR = 0.35": "start of a bisection, which ends within 3 % of the same scale",
     "every * intervals + 1), 0)[-1]": "there is one, without derivatives",
     "QUICK_REFINEMENTS = 5": "how many attempts: one more or less is none the worse",
+    "LIMIT_FRACTIONS = (0.995, 0.97, 0.9, 1.6": "tried in turn; what is beyond limits is left out",
+    "[bound > (largest)]": "a tool slower than its limit needs no finer value",
+    "_setpoints = np.empty((0, 3": "no rows, of any length",
+    "number = int((position))": "the cubic just before a setpoint gives this setpoint",
     "SMALL_SLOWDOWN = -1.01": "one more search where at most 1 % can be won",
 }
 """Changes that cannot matter, by a part of the line before or after them, and why."""

@@ -35,15 +35,7 @@ from .trajectory import TimeScaledTrajectory, Trajectory, sample_times
 POINTS = 160  # of the rest of the trajectory at which the limits are evaluated
 SMOOTHING_STEP = 5e-3  # [s] s_ddot is averaged over two steps and linear in between
 MAX_CHANGE_STEPS = 400  # of a change, which bounds its size
-LIMIT_FRACTIONS = (
-    0.995,
-    0.97,
-    0.9,
-    0.8,
-    0.6,
-    0.4,
-    0.2,
-)  # fractions of the limits, tried in turn
+LIMIT_FRACTIONS = (0.995, 0.97, 0.9, 0.8, 0.6, 0.4, 0.2)  # of the limits, tried in turn
 NEAR_OPTIMAL = 0.8  # smallest of these with which a change need not be improved
 RISE_TIMES = (0.05, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2)  # [s] from rest, tried where no margin succeeds
 OVERSHOOT = 1.001  # of the speed scale, where the speed of the tool is limited

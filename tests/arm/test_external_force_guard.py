@@ -1,6 +1,7 @@
 """External forces are detected within milliseconds, and motions alone cause no detection."""
 
 import json
+from types import SimpleNamespace
 
 import mujoco
 import numpy as np
@@ -9,8 +10,10 @@ import pytest
 from bt_manip import build_station, spatial
 from bt_manip.arm import Arm, ExternalForceGuard
 from bt_manip.arm.external_force_guard import (
+    CHECK_INTERVAL,
     FORCE_THRESHOLD,
     FRICTION_MARGIN,
+    IMPULSE_THRESHOLD,
     INITIAL_MARGIN,
     TORQUE_THRESHOLD,
     external_load,
@@ -25,6 +28,7 @@ from bt_manip.robots import Robot, panda
 from tests.measuring.disturbances import contacts
 from tests.robot_fixtures import Box
 from tests.support.small_arm import write_small_arm
+from tests.trajectories.pendulum import pendulum
 
 THERE = np.array([0.6, -0.3, 0.3, -2.0, 0.2, 1.8, 0.4])
 
@@ -211,6 +215,41 @@ def test_the_load_of_an_arm_that_accelerates_fast_is_exact_up_to_dry_friction(be
         error = np.abs(external_load(arm.robot, arm.model).values - torque)
         assert (error <= arm.model.friction + 0.1).all() and np.abs(arm.robot.a).max() > 100.0
         bench.reset()
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize(
+    ("impulse", "before", "now", "lag", "left"),
+    [  # multiples of the threshold: of the change, of the motors', and what nothing explains
+        (1.5, 0.0, 0.0, 0.0, 1.5),
+        (0.9, 0.0, 0.0, 0.0, None),
+        (1.5, 1.0, 0.0, 0.0, None),
+        (1.5, 0.0, 1.0, 0.0, None),
+        (2.5, 0.5, 1.0, 0.0, 1.5),
+        (1.5, -1.0, -1.0, 0.0, 1.5),
+        (1.5, 0.0, 0.0, 1.0, None),
+        (1.5, 0.0, 0.0, -1.0, 1.5),
+        (3.0, 0.0, 1.0, 0.5, 1.5),
+    ],
+)
+def test_an_impulse_is_what_neither_motors_nor_lag_explain(impulse, before, now, lag, left, side):
+    model, dt, inertia, still = pendulum(), 1e-3, 2.0, np.zeros(1)  # 2 kg on 1 m, no gravity
+    threshold = side * IMPULSE_THRESHOLD * torque_thresholds(model)
+    a_ref = -lag * threshold / (0.5 * dt * inertia)  # the arm lags it by half a step
+    tau = before * threshold / (CHECK_INTERVAL * dt)
+    robot = SimpleNamespace(
+        read_tau_external=None, read_q=lambda: still, read_v=lambda: still, a=tau / inertia,
+        read_tau=lambda: tau, read_a=lambda: robot.a,
+    )  # fmt: skip
+    guard = ExternalForceGuard(robot, model)
+    guard.begin(model, still, still)
+    after = now * threshold / (CHECK_INTERVAL * dt) + inertia * a_ref
+    v = impulse * threshold / inertia
+    robot.read_v, robot.read_tau, robot.a = lambda: v, lambda: after, after / inertia
+    found = guard.check(model, still, a_ref, dt)
+    assert (found is None) == (left is None)
+    if left is not None:
+        assert found.load.impact and found.load.values == pytest.approx(left * threshold)
 
 
 def test_weak_arms_tolerate_the_force_of_handling_an_object(parts, tmp_path):

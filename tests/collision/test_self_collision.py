@@ -11,8 +11,10 @@ from bt_manip.collision import (
     CollisionWorld,
     check_home,
     permanent_self_collisions,
+    self_collision,
     self_collisions,
 )
+from bt_manip.collision.self_collision import SelfCollision
 from bt_manip.exceptions import MotionError
 from bt_manip.robots import Robot, RobotDescription, RobotError, compile_alone
 
@@ -120,3 +122,13 @@ def test_an_arm_that_would_touch_itself_or_its_pedestal_fails_at_once(descriptio
         with pytest.raises(MotionError, match=f"'folding/arm/fore' .* inside 'folding/{own}'") as e:
             arm.move_to_configuration(np.array(target))
         assert e.value.reason == "collision"
+
+
+def test_of_many_pairs_the_deepest_are_listed_and_the_others_counted(description, monkeypatch):
+    pairs = [SelfCollision("a", f"b{i}", 0.1 - 0.01 * i) for i in range(7)]
+    monkeypatch.setattr(self_collision, "self_collisions", lambda world, q: pairs)
+    with pytest.raises(
+        RobotError, match=r"100.0 mm inside 'b0'.* 70.0 mm .*3 more pairs"
+    ) as raised:
+        check_home(world_of(description))
+    assert str(raised.value).count("mm inside") == 4

@@ -91,5 +91,9 @@ def test_the_first_joint_outside_its_limits_is_named():
     one = np.ones(3)
     limits = MotionLimits(-one, one, one, one, one, one)
     limits.checked(one)
+    for side in (-one, one):
+        assert limits.contain(side) and limits.contain(1.09 * side, 0.1)
+        assert not limits.contain(1.01 * side) and not limits.contain(1.11 * side, 0.1)
+        assert limits.contain(0.89 * side, -0.1) and not limits.contain(0.91 * side, -0.1)
     with pytest.raises(MotionError, match="joint 2 cannot go to 1.5000 rad: its limits are -1.0"):
         limits.checked(np.array([0.0, 1.5, -2.0]))

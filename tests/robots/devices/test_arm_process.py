@@ -11,6 +11,8 @@ from bt_manip.robots import ArmDevice, DeviceState
 from bt_manip.robots.connection_worker import ArmWorker, Field, SharedReadings, state_problem
 from bt_manip.trajectories import sample_times, time_parameterize_segment
 
+pytestmark = pytest.mark.filterwarnings("error")  # such as of a division by zero
+
 STEP = 1e-3
 BEGUN, FIRST = 5.0, 30  # [s] of the arm's clock when it is connected, and a motion's setpoint
 TOLERANCE = 1.01
