@@ -1,6 +1,7 @@
 """The scripts around the tick of a node: pre- and post-conditions."""
 
 from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
 from bt_manip.bt.script.evaluation import Environment, is_true
@@ -10,16 +11,18 @@ from bt_manip.bt.status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, NodeSta
 if TYPE_CHECKING:
     from bt_manip.bt.nodes.node import Node
 
-CONDITIONS: Final = {
-    "failure_if": "_failureIf",
-    "success_if": "_successIf",
-    "skip_if": "_skipIf",
-    "while_true": "_while",
-    "on_success": "_onSuccess",
-    "on_failure": "_onFailure",
-    "post": "_post",
-    "on_halted": "_onHalted",
-}
+CONDITIONS: Final = MappingProxyType(
+    {
+        "failure_if": "_failureIf",
+        "success_if": "_successIf",
+        "skip_if": "_skipIf",
+        "while_true": "_while",
+        "on_success": "_onSuccess",
+        "on_failure": "_onFailure",
+        "post": "_post",
+        "on_halted": "_onHalted",
+    }
+)
 """The scripts around a tick: their keyword in Python and their attribute in a document."""
 
 PreTick = Callable[["Node"], NodeStatus | None]
