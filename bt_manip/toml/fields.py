@@ -185,6 +185,9 @@ def write_fields(value: Any, folder: Path | None = None) -> dict[str, Any]:
     Args:
         value: The dataclass.
         folder: Folder of the file, to which paths are made relative; None keeps paths.
+
+    Raises:
+        TypeError: If a value is of another type than its key, with the key.
     """
     found: dict[str, Any] = {}
     for entry in entries_of(type(value)):

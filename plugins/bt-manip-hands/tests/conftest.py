@@ -24,23 +24,3 @@ def hand_models(menagerie, tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("MENAGERIE_ROOT", str(folder))
         yield folder
-
-
-@pytest.fixture
-def check_held():
-    """Give a check that all know of the held object, and that a state continues to the last bit."""
-
-    def check(station):
-        world = station.arm.world
-        world.refresh()
-        assert world.held == "thing" and not world.collisions(station.robot.q)
-        summary = station.cell.contact_monitor.summary()
-        assert summary.unexpected == () and summary.held == ("thing",)
-        state, ends = station.get_state(), []
-        for _ in range(2):
-            station.cell.step(100)
-            ends.append(station.cell.state_bytes())
-            station.set_state(state)
-        assert ends[0] == ends[1]
-
-    return check

@@ -22,6 +22,7 @@ from bt_manip.cell.objects import Box, Cube, Cylinder, Sphere
 from bt_manip.robots import RobotError
 from bt_manip.spatial import pose
 from bt_manip_hands.hand import Hand
+from tests.support.held import check_held
 
 pytestmark = pytest.mark.usefixtures("hand_models")
 
@@ -75,9 +76,7 @@ def test_it_drops_at_least_15_of_20_cubes_of_6_cm_into_the_basket(put):
     [Box(size=(0.08, 0.05, 0.06)), Cylinder(radius=0.03, height=0.08), Sphere(radius=0.035)],
     ids=lambda entity: entity.kind,
 )
-def test_it_picks_other_shapes_which_is_known_to_everybody_and_in_its_state(
-    put, entity, check_held
-):
+def test_it_picks_other_shapes_which_is_known_to_everybody_and_in_its_state(put, entity):
     station, tree = put(entity), pick()
     assert station.run(tree).status is NodeStatus.SUCCESS, tree.tip().feedback_message
     assert station.gripper.held == ("thing",)

@@ -25,6 +25,7 @@ from bt_manip.robots import RobotError, read_description
 from bt_manip.spatial import pointing_down, pose
 from bt_manip_contracts import ROBOT_CONTRACT, RobotCase
 from bt_manip_hands import SuctionGripper, suction_gripper
+from tests.support.held import check_held
 from tests.support.models import ROBOTS
 from tests.support.program import run_program
 
@@ -154,9 +155,7 @@ def test_a_cup_over_an_edge_does_not_seal(station):
     assert grasp.feedback_message == "the gripper closed without gripping 'thing'"
 
 
-def test_what_it_holds_is_known_to_everybody_goes_on_from_a_state_and_is_set_down(
-    station, check_held
-):
+def test_what_it_holds_is_known_to_everybody_goes_on_from_a_state_and_is_set_down(station):
     picked(station, Box(size=(0.05, 0.05, 0.05), mass=0.3))
     assert station.arm.payload.mass == pytest.approx(0.3)
     check_held(station)
