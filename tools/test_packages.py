@@ -41,6 +41,7 @@ MODELS = {
 """Environment variables of folders beside the checkout."""
 
 PYTEST = ("-m", "pytest", "-q", "-p", "no:cacheprovider", "--import-mode=importlib")
+PYTEST += ("-p", "tests.support.garbage")  # it runs seldom
 PYTEST += ("-m", "not soak", "-o", "markers=soak")  # what takes minutes has its own time
 TWO_PROCESSES = ("-n", "2", "--dist", "loadfile")
 
