@@ -40,7 +40,9 @@ class Press(MotionBehaviour):
     memory = (*MotionBehaviour.memory, "_since", "_outcome", "_limit", "_last_force")
 
     object = Input(str, doc="Name of the button.")
-    depth = Input(float, default=0.016, doc="Depth of the reference below the cap's top [m].")
+    depth = Input(
+        float, default=0.016, doc="Depth of the reference below the cap's top [m].", above=0.0
+    )
     hold = Input(float, default=0.3, doc="Time for which it is held down [s].", at_least=0.0)
     max_force = number_or_auto(
         "Largest allowed contact force [N]; auto: 40, or 0.8 of the arm's maximum force if lower."

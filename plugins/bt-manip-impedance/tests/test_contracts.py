@@ -23,7 +23,7 @@ test_contracts = contracts_of(
         "Press": Example(
             ports={"object": "button", "hold": 0.05, "speed": 0.3, "max_force": 80.0},
             start=OVER_THE_BUTTON,
-            fails=({"object": "table"}, {"max_force": 0.5}),
+            fails=({"object": "table"}, {"max_force": 0.5}, {"depth": -0.01}),
         ),
         "IsReleased": Example(ports={"object": "button"}, start=OVER_THE_BUTTON),
         "WasPressed": Example(ports={"object": "button"}, start=OVER_THE_BUTTON, status="FAILURE"),
