@@ -48,9 +48,10 @@ function makeTimeline(element, page) {
     link({ at: time });
   }
 
+  // Few decimals would name the state after the one that is shown.
   function link(values) {
     const parts = new URLSearchParams(location.hash.slice(1));
-    for (const [name, value] of Object.entries(values)) value === null ? parts.delete(name) : parts.set(name, +value.toFixed(3));
+    for (const [name, value] of Object.entries(values)) value === null ? parts.delete(name) : parts.set(name, +value.toFixed(6));
     history.replaceState(null, "", parts.size ? `#${parts}` : location.pathname);
   }
 
