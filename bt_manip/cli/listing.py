@@ -115,17 +115,19 @@ def _list_tasks(
     """Print a line for each task and robot as it is found.
 
     Raises:
-        BtManipError: If there is no such task or robot.
+        BtManipError: If there is no such task or robot, or the models of a named robot are missing.
     """
+    from bt_manip import spatial
     from bt_manip.evaluation import why_not
-    from bt_manip.scenes import find_robot
+    from bt_manip.runner import make_robot
+    from bt_manip.scenes import SceneRobot
 
     parts = plugins.parts
     if name is not None:
         parts.trees.get(name)  # raises if there is none
     chosen = robots or tuple(parts.robots.names())
-    for robot in chosen:
-        find_robot(robot, parts.robots)
+    for robot in robots:
+        make_robot(SceneRobot(spatial.pose((0.0, 0.0, 0.0)), description=robot), parts)
     tasks = parts.trees.names() if name is None else [name]
     if name is not None and not as_json:
         _print_levels(plugins, name)

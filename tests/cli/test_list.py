@@ -1,6 +1,10 @@
 """bt-manip list: what there is, and whose."""
 
+from pathlib import Path
+
 import pytest
+
+RAIL = Path(__file__).parents[1] / "robots" / "models" / "rail.toml"
 
 
 @pytest.mark.parametrize(
@@ -101,3 +105,12 @@ def test_tasks_are_listed_with_the_robots_that_can_do_them(bt_manip):
     assert "  scene.mass=2         * mass times 0.5 to 2" in levels
     drawn = bt_manip("list", "tasks", "pick_place", "--robot", "panda").out
     assert "  SpawnObject::2 draws pose\n" in drawn
+
+
+def test_a_named_robot_whose_model_is_missing_is_one_error_not_one_for_each_task(
+    bt_manip, tmp_path
+):
+    file = tmp_path / "arm.toml"
+    file.write_text(RAIL.read_text())  # away from its model
+    code, out, err = bt_manip("list", "tasks", "--robot", file)
+    assert (code, out, len(err.splitlines())) == (2, "", 1) and str(tmp_path) in err
