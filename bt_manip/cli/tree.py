@@ -133,8 +133,7 @@ def show(
 @click.option(
     "--check", "only_check", is_flag=True, help="Print which files would change, and change none."
 )
-@takes(ForeignTrees, name="foreign")
-def format_(files: tuple[Path, ...], only_check: bool, foreign: ForeignTrees) -> int:
+def format_(files: tuple[Path, ...], only_check: bool) -> int:
     """Rewrite documents in canonical form; comments, order and unknown attributes are kept.
 
     Nodes need not be known, whether they are declared or not.

@@ -77,4 +77,4 @@ def test_errors_of_a_library_are_told_once(bt_manip, folder):
 
 
 def test_formatting_needs_no_declarations(bt_manip, folder):
-    assert bt_manip("tree", "format", "tree.xml", "--check", "--stub-unknown").code == 0
+    assert bt_manip("tree", "format", "tree.xml", "--check").code == 0
