@@ -50,6 +50,11 @@ ODD_BODIES = """
   <actuator>
     <motor joint="jb" gear="3" armature=".05"/>
   </actuator>
+  <tendon>
+    <fixed name="t" armature=".3">
+      <joint joint="jc1" coef="-.5"/><joint joint="finger" coef="2"/>
+    </fixed>
+  </tendon>
 </mujoco>
 """
 ARM = ["ja", "jb", "jc1", "jc2"]
@@ -63,7 +68,9 @@ def odd():
 def test_odd_poses_frames_inertias_slides_and_references_come_out_exact(odd, rng):
     model = build_model(odd, joints=ARM)
     assert verify(odd, model, rng=rng, n=100).worst < EXACT
-    assert np.allclose(model.armature, [0.2, 9 * 0.05, 0.01, 0.01])  # times the gear squared
+    assert np.allclose(model.armature, [0.2, 9 * 0.05, 0.01 + 0.25 * 0.3, 0.01])  # by squares
+    assert model.lowerPositionLimit.tolist() == [-np.inf, -0.4, -np.inf, -np.inf]
+    assert model.upperPositionLimit.tolist() == [np.inf, 0.6, np.inf, np.inf]
     model.inertias[2] = pin.Inertia.Random()
     assert verify(odd, model, rng=rng, n=5).worst > 1e-3
 
@@ -108,6 +115,23 @@ def test_joints_that_make_no_arm_are_refused(odd, joints, message):
     two = f"<mujoco><worldbody>{body.format('a')}{body.format('b')}</worldbody></mujoco>"
     with pytest.raises(RobotError, match="not below body 'a'"):
         build_model(mujoco.MjModel.from_xml_string(two), joints=["ja", "jb"])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('joint="finger" coef', 'joint="jb" coef', "tendon #0 couples joints of the arm"),
+        ("fixed", "spatial", "tendon #0 has an armature and is spatial"),
+        ('motor joint="jb"', 'motor tendon="t"', "actuator #0 has an armature but is not on a"),
+    ],
+)
+def test_armature_that_is_not_of_single_joints_is_refused(old, new, message):
+    text = ODD_BODIES.replace(old, new)
+    if new == "spatial":
+        start, end = text.index("<joint joint="), text.index("</spatial>")
+        text = f'{text[:start]}<site site="on_a"/><site site="tool"/>{text[end:]}'
+    with pytest.raises(RobotError, match=message):
+        build_model(mujoco.MjModel.from_xml_string(text), joints=ARM)
 
 
 def test_every_arm_of_the_menagerie_is_exact(menagerie, rng):

@@ -234,7 +234,7 @@ def test_principal_inertias_that_no_body_has_become_a_balls_with_a_warning(tmp_p
 
 
 def test_a_flat_plate_and_a_thin_rod_are_bodies(tmp_path):
-    for values in ((1.0, 2.0, 3.0), (0.1, 0.1, 1e-9), (1 / 3, 1 / 6, 1 / 2)):
+    for values in ((1.0, 2.0, 3.0), (1.0, 2.0, 3.0000009), (0.1, 0.1, 1e-9), (1 / 3, 1 / 6, 1 / 2)):
         sdf = MODEL.format(link("a", INERTIAL.format(1, moments(*values))))
         model, warnings = converted(tmp_path, sdf)
         assert np.sort(model.body("a").inertia) == pytest.approx(np.sort(values), rel=1e-6)
@@ -244,8 +244,10 @@ def test_a_flat_plate_and_a_thin_rod_are_bodies(tmp_path):
 def test_an_automatic_inertial_is_that_of_the_shapes(tmp_path):
     shape = "<geometry><box><size>0.1 0.2 0.3</size></box></geometry>"
     inside = f"<inertial auto='true'/><collision name='c'><density>500</density>{shape}</collision>"
+    inside += f"<gravity>false</gravity><visual name='v'>{shape}</visual>"  # of no mass
     model = compiled(tmp_path, MODEL.format(link("a", inside)))
     assert model.body("a").mass[0] == pytest.approx(500 * 0.1 * 0.2 * 0.3)
+    assert model.body_gravcomp[1] == 1.0
 
 
 # Shapes
@@ -270,7 +272,9 @@ def test_each_shape_has_its_measures_and_place(tmp_path, shape, tag):
     assert model.geom_size[0] == pytest.approx(size)
     assert model.geom_pos[0] == pytest.approx([0.1, 0.2, 0.3])
     assert model.geom_quat[0] == pytest.approx([0.5**0.5, 0, 0, 0.5**0.5])
-    assert bool(model.geom_contype[0]) == (tag == "collision")
+    collides = tag == "collision"
+    assert [model.geom_contype[0], model.geom_conaffinity[0]] == [collides, collides]
+    assert model.geom_group[0] == (3 if collides else 2)
     assert model.body("a").mass[0] == 1.0
     assert warnings == ()
 
@@ -405,6 +409,14 @@ def test_each_joint_has_its_axis_limits_damping_and_friction(tmp_path):
         assert model.dof_damping[0] == 0.3 and model.dof_frictionloss[0] == 0.2
         assert model.jnt_stiffness[0] == 4 and model.qpos_spring[0] == 0.1
         assert warnings == ()
+    for given, expected in (
+        ("<lower>-0.5</lower>", (-0.5, 1e6)), ("<upper>-0.2</upper>", (-1e6, -0.2)),
+        ("<lower>0.3</lower><upper>0.3</upper>", (0.3, 0.3 + 1e-9)),
+    ):  # fmt: skip
+        axis = f"<axis><limit>{given}<effort>-1</effort></limit></axis>"
+        model = compiled(tmp_path, two_links("revolute", axis))
+        assert model.jnt_limited[0] and tuple(model.jnt_range[0]) == expected
+        assert not model.jnt_actfrclimited[0]  # negative: unlimited, of the SDFormat specification
     turning = compiled(tmp_path, two_links("continuous", inside))
     assert not turning.jnt_limited[0]
 
@@ -424,6 +436,9 @@ def test_an_axis_may_be_said_in_another_frame(tmp_path):
     inside = "<axis><xyz expressed_in='__model__'>1 0 0</xyz></axis>"
     model = compiled(tmp_path, two_links("revolute", inside, b=f"0 0 1 0 0 {quarter}"))
     assert model.jnt_axis[0] == pytest.approx([0, -1, 0])
+    inside = "<axis><xyz>3 0 4</xyz><use_parent_model_frame>1</use_parent_model_frame></axis>"
+    model = compiled(tmp_path, two_links("revolute", inside, b=f"0 0 1 0 0 {quarter}"))
+    assert model.jnt_axis[0] == pytest.approx([0, -0.6, 0.8])
     own = compiled(tmp_path, two_links("revolute", "<axis><xyz>1 0 0</xyz></axis>"))
     assert own.jnt_axis[0] == pytest.approx([1, 0, 0])
     default = compiled(tmp_path, two_links("revolute", "<axis/>"))
@@ -437,11 +452,13 @@ def test_a_joint_that_follows_another_one(tmp_path):
         link("a") + link("b") + link("c")
         + joint("j", "revolute", "a", "b", "<axis><xyz>0 0 1</xyz></axis>")
         + joint("k", "revolute", "b", "c", f"<axis><xyz>0 0 1</xyz>{mimic}</axis>")
+        + link("d") + joint("l", "revolute", "c", "d", "<axis><mimic joint='j'/></axis>")
     )  # fmt: skip
     model = compiled(tmp_path, sdf)
     leader = np.linspace(-1.0, 1.0, 5)
     follower = np.polynomial.polynomial.polyval(leader, model.eq_data[0, :5])
     assert follower == pytest.approx(2.0 * (leader - 0.3) + 0.1)
+    assert model.eq_data[1, :5].tolist() == [0, 1, 0, 0, 0]  # what is left out changes nothing
 
 
 def test_the_order_of_links_and_joints_does_not_matter(tmp_path):
