@@ -19,7 +19,6 @@ _PICK_HEIGHTS = (GRASP_HEIGHT, 0.15, 0.4)  # to grip a cube, to lift it clear, t
 _BASKET_X, _BASKET_HEIGHTS = 0.78, (0.25, 0.22, 0.19)  # heights of the tool over the table
 _TABLE_X = (-0.1, 0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
 _TABLE_Y = (-0.35, -0.25, -0.15, -0.05, 0.05, 0.15, 0.25, 0.35)
-_BASKET_SIZE = 0.15  # [m] distance of the base from the middle of the basket
 
 BASE_X, _BASE_Z = np.arange(0.0, 0.41, 0.05), np.arange(0.0, 0.21, 0.05)  # [m] offsets
 _LEAST_TABLE = 0.1  # least share of the table within reach
@@ -57,8 +56,6 @@ def place_base(robot: Robot, reach: RadialReach) -> Placement:
     best: tuple[float, Placement] | None = None
     for lift in _BASE_Z:
         for x in BASE_X:
-            if x + footprint > _BASKET_X - _BASKET_SIZE:
-                continue
             z = round(float(lift) - lowest, _DIGITS)
             share, score = _covered(reach, np.array([x, 0.0]) + axis, z)
             score -= _MOVED * float(x + lift)

@@ -33,7 +33,6 @@ from bt_manip_setup import (
     gripper_names,
     make_robot,
     placement,
-    reach,
 )
 from bt_manip_setup.describe import Draft
 from bt_manip_setup.gripper_keys import standing_pose
@@ -272,17 +271,6 @@ def test_dry_friction_that_takes_the_grip_is_left_out(parts, tmp_path):
     draft = describe_robot(str(with_dry_friction(tmp_path, 40.0)), parts, name="small")
     assert draft.description.gripper.parameters.get("frictionloss") == 0.0
     assert finger_friction(draft) == [0.0, 0.0]
-
-
-def test_at_home_joints_are_near_the_middle_of_their_ranges(monkeypatch):
-    monkeypatch.setattr(reach, "downward_problem", lambda ik, position: None)
-    found = [SimpleNamespace(q=[q]) for q in (1.1, 2.1, 2.9)]
-    arm = SimpleNamespace(
-        _ik=SimpleNamespace(solutions=lambda *_, **__: found), _middle=np.array([2.0]),
-        _half=np.ones(1), _model=SimpleNamespace(jacobian=lambda q: np.ones((6, 1))),
-        _is_above=lambda q, floor: True, _is_free=lambda q, clearance: True,
-    )  # fmt: skip
-    assert reach.DownwardReach.configuration(arm, np.zeros(3), 0.0) == pytest.approx([2.1])
 
 
 @pytest.mark.parametrize("height, lift", [(0.03, 0.0), (-0.03, 0.05)])  # [m]
