@@ -8,6 +8,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from numpy.polynomial import Polynomial
+from numpy.polynomial.polynomial import polyval
 
 from bt_manip.robots import Robot, RobotError, panda
 from bt_manip_setup.finger_travel import OverlappingHullsError, find_fingers, search
@@ -15,6 +16,21 @@ from bt_manip_setup.finger_travel import OverlappingHullsError, find_fingers, se
 from .mechanisms import ARM, MECHANISMS, model_of
 
 PANDA = tuple(f"joint{i}" for i in range(1, 8))
+
+
+def check_widths(kind, found):
+    """Check the openings against the distance of the pads in MuJoCo, and the travel of fingers."""
+    model, travel = mujoco.MjModel.from_xml_string(model_of(kind)), found.travel
+    data = mujoco.MjData(model)
+    pads = [int(model.body(name).geomadr[0]) for name in found.fingers]
+    for row, width in enumerate(travel.widths):
+        for name, positions in zip(travel.joints, travel.positions, strict=True):
+            data.joint(name).qpos = positions[row]
+        mujoco.mj_kinematics(model, data)
+        if "slide" in kind and "hinge" not in kind:  # else pads do not stay parallel
+            assert mujoco.mj_geomDistance(model, data, *pads, 1.0, None) == pytest.approx(width)
+        q = [float(data.joint(found.joints[i]).qpos[0]) for i in (0, -1)]
+        assert sum(map(polyval, q, travel.polynomials)) == pytest.approx(width, abs=2e-4)
 
 
 @pytest.mark.parametrize("kind", MECHANISMS)
@@ -31,6 +47,7 @@ def test_fingers_of_every_kind_are_found(kind):
     assert found.travel.min_width == pytest.approx(mechanism.closed, abs=2e-4)
     assert found.travel.open_width == pytest.approx(mechanism.opened, rel=0.05)
     assert found.travel.one_moves == mechanism.one_moves
+    check_widths(kind, found)
     if mechanism.force is None:
         assert found.max_force is None
     else:
@@ -48,7 +65,9 @@ def test_the_measured_openings_do_not_depend_on_the_pose_of_the_arm():
 
 
 def test_the_loss_of_a_finger_is_the_power_that_its_joints_dissipate():
-    xml = model_of("hinges").replace('armature="0.002"', 'armature="0.002" damping="0.3"')
+    rest = 'armature="0.002" damping="0.3" frictionloss="0.7"'
+    xml = model_of("hinges").replace('armature="0.002"', rest)
+    xml = xml.replace(rest, 'armature="0.003" damping="0.2" frictionloss="0.4"', 1)
     model = mujoco.MjModel.from_xml_string(xml)
     travel = find_fingers(model, ARM).travel
     middle, speed = len(travel.widths) // 2, 0.1  # [m/s] of each finger
@@ -59,6 +78,23 @@ def test_the_loss_of_a_finger_is_the_power_that_its_joints_dissipate():
     mujoco.mj_forward(model, data)
     power = -float(data.qfrc_damper @ data.qvel)  # [W] of two fingers
     assert 2.0 * travel.loss * speed**2 == pytest.approx(power, rel=0.02)
+    power = float(model.dof_frictionloss @ np.abs(data.qvel))
+    assert 2.0 * travel.friction * speed == pytest.approx(power, rel=0.02)
+    M = np.zeros((model.nv, model.nv))
+    mujoco.mj_fullM(model, data, M)
+    assert travel.mass * speed**2 == pytest.approx(0.5 * data.qvel @ M @ data.qvel, rel=0.02)
+
+
+def test_the_effort_against_springs_is_that_of_each_motor():
+    """Each finger has a spring of its own, at rest 10 mm beyond the closed one."""
+    for kind, scale in (("slides", 1.0), ("coupled_slides", 2.0)):
+        springs = 'armature="0.05" stiffness="50" springref="-0.01"'
+        xml = model_of(kind).replace('armature="0.05"', springs)
+        if scale == 2.0:  # the second spring pulls the other way
+            xml = 'springref="0.01"'.join(xml.rsplit('springref="-0.01"', 1))
+        travel = find_fingers(mujoco.MjModel.from_xml_string(xml), ARM).travel
+        for q in (0.02, 0.035):
+            assert polyval(q, travel.holding[0]) == pytest.approx(scale * 50 * (q + 0.01), rel=0.03)
 
 
 def test_the_hand_of_the_panda_is_found():
@@ -199,3 +235,48 @@ def test_the_mass_of_a_jaw_is_near_its_least_over_the_openings():
     masses = 0.5 * inertia / slopes**2  # the half of one finger, from (ds/dt)^2 m = I (dq/dt)^2
     assert masses[len(masses) // 2] > 10.0 * masses.min()
     assert masses.min() < travel.mass < 5.0 * masses.min()
+
+
+@pytest.mark.parametrize("turn, snapped", [(0.3, True), (0.5, False), (-0.5, False)])
+def test_fingers_beside_the_palm_that_are_turned_by_more_than_20_degrees_turn_the_tool(
+    turn, snapped
+):
+    place = f'pos="0.013 -0.02 0.04" euler="0 0 {turn}"'
+    xml = model_of("slides").replace('pos="0 0.0 0.03"', place)
+    found = find_fingers(mujoco.MjModel.from_xml_string(xml), ARM)
+    R = np.eye(3) if snapped else pin.rpy.rpyToMatrix(0.0, 0.0, turn)
+    assert found.T_bt.rotation == pytest.approx(R, abs=1e-6)
+    assert found.T_bt.translation == pytest.approx((0.013, -0.02, 0.12), abs=1e-3)
+    assert found.travel.open_width == pytest.approx(0.08)
+    closing = R.T @ [-np.sin(turn), np.cos(turn), 0.0]
+    assert found.travel.closing == pytest.approx(closing, abs=1e-6)
+
+
+def test_the_tool_is_15_mm_from_the_ends_of_long_pads():
+    xml = model_of("slides").replace('size="0.01 0.004 0.01"', 'size="0.01 0.004 0.03"')
+    found = find_fingers(mujoco.MjModel.from_xml_string(xml), ARM)
+    assert found.T_bt.translation[2] == pytest.approx(0.14 - 0.015, abs=1.1e-3)
+
+
+def test_joints_that_move_no_surface_to_another_one_are_left_aside():
+    """There are three with a range: fingers, and a lever whose end moves by some millimetres."""
+    lever = '<joint name="lever" axis="1 2 3" range="-1 1"/><geom size="0.01" pos="0 0 0.01"/>'
+    xml = model_of("offset_slides").replace("<!--palm-->", f'<body pos="0.1 0 0">{lever}</body>')
+    found = find_fingers(mujoco.MjModel.from_xml_string(xml), ARM)
+    assert found.joints == ("left_joint", "right_joint")
+
+
+@pytest.mark.parametrize("kind", ["slides", "coupled_slides", "hinges"])
+@pytest.mark.parametrize("beside", [0.8e-3, 1.2e-3, -1.2e-3])  # [m]
+def test_pads_that_meet_more_than_1_mm_beside_a_given_tool_have_their_centre_there(kind, beside):
+    """The tool is given in the frame of a camera at the palm."""
+    camera = '<body name="camera" pos="0.05 0.02 0.03" euler="0.3 -0.4 1.2"><geom size="0.01"/>'
+    xml = model_of(kind).replace("<!--palm-->", f"{camera}</body>")
+    model = mujoco.MjModel.from_xml_string(xml)
+    T = pin.SE3(pin.Quaternion(*model.body("camera").quat), model.body("camera").pos)
+    tool = pin.SE3(np.eye(3), np.array([0.0, beside, 0.11]))
+    found = find_fingers(model, ARM, tool=("camera", T.inverse() * tool))
+    assert found.T_bt.isApprox(tool, 1e-9)
+    centre = (0.0 if abs(beside) < 1e-3 else -beside, 0.0)
+    assert found.travel.centre == pytest.approx(centre, abs=2e-5)
+    check_widths(kind, found)
