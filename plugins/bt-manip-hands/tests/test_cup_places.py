@@ -5,6 +5,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from bt_manip.exceptions import MotionError
 from bt_manip.grippers import Solid
 from bt_manip_hands.suction.cup_grasps import CupGraspGenerator, places_on
 
@@ -63,6 +64,60 @@ def test_a_cup_approaches_a_block_from_above_and_from_the_sides_but_not_from_bel
     approaches = found.rotation[:, :, 2] @ down  # cosine of the approach and straight down
     assert approaches.max() == pytest.approx(1.0) and approaches.min() == pytest.approx(0.0)
     assert found.costs["curvature"] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_a_ball_reaches_into_a_hollow_cup_and_costs_by_its_curvature():
+    """The ball touches the inside of the lip, 3 mm within the radius."""
+    ball, at, down = 0.04, np.array([0.1, -0.2, 0.3]), np.array([0.0, 0.6, -0.8])
+    sag, inside = (ball - np.sqrt(ball**2 - r**2) for r in (RADIUS, RADIUS - 0.003))
+    for hollow, depth in ((True, inside), (False, 0.0)):
+        made = CupGraspGenerator("ball", [solid("sphere", ball, at=at)], RADIUS, at, hollow=hollow)
+        found = made.candidates(down)
+        away = found.position - at
+        distance = np.linalg.norm(away, axis=1)
+        assert distance == pytest.approx(ball + 0.2e-3 - depth, abs=0.3e-3)
+        assert -away / distance[:, None] == pytest.approx(found.rotation[:, :, 2])
+        assert found.costs["curvature"] == pytest.approx(0.3 * sag / (0.5 * RADIUS), abs=0.02)
+        cosines = found.rotation[:, :, 2] @ down
+        assert len(found) == 17 and cosines.min() == pytest.approx(0.0, abs=1e-9)
+    with pytest.raises(MotionError, match="no face that a cup of 24 mm seals on"):
+        small = solid("sphere", 1.2 * RADIUS, at=at)  # too deep at the lip
+        CupGraspGenerator("ball", [small], RADIUS, at).candidates(down)
+
+
+@pytest.mark.parametrize(
+    "half, bump, fits",
+    [(RADIUS + 1.5e-3, 0.0, False), (RADIUS + 2.5e-3, 0.8e-3, True),
+     (RADIUS + 2.5e-3, 1.2e-3, False)],
+)  # fmt: skip
+def test_a_lip_keeps_2_mm_from_the_edges_of_a_face_and_bumps_up_to_1_mm(half, bump, fits):
+    down = np.array([0.0, 0.0, -1.0])
+    bumps = [
+        solid("box", 1e-3, 1e-3, bump, at=RADIUS * np.array([*side, 0.0]) + [0.0, 0.0, 0.1])
+        for side in ((1, 0), (0, 1), (-1, 0), (0, -1))
+        if bump
+    ]
+    post = solid("box", half, 0.03, 0.1)
+    made = CupGraspGenerator("post", [post, *bumps], RADIUS, np.array([0.0, 0.0, 0.1]))
+    heights = {round(height, 3) for height in made.candidates(down).position[:, 2]}
+    assert (0.1 in heights) == fits
+
+
+def test_places_on_a_face_are_below_the_centre_of_mass_at_its_centroid_and_between():
+    rotation, at = pin.exp3(np.array([0.4, -0.7, 0.3])), np.array([0.2, -0.1, 0.3])
+    com = np.array([0.01, -0.02, 0.005])
+    block = solid("box", 0.03, 0.04, 0.012, at=at, rotation=rotation)
+    found = list(places_on(block, rotation @ com + at, 0.02, np.array([0.0, 0.0, 1.0])))
+    found = [(rotation.T @ (point - at), rotation.T @ normal) for point, normal in found]
+    flat = {tuple(np.round(point, 6) + 0.0) for point, normal in found if abs(normal[2]) > 0.9}
+    over = [(0.01, -0.02), (0.005, -0.01), (0.0, 0.0)]
+    assert flat == {(x, y, z) for x, y in over for z in (0.012, -0.012)}
+    sides = {int(np.abs(normal).argmax()) for point, normal in found if abs(normal[2]) < 0.9}
+    assert sides == {0, 1}  # each of 1.4 and 1.9 thousand mm2; the cup of 1.26
+    assert {2} == {
+        int(np.abs(rotation.T @ normal).argmax())
+        for _, normal in places_on(block, at, 0.025, np.array([0.0, 0.0, 1.0]))
+    }
 
 
 def test_a_cup_may_approach_a_ball_from_straight_above():

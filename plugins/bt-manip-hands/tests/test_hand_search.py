@@ -62,6 +62,53 @@ def test_palm_thumb_and_postures_of_a_hand_are_found(hand_models, side):
     assert found.max_force == pytest.approx(0.8 * min(forces), rel=0.03)
 
 
+def small_hand(palm: str) -> mujoco.MjModel:
+    """Return a turned hand with two fingers and a thumb of 9 cm, and its palm at a position."""
+    digits = ""
+    for name, x, y, axis in (("f", -0.02, 0.04, "1 0 0"), ("g", 0.02, 0.04, "1 0 0"),
+                             ("thumb", 0.0, -0.04, "-1 .2 0")):  # fmt: skip
+        digits += f"""<body name="{name}" pos="{x} {y} 0.02">
+          <joint name="{name}1" axis="{axis}" range="-0.6 1.2"/>
+          <geom type="capsule" size="0.008" fromto="0 0 0.01 0 0 0.04"/>
+          <body pos="0 0 0.05"><joint name="{name}2" axis="{axis}" range="-0.3 1.3"/>
+            <geom type="capsule" size="0.007" fromto="0 0 0 0 0 0.02"/>
+            <geom name="{name}_tip" size="0.01" pos="0 0 0.04"/></body></body>"""
+    return mujoco.MjModel.from_xml_string(f"""<mujoco><compiler angle="radian"/><worldbody>
+      <body name="arm"><joint name="turn"/><geom size="0.01"/>
+        <body name="palm" pos="0.1 0.2 0.3" euler="0.3 0.2 0.1">
+          <geom type="box" size="0.03 0.03 0.01" pos="{palm}"/>{digits}</body></body></worldbody>
+      <actuator><motor joint="f1" ctrlrange="-.4 .4"/><motor joint="thumb2" ctrlrange="-.2 .2"/>
+      </actuator></mujoco>""")
+
+
+def test_a_hand_opens_by_its_width_and_closes_in_front_of_a_palm_that_is_not_beside_it(monkeypatch):
+    monkeypatch.setattr("bt_manip_hands.hand_search._SAMPLES", 400)
+    model = small_hand("0 0 0")
+    found = find_hand(model, ["turn"])
+    given, data = found.parameters, mujoco.MjData(model)
+    assert given["joints"] == ["f1", "f2", "g1", "g2", "thumb1", "thumb2"]
+    assert given["effort"] == [0.4, 0.5, 0.5, 0.5, 0.5, 0.2]  # 0.5 N m where it is not limited
+    assert given["stiffness"] == pytest.approx(np.array(given["effort"]) / np.radians(10), rel=5e-3)
+    for posture, distance, off in (
+        ("open", given["max_width"] + 0.02, 0.016), ("closed", 0.014, 0.006),
+    ):  # fmt: skip
+        for name, q in zip(given["joints"], given[posture], strict=True):
+            data.joint(name).qpos = q
+        mujoco.mj_kinematics(model, data)
+        tips = np.array([data.geom(f"{name}_tip").xpos for name in ("f", "g", "thumb")])
+        local = (tips - data.body("palm").xpos) @ data.body("palm").xmat.reshape(3, 3)
+        local = (local - found.T_bt.translation) @ found.T_bt.rotation
+        apart = local[:2].mean(axis=0) - local[2]
+        assert np.linalg.norm(apart) == pytest.approx(distance, abs=off)
+        assert posture == "closed" or apart[1] > 0.9 * np.linalg.norm(
+            apart
+        )  # y points from thumb to fingers
+    assert found.T_bt.rotation[:, 2] == pytest.approx([0.0, 0.0, 1.0], abs=0.1)
+    assert found.T_bt.translation == pytest.approx([0.0, 0.0, 0.1], abs=0.02)
+    for palm in ("0 0.3 0.1", "0 -0.3 0.1", "0 0 0.06"):  # beside it, and too near
+        assert find_hand(small_hand(palm), ["turn"]) is None
+
+
 def test_two_fingers_are_no_hand(hand_models):
     model = mujoco.MjModel.from_xml_path(str(hand_models / "universal_robots_ur5e" / "ur5e.xml"))
     assert find_hand(model, [model.joint(j).name for j in range(model.njnt)]) is None

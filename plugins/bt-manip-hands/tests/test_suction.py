@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 
+import mujoco
 import numpy as np
 import pytest
 
@@ -97,6 +98,28 @@ def test_it_pulls_with_the_asked_force_up_to_its_pressure_times_its_area(station
     assert station.gripper.forces[0] == pytest.approx(42.0 - 2.0 * 9.81, abs=0.5)
     pull = station.robot.mj_data.actuator_force[station.gripper.cup.ctrl]
     assert abs(pull) == pytest.approx(42.0)
+
+
+def test_a_built_cup_is_as_wide_and_long_as_described_with_its_lip_at_the_tool(station):
+    model, data, cup = station.cell.model, station.cell.data, station.gripper.cup
+    T = station.robot.tool_pose
+    lip = [g for g in cup.geoms if model.geom_type[g] == int(mujoco.mjtGeom.mjGEOM_SPHERE)]
+    at = (data.geom_xpos[lip] - T.translation) @ T.rotation
+    assert np.hypot(*at[:, :2].T) + model.geom_size[lip, 0] == pytest.approx(0.015)
+    assert at[:, 2] + model.geom_size[lip, 0] == pytest.approx(0.0, abs=1e-9)
+    angles = np.sort(np.arctan2(at[:, 1], at[:, 0]))
+    assert np.diff(angles) == pytest.approx(2.0 * np.pi / len(lip))
+    round_ = [g for g in cup.geoms if g not in lip]
+    ends = np.array([T.actInv(data.geom_xpos[g])[2] for g in round_])
+    half = model.geom_size[round_, 1]
+    skirt, bell, stem = zip(ends + half, ends - half, strict=True)
+    assert skirt == pytest.approx((-0.0015, bell[0]))  # no gaps down to the length of 6 cm
+    assert (bell[1], stem[1]) == pytest.approx((stem[0], -0.06))
+    assert bell[0] - bell[1] == pytest.approx(0.015)  # half a diameter
+    assert model.body_mass[model.geom_bodyid[lip[0]]] == pytest.approx(8 * 1e-3 + 0.015 + 0.03)
+    # A lip of half the radius resists tipping and turning, and it is critically damped.
+    assert model.geom_friction[lip] == pytest.approx(np.tile([0.0, 0.0075, 0.0075], (8, 1)))
+    assert (model.geom_solref[lip, 1] == 1.0).all() and (model.geom_gap[lip] == 3e-3).all()
 
 
 def test_a_heavier_load_is_refused_and_not_lifted(station):
