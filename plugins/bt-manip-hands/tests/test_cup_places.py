@@ -79,7 +79,8 @@ def test_a_ball_reaches_into_a_hollow_cup_and_costs_by_its_curvature():
         assert -away / distance[:, None] == pytest.approx(found.rotation[:, :, 2])
         assert found.costs["curvature"] == pytest.approx(0.3 * sag / (0.5 * RADIUS), abs=0.02)
         cosines = found.rotation[:, :, 2] @ down
-        assert len(found) == 17 and cosines.min() == pytest.approx(0.0, abs=1e-9)
+        assert len(found) == 17
+        assert (cosines.min(), cosines.max()) == pytest.approx((0.0, 1.0), abs=1e-9)
     with pytest.raises(MotionError, match="no face that a cup of 24 mm seals on"):
         small = solid("sphere", 1.2 * RADIUS, at=at)  # too deep at the lip
         CupGraspGenerator("ball", [small], RADIUS, at).candidates(down)
@@ -118,12 +119,6 @@ def test_places_on_a_face_are_below_the_centre_of_mass_at_its_centroid_and_betwe
         int(np.abs(rotation.T @ normal).argmax())
         for _, normal in places_on(block, at, 0.025, np.array([0.0, 0.0, 1.0]))
     }
-
-
-def test_a_cup_may_approach_a_ball_from_straight_above():
-    up = np.array([0.0, 0.0, 1.0])
-    found = [normal for _, normal in places_on(solid("sphere", 0.04), np.zeros(3), RADIUS, up)]
-    assert max(normal @ up for normal in found) == pytest.approx(1.0)
 
 
 def test_a_cup_on_a_round_side_does_not_extend_beyond_its_ends():

@@ -77,17 +77,6 @@ def test_at_home_the_tool_points_down_and_the_arm_is_clear_of_itself(draft):
     assert share.min() > 0.1 and share.max() < 0.9  # also of the elbow, which cannot be straight
 
 
-EVERYTHING = RadialReach(
-    np.zeros(2), 0.0, np.linspace(0, 2, 20), np.linspace(-1, 1, 20), np.full((20, 20), 5.0)
-)
-
-
-def test_a_base_from_which_all_is_reached_stays_where_it_is(draft):
-    found = placement.place_base(draft.robot, EVERYTHING)
-    assert found.share == 1.0 and found.pedestal is None
-    assert found.T_rb.translation[0] == pytest.approx(min(placement.BASE_X))
-
-
 def test_an_arm_that_reaches_only_below_its_base_stands_on_a_square_block(draft):
     heights = np.linspace(-1, 1, 41)
     low = np.where(heights < -0.04, 5.0, -np.inf)[:, np.newaxis] + np.zeros(20)
@@ -196,24 +185,6 @@ def test_joints_of_almost_no_inertia_get_an_armature_that_is_marked_as_chosen(
     monkeypatch.setattr("bt_manip_setup.check.ROBOT_CONTRACT", ())
     facts = check_description(path, parts, cycles=0).facts
     assert not [fact for fact in facts if "inertia" in fact]
-
-
-@pytest.mark.parametrize("link", ["base", "shoulder"])
-def test_a_foot_that_reaches_below_the_origin_of_the_base_is_lifted(parts, tmp_path, link):
-    """The first link turns about the vertical only: it keeps its height, too."""
-    file = write_small_arm(tmp_path)
-    model = tmp_path / "small.xml"
-    body = f'<body name="{link}"'
-    head, _, rest = model.read_text().partition(body)
-    line, _, rest = rest.partition("\n")
-    low = -0.017 - (0.06 if link == "shoulder" else 0.0)
-    skirt = f'<geom type="sphere" size="0.01" pos="0.04 0 {low + 0.01}"/>'
-    model.write_text(f"{head}{body}{line}{skirt}\n{rest}")
-    robot = make_robot(replace(read_description(file), gripper=None), parts)
-    assert placement.measure_foot(robot)[0] == pytest.approx(-0.017, abs=1e-6)
-    found = placement.place_base(robot, EVERYTHING)
-    assert found.pedestal is None
-    assert found.T_rb.translation[2] == pytest.approx(0.017, abs=1e-6)
 
 
 def test_a_robot_that_collides_wherever_its_tool_points_down_is_refused_with_the_pairs():

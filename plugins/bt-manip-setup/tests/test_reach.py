@@ -36,19 +36,6 @@ def test_a_position_is_covered_where_all_four_measured_ones_around_it_are_reache
     assert reach.covers(radius, height, floor).tolist() == expected
 
 
-def test_the_front_of_the_panda_is_ahead_half_way_out_with_the_tool_down():
-    robot = Robot(panda())
-    compile_alone(robot)
-    model = robot.make_model()
-    reach = DownwardReach(robot, model)
-    azimuth, q = reach.front(np.zeros(2), 0.8)
-    assert azimuth == pytest.approx(0.0, abs=0.3)
-    T = model.pose(q)
-    expected = [0.4 * np.cos(azimuth), 0.4 * np.sin(azimuth), 0.16]
-    assert T.translation == pytest.approx(expected, abs=1e-3)
-    assert T.rotation[:, 2] == pytest.approx([0.0, 0.0, -1.0], abs=1e-3)
-
-
 def test_the_payload_takes_a_joint_to_its_effort_limit_where_the_arm_is_weakest(monkeypatch):
     robot = Robot(panda())
     compile_alone(robot)
