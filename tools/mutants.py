@@ -132,6 +132,7 @@ ARGUED = {
     "_setpoints = np.empty((0, 3": "no rows, of any length",
     "number = int((position))": "the cubic just before a setpoint gives this setpoint",
     "SMALL_SLOWDOWN = -1.01": "one more search where at most 1 % can be won",
+    "@ y / sign": "the sign is 1 or -1",
 }
 """Changes that cannot matter, by a part of the line before or after them, and why."""
 

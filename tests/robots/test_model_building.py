@@ -36,6 +36,7 @@ ODD_BODIES = """
                   <joint name="finger" type="slide" axis="1 0 0"/>
                   <geom size=".02" mass=".1"/>
                 </body>
+                <body pos="0 0 .1"><inertial mass=".3" pos=".1 0 0" diaginertia="0 0 0"/></body>
                 <body name="dangling" pos=".1 0 0">
                   <joint name="ball" type="ball" pos="0 0 .05"/>
                   <geom size=".03" pos=".1 0 0" mass=".2"/>

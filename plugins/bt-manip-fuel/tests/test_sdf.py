@@ -413,9 +413,10 @@ def test_each_joint_has_its_axis_limits_damping_and_friction(tmp_path):
         ("<lower>-0.5</lower>", (-0.5, 1e6)), ("<upper>-0.2</upper>", (-1e6, -0.2)),
         ("<lower>0.3</lower><upper>0.3</upper>", (0.3, 0.3 + 1e-9)),
     ):  # fmt: skip
-        axis = f"<axis><limit>{given}<effort>-1</effort></limit></axis>"
+        axis = f"<axis><limit>{given}<effort>-1</effort></limit><dynamics/></axis>"
         model = compiled(tmp_path, two_links("revolute", axis))
         assert model.jnt_limited[0] and tuple(model.jnt_range[0]) == expected
+        assert not model.dof_damping[0] and not model.dof_frictionloss[0]
         assert not model.jnt_actfrclimited[0]  # negative: unlimited, of the SDFormat specification
     turning = compiled(tmp_path, two_links("continuous", inside))
     assert not turning.jnt_limited[0]
