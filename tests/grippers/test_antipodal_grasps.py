@@ -14,10 +14,18 @@ from bt_manip.grippers.two_finger.antipodal_grasps import (
     CONTACT_WEIGHT,
     GRIP_DEPTH,
     SLACK_WEIGHT,
+    AntipodalGrasp,
     AntipodalGraspGenerator,
+    box_grasps,
     cylinder_grasps,
+    grasp_candidates,
+    sphere_grasps,
 )
 from tests.grippers.shapes import DOWN, HAND, candidates, convex, solid, wedge
+
+TURNED = pin.SE3(pin.rpy.rpyToMatrix(0.5, -0.3, 1.1), np.array([0.1, -0.2, 0.3]))
+GENERATORS = {"box": box_grasps, "cylinder": cylinder_grasps, "capsule": cylinder_grasps,
+              "sphere": sphere_grasps}  # fmt: skip
 
 
 def approach(grasp):
@@ -152,10 +160,24 @@ def test_an_object_without_clearance_between_the_fingers_fails_with_the_width_it
         candidates(solid("box", 0.0395, 0.05, 0.05))
 
 
+def test_an_object_is_half_a_millimetre_wider_than_the_closed_fingers_or_not_gripped():
+    hand, rng = HAND._replace(least=0.04), np.random.default_rng(0)
+    for half, fits in ((0.0203, True), (0.0202, False)):
+        box = [solid("box", half, 0.05, 0.05)]
+        generator = AntipodalGraspGenerator("it", box, hand, np.zeros(3), rng)
+        with contextlib.nullcontext() if fits else pytest.raises(MotionError, match="to 40 mm"):
+            assert len(generator.candidates(DOWN))
+
+
 def test_sampled_grasps_are_at_the_object_wherever_its_origin_is():
     mesh, centre = trimesh.creation.box((0.04, 0.05, 0.3)), np.array([0.3, 0.2, 0.1])
-    for grasp in candidates(convex(mesh.apply_translation(centre))):
-        assert (np.abs(grasp.T_ot.translation - centre) < [0.06, 0.06, 0.17]).all()
+    grasps = list(candidates(convex(mesh.apply_translation(centre))))
+    for grasp in grasps:
+        away = grasp.T_ot.translation - centre
+        assert (np.abs(away) < [0.06, 0.06, 0.17]).all()
+        assert abs(away @ closing(grasp)) < 2e-3 or np.abs(closing(grasp)).max() < 0.9999
+    sides = sorted(tuple(np.round(closing(grasp), 6) + 0.0) for grasp in grasps)
+    assert sides == sorted(tuple(np.round(-closing(grasp), 6) + 0.0) for grasp in grasps)
 
 
 def test_the_same_seed_gives_the_same_grasps():
@@ -185,9 +207,41 @@ def test_pads_touch_flat_ends_over_their_width_and_round_ends_at_a_point():
 
 
 def test_only_a_single_round_solid_may_be_gripped_from_all_around():
-    ball = solid("sphere", 0.02)
-    assert candidates(ball).free_axis is not None
-    assert candidates(ball, solid("sphere", 0.02, at=(0.06, 0.0, 0.0))).free_axis is None
+    R, p = TURNED.rotation, TURNED.translation
+    for kind, axis in (("sphere", DOWN), ("cylinder", R[:, 2])):
+        found = candidates(solid(kind, 0.02, 0.05, at=p, rotation=R))
+        assert found.clear and (found.free_axis == axis).all() and (found.pivot == p).all()
+    two = candidates(solid("sphere", 0.02), solid("sphere", 0.02, at=(0.06, 0.0, 0.0)))
+    assert two.free_axis is None and not two.clear
+    assert candidates(solid("box", 0.02, 0.02, 0.02)).free_axis is None
+
+
+def test_a_ball_is_approached_from_above_to_the_side_along_eight_diameters():
+    found = list(sphere_grasps(solid("sphere", 0.02, at=TURNED.translation), HAND, 0.5 * DOWN))
+    for i, grasp in enumerate(found):
+        turn, tilt = 0.25 * math.pi * (i // 3), 0.25 * math.pi * (i % 3)
+        far = (-1.0) ** (i // 3) * math.sin(tilt)  # either finger first
+        # From the direction nearest to x, about straight down.
+        expected = [math.cos(turn), -math.sin(turn), 0.0]
+        assert grasp.closing == pytest.approx(expected, abs=1e-9)
+        aside = np.cross(grasp.closing, DOWN)
+        assert grasp.approach == pytest.approx(math.cos(tilt) * DOWN + far * aside, abs=1e-9)
+    assert len(found) == 24
+
+
+def test_round_sides_are_gripped_along_the_axis_in_eight_directions():
+    for kind in ("cylinder", "capsule"):
+        found = list(GENERATORS[kind](solid(kind, 0.02, 0.05), HAND, DOWN))
+        along = [g for g in found if g.approach @ DOWN > 0.99]
+        assert [g.face_extent for g in along] == [0.05] * 8
+        yaw = np.unwrap([math.atan2(g.closing[1], g.closing[0]) for g in along])
+        assert np.abs(np.diff(yaw)) == pytest.approx(math.pi / 4)
+
+
+def test_up_to_eight_solids_are_gripped_by_their_dimensions():
+    cubes = [solid("box", 0.02, 0.02, 0.02, at=(0.1 * i, 0.0, 0.0)) for i in range(9)]
+    alone = len(candidates(cubes[0]))
+    assert len(candidates(*cubes[:8])) == 8 * alone and len(candidates(*cubes)) != 9 * alone
 
 
 @pytest.mark.parametrize("half", [0.002, 0.036, 0.0385, 0.0395])  # [m]
@@ -197,3 +251,80 @@ def test_the_cost_of_a_narrow_opening_is_bounded_and_only_objects_as_wide_pay_it
     assert len(slack) and (slack >= 0.0).all() and (slack <= SLACK_WEIGHT).all()
     assert (slack[width < HAND.stroke - 0.011] == 0.0).all()
     assert (slack[width > HAND.stroke - 0.005] > 0.25 * SLACK_WEIGHT).all()
+
+
+# Of a box, a plate, a ball, the box below the ball as a part and as all, and a wide slope: the
+# grasp, where the tool ends above the contacts [m], and the opening [m].
+@pytest.mark.parametrize(("shapes", "given", "back", "opened", "costs"), [
+    ([("box", 0.02, 0.03, 0.05)], (0.04, 0.05, 0.7), 0.04, 0.046, (0.09, 0.0, 0.0, 0.0)),
+    ([("box", 0.035, 0.03, 0.004)], (0.075, 0.004, 1.0, 0.2), 0.0095, 0.08,
+     (0.0, 0.8 / math.pi, 0.15, 0.5 * 0.0095 / 0.0329)),
+    ([("sphere", 0.033)], (0.066, 0.0, 0.6, 0.0, 0.033), 0.0126,
+     0.072 + 0.0175 * math.tan(math.asin(0.0031 / 0.033)),
+     (0.12, 4.0 / math.pi * math.asin(0.0031 / 0.033), 0.0, 0.5 * 0.0126 / 0.0329)),
+    ([("sphere", 0.02), ("box", 0.02, 0.03, 0.03)], (0.04, 0.03, 1.0, 0.0, 0.0, 1),
+     0.02, 0.046, (0.0, 0.0, 0.0, 0.0)),
+    ([("sphere", 0.02), ("box", 0.02, 0.03, 0.03)], (0.04, 0.03), 0.0296, 0.046,
+     (0.0, 0.0, 0.0, 0.5 * 0.0096 / 0.0329)),
+    ([("box", 0.02, 0.03, 0.01)], (0.03, 0.0, 1.2, 0.9), 0.0045, 0.036 + 0.0175 * math.tan(0.9),
+     (0.0, 1.0, 0.0, 0.5 * 0.0045 / 0.0329)),
+])  # fmt: skip
+def test_the_tool_is_as_deep_as_palm_tips_and_contacts_allow(shapes, given, back, opened, costs):
+    R = TURNED.rotation
+    placed = [
+        solid(*shape, at=TURNED.act(np.array([0.0, 0.0, 0.03]) * (len(shapes) - 1 - i)), rotation=R)
+        for i, shape in enumerate(shapes)
+    ]
+    made = AntipodalGrasp(TURNED.translation, R[:, 0], -R[:, 2], *given)
+    hand = HAND._replace(centre=0.004, shift=0.5)
+    found = grasp_candidates([made, made._replace(approach=R[:, 2])], hand, placed, False)
+    one = found[0]
+    # A fixed jaw is 1 mm beside the object.
+    at = [-0.004 - 0.5 * (given[0] + 0.002), 0.0, back]
+    assert TURNED.actInv(one.T_ot.translation) == pytest.approx(at, abs=1e-9)
+    assert one.width == given[0] and found.opening[0] * 0.08 == pytest.approx(min(opened, 0.08))
+    assert [found.costs[name][0] for name in ("contact", "angle", "slack", "depth")] == (
+        pytest.approx(costs)
+    )
+
+
+# The tips are 1 mm above the support; 4 mm of them overlap faces, or 2 mm a point contact.
+@pytest.mark.parametrize(("half", "point", "gripped"), [
+    (0.0026, False, True), (0.0024, False, False), (0.0031, True, True), (0.0029, True, False),
+])  # fmt: skip
+def test_a_flat_object_is_gripped_where_the_fingers_fit_above_its_support(half, point, gripped):
+    made = AntipodalGrasp(np.zeros(3), np.eye(3)[0], DOWN, 0.04, 0.0 if point else half)
+    assert len(grasp_candidates([made], HAND, [solid("box", 0.02, 0.03, half)], True)) == gripped
+
+
+@pytest.mark.parametrize("shape", [
+    ("box", 0.02, 0.0287, 0.036), ("cylinder", 0.015, 0.03), ("capsule", 0.012, 0.025),
+    ("sphere", 0.02),
+])  # fmt: skip
+def test_grasps_of_a_primitive_turn_with_it(shape):
+    R, p = TURNED.rotation, TURNED.translation
+    at_origin = list(GENERATORS[shape[0]](solid(*shape), HAND, R.T @ DOWN))
+    turned = list(GENERATORS[shape[0]](solid(*shape, at=p, rotation=R), HAND, DOWN))
+    assert len(turned) == len(at_origin) > 10
+
+    def rows(grasps, R, p):
+        return sorted(
+            np.round([*(R @ g.centre + p), *(R @ g.closing), *(R @ g.approach), *g[3:]], 6).tolist()
+            for g in grasps
+        )
+
+    if shape[0] != "sphere":  # which is gripped by any diameter
+        expected = np.array(rows(at_origin, R, p))
+        np.testing.assert_allclose(rows(turned, np.eye(3), 0.0), expected, atol=2e-6)
+    for grasp in turned:
+        half = np.array(shape[1:])
+        along, across = R.T @ grasp.approach, R.T @ grasp.closing
+        assert along @ across == pytest.approx(0.0, abs=1e-9) and grasp.approach @ DOWN >= -0.1
+        if shape[0] == "box":  # over a face, or half of the way down to the face over an edge
+            k, i = np.abs(across).argmax(), np.abs(along) > 1e-9
+            edge = i.sum() == 2
+            depth = (half[i] / np.abs(along[i])).min()
+            assert grasp.face_extent == pytest.approx(depth * (0.5 if edge else 1.0))
+            assert grasp.width == pytest.approx(2.0 * half[k])
+            other = half[3 - k - np.abs(along).argmax()]
+            assert grasp.contact == (0.5 if edge else min(1.0, other / HAND.pad))
