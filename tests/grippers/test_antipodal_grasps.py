@@ -158,6 +158,8 @@ def test_an_object_that_is_too_wide_fails_with_its_width_and_the_stroke(kind):
 def test_an_object_without_clearance_between_the_fingers_fails_with_the_width_it_needs():
     with pytest.raises(MotionError, match="79 mm wide; the fingers open to 80 mm and need 82 mm"):
         candidates(solid("box", 0.0395, 0.05, 0.05))
+    with pytest.raises(MotionError, match="79 mm wide; the fingers open to 80 mm and need 82 mm"):
+        candidates(convex(trimesh.creation.box((0.079, 0.1, 0.1))))
 
 
 def test_an_object_is_half_a_millimetre_wider_than_the_closed_fingers_or_not_gripped():
