@@ -9,14 +9,30 @@ from bt_manip import spatial
 
 def test_a_quaternion_of_any_length_is_the_rotation_of_its_direction():
     for w, x, y, z in 3.0 * np.random.default_rng(0).normal(size=(10, 4)):
-        R = spatial.pose((0.1, 0.2, 0.3), (w, x, y, z)).rotation
-        np.testing.assert_allclose(R, Rotation.from_quat([x, y, z, w]).as_matrix(), atol=1e-12)
+        T = spatial.pose((0.1, 0.2, 0.3), (1e-3 * w, 1e-3 * x, 1e-3 * y, 1e-3 * z))
+        expected = Rotation.from_quat([x, y, z, w])
+        np.testing.assert_allclose(T.rotation, expected.as_matrix(), atol=1e-12)
+        again = Rotation.from_quat(np.roll(spatial.quat_wxyz(T), -1))
+        assert (again * expected.inv()).magnitude() < 1e-7
+        assert (
+            spatial.cross(T.rotation[0], T.translation) == np.cross(T.rotation[0], T.translation)
+        ).all()
+
+
+def test_a_tool_that_points_down_is_turned_about_the_vertical():
+    T = spatial.pointing_down((0.1, 0.2, 0.3), 0.4)
+    assert T.rotation[:, 0] == pytest.approx([np.cos(0.4), np.sin(0.4), 0.0])
+    assert T.rotation[:, 2] == pytest.approx([0.0, 0.0, -1.0])
+    assert np.linalg.det(T.rotation) == pytest.approx(1.0) and T.translation[1] == 0.2
 
 
 @pytest.mark.parametrize("number", [np.nan, np.inf])
 def test_a_quaternion_that_is_not_finite_is_refused(number):
     with pytest.raises(ValueError, match="a quaternion is four finite numbers, not all zero, got"):
         spatial.pose((0.0, 0.0, 0.0), (number, 0.0, 0.0, 1.0))
+    for position in ((0.0, number, 0.0), (0.0, 0.0)):
+        with pytest.raises(ValueError, match="a position is three finite numbers"):
+            spatial.pose(position)
 
 
 def test_a_quaternion_of_zeros_is_refused():

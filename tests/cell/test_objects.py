@@ -158,6 +158,15 @@ def test_a_foil_of_a_fifth_of_a_millimetre_is_a_mesh():
         (objects.Box(size=(0.05, 0.06, 0.07)), (0.05, 0.06, 0.07)),
         (objects.RedBlock(size=0.05), (0.05, 0.05, 0.05)),
         (objects.Capsule(radius=0.02, length=0.05), (0.09, 0.04, 0.04)),
+        (objects.Mug(radius=0.03, height=0.08), (0.0865, 0.06, 0.08)),  # with its handle
+        (
+            objects.ConvexMesh(
+                points=[
+                    [x, y, z] for x in (-0.05, 0.05) for y in (-0.03, 0.03) for z in (-0.01, 0.03)
+                ]
+            ),
+            (0.1, 0.06, 0.04),
+        ),
     ],
     ids=lambda given: getattr(given, "kind", ""),
 )
@@ -209,6 +218,38 @@ def test_a_bottle_tapers_in_even_steps_from_its_belly_to_its_neck():
         widths.append(1.0 - mujoco.mj_ray(model, data, side, -np.eye(3)[0], None, 1, -1, HIT))
     assert widths[:2] == pytest.approx([0.03] * 2) and widths[5] == pytest.approx(widths[6])
     assert (np.diff(widths[1:6]) < -0.0029).all() and np.diff(widths[2:5], n=2) == pytest.approx(0)
+
+
+def test_a_shelf_is_open_in_front_and_a_mug_above_and_in_its_handle():
+    def distance(built, start, ray):
+        model, data, _ = built
+        start = np.array(start) + [0.0, 0.0, 1.0]
+        return mujoco.mj_ray(model, data, start, np.array(ray), None, 1, -1, HIT)
+
+    shelf = standing(objects.Shelf(size=(0.2, 0.5, 0.6), boards=3, thickness=0.02))
+    assert distance(shelf, (-1.0, 0.2, 0.2), (1.0, 0.0, 0.0)) == pytest.approx(1.0 + 0.1 - 0.02)
+    for side in (-1.0, 1.0):
+        assert distance(shelf, (-0.05, 0.0, 0.2), (0.0, side, 0.0)) == pytest.approx(0.25 - 0.02)
+    assert shelf[0].geom("shelf/board_1").size == pytest.approx([0.1, 0.23, 0.01])
+    mug = standing(objects.Mug(radius=0.03, height=0.08, wall=0.005))
+    assert distance(mug, (0.0, 0.0, 1.0), (0.0, 0.0, -1.0)) == pytest.approx(1.0 - 0.005)
+    assert distance(mug, (0.0, 0.0, 0.04), (-1.0, 0.0, 0.0)) == pytest.approx(0.025, abs=5e-4)
+    assert distance(mug, (0.04, 0.0, 0.04), (1.0, 0.0, 0.0)) == pytest.approx(0.012 - 0.0045)
+    assert distance(mug, (0.04, 0.0, 0.04), (-1.0, 0.0, 0.0)) == pytest.approx(0.01, abs=5e-4)
+    for up in (-1.0, 1.0):
+        assert distance(mug, (0.04, 0.0, 0.04), (0.0, 0.0, up)) == pytest.approx(0.02 - 0.0045)
+
+
+def test_tall_objects_are_gripped_3_cm_below_their_top_and_round_ones_do_not_roll_for_ever():
+    for thing, z in (
+        (objects.Box(size=(0.05, 0.06, 0.2)), 0.07), (objects.Box(size=(0.05, 0.06, 0.05)), 0.0),
+        (objects.Can(height=0.1), 0.07), (objects.Mug(height=0.05), 0.025),
+    ):  # fmt: skip
+        assert thing.centre_offset == pytest.approx([0.0, 0.0, z])
+    for kind in (objects.Sphere, objects.Capsule):
+        model, _, (solid,) = standing(kind(friction=0.9, rolling_friction=2e-4))
+        assert model.geom_condim[solid] == 6
+        assert model.geom_friction[solid] == pytest.approx([0.9, 0.005, 2e-4])
 
 
 @pytest.mark.parametrize("kind", [objects.Bin, objects.Tray])

@@ -105,10 +105,20 @@ def test_sites_of_a_model_are_grasps(tmp_path):
     assert declared_grasps(cell, "mug") == []
 
 
-def test_declared_grasps_from_below_are_left_out():
-    from_above, from_below = np.diag([1.0, -1.0, -1.0]), np.eye(3)
-    declared = [DeclaredGrasp(pin.SE3(R, np.zeros(3)), 0.03) for R in (from_above, from_below)]
-    generator = DeclaredGraspGenerator("it", declared, HAND, np.zeros(3))
-    found = generator.candidates(DOWN)
-    assert len(found) == 2
-    assert all(grasp.T_ot.rotation[:, 2] @ DOWN == pytest.approx(1.0) for grasp in found)
+def test_declared_grasps_that_fit_and_are_not_from_below_place_the_tool_with_either_finger_first():
+    down = [pin.utils.rotate("z", turn) @ np.diag([1.0, -1.0, -1.0]) for turn in (0.4, 1.1)]
+    places = np.array([[0.1, 0.2, 0.3], [-0.1, 0.0, 0.2]])
+    given = [(down[0], places[0], 0.03), (np.eye(3), places[0], 0.03), (down[1], places[1], 0.077),
+             (down[0], places[0], 0.2), (down[1], places[1], 0.3)]  # fmt: skip
+    declared = [DeclaredGrasp(pin.SE3(R, p), width) for R, p, width in given]
+    hand = HAND._replace(centre=0.004, shift=0.5)
+    found = DeclaredGraspGenerator("it", declared, hand, np.zeros(3)).candidates(DOWN)
+    assert found.width.tolist() == [0.03, 0.03, 0.077, 0.077]
+    assert found.opening == pytest.approx([0.036 / 0.08] * 2 + [1.0] * 2)  # 3 mm on both sides
+    for i, grasp in enumerate(found):
+        T_og, side = declared[2 * (i // 2)].T_og, 1.0 - 2.0 * (i % 2)
+        shift = 0.004 + 0.5 * (found.width[i] + 0.002)  # a fixed jaw is 1 mm beside the object
+        assert T_og.actInv(grasp.T_ot.translation) == pytest.approx([0.0, -side * shift, 0.0])
+        assert T_og.rotation.T @ grasp.T_ot.rotation == pytest.approx(np.diag([side, side, 1.0]))
+    with pytest.raises(MotionError, match="declares grasps of 200 mm or more"):
+        DeclaredGraspGenerator("it", declared[3:], HAND, np.zeros(3)).candidates(DOWN)
