@@ -6,6 +6,7 @@ import pytest
 
 from bt_manip import spatial
 from bt_manip.cell import Cell, CellError, OverlapError, Region, objects
+from bt_manip.cell.physics.state import carry_state
 from bt_manip.grippers import TwoFingerGripper
 from bt_manip.robots import Robot, panda
 
@@ -89,6 +90,44 @@ def test_what_follows_is_that_of_a_compile_to_the_last_bit(change):
         return states
 
     assert history(3) == history(0)
+
+
+JOINTS = {
+    "free": '<freejoint name="free"/>',
+    "ball": '<joint name="ball" type="ball"/>',
+    "slide": '<joint name="slide" type="slide"/>',
+    "hinge": '<joint name="hinge"/>',
+}
+BODY = '<body name="{0}" pos="{1} 0 0">{2}<geom size="0.1"/></body>'
+
+
+def test_the_state_of_joints_and_motors_is_carried_by_their_names(rng):
+    def build(order, motors):
+        bodies = "".join(BODY.format(name, i, JOINTS[name]) for i, name in enumerate(order))
+        acting = "".join(
+            f'<general name="m_{name}" joint="{name}" dyntype="integrator"/>' for name in motors
+        )
+        model = mujoco.MjModel.from_xml_string(
+            f"<mujoco><worldbody>{bodies}</worldbody><actuator>{acting}</actuator></mujoco>"
+        )
+        return model, mujoco.MjData(model)
+
+    old, data = build(("free", "ball", "slide", "hinge"), ("slide", "hinge"))
+    new, target = build(("hinge", "slide", "free", "ball"), ("hinge", "slide"))
+    for field in ("qpos", "qvel", "qacc", "qacc_warmstart", "qfrc_applied", "act", "ctrl",
+                  "xfrc_applied"):  # fmt: skip
+        getattr(data, field)[:] = rng.normal(size=getattr(data, field).shape)
+    data.time = 0.7
+    carry_state(old, data, new, target, except_entities=())
+    assert target.time == 0.7
+    for name in JOINTS:
+        for field in ("qpos", "qvel", "qacc", "qacc_warmstart", "qfrc_applied"):
+            given, carried = (getattr(d.joint(name), field) for d in (data, target))
+            assert (given == carried).all() and given.any()
+        assert (target.body(name).xfrc_applied == data.body(name).xfrc_applied).all()
+    assert (target.act == data.act[::-1]).all() and data.act.any()
+    for name in ("m_slide", "m_hinge"):
+        assert target.actuator(name).ctrl == data.actuator(name).ctrl
 
 
 def test_a_model_that_was_changed_by_hand_does_not_come_back():

@@ -57,6 +57,24 @@ def test_fingers_of_much_viscous_friction_follow_their_stroke():
     assert gripper.width == pytest.approx(0.06, abs=5e-4)
 
 
+# Below 2 m p viscous friction is added, for two poles at 150 rad/s; above it all is the finger's.
+@pytest.mark.parametrize(("loss", "damping", "stiffness"), [
+    (30.0, 90.0, 0.3 * 150.0**2), (400.0, 400.0, 200.0 * 150.0),
+])  # fmt: skip
+def test_fingers_follow_a_motion_with_two_equal_poles_and_a_bounded_force(loss, damping, stiffness):
+    loop = FingerLoop(mass=0.3, loss=loss, moving=16.0)
+    assert (loop.damping, loop.stiffness) == pytest.approx((damping, stiffness))
+    s, v, a, errors, speeds = 0.03, 0.01, 2.0, (2e-4, -3e-4), (0.012, 0.007)
+    expected = [0.3 * a + damping * v + stiffness * e - (damping - loss) * w
+                for e, w in zip(errors, speeds, strict=True)]  # fmt: skip
+    measured = (s - errors[0], s - errors[1], *speeds)
+    assert loop.forces(Motion(s, v, a), measured) == pytest.approx(expected)
+    blocked = loop.forces(Motion(s, 0.0, 0.0), (s - 0.1, s + 0.1, 0.0, 0.0))
+    assert blocked == pytest.approx((24.0, -24.0))  # half more than for its fastest motion
+    weak = FingerLoop(mass=0.3, loss=loss, moving=1.0)
+    assert weak.forces(Motion(s, 0.0, 0.0), (s + 0.1, s, 0.0, 0.0)) == (-20.0, 0.0)
+
+
 @pytest.mark.parametrize("loss", [0.0, 30.0, 400.0])
 def test_a_finger_at_its_target_is_not_pushed_on(loss):
     loop = FingerLoop(mass=0.3, loss=loss, moving=0.1 * loss)

@@ -199,6 +199,8 @@ def test_scale_multiplies_lengths_and_keeps_the_masses_of_the_file(tmp_path):
     write_groups(tmp_path / "mm.obj", ((0, 0, 0), (40, 60, 50)))
     huge = ModelObject(str(tmp_path / "mm.obj"))
     assert "its size is 40 x 60 x 50 m" in huge.warnings[0]
+    tiny = ModelObject(f"{tmp_path}/mm.obj", scale=1.5e-5)
+    assert "its size is 0.0006 x 0.0009 x 0.00075 m" in "".join(tiny.warnings)
     for thing in (
         ModelObject(f"{tmp_path}/mm.obj?scale=0.001"),
         ModelObject(f"{tmp_path}/mm.obj", scale=0.001),

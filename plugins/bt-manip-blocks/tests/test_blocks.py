@@ -209,6 +209,20 @@ def test_rows_of_a_tray_are_where_it_says():
     assert tray.row("yellow")[0].translation[1] > 0 > tray.row("red")[0].translation[1]
     assert tray.row_at(np.array([0.0, 0.2, 0.0])) is None
     assert tray.row_at(np.array([0.2, 0.0, 0.0])) is None
+    places = [slot.translation for slot in tray.row("red")]
+    assert places == [pytest.approx([x, -0.0425, 0.005]) for x in (-0.03, 0.03)]
+    (lower,), (upper,) = tray.row_box("red")
+    assert lower == pytest.approx([-0.06, -0.085, 0.005])
+    assert upper == pytest.approx([0.06, 0.0, 0.017])
+    over, on = np.array([0.06, -0.08, 0.0]), np.array([0.0, 0.0, 1e-6])
+    assert (tray.row_at(over), tray.row_at(over - on)) == ("red", None)
+    # At blocks in the corners and 10 cm over them, at any eighth of a turn.
+    targets = [{tuple(np.round(T.translation, 6)) for T in turned} for turned in tray.tool_targets]
+    assert targets == [{(x, y, z)} for y in (0.0425, -0.0425) for x in (-0.03, 0.03)
+                       for z in (0.035, 0.135)]  # fmt: skip
+    for k, T in enumerate(tray.tool_targets[-1]):
+        assert T.rotation[:, 0] == pytest.approx([np.cos(k * np.pi / 4), np.sin(k * np.pi / 4), 0])
+        assert T.rotation[2, 2] == -1.0
 
 
 def test_blocks_on_the_underside_of_a_tray_are_not_sorted(station, trial):

@@ -53,6 +53,22 @@ def test_objects_that_look_alike_are_told_apart_by_their_places(case):
     assert named(*arguments) == (expected, {})
 
 
+# Farther away than a block is wide, or half as wide where others look alike, it may be another.
+@pytest.mark.parametrize(("names", "away", "known"), [
+    ("a", 0.045, False), ("a", 0.035, True), ("ab", 0.025, False), ("ab", 0.015, True),
+])  # fmt: skip
+def test_an_oblong_object_is_known_by_its_place_within_its_shorter_side(names, away, known):
+    side = np.linspace(-0.03, 0.03, 61)
+    top = np.stack(np.meshgrid(0.2 + side[10:51], side), axis=-1).reshape(-1, 2)
+    seen = Cluster(top, 0.04, 1.0, np.array(RED), 1e-3)
+    believed = {"a": np.array([0.2 + away, 0.0])} | {
+        name: np.array([0.9, 0.0]) for name in names[1:]
+    }
+    objects = [KnownObject(name, "box", (0.04, 0.06, 0.04)) for name in names]
+    found, refused = name_clusters([seen], objects, believed)
+    assert ("a" in found) == known and bool(refused) != known
+
+
 @pytest.mark.parametrize(
     ("arguments", "name", "reason"),
     [

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from bt_manip.exceptions import BtManipError
 from bt_manip.runner import RunLoop, RunObserver, prepare, request_of
 from bt_manip.scenes import SceneObject
 from bt_manip.spatial import pose
+from bt_manip_camera.behaviours import IsSeen
 from bt_manip_camera.seen import SeenPoses
 
 
@@ -177,6 +179,11 @@ def test_state_of_what_was_seen_is_plain_data():
     assert other.seen["cube"].T_wo.isApprox(T_wo)
     assert (other.seen["cube"].time, other.seen["cube"].camera) == (0.5, "eye")
     assert other.lost == {"can"}
+    seen = IsSeen(object="cube", max_age=2.0, max_error=0.9e-3)
+    seen.setup(cell=SimpleNamespace(time=2.6), poses=SimpleNamespace(source=other))
+    assert seen.why_not() == "'cube' was seen 2.1 s ago"
+    seen.setup(cell=SimpleNamespace(time=2.4), poses=SimpleNamespace(source=other))
+    assert seen.why_not() == "'cube' is known to 1.0 mm only"
 
 
 class Known(RunObserver):
