@@ -180,8 +180,9 @@ def test_what_comes_later_is_varied_as_it_comes(parts):
 
 
 def test_a_pattern_means_all_names_that_fit(parts):
-    drawn = Varied(parts, objects={"c*": MASS, "later_*": MASS}).begin(0)["objects"]
-    assert drawn.keys() == {"cube", "can"}
+    varied = Varied(parts, objects={"c*": MASS, "later_*": MASS})
+    assert varied.begin(0)["objects"].keys() == {"cube", "can"}
+    assert varied.randomizer.absent == ["later_*"]
     all_free = Varied(parts, objects={"*": MASS}).begin(0)["objects"]
     assert all_free.keys() == {"cube", "can"}
 

@@ -73,6 +73,7 @@ def test_fingers_follow_a_motion_with_two_equal_poles_and_a_bounded_force(loss, 
     assert blocked == pytest.approx((24.0, -24.0))  # half more than for its fastest motion
     weak = FingerLoop(mass=0.3, loss=loss, moving=1.0)
     assert weak.forces(Motion(s, 0.0, 0.0), (s + 0.1, s, 0.0, 0.0)) == (-20.0, 0.0)
+    assert weak.forces(Motion(s, 0.0, 0.0), (s, s - 0.1, 0.0, 0.0)) == (0.0, 20.0)
 
 
 @pytest.mark.parametrize("loss", [0.0, 30.0, 400.0])

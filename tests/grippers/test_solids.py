@@ -1,15 +1,27 @@
 """Convex solids as polyhedra."""
 
 import math
+import re
 from collections import Counter
 
 import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
+import trimesh
 
-from bt_manip.grippers.solids import Polyhedron, least_width, surface_triangles
+from bt_manip.cell import Cell
+from bt_manip.cell.objects import ModelObject
+from bt_manip.grippers.solids import (
+    BodySurface,
+    Polyhedron,
+    geom_surface,
+    least_width,
+    solids_of,
+    surface_triangles,
+)
 from bt_manip.grippers.two_finger.hand import jaw_height
+from bt_manip.spatial import pose
 from tests.grippers.shapes import convex, mug, solid, wedge
 
 
@@ -37,7 +49,8 @@ def test_the_polyhedron_of_a_primitive_is_closed_and_has_nearly_its_volume(kind,
 def test_the_support_function_of_a_primitive_is_that_of_its_polyhedron():
     directions = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.6, 0.0, 0.8]])
     for kind in ("box", "sphere", "cylinder", "capsule", "ellipsoid"):
-        made = solid(kind, 0.02, 0.03, 0.04, at=(0.1, 0.0, -0.05))
+        turned = pin.utils.rotate("x", 0.4) @ pin.utils.rotate("z", 0.9)
+        made = solid(kind, 0.02, 0.03, 0.04, at=(0.1, 0.0, -0.05), rotation=turned)
         corners = made.polyhedron.triangles.reshape(-1, 3)
         expected = (directions @ corners.T).max(axis=1)
         assert made.support(directions) == pytest.approx(expected, abs=5e-4)
@@ -59,3 +72,44 @@ def test_a_part_of_a_fixed_jaw_between_the_jaws_is_as_high_as_its_top():
     for depth, top in ((0.03, 0.03), (0.0, 0.06), (0.07, -np.inf)):
         height = jaw_height(model, 0, pin.SE3.Identity(), closing, depth)
         assert height == pytest.approx(top)
+
+
+MESHES = """<mujoco><asset><mesh name="small" vertex="0 0 0 .1 0 0 0 .2 0 0 0 .3"/>
+<mesh name="box" vertex="-.03 -.02 -.01 .03 -.02 -.01 -.03 .02 -.01 .03 .02 -.01
+-.03 -.02 .01 .03 -.02 .01 -.03 .02 .01 .03 .02 .01"/></asset><worldbody>
+<geom type="mesh" mesh="small" pos="0 0 -3"/><geom type="plane" size="1 1 1"/>
+<body name="it" pos="0 0 1" quat=".9 .1 -.3 .2">
+<geom type="mesh" mesh="box" pos=".1 .05 .02" quat=".6 .5 -.4 .3" friction=".3 .05 .001"/>
+<geom type="capsule" size=".01 .03" pos="-.05 .02 .03" quat=".2 .7 .1 -.4" contype="0"/>
+<geom size=".5" contype="0" conaffinity="0"/></body></worldbody></mujoco>"""
+
+
+def test_the_surface_of_a_body_above_a_plane_is_that_of_its_colliding_geoms(tmp_path):
+    model = mujoco.MjModel.from_xml_string(MESHES)
+    T_tb, body = pose((0.2, 0.3, 1.0), (0.4, -0.5, 0.6, 0.2)), model.body("it").id
+    T_box = T_tb * pose((0.1, 0.05, 0.02), (0.6, 0.5, -0.4, 0.3))
+    T_capsule = T_tb * pose((-0.05, 0.02, 0.03), (0.2, 0.7, 0.1, -0.4))
+    capsule = trimesh.creation.capsule(0.06, 0.01, count=[64, 64])
+    capsule.apply_translation([0.0, 0.0, -capsule.bounds.mean(axis=0)[2]])
+    parts = [trimesh.creation.box((0.06, 0.04, 0.02)).apply_transform(T_box.homogeneous),
+             capsule.apply_transform(T_capsule.homogeneous)]  # fmt: skip
+    whole = trimesh.util.concatenate(parts)
+    found = BodySurface(model, body).beyond(T_tb, -np.inf)
+    assert np.abs([found.min(axis=0), found.max(axis=0)] - whole.bounds).max() < 5e-4
+    for part in parts:  # through its middle
+        height = part.bounds[:, 2].mean()
+        cut = trimesh.intersections.mesh_plane(whole, [0.0, 0.0, 1.0], [0.0, 0.0, height])
+        kept = np.concatenate([whole.vertices[whole.vertices[:, 2] > height], *cut])
+        above = BodySurface(model, body).beyond(T_tb, height)
+        assert (
+            np.abs(
+                [above.min(axis=0) - kept.min(axis=0), above.max(axis=0) - kept.max(axis=0)]
+            ).max()
+            < 5e-4
+        )
+    assert len(geom_surface(model, 1)) == 0  # a plane
+    (tmp_path / "it.xml").write_text(re.sub("<geom type=.plane.*?>", "", MESHES))
+    cell = Cell()
+    cell.add(ModelObject(str(tmp_path / "it.xml")), pose((0.3, 0.0, 5.0)), name="it")
+    (box,) = (solid for solid in solids_of(cell, "it") if solid.friction == 0.3)
+    assert box.polyhedron.triangles.reshape(-1, 3).mean(axis=0) == pytest.approx([0.1, 0.05, 0.02])

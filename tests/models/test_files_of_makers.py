@@ -179,6 +179,19 @@ def test_an_inertia_without_positive_eigenvalues_is_replaced(tmp_path, kind, for
     assert "is impossible for 0.6 kg" in warning and "that of its geometry is used" in warning
 
 
+def test_masses_that_the_file_does_not_give_and_that_count_are_listed(tmp_path):
+    size, joint = 'type="box" size=".05 .05 .05"', '<joint axis="0 1 0"/>'
+    shapes = {
+        "weighed": f'<geom {size} mass=".3"/>', "dense": f'<geom {size} density="500"/>',
+        "inertial": f'<inertial pos="0 0 0" mass="1" diaginertia="1e-3 1e-3 1e-3"/><geom {size}/>',
+        "light": '<geom type="box" size=".01 .01 .01"/>', "bare": f'<geom {size}/>',
+    }  # fmt: skip
+    moving = "".join(f'<body name="{n}">{joint}{shape}</body>' for n, shape in shapes.items())
+    thing = ModelObject(write_model(tmp_path / "m.xml", f"<geom {size}/>{moving}"))
+    (warning,) = (text for text in thing.warnings if "no mass" in text)
+    assert "(water): 'bare' 1 kg; mass" in warning  # the base is fixed
+
+
 def test_an_inertia_of_a_body_without_geometry_is_kept(tmp_path):
     moving = '<body><joint axis="0 1 0"/><geom type="box" size=".02 .03 .025"/></body>'
     bare = '<inertial pos="0 0 0" mass="0.1" diaginertia="1 1 1"/>' + moving

@@ -12,6 +12,7 @@ from bt_manip.cell.objects import Bottle
 from bt_manip.models import bundled_root
 from bt_manip.record.report.recorder import Recorder
 from bt_manip.runner import RunRequest, find_tree, prepare
+from bt_manip.scenes import table_and_basket, two_arms
 from bt_manip.scenes.scene_file import SceneError, read_scene, seed_of
 from bt_manip.spatial import pose
 from bt_manip.toml import line_numbers, line_of
@@ -194,6 +195,19 @@ def test_a_run_of_a_varied_scene_is_told_in_its_report_and_can_be_repeated(parts
     assert first["objects"].keys() == {"cube", "basket"}
     assert first["objects"]["cube"].keys() == {"mass", "friction", "size", "colour"}
     assert first["objects"]["cube"]["mass"] != second["objects"]["cube"]["mass"]
+
+
+def test_the_basket_of_the_table_stands_across_and_two_arms_face_each_other():
+    (robot,), (table, basket) = (getattr(table_and_basket(), of) for of in ("robots", "objects"))
+    assert robot.T_wb.isApprox(pose((-0.1, 0.0, 1.015))) and table.T_wo.isApprox(pose((0, 0, 0)))
+    assert basket.T_wo.translation == pytest.approx([0.68, 0.0, 1.015])
+    assert basket.T_wo.rotation == pytest.approx(np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]]))
+    scene, half_turn = two_arms(), pose((0, 0, 0), (0, 0, 0, 1))
+    (left, right), (_, near, far) = scene.robots, scene.objects
+    assert left.T_wb.isApprox(pose((-0.55, 0.0, 1.015))) and near.T_wo.translation[2] == 1.015
+    for one, opposite in ((left.T_wb, right.T_wb), (near.T_wo, far.T_wo)):
+        assert opposite.isApprox(half_turn * one) and one.rotation == pytest.approx(np.eye(3))
+    assert near.T_wo.translation[:2] == pytest.approx([-0.3, 0.3])
 
 
 def test_a_file_may_say_which_seed(write, parts):
