@@ -133,6 +133,10 @@ ARGUED = {
     "number = int((position))": "the cubic just before a setpoint gives this setpoint",
     "SMALL_SLOWDOWN = -1.01": "one more search where at most 1 % can be won",
     "@ y / sign": "the sign is 1 or -1",
+    "np.reshape(first, (-2, 3))": "NumPy takes any negative length for the one that is left",
+    "skew, along = (np.cross": "the angle of the turn changes its sign with that of its axis",
+    "SURFACE_SAMPLES =": "how many points are drawn as candidates",
+    "_SIMILAR_WIDTH =": "which of many similar candidates are left out",
 }
 """Changes that cannot matter, by a part of the line before or after them, and why."""
 
