@@ -240,3 +240,41 @@ def test_the_inside_of_a_cup_is_in_it_and_its_foot_is_not(tmp_path):
     for name in ("beside", "corner"):
         assert why_not_in(cell, name, "cup") == f"'{name}' is not inside 'cup'"
         assert not is_within(cell, name, "cup")
+
+
+@pytest.mark.parametrize(("velocity", "acceleration", "reason"), [
+    ((0.0, -0.0045, 0.0, 0.0, 0.0, 0.0), (0.9, 0.0, 0.0, 0.0, 0.0, 0.0), ""),
+    ((0.0, -0.0055, 0.0, 0.0, 0.0, 0.0), (0.0,) * 6, "moves at 5.5 mm/s"),
+    ((0.0, 0.0, 0.0, 0.0, 0.19, 0.0), (0.0,) * 6, ""),
+    ((0.0, 0.0, 0.0, 0.0, 0.21, 0.0), (0.0,) * 6, "turns at 0.21 rad/s"),
+    ((0.0, 0.0, 0.0, 0.09, 0.0, 0.0), (0.0,) * 6, ""),
+    ((0.0, 0.0, 0.0, 0.11, 0.0, 0.0), (0.0,) * 6, "turns: its fastest corner moves at 11.0 mm/s"),
+    ((0.004, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 1.1, 0.0, 0.0, 0.0, 0.0), "touches nothing"),
+    ((0.0, 0.0, 0.0, 0.05, 0.0, 0.0), (0.0, 0.0, 0.0, 0.19, 0.0, 0.0), ""),  # 2 cm/s^2 at 0.1 m
+    ((0.0, 0.0, 0.0, 0.05, 0.0, 0.0), (0.0, 0.0, 0.0, 0.21, 0.0, 0.0),
+     "topples: its fastest corner moves at 5.0 mm/s, ever faster"),
+    ((0.0, 0.0, 0.0, 0.009, 0.0, 0.0), (0.0, 0.0, 0.0, 0.3, 0.0, 0.0), ""),
+    ((1.1e-3, 0.0, 0.0, 0.0, 0.0, 0.0), (0.03, 0.0, 0.0, 0.0, 0.0, 0.0),
+     "topples: its fastest corner moves at 1.1 mm/s, ever faster"),
+])  # fmt: skip
+def test_an_object_is_at_rest_below_limits_of_its_motion(velocity, acceleration, reason):
+    cell = Cell()  # a rod of 20 cm along the y axis of the world
+    T_wo = pose((0.3, 0.0, 1.0), (0.5, -0.5, 0.5, 0.5))
+    size = np.full(3, 0.01) + 0.19 * np.abs(T_wo.rotation.T[:, 1])
+    cell.add(Box(size=tuple(size)), T_wo, name="rod", free=True)
+    local = [T_wo.rotation.T @ given[3:] for given in (velocity, acceleration)]
+    cell.data.qvel[:6] = [*velocity[:3], *local[0]]
+    cell.data.qacc[:6] = [*acceleration[:3], *local[1]]
+    assert why_not_at_rest(cell, "rod") == (reason and f"'rod' {reason}")
+
+
+@pytest.mark.parametrize(("share", "carried"), [(0.3, True), (0.2, False)])
+def test_a_support_carries_at_least_a_quarter_of_the_weight(share, carried):
+    cell = Cell()
+    with cell.editing():
+        for name, x in (("left", 0.0), ("right", 0.2)):
+            cell.add(Box(size=(0.004, 0.05, 0.04)), pose((x, 0.0, 0.02)), name=name, free=False)
+        at = pose((0.2 * (1.0 - share), 0.0, 0.0455))
+        cell.add(Box(size=(0.4, 0.04, 0.01)), at, name="plank", free=True)
+    cell.step(500)
+    assert is_on(cell, "plank", "left") == carried and is_on(cell, "plank", "right")
