@@ -9,18 +9,7 @@ from bt_manip.spatial import pose
 from bt_manip_camera.camera import DepthCamera
 from bt_manip_camera.estimation import KnownObject, NotSeenError, estimate_pose, fit_pose
 from bt_manip_camera.frame import Frame
-from bt_manip_camera.segmentation import (
-    FEWEST,
-    Circle,
-    Cluster,
-    Rectangle,
-    find_clusters,
-    fit_circle,
-    fit_rectangle,
-    refine_circle,
-    refine_rectangle,
-    surface_height,
-)
+from bt_manip_camera.segmentation import FEWEST, Cluster, find_clusters
 
 BOX = KnownObject("box", "box", (0.06, 0.04, 0.05))
 
@@ -109,31 +98,6 @@ def filled(length, width, yaw, at=(0.4, -0.1)):
     return at + local @ np.array([[np.cos(yaw), np.sin(yaw)], [-np.sin(yaw), np.cos(yaw)]])
 
 
-@pytest.mark.parametrize("yaw", [0.3, 1.2, -0.7])
-def test_outlines_are_fitted_to_the_points_that_fill_them(yaw):
-    rectangle, centre = fit_rectangle(filled(0.09, 0.04, yaw)), np.array([0.4, -0.1])
-    assert rectangle.centre == pytest.approx(centre, abs=5e-4)
-    assert np.sin(rectangle.yaw - yaw) == pytest.approx(0.0, abs=0.01)
-    assert rectangle.size == pytest.approx((0.09, 0.04), abs=1e-3)
-    start = Rectangle(centre + [2e-3, -1e-3], yaw + 0.04, (0.09, 0.04))
-    refined = refine_rectangle(filled(0.09, 0.04, yaw), start)
-    assert refined.centre == pytest.approx(centre, abs=5e-4) and refined.size == (0.09, 0.04)
-    assert refined.yaw == pytest.approx(yaw, abs=0.01)
-    corners = Rectangle(centre, yaw, (0.09, 0.04)).corners() - centre
-    turned = corners @ np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
-    assert turned == pytest.approx(np.array([[45, 20], [-45, 20], [-45, -20], [45, -20]]) / 1e3)
-    disc = filled(0.07, 0.07, yaw)
-    disc = disc[np.linalg.norm(disc - centre, axis=1) < 0.035]
-    circle = fit_circle(disc)
-    assert circle.centre == pytest.approx(centre, abs=5e-4)
-    assert circle.diameter == pytest.approx(0.07, abs=1e-3)
-    refined = refine_circle(disc, Circle(centre + [2e-3, -2e-3], 0.07))
-    assert refined.centre == pytest.approx(centre, abs=5e-4)
-    assert np.linalg.norm(circle.corners() - circle.centre, axis=1) * 2.0 == pytest.approx(
-        circle.diameter
-    )
-
-
 @pytest.mark.parametrize(("size", "shape", "yaw", "misfit"), [
     ((0.06, 0.04, 0.05), "box", 0.3, 0.0), ((0.04, 0.06, 0.05), "box", 0.3 - np.pi / 2, 0.0),
     ((0.066, 0.04, 0.05), "box", 0.3, 6e-3), ((0.05, 0.05, 0.05), "cylinder", 0.0, None),
@@ -155,10 +119,3 @@ def test_a_pose_is_fitted_to_the_top_with_its_errors(size, shape, yaw, misfit):
             np.arctan2(1e-3 + 0.25 * misfit, max(size[:2]) / 2), rel=0.15
         )
     assert found.position_error == pytest.approx(np.hypot(1.5e-3, 0.25 * misfit), rel=0.05)
-
-
-def test_the_surface_is_the_height_of_most_points():
-    z = np.concatenate([np.linspace(1.001, 1.003, 500), np.linspace(1.1, 1.101, 400), [0.2, 2.0]])
-    assert surface_height(z) == pytest.approx(1.002, abs=2e-4)
-    assert surface_height(z[: FEWEST - 1]) is None
-    assert surface_height(np.linspace(0.0, 10.0, 500)) is None
