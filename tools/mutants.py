@@ -136,6 +136,7 @@ ARGUED = {
     "np.reshape(first, (-2, 3))": "NumPy takes any negative length for the one that is left",
     "skew, along = (np.cross": "the angle of the turn changes its sign with that of its axis",
     "SURFACE_SAMPLES =": "how many points are drawn as candidates",
+    "slope < -1e-09, t": "a line that is parallel to a plane but for rounding",
     "_SIMILAR_WIDTH =": "which of many similar candidates are left out",
 }
 """Changes that cannot matter, by a part of the line before or after them, and why."""

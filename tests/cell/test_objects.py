@@ -158,6 +158,7 @@ def test_a_foil_of_a_fifth_of_a_millimetre_is_a_mesh():
         (objects.Box(size=(0.05, 0.06, 0.07)), (0.05, 0.06, 0.07)),
         (objects.RedBlock(size=0.05), (0.05, 0.05, 0.05)),
         (objects.Capsule(radius=0.02, length=0.05), (0.09, 0.04, 0.04)),
+        (objects.ConvexMesh(), (0.04, 0.04, 0.04)),
         (objects.Mug(radius=0.03, height=0.08), (0.0865, 0.06, 0.08)),  # with its handle
         (
             objects.ConvexMesh(

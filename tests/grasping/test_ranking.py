@@ -54,12 +54,13 @@ def test_a_rod_is_gripped_at_its_centre_of_mass_rather_than_beside_it():
 
 
 def test_the_nearest_grasp_of_a_ball_is_turned_to_the_tool():
-    table = candidates(solid("sphere", 0.025))
+    at = np.array([0.1, -0.05, 0.02])
+    table = candidates(solid("sphere", 0.025, at=at))
     for angle in (0.3, 1.4, -2.8):
-        T_now = pin.SE3(pin.utils.rotate("z", angle) @ np.diag([1.0, -1.0, -1.0]), np.zeros(3))
+        T_now = pin.SE3(pin.utils.rotate("z", angle) @ np.diag([1.0, -1.0, -1.0]), at)
         first = next(ranking(table, T_now=T_now).by_distance())
         assert first.T_wt.rotation == pytest.approx(T_now.rotation, abs=1e-9)
-        assert first.T_wt.translation[:2] == pytest.approx([0.0, 0.0], abs=1e-9)
+        assert first.T_wt.translation[:2] == pytest.approx(at[:2], abs=1e-9)
         assert first.tool_distance == pytest.approx(0.0, abs=1e-6)
         assert first.grasp.T_ot.isApprox(first.T_wt)
 

@@ -148,9 +148,9 @@ def test_points_are_uniform_on_the_surface_of_a_union():
 def test_a_line_through_solids_that_overlap_or_touch_leaves_the_last_of_them():
     turned = pin.utils.rotate("z", 0.5)
     shapes = [
-        solid("box", 0.01, 0.05, 0.05), solid("box", 0.002, 0.002, 0.05),  # one inside
+        solid("box", 0.01, 0.05, 0.05), solid("box", 0.002, 0.05, 0.05, at=(0.05, 0.0, 0.0)),
         solid("box", 0.01, 0.05, 0.05, at=(0.015, 0.0, 0.0), rotation=turned),
-        solid("box", 0.01, 0.05, 0.05, at=(0.05, 0.0, 0.0)),
+        solid("box", 0.01, 0.05, 0.05, at=(0.05, 0.0, 0.0)),  # around the second one
         solid("box", 0.001, 0.05, 0.05, at=(0.061005, 0.0, 0.0)),  # 5 micrometres behind
         solid("box", 0.001, 0.05, 0.05, at=(0.063045, 0.0, 0.0)),  # 40 micrometres
     ]  # fmt: skip

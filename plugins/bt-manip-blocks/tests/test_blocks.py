@@ -214,6 +214,9 @@ def test_rows_of_a_tray_are_where_it_says():
     (lower,), (upper,) = tray.row_box("red")
     assert lower == pytest.approx([-0.06, -0.085, 0.005])
     assert upper == pytest.approx([0.06, 0.0, 0.017])
+    walls = {geom.name: geom.pos for geom in tray.mjcf_model.find_all("geom")}
+    assert walls["wall_left"][1] == -walls["wall_right"][1] == pytest.approx(0.0875)
+    assert walls["wall_front"][0] == -walls["wall_back"][0] == pytest.approx(0.0625)
     over, on = np.array([0.06, -0.08, 0.0]), np.array([0.0, 0.0, 1e-6])
     assert (tray.row_at(over), tray.row_at(over - on)) == ("red", None)
     # At blocks in the corners and 10 cm over them, at any eighth of a turn.
