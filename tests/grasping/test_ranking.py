@@ -87,3 +87,20 @@ def test_a_centre_of_mass_beside_the_tool_costs_up_to_half_an_approach_from_the_
     for one in found:
         beside = math.hypot(x - one.T_wt.translation[0], one.T_wt.translation[1])
         assert one.costs["balance"] == pytest.approx(0.5 * min(beside / 0.05, 1.0))
+
+
+@pytest.mark.parametrize("kind", ["sphere", "box"])
+def test_grasps_keep_their_order_and_costs_where_the_object_and_the_tool_are_moved(kind, rng):
+    com = np.array([0.08, 0.0, 0.03])
+    table = candidates(solid(kind, 0.02, 0.03, 0.025, at=(0.1, -0.05, 0.02)))
+    table = replace(table, costs={"drawn": 10.0 * rng.permutation(len(table))})
+    T_wo = pin.SE3(pin.utils.rotate("z", 0.7), np.array([0.3, -0.2, 0.5]))
+    T_now = pin.SE3(pin.rpy.rpyToMatrix(2.9, 0.2, 0.4), np.array([0.1, 0.2, 0.4]))
+    still = GraspRanking(table, pin.SE3.Identity(), com, T_now)
+    moved = GraspRanking(table, T_wo, com, T_wo * T_now)
+    for order in (GraspRanking.by_cost, GraspRanking.by_distance):
+        for here, there in zip(order(still), order(moved), strict=True):
+            assert there.T_wt.isApprox(T_wo * here.T_wt, 1e-6)
+            assert there.grasp.T_ot.isApprox(here.grasp.T_ot, 1e-6)
+            assert there.cost == pytest.approx(here.cost)
+            assert there.tool_distance == pytest.approx(here.tool_distance, abs=1e-6)
