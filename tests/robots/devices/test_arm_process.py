@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.interpolate import BPoly, CubicSpline
 
 from bt_manip.robots import ArmDevice, DeviceState
 from bt_manip.robots.connection_worker import ArmWorker, Field, SharedReadings, state_problem
@@ -171,6 +172,8 @@ def raises(error):
 SEVERE = {
     "a jump of the clock": jump(0.35),
     "a long jump of the clock": jump(100.0),
+    "a jump of the clock by 21 ms": jump(0.021),
+    "a clock that stands still for 22 ms": stands(22),
     "a huge time": lambda device, state: state._replace(time=1e300),
     "a clock that runs backwards": jump(-5.0),
     "a time of NaN": sends(time=math.nan),
@@ -222,7 +225,7 @@ def test_lost_cycles_are_passed_over_only_where_the_arm_extrapolates(
 
 
 def test_readings_that_repeat_a_time_are_no_lost_cycles_afterwards(model, motion):
-    device = Device(motion[0], {200: stands(3), 230: jump(5 * STEP), 260: stands(2)})
+    device = Device(motion[0], {200: stands(19), 230: jump(5 * STEP), 260: stands(2)})
     shared = run(device, motion, model.limits)
     assert not shared.problem and shared.header[Field.LOST] == 5
     check_written(device, model.limits)
@@ -235,8 +238,9 @@ def test_an_arm_of_any_period_gets_the_motion_in_its_own_time(model, motion, per
     shared = run(device, motion, model.limits)
     assert not shared.problem
     q, setpoint = np.array(device.written), (np.array(device.times) - BEGUN) / STEP - FIRST
-    planned = [np.interp(setpoint, np.arange(len(motion)), joint) for joint in motion.T]
-    np.testing.assert_allclose(q, np.transpose(planned), atol=1e-5)
+    ends = CubicSpline(np.arange(len(motion)), motion)(np.clip(setpoint, 0, len(motion) - 1))
+    np.testing.assert_allclose(q, ends, atol=5e-7)
+    assert device.times[-1] - BEGUN == pytest.approx((FIRST + len(motion)) * STEP + 0.1, abs=0.011)
     v = np.diff(q, axis=0) / period
     assert (np.abs(v) <= TOLERANCE * model.limits.velocity + 1e-3).all()
     assert (np.abs(np.diff(v, axis=0)) / period <= 1.05 * model.limits.acceleration).all()
@@ -259,14 +263,71 @@ class Held(Device):
 
 @pytest.mark.parametrize("off", [0.0, 4.9e-3])
 def test_a_motion_starts_smoothly_from_what_the_controller_holds(model, motion, off):
-    device = Held(motion[0] + off, motion[0] + off)
-    shared = run(device, motion, model.limits)
+    longer = np.concatenate([motion, np.repeat(motion[-1:], 800, axis=0)])
+    held = motion[0] + off * np.array([1.0, -1.0, 0.5, 0.0, 0.2, -0.3, 0.1])
+    device = Held(held, held)
+    shared = run(device, longer, model.limits)
     assert not shared.problem
     check_written(device, model.limits)
-    assert np.allclose(device.written[0], motion[0] + off)
-    assert np.allclose(device.written[-1], motion[-1], atol=off)
-    moved = np.abs(np.diff(np.array(device.written), axis=0))[:20].max()
-    assert moved < 1e-4  # no jump to the first setpoint
+    s = np.minimum(np.arange(len(device.written)), 1000)[:, np.newaxis] * STEP  # in a second
+    left = BPoly.from_derivatives([0.0, 1.0], [[1.0, 0.0, 0.0], [0.0] * 3])(s)  # minimum jerk
+    planned = longer[np.clip(np.arange(len(s)) - FIRST + 1, 0, len(longer) - 1)]
+    np.testing.assert_allclose(device.written, planned + left * (held - motion[0]), atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("sent", "first", "answer"),
+    [
+        (130, 131, ("", "")),
+        (130, 130, ("late", "")),
+        (20, 25, ("", "")),  # in place of a motion that has not begun
+        (20, FIRST + 2, ("", "")),
+        (440, 470, ("", "")),  # from rest at the end of the first one
+        (20, FIRST + 2, ("limits", "velocity of joint 1 where it joins the present one")),
+        (130, 150, ("limits", "velocity of joint 1 where it joins the present one")),
+    ],
+)
+def test_setpoints_replace_those_of_a_motion_from_their_number_on(
+    model, motion, sent, first, answer
+):
+    motion = 0.5 * (motion + motion[0])  # leaves half of each limit
+    s = np.linspace(0.0, 1.0, 400)[:, np.newaxis]
+    rise = 0.01 * s**3 * (10.0 - 15.0 * s + 6.0 * s * s) * np.arange(1.0, 8.0)
+    begin = max(first - FIRST, 0)
+    rest = motion[np.minimum(np.arange(begin, begin + 600), len(motion) - 1)]
+    new = rest + np.pad(rise, ((0, 200), (0, 0)), mode="edge") + 0.01 * (answer[0] == "limits")
+    device, parent = Device(motion[0]), Parent(Device(motion[0]), motion)
+    parent.device, poll = device, parent.poll
+
+    def poll_with_the_new_ones():
+        if parent.polls + 1 == sent:
+            parent.messages.append(("setpoints", first, new))
+        return poll()
+
+    parent.poll = poll_with_the_new_ones
+    shared = work(device, parent, model.limits)
+    assert parent.answers == [("", ""), answer] and not shared.problem
+    expected = np.concatenate([np.repeat(motion[:1], FIRST, axis=0), motion])
+    if not any(answer):
+        held = np.pad(expected, ((0, 900), (0, 0)), mode="edge")
+        expected = np.concatenate([held[:first], new])
+    ends = np.minimum(np.arange(1, len(device.written) + 1), len(expected) - 1)
+    assert len(device.written) == len(expected) + 99
+    np.testing.assert_allclose(device.written, expected[ends], atol=1e-12)
+
+
+@pytest.mark.parametrize(("pause", "steps"), [(0.3, 300), (5.0, 1000), (-0.2, 1), (0.0004, 1)])
+def test_the_time_that_passes_at_rest_counts_up_to_a_second(model, motion, pause, steps):
+    device, parent = Device(motion[0]), Parent(Device(motion[0]), motion)
+    parent.messages, parent.device, read = [], device, device.read
+
+    def read_after_a_pause():
+        device.time += pause - STEP if parent.polls == 10 else 0.0
+        device.finished = parent.polls >= 20
+        return read()
+
+    device.read = read_after_a_pause
+    assert work(device, parent, model.limits).header[Field.SETPOINT] == 20 + steps
 
 
 def test_an_arm_that_could_not_start_moves_again_once_it_has_recovered(model, motion):
@@ -291,14 +352,15 @@ def test_an_arm_that_could_not_start_moves_again_once_it_has_recovered(model, mo
 @pytest.mark.parametrize(
     ("held", "sags", "error", "moved"),
     [
-        (6e-3, 0.0, 0.0, "joint 1 by 0.006 rad"),  # the controller holds something else
-        (0.0, 0.06, 0.0, "joint 2 by 0.060 rad"),
-        (0.0, 0.06, 0.05, ""),  # it says that it sags
+        (5.1e-3, 0.0, 0.0, "joint 1 by 0.005 rad"),  # the controller holds something else
+        (0.0, -0.021, 0.0, "joint 2 by 0.021 rad"),
+        (0.0, -0.019, 0.0, ""),
+        (0.0, 0.069, 0.05, ""),  # it says that it sags
     ],
 )
 def test_a_motion_begins_where_the_arm_is_or_is_refused(model, motion, held, sags, error, moved):
     sag = np.array([0, sags, 0, 0, 0, 0, 0])
-    device = Held(motion[0] + held, motion[0] + sag)
+    device = Held(motion[0] + held * (np.arange(7) == 0), motion[0] + sag)
     device.steady_state_error = error
     parent = Parent(device, motion)
     shared = work(device, parent, model.limits)
