@@ -27,16 +27,26 @@ def test_the_limit_is_that_of_the_formula_in_the_direction_of_motion(both):
     up, down = limits.velocity_at(q, np.ones_like(q)), limits.velocity_at(q, -np.ones_like(q))
     expected = np.minimum(plain.velocity, formula(plain.upper - q))
     assert (up <= expected).all() and (up >= expected - 0.01).all()
-    inside = plain.upper - (q + 1e-3 * up)  # a control step later
-    assert (up <= np.maximum(formula(inside), 0.025 * plain.velocity) + 1e-12).all()
-    expected = np.minimum(plain.velocity, formula(q - plain.lower))
-    assert (down <= expected).all() and (down >= expected - 0.01).all()
+    # The limit is the one at the position that the velocity leads to within a control step.
+    least, after = (
+        0.025 * plain.velocity,
+        (plain.upper - q - 1e-3 * up, q - 1e-3 * down - plain.lower),
+    )
+    for found, distance in zip((up, down), after, strict=True):
+        np.testing.assert_allclose(found, np.clip(formula(distance), least, plain.velocity))
+    beyond = limits.velocity_at(limits.upper + 0.5, np.ones(7))
+    np.testing.assert_array_equal(beyond, least)
 
 
-def test_positions_end_where_the_velocity_limit_would_be_nearly_zero(both):
-    plain, limits = both
-    assert (limits.upper < plain.upper).all() and (limits.lower > plain.lower).all()
-    assert (limits.velocity_at(limits.upper, np.ones(7)) > 0.02 * plain.velocity).all()
+@pytest.mark.parametrize("ends", [{}, {"near_lower": (-1.9,) * 7, "near_upper": (1.4,) * 7}])
+def test_positions_end_where_the_velocity_limit_would_be_nearly_zero(both, ends):
+    plain, _ = both
+    limits = Robot(replace(NEAR, home=(0.1, 0.0, 0.0, -1.5, 0.0, 1.0, 0.0), **ends)).limits
+    low, high = ends.get("near_lower", plain.lower), ends.get("near_upper", plain.upper)
+    step = 1e-3 * 0.025 * plain.velocity  # of the least velocity, in a control step
+    apart = (OFFSET + 0.025 * plain.velocity) ** 2 / (2.0 * DECELERATION) + step
+    np.testing.assert_allclose(limits.upper, np.minimum(plain.upper, high - apart), rtol=1e-12)
+    np.testing.assert_allclose(limits.lower, np.maximum(plain.lower, low + apart), rtol=1e-12)
     assert plain.near is None
     assert plain.velocity_at(plain.upper, np.ones(7)) is plain.velocity
 

@@ -5,8 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bt_manip.robots import JointLimits
-from bt_manip.trajectories import PathLimits, limit_use
+from bt_manip.robots import JointLimits, sampling_bounds
+from bt_manip.trajectories import PathLimits, limit_use, tool_use
+from bt_manip.trajectories.limit_check import motor_efforts, sampled_effort_use
+
+from .pendulum import pendulum
 
 ONE = np.ones(2)
 LIMITS = JointLimits(-3 * ONE, 3 * ONE, 2 * ONE, 5 * ONE, 100 * ONE, ONE)
@@ -95,3 +98,58 @@ def test_of_joints_and_other_coordinates_the_one_nearest_its_limit_counts(of_joi
     velocity, acceleration, jerk = limits.use(0.0 * v, v, 0.0 * v)
     assert velocity == pytest.approx(max(abs(of_joint) / 2.0, of_other / 0.5))
     assert acceleration == jerk == 0.0
+
+
+def test_every_kind_of_limit_counts_over_all_joints_and_steps(rng):
+    q, v, a = rng.normal(size=(3, 6, 2)) * [[[0.3]], [[200.0]], [[1.0]]]
+    lower, upper, j = np.array([-1.0, -0.2]), np.array([2.0, 0.9]), np.array([70.0, 900.0])
+    limits = JointLimits(lower, upper, np.array([2.0, 7.0]), np.array([5.0, 3.0]), j, ONE)
+    use, steps = limits.use(q, v, a), np.diff(q, axis=0) / 1e-3
+    assert use.position == pytest.approx(np.abs((2 * q - [1.0, 0.7]) / [3.0, 1.1]).max())
+    velocity = np.abs(np.vstack([v, steps]) / [2.0, 7.0])
+    assert use.velocity == pytest.approx(velocity.max())
+    assert use.acceleration == pytest.approx(np.abs(a / [5.0, 3.0]).max())
+    assert use.jerk == pytest.approx(np.abs(np.diff(a, axis=0) / (1e-3 * j)).max())
+    np.testing.assert_allclose(limits.velocity_use(q, steps[[0]]), np.abs(steps[0]) / [2.0, 7.0])
+    low, high = sampling_bounds(np.array([-9.0, -9.0, -9.0, 4.0]), np.array([9.0, -4.0, 1.0, 9.0]))
+    assert np.array_equal(low, [-np.pi, -9.0, -np.pi, 4.0])
+    assert np.array_equal(high, [np.pi, -4.0, 1.0, 9.0])
+
+
+def test_the_tool_keeps_its_speed_and_its_box():
+    # The tip of the pendulum is at (cos q, 0, -sin q).
+    box = np.array([[-2.0, -1.0, -0.5], [2.0, 1.0, 0.3]])
+    model = pendulum(velocity=50.0, jerk=1e9, acceleration=1e6)
+    limits = replace(model.limits, box=box, tool_speed=0.4, arm=model)
+    for speed, problem in ((0.398, ""), (-0.402, "speed of the tool, 0.402 m/s")):
+        q = speed * 1e-3 * np.arange(1, 400)[:, np.newaxis]
+        assert limits.tool_use(q, 1e-3) == pytest.approx(abs(speed) / 0.4)
+        assert limits.setpoints_problem(np.zeros((3, 1)), q) == problem
+        references = q[0] * np.array([[0.0], [30.0], [50.0]])
+        assert limits.at_scale(0.5).reference_problem(references, (0.03, 0.02)) == ""
+        assert limits.reference_problem(1.06 * references, (0.03, 0.02)) == "speed of the tool"
+    s = np.linspace(0.0, 1.0, 141)[:, np.newaxis]
+    out = limits.leaving(0.8 * s)  # 0.46 is inside, 0.57 the next that is checked
+    assert out == "z of the tool is -0.541 m, its bounds are -0.5 to 0.3 m"
+    assert limits.leaving(0.525 * s, 0.002) == "" and "is 0.301 m" in limits.leaving(-0.306 * s)
+    assert limits.leaving(0.56 + 0.1 * s[::-1]) == ""  # from outside towards the box
+
+
+def test_efforts_are_those_of_a_pendulum_with_damping_and_dry_friction(rng):
+    model = pendulum(gravity=-9.81, effort=7.0, damping=3.0)
+    model.friction[:] = 1.5
+    q, v, a = rng.normal(size=(3, 5, 1))
+    tau = 2.0 * a - 2.0 * 9.81 * np.cos(q) + 3.0 * v + 1.5 * np.sign(v)  # turning lowers it
+    np.testing.assert_allclose(motor_efforts(model, q, v, a), tau, atol=1e-9)
+    assert tau.max() < -tau.min()
+    assert sampled_effort_use(model, q, v, a) == pytest.approx(-tau.min() / 7.0)
+
+
+def test_the_speed_of_the_tool_is_found_between_coarse_steps():
+    # q' = 0.2 + 0.1 sin(70 t) rad/s, whose maxima are between two steps of 10 ms.
+    model = pendulum()
+    limits = replace(model.limits, tool_speed=0.3, arm=model)
+    motion = Motion(lambda t: (0.2 * t - 0.1 / 70.0 * np.cos(70.0 * np.minimum(t, 0.1)),))
+    for start, most in ((0.0, 0.29998), (0.03, 0.284484)):  # at first, or just after the start
+        assert tool_use(motion, limits, start) == pytest.approx(most / (0.995 * 0.3), rel=1e-4)
+    assert tool_use(motion, model.limits) == 0.0

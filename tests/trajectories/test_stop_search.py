@@ -5,7 +5,7 @@ import pytest
 
 from bt_manip.robots import MotionLimits
 from bt_manip.trajectories import PathLimits, StraightPath
-from bt_manip.trajectories.deceleration_limits import LimitedPath
+from bt_manip.trajectories.deceleration_limits import DecelerationLimits, LimitedPath
 from bt_manip.trajectories.motion_profile import profile_to_velocity
 from bt_manip.trajectories.stop_search import STOP_MARGINS, shortest_stop_time, stop_profiles
 
@@ -117,3 +117,67 @@ def test_where_no_path_jerk_suits_both_joints_a_stop_inside_all_limits_is_found(
         if max(path.limits.use(*path.sample(profile, np.arange(0.0, profile.duration, 1e-3)))) <= 1
     ]
     assert fastest <= inside[0] <= 1.2 * fastest
+
+
+@pytest.mark.parametrize("margin", [0.9, 0.3])
+def test_bounds_of_path_acceleration_and_jerk_are_those_of_all_coordinates(rng, margin):
+    # x = c0 + c1 s + c2 s^2 + c3 s^3: its third derivative is the same at all nodes.
+    c, (bound, jerk) = rng.normal(size=(4, 3)), rng.uniform(1.0, 6.0, (2, 3))
+
+    def evaluate(s):
+        powers = (s**3, 3.0 * s**2, 6.0 * s), (s**2, 2.0 * s, 2.0 + 0.0 * s), (s, s**0, 0.0 * s)
+        rows = zip(*powers, (s**0, 0.0 * s, 0.0 * s), strict=True)
+        return [np.transpose(row) @ c[::-1] for row in rows]
+
+    one = np.ones(3)
+    joints = MotionLimits(-9 * one, 9 * one, 9 * one, bound, jerk, one)
+    limits = DecelerationLimits(
+        LimitedPath(evaluate, PathLimits(joints, np.empty((3, 0))), 1.0), 0.2, 0.01, None
+    )
+    limits.margin = margin
+    assert limits.extend(20) and limits.extend(500) and not limits.extend(500)
+    assert len(limits.nodes()) == 82  # from 0.2 to 1, and one beyond the end
+    s, v, u = 0.2 + np.array([0.07, 0.303, 0.618]), np.array([0.4, 0.9, 1.3]), np.array([-2, 0, 1])
+    rows = limits.at(s)
+    assert limits.at(np.array([1.05])) == pytest.approx(limits.nodes(81))
+    (_, d1, d2), d3 = evaluate(s), 6.0 * c[3]
+
+    def interval(factor, rest, limit):
+        """Return the lowest and highest x with |factor x + rest| <= limit, for all coordinates."""
+        ends = np.sort([(-limit - rest) / factor, (limit - rest) / factor], axis=0)
+        return ends[0].max(), ends[1].min()
+
+    found = limits.jerk_bounds(rows, v, u)
+    low = limits.min_acceleration(rows, v[:, np.newaxis])
+    for i in range(3):
+        own = np.abs(d2[i] * v[i] ** 2)  # where the path itself takes more, it may go on
+        expected = interval(d1[i], d2[i] * v[i] ** 2, np.maximum(margin * bound, own))[0]
+        assert low[i] == pytest.approx(min(expected, 0.0), abs=2e-3)
+        rest, turn = d3 * v[i] ** 3, 3.0 * d2[i] * v[i]
+        limit = np.maximum(margin * jerk, np.abs(rest))
+        expected = [
+            *interval(d1[i], rest + turn * u[i], limit),
+            (limit / np.abs(d1[i])).min(), interval(turn, rest, limit)[0],
+        ]  # fmt: skip
+        np.testing.assert_allclose([bounds[i] for bounds in found], expected, rtol=3e-3)
+
+
+def test_efforts_bound_the_path_acceleration_together_with_gravity_damping_and_friction():
+    # 2 kg m2 q'' = tau - 5 q' - 1.5 + 2 g cos q, on q = 0.3 - s + 0.4 s^2 downwards and upwards.
+    model = pendulum(gravity=-9.81, effort=40.0, damping=5.0)
+    model.friction[:] = 1.5
+
+    def evaluate(s):
+        s = s[:, np.newaxis]
+        return 0.3 - s + 0.4 * s * s, 0.8 * s - 1.0, 0.8 * np.ones_like(s)
+
+    path = LimitedPath(evaluate, PathLimits(model.limits, np.empty((3, 0))), 1.0)
+    limits, v = DecelerationLimits(path, 0.0, 0.05, model), np.array([[0.0, 0.5, 1.5]])
+    limits.margin = 0.9
+    limits.extend(15)
+    s = 0.05 * np.arange(15)
+    q, d1, d2 = evaluate(s)
+    rest = 2.0 * d2 * v * v + 5.0 * d1 * v - 2.0 * 9.81 * np.cos(q) - 1.5
+    most = 0.9 * 0.98 * 40.0
+    expected = np.maximum((most - rest) / (2.0 * d1), -90.0 / np.abs(d1) - d2 * v * v / d1)
+    np.testing.assert_allclose(limits.min_acceleration(limits.nodes(), v), expected, rtol=1e-2)

@@ -104,3 +104,37 @@ def test_a_trajectory_inside_the_effort_limits_keeps_all_its_accelerations(model
 
     scale_to_effort_limits(plan, model)
     assert factors == [1.0]
+
+
+@pytest.mark.parametrize(("tool_speed", "speed"), [(0.5, 1.0), (0.5, 0.5), (2.1, 1.0), (30.0, 1.0)])
+def test_a_slow_tool_takes_the_time_of_the_textbook(tool_speed, speed):
+    # d / v + v / a + a / j; the tool of the bar of 1 m uses 99.5 % of its speed.
+    model = pendulum(acceleration=5.0, jerk=500.0, effort=1e3)
+    model.limits = replace(model.limits, tool_speed=tool_speed, arm=model)
+    start, end = np.array([-0.7]), np.array([0.5])
+    a, j = 5.0 * speed**2, 500.0 * speed**3
+    v = min(0.995 * tool_speed, np.sqrt(1.2 * a + (0.5 * a * a / j) ** 2) - 0.5 * a * a / j)
+    for trajectory in (
+        time_parameterize_segment(start, end, model, speed),
+        time_parameterize(StraightPath(start, end), model, speed),
+    ):
+        assert trajectory.duration == pytest.approx(1.2 / v + v / a + a / j, rel=0.015)
+        q = trajectory.sample(np.arange(0.0, trajectory.duration, 1e-3))[0]
+        assert np.abs(np.diff(q, axis=0)).max() <= 0.995e-3 * tool_speed + 1e-9
+
+
+def test_the_greatest_scale_inside_the_effort_limits_is_found():
+    model, strong = pendulum(effort=10.0), pendulum(effort=1e4)  # 9.5 N m turn it by 4.75 rad/s2
+    factors = []
+
+    def plan(factor):
+        factors.append(factor)
+        strong.limits = replace(strong.limits, acceleration=np.array([20.0 * factor]))
+        return time_parameterize_segment(np.zeros(1), np.ones(1), strong)
+
+    found = scale_to_effort_limits(plan, model)
+    assert 0.97 * 0.95 <= effort_use(found, model) <= 0.95
+    assert len(factors) < 12 and factors[:2] == [1.0, 0.7]
+    heavy = pendulum(gravity=-9.81, effort=15.0)
+    with pytest.raises(MotionError, match="needs 131 % of an effort limit even when slow; 95 %"):
+        scale_to_effort_limits(plan, heavy)

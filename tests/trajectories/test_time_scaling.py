@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from bt_manip.trajectories import JointTrajectory, MotionProfile
+from bt_manip.exceptions import MotionError
+from bt_manip.trajectories import JointTrajectory, MotionProfile, at_speed_scale
 from bt_manip.trajectories.time_scaling import change_speed_scale
 
 from .pendulum import pendulum
@@ -37,12 +38,26 @@ def test_damping_leaves_less_effort_for_a_change_of_the_speed():
     assert change.near_optimal and np.abs(s_ddot).max() == pytest.approx(4.0, rel=0.01)
 
 
-def test_a_rise_from_rest_that_only_the_jerk_limits_keeps_it_and_takes_not_twice_as_long():
-    model = pendulum(acceleration=1e3, effort=1e4, jerk=60.0)
-    change = change_speed_scale(TURNING, (0.5, 0.0, 0.0), 1.0, model)
+@pytest.mark.parametrize("jerk", [240.0, 60.0, 15.0, 4.0, 1.0])
+def test_a_rise_from_rest_that_only_the_jerk_limits_keeps_it_and_takes_not_twice_as_long(jerk):
+    model = pendulum(acceleration=1e3, effort=1e4, jerk=jerk)
+    change = change_speed_scale(TURNING, (0.1, 0.0, 0.0), 1.0, model)
     t = np.arange(0.0, change.trajectory.duration, 1e-3)
     s_ddot = change.trajectory.time_scaling.sample(t)[2]
-    assert np.abs(np.diff(s_ddot)).max() <= 1e-3 * 60.0
-    shortest = 2.0 * np.sqrt(1.0 / 60.0)  # of the jerk up, and down again
+    assert np.abs(np.diff(s_ddot)).max() <= 1e-3 * jerk
+    shortest = 2.0 * np.sqrt(1.0 / jerk)  # of the jerk up, and down again
     assert shortest <= t[np.abs(s_ddot) > 1e-6].max() + 2e-3 < 2.0 * shortest
     assert not change.near_optimal
+
+
+def test_at_a_constant_scale_the_rest_takes_its_time_and_at_none_it_stays():
+    rest = at_speed_scale(TURNING, 0.5, 0.25)
+    assert rest.duration == pytest.approx((2.0 - 0.5) / 0.25)
+    q, v, a = rest.sample(np.array([0.0, 2.0, 6.0]))
+    assert np.allclose(q[:, 0], [0.5, 1.0, 2.0]) and np.allclose(v[:2], 0.25) and not a.any()
+    still = at_speed_scale(TURNING, 0.5, 0.0)
+    assert still.duration == 0.0 and still.end == pytest.approx([0.5])
+    model = pendulum()
+    assert change_speed_scale(TURNING, (2.0, 1.0, 0.0), 0.5, model) is None
+    with pytest.raises(MotionError, match="would take 1.5e"):
+        change_speed_scale(TURNING, (0.5, 1.0, 0.0), 1e-3, model)
