@@ -136,6 +136,7 @@ def test_the_tool_points_along_the_object_at_the_end_that_is_not_held(parts):
 def test_the_progress_of_a_hand_over_rises_with_every_stage(cell, handed_over):
     condition = handed_over.root
     near, far, rod, nothing = (0.05, 0.0, 0.7), (2.0, 0.0, 0.7), ("rod",), ()
+    high = (0.0, 0.0, 0.7)
 
     def robot(position, held):
         tool = SimpleNamespace(translation=np.array(position))
@@ -153,7 +154,18 @@ def test_the_progress_of_a_hand_over_rises_with_every_stage(cell, handed_over):
         (0.7, robot(near, rod), robot(near, rod)),
     ):
         cell.move("rod", spatial.pose((0.0, 0.0 if z > 0.5 else 0.3, z)))
-        cell.step(1)
+        cell.step(20 if z < 0.5 else 1)
         condition.robots = {"left": giver, "right": receiver}
         progress.append(condition.progress())
-    assert np.diff(progress).min() > 0.0 and progress[-1] == pytest.approx(0.9)
+    near_it = [
+        0.2 / (0.2 + np.linalg.norm(np.subtract(at, rod)))
+        for at, rod in (
+            (far, (0.0, 0.3, 0.115)),
+            (near, (0.0, 0.3, 0.115)),
+            (far, high),
+            (near, high),
+        )
+    ]
+    expected = [0.2 * near_it[0], 0.2 * near_it[1], 0.4]
+    expected += [0.5 + 0.3 * near_it[2], 0.5 + 0.3 * near_it[3], 0.9]
+    assert progress == pytest.approx(expected, abs=1e-3)

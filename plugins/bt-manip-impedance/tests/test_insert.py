@@ -111,8 +111,12 @@ def test_the_half_circles_of_a_spiral_touch_and_cover_the_circle():
         middle = 0.5 * (start + end)
         assert np.linalg.norm(via - middle) == pytest.approx(0.5 * np.linalg.norm(end - start))
         start = end
+    ends = np.array([centre, *(end for _, end in found)])
+    sides = np.array([via for via, _ in found]) - 0.5 * (ends[1:] + ends[:-1])
+    assert (np.sign(sides[:, 1]) == np.sign(np.diff(ends[:, 0]))).all()  # all turn the same way
+    assert not (ends - centre)[:, 1:].any()
     reached = [np.linalg.norm(end - centre) for _, end in found]
-    assert np.diff(reached) == pytest.approx(pitch / 2)
+    assert reached == pytest.approx(pitch / 2 * np.arange(1, 10))
     assert min(reached[-2:]) >= 0.004
 
 

@@ -97,3 +97,48 @@ def test_an_object_at_its_place_has_made_all_progress():
     )
     episodes = SimpleNamespace(run=run, station=SimpleNamespace(cell=cell, robots=robots))
     assert goal_progress(episodes) == pytest.approx(0.9 * (0.6 + 0.4 * 0.25), abs=1e-6)
+
+
+def test_the_progress_of_several_objects_counts_reaching_and_holding_one_of_them():
+    cell = Cell()
+    cell.add(Cube(), pose((0.5, 0.0, 0.325)), name="a")  # its bottom at 0.3
+    cell.add(Cube(), pose((0.0, 0.4, 0.025)), name="b")
+    box = np.array([[0.06, 0.04, 0.0]])
+    place = Destination(pose((0.2, 0.3, 0.1)), -box, box + [0.0, 0.0, 0.05])
+    robots = {
+        name: SimpleNamespace(
+            robot=SimpleNamespace(tool_pose=pose(at)), gripper=SimpleNamespace(held=held)
+        )
+        for name, at, held in (("one", (0.5, 0.1, 0.325), ["a"]), ("two", (1.0, 1.0, 1.0), []))
+    }
+    # Sideways to the edge; a is above the walls, b 10 cm below the bottom.
+    aside, below = np.hypot(0.3 - 0.06, 0.3 - 0.04), np.hypot(0.2 - 0.06, 0.1 - 0.04)
+    there = [0.5 * 0.2 / (0.2 + d) for d in (aside, below + 0.15)]
+    places = {"a": place, "b": place, "c": None, "gone": place}
+    found = placing_progress(cell, robots, places)
+    assert found == pytest.approx((sum(there) + 0.2 + 0.2) / 4, rel=1e-6)
+    robots["one"].gripper.held = []
+    found = placing_progress(cell, robots, places)
+    assert found == pytest.approx((sum(there) + 0.2 * 0.2 / 0.3) / 4, rel=1e-6)
+    cell.move("a", pose((0.26 + 0.01, 0.3, 0.145)), overlap=1.0)  # half over the edge, 2 cm up
+    over, placed = 0.5, 0.5 * 0.2 / (0.2 + 0.01 + 0.5 * 0.03) + 0.4 * 0.5 + 0.1 * 0.5 / 1.1
+    near = np.sqrt(0.23**2 + 0.2**2 + 0.18**2)
+    handled = max(0.2 * (0.2 / (0.2 + near) - over), 0.2 * 0.2 / (0.2 + np.sqrt(0.34 + 0.09)))
+    found = placing_progress(cell, robots, {"a": place, "b": place})
+    assert found == pytest.approx((placed + there[1] + handled) / 2, rel=1e-6)
+
+
+@pytest.mark.parametrize("lag", [-0.3, 0.3, -0.03])
+def test_a_commanded_pose_that_the_arm_could_not_follow_is_forgotten(episodes, lag):
+    episodes.reset(0)
+    kind = action_kind("cartesian_deltas", episodes)
+    (reference,) = kind.take_over()
+    model = episodes.station.arm.model
+    T = model.pose(reference.q).copy()
+    last = T.copy()
+    last.translation[0] += lag
+    reference.T_wt = last
+    kind.command([0.002, 0.0, 0.001, 0.0, 0.0, 0.0, -1.0])
+    start = T if abs(lag) > 0.05 else last
+    assert reference.T_wt.translation == pytest.approx(start.translation + [0.002, 0.0, 0.001])
+    assert reference.T_wt.rotation == pytest.approx(T.rotation)

@@ -105,6 +105,7 @@ def test_each_step_has_what_was_observed_done_and_running(picked):
     assert {len(array) for array in one.actions.values()} == {n}
     assert one.rewards.tolist() == [0.0] * (n - 1) + [1.0]
     assert one.dones.tolist() == [False] * (n - 1) + [True]
+    assert not any(";" in leaf for leaf in one.leaves)  # one at a time
     leaves = [leaf.rpartition("/")[2].partition(":")[0] for leaf in dict.fromkeys(one.leaves)]
     assert leaves == ["OpenGripper", "Hover", "Reach", "Grasp", "Lift", "Drop"]
 
