@@ -75,6 +75,18 @@ def test_a_blend_keeps_all_limits_is_shorter_and_ends_at_the_same_target(watch, 
         assert (differences <= limit * 1.001).all()
 
 
+def test_a_rotation_counts_as_the_travel_of_a_point_beside_the_tool(arm, rng):
+    q, T = rng.normal(size=(4, 7)), arm.model.pose(CORNER).copy()
+    expected = []
+    for one in q:
+        other = arm.model.pose(one).copy()
+        turned = np.arccos(0.5 * (np.trace(T.rotation.T @ other.rotation) - 1.0))
+        expected.append(max(np.linalg.norm(other.translation - T.translation), 0.2 * turned))
+    assert tool_distance(arm.model, q, T) == pytest.approx(expected)
+    turn = CORNER + 1.5 * np.eye(7)[6]  # about the axis of the tool
+    assert tool_distance(arm.model, turn[None], T) == pytest.approx([0.3])
+
+
 def test_a_blended_line_is_left_nowhere_after_the_blend(watch):
     arm = watch.arm
     blend_at_corner(watch, line_down)

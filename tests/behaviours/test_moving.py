@@ -123,8 +123,10 @@ def test_an_arm_that_something_holds_fails_unless_it_is_within_a_wide_tolerance(
     moving = trial(MoveToConfiguration(configuration=NEAR_HOME))
     hand = station.cell.body_id("panda/hand")
     assert moving.tick() is RUNNING
+    began, planned = station.cell.time, station.arm.remaining
     station.cell.data.xfrc_applied[hand] = [0, 400.0, 0, 0, 0, 0]
     assert moving.fails_with("from its target: external force on the arm")
+    assert station.cell.time - began == pytest.approx(planned + 0.5, abs=0.03)  # it settles first
     tolerant = trial(MoveToConfiguration(configuration=NEAR_HOME, tolerance=3.0))
     assert tolerant.until_done() is SUCCESS
 

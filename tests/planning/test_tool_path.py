@@ -9,6 +9,7 @@ import pytest
 from bt_manip import spatial
 from bt_manip.exceptions import MotionError
 from bt_manip.planning import ArcTo, LineTo, TurnAbout, tool_paths
+from bt_manip.robots import ToolLimits
 
 START = spatial.pointing_down([0.4, -0.2, 0.3])
 CORNER = spatial.pointing_down([0.4, 0.1, 0.3], 0.5)
@@ -186,3 +187,37 @@ def test_three_points_are_on_a_line_below_an_angle_whatever_their_distances_are(
         end = pin.SE3(START.rotation, START.translation + [far, far * sine, 0.0])
         with pytest.raises(MotionError, match="not on a line") if straight else nullcontext():
             ArcTo(via, end).segment(START)
+
+
+def test_limits_progress_and_grids_of_a_path_of_a_line_an_arc_and_a_turn():
+    # A line of 0.3 m with 0.5 rad; half a turn at 0.1 m; a turn of 2 rad at 0.02 m, which counts
+    # as 0.3 m/rad: they are 0.3 m, 0.1 pi m, and 0.6 m of travel.
+    steps = [
+        LineTo(CORNER), TurnAbout(CORNER.translation + [0.1, 0.0, 0.0], (0.0, 0.0, 2.0), -np.pi),
+        TurnAbout(CORNER.translation + [0.2, 0.0, 0.02], (0.0, 3.0, 0.0), 2.0),
+    ]  # fmt: skip
+    travels = np.array([0.3, 0.3 * np.pi, 0.6])  # turning by pi counts more than 0.1 pi m
+    lengths, angles = np.array([0.3, 0.1 * np.pi, 0.04]), np.array([0.5, np.pi, 2.0])
+    (path,) = tool_paths(START, steps, 0.02)
+    assert path.travel == pytest.approx(travels.sum())
+    assert path.length == pytest.approx(lengths.sum()) and path.angle == pytest.approx(angles.sum())
+    half = 0.02 / 1.0  # the line goes 1 m a metre of travel, the first arc a third, the last 1/15
+    assert path.narrowest == pytest.approx(2.0 * half / travels.sum())
+    assert path.grids[0] == int(25 / path.narrowest) and path.grids[1] == 2000
+    tool = ToolLimits(0.5, 2.0, 40.0, 1.2, 5.0, 100.0)
+    limits, whole = path.limits(tool), travels.sum()
+    axis = np.array([1.0, 3.0**-0.5, 3.0**-0.5])[:, np.newaxis]
+    linear, angular = np.array([[0.5, 2.0, 40.0], [1.2, 5.0, 100.0]])[:, :, np.newaxis]
+    np.testing.assert_allclose(limits[:, :3], np.tile(axis * linear, 3))
+    np.testing.assert_allclose(limits[:, 3:6], np.tile(axis * angular, 3))
+    fastest = np.minimum(linear[:, 0] / whole, angular[:, 0] / (whole / 0.3))
+    np.testing.assert_allclose(limits[:, 6], fastest)
+    (line,) = tool_paths(START, steps[:1])
+    np.testing.assert_allclose(
+        line.limits(tool)[:, 0], np.minimum(linear[:, 0] / 0.3, angular[:, 0] / 0.5)
+    )
+    separate = tool_paths(START, steps)
+    assert [one.name for one in (line, *separate)] == ["line", *["path"] * 3]
+    share, text = separate[1].progress(0.5)
+    assert share == pytest.approx((0.3 + 0.15 * np.pi) / whole)
+    assert text == "42 % (0.457 m of 0.654 m, 2.071 rad of 5.642 rad)"

@@ -148,3 +148,26 @@ def test_they_are_as_long_wide_and_high_as_they_say(thing, lengths):
     cell.add(thing, pose((0, 0, 1)), name="thing", free=False)
     lower, upper = extent(cell, "thing")
     assert upper - lower == pytest.approx(lengths)
+
+
+def test_the_handle_of_an_open_drawer_is_before_it_and_tools_reach_it_from_above():
+    drawer = pulled(25.0, 200)
+    assert 0.01 < drawer.opening < OPENING and drawer.speed > 0.01
+    assert drawer.T_oh.translation == pytest.approx([-0.15 - 0.04 - drawer.opening, 0.0, 0.06])
+    over, grasp, open_, clear = drawer.tool_targets
+    for poses, x, z in (
+        (over, -0.19, 0.18),
+        (grasp, -0.19, 0.06),
+        (open_, -0.37, 0.06),
+        (clear, -0.37, 0.09),
+    ):
+        for T, side in zip(poses, (1.0, -1.0), strict=True):
+            assert T.translation == pytest.approx([x, 0.0, z])
+            assert T.rotation[:, 2] == pytest.approx([0.0, 0.0, -1.0])
+            assert T.rotation[:, 0] == pytest.approx([side, 0.0, 0.0])
+
+
+def test_a_drawer_accelerates_as_its_mass_friction_and_damping_say():
+    # m x'' + 10 x' = 25 - 5 N, which gives x = 2 (t - T (1 - exp(-t / T))) with T = m / 10.
+    t, T = 0.2, 0.15
+    assert pulled(25.0, 200).opening == pytest.approx(2.0 * (t - T + T * np.exp(-t / T)), rel=0.03)
