@@ -35,9 +35,10 @@ def test_smooth_paths_keep_the_ends_and_approach_the_corners():
         assert np.abs(np.diff(slope, axis=0)).max() < 0.5  # no corner is left
         assert np.abs(bend[[0, -1]]).max() < 1e-2  # and it is straight at its ends
         heights.append(q[:, 1].max())
-    # A corner of 90 degrees, averaged with the sum of four uniform offsets: 7/15 of a quarter.
-    widths = np.array([0.5, 0.3, 0.18, 0.1, 0.06])
-    assert heights == pytest.approx(-1.0 - 7.0 / 15.0 * 2.0 * widths / 4.0, abs=3.5e-3)
+    # A corner of 90 degrees is averaged with the sum of four uniform offsets, of 7/15 of a window
+    # on average. The windows are a quarter of 0.5, 0.3, 0.18, 0.1 and 0.06 of 384, rounded to odd.
+    windows = np.array([49, 29, 19, 11, 7]) / 384
+    assert heights == pytest.approx((-1.0 - 7.0 / 15.0 * 2.0 * windows).tolist(), abs=5e-4)
 
 
 def test_two_waypoints_give_a_straight_path():
