@@ -121,6 +121,20 @@ def test_no_check_contradicts_it_for_arms_with_meshes(name, menagerie, monkeypat
         assert known > 0.6 * free
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_path_that_leaves_a_collision_in_one_direction_is_not_known_to_be_free(rng, sign):
+    world, _ = arm_among_obstacles(rng)
+    clearance = np.where(world.checked_pairs, 0.0, -np.inf)
+    checked = 0
+    for q in rng.uniform(*panda_limits(), size=(1500, 7)):
+        end = q + sign * rng.uniform(0.0, 0.3, 7)
+        if world.collisions(q) and not world.collisions(end):
+            path = np.concatenate([np.linspace(q, end, 25), np.tile(end, (23, 1))])
+            assert not world.known_free(path, clearance)[0]
+            checked += 1
+    assert checked > 30
+
+
 def test_few_checks_are_needed_where_nothing_is_near(walled, monkeypatch):
     space = FreeSpace(walled.world, HOME)
     path = discretize_segment(HOME, HOME + [0.4, 0.1, -0.1, 0.2, 0.0, 0.1, 0.3], 2e-3)

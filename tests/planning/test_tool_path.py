@@ -109,11 +109,11 @@ def test_a_blended_corner_leaves_the_lines_only_within_the_blend():
 
 
 def test_a_blend_takes_at_most_half_of_a_line():
-    (path,) = tool_paths(START, [LineTo(CORNER), LineTo(END)], 10.0)
+    far = pin.SE3(END.rotation, END.translation - [0.2, 0.3, 0.1])
+    (path,) = tool_paths(START, [LineTo(CORNER), LineTo(END), LineTo(far)], 10.0)
     points = positions(path)
-    assert points[0] == pytest.approx(START.translation) and points[-1] == pytest.approx(
-        END.translation
-    )
+    assert points[0] == pytest.approx(START.translation)
+    assert points[-1] == pytest.approx(far.translation)
     assert np.linalg.norm(np.diff(points, axis=0), axis=1).max() < 1.01 * path.travel / 2000
 
 
