@@ -138,6 +138,12 @@ ARGUED = {
     "SURFACE_SAMPLES =": "how many points are drawn as candidates",
     "slope < -1e-09, t": "a line that is parallel to a plane but for rounding",
     "_SIMILAR_WIDTH =": "which of many similar candidates are left out",
+    "rows[-1] for rows in first.sample(np.array([start": "it is sampled at one time",
+    "np.array([0.0, 0.0, 0.5])).matrix": "only the direction of the vector counts",
+    "if (new_status == Status.INVALID):": "to stop an arm at rest changes nothing",
+    "Path(sys.argv[1]), Path(sys.argv[1])": "run with LeRobot, in its environment, by tests",
+    "default=(np.inf, np.zeros(3000)": "without a fit no force is described",
+    "setattr(self.env, name, given[-1])": "the values are equal",
 }
 """Changes that cannot matter, by a part of the line before or after them, and why."""
 
