@@ -121,7 +121,7 @@ def park_martin(tools: Sequence[pin.SE3], tags: Sequence[pin.SE3]) -> pin.SE3:
     ]
     moves = [(a, b) for a, b in moves if np.linalg.norm(pin.log3(a.rotation)) > np.radians(TURN)]
     turns = np.array([[pin.log3(a.rotation), pin.log3(b.rotation)] for a, b in moves])
-    if not len(turns) or np.linalg.svd(turns[:, 0])[1][1] < np.radians(TURN):
+    if not len(turns) or np.linalg.matrix_rank(turns[:, 0], np.radians(TURN)) < 2:
         raise CellError("a calibration needs views from rotations about at least two axes")
     left, _, right = np.linalg.svd(turns[:, 0].T @ turns[:, 1])
     sign = np.diag([1.0, 1.0, np.sign(np.linalg.det(left @ right))])

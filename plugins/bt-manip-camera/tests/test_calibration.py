@@ -22,8 +22,10 @@ from bt_manip_camera.calibration import (
     hold_tag,
     park_martin,
     take_views,
+    view_of,
 )
-from bt_manip_camera.frame import difference
+from bt_manip_camera.frame import Frame, difference
+from bt_manip_camera.tags import SeenTag
 
 SIZE = 0.06
 T_GC = pin.SE3(pin.exp3(np.array([2.9, 0.3, -0.2])), np.array([0.07, 0.01, -0.06]))
@@ -69,6 +71,28 @@ def test_too_few_views_and_one_axis_are_refused():
         calibrate(views(4), SIZE)
     with pytest.raises(CellError, match="rotations about at least two axes"):
         calibrate(views(8, turns=0.0), SIZE)
+
+
+@pytest.mark.parametrize("degrees", [6.0, 8.0, 12.0])
+def test_views_count_that_are_10_degrees_apart(degrees):
+    axes = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+    turns = [pin.exp3(np.radians(degrees) * np.array(axis)) for axis in axes]
+    tools = [pin.SE3(turn, turn @ (0.3, 0.2, -0.1)) for turn in turns]
+    tags = [T_GC.inverse() * T_wg.inverse() * T_WT for T_wg in tools]
+    if degrees > 10.0:
+        assert difference(park_martin(tools, tags), T_GC) == pytest.approx((0.0, 0.0), abs=1e-9)
+        tools, tags = tools[:2], tags[:2]
+    with pytest.raises(CellError, match="rotations about at least two axes"):
+        park_martin(tools, tags)  # the second and third are 1.4 times as far apart
+
+
+def test_a_view_has_corners_from_the_centre_of_the_image_to_the_right_and_up():
+    frame = Frame(np.zeros((40, 70)), np.zeros((40, 70, 3), np.uint8), 50.0, T_GC)
+    corners = np.array([[3.0, 30.0], [60.0, 34.0], [65.0, 5.0], [1.0, 2.0]])
+    seen = view_of(SeenTag(3, T_WT, np.zeros(2), corners), frame, T_GC * T_WT)
+    expected = [[-0.64, -0.2], [0.5, -0.28], [0.6, 0.3], [-0.68, 0.36]]
+    np.testing.assert_allclose(seen.corners, expected)
+    assert (T_GC * seen.T_ct).isApprox(T_WT) and seen.T_wg.isApprox(T_GC * T_WT)
 
 
 def test_a_fixed_camera_is_found_from_a_tag_on_the_hand(library, parts):

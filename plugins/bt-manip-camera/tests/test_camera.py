@@ -13,7 +13,6 @@ from bt_manip.cell import Cell, CellError, NoOpenGLError, looking_at
 from bt_manip.cell.objects import Cube
 from bt_manip.spatial import pose
 from bt_manip_camera.camera import DepthCamera
-from bt_manip_camera.noise import DepthErrors
 
 PERFECT = dict.fromkeys(("noise", "smooth_noise", "dropout"), 0.0)
 
@@ -119,34 +118,6 @@ def test_the_renderer_is_kept_when_objects_come_and_go(see):
     assert not np.array_equal(seen[0], seen[1])
     cell.add(fresh, cell.pose("camera"), name="fresh", free=False)
     np.testing.assert_array_equal(fresh.render()[0], seen[-1])
-
-
-def test_noise_has_the_declared_size_and_grows_with_the_square_of_the_depth(rng):
-    for depth, scale in ((0.65, 1.0), (1.3, 4.0)):
-        flat = np.full((120, 160), depth)
-        each = DepthErrors(noise=1e-3, smooth_noise=0.0).corrupt(flat, rng) - flat
-        assert np.std(each) == pytest.approx(1e-3 * scale, rel=0.05)
-
-
-def test_the_smooth_part_of_the_noise_does_not_average_out(rng):
-    flat = np.full((120, 160), 0.65)
-    errors = DepthErrors(noise=0.0, smooth_noise=2e-3)
-    patches = [(errors.corrupt(flat, rng) - flat)[50:70, 70:90].mean() for _ in range(150)]
-    assert 1e-3 < np.std(patches) < 2.2e-3  # of independent noise: 0.1e-3
-
-
-def test_only_pixels_at_edges_are_lost(rng):
-    depth = np.full((40, 40), 0.7)
-    depth[:, 20:] = 0.6
-    lost = DepthErrors(dropout=0.5).corrupt(depth, rng) == 0.0
-    assert lost[:, 18:22].mean() > 0.3
-    assert not lost[:, :17].any() and not lost[:, 23:].any()
-
-
-def test_a_bias_is_added_to_all_depths(rng):
-    flat = np.full((20, 20), 0.65)
-    wrong = DepthErrors(noise=0.0, smooth_noise=0.0, bias=4e-3).corrupt(flat, rng)
-    np.testing.assert_allclose(wrong, 0.654)
 
 
 def test_calibration_is_wrong_by_the_declared_distance_and_angle(see, rng):

@@ -93,6 +93,11 @@ def test_the_nearest_colour_decides_and_nothing_where_two_are_as_near():
     assert {name: round(float(one.middle[0]), 2) for name, one in found.items()} == {
         "yellow": 0.2, "red": 0.3, "blue": 0.4
     }  # fmt: skip
+    for angle, clear in ((12.0, False), (14.0, True)):  # 7 and 9 degrees more than the other
+        near, far = ((np.cos(a), np.sin(a), 0.0) for a in np.radians((5.0, angle)))
+        seen = cluster(0.2, colour=(1.0, 0.0, 0.0))
+        found, refused = name_clusters([seen], [block("near", near), block("far", far)])
+        assert ("near" in found) == clear and "far" not in found and bool(refused) != clear
     between = tuple((np.array(RED) / np.linalg.norm(RED) + YELLOW / np.linalg.norm(YELLOW)) / 2)
     found, refused = name_clusters([cluster(0.2, colour=between)], [*objects, block("ruby")])
     assert found == {} and {*refused} == {"red", "yellow", "ruby"}
