@@ -9,9 +9,11 @@ import pytest
 from scipy import interpolate
 
 from bt_manip.cell import looking_at
+from bt_manip.exceptions import MotionError
 from bt_manip.spatial import pose
 from bt_manip_camera import segmentation
-from bt_manip_camera.behaviours import SegmentTable
+from bt_manip_camera.behaviours import LookAt, LookingBehaviour, SegmentTable
+from bt_manip_camera.camera import DepthCamera
 from bt_manip_camera.detections import Detections
 from bt_manip_camera.estimation import Estimate, KnownObject, NotSeenError, estimate_pose
 from bt_manip_camera.frame import Frame, focal_length
@@ -110,11 +112,15 @@ def test_rectangles_and_circles_are_those_of_their_points_but_for_a_few(yaw):
         assert gaps.min(axis=0).max() < 2.0 * length and gaps.min(axis=1).max() < 2.0 * length
         away = np.linalg.norm(circle.corners() - centre, axis=1)
         np.testing.assert_allclose(away, 0.03, atol=2.0 * length)
-
-
-def test_the_focal_length_is_that_of_half_the_angle():
-    assert focal_length(480, 90.0) == pytest.approx(240.0)
-    assert focal_length(480, 2.0 * np.degrees(np.arctan(0.5))) == pytest.approx(480.0)
+        stray = ends[:1].repeat(40 * len(stray) // 4, axis=0)  # of known sizes, any number
+        points, off = rng.permutation(np.vstack([inside, stray])) @ turn.T + centre, (2e-3, -3e-3)
+        moved = segmentation.Rectangle(np.add(centre, off), yaw + 0.06, (0.08, 0.04))
+        found = segmentation.refine_rectangle(points, moved)
+        assert (*found.centre, *found.size) == pytest.approx((*centre, 0.08, 0.04), abs=4e-4)
+        assert found.yaw == pytest.approx(yaw, abs=8e-3)
+        moved = segmentation.Circle(np.add(centre, off), 0.06)
+        points = rng.permutation(np.vstack([disc, stray])) + centre
+        assert segmentation.refine_circle(points, moved).centre == pytest.approx(centre, abs=4e-4)
 
 
 def test_the_calibration_is_wrong_by_the_declared_distance_and_angle():
@@ -154,8 +160,8 @@ def painted(*things, turn=np.pi / 2, error=0.0):
 
 def test_a_top_is_exact_where_the_surface_around_it_tells_the_error_of_the_depths():
     v, u = np.mgrid[:HEIGHT, :WIDTH]
-    error = 4e-3 + 2e-5 * u - 1e-5 * v
-    error[70:75, 60:68] += 0.012  # and a few that lie
+    error = 0.012 + 1e-5 * u - 5e-6 * v
+    error[70:75, 60:68] += 4e-3  # and a few that lie
     strips = [((100 + a, 100 + b), (120, 160), z) for a, b, z in (
         (0, 12, 0.05), (12, 21, 0.0436), (21, 30, 0.0424),  # 1.2 mm more than counts as its top
     )]  # fmt: skip
@@ -187,37 +193,23 @@ def test_things_are_8_to_250_mm_high_and_apart_and_cut_at_the_border_only():
     for near, cut in ((0, True), (1, False)):
         for rows in ((near, 30), (100, 130), (200, HEIGHT - near)):
             for columns in ((near, 30), (140, 170), (290, WIDTH - near)):
-                (seen,) = find_clusters(painted((rows, columns, 0.05)), 1.0)
+                (seen,) = find_clusters(painted((rows, columns, 0.05), error=4e-3), 1.0)
+                assert seen.height == pytest.approx(0.05)
                 assert seen.at_border == (cut and (rows[0], columns[0]) != (100, 140))
-    for side, number in ((7, 0), (8, 1)):  # 60 points
-        assert len(find_clusters(painted(((90, 90 + side), (140, 148), 0.05)), 1.0)) == number
+    for side, top, number in ((7, 4, 0), (8, 2, 0), (8, 4, 1)):  # 60 points, half of them on top
+        parts = ((90, 90 + side), (140, 148), 0.03), ((90, 90 + top), (140, 148), 0.05)
+        assert len(find_clusters(painted(*parts), 1.0)) == number
 
 
 def test_the_surface_is_at_the_median_of_the_largest_of_equal_heights():
     rng = np.random.default_rng(0)
-    here = np.concatenate([rng.uniform(0.7011, 0.7049, 70), np.full(60, 0.709)])
-    others = [np.full(30, 0.6931), np.full(65, 0.7131), np.full(40, 0.9), [0.5]]
-    z = rng.permutation(np.concatenate([here, *others]))
+    here = np.concatenate([rng.uniform(0.7011, 0.7049, 70), np.repeat([0.6961, 0.709], (20, 60))])
+    others = np.repeat([0.6931, 0.7131, 0.9, 0.5], (30, 65, 40, 1))
+    z = rng.permutation(np.concatenate([here, others]))
     assert segmentation.surface_height(z) == pytest.approx(np.median(here))
     assert segmentation.surface_height(np.full(60, 0.7)) == pytest.approx(0.7)
     assert segmentation.surface_height(np.full(59, 0.7)) is None
     assert segmentation.surface_height(np.linspace(0.0, 1.0, 100)) is None
-
-
-def test_known_rectangles_and_circles_are_moved_to_their_points_and_not_to_strays():
-    rng, yaw, centre = np.random.default_rng(0), 0.4, np.array([0.2, -0.1])
-    turn = np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
-    stray = rng.uniform((0.07, 0.01), (0.09, 0.03), (200, 2))
-    inside = rng.uniform((-0.04, -0.02), (0.04, 0.02), (4_000, 2))
-    points = rng.permutation(np.vstack([inside, stray])) @ turn.T + centre
-    start = segmentation.Rectangle(centre + (2e-3, -3e-3), yaw + 0.06, (0.08, 0.04))
-    found = segmentation.refine_rectangle(points, start)
-    np.testing.assert_allclose(found.centre, centre, atol=4e-4)
-    assert found.yaw == pytest.approx(yaw, abs=8e-3) and found.size == start.size
-    disc = inside[np.hypot(*inside.T) < 0.02]
-    points = rng.permutation(np.vstack([disc, stray])) + centre
-    circle = segmentation.refine_circle(points, segmentation.Circle(centre + (2e-3, -3e-3), 0.04))
-    np.testing.assert_allclose(circle.centre, centre, atol=4e-4)
 
 
 def test_points_are_where_pixels_show_them_and_pixels_where_points_are():
@@ -274,3 +266,37 @@ def test_errors_of_depths_vary_smoothly_and_by_pixels_and_unknown_ones_stay_unkn
         seen = DepthErrors(dropout=0.25).corrupt(depth, np.random.default_rng(0))
         near = np.repeat([0.0, lost, 0.0], (3, 4, 3))  # columns at the edge
         assert np.mean(seen == 0.0, axis=0) == pytest.approx(near, abs=0.08)
+
+
+def test_a_frame_is_taken_when_it_begins_and_used_when_it_has_arrived():
+    camera, cell, taken, used = DepthCamera(rate=10.0), SimpleNamespace(time=0.051), [], []
+    seeing = SimpleNamespace(
+        cell=cell, chosen_camera=lambda: ("eye", camera), _robots={}, elapsed=0.0,
+        look=lambda: taken.append(cell.time) or 1, arrived=lambda result: used.append(cell.time),
+    )  # fmt: skip
+    LookingBehaviour.start(seeing)
+    for cell.time in np.arange(51, 160) * 1e-3:
+        LookingBehaviour.update(seeing)
+    assert (*taken, used[0]) == pytest.approx((0.1, 0.13))
+
+
+def test_an_arm_looks_from_where_it_is_and_all_around_at_one_elevation_after_the_other():
+    at, T_tc, tried = np.array([0.3, 0.1, 1.0]), looking_at((0.05, 0.0, -0.1), (0, 0.1, 0.2)), []
+
+    def move(poses):
+        tried.append([T_wt * T_tc for T_wt in poses])
+        if len(tried) < 5:
+            raise MotionError("out of reach", reason="unreachable")
+
+    eye = at + 0.7 * np.array([np.cos(2.0), np.sin(2.0), 0.5])
+    T_wt = looking_at(eye, at) * T_tc.inverse()
+    looking = SimpleNamespace(point=at, object="", distance=0.4, T_wt=T_wt, _on_tool=lambda: T_tc)
+    looking.arm = SimpleNamespace(move_to_pose=move)
+    LookAt.start(looking)
+    for elevation, found in zip(np.radians((70, 90, 55, 80, 45)), tried, strict=True):
+        places = [(a, r) for a in (0, 45, -45, 90, -90, 135, -135, 180) for r in (0, 90, 180, 270)]
+        for (turn, roll), T_wc in zip(places, found, strict=True):
+            turned = pin.utils.rotate("z", 2.0 + np.radians(turn))
+            eye = at + 0.4 * turned @ (np.cos(elevation), 0.0, np.sin(elevation))
+            about = pin.SE3(pin.utils.rotate("z", np.radians(roll)), np.zeros(3))
+            assert T_wc.isApprox(looking_at(eye, at) * about)

@@ -10,8 +10,7 @@ from bt_manip.cell.objects import Box
 from bt_manip.spatial import pose
 from bt_manip_camera.camera import DepthCamera
 from bt_manip_camera.estimation import KnownObject, NotSeenError, estimate_pose, fit_pose, why_not
-from bt_manip_camera.frame import Frame
-from bt_manip_camera.segmentation import FEWEST, Cluster, find_clusters
+from bt_manip_camera.segmentation import Cluster, find_clusters
 
 BOX = KnownObject("box", "box", (0.06, 0.04, 0.05))
 
@@ -38,15 +37,6 @@ def look(opengl, parts):
 
 def box(**parameters):
     return Box(**{"size": (0.06, 0.04, 0.05), **parameters})
-
-
-def test_single_pixels_of_noise_are_no_object():
-    depth, rng = np.full((240, 320), 1.0), np.random.default_rng(3)
-    rows, columns = np.arange(4, 236, 16), np.arange(4, 316, 16)
-    depth[np.ix_(rows, columns)] -= rng.uniform(0.02, 0.1, (len(rows), len(columns)))
-    frame = Frame(depth, np.zeros((240, 320, 3), np.uint8), 200.0, pose((0.0, 0.0, 1.0)))
-    assert len(rows) * len(columns) > 4 * FEWEST
-    assert find_clusters(frame) == []
 
 
 def test_two_that_look_alike_are_refused(look):
@@ -107,9 +97,8 @@ def test_a_thing_can_be_what_is_as_large_to_6_mm_and_two_pixels_as_round_and_of_
     oblong, sizes = filled(0.06, 0.04, 0.3), np.array([0.06, 0.04, 0.05])
     for off, other in itertools.product((7.4e-3, -7.4e-3, 8.6e-3, -8.6e-3), np.eye(3)):
         size, why = sizes + off * other, "mm high" if other[2] else "its top is"
-        for one in (size, size[[1, 0, 2]]):
-            known = KnownObject("box", "box", tuple(one))
-            assert (why in why_not(seen(oblong), known)) == (abs(off) > 8e-3)
+        known = KnownObject("box", "box", tuple(size[[1, 0, 2]]))
+        assert (why in why_not(seen(oblong), known)) == (abs(off) > 8e-3)
         known = KnownObject("can", "cylinder", (0.05 + off, 0.05 + off, 0.05))
         assert ("its top is" in why_not(seen(disc), known)) == (abs(off) > 8e-3)
     for longer, oval in ((1.15, False), (1.25, True)):
