@@ -148,6 +148,19 @@ ARGUED = {
     "[: TEXT - 2]": "one byte of 400 of a message",
     "default=(np.inf, np.zeros(4)": "without a fit no force is described",
     "ARRIVALS = (1.0, 0.8, 0.0": "tried in turn; the fastest that is feasible is taken",
+    "z.max() + 0.02,": "by how much bins reach beyond the largest height",
+    "z.max() + 0.005,": "by how much bins reach beyond the largest height",
+    "() - 240, 0), ": "how much of the surface around an object corrects its depths",
+    "() - 60, 0), ": "how much of the surface around an object corrects its depths",
+    ".max() + 242": "how much of the surface around an object corrects its depths",
+    ".max() + 60": "how much of the surface around an object corrects its depths",
+    "np.std(rest) + 1.0000000000000002e-06": "against rounding where all depths are exact",
+    "np.std(rest) + 1e-12": "against rounding where all depths are exact",
+    '"maxiter": 160,': "more iterations of a converged search change time, not the result",
+    '"xatol": 0.01,': "the other tolerance decides when the search ends",
+    "np.arange(0.0, 90.0, 1.5)": "where a search begins, which ends within a quarter of a degree",
+    "if length < 1.0000000000000002e-06:": "colours that are black but for rounding",
+    "if length < 1e-12:": "colours that are black but for rounding",
 }
 """Changes that cannot matter, by a part of the line before or after them, and why."""
 

@@ -5,7 +5,6 @@ import sys
 
 import mujoco
 import numpy as np
-import pinocchio as pin
 import pytest
 
 from bt_manip import build_station
@@ -118,14 +117,6 @@ def test_the_renderer_is_kept_when_objects_come_and_go(see):
     assert not np.array_equal(seen[0], seen[1])
     cell.add(fresh, cell.pose("camera"), name="fresh", free=False)
     np.testing.assert_array_equal(fresh.render()[0], seen[-1])
-
-
-def test_calibration_is_wrong_by_the_declared_distance_and_angle(see, rng):
-    cell, camera = see(calibration_distance=5e-3, calibration_angle=1.0, width=80, height=60)
-    error = cell.pose("camera").actInv(camera.expose(rng).T_wc)
-    assert np.linalg.norm(error.translation) == pytest.approx(5e-3)
-    assert np.degrees(np.linalg.norm(pin.log3(error.rotation))) == pytest.approx(1.0)
-    assert camera.expose(rng).T_wc == camera.expose(rng).T_wc  # the same in all frames
 
 
 def test_frames_begin_at_multiples_of_their_period():

@@ -1,9 +1,12 @@
 """Which cluster is which object: by look, by place for those that look alike, or refused."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
-from bt_manip.cell.objects import Cylinder
+from bt_manip.cell.objects import Box, Cylinder
+from bt_manip_camera.beliefs import edges
 from bt_manip_camera.estimation import KnownObject, name_clusters
 from bt_manip_camera.perception import known_object
 from bt_manip_camera.segmentation import Cluster
@@ -134,6 +137,13 @@ def test_an_object_is_where_it_stands_whatever_its_origin_is(parts, opengl, mode
     np.testing.assert_allclose(seen.found["thing"].T_wo.translation, at.translation, atol=3e-3)
 
 
-def test_what_is_known_of_a_cylinder_is_its_diameter_twice_and_its_height():
+def test_what_is_known_of_a_thing_is_its_whole_size_which_it_is_outlined_by():
+    sides = 0.06, 0.04, 0.05
+    found = known_object("box", box := Box(size=sides, colour=(0.1, 0.2, 0.9)))
+    assert (*found.size, *found.colour) == pytest.approx((*sides, 0.1, 0.2, 0.9))
+    ends = edges("box", SimpleNamespace(entities={"box": box}))
+    off = np.sort(np.abs(ends[:, 1] - ends[:, 0]), axis=0)
+    np.testing.assert_allclose(off, np.outer(np.arange(12) > 7, sides), atol=1e-9)
+    assert np.abs(ends).max(axis=(0, 1)) == pytest.approx(np.divide(sides, 2))
     found = known_object("can", Cylinder(radius=0.03, height=0.1))
     assert found.shape == "cylinder" and found.size == pytest.approx((0.06, 0.06, 0.1))

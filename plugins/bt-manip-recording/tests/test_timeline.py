@@ -196,7 +196,8 @@ def test_cameras_are_recorded(recorded, scene):
             assert (one.name, one.frame, one.fovy) == (other.name, other.frame, other.fovy)
             np.testing.assert_array_equal(one.position, other.position)
             np.testing.assert_array_equal(one.quat_wxyz, other.quat_wxyz)
-    assert scene.extent > 0.0 and scene.centre.shape == (3,)
+    stat = states.cell.model.stat
+    np.testing.assert_allclose([*scene.centre, scene.extent], [*stat.center, stat.extent])
 
 
 def test_a_recording_without_a_complete_chunk_has_no_scene(recorded, tmp_path):

@@ -12,15 +12,15 @@ XML = """
 <mujoco>
   <asset>
     <material name="blue" rgba="0 0 1 .5"/>
-    <texture name="grey" type="2d" builtin="flat" rgb1=".2 .2 .2" width="8" height="8"/>
-    <material name="textured" texture="grey"/>
+    <texture name="t" type="2d" builtin="checker" rgb1=".2 0 0" rgb2="1 1 1" width="8" height="8"/>
+    <material name="textured" texture="t" rgba=".5 1 .25 .8"/>
     <mesh name="roof" vertex="0 0 0  1 0 0  0 1 0  0 0 1"/>
   </asset>
   <worldbody>
-    <camera name="above" pos="0 0 3" fovy="30"/>
+    <camera name="above" pos=".1 -.2 3" quat=".1 .7 -.1 .7" fovy="30"/>
     <geom type="plane" size="0 2 1"/>
-    <body name="thing/" pos="0 0 1" quat="0 1 0 0"><freejoint/>
-      <geom type="box" size=".1 .2 .3" rgba="1 0 0 1"/>
+    <body name="thing/" pos=".3 -.4 1" quat=".5 .5 -.5 .5"><freejoint/>
+      <geom type="box" size=".1 .2 .3" rgba="1 0 0 1" pos=".4 -.5 .6" quat=".1 .7 -.1 .7"/>
       <geom type="sphere" size=".1" pos="0 0 1" material="blue"/>
       <geom type="ellipsoid" size=".1 .2 .3"/>
       <geom type="cylinder" size=".1 .2" material="textured"/>
@@ -28,10 +28,12 @@ XML = """
       <body name="thing/part"><geom type="mesh" mesh="roof"/></body>
     </body>
     <body name="pill/">
-      <geom type="capsule" size=".1 .2" quat=".7071067811865476 .7071067811865476 0 0"/>
+      <geom type="capsule" size=".1 .2" pos=".4 -.5 .6" quat=".1 .7 -.1 .7"/>
     </body>
   </worldbody>
 </mujoco>"""
+
+TURN = [0.1, 0.7, -0.1, 0.7]
 
 
 @pytest.fixture
@@ -65,7 +67,7 @@ def test_entities_have_the_visible_shapes_of_their_bodies(scene):
 def test_colours_are_those_of_geoms_materials_and_textures(scene):
     colours = [one.rgba for one in scene.shapes("thing")["thing"]]
     assert colours[:3] == [(1.0, 0.0, 0.0, 1.0), (0.0, 0.0, 1.0, 0.5), (0.5, 0.5, 0.5, 1.0)]
-    np.testing.assert_allclose(colours[3], (0.2, 0.2, 0.2, 1.0))
+    np.testing.assert_allclose(colours[3], (0.3, 0.5, 0.125, 0.8), atol=1e-3)
 
 
 def test_a_vertex_at_a_sharp_edge_is_there_for_each_side(scene):
@@ -79,10 +81,13 @@ def test_a_vertex_at_a_sharp_edge_is_there_for_each_side(scene):
 
 def test_a_plane_is_a_thin_box_and_a_capsule_three_shapes(scene):
     (floor,) = scene.shapes("world")["world"]
-    assert floor.kind == "box" and floor.size[:2] == (10.0, 4.0)
+    assert floor.kind == "box" and floor.size == (10.0, 4.0, 1e-4)
     cylinder, *ends = scene.shapes("pill")["pill"]
     assert (cylinder.kind, cylinder.size) == ("cylinder", (0.2, 0.2, 0.4))
-    assert sorted(round(end.position[1], 6) for end in ends) == [-0.2, 0.2]
+    axis, places = np.array([0.96, -0.28, 0.0]), [end.position for end in ends]  # z by TURN
+    expected = [(0.4, -0.5, 0.6) - 0.2 * axis, (0.4, -0.5, 0.6) + 0.2 * axis]
+    np.testing.assert_allclose(places, expected, atol=1e-9)
+    assert {(end.kind, end.size) for end in ends} == {("ellipsoid", (0.2, 0.2, 0.2))}
 
 
 def test_messages_for_foxglove_have_sizes_and_colours_of_the_shapes(model, data):
@@ -95,14 +100,16 @@ def test_messages_for_foxglove_have_sizes_and_colours_of_the_shapes(model, data)
     assert (ellipsoid.size.x, ellipsoid.size.y, ellipsoid.size.z) == (0.2, 0.4, 0.6)
     assert cylinder.size.z == 0.4
     (pill,) = SceneUpdate.FromString(messages.geometry("pill", 0)).entities
-    assert sorted(round(end.pose.position.y, 6) for end in pill.spheres) == [-0.2, 0.2]
+    assert [round(end.size.y, 6) for end in pill.spheres] == [0.2, 0.2]
+    at, turn = box.pose.position, box.pose.orientation
+    assert [at.x, at.y, at.z, turn.w, turn.x, turn.y, turn.z] == [0.4, -0.5, 0.6, *TURN]
     (floor,) = SceneUpdate.FromString(messages.geometry("world", 0)).entities
     assert floor.frame_id == "world" and floor.cubes[0].size.x == 10.0
 
 
 def test_poses_are_those_of_the_bodies_in_the_world(scene):
     poses = dict(zip(scene.frames, scene.poses().tolist(), strict=True))
-    assert poses["thing"] == [0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0]
+    assert poses["thing"] == [0.3, -0.4, 1.0, 0.5, 0.5, -0.5, 0.5]
 
 
 def test_looks_differ_after_a_change_of_colour(model, scene):
@@ -116,4 +123,4 @@ def test_looks_differ_after_a_change_of_colour(model, scene):
 def test_cameras_have_the_frame_of_their_body(scene):
     (camera,) = scene.cameras
     assert (camera.name, camera.frame, camera.fovy) == ("above", "world", 30.0)
-    assert camera.position.tolist() == [0.0, 0.0, 3.0]
+    assert [*camera.position, *camera.quat_wxyz] == [0.1, -0.2, 3.0, *TURN]
