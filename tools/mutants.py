@@ -161,6 +161,17 @@ ARGUED = {
     "np.arange(0.0, 90.0, 1.5)": "where a search begins, which ends within a quarter of a degree",
     "if length < 1.0000000000000002e-06:": "colours that are black but for rounding",
     "if length < 1e-12:": "colours that are black but for rounding",
+    "for j in range((i), 8)": "a corner differs from itself in no coordinate",
+    "for j in range(i + 0, 8)": "a corner differs from itself in no coordinate",
+    "KeptRenderer(32, 16)": "an image that nobody looks at",
+    "KeptRenderer(16, 32)": "an image that nobody looks at",
+    "KeptRenderer(8, 16)": "an image that nobody looks at",
+    "KeptRenderer(16, 8)": "an image that nobody looks at",
+    "quality.offsamples = 32, 0": "the size of shadows, which are not drawn",
+    "quality.offsamples = 8, 0": "the size of shadows, which are not drawn",
+    "_MAX_GEOMS = 20000": "room for geoms, of which scenes have hundreds",
+    "_MAX_GEOMS = 5000": "room for geoms, of which scenes have hundreds",
+    "tried < 40 * number": "how often a tag that cannot be seen is looked for",
 }
 """Changes that cannot matter, by a part of the line before or after them, and why."""
 

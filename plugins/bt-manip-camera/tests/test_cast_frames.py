@@ -1,5 +1,6 @@
 """Poses from frames whose depths MuJoCo's ray casting finds; nothing is drawn."""
 
+from functools import partial
 from types import SimpleNamespace
 
 import mujoco
@@ -279,6 +280,25 @@ def test_a_frame_is_taken_when_it_begins_and_used_when_it_has_arrived():
     for cell.time in np.arange(51, 160) * 1e-3:
         LookingBehaviour.update(seeing)
     assert (*taken, used[0]) == pytest.approx((0.1, 0.13))
+
+
+@pytest.mark.parametrize(("distance", "angle", "elapsed", "used"), [
+    (1.5e-3, 0.0, 0.9, True), (2.5e-3, 0.0, 0.9, False), (0.0, 1.5e-3, 0.9, True),
+    (0.0, 2.5e-3, 0.9, False), (0.5, 0.5, 1.1, True),
+])  # fmt: skip
+def test_a_frame_of_a_camera_that_moved_is_not_used_until_a_second(distance, angle, elapsed, used):
+    off, asked = pin.SE3(pin.exp3(angle * np.eye(3)[1]), distance * np.eye(3)[2]), []
+    T_wc = looking_at(EYE, TARGET)
+    camera = SimpleNamespace(
+        source=True, waiting=False, request=asked.append, _asked=(None, T_wc, 0.0),
+        _pose=lambda robots: (T_wc * off, None),
+    )  # fmt: skip
+    camera.moved = partial(DepthCamera.moved, camera)
+    seeing = SimpleNamespace(
+        cell=SimpleNamespace(time=5.0), _exposure=4.0, _result=None, _robots={}, elapsed=elapsed,
+        chosen_camera=lambda: ("eye", camera), look=lambda: "seen", arrived=lambda result: result,
+    )  # fmt: skip
+    assert (LookingBehaviour.update(seeing) == "seen") == used == (not asked)
 
 
 def test_an_arm_looks_from_where_it_is_and_all_around_at_one_elevation_after_the_other():

@@ -6,53 +6,28 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bt_manip.cell import Cell, looking_at
-from bt_manip.cell.objects import Box
 from bt_manip.spatial import pose
-from bt_manip_camera.camera import DepthCamera
 from bt_manip_camera.estimation import KnownObject, NotSeenError, estimate_pose, fit_pose, why_not
 from bt_manip_camera.segmentation import Cluster, find_clusters
+
+from .test_cast_frames import painted
 
 BOX = KnownObject("box", "box", (0.06, 0.04, 0.05))
 
 
-@pytest.fixture
-def look(opengl, parts):
-    """See boxes, given by place, yaw and parameters, from above a table."""
-
-    def see(*boxes):
-        cell, camera = Cell(), DepthCamera(width=320, height=240)
-        with cell.editing():
-            cell.add(parts.objects.create("table"), pose((0.3, 0.0, 0.0)), name="table", free=False)
-            top = cell.surface_height("table")
-            for i, ((x, y), yaw, made) in enumerate(boxes):
-                at = pose((x, y, top + made.rest_height), (np.cos(yaw / 2), 0, 0, np.sin(yaw / 2)))
-                cell.add(made, at, name=f"thing_{i}")
-            cell.add(
-                camera, looking_at((0.3, -0.35, 1.5), (0.3, 0.0, 1.0)), name="camera", free=False
-            )
-        return camera.expose(np.random.default_rng(0))
-
-    return see
-
-
-def box(**parameters):
-    return Box(**{"size": (0.06, 0.04, 0.05), **parameters})
-
-
-def test_two_that_look_alike_are_refused(look):
-    frame = look(((0.36, 0.0), 0.0, box()), ((0.22, 0.03), 0.0, box()))
-    assert [round(float(one.middle[0]), 2) for one in find_clusters(frame)] == [0.22, 0.36]
-    both = "2 things look like 'box': .* mm at .0.22.*; .* mm at .0.36"
+def test_two_that_look_alike_are_refused():
+    frame = painted(((140, 161), (140, 172), 0.05), ((80, 101), (140, 172), 0.05))
+    assert [round(float(one.middle[0]), 3) for one in find_clusters(frame)] == [0.245, 0.357]
+    both = "2 things look like 'box': .* mm at .0.245.*; .* mm at .0.357"
     with pytest.raises(NotSeenError, match=both):
         estimate_pose(frame, BOX)
 
 
-def test_what_was_seen_instead_is_said(look):
+def test_what_was_seen_instead_is_said():
     with pytest.raises(NotSeenError, match="'box' is not seen; seen is .*it is 90 mm high"):
-        estimate_pose(look(((0.3, 0.0), 0.0, box(size=(0.08, 0.08, 0.09)))), BOX)
+        estimate_pose(painted(((80, 122), (140, 182), 0.09)), BOX)
     with pytest.raises(NotSeenError, match="'box' is not seen; seen is nothing"):
-        estimate_pose(look(), BOX)
+        estimate_pose(painted(), BOX)
 
 
 def filled(length, width, yaw, at=(0.4, -0.1)):

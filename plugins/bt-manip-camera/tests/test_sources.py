@@ -65,21 +65,22 @@ def frames(port, camera=SMALL):
 
 
 def test_a_frame_of_a_server_is_that_which_it_sends(serve):
-    depth, colour = frames(serve([message()]))()
+    depth, colour = frames(serve([message(focal_length=4.96)]))()
     assert depth.tolist() == DEPTH.tolist() and depth.dtype == float
     assert colour.tolist() == COLOUR.tolist()
 
 
 def test_a_frame_that_began_before_it_was_asked_for_is_not_used(serve):
-    depth, _ = frames(serve([message(age=0.5), message(depth=DEPTH + 1.0)]))()
-    assert depth[0, 0] == 1.0
+    depth, _ = frames(serve([message(age=0.5), message(depth=DEPTH + 900.0)]))()
+    assert depth[0, 0] == 900.0
 
 
 @pytest.mark.parametrize(
     ("sent", "why"),
     [
         (message(size=(640, 480)), "640 x 480 pixels, and the camera of the scene 4 x 3"),
-        (message(focal_length=6.0), "focal length is 6.0 pixels, and that .* 5.0"),
+        (message(focal_length=5.06), "focal length is 5.1 pixels, and that .* 5.0"),
+        (message(depth=DEPTH + 990.0), "depths are not from 0 .unknown. to 1000 m"),
         (message(focal_length=np.nan), "focal length is nan"),
         (message(depth=-DEPTH), "depths are not from 0 .unknown. to 1000 m"),
         (message(depth=DEPTH * np.nan), "depths are not from 0"),
