@@ -90,7 +90,7 @@ def test_a_thing_on_the_table_is_given_by_the_middle_of_its_top_and_its_long_sid
     assert yaw_of(T) % np.pi == pytest.approx(yaw % np.pi, abs=0.03)
 
 
-@pytest.mark.parametrize("yaw", [0.2, 1.4])
+@pytest.mark.parametrize("yaw", [0.2, 2.0])
 def test_rectangles_and_circles_are_those_of_their_points_but_for_a_few(yaw):
     # 80 of 20,000 stray: the fits leave out 0.5 %.
     rng, centre = np.random.default_rng(0), (0.2, 0.1)
@@ -99,7 +99,7 @@ def test_rectangles_and_circles_are_those_of_their_points_but_for_a_few(yaw):
     angle, radius = rng.uniform(0, 2 * np.pi, 20_000), 0.03 * np.sqrt(rng.uniform(size=20_000))
     disc = np.column_stack([radius * np.cos(angle), radius * np.sin(angle)])
     ends = np.array([[0.1, 0.0], [-0.1, 0.0], [0.0, 0.1], [0.0, -0.1]])
-    for stray, length, angular in ((ends[:0], 5e-4, 0.01), (ends.repeat(20, axis=0), 2e-3, 0.02)):
+    for stray, length, angular in ((ends[:0], 3e-4, 0.012), (ends.repeat(20, axis=0), 2e-3, 0.02)):
         points = rng.permutation(np.vstack([inside, stray]))
         found = fit_rectangle(points @ turn.T + centre)
         np.testing.assert_allclose(found.centre, centre, atol=length)
@@ -248,6 +248,7 @@ def test_outlines_are_around_tops_where_the_image_shows_them():
     assert np.linalg.norm(thing.pixels[:, None] - expected, axis=2).min(axis=0).max() < 1.0
     radii = np.linalg.norm(can.pixels - expected.mean(axis=0), axis=1)
     np.testing.assert_allclose(radii, 0.03 * 400 / 0.7)
+    np.testing.assert_allclose(can.pixels.mean(axis=0), expected.mean(axis=0))
 
 
 def test_errors_of_depths_vary_smoothly_and_by_pixels_and_unknown_ones_stay_unknown():

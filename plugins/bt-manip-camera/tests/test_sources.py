@@ -79,7 +79,7 @@ def test_a_frame_that_began_before_it_was_asked_for_is_not_used(serve):
     ("sent", "why"),
     [
         (message(size=(640, 480)), "640 x 480 pixels, and the camera of the scene 4 x 3"),
-        (message(focal_length=5.06), "focal length is 5.1 pixels, and that .* 5.0"),
+        (message(focal_length=4.94), "focal length is 4.9 pixels, and that .* 5.0"),
         (message(depth=DEPTH + 990.0), "depths are not from 0 .unknown. to 1000 m"),
         (message(focal_length=np.nan), "focal length is nan"),
         (message(depth=-DEPTH), "depths are not from 0 .unknown. to 1000 m"),
