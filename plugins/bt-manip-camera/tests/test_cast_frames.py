@@ -1,6 +1,5 @@
 """Poses from frames whose depths MuJoCo's ray casting finds; nothing is drawn."""
 
-from functools import partial
 from types import SimpleNamespace
 
 import mujoco
@@ -10,11 +9,9 @@ import pytest
 from scipy import interpolate
 
 from bt_manip.cell import looking_at
-from bt_manip.exceptions import MotionError
 from bt_manip.spatial import pose
 from bt_manip_camera import segmentation
-from bt_manip_camera.behaviours import LookAt, LookingBehaviour, SegmentTable
-from bt_manip_camera.camera import DepthCamera
+from bt_manip_camera.behaviours import SegmentTable
 from bt_manip_camera.detections import Detections
 from bt_manip_camera.estimation import Estimate, KnownObject, NotSeenError, estimate_pose
 from bt_manip_camera.frame import Frame, focal_length
@@ -269,56 +266,3 @@ def test_errors_of_depths_vary_smoothly_and_by_pixels_and_unknown_ones_stay_unkn
         seen = DepthErrors(dropout=0.25).corrupt(depth, np.random.default_rng(0))
         near = np.repeat([0.0, lost, 0.0], (3, 4, 3))  # columns at the edge
         assert np.mean(seen == 0.0, axis=0) == pytest.approx(near, abs=0.08)
-
-
-def test_a_frame_is_taken_when_it_begins_and_used_when_it_has_arrived():
-    camera, cell, taken, used = DepthCamera(rate=10.0), SimpleNamespace(time=0.051), [], []
-    seeing = SimpleNamespace(
-        cell=cell, chosen_camera=lambda: ("eye", camera), _robots={}, elapsed=0.0,
-        look=lambda: taken.append(cell.time) or 1, arrived=lambda result: used.append(cell.time),
-    )  # fmt: skip
-    LookingBehaviour.start(seeing)
-    for cell.time in np.arange(51, 160) * 1e-3:
-        LookingBehaviour.update(seeing)
-    assert (*taken, used[0]) == pytest.approx((0.1, 0.13))
-
-
-@pytest.mark.parametrize(("distance", "angle", "elapsed", "used"), [
-    (1.5e-3, 0.0, 0.9, True), (2.5e-3, 0.0, 0.9, False), (0.0, 1.5e-3, 0.9, True),
-    (0.0, 2.5e-3, 0.9, False), (0.5, 0.5, 1.1, True),
-])  # fmt: skip
-def test_a_frame_of_a_camera_that_moved_is_not_used_until_a_second(distance, angle, elapsed, used):
-    off, asked = pin.SE3(pin.exp3(angle * np.eye(3)[1]), distance * np.eye(3)[2]), []
-    T_wc = looking_at(EYE, TARGET)
-    camera = SimpleNamespace(
-        source=True, waiting=False, request=asked.append, _asked=(None, T_wc, 0.0),
-        _pose=lambda robots: (T_wc * off, None),
-    )  # fmt: skip
-    camera.moved = partial(DepthCamera.moved, camera)
-    seeing = SimpleNamespace(
-        cell=SimpleNamespace(time=5.0), _exposure=4.0, _result=None, _robots={}, elapsed=elapsed,
-        chosen_camera=lambda: ("eye", camera), look=lambda: "seen", arrived=lambda result: result,
-    )  # fmt: skip
-    assert (LookingBehaviour.update(seeing) == "seen") == used == (not asked)
-
-
-def test_an_arm_looks_from_where_it_is_and_all_around_at_one_elevation_after_the_other():
-    at, T_tc, tried = np.array([0.3, 0.1, 1.0]), looking_at((0.05, 0.0, -0.1), (0, 0.1, 0.2)), []
-
-    def move(poses):
-        tried.append([T_wt * T_tc for T_wt in poses])
-        if len(tried) < 5:
-            raise MotionError("out of reach", reason="unreachable")
-
-    eye = at + 0.7 * np.array([np.cos(2.0), np.sin(2.0), 0.5])
-    T_wt = looking_at(eye, at) * T_tc.inverse()
-    looking = SimpleNamespace(point=at, object="", distance=0.4, T_wt=T_wt, _on_tool=lambda: T_tc)
-    looking.arm = SimpleNamespace(move_to_pose=move)
-    LookAt.start(looking)
-    for elevation, found in zip(np.radians((70, 90, 55, 80, 45)), tried, strict=True):
-        places = [(a, r) for a in (0, 45, -45, 90, -90, 135, -135, 180) for r in (0, 90, 180, 270)]
-        for (turn, roll), T_wc in zip(places, found, strict=True):
-            turned = pin.utils.rotate("z", 2.0 + np.radians(turn))
-            eye = at + 0.4 * turned @ (np.cos(elevation), 0.0, np.sin(elevation))
-            about = pin.SE3(pin.utils.rotate("z", np.radians(roll)), np.zeros(3))
-            assert T_wc.isApprox(looking_at(eye, at) * about)
