@@ -1,6 +1,7 @@
 from types import SimpleNamespace
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from bt_manip import build_station
@@ -37,6 +38,7 @@ def coarse_grid(monkeypatch) -> None:
 def test_basket_and_preferred_areas_stay_where_they_are_within_reach(parts):
     station = build_station(parts)
     assert station.cell.pose("basket").translation.tolist() == [0.68, 0.0, 1.015]
+    assert REFERENCE_AREA == (0.2, 0.4, -0.3, 0.3)
     for preferred in (REFERENCE_AREA, (0.25, 0.5, -0.3, 0.05)):
         given = () if preferred == REFERENCE_AREA else (preferred,)
         region = station.first.reach.area(station.cell, "table", HEIGHT, *given)
@@ -132,6 +134,12 @@ class Reach(ReachFromAbove):
     def reached_grid(self, *given):
         return self._reached_grid(*given)
 
+    def comes_down(self, *given):
+        return self._comes_down(*given)
+
+    def base(self):
+        return self._base()
+
 
 def test_a_point_is_approached_with_the_two_quarter_turns_nearest_to_the_arm():
     tried = []
@@ -142,24 +150,6 @@ def test_a_point_is_approached_with_the_two_quarter_turns_nearest_to_the_arm():
     yaws = 0.1 + np.pi / 2, 0.1 + np.pi  # 0.33 and 1.24 rad from 2.0 rad, others 1.9 and more
     for T_wt, yaw in zip(tried, yaws, strict=True):
         assert T_wt.isApprox(pointing_down((0.4, 0.1, 0.3), yaw), 1e-9)
-
-
-def test_the_area_consists_of_the_squares_of_which_all_corners_are_reached(small):
-    class Notched(Reach):
-        """It reaches 3 x 3 points but the last one, and the preferred area not at all."""
-
-        def _reached_grid(self, xs, ys, z):
-            self.first = xs[0], ys[0]
-            return {(i, j): np.zeros(2) for i in range(3) for j in range(3) if i + j < 4}
-
-        def _approach(self, position, yaw, q0, restarts):
-            return None if position[:2] == (0.2, -0.3) else q0
-
-    reach = Notched(small.arm)
-    region = reach.area(small.cell, "table", HEIGHT)
-    squares = (np.array(region.squares) - reach.first) / region.side
-    assert squares == pytest.approx(np.array([[0.5, 0.5], [0.5, 1.5], [1.5, 0.5]]))
-    assert region.side == pytest.approx(small.arm.model.link_lengths.sum() / 18, rel=0.2)
 
 
 def test_drops_are_from_25_cm_or_lower_in_steps_of_3_cm():
@@ -178,3 +168,112 @@ def test_every_third_point_is_searched_and_one_out_of_reach_tried_from_two_neigh
     reached = Holed(SimpleNamespace(model=SimpleNamespace(home=None))).reached_grid(grid, grid, 0)
     assert len(reached) == 24 and tried.count((2.0, 2.0, 0.0)) == 2
     assert searched == [(x, y, 0.0) for x in (1.0, 4.0) for y in (1.0, 4.0)]
+
+
+class Along(Reach):
+    """Its arm, 0.9 m long, reaches what is at some distances from its base, and notes all tried."""
+
+    def __init__(self, low, high):
+        super().__init__(SimpleNamespace(world=None))
+        self.low, self.high, self.tried, self.length = low, high, [], 0.9
+
+    def _base(self):
+        return np.array([0.1, -0.2, 0.3]), self.length
+
+    def _can_drop(self, T_wc, heights):
+        self.tried.append((np.hypot(*T_wc.translation[:2] - (0.1, -0.2)), len(heights)))
+        return self.low <= self.tried[-1][0] <= self.high
+
+    def reaches(self, cell, name, T_wo=None):
+        return T_wo is not None and self._can_drop(T_wo, ())
+
+    def _all_reached(self, points, z):
+        self.tried.append((points, z))
+        return True
+
+    def _reached_grid(self, xs, ys, z):
+        self.tried.append((xs, ys, z))
+        return {(i, j): 10 * i + j for i in range(3) for j in range(3) if i + j < 4}
+
+    def _turned(self, *given):
+        self.tried.append(given)
+        return None if given[2] == 1 else 0  # the second square cannot be reached at a yaw
+
+
+@pytest.mark.parametrize(("low", "high", "found"), [(0.2, 0.3, 0.26), (0.6, 0.7, 0.65), (2, 3, 0)])
+@pytest.mark.parametrize("category", ["graspable", "container"])
+def test_an_object_is_placed_a_step_within_reach_towards_the_arm_or_else_away(
+    category, low, high, found
+):
+    towards, moved = np.array([0.6, 0.8, 0.0]), []
+    T_wo = pin.SE3(pin.utils.rotate("z", 0.4), np.array([0.1, -0.2, 0.7]) + 0.5 * towards)
+    declared, reach = SimpleNamespace(category=category), Along(low, high)
+    cell = SimpleNamespace(
+        pose=lambda _: T_wo, find=lambda _: declared, move=lambda _, T: moved.append(T)
+    )
+    reach.place(cell, "it")
+    for T in moved:
+        assert T.isApprox(pin.SE3(T_wo.rotation, T_wo.translation + (found - 0.5) * towards))
+    assert len(moved) == bool(found)
+    if not found:  # none from 0.15 to 0.9 m
+        steps = [0.5 - 0.03 * k for k in range(1, 12)] + [0.5 + 0.03 * k for k in range(1, 14)]
+        heights = [3, 6] if category == "container" else [0]
+        assert np.allclose(reach.tried, [(step, n) for n in heights for step in steps])
+        with pytest.raises(CellError, match="no free place for 'it'"):
+            reach.place(cell, "it", T_wo)
+
+
+@pytest.mark.parametrize(("low", "high"), [
+    ((-0.5, -2.0), (2.0, 0.6)), ((0.25, -2.0), (2.0, 0.6)), ((-0.5, -2.0), (0.35, 0.6)),
+    ((-0.5, -0.25), (2.0, 0.6)), ((-0.5, -2.0), (2.0, 0.25)),
+])  # fmt: skip
+def test_the_preferred_area_lies_on_the_surface_and_the_grid_also_within_the_arms_length(
+    monkeypatch, low, high
+):
+    module = "bt_manip.grasping.reach_from_above"
+    monkeypatch.setattr(f"{module}.extent", lambda *_: (np.array(low), np.array(high)))
+    monkeypatch.setattr(f"{module}._fixed_content", lambda _: b"")
+    cell, reach = SimpleNamespace(surface_height=lambda name: 0.5), Along(0, 0)
+    region = reach.area(cell, "table", 0.12)
+    first, *turned = reach.tried
+    if (low, high) == ((-0.5, -2.0), (2.0, 0.6)):
+        points = [(x, y) for x in (0.2, 0.3, 0.4) for y in (-0.3, 0.0, 0.3)]
+        assert np.allclose(first[0], points) and first[1] == 0.62
+        reach.length = 0.18
+        assert reach.area(cell, "table", 0.12, (9.0, 9.0, 9.0, 9.0)).side == 0.02
+        return
+    begin, end = np.maximum(low, (-0.8, -1.1)), np.minimum(high, (1.0, 0.7))
+    for axis in (0, 1):  # squares of 0.9 m / 18
+        assert first[axis] == pytest.approx(np.arange(begin[axis], end[axis] - 1e-9, 0.05))
+    x, y = begin + 0.025  # three squares have all corners
+    assert first[2] == 0.62 and np.allclose(region.squares, [(x, y), (x + 0.05, y)])
+    bounds = [*region.x, *region.y, *region.z]
+    assert np.allclose(bounds, [x - 0.025, x + 0.075, y - 0.025, y + 0.025, 0.5, 0.5])
+    assert [q for *_, q in turned] == [0, 1, 10] and {yaw for _, yaw, _ in turned} == {np.pi / 4}
+    assert np.allclose(
+        [at for at, *_ in turned], [(x, y, 0.62), (x, y + 0.05, 0.62), (x + 0.05, y, 0.62)]
+    )
+
+
+def test_the_tool_comes_down_in_two_steps_from_each_reached_configuration():
+    hits, followed = [], []
+
+    def follow(target, q, max_step, retry):
+        followed.append((*target.translation, q, max_step))
+        return SimpleNamespace(solved=True, q=q + 1.0)
+
+    world = SimpleNamespace(collisions=lambda q: hits if q == blocked else [])
+    reach = Reach(SimpleNamespace(ik=SimpleNamespace(follow=follow), world=world))
+    for blocked in (2.0, 3.0, 4.0, 5.0):
+        hits[:] = [SimpleNamespace(first="arm/hand", second="post")]
+        assert reach.comes_down(pointing_down((0.3, -0.2, 0.5)), 2.0) == (blocked == 5.0)
+    assert np.allclose(followed[-2:], [(0.3, -0.2, 0.45, 2.0, 1.0), (0.3, -0.2, 0.4, 3.0, 1.0)])
+
+
+def test_the_arms_length_is_that_of_its_links_and_the_longest_travel_of_its_slides():
+    joints = SimpleNamespace(jointPlacements=[None, pose((0.1, 0.2, 0.3)), None])
+    limits = SimpleNamespace(lower=np.array([-3.0, -0.7, -0.1]), upper=np.array([2.0, 0.2, 0.4]))
+    model = SimpleNamespace(units=("rad", "m", "m"), limits=limits, link_lengths=(0.3, 0.5))
+    model.model = joints
+    base = Reach(SimpleNamespace(model=model)).base()
+    assert np.allclose(np.hstack(base), [0.1, 0.2, 0.3, 0.8 + 0.7 + 0.4])
