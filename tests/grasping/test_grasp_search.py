@@ -1,6 +1,5 @@
 """Grasps that may be turned about an axis of the object, and arms that reach few poses."""
 
-import contextlib
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -11,9 +10,9 @@ import pytest
 from bt_manip import build_station, spatial
 from bt_manip.arm import MARGIN
 from bt_manip.behaviours.poses import centre_pose
-from bt_manip.cell.objects import Bottle, Cube, Cylinder, Sphere
+from bt_manip.cell.objects import Cube, Cylinder, Sphere
 from bt_manip.exceptions import MotionError
-from bt_manip.grasping import GraspPlanner, GripperClearance, grasp_planner
+from bt_manip.grasping import GraspPlanner, GripperClearance
 from bt_manip.grasping.grasp_search import GraspSearch, standoff_of
 from bt_manip.grasping.gripper_clearance import Clearance
 from bt_manip.grasping.rejections import Rejections
@@ -110,23 +109,6 @@ def test_checked_grasps_say_where_the_gripper_has_no_clearance(five):
     assert across == {False: {0}, True: {1}}  # no finger fits between the cubes, along x
 
 
-def test_each_checked_grasp_that_is_not_clear_is_counted_by_what_is_in_the_way(five, monkeypatch):
-    made = []
-    monkeypatch.setattr(
-        grasp_planner, "Rejections", lambda *given: made.append(Rejections(*given)) or made[-1]
-    )
-    thing = Bottle()  # its shoulder is in the way of fingers at its neck
-    position = np.array([0.4, -0.2, TABLE + thing.rest_height])
-    five.cell.add(thing, spatial.pose(position, (1.0, 0.0, 0.0, 0.0)), name="it")
-    planner = GraspPlanner(five.cell, five.arm)
-    with contextlib.suppress(MotionError):
-        planner.plan("it", (0.15,), position)
-    (rejections,) = made
-    obstructed = sum(not clear for _, clear in planner.checked.grasps)
-    assert rejections.self_obstructed > 0
-    assert rejections.self_obstructed + rejections.no_clearance.total() == obstructed
-
-
 def test_a_pre_grasp_pose_is_never_beyond_the_grasp():
     for height in (0.02, 0.05, 0.2):
         for z in (0.0, 0.1, 0.4):
@@ -140,7 +122,8 @@ class Search(GraspSearch):
 
     def __init__(self, solutions, world=None, clearance=None):
         found = [SimpleNamespace(q=np.array([q]), target=0) for q, _ in solutions]
-        ik = SimpleNamespace(nearest_first=lambda *_, **__: found)
+        self.given = []
+        ik = SimpleNamespace(nearest_first=lambda *_, **given: self.given.append(given) or found)
         arm = SimpleNamespace(q=np.zeros(1), ik=ik, world=world)
         ranking = SimpleNamespace(candidates=SimpleNamespace(closing=None))
         super().__init__(arm, "it", ranking, clearance, Rejections("it"))
@@ -155,6 +138,9 @@ class Search(GraspSearch):
     def can_lift(self, *given):
         return self._can_lift(*given)
 
+    def with_clearance(self, ranked):
+        return [candidate.grasp for candidate in self._with_clearance(ranked)]
+
 
 class Margins(Search):
     def _plan_from(self, candidate, q, standoff):
@@ -164,13 +150,19 @@ class Margins(Search):
 @pytest.mark.parametrize(("solutions", "chosen"), [
     ([(0.1, 0.03), (0.5, 0.04), (0.9, 0.02)], 0.5),
     ([(0.1, 0.04), (0.5, MARGIN), (0.9, 2 * MARGIN)], 0.5),
-    ([(0.1, None), (0.5, 0.01)], 0.5),
+    ([(0.1, None), (0.21, 0.02), (0.5, 0.01)], 0.21),
+    ([(0.1, None), (0.19, 0.02), (0.5, 0.01)], 0.5),
     ([(0.1, None), (0.5, None)], None),
 ])  # fmt: skip
 def test_the_first_configuration_far_from_joint_limits_or_else_the_farthest_is_taken(
     solutions, chosen
 ):
-    assert Margins(solutions).nearest_plan() == chosen
+    search = Margins(solutions)
+    assert search.nearest_plan() == chosen
+    searches = [(0, MARGIN), (1, MARGIN), (8, MARGIN), (8, 0.0)]
+    assert [tuple(given.values()) for given in search.given] == searches[: 1 if chosen else 4]
+    search.rejections.approaches = 24
+    assert search.nearest_plan() is None
 
 
 def test_a_pre_grasp_configuration_in_collision_is_counted_by_its_bodies():
@@ -195,7 +187,66 @@ def test_a_blocked_lift_of_the_object_or_the_gripper_is_counted_once(T_wt, lifte
     assert search.rejections.collisions == ({blocked: 1} if blocked else {})
 
 
-@pytest.mark.parametrize(("height", "standoff"), [(0.05, 0.05), (0.1, 0.1), (0.3, 0.12)])
-def test_a_grasp_from_the_side_begins_at_most_12_cm_before_it(height, standoff):
-    aside = pin.SE3(pin.exp3(np.array([0.0, np.pi / 2, 0.0])), np.zeros(3))
+@pytest.mark.parametrize(("tilt", "height", "standoff"), [
+    (90, 0.05, 0.05), (90, 0.3, 0.12), (31, 0.3, 0.12), (29, 0.3, 0.3),
+])  # fmt: skip
+def test_a_grasp_from_the_side_begins_at_most_12_cm_before_it(tilt, height, standoff):
+    aside = pin.SE3(pin.exp3(np.array([0.0, np.pi - np.radians(tilt), 0.0])), np.zeros(3))
     assert standoff_of(aside, height, np.zeros(3)) == pytest.approx(standoff)
+
+
+def test_grasps_are_tried_together_by_four_of_similar_cost_and_in_six_groups(monkeypatch):
+    search, tried = Search([]), []
+    costs = [0.0, 0.02, 0.029, 0.031, 0.05, 0.06, 0.0605, 0.0606, 0.2, 0.3, 0.4, 0.5]
+    search._ranking.by_cost = lambda: (SimpleNamespace(cost=cost) for cost in costs)
+    monkeypatch.setattr(search, "_with_clearance", list)
+    monkeypatch.setattr(search, "_plan_from_first", lambda batch, *_: tried.append(batch))
+    assert search.best((0.1,), np.zeros(3)) is None
+    tried = [[candidate.cost for candidate in batch] for batch in tried]
+    assert tried == [costs[:3], costs[3:7], *([cost] for cost in costs[7:11])]
+    search.rejections.approaches = 24
+    assert search.best((0.1,), np.zeros(3)) is None and len(tried) == 6
+
+
+def test_grasps_with_less_than_4_mm_come_last_but_at_the_tool_and_fingers_close_freely():
+    opened = []
+    gaps = SimpleNamespace(
+        at_pose=lambda gap: Clearance(gap, "post"),
+        open=lambda opening=1.0: opened.append(opening),
+        to_entity=lambda *_: inside.get((opened or [1.0])[-1], 0.0),
+    )
+    search, candidates = Search([], clearance=gaps), SimpleNamespace(clear=True)
+    search._ranking.candidates = candidates
+    given = [(-0.0031, 0.04), (0.0039, 0.06), (0.0039, 0.04), (-0.0029, 0.06), (0.0041, 0.06)]
+    grasps = [SimpleNamespace(T_wt=given[i % 5][0], tool_distance=given[i % 5][1], grasp=i,
+                              opening=0.125) for i in range(200)]  # fmt: skip
+    kinds = [[i for i in range(128) if i % 5 in kind] for kind in ((2, 4), (1, 3))]
+    assert search.with_clearance(grasps) == sum(kinds, [])
+    assert search.rejections.no_clearance == {"post": 26}
+    assert search.checked.grasps == [(i, i % 5 > 0) for i in range(128)]
+    candidates.clear = False
+    steps = [1.0 - 0.875 * k / 3 for k in (1, 2, 3)]
+    for at, gap, closed in ((steps[2], -4e-4, 3), (steps[1], -6e-4, 2), (1.0, -1e-6, 0)):
+        inside = {at: gap}
+        opened.clear()
+        assert search.with_clearance(grasps[4:5]) == ([4] if closed == 3 else [])
+        assert opened == pytest.approx([*steps[:closed], 1.0] if closed else [])
+    assert search.rejections.self_obstructed == 2
+
+
+def test_a_lift_from_the_side_goes_up_5_cm_and_may_touch_the_object_only(monkeypatch):
+    seen, hits, lift = [], [("panda/hand", "it", -0.1)], SimpleNamespace(error=None, end="end")
+    gaps = SimpleNamespace(
+        of_displaced=lambda name, steps: seen.extend(steps) or Clearance(0.0, ""),
+        at_pose=lambda T: seen.append(T.translation) or Clearance(1e-9, ""),
+    )
+    plan = lambda ik, q, T, world: seen.append(T.translation) or lift  # noqa: E731
+    monkeypatch.setattr("bt_manip.grasping.grasp_search.plan_straight_approach", plan)
+    search = Search([], SimpleNamespace(collisions={"end": hits}.get), gaps)
+    candidate = SimpleNamespace(T_wt=spatial.pose((0.1, 0.2, 0.3)))
+    assert search.can_lift(candidate, np.zeros(1))
+    steps, up = [(0.0, 0.0, 0.025), (0.0, 0.0, 0.05)], [(0.1, 0.2, 0.325), (0.1, 0.2, 0.35)]
+    assert np.allclose(seen, [*steps, *up, up[1]])
+    hits.append(("panda/hand", "wall", -0.1))
+    assert not search.can_lift(candidate, np.zeros(1))
+    assert search.rejections.collisions == {("panda/hand", "wall"): 1}
