@@ -11,7 +11,6 @@ from bt_manip import build_station, spatial
 from bt_manip.arm import MARGIN
 from bt_manip.behaviours.poses import centre_pose
 from bt_manip.cell.objects import Cube, Cylinder, Sphere
-from bt_manip.exceptions import MotionError
 from bt_manip.grasping import GraspPlanner, GripperClearance
 from bt_manip.grasping.grasp_search import GraspSearch, standoff_of
 from bt_manip.grasping.gripper_clearance import Clearance
