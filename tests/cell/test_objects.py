@@ -1,5 +1,7 @@
 """Each registered object is what its name says; its package holds it to the contract."""
 
+from itertools import product
+
 import mujoco
 import numpy as np
 import pytest
@@ -145,43 +147,28 @@ def test_a_foil_of_a_fifth_of_a_millimetre_is_a_mesh():
     assert objects.ConvexMesh(points=corners, mass=0.01).rest_height == pytest.approx(1e-4)
 
 
-@pytest.mark.parametrize(
-    ("thing", "lengths"),
-    [
-        (objects.Bin(size=(0.3, 0.2, 0.15)), (0.3, 0.2, 0.15)),
-        (objects.Tray(size=(0.3, 0.2, 0.04)), (0.3, 0.2, 0.04)),
-        (objects.Shelf(size=(0.25, 0.5, 0.6)), (0.25, 0.5, 0.6)),
-        (objects.Wall(size=(0.05, 0.4, 0.3)), (0.05, 0.4, 0.3)),
-        (objects.Bottle(radius=0.03, height=0.2), (0.06, 0.06, 0.2)),
-        (objects.Cylinder(radius=0.03, height=0.07), (0.06, 0.06, 0.07)),
-        (objects.Sphere(radius=0.03), (0.06, 0.06, 0.06)),
-        (objects.Box(size=(0.05, 0.06, 0.07)), (0.05, 0.06, 0.07)),
-        (objects.RedBlock(size=0.05), (0.05, 0.05, 0.05)),
-        (objects.Capsule(radius=0.02, length=0.05), (0.09, 0.04, 0.04)),
-        (objects.ConvexMesh(), (0.04, 0.04, 0.04)),
-        (objects.Mug(radius=0.03, height=0.08), (0.0865, 0.06, 0.08)),  # with its handle
-        (
-            objects.ConvexMesh(
-                points=[
-                    [x, y, z] for x in (-0.05, 0.05) for y in (-0.03, 0.03) for z in (-0.01, 0.03)
-                ]
-            ),
-            (0.1, 0.06, 0.04),
-        ),
-    ],
-    ids=lambda given: getattr(given, "kind", ""),
-)
+@pytest.mark.parametrize(("thing", "lengths"), [
+    (objects.Bin(size=(0.3, 0.2, 0.15)), (0.3, 0.2, 0.15)),
+    (objects.Tray(size=(0.3, 0.2, 0.04)), (0.3, 0.2, 0.04)),
+    (objects.Shelf(size=(0.25, 0.5, 0.6)), (0.25, 0.5, 0.6)),
+    (objects.Wall(size=(0.05, 0.4, 0.3)), (0.05, 0.4, 0.3)),
+    (objects.Bottle(radius=0.03, height=0.2), (0.06, 0.06, 0.2)),
+    (objects.Cylinder(radius=0.03, height=0.07), (0.06, 0.06, 0.07)),
+    (objects.Sphere(radius=0.03), (0.06, 0.06, 0.06)),
+    (objects.Box(size=(0.05, 0.06, 0.07)), (0.05, 0.06, 0.07)),
+    (objects.RedBlock(size=0.05), (0.05, 0.05, 0.05)),
+    (objects.Capsule(radius=0.02, length=0.05), (0.09, 0.04, 0.04)),
+    (objects.ConvexMesh(), (0.04, 0.04, 0.04)),
+    (objects.Mug(radius=0.03, height=0.08), (0.0865, 0.06, 0.08)),  # with its handle
+    (objects.ConvexMesh(points=list(product((-0.05, 0.05), (-0.03, 0.03), (-0.01, 0.03)))),
+     (0.1, 0.06, 0.04)),
+], ids=lambda given: getattr(given, "kind", ""))  # fmt: skip
 def test_things_are_as_long_wide_and_high_as_they_say(thing, lengths):
     model, data, solid = standing(thing)
-    corners = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)])
-    points = np.concatenate(
-        [
-            data.geom_xpos[g]
-            + (model.geom_aabb[g, :3] + corners * model.geom_aabb[g, 3:])
-            @ data.geom_xmat[g].reshape(3, 3).T
-            for g in solid
-        ]
-    )
+    corners = np.array(list(product((-1, 1), repeat=3)))
+    boxes = model.geom_aabb[solid, None, :3] + corners * model.geom_aabb[solid, None, 3:]
+    turned = boxes @ data.geom_xmat[solid].reshape(-1, 3, 3).swapaxes(1, 2)
+    points = np.concatenate(data.geom_xpos[solid, None] + turned)
     assert np.ptp(points, axis=0) == pytest.approx(lengths, rel=0.02)  # polygons for circles
     assert np.ptp(points[:, 2]) == pytest.approx(lengths[2])
     assert points[:, 2].min() == pytest.approx(1.0 - getattr(thing, "rest_height", 0.0))
@@ -275,3 +262,38 @@ def test_the_damping_of_a_servo_becomes_that_of_its_joint(tmp_path):
     model, _, _ = standing(objects.ModelObject(str(tmp_path / "lid.xml")))
     (damping,) = model.dof_damping
     assert damping == pytest.approx(0.2 + 0.7 * 2**2) and model.actuator_biasprm[0, 2] == 0.0
+
+
+@pytest.mark.parametrize(("size", "category", "told"), [
+    ((0.3, 0.079, 0.4), "graspable", False), ((0.081, 0.3, 0.499), "thing", False),
+    ((0.31, 0.501, 0.02), "surface", False), ((0.501, 0.29, 0.4), "thing", False),
+    ((0.4, 0.31, 1.9), "surface", False), ((0.4, 2.1, 0.3), "surface", True),
+    ((0.9e-3,) * 3, "graspable", True), ((1.1e-3,) * 3, "graspable", False),
+])  # fmt: skip
+def test_a_models_size_tells_whether_it_is_free_graspable_a_surface_or_in_another_unit(
+    tmp_path, size, category, told
+):
+    x, y, z = 0.5 * np.array(size)
+    (tmp_path / "it.xml").write_text(f"""<mujoco><worldbody><body pos="0.1 0.2 {3 * z}">
+        <geom type="box" size="{x} {y} {z}" mass="1"/></body></worldbody></mujoco>""")
+    thing = objects.ModelObject(str(tmp_path / "it.xml"))
+    assert (thing.category, thing.free) == (category, max(size) < 0.5)
+    assert any("reads millimetres" in text for text in thing.warnings) == told
+    assert (thing.rest_height, thing.surface_height) == pytest.approx((-2 * z, 4 * z))
+    assert thing.centre_offset == pytest.approx([0.1, 0.2, 3 * z])
+
+
+def test_a_new_mass_scales_all_masses_and_inertias_of_a_model(tmp_path):
+    (tmp_path / "it.xml").write_text("""<mujoco><worldbody><body><geom size="0.05"/>
+        <geom size="0.04" density="300"/><geom size="0.04" mass="0.2" pos="0 0 0.2"/>
+        <body><inertial mass="0.3" pos="0 0 0" diaginertia="1e-3 2e-3 2.5e-3"/>
+          <geom size="0.2" contype="0" conaffinity="0"/></body>
+        <body><inertial mass="0.5" pos="0 0 0" fullinertia="1e-3 2e-3 2.5e-3 1e-4 0 0"/>
+          <geom size="0.2"/></body></body></worldbody></mujoco>""")
+    masses = 4.0 / 3.0 * np.pi * np.array([1000.0 * 0.05**3, 300.0 * 0.04**3])
+    one, three = (objects.ModelObject(str(tmp_path / "it.xml"), mass=m) for m in (None, 3.0))
+    assert one.mass == pytest.approx(masses.sum() + 0.2 + 0.3 + 0.5) and three.mass == 3.0
+    before, after = standing(one, free=True)[0], standing(three, free=True)[0]
+    for field in ("body_mass", "body_inertia"):
+        scaled = getattr(before, field) * 3.0 / one.mass
+        np.testing.assert_allclose(getattr(after, field), scaled, rtol=1e-9)

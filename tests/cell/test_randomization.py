@@ -4,6 +4,7 @@ import json
 from dataclasses import replace
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from dm_control.composer.observation import updater
 from dm_control.composer.variation import distributions, noises
@@ -13,7 +14,7 @@ from bt_manip.behaviours import payload_of
 from bt_manip.cell import Cell, CellError
 from bt_manip.cell.objects import Catalogue
 from bt_manip.cell.randomization import InitialObject, Randomization, Randomizer, parse_variation
-from bt_manip.cell.randomization.variations import sample, stream
+from bt_manip.cell.randomization.variations import extremes, sample, stream
 from bt_manip.scenes import table_and_basket
 from bt_manip.spatial import pose
 
@@ -56,7 +57,7 @@ def without_cube(parts) -> Varied:
     return Varied(parts, scene={name: one for name, one in SCENE.items() if name != "cube"})
 
 
-MASS = {"mass": distributions.Uniform(0.05, 0.3)}
+MASS, NOISE = {"mass": distributions.Uniform(0.05, 0.3)}, distributions.Normal(0.0, 0.01)
 
 
 def test_the_same_seed_and_cycle_give_the_same_bits_in_any_order(parts):
@@ -116,8 +117,13 @@ def test_what_was_drawn_is_what_is_simulated(parts):
 
 
 def test_sizes_are_those_of_what_is_made_anew_and_still_stands_where_it_stood(parts):
-    varied = Varied(parts, objects={"cube": {"size": distributions.Uniform(0.03, 0.04)}})
-    size = varied.begin(0)["objects"]["cube"]["size"]
+    T_wo = pose((0.2, 0.0, 1.04), (0.5**0.5, 0.5**0.5, 0.0, 0.0))
+    lines = {"size": distributions.Uniform(0.03, 0.04), "yaw": distributions.Uniform(0.3, 1.0)}
+    scene = SCENE | {"cube": InitialObject("cube", T_wo, {"mass": 0.1}, free=True)}
+    varied = Varied(parts, scene=scene, objects={"cube": lines})
+    size, yaw = (varied.begin(0)["objects"]["cube"][name] for name in lines)
+    turned = pin.utils.rotate("z", yaw) @ T_wo.rotation
+    assert varied.cell.pose("cube").rotation == pytest.approx(turned)
     cube = varied.cell.find("cube")
     assert cube.size == pytest.approx(size)
     assert cube.parameters["mass"] == 0.1
@@ -220,14 +226,15 @@ def observed(varied: Varied, steps: int, seed: int = 0) -> np.ndarray:
 
 
 def test_observations_are_as_noisy_as_asked(parts):
-    def noisy(steps: int) -> np.ndarray:
-        noise = distributions.Normal(0.0, 0.01)
+    def noisy(steps: int, noise=NOISE) -> np.ndarray:
         varied = Varied(parts, observations={"cube/position": {"noise": noise}})
         varied.begin(0)
         return observed(varied, steps) - varied.cell.pose("cube").translation
 
     assert noisy(500).std() == pytest.approx(0.01, rel=0.1)
     assert np.array_equal(noisy(5), noisy(5))
+    for scale in ({"times": 1.5}, {"times": 1.5, "within": [-9.0, 9.0]}):  # instead of the value
+        assert noisy(1, parse_variation(scale))[0] == pytest.approx([0.1, 0.0, 0.52], abs=1e-3)
 
 
 def test_observations_are_as_late_as_drawn(parts):
@@ -243,56 +250,49 @@ def test_observations_are_as_late_as_drawn(parts):
     np.testing.assert_array_equal(late[delay:], true[: 30 - delay])
 
 
-@pytest.mark.parametrize(
-    ("lines", "message"),
-    [
-        ({"objects": {"cubee": MASS}}, "objects 'cubee' neither stands .* did you mean 'cube'"),
-        ({"objects": {"cube": {"sise": 1}}}, "objects 'cube': 'sise' cannot vary; did .* 'size'"),
-        ({"objects": {"sphere": {"size": 1}}}, "'sphere': 'size' cannot vary.*radius.* can"),
-        ({"robots": {"panda": {"gain": 1}}}, "robots 'panda' is not there"),
-        ({"robots": {"panda": {"mass": 1}}}, "robots 'panda': 'mass' cannot vary.*gain"),
-        ({"lights": {"kez": {"brightness": 1}}}, "no light 'kez' in the cell; did you mean 'key'"),
-        ({"lights": {"key": {"bright": 1}}}, "'bright' cannot vary; did you mean 'brightness'"),
-        ({"cameras": {"overview": {"fov": 1}}}, "'fov' cannot vary; did you mean 'fovy'"),
-        ({"observations": {"cube/position": {"nose": 1}}}, "did you mean 'noise'"),
-    ],
-)
+@pytest.mark.parametrize(("lines", "message"), [
+    ({"objects": {"cubee": MASS}}, "objects 'cubee' neither stands .* did you mean 'cube'"),
+    ({"objects": {"cube": {"sise": 1}}}, "objects 'cube': 'sise' cannot vary; did .* 'size'"),
+    ({"objects": {"sphere": {"size": 1}}}, "'sphere': 'size' cannot vary.*radius.* can"),
+    ({"robots": {"panda": {"gain": 1}}}, "robots 'panda' is not there"),
+    ({"robots": {"panda": {"mass": 1}}}, "robots 'panda': 'mass' cannot vary.*gain"),
+    ({"lights": {"kez": {"brightness": 1}}}, "no light 'kez' in the cell; did you mean 'key'"),
+    ({"lights": {"key": {"bright": 1}}}, "'bright' cannot vary; did you mean 'brightness'"),
+    ({"cameras": {"overview": {"fov": 1}}}, "'fov' cannot vary; did you mean 'fovy'"),
+    ({"observations": {"cube/position": {"nose": 1}}}, "did you mean 'noise'"),
+])  # fmt: skip
 def test_what_there_is_not_cannot_vary(unvaried, lines, message):
     with pytest.raises(CellError, match=message):
         unvaried.randomize(**lines)
 
 
-@pytest.mark.parametrize(
-    ("lines", "message"),
-    [
-        ({"objects": {"cube": {"mass": -1.0}}}, r"mass of 'cube' is a number above 0 .*\[kg\]"),
-        ({"objects": {"cube": {"size": -0.1}}}, "'cube' cannot be made as sampled: size must be"),
-        ({"objects": {"cube": {"gain": 1.0}}}, "it has no actuators"),
-        ({"objects": {"cube": {"mass": distributions.Uniform((1, 2), 3)}}}, "cannot be drawn"),
-        ({"observations": {"cube/place": {"delay": 1}}}, "no observable 'place'"),
-        ({"observations": {"cube/position": {"delay": -1}}}, "is a number of steps, got -1"),
-    ],
-)
+@pytest.mark.parametrize(("lines", "message"), [
+    ({"objects": {"cube": {"mass": -1.0}}}, r"mass of 'cube' is a number above 0 .*\[kg\]"),
+    ({"objects": {"cube": {"size": -0.1}}}, "'cube' cannot be made as sampled: size must be"),
+    ({"objects": {"cube": {"gain": 1.0}}}, "it has no actuators"),
+    ({"objects": {"cube": {"mass": distributions.Uniform((1, 2), 3)}}}, "cannot be drawn"),
+    ({"observations": {"cube/place": {"delay": 1}}}, "no observable 'place'"),
+    ({"observations": {"cube/position": {"delay": -1}}}, "is a number of steps, got -1"),
+    ({"observations": {"cube/position": {"delay": 1.5}}}, "is a number of steps, got 1.5"),
+])  # fmt: skip
 def test_what_is_drawn_and_impossible_is_an_error(unvaried, lines, message):
     with pytest.raises(CellError, match=message):
         unvaried.randomize(**lines).begin(0)
 
 
-@pytest.mark.parametrize(
-    ("data", "low", "high"),
-    [
-        (0.3, 0.3, 0.3),
-        ({"uniform": [0.1, 0.2]}, 0.1, 0.2),
-        ({"integer": [2, 4]}, 2, 4),
-        ({"choice": [1.0, 5.0]}, 1.0, 5.0),
-        ({"times": {"uniform": [0.5, 2.0]}}, 5.0, 20.0),
-        ({"plus": {"uniform": [-1.0, 1.0]}}, 9.0, 11.0),
-        ({"normal": [0.0, 9.0], "within": [-1.0, 1.0]}, -1.0, 1.0),
-        ({"log_normal": [0.0, 0.1], "within": [0.8, 1.2]}, 0.8, 1.2),
-    ],
-)
+@pytest.mark.parametrize(("data", "low", "high"), [
+    (0.3, 0.3, 0.3),
+    ({"uniform": [0.1, 0.2]}, 0.1, 0.2),
+    ({"integer": [2, 4]}, 2, 4),
+    ({"choice": [1.0, 5.0]}, 1.0, 5.0),
+    ({"times": {"uniform": [0.5, 2.0]}}, 5.0, 20.0),
+    ({"plus": {"uniform": [-1.0, 1.0]}}, 9.0, 11.0),
+    ({"normal": [0.0, 9.0], "within": [-1.0, 1.0]}, -1.0, 1.0),
+    ({"log_normal": [0.0, 0.1], "within": [0.8, 1.2]}, 0.8, 1.2),
+])  # fmt: skip
 def test_variations_are_written_as_plain_data(data, low, high):
     variation = parse_variation(data)
+    assert extremes(variation, 10.0) == pytest.approx([low, high])
     values = [sample(variation, 10.0, stream(0, cycle)) for cycle in range(300)]
     assert low <= min(values)
     assert max(values) <= high
@@ -301,25 +301,22 @@ def test_variations_are_written_as_plain_data(data, low, high):
     assert max(values) >= high - 0.05 * spread
 
 
-@pytest.mark.parametrize(
-    ("data", "message"),
-    [
-        ("heavy", "a value is a number or a list of numbers, got 'heavy'"),
-        (True, "a number or a list of numbers"),
-        ({}, "a variation is a value, or a table with one of: uniform"),
-        ({"uniform": [0, 1], "normal": [0, 1]}, "with one of"),
-        ({"unifrom": [0, 1]}, "'unifrom' is no variation; did you mean 'uniform'"),
-        ({"uniform": [1, 0]}, "'uniform' goes from low to high"),
-        ({"uniform": 3}, "'uniform' is two values, got 3"),
-        ({"normal": [0, -1]}, "the second value of 'normal' is not negative"),
-        ({"integer": [0, 1.5]}, "is a range of whole numbers"),
-        ({"integer": [-1e30, 0]}, "'integer' goes up to"),
-        ({"choice": []}, "'choice' is a list of values"),
-        ({"choice": [1, [1, 2]]}, "the values of 'choice' must have the same shape"),
-        ({"plus": {"uniform": [1, 0]}}, "'uniform' goes from low to high"),
-        ({"normal": [0, 1], "within": [1, 0]}, "'within' goes from low to high"),
-    ],
-)
+@pytest.mark.parametrize(("data", "message"), [
+    ("heavy", "a value is a number or a list of numbers, got 'heavy'"),
+    (True, "a number or a list of numbers"),
+    ({}, "a variation is a value, or a table with one of: uniform"),
+    ({"uniform": [0, 1], "normal": [0, 1]}, "with one of"),
+    ({"unifrom": [0, 1]}, "'unifrom' is no variation; did you mean 'uniform'"),
+    ({"uniform": [1, 0]}, "'uniform' goes from low to high"),
+    ({"uniform": 3}, "'uniform' is two values, got 3"),
+    ({"normal": [0, -1]}, "the second value of 'normal' is not negative"),
+    ({"integer": [0, 1.5]}, "is a range of whole numbers"),
+    ({"integer": [-1e30, 0]}, "'integer' goes up to"),
+    ({"choice": []}, "'choice' is a list of values"),
+    ({"choice": [1, [1, 2]]}, "the values of 'choice' must have the same shape"),
+    ({"plus": {"uniform": [1, 0]}}, "'uniform' goes from low to high"),
+    ({"normal": [0, 1], "within": [1, 0]}, "'within' goes from low to high"),
+])  # fmt: skip
 def test_what_is_no_variation_is_refused(data, message):
     with pytest.raises(CellError, match=message):
         parse_variation(data)
@@ -333,10 +330,7 @@ def test_what_is_no_variation_is_refused(data, message):
         ({"mass": {"choice": [1, -1]}}, r"mass .* number above 0 .*\[kg\], got -1"),
         ({"mass": {"times": {"uniform": [-1, 1]}}}, r"mass .* number above 0 .*\[kg\], got -0"),
         ({"mass": {"plus": -1}}, r"mass .* number above 0 .*\[kg\], got -0"),
-        (
-            {"mass": {"normal": [1, 1], "within": [0, 2]}},
-            r"mass .* number above 0 .*\[kg\], got 0",
-        ),
+        ({"mass": {"normal": [1, 1], "within": [0, 2]}}, r"mass .* number above 0 .*\[kg\], got 0"),
         ({"mass": {"log_normal": [1e3, 1]}}, "mass can be sampled as inf"),
         ({"friction": {"uniform": [-0.1, 1]}}, "friction .* positive number.*, got -0.1"),
         ({"size": {"uniform": [-0.1, 0.1]}}, r"size must be a positive number \[m\], got -0.1"),
