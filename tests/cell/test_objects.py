@@ -259,7 +259,8 @@ def test_the_damping_of_a_servo_becomes_that_of_its_joint(tmp_path):
           <body pos="0 0 0.2"><joint name="hinge" damping="0.2"/><geom size="0.05"/></body>
         </body></worldbody>
         <actuator><position joint="hinge" kp="9" kv="0.7" gear="2"/></actuator></mujoco>""")
-    model, _, _ = standing(objects.ModelObject(str(tmp_path / "lid.xml")))
+    model, _, _ = standing(lid := objects.ModelObject(str(tmp_path / "lid.xml")))
+    assert not lid.free  # what moves in itself stands
     (damping,) = model.dof_damping
     assert damping == pytest.approx(0.2 + 0.7 * 2**2) and model.actuator_biasprm[0, 2] == 0.0
 
