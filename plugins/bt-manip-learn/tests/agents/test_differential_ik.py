@@ -45,3 +45,17 @@ def test_redundant_joints_move_home_while_the_tool_stays(model):
         q = differential_ik(model, q, pin.SE3(np.eye(3), np.array([0, 0, 1e-3 * (i % 2)])) * T_wt)
     assert 0.0 < (q - model.home) @ free < 0.05
     assert np.linalg.norm(pin.log6(model.pose(q).actInv(T_wt)).np) < 2e-3
+
+
+def test_joints_move_the_less_the_slower_they_are_and_home_only_where_the_tool_allows_it(model):
+    rng, weights = np.random.default_rng(2), 1.0 / model.limits.velocity**2
+    for _ in range(5):
+        q = model.home + rng.uniform(-0.2, 0.2, 7)
+        T_wt = model.pose(q) * pin.SE3(pin.exp3(rng.uniform(-2e-3, 2e-3, 3)), np.full(3, 1e-3))
+        J, steps = model.jacobian(q), differential_ik(model, q, T_wt) - q
+        free = np.linalg.svd(J)[2][-1]
+        homing = 0.01 * (model.home - q) @ (weights * free) / (free @ (weights * free))
+        # Weighted least squares: beyond homing, steps are orthogonal to motions of no effect.
+        assert steps @ (weights * free) / (free @ (weights * free)) == pytest.approx(
+            homing, rel=0.1
+        )

@@ -38,6 +38,10 @@ def test_an_object_beyond_the_stretched_arm_is_lost(episodes):
 def test_an_object_below_everything_has_fallen(episodes):
     episodes.reset(1)
     loss = LossCheck(episodes)
-    x, y, _ = episodes.station.cell.pose("cube").translation
-    put(episodes, (x, y, -1.0))
+    cell = episodes.station.cell
+    x, y, _ = cell.pose("cube").translation
+    lowest = min(cell.pose(name).translation[2] for name in ("cube", "basket", "panda"))
+    put(episodes, (x, y, lowest - 0.11))
     assert loss.reason() == "'cube' has fallen"
+    put(episodes, (x, y, lowest - 0.09))
+    assert loss.reason() == ""

@@ -80,3 +80,20 @@ def test_the_planned_damping_is_that_of_the_speed_of_the_reference(start, aim):
     np.testing.assert_allclose(
         NativeTwoFingerGripper._planned(hand), 2.0 * np.outer(velocity, [1.0, -1.0]), atol=1e-9
     )
+
+
+@pytest.mark.parametrize(("lag", "forces", "steady"), [
+    (0.0181, (50.0, 40.6), True), (0.0179, (50.0, 40.6), False), (0.0181, (50.0, 39.4), False),
+    (0.0181, (69.0, 50.6), True), (0.0181, (69.0, 51.4), False),
+])  # fmt: skip
+def test_a_grip_is_steady_at_the_force_with_references_well_beyond_the_object(lag, forces, steady):
+    # 50 N at 10 kN/m are 5 mm; 50 ms at 80 mm/s are 4 mm, of both fingers.
+    hand = SimpleNamespace(
+        state="gripping", closed_on_nothing=False, width=0.03, _reference=0.5 * (0.03 - lag),
+        _asked=50.0, _k=1e4, _speed=0.08, forces=forces,
+    )  # fmt: skip
+    assert NativeTwoFingerGripper.steady.fget(hand) == steady
+    hand._open = 0.08
+    states = ("still", 0.0396, True), ("still", 0.0394, False), ("moving", 0.0396, False)
+    for hand.state, hand._reference, is_open in states:
+        assert NativeTwoFingerGripper.is_open.fget(hand) == is_open
