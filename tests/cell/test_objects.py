@@ -134,8 +134,7 @@ CORNER = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
 
 
 @pytest.mark.parametrize(
-    "points",
-    [[], [[0, 0], [1, 1]], [[0, 0, 0], [1, 0, 0]] * 3, [*CORNER, [0, 0, np.nan]]],
+    "points", [[], [[0, 0], [1, 1]], [[0, 0, 0], [1, 0, 0]] * 3, [*CORNER, [0, 0, np.nan]]]
 )
 def test_points_without_a_volume_are_no_mesh(points):
     with pytest.raises(CellError, match="not in one plane|list of points"):

@@ -156,12 +156,8 @@ def test_the_progress_of_a_hand_over_rises_with_every_stage(cell, handed_over):
         progress.append(condition.progress())
     near_it = [
         0.2 / (0.2 + np.linalg.norm(np.subtract(at, rod)))
-        for at, rod in (
-            (far, (0.0, 0.3, 0.115)),
-            (near, (0.0, 0.3, 0.115)),
-            (far, high),
-            (near, high),
-        )
+        for rod in ((0.0, 0.3, 0.115), high)
+        for at in (far, near)
     ]
     expected = [0.2 * near_it[0], 0.2 * near_it[1], 0.4]
     expected += [0.5 + 0.3 * near_it[2], 0.5 + 0.3 * near_it[3], 0.9]

@@ -148,13 +148,8 @@ def test_the_handle_of_an_open_drawer_is_before_it_and_tools_reach_it_from_above
     drawer = pulled(25.0, 200)
     assert 0.01 < drawer.opening < OPENING and drawer.speed > 0.01
     assert drawer.T_oh.translation == pytest.approx([-0.15 - 0.04 - drawer.opening, 0.0, 0.06])
-    over, grasp, open_, clear = drawer.tool_targets
-    for poses, x, z in (
-        (over, -0.19, 0.18),
-        (grasp, -0.19, 0.06),
-        (open_, -0.37, 0.06),
-        (clear, -0.37, 0.09),
-    ):
+    at = (-0.19, 0.18), (-0.19, 0.06), (-0.37, 0.06), (-0.37, 0.09)  # over, closed, open, over
+    for poses, (x, z) in zip(drawer.tool_targets, at, strict=True):
         for T, side in zip(poses, (1.0, -1.0), strict=True):
             assert T.translation == pytest.approx([x, 0.0, z])
             assert T.rotation[:, 2] == pytest.approx([0.0, 0.0, -1.0])

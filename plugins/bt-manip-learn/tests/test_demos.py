@@ -63,11 +63,7 @@ def test_episodes_are_recorded_and_exported(record, bt_manip, tmp_path):
     assert (code, err) == (0, "")
     assert out == f"{folder}: 2 of 2 succeeded, 12 steps\n"
     assert [one.episode for one in read_demonstrations(folder)] == [0, 1]
-    for form, groups in (
-        ("parquet", "all"),
-        ("robomimic", "all"),
-        ("robomimic", "robot"),
-    ):
+    for form, groups in (("parquet", "all"), ("robomimic", "all"), ("robomimic", "robot")):
         file = tmp_path / f"{form}-{groups}"
         words = "--format", form, "-o", file, "--observations", groups
         code, out, err = bt_manip("demos", "export", folder, *words)

@@ -5,13 +5,7 @@ from functools import cache, partial
 import pytest
 
 from bt_manip.evaluation import run_episodes
-from bt_manip_stress import (
-    StressEpisode,
-    StressTable,
-    StressTester,
-    plan_episodes,
-    stress_test,
-)
+from bt_manip_stress import StressEpisode, StressTable, StressTester, plan_episodes, stress_test
 
 TREES = """
 from bt_manip.behaviours import ObjectExists, SpawnObject
