@@ -4,6 +4,7 @@ import json
 
 import mujoco
 import numpy as np
+import pinocchio as pin
 import pytest
 from dm_control import composer, mjcf
 
@@ -83,11 +84,14 @@ def test_of_factors_and_rotations_the_nominal_value_changes_nothing(cell):
 
 def test_lights_and_cameras_are_altered_by_name(cell):
     cell.add(Camera(), looking_at((1.0, 0.0, 1.0), (0.0, 0.0, 0.0)))
-    cell.override("light:key", brightness=0.5, colour=(1.0, 0.8, 0.6), direction=(0, 0, -2))
-    light = cell.model.light("key")
+    specular = cell.model.light("key").specular.copy()
+    cell.override("light:key", brightness=0.5, colour=(1.0, 0.8, 0.6), direction=(0, 3, -4))
+    light, overview = cell.model.light("key"), cell.model.camera("overview")
     np.testing.assert_allclose(light.diffuse, (0.5, 0.4, 0.3), rtol=1e-6)
-    np.testing.assert_allclose(light.dir, (0, 0, -1))
-    cell.override("camera:overview", fovy=50.0)
+    np.testing.assert_allclose((*light.dir, *light.specular), (0, 0.6, -0.8, *(0.5 * specular)))
+    expected = pose((0, 0, 0), overview.quat).rotation @ pin.exp3(np.array([0.2, -0.3, 0.6]))
+    cell.override("camera:overview", fovy=50.0, rotation=(0.2, -0.3, 0.6))
+    np.testing.assert_allclose(pose((0, 0, 0), overview.quat).rotation, expected, atol=1e-9)
     cell.override("camera:camera", rotation=(0.0, 0.0, np.pi / 2))  # an entity, by its own name
     with pytest.raises(CellError, match="'camera' cannot be overridden: it has no collision geom"):
         cell.override("camera", friction=0.5)
@@ -176,11 +180,15 @@ IMPOSSIBLE = [
     ("camera:over", {"fovy": 1.0}, "no camera 'over' in the cell; did you mean 'overview'"),
     ("cube", {"mas": 1.0}, "'mas' of an entity cannot be overridden; did you mean 'mass'"),
     ("cube", {"mass": 0.0}, r"the mass of 'cube' is a number above 0 .* \[kg\], got 0.0"),
+    ("cube", {"mass": 1.1e10}, "is a number above 0"),
     ("cube", {"mass": (1.0, 2.0)}, "is a number above 0"),
+    ("cube", {"joint_friction": [0.0] * 5 + [-0.1]}, "a number of at least 0 for each"),
+    ("cube", {"colour": (0.1, -0.1, 0.0)}, "3 or 4 numbers from 0 to 1"),
     ("cube", {"mass": float("nan")}, "is a number above 0"),
     ("cube", {"mass": 0.3, "friction": -1.0}, "the friction of 'cube' is a positive number"),
     ("cube", {"colour": (2.0, 0.0, 0.0)}, "3 or 4 numbers from 0 to 1"),
     ("cube", {"gain": 1.1}, "the gain of 'cube' cannot be overridden: it has no actuators"),
+    ("camera:overview", {"fovy": 0.0}, r"between 0 and 180 \[degrees\], got 0"),
     ("camera:overview", {"fovy": 180.0}, r"between 0 and 180 \[degrees\], got 180"),
     ("light:key", {"direction": (0, 0, 0)}, "not all 0"),
 ]

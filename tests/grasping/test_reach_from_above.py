@@ -1,3 +1,4 @@
+from itertools import product
 from types import SimpleNamespace
 
 import numpy as np
@@ -6,7 +7,7 @@ import pytest
 
 from bt_manip import build_station
 from bt_manip.cell import CellError, Cube
-from bt_manip.grasping import DROP_HEIGHTS, REFERENCE_AREA, ReachFromAbove
+from bt_manip.grasping import REFERENCE_AREA, ReachFromAbove
 from bt_manip.runner import Station
 from bt_manip.scenes import two_arms
 from bt_manip.spatial import pointing_down, pose
@@ -148,10 +149,6 @@ def test_a_point_is_approached_with_the_two_quarter_turns_nearest_to_the_arm():
         assert T_wt.isApprox(pointing_down((0.4, 0.1, 0.3), yaw), 1e-9)
 
 
-def test_drops_are_from_25_cm_or_lower_in_steps_of_3_cm():
-    assert DROP_HEIGHTS == pytest.approx(np.arange(0.25, 0.09, -0.03))
-
-
 def test_every_third_point_is_searched_and_one_out_of_reach_tried_from_two_neighbours():
     searched, tried = [], []
 
@@ -177,7 +174,7 @@ class Along(Reach):
         return np.array([0.1, -0.2, 0.3]), self.length
 
     def _can_drop(self, T_wc, heights):
-        self.tried.append((np.hypot(*T_wc.translation[:2] - (0.1, -0.2)), len(heights)))
+        self.tried.append((np.hypot(*T_wc.translation[:2] - (0.1, -0.2)), *heights))
         return self.low <= self.tried[-1][0] <= self.high
 
     def reaches(self, cell, name, T_wo=None):
@@ -213,8 +210,10 @@ def test_an_object_is_placed_a_step_within_reach_towards_the_arm_or_else_away(
     assert len(moved) == bool(found)
     if not found:  # none from 0.15 to 0.9 m
         steps = [0.5 - 0.03 * k for k in range(1, 12)] + [0.5 + 0.03 * k for k in range(1, 14)]
-        heights = [3, 6] if category == "container" else [0]
-        assert np.allclose(reach.tried, [(step, n) for n in heights for step in steps])
+        drops = [0.25 - 0.03 * k for k in range(6)]
+        heights = [drops[:3], drops] if category == "container" else [()]
+        for tried, given in zip(reach.tried, product(heights, steps), strict=True):
+            assert tried == pytest.approx((given[1], *given[0]))
         with pytest.raises(CellError, match="no free place for 'it'"):
             reach.place(cell, "it", T_wo)
 

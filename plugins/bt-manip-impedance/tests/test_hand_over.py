@@ -136,10 +136,8 @@ def test_the_progress_of_a_hand_over_rises_with_every_stage(cell, handed_over):
     high = (0.0, 0.0, 0.7)
 
     def robot(position, held):
-        tool = SimpleNamespace(translation=np.array(position))
-        return SimpleNamespace(
-            robot=SimpleNamespace(tool_pose=tool), gripper=SimpleNamespace(held=held)
-        )
+        arm = SimpleNamespace(tool_pose=spatial.pose(position))
+        return SimpleNamespace(robot=arm, gripper=SimpleNamespace(held=held))
 
     progress = []
     for z, giver, receiver in (

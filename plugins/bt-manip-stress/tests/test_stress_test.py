@@ -41,9 +41,6 @@ def waiting():
     return task(Fallback(IsLight(object="{object}"), Sleep("wait", msec=100000)))
 
 
-
-
-
 def empty():
     return Tree(Sleep("work", msec=300), goal=ObjectExists(object="table"))
 """

@@ -9,6 +9,7 @@ import pytest
 from gymnasium import wrappers
 
 import bt_manip_learn.envs  # noqa: F401 (registers the environments)
+from bt_manip.cell import extent
 from bt_manip.exceptions import BtManipError
 from bt_manip.spatial import pose
 from bt_manip_learn.envs import LearningTask
@@ -164,8 +165,10 @@ def test_relabelled_goals_are_positions_of_the_object():
     cell = env.task.episodes.station.cell
     achieved, desired = observation["achieved_goal"], observation["desired_goal"]
     np.testing.assert_allclose(achieved[:3], cell.pose("cube").translation, atol=1e-7)
-    beside = achieved + [0.06, 0.0, 0.0, 0.0]
-    found = np.stack([achieved, beside, [*desired[:3], 0.0], desired])
+    basket = np.mean(extent(cell, "basket"), axis=0)
+    np.testing.assert_allclose(desired, [*basket, 1.0], atol=1e-6)
+    near, beside = achieved + [[0.049, -0.049, 0.049, 0.0], [0.0, -0.051, 0.0, 0.0]]
+    found = np.stack([near, beside, [*desired[:3], 0.0], desired])
     assert env.compute_reward(found, np.stack([achieved] * 4), [{}] * 4).tolist() == [0, -1, -1, -1]
     assert env.compute_reward(found, np.stack([desired] * 4), [{}] * 4).tolist() == [-1, -1, -1, 0]
     after, reward, *_, info = env.step(np.zeros(env.action_space.shape, np.float32))

@@ -106,7 +106,7 @@ class Knock(_ObjectFault):
     def _velocity(T_start: pin.SE3, T_target: pin.SE3, friction: float) -> np.ndarray:
         """Return the horizontal velocity for an object to fall and slide to a target [m/s]."""
         offset = T_target.translation - T_start.translation
-        drop = max(-float(offset[2]), 0.0)
+        drop = -float(offset[2])
         fall = math.sqrt(2.0 * drop / GRAVITY) if drop > THROWN else 0.0
         deceleration, length = GRAVITY * friction, math.hypot(offset[0], offset[1])
         speed = deceleration * (math.sqrt(fall**2 + 2.0 * length / deceleration) - fall)
