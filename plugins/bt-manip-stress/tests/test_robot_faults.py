@@ -93,6 +93,8 @@ def test_controller_and_arm_measure_the_same_noise(station, start):
         assert (seen[0] == measured).all()
     finally:
         del controller.compute
+    noise = np.array([fault.measure(np.zeros(7), np.zeros(7)) for _ in range(300)])
+    assert noise.std(axis=(0, 2)) == pytest.approx((0.1, 2e-3), rel=0.1)
     fault.end()
     now = station.cell.data.qpos[station.robot.qpos_adr]
     assert (station.robot.q == now).all()
