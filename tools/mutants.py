@@ -172,6 +172,8 @@ ARGUED = {
     "_MAX_GEOMS = 20000": "room for geoms, of which scenes have hundreds",
     "_MAX_GEOMS = 5000": "room for geoms, of which scenes have hundreds",
     "tried < 40 * number": "how often a tag that cannot be seen is looked for",
+    "_MAX_CACHED": "how many results a cache keeps, or that it keeps none",
+    "way / (way @ way)": "it is zero only where nothing moves, and the quotient is not used",
 }
 """Changes that cannot matter, by a part of the line before or after them, and why."""
 

@@ -154,7 +154,7 @@ def test_every_third_point_is_searched_and_one_out_of_reach_tried_from_two_neigh
 
     class Holed(Reach):
         def _approach(self, position, yaw, q0, restarts):
-            (searched if restarts else tried).append((*position[:2], yaw))
+            (searched if restarts == 4 else tried).append((*position[:2], yaw))
             return None if position[:2] == (2.0, 2.0) else np.zeros(2)
 
     grid = np.arange(5.0)
@@ -272,3 +272,20 @@ def test_the_arms_length_is_that_of_its_links_and_the_longest_travel_of_its_slid
     model.model = joints
     base = Reach(SimpleNamespace(model=model)).base()
     assert np.allclose(np.hstack(base), [0.1, 0.2, 0.3, 0.8 + 0.7 + 0.4])
+
+
+def test_targets_are_reached_in_turn_and_without_any_the_centre_and_10_cm_above_it():
+    class Chained(Reach):
+        def _first_free(self, poses, q0, used):
+            tried.append((*poses[0].translation, len(poses), q0, used))
+            return q0 + 1.0
+
+    arm = SimpleNamespace(world=None, model=SimpleNamespace(home=3.0))
+    T_wo = pose((0.3, 0.2, 0.1), (0.8, 0.0, 0.0, 0.6))
+    own = SimpleNamespace(centre_offset=(0.1, 0.0, 0.05), tool_targets=[])
+    cell = SimpleNamespace(pose=lambda _: T_wo, find=lambda _: own)
+    for own.tool_targets in ([], [[pose((0.1, 0.0, 0.05))] * 4, [pose((0.1, 0.0, 0.15))] * 4]):
+        tried = []
+        assert Chained(arm).reaches(cell, "it")
+        expected = [(0.328, 0.296, 0.15, 4, 3.0), (0.328, 0.296, 0.25, 4, 4.0)]
+        assert np.allclose([one[:5] for one in tried], expected) and tried[0][5] == "it"
