@@ -143,8 +143,8 @@ def test_a_point_is_approached_with_the_two_quarter_turns_nearest_to_the_arm():
     ik = SimpleNamespace(nearest_first=lambda T_wt, *_, **__: tried.append(T_wt) or [])
     model = SimpleNamespace(pose=lambda q: pointing_down((0.0, 0.0, 0.0), q))
     reach = Reach(SimpleNamespace(ik=ik, model=model))
-    assert reach.approach((0.4, 0.1, 0.2), 0.1, 2.0, 0) is None
-    yaws = 0.1 + np.pi / 2, 0.1 + np.pi  # 0.33 and 1.24 rad from 2.0 rad, others 1.9 and more
+    assert reach.approach((0.4, 0.1, 0.2), 2.2, 2.0, 0) is None
+    yaws = 2.2, 2.2 - np.pi / 2  # 0.2 and 1.37 rad from 2.0 rad, others 1.77 and more
     for T_wt, yaw in zip(tried, yaws, strict=True):
         assert T_wt.isApprox(pointing_down((0.4, 0.1, 0.3), yaw), 1e-9)
 
