@@ -1,5 +1,6 @@
 """A button is pressed, counted and released."""
 
+import itertools
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,7 +10,9 @@ from bt_manip import build_station, spatial
 from bt_manip.behaviours import CloseGripper, Hover
 from bt_manip.bt import NodeStatus, Sequence, Tree
 from bt_manip.cell import Cell
+from bt_manip.runner import request_of
 from bt_manip_impedance import Drawer, IsOpen, Press, PushButton, WasPressed
+from bt_manip_learn.agents import Episodes, goal_progress
 
 
 @pytest.mark.parametrize("controller", ["cartesian_impedance", "computed_torque"])
@@ -89,3 +92,17 @@ def test_another_object_than_a_button_cannot_be_pressed(parts):
     behaviour = Press("press", object="basket")
     assert station.run(behaviour).status is NodeStatus.FAILURE
     assert behaviour.feedback_message == "'basket' is not a button"
+
+
+def test_progress_grows_from_the_approach_to_the_release(parts):
+    episodes = Episodes(request_of("press_button", parts), parts)
+    episodes.reset(0)
+    button, found = episodes.station.cell.find("button"), [(0.0, goal_progress(episodes))]
+    while not episodes.success:
+        episodes.expert_step()
+        found.append((button.depth, goal_progress(episodes)))
+    assert found[0][1] < 0.25 and found[-1][1] == 1.0
+    first = next(i for i, (depth, _) in enumerate(found) if depth > 1e-3)
+    assert max(progress for _, progress in found[:first]) < 0.5  # over the button
+    pressing = [progress for _, progress in found[first:]]
+    assert all(after > before - 0.01 for before, after in itertools.pairwise(pressing))
