@@ -325,3 +325,29 @@ def test_servo_keeps_all_limits_whatever_is_asked_for(arm, watch, rng):
     watch.check()
     assert watch.worst_effort() <= 1.0
     assert not arm.v.any()
+
+
+def test_servo_asks_for_velocities_from_which_the_arm_can_brake(arm):
+    limits, home, wrist, T = arm.model.limits, arm.q_ref, np.eye(7)[6], 0.05
+    home[6] = limits.upper[6] - 0.05
+    a = 0.7 * limits.acceleration[6]
+    for by, v, expected in (
+        (-0.03, -0.1, 0.1 + (0.03 - 0.5 * 0.1 * T) / T),  # passed in time
+        (-0.04, 0.2, -0.2 + (0.04 + 0.5 * 0.2 * T) / T),  # and turned back after it
+        (-0.15, 0.0, np.sqrt(2.0 * a * 0.15)),  # farther than it can go, and brake, in the time
+        (-2.0, 0.0, 0.98 * limits.velocity[6]),
+        (9.0, 0.3, np.sqrt(a * 0.05)),  # near its limit
+    ):
+        arm.reset(home)
+        arm.servo(home + by * wrist, v * wrist, T)
+        _, rates, _ = arm.trajectory.sample(np.linspace(0.0, arm.trajectory.duration, 3000))
+        assert np.abs(rates).max(axis=0) == pytest.approx(expected * wrist, rel=1e-3, abs=1e-9)
+    # Towards the limit an arm that moves already needs some of the room.
+    arm.reset(home - 0.2 * wrist)
+    for by in (-0.15, 9.0):
+        room = limits.upper[6] - arm.q[6] - T * arm.v[6]
+        arm.servo(home + by * wrist, 0.2 * wrist, T)
+        _, rates, _ = arm.trajectory.sample(np.linspace(0.0, arm.trajectory.duration, 3000))
+        for _ in range(50):
+            arm.advance(DT)
+    assert np.abs(rates[:, 6]).max() == pytest.approx(np.sqrt(a * room), rel=1e-3)

@@ -109,6 +109,27 @@ def test_a_stop_takes_effect_soon_and_ends_on_the_path(arm, table):
     np.testing.assert_allclose(arm.q[1:], start[1:], atol=1e-9)
 
 
+def test_the_reference_ahead_of_a_motion_that_begins_later_is_what_it_becomes(arm, table):
+    assert np.array_equal(arm.follower.ahead(np.zeros(2)), [arm.q, arm.q])
+    arm.move_to_configuration(arm.q_ref + np.linspace(-0.3, 0.2, 7))
+    table.advance(30)
+    predicted = arm.follower.ahead(np.array([0.0, 0.0204, 0.0496, 0.1503, 0.4, 9.0]))
+    remaining, states, rows = arm.remaining, [], [(arm.q_ref, arm.v.copy(), arm.a.copy())]
+    for arm.follower.latency in (12, 37, 500):
+        states.append(arm.follower.state)
+    arm.follower.latency = 0
+    for _ in range(500):
+        if arm.moving:
+            remaining -= 1e-3
+        table.advance(1)
+        rows.append((arm.q_ref, arm.v.copy(), arm.a.copy()))
+    assert -2e-3 < remaining <= 0.0
+    np.testing.assert_array_equal(predicted, [rows[k][0] for k in (0, 20, 50, 150, 400, 500)])
+    for state, k, time in zip(states, (12, 37, 500), (0.0, 0.007, 0.0), strict=True):
+        np.testing.assert_array_equal(state[:3], rows[k])
+        assert state.time == pytest.approx(time) and (state.trajectory is None) == (k == 500)
+
+
 def test_a_change_that_is_late_is_planned_again_with_twice_the_time(arm, table):
     table.refuse = 2
     arm.move_to_configuration(arm.q_ref + 0.3)
