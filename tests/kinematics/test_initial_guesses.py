@@ -24,16 +24,21 @@ def test_initial_guesses_are_far_from_each_other(model, compiled, rng):
     assert min(apart[:5]) > 1.0 and min(apart) > 0.3
 
 
-@pytest.mark.parametrize("cone", [0.0, 0.4])
+@pytest.mark.parametrize("cone", [0.0, 0.4, None])
 def test_guesses_for_a_free_axis_are_those_with_the_least_distance_and_tilt(model, compiled, cone):
     T, axis, pivot = model.pose(model.home), np.array([0.6, 0.0, 0.8]), np.array([0.1, 0.0, -0.2])
-    target = PoseTarget("tool", T, free_axis=axis, pivot=pivot, cone=cone)
+    target = PoseTarget("tool", T)
+    if cone is not None:
+        target = PoseTarget("tool", T, free_axis=axis, pivot=pivot, cone=cone)
     guesses = InitialGuesses(model)
 
     def residual(q):
         now = model.pose(q)
         tilt = np.arccos(np.clip((now.rotation @ axis) @ (T.rotation @ axis), -1.0, 1.0))
         offset = now.act(pivot) - T.act(pivot)
+        if cone is None:
+            offset, turn = now.translation - T.translation, T.rotation.T @ now.rotation
+            return offset @ offset + 0.25 * (3.0 - np.trace(turn))
         return offset @ offset + np.sin(max(tilt - cone, 0.0) / 2.0) ** 2
 
     best = sorted(map(residual, guesses.stored))[:20]

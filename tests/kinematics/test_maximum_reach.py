@@ -1,5 +1,7 @@
 """Maximum reach: no configuration exceeds it, and poses beyond it are refused."""
 
+from dataclasses import replace
+
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -49,7 +51,15 @@ def test_no_target_with_free_rotations_that_the_arm_reaches_is_refused(model, re
     assert refused > 20
 
 
-def test_a_wide_tolerance_widens_the_reach(reach):
-    far = spatial.pointing_down([0.85, 0.0, 0.1])
-    tight, wide = (PoseTarget("tool", far, free_axis="z", tolerance=t) for t in (1e-6, (0.3, 1e-6)))
-    assert reach.excess(tight) > 0.0 and reach.excess(wide) == 0.0
+def test_free_rotations_and_tolerances_widen_the_reach(reach):
+    # The last joint is 0.107 + 0.1034 m above the tool, the second 0.333 m above the base.
+    T, tolerance = spatial.pointing_down([2.0, 0.0, 0.3]), (0.05, 1e-9)
+    beside = PoseTarget("tool", T, free_axis="x", tolerance=tolerance)
+    tilted = replace(beside, free_axis="z", cone=0.4, pivot=[0.0, 0.0, -0.05])
+    for target, height, free in (
+        (T, 0.2104, 0.0),
+        (beside, 0.0, 0.2104 + 0.05),
+        (tilted, 0.05 + 0.1604 * np.cos(0.4), 0.1604 * np.sin(0.4) + 0.05),
+    ):
+        expected = np.hypot(2.0, 0.3 + height - 0.333) - reach.distance - free
+        assert reach.excess(target) == pytest.approx(expected, abs=1e-6)

@@ -17,9 +17,13 @@ def test_a_step_moves_the_tool_like_the_other_step(model, rng):
 
 
 def test_a_step_moves_joints_away_from_their_limits(model, rng):
-    limits = model.limits
-    middle, half = 0.5 * (limits.lower + limits.upper), 0.5 * (limits.upper - limits.lower)
+    lower, upper = model.limits.sampling_bounds()
+    middle, half = 0.5 * (lower + upper), 0.5 * (upper - lower)
     for q in random_configurations(model, rng, 20):
         step = null_space_step(model, q, np.zeros(7), 1e-3)
         normalized = (q - middle) / half
         assert normalized**3 @ step < 0.0
+        _, values, (*_, free) = np.linalg.svd(model.jacobian(q))  # the last one keeps the tool
+        if values[-1] > 0.1:  # away from singularities
+            expected = -1e-3 * (normalized**3 @ free) * free
+            assert step == pytest.approx(expected, rel=0.02, abs=5e-6)

@@ -1,6 +1,7 @@
 """Residuals and their Jacobians; the oracle is numerical differentiation."""
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from bt_manip.kinematics.residuals import (
@@ -9,6 +10,7 @@ from bt_manip.kinematics.residuals import (
     PositionResidual,
     RotationResidual,
     StackedResidual,
+    chord,
 )
 from tests.measuring.kinematics import differentiate, frame_pose
 
@@ -47,6 +49,20 @@ def test_the_jacobian_of_each_residual_is_its_derivative(model, goal, kind):
 
     expected = differentiate(residual.evaluate, q)
     assert np.abs(residual.evaluate(q)).max() > 0.01
+    position, rotation, met = residual.parts[0].errors()
+    at, T = (frame_pose(model, x, "link6") for x in (q, goal))
+    point = np.array([0.1, -0.2, 0.3]) * (kind == "pivot")
+    turn = {"axis": at.rotation[:, 2] @ T.rotation[:, 2]}
+    turn["cone"] = turn["axis"]
+    cosine = turn.get(kind, 0.5 * (np.trace(at.rotation.T @ T.rotation) - 1.0))
+    of_position = kind.endswith("position") or kind == "pivot"
+    error = np.linalg.norm(at.act(point) - T.act(point)) if of_position else np.arccos(cosine)
+    assert (position, rotation) == pytest.approx((error, 0.0) if of_position else (0.0, error))
+    length = 2.0 * np.sin(0.5 * error) if kind in turn else error  # of the vector
+    zone = {"wide position": 0.09, "wide rotation": 0.018, "cone": 1.8 * np.sin(0.01)}.get(kind, 0)
+    weight = 3.0 if kind.startswith("weighted") else 1.0
+    assert np.linalg.norm(residual.evaluate(q)) == pytest.approx(weight * (length - zone))
+    assert met == residual.met == residual.reached == (kind == "weighted position")
     assert residual.jacobian() == pytest.approx(expected, abs=1e-7)
 
 
@@ -60,3 +76,11 @@ def test_the_jacobian_of_a_pose_residual_approaches_its_derivative_at_the_pose(m
         expected = differentiate(residual.evaluate, q)
         error = np.linalg.norm(residual.evaluate(q))
         assert np.abs(residual.jacobian() - expected).max() <= error + 1e-8
+
+
+def test_the_chord_of_an_angle_is_the_distance_of_two_directions_at_it():
+    first, axis = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.6, 0.8])
+    for angle in (0.0, 1e-3, 1.0, np.pi):
+        distance = np.linalg.norm(pin.exp3(angle * axis) @ first - first)
+        assert chord(angle) == pytest.approx(distance, abs=1e-12)
+    assert chord(4.0) == 2.0 and chord(np.inf) == np.inf  # every direction

@@ -26,7 +26,14 @@ def test_the_gradient_of_all_costs_is_their_derivative(model, ik, goal):
     compiled.constraints.evaluate(q)
     expansion = compiled.objectives.expand(compiled.constraints)
     assert expansion.gradient == pytest.approx(expected, rel=1e-5, abs=1e-6)
-    assert expansion.value == pytest.approx(compiled.cost(q))
+    moving = np.array([1, 1, 0, 1, 1, 1, 1], dtype=bool)
+    problem = IKProblem(manipulability=0.3, joints=np.array(joints)[moving].tolist())
+    compiled = compile_problem(model, joints, problem, model.home, 1.0 / model.limits.velocity)
+    expected = differentiate(compiled.cost, q) * moving
+    gradient = compiled.objectives.expand(compiled.constraints).gradient
+    assert gradient == pytest.approx(expected, rel=1e-5, abs=1e-6)
+    volume = np.sqrt(abs(np.linalg.det(model.jacobian(q)[:, moving])) ** 2)
+    assert compiled.cost(q) == pytest.approx(-0.3 * np.log(volume))
 
 
 def test_a_posture_costs_half_the_mean_square_of_the_times_to_it():
@@ -36,3 +43,4 @@ def test_a_posture_costs_half_the_mean_square_of_the_times_to_it():
     cost = objectives.expand(SimpleNamespace(q=np.ones(3) + away))
     assert cost.value == pytest.approx(0.5 * 3.0 * (0.2**2 + 0.1**2 + 0.4**2) / 3.0)
     assert cost.gradient == pytest.approx(3.0 * away / speed**2 / 3.0)
+    assert cost.hessian == pytest.approx(np.diag(1.0 / speed**2))
