@@ -26,6 +26,9 @@ def test_a_compliant_joint_returns_in_the_time_of_critical_damping_without_overs
         mujoco.mj_forward(model, data)
         accelerations.append(data.qacc[dofs[joint]])
     m = 1.0 / (accelerations[1] - accelerations[0])
+    strong = (control.model, 1e6 * limits, robot.q, np.zeros(2))  # as soft as the step needs
+    pulled, free = (compliant_torque(*strong, robot.q + by) for by in (0.01, 0.0))
+    assert (pulled - free)[joint] == pytest.approx(100.0**2 * m * 0.01, rel=1e-6)
     errors, times = [], np.arange(1500) * model.opt.timestep
     for _ in times:
         errors.append(float(robot.q[joint] - rest[joint]))
