@@ -65,6 +65,9 @@ def test_the_added_inertia_keeps_the_ratio_that_the_control_step_allows(tmp_path
         inertia = pin.crba(model.model, model.data, q)
         ratios = np.linalg.eigvals(np.linalg.solve(inertia, inertia + added)).real
         assert ratios.max() < 1.5 * MAX_INERTIA_RATIO
+    model = model_of(read_description(write_small_arm(tmp_path, armature=0.004)))  # less light
+    inertia = 1.0 / np.diag(np.linalg.inv(pin.crba(model.model, model.data, model.home)))
+    assert (inertia + added_inertia(model))[[0, 5]] == pytest.approx(8e-4 * 12.0, rel=1e-3)
 
 
 def still_after_a_push(station: Station) -> bool:

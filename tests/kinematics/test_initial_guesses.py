@@ -27,9 +27,8 @@ def test_initial_guesses_are_far_from_each_other(model, compiled, rng):
 @pytest.mark.parametrize("cone", [0.0, 0.4, None])
 def test_guesses_for_a_free_axis_are_those_with_the_least_distance_and_tilt(model, compiled, cone):
     T, axis, pivot = model.pose(model.home), np.array([0.6, 0.0, 0.8]), np.array([0.1, 0.0, -0.2])
-    target = PoseTarget("tool", T)
-    if cone is not None:
-        target = PoseTarget("tool", T, free_axis=axis, pivot=pivot, cone=cone)
+    free = {} if cone is None else {"free_axis": axis, "pivot": pivot, "cone": cone}
+    target = PoseTarget("tool", T, **free)
     guesses = InitialGuesses(model)
 
     def residual(q):

@@ -52,16 +52,15 @@ def test_the_jacobian_of_each_residual_is_its_derivative(model, goal, kind):
     position, rotation, met = residual.parts[0].errors()
     at, T = (frame_pose(model, x, "link6") for x in (q, goal))
     point = np.array([0.1, -0.2, 0.3]) * (kind == "pivot")
-    turn = {"axis": at.rotation[:, 2] @ T.rotation[:, 2]}
-    turn["cone"] = turn["axis"]
-    cosine = turn.get(kind, 0.5 * (np.trace(at.rotation.T @ T.rotation) - 1.0))
+    cosine, of_axis = at.rotation[:, 2] @ T.rotation[:, 2], kind in ("axis", "cone")
+    cosine = cosine if of_axis else 0.5 * (np.trace(at.rotation.T @ T.rotation) - 1.0)
     of_position = kind.endswith("position") or kind == "pivot"
     error = np.linalg.norm(at.act(point) - T.act(point)) if of_position else np.arccos(cosine)
     assert (position, rotation) == pytest.approx((error, 0.0) if of_position else (0.0, error))
-    length = 2.0 * np.sin(0.5 * error) if kind in turn else error  # of the vector
+    length = 2.0 * np.sin(0.5 * error) if of_axis else error  # of the vector
     zone = {"wide position": 0.09, "wide rotation": 0.018, "cone": 1.8 * np.sin(0.01)}.get(kind, 0)
-    weight = 3.0 if kind.startswith("weighted") else 1.0
-    assert np.linalg.norm(residual.evaluate(q)) == pytest.approx(weight * (length - zone))
+    length *= 3.0 if kind.startswith("weighted") else 1.0
+    assert np.linalg.norm(residual.evaluate(q)) == pytest.approx(length - zone)
     assert met == residual.met == residual.reached == (kind == "weighted position")
     assert residual.jacobian() == pytest.approx(expected, abs=1e-7)
 

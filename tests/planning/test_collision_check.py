@@ -6,8 +6,10 @@ import pytest
 
 from bt_manip import spatial
 from bt_manip.arm import Arm
+from bt_manip.collision import PATH_STEP
 from bt_manip.exceptions import MotionError
-from bt_manip.planning import LineTo, check_tool_path, follow_tool_path, tool_paths
+from bt_manip.planning import ArcTo, LineTo, check_tool_path, follow_tool_path, tool_paths
+from bt_manip.planning.collision_check import sample_path
 from bt_manip.planning.tool_path_following import QUICK_REFINEMENTS
 
 
@@ -37,10 +39,9 @@ def test_a_collision_at_the_start_that_blocks_the_motion_is_named(walled, arm, a
 def test_a_goal_in_collision_is_refused_by_name_and_nothing_moves(walled, arm):
     inside = walled.ik.solve(walled.left, arm.q).q
     inside[1] += 0.3  # leans into the table
-    before = arm.get_state()
-    with pytest.raises(
-        MotionError, match=r"the target is in collision: 'panda/\w+' would be .* 'top'"
-    ):
+    before, depth = arm.get_state(), -1e3 * walled.world.collisions(inside)[0].distance
+    message = rf"the target is in collision: 'panda/\w+' would be {depth:.1f} mm inside 'top'"
+    with pytest.raises(MotionError, match=message):
         arm.move_to_configuration(inside)
     assert arm.get_state() == before
 
@@ -64,6 +65,13 @@ def test_a_blocked_tool_path_is_refused_with_its_free_share(walled):
     assert not arm.moving
 
 
+def test_an_arc_keeps_a_millimetre_of_clearance(arm):
+    end = spatial.pointing_down((0.5, 0.35, 0.12), 0.0)
+    with pytest.raises(MotionError, match="finger' would touch 'top'"):
+        arm.move_path([ArcTo([0.5, 0.3, 0.0095 + 0.7e-3], end)])
+    arm.move_path([ArcTo([0.5, 0.3, 0.0095 + 1.3e-3], end)])
+
+
 def test_a_check_at_the_knots_agrees_with_the_fine_check(walled, rng):
     ik, world = walled.ik, walled.world
     home = ik.model.home
@@ -80,6 +88,8 @@ def test_a_check_at_the_knots_agrees_with_the_fine_check(walled, rng):
             curve = follow_tool_path(ik, q, path, QUICK_REFINEMENTS)
         except MotionError:
             continue
+        steps = np.abs(np.diff(sample_path(curve, 200)[:, :7], axis=0))
+        assert 0.9 * PATH_STEP < steps.max() <= PATH_STEP
         reasons = []
         for fine in (True, False):
             try:

@@ -24,6 +24,12 @@ def test_with_an_approach_the_line_from_the_goal_is_free(walled):
     assert approach.error is None and approach.limit_margin >= 0.05
     end = ik.model.pose(approach.end).translation
     assert end == pytest.approx(walled.left.translation, abs=1e-6)
+    for last in (2.6, -2.6):  # rad of the last joint
+        q, limits = goal.q + (last - goal.q[6]) * np.eye(7)[6], ik.model.limits
+        line = plan_straight_approach(ik, q, translate_along_tool_z(ik.model.pose(q), 0.1), None)
+        rows = line.curve.evaluate(np.linspace(0.0, 1.0, 200), 0)[0][:, :7]
+        margin = np.minimum(rows - limits.lower, limits.upper - rows).min()
+        assert line.limit_margin == pytest.approx(margin, abs=1e-4) and 0.1 < margin < 0.4
 
 
 def test_an_approach_into_an_obstacle_returns_the_error_and_the_first_configuration(walled):
