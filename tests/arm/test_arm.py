@@ -342,9 +342,8 @@ def test_servo_asks_for_velocities_from_which_the_arm_can_brake(arm):
         arm.servo(home + by * wrist, v * wrist, T)
         _, rates, _ = arm.trajectory.sample(np.linspace(0.0, arm.trajectory.duration, 3000))
         assert np.abs(rates).max(axis=0) == pytest.approx(expected * wrist, rel=1e-3, abs=1e-9)
-    # Towards the limit an arm that moves already needs some of the room.
     arm.reset(home - 0.2 * wrist)
-    for by in (-0.15, 9.0):
+    for by in (-0.15, 9.0):  # by then it moves, and needs some of the room in the time
         room = limits.upper[6] - arm.q[6] - T * arm.v[6]
         arm.servo(home + by * wrist, 0.2 * wrist, T)
         _, rates, _ = arm.trajectory.sample(np.linspace(0.0, arm.trajectory.duration, 3000))

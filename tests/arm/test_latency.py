@@ -119,8 +119,7 @@ def test_the_reference_ahead_of_a_motion_that_begins_later_is_what_it_becomes(ar
         states.append(arm.follower.state)
     arm.follower.latency = 0
     for _ in range(500):
-        if arm.moving:
-            remaining -= 1e-3
+        remaining -= 1e-3 * arm.moving
         table.advance(1)
         rows.append((arm.q_ref, arm.v.copy(), arm.a.copy()))
     assert -2e-3 < remaining <= 0.0

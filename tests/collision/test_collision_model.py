@@ -2,9 +2,10 @@
 
 import mujoco
 import numpy as np
+import pytest
 
 from bt_manip.cell import Cell
-from bt_manip.collision.collision_model import CollisionModel, collidable_pairs
+from bt_manip.collision.collision_model import CollisionModel, collidable_pairs, pair_margins
 from bt_manip.grippers import TwoFingerGripper
 from bt_manip.robots import Robot, panda
 from tests.collision.scenes import arm_among_obstacles
@@ -66,3 +67,19 @@ def test_with_more_sets_of_partners_than_bits_no_pair_is_missed():
     first, second, _ = scratch.contacts
     found = set(zip(first.tolist(), second.tolist(), strict=True))
     assert found >= {(i, i + 1) for i in range(39)}
+
+
+def test_distances_are_those_to_the_margins_where_the_physics_begins_to_push():
+    bodies = "".join(
+        f'<body pos="{0.21 * i} 0 0"><freejoint/><geom name="{i}" size=".1" margin="{m}"/></body>'
+        for i, m in enumerate((0.002, 0.003, 0.0))
+    )
+    rest = '</worldbody><contact><pair geom1="1" geom2="2" margin=".004"/></contact></mujoco>'
+    model = mujoco.MjModel.from_xml_string(f"<mujoco><worldbody>{bodies}{rest}")
+    assert pair_margins(model)[[0, 1, 0], [1, 2, 2]] == pytest.approx([0.005, 0.004, 0.002])
+    scratch = CollisionModel(model, 0.05)
+    for by in (0.0, 0.001):
+        scratch.inflate(np.arange(4) == 2, by)
+        scratch.collide()
+        found = np.array(scratch.contacts)[:, np.argsort(scratch.contacts.first)]
+        assert found == pytest.approx(np.array([[0, 1], [1, 2], [0.01 - 0.005 - by, 0.006]]))

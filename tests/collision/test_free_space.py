@@ -21,6 +21,7 @@ def test_it_keeps_a_clearance_except_from_bodies_nearer_at_the_end(walled):
     assert space.is_free(at(6e-3)) and not space.is_free(at(3e-3))
     usual = FreeSpace(walled.world, HOME)
     assert usual.is_free(at(4.5e-3)) and not usual.is_free(at(3.5e-3))
+    assert usual.clearance[walled.world.self_pairs].max() == 1e-3
     space = FreeSpace(walled.world, HOME, [at(2e-3)], clearance=5e-3)
     assert space.is_free(at(3e-3)) and not space.is_free(at(1e-3))
 

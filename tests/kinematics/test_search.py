@@ -8,7 +8,7 @@ import pytest
 from bt_manip import spatial
 from bt_manip.kinematics import IKProblem, PoseTarget, PositionTarget, RotationTarget, search
 from bt_manip.kinematics.inverse_kinematics import RESTARTS
-from tests.measuring.kinematics import random_configurations
+from tests.measuring.kinematics import error_in_mujoco, random_configurations
 
 DOWN = spatial.pointing_down([0.45, 0.1, 0.3], 0.4)
 
@@ -42,15 +42,7 @@ def test_the_widest_clearance_is_kept(walled):
     assert nearer > 0
 
 
-def tool_in_mujoco(walled, q):
-    model, data = walled.robot.mj_model, mujoco.MjData(walled.robot.mj_model)
-    data.qpos[np.array(walled.robot.qpos_adr)] = q
-    mujoco.mj_kinematics(model, data)
-    site = data.site("panda/tool")
-    return pin.SE3(site.xmat.reshape(3, 3), site.xpos)
-
-
-def test_a_problem_is_followed_in_small_steps(walled):
+def test_a_problem_is_followed_in_small_steps(walled, robot):
     ik, world = walled.ik, walled.world
     q = ik.solve(walled.left, ik.model.home).q
     low = q - 0.5
@@ -67,7 +59,7 @@ def test_a_problem_is_followed_in_small_steps(walled):
         found = ik.follow(problem, q)
         assert found.solved and found.reason == "" and found.restarts == 0
         assert np.abs(found.q - q).max() <= 0.2 + 1e-12
-        assert np.linalg.norm(pin.log6(tool_in_mujoco(walled, found.q).actInv(T)).np) <= 2e-6
+        assert max(error_in_mujoco(robot, found.q, T)) <= 2e-6
         assert found.residuals[0].met
         q = found.q
 
