@@ -77,8 +77,8 @@ def test_distances_are_those_to_the_margins_where_the_physics_begins_to_push():
     rest = '</worldbody><contact><pair geom1="1" geom2="2" margin=".004"/></contact></mujoco>'
     model = mujoco.MjModel.from_xml_string(f"<mujoco><worldbody>{bodies}{rest}")
     assert pair_margins(model)[[0, 1, 0], [1, 2, 2]] == pytest.approx([0.005, 0.004, 0.002])
-    scratch = CollisionModel(model, 0.05)
-    for by in (0.0, 0.001):
+    scratch = CollisionModel(model, 0.006)
+    for by in (0.0, 0.003):
         scratch.inflate(np.arange(4) == 2, by)
         scratch.collide()
         found = np.array(scratch.contacts)[:, np.argsort(scratch.contacts.first)]
