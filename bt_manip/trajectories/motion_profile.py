@@ -184,8 +184,7 @@ def profile_to_velocity(
         limits: Acceleration and jerk limits.
     """
     unit = limits[0]
-    bound = max(abs(start[1]), abs(velocity), 1e-6)
-    motion = _scalar_input(start, (bound, *limits), unit)
+    motion = _scalar_input(start, (np.inf, *limits), unit)
     motion.control_interface = ruckig.ControlInterface.Velocity
     motion.target_velocity = [velocity / unit]
     trajectory = _calculate(motion)
@@ -244,7 +243,7 @@ def velocity_profiles(
     zero = np.zeros_like(velocity)
     parts = []
     for target, shortest in ((velocity, duration), (zero, 0.0)):
-        motion = _input(start, np.maximum(np.abs(start[1]), 1.0), acceleration, jerk)
+        motion = _input(start, np.full_like(velocity, np.inf), acceleration, jerk)
         motion.control_interface = ruckig.ControlInterface.Velocity
         motion.target_velocity, motion.minimum_duration = target.tolist(), shortest or None
         trajectory = _calculate(motion)
