@@ -9,7 +9,6 @@ import pytest
 from bt_manip.behaviours import MoveToConfiguration, RemoveObject
 from bt_manip.cell import at_rest
 from bt_manip.scenes import SceneObject
-from bt_manip.spatial import pose
 from bt_manip_stress.faults import (
     ContainerVanishes,
     Displace,
@@ -84,15 +83,6 @@ def test_an_object_that_is_knocked_away_stays_on_the_table_within_reach(
     assert not station.gripper.held
     assert np.linalg.norm((station.cell.pose("cube").translation - before)[:2]) > 0.1
     assert lies_on_the_table_within_reach(station)
-
-
-@pytest.mark.parametrize(("drop", "fall"), [(0.019, 0.0), (0.3, (0.6 / 9.81) ** 0.5), (-0.1, 0.0)])
-def test_a_knocked_object_falls_and_then_slides_to_its_target(drop, fall):
-    start, end = np.array([0.1, 0.2, 0.9]), np.array([0.4, -0.2, 0.9 - drop])
-    velocity = Knock._velocity(pose(start), pose(end), 0.4)
-    speed = np.linalg.norm(velocity)
-    assert velocity == pytest.approx(speed * np.array([0.6, -0.8, 0.0]))
-    assert speed * fall + speed**2 / (2.0 * 0.4 * 9.81) == pytest.approx(0.5)
 
 
 def test_the_same_seed_moves_an_object_to_the_same_place(situations, start):
