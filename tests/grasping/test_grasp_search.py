@@ -100,8 +100,8 @@ class Search(GraspSearch):
         self.given = []
         ik = SimpleNamespace(nearest_first=lambda *_, **given: self.given.append(given) or found)
         arm = SimpleNamespace(q=np.zeros(1), ik=ik, world=world)
-        ranking = SimpleNamespace(candidates=SimpleNamespace(closing=None))
-        super().__init__(arm, "it", ranking, clearance, Rejections("it"))
+        self.ranking = SimpleNamespace(candidates=SimpleNamespace(closing=None))
+        super().__init__(arm, "it", self.ranking, clearance, Rejections("it"))
         self.solutions = dict(solutions)
 
     def nearest_plan(self):
@@ -120,6 +120,19 @@ class Search(GraspSearch):
 class Margins(Search):
     def _plan_from(self, candidate, q, standoff):
         return self.solutions[q[0]] and (self.solutions[q[0]], q[0])
+
+
+class Batches(Search):
+    """Has clearance everywhere, and notes which grasps are tried together."""
+
+    tried, found = (), None
+
+    def _with_clearance(self, ranked):
+        return list(ranked)
+
+    def _plan_from_first(self, batch, *_):
+        self.tried += ([candidate.cost for candidate in batch],)
+        return self.found
 
 
 @pytest.mark.parametrize(("solutions", "chosen"), [
@@ -173,16 +186,13 @@ def test_a_grasp_begins_before_it_and_from_the_side_by_at_most_12_cm(tilt, heigh
     assert standoff_of(T_wt, height, centre) == pytest.approx(standoff, abs=1e-5)
 
 
-def test_grasps_are_tried_together_by_four_of_similar_cost_and_in_six_groups(monkeypatch):
-    search, tried = Search([]), []
+def test_grasps_are_tried_together_by_four_of_similar_cost_and_in_six_groups():
+    search = Batches([])
     costs = [0.0, 0.02, 0.029, 0.031, 0.05, 0.06, 0.0605, 0.0606, 0.2, 0.3, 0.4, 0.5]
-    search._ranking.by_cost = lambda: (SimpleNamespace(cost=cost) for cost in costs)
-    monkeypatch.setattr(search, "_with_clearance", list)
-    monkeypatch.setattr(search, "_plan_from_first", lambda batch, *_: tried.append(batch))
+    search.ranking.by_cost = lambda: (SimpleNamespace(cost=cost) for cost in costs)
     assert search.best((0.1,), np.zeros(3)) is None
-    tried = [[candidate.cost for candidate in batch] for batch in tried]
-    assert tried == [costs[:3], costs[3:7], *([cost] for cost in costs[7:11])]
-    monkeypatch.setattr(search, "_plan_from_first", lambda *_: SimpleNamespace(grasp="found"))
+    assert [*search.tried] == [costs[:3], costs[3:7], *([cost] for cost in costs[7:11])]
+    search.found = SimpleNamespace(grasp="found")
     assert search.best((0.1,), np.zeros(3)).grasp == search.checked.chosen == "found"
     search.rejections.approaches = 24
     assert search.best((0.1,), np.zeros(3)) is None
@@ -196,7 +206,7 @@ def test_grasps_with_less_than_4_mm_come_last_but_at_the_tool_and_fingers_close_
         to_entity=lambda *_: inside.get((opened or [1.0])[-1], 0.0),
     )
     search, candidates = Search([], clearance=gaps), SimpleNamespace(clear=True)
-    search._ranking.candidates = candidates
+    search.ranking.candidates = candidates
     given = [(-0.0031, 0.04), (0.0039, 0.06), (0.0039, 0.04), (-0.0029, 0.06), (0.0041, 0.06)]
     grasps = [SimpleNamespace(T_wt=given[i % 5][0], tool_distance=given[i % 5][1], grasp=i,
                               opening=0.125) for i in range(200)]  # fmt: skip
