@@ -334,7 +334,7 @@ def test_servo_asks_for_velocities_from_which_the_arm_can_brake(arm):
     for by, v, expected in (
         (-0.03, -0.1, 0.1 + (0.03 - 0.5 * 0.1 * T) / T),  # passed in time
         (-0.04, 0.2, -0.2 + (0.04 + 0.5 * 0.2 * T) / T),  # and turned back after it
-        (-0.15, 0.0, np.sqrt(2.0 * a * 0.15)),  # farther than it can go, and brake, in the time
+        (-0.15, 0.0, np.sqrt(2.0 * a * 0.15)),  # farther than it can go, and stop, in the time
         (-2.0, 0.0, 0.98 * limits.velocity[6]),
         (9.0, 0.3, np.sqrt(a * 0.05)),  # near its limit
     ):

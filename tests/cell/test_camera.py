@@ -78,10 +78,13 @@ def test_an_image_is_of_now_and_of_what_is_there_now(cell):
     assert camera.depth()[24, 32] == pytest.approx(0.5 - 0.325 + fallen, abs=2e-3)
 
 
-@pytest.mark.parametrize(("parameters", "message"), [
-    ({"fovy": 180.0}, "fovy must be a number above 0 and below 180 .degrees., got 180"),
-    ({"width": 0}, "width must be a whole number from 1 to 8192 .pixels., got 0"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("parameters", "message"),
+    [
+        ({"fovy": 180.0}, "fovy must be a number above 0 and below 180 .degrees., got 180"),
+        ({"width": 0}, "width must be a whole number from 1 to 8192 .pixels., got 0"),
+    ],
+)
 def test_impossible_cameras_are_refused(parameters, message):
     with pytest.raises(CellError, match=message):
         Camera(**parameters)

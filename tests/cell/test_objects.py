@@ -146,22 +146,28 @@ def test_a_foil_of_a_fifth_of_a_millimetre_is_a_mesh():
     assert objects.ConvexMesh(points=corners, mass=0.01).rest_height == pytest.approx(1e-4)
 
 
-@pytest.mark.parametrize(("thing", "lengths"), [
-    (objects.Bin(size=(0.3, 0.2, 0.15)), (0.3, 0.2, 0.15)),
-    (objects.Tray(size=(0.3, 0.2, 0.04)), (0.3, 0.2, 0.04)),
-    (objects.Shelf(size=(0.25, 0.5, 0.6)), (0.25, 0.5, 0.6)),
-    (objects.Wall(size=(0.05, 0.4, 0.3)), (0.05, 0.4, 0.3)),
-    (objects.Bottle(radius=0.03, height=0.2), (0.06, 0.06, 0.2)),
-    (objects.Cylinder(radius=0.03, height=0.07), (0.06, 0.06, 0.07)),
-    (objects.Sphere(radius=0.03), (0.06, 0.06, 0.06)),
-    (objects.Box(size=(0.05, 0.06, 0.07)), (0.05, 0.06, 0.07)),
-    (objects.RedBlock(size=0.05), (0.05, 0.05, 0.05)),
-    (objects.Capsule(radius=0.02, length=0.05), (0.09, 0.04, 0.04)),
-    (objects.ConvexMesh(), (0.04, 0.04, 0.04)),
-    (objects.Mug(radius=0.03, height=0.08), (0.0865, 0.06, 0.08)),  # with its handle
-    (objects.ConvexMesh(points=list(product((-0.05, 0.05), (-0.03, 0.03), (-0.01, 0.03)))),
-     (0.1, 0.06, 0.04)),
-], ids=lambda given: getattr(given, "kind", ""))  # fmt: skip
+@pytest.mark.parametrize(
+    ("thing", "lengths"),
+    [
+        (objects.Bin(size=(0.3, 0.2, 0.15)), (0.3, 0.2, 0.15)),
+        (objects.Tray(size=(0.3, 0.2, 0.04)), (0.3, 0.2, 0.04)),
+        (objects.Shelf(size=(0.25, 0.5, 0.6)), (0.25, 0.5, 0.6)),
+        (objects.Wall(size=(0.05, 0.4, 0.3)), (0.05, 0.4, 0.3)),
+        (objects.Bottle(radius=0.03, height=0.2), (0.06, 0.06, 0.2)),
+        (objects.Cylinder(radius=0.03, height=0.07), (0.06, 0.06, 0.07)),
+        (objects.Sphere(radius=0.03), (0.06, 0.06, 0.06)),
+        (objects.Box(size=(0.05, 0.06, 0.07)), (0.05, 0.06, 0.07)),
+        (objects.RedBlock(size=0.05), (0.05, 0.05, 0.05)),
+        (objects.Capsule(radius=0.02, length=0.05), (0.09, 0.04, 0.04)),
+        (objects.ConvexMesh(), (0.04, 0.04, 0.04)),
+        (objects.Mug(radius=0.03, height=0.08), (0.0865, 0.06, 0.08)),  # with its handle
+        (
+            objects.ConvexMesh(points=list(product((-0.05, 0.05), (-0.03, 0.03), (-0.01, 0.03)))),
+            (0.1, 0.06, 0.04),
+        ),
+    ],
+    ids=lambda given: getattr(given, "kind", ""),
+)
 def test_things_are_as_long_wide_and_high_as_they_say(thing, lengths):
     model, data, solid = standing(thing)
     corners = np.array(list(product((-1, 1), repeat=3)))
@@ -264,12 +270,19 @@ def test_the_damping_of_a_servo_becomes_that_of_its_joint(tmp_path):
     assert damping == pytest.approx(0.2 + 0.7 * 2**2) and model.actuator_biasprm[0, 2] == 0.0
 
 
-@pytest.mark.parametrize(("size", "category", "told"), [
-    ((0.3, 0.079, 0.4), "graspable", False), ((0.081, 0.3, 0.499), "thing", False),
-    ((0.31, 0.501, 0.02), "surface", False), ((0.501, 0.29, 0.4), "thing", False),
-    ((0.4, 0.31, 1.9), "surface", False), ((0.4, 2.1, 0.3), "surface", True),
-    ((0.9e-3,) * 3, "graspable", True), ((1.1e-3,) * 3, "graspable", False),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("size", "category", "told"),
+    [
+        ((0.3, 0.079, 0.4), "graspable", False),
+        ((0.081, 0.3, 0.499), "thing", False),
+        ((0.31, 0.501, 0.02), "surface", False),
+        ((0.501, 0.29, 0.4), "thing", False),
+        ((0.4, 0.31, 1.9), "surface", False),
+        ((0.4, 2.1, 0.3), "surface", True),
+        ((0.9e-3,) * 3, "graspable", True),
+        ((1.1e-3,) * 3, "graspable", False),
+    ],
+)
 def test_a_models_size_tells_whether_it_is_free_graspable_a_surface_or_in_another_unit(
     tmp_path, size, category, told
 ):

@@ -133,11 +133,14 @@ def test_what_rolls_out_of_the_region_is_not_placed(cell):
         cell.place(Table(), rim, np.random.default_rng(0), drop=True)
 
 
-@pytest.mark.parametrize(("bounds", "message"), [
-    ({"x": (0.4, 0.2)}, "x goes from low to high, got .0.4, 0.2."),
-    ({"yaw": (0.0, float("nan"))}, "yaw goes from low to high"),
-    ({"z": (1.0,)}, "z goes from low to high"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("bounds", "message"),
+    [
+        ({"x": (0.4, 0.2)}, "x goes from low to high, got .0.4, 0.2."),
+        ({"yaw": (0.0, float("nan"))}, "yaw goes from low to high"),
+        ({"z": (1.0,)}, "z goes from low to high"),
+    ],
+)
 def test_a_region_that_is_none_is_refused(bounds, message):
     with pytest.raises(CellError, match=message):
         Region(**{"x": (0, 1), "y": (0, 1), "z": (0, 1), **bounds})

@@ -242,21 +242,34 @@ def test_the_inside_of_a_cup_is_in_it_and_its_foot_is_not(tmp_path):
         assert not is_within(cell, name, "cup")
 
 
-@pytest.mark.parametrize(("velocity", "acceleration", "reason"), [
-    ((0.0, -0.0045, 0.0, 0.0, 0.0, 0.0), (0.9, 0.0, 0.0, 0.0, 0.0, 0.0), ""),
-    ((0.0, -0.0055, 0.0, 0.0, 0.0, 0.0), (0.0,) * 6, "moves at 5.5 mm/s"),
-    ((0.0, 0.0, 0.0, 0.0, 0.19, 0.0), (0.0,) * 6, ""),
-    ((0.0, 0.0, 0.0, 0.0, 0.21, 0.0), (0.0,) * 6, "turns at 0.21 rad/s"),
-    ((0.0, 0.0, 0.0, 0.09, 0.0, 0.0), (0.0,) * 6, ""),
-    ((0.0, 0.0, 0.0, 0.11, 0.0, 0.0), (0.0,) * 6, "turns: its fastest corner moves at 11.0 mm/s"),
-    ((0.004, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 1.1, 0.0, 0.0, 0.0, 0.0), "touches nothing"),
-    ((0.0, 0.0, 0.0, 0.05, 0.0, 0.0), (0.0, 0.0, 0.0, 0.19, 0.0, 0.0), ""),  # 2 cm/s^2 at 0.1 m
-    ((0.0, 0.0, 0.0, 0.05, 0.0, 0.0), (0.0, 0.0, 0.0, 0.21, 0.0, 0.0),
-     "topples: its fastest corner moves at 5.0 mm/s, ever faster"),
-    ((0.0, 0.0, 0.0, 0.009, 0.0, 0.0), (0.0, 0.0, 0.0, 0.3, 0.0, 0.0), ""),
-    ((1.1e-3, 0.0, 0.0, 0.0, 0.0, 0.0), (0.03, 0.0, 0.0, 0.0, 0.0, 0.0),
-     "topples: its fastest corner moves at 1.1 mm/s, ever faster"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("velocity", "acceleration", "reason"),
+    [
+        ((0.0, -0.0045, 0.0, 0.0, 0.0, 0.0), (0.9, 0.0, 0.0, 0.0, 0.0, 0.0), ""),
+        ((0.0, -0.0055, 0.0, 0.0, 0.0, 0.0), (0.0,) * 6, "moves at 5.5 mm/s"),
+        ((0.0, 0.0, 0.0, 0.0, 0.19, 0.0), (0.0,) * 6, ""),
+        ((0.0, 0.0, 0.0, 0.0, 0.21, 0.0), (0.0,) * 6, "turns at 0.21 rad/s"),
+        ((0.0, 0.0, 0.0, 0.09, 0.0, 0.0), (0.0,) * 6, ""),
+        (
+            (0.0, 0.0, 0.0, 0.11, 0.0, 0.0),
+            (0.0,) * 6,
+            "turns: its fastest corner moves at 11.0 mm/s",
+        ),
+        ((0.004, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 1.1, 0.0, 0.0, 0.0, 0.0), "touches nothing"),
+        ((0.0, 0.0, 0.0, 0.05, 0.0, 0.0), (0.0, 0.0, 0.0, 0.19, 0.0, 0.0), ""),  # 2 cm/s^2 at 0.1 m
+        (
+            (0.0, 0.0, 0.0, 0.05, 0.0, 0.0),
+            (0.0, 0.0, 0.0, 0.21, 0.0, 0.0),
+            "topples: its fastest corner moves at 5.0 mm/s, ever faster",
+        ),
+        ((0.0, 0.0, 0.0, 0.009, 0.0, 0.0), (0.0, 0.0, 0.0, 0.3, 0.0, 0.0), ""),
+        (
+            (1.1e-3, 0.0, 0.0, 0.0, 0.0, 0.0),
+            (0.03, 0.0, 0.0, 0.0, 0.0, 0.0),
+            "topples: its fastest corner moves at 1.1 mm/s, ever faster",
+        ),
+    ],
+)
 def test_an_object_is_at_rest_below_limits_of_its_motion(velocity, acceleration, reason):
     cell = Cell()  # a rod of 20 cm along the y axis of the world
     T_wo = pose((0.3, 0.0, 1.0), (0.5, -0.5, 0.5, 0.5))

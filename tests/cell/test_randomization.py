@@ -250,46 +250,55 @@ def test_observations_are_as_late_as_drawn(parts):
     np.testing.assert_array_equal(late[delay:], true[: 30 - delay])
 
 
-@pytest.mark.parametrize(("lines", "message"), [
-    ({"objects": {"cubee": MASS}}, "objects 'cubee' neither stands .* did you mean 'cube'"),
-    ({"objects": {"cube": {"sise": 1}}}, "objects 'cube': 'sise' cannot vary; did .* 'size'"),
-    ({"objects": {"sphere": {"size": 1}}}, "'sphere': 'size' cannot vary.*radius.* can"),
-    ({"robots": {"panda": {"gain": 1}}}, "robots 'panda' is not there"),
-    ({"robots": {"panda": {"mass": 1}}}, "robots 'panda': 'mass' cannot vary.*gain"),
-    ({"lights": {"kez": {"brightness": 1}}}, "no light 'kez' in the cell; did you mean 'key'"),
-    ({"lights": {"key": {"bright": 1}}}, "'bright' cannot vary; did you mean 'brightness'"),
-    ({"cameras": {"overview": {"fov": 1}}}, "'fov' cannot vary; did you mean 'fovy'"),
-    ({"observations": {"cube/position": {"nose": 1}}}, "did you mean 'noise'"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("lines", "message"),
+    [
+        ({"objects": {"cubee": MASS}}, "objects 'cubee' neither stands .* did you mean 'cube'"),
+        ({"objects": {"cube": {"sise": 1}}}, "objects 'cube': 'sise' cannot vary; did .* 'size'"),
+        ({"objects": {"sphere": {"size": 1}}}, "'sphere': 'size' cannot vary.*radius.* can"),
+        ({"robots": {"panda": {"gain": 1}}}, "robots 'panda' is not there"),
+        ({"robots": {"panda": {"mass": 1}}}, "robots 'panda': 'mass' cannot vary.*gain"),
+        ({"lights": {"kez": {"brightness": 1}}}, "no light 'kez' in the cell; did you mean 'key'"),
+        ({"lights": {"key": {"bright": 1}}}, "'bright' cannot vary; did you mean 'brightness'"),
+        ({"cameras": {"overview": {"fov": 1}}}, "'fov' cannot vary; did you mean 'fovy'"),
+        ({"observations": {"cube/position": {"nose": 1}}}, "did you mean 'noise'"),
+    ],
+)
 def test_what_there_is_not_cannot_vary(unvaried, lines, message):
     with pytest.raises(CellError, match=message):
         unvaried.randomize(**lines)
 
 
-@pytest.mark.parametrize(("lines", "message"), [
-    ({"objects": {"cube": {"mass": -1.0}}}, r"mass of 'cube' is a number above 0 .*\[kg\]"),
-    ({"objects": {"cube": {"size": -0.1}}}, "'cube' cannot be made as sampled: size must be"),
-    ({"objects": {"cube": {"gain": 1.0}}}, "it has no actuators"),
-    ({"objects": {"cube": {"mass": distributions.Uniform((1, 2), 3)}}}, "cannot be drawn"),
-    ({"observations": {"cube/place": {"delay": 1}}}, "no observable 'place'"),
-    ({"observations": {"cube/position": {"delay": -1}}}, "is a number of steps, got -1"),
-    ({"observations": {"cube/position": {"delay": 1.5}}}, "is a number of steps, got 1.5"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("lines", "message"),
+    [
+        ({"objects": {"cube": {"mass": -1.0}}}, r"mass of 'cube' is a number above 0 .*\[kg\]"),
+        ({"objects": {"cube": {"size": -0.1}}}, "'cube' cannot be made as sampled: size must be"),
+        ({"objects": {"cube": {"gain": 1.0}}}, "it has no actuators"),
+        ({"objects": {"cube": {"mass": distributions.Uniform((1, 2), 3)}}}, "cannot be drawn"),
+        ({"observations": {"cube/place": {"delay": 1}}}, "no observable 'place'"),
+        ({"observations": {"cube/position": {"delay": -1}}}, "is a number of steps, got -1"),
+        ({"observations": {"cube/position": {"delay": 1.5}}}, "is a number of steps, got 1.5"),
+    ],
+)
 def test_what_is_drawn_and_impossible_is_an_error(unvaried, lines, message):
     with pytest.raises(CellError, match=message):
         unvaried.randomize(**lines).begin(0)
 
 
-@pytest.mark.parametrize(("data", "low", "high"), [
-    (0.3, 0.3, 0.3),
-    ({"uniform": [0.1, 0.2]}, 0.1, 0.2),
-    ({"integer": [2, 4]}, 2, 4),
-    ({"choice": [1.0, 5.0]}, 1.0, 5.0),
-    ({"times": {"uniform": [0.5, 2.0]}}, 5.0, 20.0),
-    ({"plus": {"uniform": [-1.0, 1.0]}}, 9.0, 11.0),
-    ({"normal": [0.0, 9.0], "within": [-1.0, 1.0]}, -1.0, 1.0),
-    ({"log_normal": [0.0, 0.1], "within": [0.8, 1.2]}, 0.8, 1.2),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("data", "low", "high"),
+    [
+        (0.3, 0.3, 0.3),
+        ({"uniform": [0.1, 0.2]}, 0.1, 0.2),
+        ({"integer": [2, 4]}, 2, 4),
+        ({"choice": [1.0, 5.0]}, 1.0, 5.0),
+        ({"times": {"uniform": [0.5, 2.0]}}, 5.0, 20.0),
+        ({"plus": {"uniform": [-1.0, 1.0]}}, 9.0, 11.0),
+        ({"normal": [0.0, 9.0], "within": [-1.0, 1.0]}, -1.0, 1.0),
+        ({"log_normal": [0.0, 0.1], "within": [0.8, 1.2]}, 0.8, 1.2),
+    ],
+)
 def test_variations_are_written_as_plain_data(data, low, high):
     variation = parse_variation(data)
     assert extremes(variation, 10.0) == pytest.approx([low, high])
@@ -301,22 +310,25 @@ def test_variations_are_written_as_plain_data(data, low, high):
     assert max(values) >= high - 0.05 * spread
 
 
-@pytest.mark.parametrize(("data", "message"), [
-    ("heavy", "a value is a number or a list of numbers, got 'heavy'"),
-    (True, "a number or a list of numbers"),
-    ({}, "a variation is a value, or a table with one of: uniform"),
-    ({"uniform": [0, 1], "normal": [0, 1]}, "with one of"),
-    ({"unifrom": [0, 1]}, "'unifrom' is no variation; did you mean 'uniform'"),
-    ({"uniform": [1, 0]}, "'uniform' goes from low to high"),
-    ({"uniform": 3}, "'uniform' is two values, got 3"),
-    ({"normal": [0, -1]}, "the second value of 'normal' is not negative"),
-    ({"integer": [0, 1.5]}, "is a range of whole numbers"),
-    ({"integer": [-1e30, 0]}, "'integer' goes up to"),
-    ({"choice": []}, "'choice' is a list of values"),
-    ({"choice": [1, [1, 2]]}, "the values of 'choice' must have the same shape"),
-    ({"plus": {"uniform": [1, 0]}}, "'uniform' goes from low to high"),
-    ({"normal": [0, 1], "within": [1, 0]}, "'within' goes from low to high"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("data", "message"),
+    [
+        ("heavy", "a value is a number or a list of numbers, got 'heavy'"),
+        (True, "a number or a list of numbers"),
+        ({}, "a variation is a value, or a table with one of: uniform"),
+        ({"uniform": [0, 1], "normal": [0, 1]}, "with one of"),
+        ({"unifrom": [0, 1]}, "'unifrom' is no variation; did you mean 'uniform'"),
+        ({"uniform": [1, 0]}, "'uniform' goes from low to high"),
+        ({"uniform": 3}, "'uniform' is two values, got 3"),
+        ({"normal": [0, -1]}, "the second value of 'normal' is not negative"),
+        ({"integer": [0, 1.5]}, "is a range of whole numbers"),
+        ({"integer": [-1e30, 0]}, "'integer' goes up to"),
+        ({"choice": []}, "'choice' is a list of values"),
+        ({"choice": [1, [1, 2]]}, "the values of 'choice' must have the same shape"),
+        ({"plus": {"uniform": [1, 0]}}, "'uniform' goes from low to high"),
+        ({"normal": [0, 1], "within": [1, 0]}, "'within' goes from low to high"),
+    ],
+)
 def test_what_is_no_variation_is_refused(data, message):
     with pytest.raises(CellError, match=message):
         parse_variation(data)

@@ -135,13 +135,16 @@ class Batches(Search):
         return self.found
 
 
-@pytest.mark.parametrize(("solutions", "chosen"), [
-    ([(0.1, 0.03), (0.5, 0.04), (0.9, 0.02)], 0.5),
-    ([(0.1, 0.04), (0.5, MARGIN), (0.9, 2 * MARGIN)], 0.5),
-    ([(0.1, None), (0.21, 0.02), (0.5, 0.01)], 0.21),
-    ([(0.1, None), (0.19, 0.02), (0.5, 0.01)], 0.5),
-    ([(0.1, None), (0.5, None)], None),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("solutions", "chosen"),
+    [
+        ([(0.1, 0.03), (0.5, 0.04), (0.9, 0.02)], 0.5),
+        ([(0.1, 0.04), (0.5, MARGIN), (0.9, 2 * MARGIN)], 0.5),
+        ([(0.1, None), (0.21, 0.02), (0.5, 0.01)], 0.21),
+        ([(0.1, None), (0.19, 0.02), (0.5, 0.01)], 0.5),
+        ([(0.1, None), (0.5, None)], None),
+    ],
+)
 def test_the_first_configuration_far_from_joint_limits_or_else_the_farthest_is_taken(
     solutions, chosen
 ):
@@ -175,10 +178,17 @@ def test_a_blocked_lift_of_the_object_or_the_gripper_is_counted_once(T_wt, lifte
     assert search.rejections.collisions == ({blocked: 1} if blocked else {})
 
 
-@pytest.mark.parametrize(("tilt", "height", "standoff"), [
-    (90, 0.02, 0.05), (90, 0.3, 0.12), (31, 0.3, 0.12), (29, 0.3, 0.29705),
-    (0, 0.05, 0.03), (0, 0.01, 0.0),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("tilt", "height", "standoff"),
+    [
+        (90, 0.02, 0.05),
+        (90, 0.3, 0.12),
+        (31, 0.3, 0.12),
+        (29, 0.3, 0.29705),
+        (0, 0.05, 0.03),
+        (0, 0.01, 0.0),
+    ],
+)
 def test_a_grasp_begins_before_it_and_from_the_side_by_at_most_12_cm(tilt, height, standoff):
     tilt = np.pi - np.radians(tilt)
     T_wt = pin.SE3(pin.exp3(np.array([0.0, tilt, 0.0])), np.array([0.33, -0.2, 0.12]))
@@ -265,7 +275,7 @@ def test_each_checked_grasp_that_is_not_clear_is_counted_by_what_is_in_the_way(f
     monkeypatch.setattr(
         grasp_planner, "Rejections", lambda *given: made.append(Rejections(*given)) or made[-1]
     )
-    thing = Bottle()  # its shoulder is in the way of fingers at its neck
+    thing = Bottle()  # its shoulder blocks fingers at its neck
     position = np.array([0.4, -0.2, TABLE + thing.rest_height])
     five.cell.add(thing, spatial.pose(position, (1.0, 0.0, 0.0, 0.0)), name="it")
     planner = GraspPlanner(five.cell, five.arm)

@@ -218,10 +218,16 @@ def test_an_object_is_placed_a_step_within_reach_towards_the_arm_or_else_away(
             reach.place(cell, "it", T_wo)
 
 
-@pytest.mark.parametrize(("low", "high"), [
-    ((-0.5, -2.0), (2.0, 0.6)), ((0.25, -2.0), (2.0, 0.6)), ((-0.5, -2.0), (0.35, 0.6)),
-    ((-0.5, -0.25), (2.0, 0.6)), ((-0.5, -2.0), (2.0, 0.25)),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("low", "high"),
+    [
+        ((-0.5, -2.0), (2.0, 0.6)),
+        ((0.25, -2.0), (2.0, 0.6)),
+        ((-0.5, -2.0), (0.35, 0.6)),
+        ((-0.5, -0.25), (2.0, 0.6)),
+        ((-0.5, -2.0), (2.0, 0.25)),
+    ],
+)
 def test_the_preferred_area_lies_on_the_surface_and_the_grid_also_within_the_arms_length(
     monkeypatch, low, high
 ):

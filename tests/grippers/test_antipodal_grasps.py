@@ -194,20 +194,47 @@ def test_up_to_eight_solids_are_gripped_by_their_dimensions():
 
 # Of a box, a plate, a ball, the box below the ball as a part and as all, and a wide slope: the
 # grasp, where the tool ends above the contacts [m], and the opening [m].
-@pytest.mark.parametrize(("shapes", "given", "back", "opened", "costs"), [
-    ([("box", 0.02, 0.03, 0.05)], (0.04, 0.05, 0.7), 0.04, 0.046, (0.09, 0.0, 0.0, 0.0)),
-    ([("box", 0.035, 0.03, 0.004)], (0.075, 0.004, 1.0, 0.2), 0.0095, 0.08,
-     (0.0, 0.8 / math.pi, 0.15, 0.5 * 0.0095 / 0.0329)),
-    ([("sphere", 0.033)], (0.066, 0.0, 0.6, 0.0, 0.033), 0.0126,
-     0.072 + 0.0175 * math.tan(math.asin(0.0031 / 0.033)),
-     (0.12, 4.0 / math.pi * math.asin(0.0031 / 0.033), 0.0, 0.5 * 0.0126 / 0.0329)),
-    ([("sphere", 0.02), ("box", 0.02, 0.03, 0.03)], (0.04, 0.03, 1.0, 0.0, 0.0, 1),
-     0.02, 0.046, (0.0, 0.0, 0.0, 0.0)),
-    ([("sphere", 0.02), ("box", 0.02, 0.03, 0.03)], (0.04, 0.03), 0.0296, 0.046,
-     (0.0, 0.0, 0.0, 0.5 * 0.0096 / 0.0329)),
-    ([("box", 0.02, 0.03, 0.01)], (0.03, 0.0, 1.2, 0.9), 0.0045, 0.036 + 0.0175 * math.tan(0.9),
-     (0.0, 1.0, 0.0, 0.5 * 0.0045 / 0.0329)),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("shapes", "given", "back", "opened", "costs"),
+    [
+        ([("box", 0.02, 0.03, 0.05)], (0.04, 0.05, 0.7), 0.04, 0.046, (0.09, 0.0, 0.0, 0.0)),
+        (
+            [("box", 0.035, 0.03, 0.004)],
+            (0.075, 0.004, 1.0, 0.2),
+            0.0095,
+            0.08,
+            (0.0, 0.8 / math.pi, 0.15, 0.5 * 0.0095 / 0.0329),
+        ),
+        (
+            [("sphere", 0.033)],
+            (0.066, 0.0, 0.6, 0.0, 0.033),
+            0.0126,
+            0.072 + 0.0175 * math.tan(math.asin(0.0031 / 0.033)),
+            (0.12, 4.0 / math.pi * math.asin(0.0031 / 0.033), 0.0, 0.5 * 0.0126 / 0.0329),
+        ),
+        (
+            [("sphere", 0.02), ("box", 0.02, 0.03, 0.03)],
+            (0.04, 0.03, 1.0, 0.0, 0.0, 1),
+            0.02,
+            0.046,
+            (0.0, 0.0, 0.0, 0.0),
+        ),
+        (
+            [("sphere", 0.02), ("box", 0.02, 0.03, 0.03)],
+            (0.04, 0.03),
+            0.0296,
+            0.046,
+            (0.0, 0.0, 0.0, 0.5 * 0.0096 / 0.0329),
+        ),
+        (
+            [("box", 0.02, 0.03, 0.01)],
+            (0.03, 0.0, 1.2, 0.9),
+            0.0045,
+            0.036 + 0.0175 * math.tan(0.9),
+            (0.0, 1.0, 0.0, 0.5 * 0.0045 / 0.0329),
+        ),
+    ],
+)
 def test_the_tool_is_as_deep_as_palm_tips_and_contacts_allow(shapes, given, back, opened, costs):
     R = TURNED.rotation
     placed = [
@@ -228,18 +255,29 @@ def test_the_tool_is_as_deep_as_palm_tips_and_contacts_allow(shapes, given, back
 
 
 # The tips are 1 mm above the support; 4 mm of them overlap faces, or 2 mm a point contact.
-@pytest.mark.parametrize(("half", "point", "gripped"), [
-    (0.0026, False, True), (0.0024, False, False), (0.0031, True, True), (0.0029, True, False),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("half", "point", "gripped"),
+    [
+        (0.0026, False, True),
+        (0.0024, False, False),
+        (0.0031, True, True),
+        (0.0029, True, False),
+    ],
+)
 def test_a_flat_object_is_gripped_where_the_fingers_fit_above_its_support(half, point, gripped):
     made = AntipodalGrasp(np.zeros(3), np.eye(3)[0], DOWN, 0.04, 0.0 if point else half)
     assert len(grasp_candidates([made], HAND, [solid("box", 0.02, 0.03, half)], True)) == gripped
 
 
-@pytest.mark.parametrize("shape", [
-    ("box", 0.02, 0.0287, 0.036), ("cylinder", 0.015, 0.03), ("capsule", 0.012, 0.025),
-    ("sphere", 0.02),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "shape",
+    [
+        ("box", 0.02, 0.0287, 0.036),
+        ("cylinder", 0.015, 0.03),
+        ("capsule", 0.012, 0.025),
+        ("sphere", 0.02),
+    ],
+)
 def test_grasps_of_a_primitive_turn_with_it(shape):
     R, p = TURNED.rotation, TURNED.translation
     at_origin = list(GENERATORS[shape[0]](solid(*shape), HAND, R.T @ DOWN))

@@ -129,11 +129,14 @@ def test_a_block_without_room_waits_although_it_is_nearest(station, trial):
     assert chosen(trial, ChooseBlock(base="red", block="{block}"), "block") != "green"
 
 
-@pytest.mark.parametrize(("places", "reason"), [
-    ([("red", -0.1, 0.02), ("green", -0.1, 0.06), ("blue", -0.1, 0.1)], ""),
-    ([("red", -0.1, 0.02), ("green", -0.1, 0.06), ("blue", -0.1, 0.2)], "'blue' moves at"),
-    ([("red", -0.1, 0.02), ("green", -0.2, 0.02)], "2 blocks stand on 'table'"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("places", "reason"),
+    [
+        ([("red", -0.1, 0.02), ("green", -0.1, 0.06), ("blue", -0.1, 0.1)], ""),
+        ([("red", -0.1, 0.02), ("green", -0.1, 0.06), ("blue", -0.1, 0.2)], "'blue' moves at"),
+        ([("red", -0.1, 0.02), ("green", -0.2, 0.02)], "2 blocks stand on 'table'"),
+    ],
+)
 def test_blocks_are_stacked_when_each_rests_on_the_one_below(station, trial, places, reason):
     for colour, y, z in places:
         put(station, colour, 0.3, y, z)
@@ -236,14 +239,17 @@ def test_blocks_on_the_underside_of_a_tray_are_not_sorted(station, trial):
     assert trial(AreSorted()).fails_with("not in the row of their colour: red")
 
 
-@pytest.mark.parametrize(("make", "message"), [
-    (lambda: ColouredBlock(colour="rde"), "no colour 'rde'; did you mean 'red'"),
-    (lambda: ColouredBlock(size=0.0), "size must be"),
-    (lambda: SortingTray(colours=("red", "red")), "one row for each"),
-    (lambda: SortingTray(colours=("rde",)), "no colour 'rde'"),
-    (lambda: SortingTray(slots=0), "slots must be a whole number of at least 1, got 0"),
-    (lambda: SortingTray().row("violet"), "no row for 'violet'"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: ColouredBlock(colour="rde"), "no colour 'rde'; did you mean 'red'"),
+        (lambda: ColouredBlock(size=0.0), "size must be"),
+        (lambda: SortingTray(colours=("red", "red")), "one row for each"),
+        (lambda: SortingTray(colours=("rde",)), "no colour 'rde'"),
+        (lambda: SortingTray(slots=0), "slots must be a whole number of at least 1, got 0"),
+        (lambda: SortingTray().row("violet"), "no row for 'violet'"),
+    ],
+)
 def test_what_cannot_be_is_refused(make, message):
     with pytest.raises(CellError, match=message):
         make()

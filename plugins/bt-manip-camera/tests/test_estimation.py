@@ -38,15 +38,18 @@ def filled(length, width, yaw, at=(0.4, -0.1)):
 
 
 # A box that is nearly square looks the same after a quarter turn.
-@pytest.mark.parametrize(("top", "size", "shape", "yaw"), [
-    ((0.06, 0.04), (0.06, 0.04, 0.05), "box", 0.3),
-    ((0.06, 0.04), (0.04, 0.06, 0.05), "box", 0.3 - np.pi / 2),
-    ((0.06, 0.04), (0.066, 0.04, 0.05), "box", 0.3),
-    ((0.06, 0.04), (0.06, 0.044, 0.05), "box", 0.3),
-    ((0.0505, 0.047), (0.047, 0.0505, 0.05), "box", 0.3),
-    ((0.0515, 0.047), (0.047, 0.0515, 0.05), "box", 0.3 - np.pi / 2),
-    ((0.06, 0.04), (0.05, 0.05, 0.05), "cylinder", 0.0),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("top", "size", "shape", "yaw"),
+    [
+        ((0.06, 0.04), (0.06, 0.04, 0.05), "box", 0.3),
+        ((0.06, 0.04), (0.04, 0.06, 0.05), "box", 0.3 - np.pi / 2),
+        ((0.06, 0.04), (0.066, 0.04, 0.05), "box", 0.3),
+        ((0.06, 0.04), (0.06, 0.044, 0.05), "box", 0.3),
+        ((0.0505, 0.047), (0.047, 0.0505, 0.05), "box", 0.3),
+        ((0.0515, 0.047), (0.047, 0.0515, 0.05), "box", 0.3 - np.pi / 2),
+        ((0.06, 0.04), (0.05, 0.05, 0.05), "cylinder", 0.0),
+    ],
+)
 def test_a_pose_is_fitted_to_the_top_with_its_errors(top, size, shape, yaw):
     cluster = Cluster(filled(*top, 0.3), 0.05, 1.0, np.zeros(3), 2e-3)
     found = fit_pose(cluster, KnownObject("box", shape, size), 0.7)

@@ -57,9 +57,15 @@ def test_objects_that_look_alike_are_told_apart_by_their_places(case):
 
 
 # Farther away than a block is wide, or half as wide where others look alike, it may be another.
-@pytest.mark.parametrize(("names", "away", "known"), [
-    ("a", 0.045, False), ("a", 0.035, True), ("ab", 0.025, False), ("ab", 0.015, True),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("names", "away", "known"),
+    [
+        ("a", 0.045, False),
+        ("a", 0.035, True),
+        ("ab", 0.025, False),
+        ("ab", 0.015, True),
+    ],
+)
 def test_an_oblong_object_is_known_by_its_place_within_its_shorter_side(names, away, known):
     side = np.linspace(-0.03, 0.03, 61)
     top = np.stack(np.meshgrid(0.2 + side[10:51], side), axis=-1).reshape(-1, 2)

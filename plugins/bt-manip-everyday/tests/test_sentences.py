@@ -26,14 +26,17 @@ def test_a_sentence_names_kinds_of_objects_in_its_order(sentence, kinds):
     assert kinds_in(sentence, KINDS) == kinds
 
 
-@pytest.mark.parametrize(("sentence", "message"), [
-    ("put the bleu can into the box", "no 'the bleu can'; did you mean 'the blue can'"),
-    ("put all plates into the box", "no 'all plates'"),
-    ("put red can into the box", "is not understood; say: put the red can"),
-    ("drop the red can", "is not understood"),
-    ("put the red can into the box and dance", "is not understood"),
-    ("", "is not understood"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("sentence", "message"),
+    [
+        ("put the bleu can into the box", "no 'the bleu can'; did you mean 'the blue can'"),
+        ("put all plates into the box", "no 'all plates'"),
+        ("put red can into the box", "is not understood; say: put the red can"),
+        ("drop the red can", "is not understood"),
+        ("put the red can into the box and dance", "is not understood"),
+        ("", "is not understood"),
+    ],
+)
 def test_what_is_no_sentence_or_names_nothing_is_refused(sentence, message):
     with pytest.raises(BtManipError, match=message):
         kinds_in(sentence, KINDS)

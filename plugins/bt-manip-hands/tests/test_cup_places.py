@@ -88,9 +88,12 @@ def test_a_ball_reaches_into_a_hollow_cup_and_costs_by_its_curvature():
 
 @pytest.mark.parametrize(
     "half, bump, fits",
-    [(RADIUS + 1.5e-3, 0.0, False), (RADIUS + 2.5e-3, 0.8e-3, True),
-     (RADIUS + 2.5e-3, 1.2e-3, False)],
-)  # fmt: skip
+    [
+        (RADIUS + 1.5e-3, 0.0, False),
+        (RADIUS + 2.5e-3, 0.8e-3, True),
+        (RADIUS + 2.5e-3, 1.2e-3, False),
+    ],
+)
 def test_a_lip_keeps_2_mm_from_the_edges_of_a_face_and_bumps_up_to_1_mm(half, bump, fits):
     down = np.array([0.0, 0.0, -1.0])
     bumps = [

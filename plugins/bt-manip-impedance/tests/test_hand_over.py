@@ -57,11 +57,14 @@ def test_an_object_is_handed_over_once_the_giver_has_let_go_of_it_in_the_air(cel
     assert "without putting it down on 'table'" in handed_over.root.feedback_message
 
 
-@pytest.mark.parametrize(("kept", "gap", "expected"), [
-    (30, 5, NodeStatus.SUCCESS),  # [ms] contacts flutter
-    (30, 60, NodeStatus.FAILURE),  # the receiver let it fall
-    (150, 60, NodeStatus.SUCCESS),  # and this it may do, once it has held it
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("kept", "gap", "expected"),
+    [
+        (30, 5, NodeStatus.SUCCESS),  # [ms] contacts flutter
+        (30, 60, NodeStatus.FAILURE),  # the receiver let it fall
+        (150, 60, NodeStatus.SUCCESS),  # and this it may do, once it has held it
+    ],
+)
 def test_a_short_gap_in_the_contact_is_no_loss(cell, handed_over, kept, gap, expected):
     for x, steps in ((-0.1, 200), (0.0, 200), (0.1, kept)):
         cell.move("rod", spatial.pose((x, 0.0, 0.115 + HIGH)))

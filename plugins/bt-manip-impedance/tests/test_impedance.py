@@ -144,15 +144,18 @@ def test_a_released_tool_returns_without_overshoot():
     assert min(course) > -0.1 * np.linalg.norm(away)
 
 
-@pytest.mark.parametrize(("kind", "gains", "message"), [
-    (JointImpedance, {"stiffness": -1.0}, "stiffness must be"),
-    (JointImpedance, {"stiffness": [1.0, 2.0]}, "one for each of 7"),
-    (JointImpedance, {"damping_ratio": float("nan")}, "damping_ratio must be"),
-    (CartesianImpedance, {"stiffness": [1.0, 2.0]}, "one for each of 3"),
-    (CartesianImpedance, {"rotational_stiffness": np.inf}, "rotational_stiffness must be"),
-    (CartesianImpedance, {"posture_stiffness": -1.0}, "posture_stiffness must be"),
-    (CartesianImpedance, {"damping_ratio": -1.0}, "damping_ratio must be"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("kind", "gains", "message"),
+    [
+        (JointImpedance, {"stiffness": -1.0}, "stiffness must be"),
+        (JointImpedance, {"stiffness": [1.0, 2.0]}, "one for each of 7"),
+        (JointImpedance, {"damping_ratio": float("nan")}, "damping_ratio must be"),
+        (CartesianImpedance, {"stiffness": [1.0, 2.0]}, "one for each of 3"),
+        (CartesianImpedance, {"rotational_stiffness": np.inf}, "rotational_stiffness must be"),
+        (CartesianImpedance, {"posture_stiffness": -1.0}, "posture_stiffness must be"),
+        (CartesianImpedance, {"damping_ratio": -1.0}, "damping_ratio must be"),
+    ],
+)
 def test_impossible_gains_are_refused(kind, gains, message):
     with pytest.raises(ControlError, match=message):
         under_control(kind, **gains)

@@ -68,12 +68,15 @@ def test_the_handle_moves_with_the_drawer():
     assert moved == pytest.approx([closed.opening - open_.opening, 0.0, 0.0])
 
 
-@pytest.mark.parametrize(("kind", "parameters", "message"), [
-    (PushButton, {"travel": 0.0}, "travel must be"),
-    (PushButton, {"force": -1.0}, "force must be"),
-    (Drawer, {"travel": 0.3}, "travel"),
-    (Drawer, {"resistance": 0.0}, "resistance"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("kind", "parameters", "message"),
+    [
+        (PushButton, {"travel": 0.0}, "travel must be"),
+        (PushButton, {"force": -1.0}, "force must be"),
+        (Drawer, {"travel": 0.3}, "travel"),
+        (Drawer, {"resistance": 0.0}, "resistance"),
+    ],
+)
 def test_impossible_parameters_are_refused(kind, parameters, message):
     with pytest.raises(CellError, match=message):
         kind(**parameters)
@@ -133,10 +136,13 @@ def test_a_board_is_refused_up_to_the_width_of_which_it_is_told():
         board(width - 1e-5)
 
 
-@pytest.mark.parametrize(("thing", "lengths"), [
-    (HoleBoard(size=(0.2, 0.15, 0.05)), (0.2, 0.15, 0.05)),
-    (Peg(radius=0.01, length=0.08), (0.02, 0.02, 0.08)),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("thing", "lengths"),
+    [
+        (HoleBoard(size=(0.2, 0.15, 0.05)), (0.2, 0.15, 0.05)),
+        (Peg(radius=0.01, length=0.08), (0.02, 0.02, 0.08)),
+    ],
+)
 def test_they_are_as_long_wide_and_high_as_they_say(thing, lengths):
     cell = Cell()
     cell.add(thing, pose((0, 0, 1)), name="thing", free=False)

@@ -119,12 +119,15 @@ def test_a_tree_that_ends_its_process_before_it_moves_is_refused(record):
     assert err == "Error: the first episode: its process ended with exit code 0\n"
 
 
-@pytest.mark.parametrize(("options", "problem"), [
-    (("--images", "overvew"), "Error: there is no camera 'overvew'"),
-    (("--images", "overview", "--size", "big"), "Error: size is WIDTHxHEIGHT"),
-    (("--robot", "pand"), "Error: unknown robot 'pand'; did you mean 'panda'"),
-    (("--episodes", "0"), "Invalid value for '--episodes'"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("options", "problem"),
+    [
+        (("--images", "overvew"), "Error: there is no camera 'overvew'"),
+        (("--images", "overview", "--size", "big"), "Error: size is WIDTHxHEIGHT"),
+        (("--robot", "pand"), "Error: unknown robot 'pand'; did you mean 'panda'"),
+        (("--episodes", "0"), "Invalid value for '--episodes'"),
+    ],
+)
 def test_bad_input_is_one_line_and_leaves_no_folder(
     record, in_this_process, tmp_path, options, problem
 ):
@@ -133,11 +136,14 @@ def test_bad_input_is_one_line_and_leaves_no_folder(
     assert not (tmp_path / "demos").exists()
 
 
-@pytest.mark.parametrize(("options", "problem"), [
-    ("lerobot -o x", "--python belongs to --format lerobot"),
-    ("parquet -o /nowhere/x", "Error: export '/nowhere/x' cannot be written"),
-    ("hdf5 -o x", "Invalid value for '--format'"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("options", "problem"),
+    [
+        ("lerobot -o x", "--python belongs to --format lerobot"),
+        ("parquet -o /nowhere/x", "Error: export '/nowhere/x' cannot be written"),
+        ("hdf5 -o x", "Invalid value for '--format'"),
+    ],
+)
 def test_bad_exports_are_refused(bt_manip, tmp_path, options, problem):
     manifest = {"format": "bt-manip demonstrations", "version": 1}
     (tmp_path / "manifest.json").write_text(json.dumps(manifest))

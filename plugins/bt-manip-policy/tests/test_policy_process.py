@@ -98,18 +98,21 @@ def test_a_policy_may_be_a_class_of_python(in_python, capfd):
     assert batch.act(OBSERVED, 7).actions.tolist() == [[2.0] * 7, [1.0] * 7]  # without the batch's
 
 
-@pytest.mark.parametrize(("line", "reason"), [
-    ("os.abort()", r"ended its process \(SIGABRT\)"),
-    ("os._exit(0)", r"ended its process \(exit code 0\)"),
-    ("raise KeyboardInterrupt", r"ended its process \(.*\)"),
-    ("1 / 0", "failed: ZeroDivisionError: division by zero"),
-    ("self.kept = bytearray(1 << 30)", "needs more than 768 MB of memory"),
-    ("self.count = float('inf')", "not finite"),
-    ("observations['robot_joint_positions'] = 'none'", "failed: "),
-    ("observations['robot_joint_positions'].resize(1 << 20)", "returned 1048576 numbers"),
-    ("observations['robot_joint_positions'].resize(3)", "returned values of shape 3"),
-    ("observations['robot_joint_positions'].resize((2, 1, 7))", "returned values of shape 2"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("line", "reason"),
+    [
+        ("os.abort()", r"ended its process \(SIGABRT\)"),
+        ("os._exit(0)", r"ended its process \(exit code 0\)"),
+        ("raise KeyboardInterrupt", r"ended its process \(.*\)"),
+        ("1 / 0", "failed: ZeroDivisionError: division by zero"),
+        ("self.kept = bytearray(1 << 30)", "needs more than 768 MB of memory"),
+        ("self.count = float('inf')", "not finite"),
+        ("observations['robot_joint_positions'] = 'none'", "failed: "),
+        ("observations['robot_joint_positions'].resize(1 << 20)", "returned 1048576 numbers"),
+        ("observations['robot_joint_positions'].resize(3)", "returned values of shape 3"),
+        ("observations['robot_joint_positions'].resize((2, 1, 7))", "returned values of shape 2"),
+    ],
+)
 def test_whatever_happens_is_a_failure_with_a_reason(in_python, line, reason):
     policy = in_python(line)
     with pytest.raises(PolicyError, match=f"policy 'mine' .*{reason}"):

@@ -170,11 +170,14 @@ def test_halting_stops_the_arm_within_its_limits_and_hover_goes_on(station, poli
     assert result.status is NodeStatus.SUCCESS, result.reason
 
 
-@pytest.mark.parametrize(("offset", "inputs", "metadata", "reason"), [
-    ([0.0, np.nan, 0, 0, 0, 0, 0], TOOL, {}, "not finite"),
-    (np.zeros(7), TOOL, {"rate": "1000"}, "ticked less often"),
-    (np.zeros(7), {"cube_position": (3,)}, {}, "'cube_position', which the station lacks"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("offset", "inputs", "metadata", "reason"),
+    [
+        ([0.0, np.nan, 0, 0, 0, 0, 0], TOOL, {}, "not finite"),
+        (np.zeros(7), TOOL, {"rate": "1000"}, "ticked less often"),
+        (np.zeros(7), {"cube_position": (3,)}, {}, "'cube_position', which the station lacks"),
+    ],
+)
 def test_a_policy_that_cannot_act_at_a_tick_fails(
     station, policy, offset, inputs, metadata, reason
 ):

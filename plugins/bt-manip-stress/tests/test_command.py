@@ -82,12 +82,15 @@ def test_the_episodes_are_printed_as_json_and_a_new_page_holds_the_table_alone(
     assert f" {given}" in first
 
 
-@pytest.mark.parametrize(("options", "problem"), [
-    (("--faults", "pusch"), "Error: unknown fault 'pusch'; did you mean 'push'"),
-    (("--phases", "wrk"), "Error: no leaf 'wrk' runs in this tree; did you mean 'work'?"),
-    (("--markdown", "/nowhere/page.md"), "Error: table '/nowhere/page.md' cannot be written"),
-    (("--seeds", "0"), "Invalid value for '--seeds'"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("options", "problem"),
+    [
+        (("--faults", "pusch"), "Error: unknown fault 'pusch'; did you mean 'push'"),
+        (("--phases", "wrk"), "Error: no leaf 'wrk' runs in this tree; did you mean 'work'?"),
+        (("--markdown", "/nowhere/page.md"), "Error: table '/nowhere/page.md' cannot be written"),
+        (("--seeds", "0"), "Invalid value for '--seeds'"),
+    ],
+)
 def test_bad_input_is_one_line(stress, in_this_process, options, problem):
     code, out, err = stress(*options)
     assert code == 2 and problem in err and out == ""

@@ -65,10 +65,15 @@ def test_an_object_moves_to_another_place_within_reach(station, start, seed):
     assert lies_on_the_table_within_reach(station) and at_rest(station.cell, "cube")
 
 
-@pytest.mark.parametrize(("situation", "seed"), [
-    ("at rest", 0), ("around the cube", 1), ("around the cube", 2),
-    ("holding a cube over the table", 0),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("situation", "seed"),
+    [
+        ("at rest", 0),
+        ("around the cube", 1),
+        ("around the cube", 2),
+        ("holding a cube over the table", 0),
+    ],
+)
 def test_an_object_that_is_knocked_away_stays_on_the_table_within_reach(
     situations, start, situation, seed
 ):

@@ -67,14 +67,17 @@ def results_of(make, *faults, seeds=1, workers=1):
     return [found[episode] for episode in episodes]
 
 
-@pytest.mark.parametrize(("name", "fault", "outcome", "acceptable", "reason"), [
-    ("trusting", "heavy", "dishonest", False, "goal not met: it is heavy"),
-    ("checking", "heavy", "failed", True, ": it is heavy"),
-    ("checking", "exception", "failed", True, "injected exception"),
-    ("checking", "move", "recovered", True, ""),
-    ("waiting", "heavy", "hung", False, "no end within 1 s simulated"),
-    ("empty", "vanish", "none", True, "there is no object"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("name", "fault", "outcome", "acceptable", "reason"),
+    [
+        ("trusting", "heavy", "dishonest", False, "goal not met: it is heavy"),
+        ("checking", "heavy", "failed", True, ": it is heavy"),
+        ("checking", "exception", "failed", True, "injected exception"),
+        ("checking", "move", "recovered", True, ""),
+        ("waiting", "heavy", "hung", False, "no end within 1 s simulated"),
+        ("empty", "vanish", "none", True, "there is no object"),
+    ],
+)
 def test_the_goal_judges_a_cycle_with_a_fault_and_the_next_one_succeeds(
     tree, monkeypatch, name, fault, outcome, acceptable, reason
 ):

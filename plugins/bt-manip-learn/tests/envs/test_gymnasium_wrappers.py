@@ -49,17 +49,20 @@ def test_statistics_of_episodes_are_recorded(env):
     assert [(one["episode"]["l"], one["episode_number"]) for one in infos] == [(3, 0), (3, 1)]
 
 
-@pytest.mark.parametrize("wrap", [
-    wrappers.FlattenObservation,
-    wrappers.NormalizeReward,
-    wrappers.TimeAwareObservation,
-    lambda env: wrappers.FilterObservation(env, ["cube_position", "robot_joint_positions"]),
-    lambda env: wrappers.FrameStackObservation(wrappers.FlattenObservation(env), 2),
-    lambda env: wrappers.NormalizeObservation(wrappers.FlattenObservation(env)),
-    lambda env: wrappers.RescaleAction(env, -0.5, 0.5),
-    wrappers.ClipAction,
-    wrappers.Autoreset,
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "wrap",
+    [
+        wrappers.FlattenObservation,
+        wrappers.NormalizeReward,
+        wrappers.TimeAwareObservation,
+        lambda env: wrappers.FilterObservation(env, ["cube_position", "robot_joint_positions"]),
+        lambda env: wrappers.FrameStackObservation(wrappers.FlattenObservation(env), 2),
+        lambda env: wrappers.NormalizeObservation(wrappers.FlattenObservation(env)),
+        lambda env: wrappers.RescaleAction(env, -0.5, 0.5),
+        wrappers.ClipAction,
+        wrappers.Autoreset,
+    ],
+)
 def test_wrappers_give_what_their_spaces_promise(env, wrap):
     wrapped = wrap(env)
     observation, _ = wrapped.reset(seed=0)
@@ -101,13 +104,16 @@ def test_an_action_of_another_size_is_refused(env):
 # Options
 
 
-@pytest.mark.parametrize(("options", "message"), [
-    ({"rewards": "dense"}, "an environment has no option 'rewards'; did you mean 'reward'"),
-    ({"render_mod": "rgb_array"}, "no option 'render_mod'; did you mean 'render_mode'"),
-    ({"images": {"camera": ("overview",)}}, "images have no option 'camera'; .* 'cameras'"),
-    ({"images": {"cameras": ("overvew",)}}, "no camera 'overvew'; did you mean 'overview'"),
-    ({"images": {"kinds": (), "cameras": ("overvew",)}}, "no camera 'overvew'"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"rewards": "dense"}, "an environment has no option 'rewards'; did you mean 'reward'"),
+        ({"render_mod": "rgb_array"}, "no option 'render_mod'; did you mean 'render_mode'"),
+        ({"images": {"camera": ("overview",)}}, "images have no option 'camera'; .* 'cameras'"),
+        ({"images": {"cameras": ("overvew",)}}, "no camera 'overvew'; did you mean 'overview'"),
+        ({"images": {"kinds": (), "cameras": ("overvew",)}}, "no camera 'overvew'"),
+    ],
+)
 def test_a_misspelt_option_is_named(options, message):
     with pytest.raises(BtManipError, match=message):
         GymnasiumEnvironment("pick_place", **options)

@@ -119,14 +119,17 @@ def test_a_mask_resets_some_environments_and_leaves_the_others():
     batch.close()
 
 
-@pytest.mark.parametrize(("options", "message"), [
-    ({"action": "joint_torques"}, "'joint_torques' act between control steps"),
-    ({"action": "subtree_choice"}, "'subtree_choice' act between control steps"),
-    ({"controller": "computed_torque"}, "'computed_torque' is not 'native_pd'"),
-    ({"record": "run.mcap"}, "act in control steps"),
-    ({"num_envs": 0}, "at least one environment"),
-    ({"reward": "thick"}, "a reward is sparse or dense"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"action": "joint_torques"}, "'joint_torques' act between control steps"),
+        ({"action": "subtree_choice"}, "'subtree_choice' act between control steps"),
+        ({"controller": "computed_torque"}, "'computed_torque' is not 'native_pd'"),
+        ({"record": "run.mcap"}, "act in control steps"),
+        ({"num_envs": 0}, "at least one environment"),
+        ({"reward": "thick"}, "a reward is sparse or dense"),
+    ],
+)
 def test_tasks_that_cannot_be_batched_are_refused_with_the_reason(options, message):
     options = {"n": options.pop("num_envs", 2), **options}
     with pytest.raises(BtManipError, match=message):

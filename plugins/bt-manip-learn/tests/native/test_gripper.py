@@ -82,10 +82,16 @@ def test_the_planned_damping_is_that_of_the_speed_of_the_reference(start, aim):
     )
 
 
-@pytest.mark.parametrize(("lag", "forces", "steady"), [
-    (0.0181, (50.0, 40.6), True), (0.0179, (50.0, 40.6), False), (0.0181, (50.0, 39.4), False),
-    (0.0181, (69.0, 50.6), True), (0.0181, (69.0, 51.4), False),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("lag", "forces", "steady"),
+    [
+        (0.0181, (50.0, 40.6), True),
+        (0.0179, (50.0, 40.6), False),
+        (0.0181, (50.0, 39.4), False),
+        (0.0181, (69.0, 50.6), True),
+        (0.0181, (69.0, 51.4), False),
+    ],
+)
 def test_a_grip_is_steady_at_the_force_with_references_well_beyond_the_object(lag, forces, steady):
     # 50 N at 10 kN/m are 5 mm; 50 ms at 80 mm/s are 4 mm, of both fingers.
     hand = SimpleNamespace(
