@@ -40,7 +40,18 @@ MODELS = {
 }
 """Environment variables of folders beside the checkout."""
 
-PYTEST = ("-m", "pytest", "-q", "-p", "no:cacheprovider", "--import-mode=importlib")
+TESTS = """
+import sys
+import pytest
+failed = pytest.main(sys.argv[1:])
+import bt_manip.__main__
+assert bt_manip.__file__.startswith(sys.prefix), bt_manip.__file__
+sys.argv[1:] = ["plugins", "--check"]
+sys.exit(failed or bt_manip.__main__.main())
+"""
+"""Runs tests, and checks the plugins in the same process, which has imported them."""
+
+PYTEST = ("-q", "-p", "no:cacheprovider", "--import-mode=importlib")
 PYTEST += ("-p", "tests.support.garbage")  # it runs seldom
 PYTEST += ("-m", "not soak", "-o", "markers=soak")  # what takes minutes has its own time
 TWO_PROCESSES = ("-n", "2", "--dist", "loadfile")
@@ -153,22 +164,14 @@ def test(python: Path, package: Path, copy: Path, *options: str) -> tuple[bool, 
     environment.setdefault("BT_MANIP_ARTEFACTS", str(REPOSITORY / ".ci" / "artefacts"))
     printed = copy / "printed.txt"
 
-    def run(*command: str) -> bool:
-        with printed.open("a") as file:
-            return not subprocess.run(
-                [str(python), *command],
-                cwd=copy,
-                env=environment,
-                stdout=file,
-                stderr=subprocess.STDOUT,
-            ).returncode
-
-    where = "import bt_manip, sys; sys.exit(not bt_manip.__file__.startswith(sys.prefix))"
-    passed = (
-        run("-I", "-c", where)
-        and run("-I", "-m", "bt_manip", "plugins", "--check")
-        and run(*PYTEST, *options, "tests")
-    )
+    with printed.open("w") as file:
+        passed = not subprocess.run(
+            [str(python), "-c", TESTS, *PYTEST, *options, "tests"],
+            cwd=copy,
+            env=environment,
+            stdout=file,
+            stderr=subprocess.STDOUT,
+        ).returncode
     return passed, f"{printed.read_text()}{time.monotonic() - start:.0f} s"
 
 
