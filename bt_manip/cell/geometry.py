@@ -10,6 +10,7 @@ import pinocchio as pin
 from bt_manip import spatial
 
 from .exceptions import CellError
+from .objects.bounds import geom_box
 
 if TYPE_CHECKING:
     from .cell import Cell
@@ -38,18 +39,12 @@ def geom_boxes(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the bounding boxes of an entity's collision geoms, as `extent` does that of all."""
     # 2 x (n, 3)
-    model, data = cell.model, cell.data
     geoms = collision_geoms(cell, name)
     if not len(geoms):
         raise CellError(f"'{name}' has no collision geometry")
-    R = data.geom_xmat[geoms].reshape(-1, 3, 3)
-    p = data.geom_xpos[geoms]
-    if T_wf is not None:
-        R, p = T_wf.rotation.T @ R, (p - T_wf.translation) @ T_wf.rotation
-    boxes = model.geom_aabb[geoms]
-    centre = p + (R @ boxes[:, :3, None])[:, :, 0]
-    half = (np.abs(R) @ boxes[:, 3:, None])[:, :, 0]
-    return centre - half, centre + half
+    boxes = [geom_box(cell.model, cell.data, int(geom), T_wf) for geom in geoms]
+    lower, upper = zip(*boxes, strict=True)
+    return np.array(lower), np.array(upper)
 
 
 def collision_geoms(cell: "Cell", name: str) -> np.ndarray:

@@ -5,7 +5,8 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from bt_manip.cell import Basket, Cell, Cube, body_poses, centre_of_mass, geom_pose
+from bt_manip.cell import Basket, Cell, Cube, body_poses, centre_of_mass, extent, geom_pose
+from bt_manip.cell.objects import Can
 from bt_manip.spatial import pose
 
 CABINET = """<mujoco><compiler angle="radian"/><worldbody>
@@ -72,3 +73,17 @@ def test_the_centre_of_mass_is_that_of_mujoco_and_does_not_depend_on_the_pose(en
         assert centre_of_mass(cell, name).tobytes() in found
         cell.remove(name)
     assert len(found) == 1
+
+
+@pytest.mark.parametrize("T_wf", [None, pose((0.2, 0.1, -0.3), (0.6, -0.2, 0.7, 0.1))])
+def test_the_extent_of_a_turned_can_is_that_of_its_rims(T_wf):
+    cell, T_wo = Cell(), pose((0.3, -0.1, 1.0), (0.9, 0.4, -0.2, 0.3))
+    cell.add(Can(), T_wo, name="can")
+    angles = np.linspace(0.0, 2.0 * np.pi, 3600)
+    rim = 0.033 * np.column_stack([np.cos(angles), np.sin(angles), 0.0 * angles])
+    points = np.concatenate([rim, rim + [0.0, 0.0, 0.1]]) @ T_wo.rotation.T + T_wo.translation
+    if T_wf is not None:
+        points = (points - T_wf.translation) @ T_wf.rotation
+    lower, upper = extent(cell, "can", T_wf)
+    assert lower == pytest.approx(points.min(axis=0), abs=1e-6)
+    assert upper == pytest.approx(points.max(axis=0), abs=1e-6)

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import mujoco
 import numpy as np
+import pinocchio as pin
 
 _Geom = mujoco.mjtGeom
 
@@ -43,17 +44,21 @@ def bounds_of(model: mujoco.MjModel) -> Bounds:
 
 
 def geom_box(
-    model: mujoco.MjModel, data: mujoco.MjData, geom: int
+    model: mujoco.MjModel, data: mujoco.MjData, geom: int, T_wf: pin.SE3 | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the lower and upper corner of the exact bounding box of a geom, in the world [m].
+    """Return the lower and upper corner of the exact bounding box of a geom [m].
 
     Args:
         model: The compiled model.
         data: Its data, with the poses of geoms.
         geom: Id of the geom.
+        T_wf: The frame along whose axes the box is; default: the world.
     """
     kind, size = _Geom(int(model.geom_type[geom])), model.geom_size[geom]
     position, rotation = data.geom_xpos[geom], data.geom_xmat[geom].reshape(3, 3)
+    if T_wf is not None:
+        rotation = T_wf.rotation.T @ rotation
+        position = (position - T_wf.translation) @ T_wf.rotation
     if kind == _Geom.mjGEOM_MESH:
         mesh = int(model.geom_dataid[geom])
         first, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
