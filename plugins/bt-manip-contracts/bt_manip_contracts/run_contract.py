@@ -12,7 +12,7 @@ from bt_manip.registry import Parts
 from bt_manip.runner import Run, RunObserver, prepare, request_of
 
 CYCLE_TIMEOUT = 120.0  # [s] simulated for a cycle, after which a run is interrupted
-SHORT = 3.0  # [s] simulated, after which a short run is interrupted
+SHORT = 2.0  # [s] simulated, after which a short run is interrupted
 EVERY = 5  # ticks between two states
 EPISODES = 6
 WORKERS = 3
