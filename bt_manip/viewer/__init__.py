@@ -20,14 +20,4 @@ if TYPE_CHECKING:
     from bt_manip.viewer.window import Window as Window
     from bt_manip.viewer.wrapping import print_wrapped as print_wrapped
 
-__getattr__ = lazy_exports(
-    __name__,
-    {
-        "bt_manip.cell": "NoOpenGLError render write_png",
-        "bt_manip.viewer.display": "NoDisplayError require_display use_offscreen_opengl",
-        "bt_manip.viewer.plain_view": "PlainView",
-        "bt_manip.viewer.terminal_view": "TerminalView",
-        "bt_manip.viewer.window": "FREE_CAMERA Window",
-        "bt_manip.viewer.wrapping": "print_wrapped",
-    },
-)
+__getattr__ = lazy_exports(__name__)
