@@ -8,7 +8,7 @@ from bt_manip.cli.record_option import record_target
 from bt_manip.cli.run_options import RunOptions
 from bt_manip.exceptions import BtManipError
 from bt_manip.parameters import parameters_of, read_words
-from bt_manip.plugins import BUILTIN, Plugin, Plugins, guarded, plugin_observers
+from bt_manip.plugins import Plugins, guarded, plugin_observers
 from bt_manip.record import SnapshotWriter, check_writable
 from bt_manip.runner import Reloader, Run, RunObserver, known_behaviours, recorder_name
 
@@ -94,23 +94,11 @@ def _recorder(plugins: Plugins, text: str) -> RunObserver:
         name = name or recorder_name(Path(file).suffix, recorders)
     except BtManipError as error:
         raise BtManipError(f"--record: {error}; --record NAME=FILE names the recorder") from None
+    make = recorders.maker(name, "run_started", expected="a RunObserver")
     path = Path(file) if file else None
-    owner = _owner(plugins, recorders.owner(name))
     if path is not None:
         check_writable(path, f"--record {name}")
-    options = parameters_of(recorders.get(name), keyword_only=True)
-    values = read_words(words.split(), options, f"recorder '{name}'")
-    recorder = recorders.create(name, path, **values)
-    if not isinstance(recorder, RunObserver):
-        raise BtManipError(
-            f"recorder '{name}' of plugin '{recorders.owner(name)}' makes no RunObserver, "
-            f"got {recorder!r}"
-        )
-    if owner is None:
-        return recorder
-    return guarded(recorder, owner.label, print_warning, owner.way_out)
-
-
-def _owner(plugins: Plugins, name: str) -> Plugin | None:
-    """Return the plugin of a name; None for the built-in one."""
-    return None if name == BUILTIN else plugins.find(name)
+    options = parameters_of(make, keyword_only=True)
+    recorder = make(path, **read_words(words.split(), options, f"recorder '{name}'"))
+    label, hint = plugins.origin(recorders.owner(name))
+    return guarded(recorder, f"recorder '{name}'{label}", print_warning, hint)
