@@ -231,26 +231,10 @@ class RunJob:
     def _report(self, status: str | None) -> "RunReport":
         if self._recorder is not None:
             return self._recorder.report(status, self.error)
-        import hashlib
-
         from bt_manip.record import RunReport, versions
 
-        options = self.options
-        return RunReport(
-            tree=options.tree,
-            seed=options.seed or 0,
-            status=status or "INTERRUPTED",
-            state_digest=hashlib.sha256().hexdigest(),
-            versions=versions(),
-            error=self.error,
-            robot=options.robot,
-            scene=options.scene or "",
-            controller=options.controller or "",
-            planner=options.planner,
-            settings=dict(options.settings),
-            modifiers=dict(options.modifiers),
-            tick_s=options.tick_ms / 1e3,
-        )
+        tree, seed = self.options.tree, self.options.seed or 0
+        return RunReport(tree, seed, status or "INTERRUPTED", versions=versions(), error=self.error)
 
     def _print_cycles(self, report: "RunReport") -> None:
         if self._recorder is None or self.options.quiet:
