@@ -124,9 +124,6 @@ RAISING = """
         register(Trip)
 """
 
-TRIP = '<root BTCPP_format="4"><BehaviorTree ID="Main"><Trip/></BehaviorTree></root>'
-
-
 UPDATE = "def update(self): return Status.SUCCESS"
 IN_BETWEEN = {
     "exits": ("def update(self): raise SystemExit(0)", 3, "SystemExit: 0"),
@@ -151,7 +148,7 @@ IN_BETWEEN = {
 
 @pytest.mark.parametrize(("body", "exit_code", "reason"), IN_BETWEEN.values(), ids=list(IN_BETWEEN))
 def test_a_behaviour_that_fails_in_code_of_ours_is_named_too(
-    bt_manip, folder, tmp_path, body, exit_code, reason
+    bt_manip, folder, task, tmp_path, body, exit_code, reason
 ):
     source = f"""
 from bt_manip.behaviours import CellBehaviour
@@ -163,8 +160,7 @@ class Odd(CellBehaviour):
 def register_behaviours(register): register(Odd)
 """
     plugins = folder("clumsy", source)
-    tree, report = tmp_path / "odd.xml", tmp_path / "report.json"
-    tree.write_text(TRIP.replace("Trip", "Odd"))
+    tree, report = task("<Odd/>"), tmp_path / "report.json"
     code, _, err = bt_manip("run", tree, "--plugins-dir", plugins, "--report", report)
     last = err.splitlines()[-1]
     assert code == exit_code and reason in last
@@ -236,12 +232,11 @@ FAULTS = {
 
 @pytest.mark.parametrize(("then", "reason"), FAULTS.values(), ids=list(FAULTS))
 def test_a_broken_controller_or_behaviour_ends_the_run_with_the_arm_braked_and_is_named(
-    bt_manip, folder, tmp_path, then, reason
+    bt_manip, folder, task, tmp_path, then, reason
 ):
     plugins = folder("quack", CONTROLLER.format(then=then))
     folder("clumsy", RAISING if then == "pass" else RAISING.replace("== 20", "== 2000"))
-    tree, report, trace = tmp_path / "trip.xml", tmp_path / "report.json", tmp_path / "t.npz"
-    tree.write_text(TRIP)
+    tree, report, trace = task("<Trip/>"), tmp_path / "report.json", tmp_path / "t.npz"
     code, _, err = bt_manip(
         "run", tree, "--controller", "odd", "--plugins-dir", plugins,
         "--report", report, "--record", f"trace={trace}",
