@@ -5,7 +5,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -104,26 +104,17 @@ def check(
     show_default=True,
     help="Output format.",
 )
-@click.option("--ports/--no-ports", default=True, help="Include the ports of each node.")
-@click.option("--docs/--no-docs", default=False, help="Include the documentation of each leaf.")
 @takes(ForeignTrees, name="foreign")
 @_output
-def show(
-    name: str,
-    form: str,
-    ports: bool,
-    docs: bool,
-    foreign: ForeignTrees,
-    output: Path | None,
-) -> None:
-    """Print a tree, with the ports and the documentation of its nodes."""
+def show(name: str, form: str, foreign: ForeignTrees, output: Path | None) -> None:
+    """Print a tree, with the ports of its nodes."""
     from bt_manip.bt import draw_dot, draw_svg, draw_text
 
     parts, registry = _registered()
-    draw = {"text": draw_text, "dot": draw_dot, "svg": draw_svg}[form]
+    draw: Any = {"text": draw_text, "dot": draw_dot, "svg": draw_svg}[form]
     loaded = _load(name, parts, registry, foreign)
     foreign.print_stubs()
-    _write(draw(loaded, ports=ports, docs=docs), output)
+    _write(draw(loaded), output)
 
 
 @tree.command("format")
@@ -175,11 +166,7 @@ def format_(files: tuple[Path, ...], only_check: bool) -> int:
 @takes(ForeignTrees, name="foreign")
 @_output
 def convert(
-    name: str,
-    form: str | None,
-    model: bool,
-    foreign: ForeignTrees,
-    output: Path | None,
+    name: str, form: str | None, model: bool, foreign: ForeignTrees, output: Path | None
 ) -> int:
     """Convert an XML document to Python, or a Python tree to XML."""
     from bt_manip.bt import Problems, Tree, tree_to_xml
