@@ -29,8 +29,6 @@ def complete_part(kind: str) -> Complete:
 
     def complete(ctx: click.Context, _: click.Parameter, incomplete: str) -> Items:
         names = _matching(_names(ctx, kind), incomplete)
-        if kind == "trees" and incomplete.rpartition(":")[0].endswith(".xml"):
-            names = _matching(_trees_of(incomplete.rpartition(":")[0]), incomplete)
         return names or [CompletionItem(incomplete, type="file")]
 
     return complete
@@ -107,16 +105,6 @@ def _keys(tree: str, parts: "Parts") -> tuple[list[str], list[Path]]:
     if found is None or found.document is None:
         return [], [source.path]
     return list(found.document.models.get(found.tree_id, ())), found.document.files
-
-
-def _trees_of(file: str) -> list[str]:
-    from bt_manip.bt import BehaviourRegistry, read_tree
-
-    try:
-        document = read_tree(file, BehaviourRegistry(), library=True).document
-    except BtManipError:  # reported when the command runs
-        return []
-    return [] if document is None else [f"{file}:{name}" for name in document.trees]
 
 
 def _arguments(path: Path, function: str) -> list[str]:
