@@ -51,7 +51,3 @@ class Stub:
         result = self._results[min(self.calls, len(self._results) - 1)]
         self.calls += 1
         return result
-
-    def __repr__(self) -> str:
-        """Show the results."""
-        return f"Stub({', '.join(result.name for result in self._results)})"
