@@ -48,19 +48,17 @@ def check(files: tuple[str, ...], robot: str, as_json: bool) -> int:
     """
     parts = load_chosen_plugins().parts
     found: list[Problem] = []
-    errors = 0
     for text in files:
         problems = [with_short_values(one) for one in _problems(text, parts, robot)]
         found += findings_of(problems, text)
-        errors += len(problems)
         for problem in () if as_json else problems:
             click.echo(problem)
     if as_json:
         print_json(found)
-        return BAD_INPUT if errors else SUCCESS
-    scenes = f"{len(files)} scene{'s' if len(files) != 1 else ''}"
-    click.echo(f"{scenes}: {errors} error{'s' if errors != 1 else ''}", err=True)
-    return BAD_INPUT if errors else SUCCESS
+    else:
+        scenes = f"{len(files)} scene{'s' if len(files) != 1 else ''}"
+        click.echo(f"{scenes}: {len(found)} error{'s' if len(found) != 1 else ''}", err=True)
+    return BAD_INPUT if found else SUCCESS
 
 
 def _problems(text: str, parts: Parts, robot: str) -> tuple[str, ...]:

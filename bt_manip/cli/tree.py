@@ -86,11 +86,10 @@ def check(
     foreign.print_stubs()
     if as_json:
         print_json(found)
-        return BAD_INPUT if errors else SUCCESS
-    click.echo(
-        f"{_count(len(files), 'tree')}: {_count(errors, 'error')}, {_count(warnings, 'warning')}",
-        err=True,
-    )
+    else:
+        counted = (len(files), "tree"), (errors, "error"), (warnings, "warning")
+        trees, *rest = (f"{number} {what}{'s' * (number != 1)}" for number, what in counted)
+        click.echo(f"{trees}: {', '.join(rest)}", err=True)
     return BAD_INPUT if errors else SUCCESS
 
 
@@ -337,7 +336,3 @@ def _write(text: str, output: Path | None) -> None:
         replace_text(output, text)
     except OSError as error:
         raise BtManipError(f"{output}: cannot be written: {error.strerror}") from None
-
-
-def _count(number: int, what: str) -> str:
-    return f"{number} {what}{'' if number == 1 else 's'}"
