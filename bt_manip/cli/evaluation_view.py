@@ -31,12 +31,7 @@ MAX_POINTS = 20
 
 
 class EvaluationView:
-    """A live table in a terminal, or lines elsewhere.
-
-    Attributes:
-        total: The success rate of all points together.
-        rates: The success rate of each point.
-    """
+    """A live table in a terminal, or lines elsewhere; `rates` are those of each point."""
 
     def __init__(
         self, evaluation: Evaluation, episodes: int, workers: int, before: Iterable[EpisodeResult]

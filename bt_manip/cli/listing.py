@@ -95,11 +95,7 @@ def _part(kind: str, row: tuple[str, str, str]) -> dict[str, Any]:
 
 
 def _any(parts: "Parts", name: str) -> list[dict[str, Any]]:
-    """Return the documentation of all parts of a name.
-
-    Raises:
-        BtManipError: If there is neither a kind nor a part of this name.
-    """
+    """Return the documentation of all parts of a name; raise if there is none."""
     names = {kind: part_names(parts, kind) for kind in parts.by_kind()}
     found = [kind for kind in names if name in names[kind]]
     if not found:
@@ -111,11 +107,7 @@ def _any(parts: "Parts", name: str) -> list[dict[str, Any]]:
 def _list_tasks(
     parts: "Parts", name: str | None, robots: tuple[str, ...], episodes: int, as_json: bool
 ) -> None:
-    """Print a line for each task and robot as it is found.
-
-    Raises:
-        BtManipError: If there is no such task or robot, or the models of a named robot are missing.
-    """
+    """Print a line for each task and robot as it is found; check all names first."""
     from bt_manip import spatial
     from bt_manip.evaluation import why_not
     from bt_manip.runner import make_robot
@@ -170,11 +162,7 @@ def _print_described(parts: list[dict[str, Any]]) -> None:
 
 
 def _described(parts: "Parts", kind: str, name: str) -> dict[str, Any]:
-    """Return the documentation of one part.
-
-    Raises:
-        BtManipError: If there is no part of this name.
-    """
+    """Return the documentation of one part; raise if there is none of this name."""
     rows = {row[0]: row for row in _rows(parts, kind)}
     if name not in rows:
         raise BtManipError(f"{kind}: there is no '{name}'{suggestion(None, name, rows)}")

@@ -38,13 +38,7 @@ class GroupedCommand(click.Command):
 
 
 def option(*names: str, group: str = "", **attributes: Any) -> Any:
-    """Declare a field of a dataclass as an option of commands.
-
-    Args:
-        *names: As of `click.option`: ``"--cycles"``.
-        group: The group under which ``--help`` lists it.
-        **attributes: As of `click.option`.
-    """
+    """Declare a field of a dataclass as an option of commands, with arguments of `click.option`."""
     attributes |= {"cls": GroupedOption, "group": group}
     none = () if attributes.get("multiple") else False if attributes.get("is_flag") else None
     return field(default=attributes.get("default", none), metadata={"option": (names, attributes)})

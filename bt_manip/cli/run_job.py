@@ -30,14 +30,7 @@ if TYPE_CHECKING:
 class RunJob:
     """One run from its options to its report.
 
-    Args:
-        session: The session of the run.
-        options: The options.
-        interrupt: The handler of Ctrl-C.
-        station: As for `bt_manip.runner.prepare`.
-
     Attributes:
-        options: The options.
         run: The run, once it is prepared.
         report: Its report, once it has ended.
         error: The internal fault that ended it; empty without one.
@@ -89,11 +82,7 @@ class RunJob:
             return self._finish(INTERRUPTED if interrupt.requested else code)
 
     def lines(self, width: int) -> str:
-        """Return the table of cycles and the lines after it.
-
-        Args:
-            width: Largest number of characters in a line.
-        """
+        """Return the table of cycles and the lines after it, each of at most this width."""
         from rich.console import Console
 
         from bt_manip.cli.cycle_table import print_cycles

@@ -27,16 +27,7 @@ def observers_of(
 ) -> list[RunObserver]:
     """Return the observers of a run, in the order of their calls; views are opened.
 
-    Args:
-        run: The run.
-        options: Its options.
-        session: Its session, which has the views.
-        recorder: The recorder of its report.
-        window: The window, if there is one.
-
-    Raises:
-        BtManipError: If an option asks for an observer that there is not, or it cannot write its
-            file.
+    Raises a `BtManipError` if there is no such observer, or it cannot write its file.
     """
     plugins = session.plugins
     # First: a trace in use by others ends the run before its report is begun.

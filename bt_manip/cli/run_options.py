@@ -167,10 +167,6 @@ def make_request(
         resumed: The snapshot that it continues from.
         by_view: Whether a view controls the run: it paces it, and may save the first configurations
             in a file that is not there yet.
-
-    Raises:
-        BtManipError: If there is no such tree, an option is out of range, options do not go
-            together, or a requested file cannot be written.
     """
     from bt_manip.evaluation import parse_point
     from bt_manip.robots import load_configurations
@@ -210,11 +206,7 @@ def make_request(
 
 
 def _check(options: RunOptions) -> None:
-    """Check that options go together, and that all requested files can be written.
-
-    Raises:
-        BtManipError: If a run on a real robot needs a simulation, or a file cannot be written.
-    """
+    """Check that options go together, and that all requested files can be written."""
     simulated = {
         "--resume": options.resume is not None,
         "--snapshot-at": bool(options.snapshots),

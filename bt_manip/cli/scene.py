@@ -91,11 +91,7 @@ def show(name: str, robot: str) -> None:
 def _built(
     text: str, parts: Parts, robot: str, *, drawn: bool = False
 ) -> tuple["Scene", "Station"]:
-    """Return a scene and its station, before or after the randomization of the first cycle.
-
-    Raises:
-        BtManipError: If the scene is invalid.
-    """
+    """Return a scene and its station, before or after the randomization of the first cycle."""
     from bt_manip.plugins import build_station
     from bt_manip.scenes import find_scene, naming_file, seed_of
 

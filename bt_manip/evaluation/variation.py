@@ -77,11 +77,7 @@ def parse_point(texts: Iterable[str]) -> ParameterSet:
 
 
 def grid(parameters: Sequence[VariedParameter]) -> tuple[ParameterSet, ...]:
-    """Return all combinations of values.
-
-    Raises:
-        BtManipError: If a range has no number of values.
-    """
+    """Return all combinations of values; ranges need a number of values."""
     for one in parameters:
         if not one.values:
             raise BtManipError(
@@ -96,10 +92,7 @@ def grid(parameters: Sequence[VariedParameter]) -> tuple[ParameterSet, ...]:
 def samples(parameters: Sequence[VariedParameter], n: int, seed: int) -> tuple[ParameterSet, ...]:
     """Sample points by Latin hypercube sampling (McKay, Beckman and Conover 1979).
 
-    Args:
-        parameters: The parameters; those with bounds are sampled from the whole range.
-        n: Number of points.
-        seed: Seed of the samples.
+    Parameters with bounds are sampled from the whole range.
     """
     rng = np.random.default_rng(seed)
     quantiles = [(rng.permutation(n) + rng.uniform(size=n)) / n for _ in parameters]

@@ -309,12 +309,7 @@ class EventQueue(RunObserver):
 
 
 def _ports(link: Any, paths: Mapping[int, str]) -> Iterator[dict[str, str]]:
-    """Yield the ports and scripts of a node, and the remaps of a sub-tree.
-
-    Args:
-        link: The node.
-        paths: Paths of the blackboard scopes by their id.
-    """
+    """Yield the ports and scripts of a node, and the remaps of a sub-tree."""
     texts = {name: ("script", text) for name, text in link.conditions.items()}
     texts |= {name: ("remap", text) for name, text in getattr(link, "remaps", {}).items()}
     for name, port in link.ports.items():

@@ -25,13 +25,7 @@ Stop = Callable[[], bool]
 
 
 class CycleEnd(NamedTuple):
-    """How a cycle ended.
-
-    Attributes:
-        status: The status of the tree.
-        succeeded: Whether the tree succeeded, and its goal holds.
-        reason: Why it did not succeed; empty on success.
-    """
+    """How a cycle ended: the tree's status, whether its goal holds, too, and why it failed."""
 
     status: NodeStatus
     succeeded: bool

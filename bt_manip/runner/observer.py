@@ -114,11 +114,7 @@ def recorder_for(path: Path, recorders: Registry[Any]) -> RunObserver:
 
 
 def recorder_name(suffix: str, recorders: Registry[Any]) -> str:
-    """Return the name of the recorder whose files have a suffix.
-
-    Raises:
-        BtManipError: If there is none.
-    """
+    """Return the name of the recorder whose files have a suffix; raise if there is none."""
     names: dict[str, str] = {}
     for name in recorders:
         known = getattr(recorders.get(name), "suffix", ())

@@ -145,11 +145,7 @@ class RunRequest:
 
 
 def check_modifiers(names: Iterable[str], backend: str | None, parts: Parts) -> None:
-    """Check that modifiers are for real robots, if there is a backend.
-
-    Raises:
-        BtManipError: If one is not.
-    """
+    """Check that modifiers are for real robots, if there is a backend."""
     for name in names if backend else ():
         if not getattr(parts.modifiers.get(name), "real", False):
             raise BtManipError(f"--{name} needs a simulation, not --backend {backend}")

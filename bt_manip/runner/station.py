@@ -342,15 +342,9 @@ class Station:
 def make_station(request: RunRequest, parts: Parts, *, first_cycle: bool = False) -> Station:
     """Build a cell with its robots at home and under control.
 
-    Args:
-        request: The robot, scene, controller, planner and seed, and the objects that its settings
-            choose; all registered controllers can be switched to.
-        parts: The registered parts to choose from.
-        first_cycle: Whether to randomize the cell for the first cycle, which finds variations that
-            are impossible.
-
-    Raises:
-        BtManipError: If a name is not registered or a model does not compile.
+    All registered controllers can be switched to. The first cycle may be randomized already, which
+    finds variations that are impossible. Unknown names and models that do not compile raise a
+    `BtManipError`.
     """
     files: dict[str, str] = {}
     with noting(files):

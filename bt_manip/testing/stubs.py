@@ -10,11 +10,7 @@ Result = NodeStatus | str
 
 
 def status_of(status: Result) -> NodeStatus:
-    """Return the status of a name.
-
-    Raises:
-        ValueError: When there is no such status, with suggestions.
-    """
+    """Return the status of a name; a ValueError suggests the nearest."""
     if isinstance(status, NodeStatus):
         return status
     if status not in NodeStatus.__members__:

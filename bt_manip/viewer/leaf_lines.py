@@ -18,14 +18,11 @@ INDENT = 20
 
 
 class LeafLines:
-    """Collects time, status, name and message of each leaf that ends.
+    """Collects time, status, name and message of each leaf of a run that ends.
 
     A leaf that a reactive node checks at every tick gets a line when its status changes. Conditions
     have answers: a ``no`` is no failure of the task. Where there are several robots, a line names
     the one that it is about.
-
-    Args:
-        run: The run; its tree is observed until it ends.
     """
 
     def __init__(self, run: Run) -> None:
