@@ -132,10 +132,7 @@ def summary(report: RunReport) -> str:
 
 
 def _fitting_table(console: Console, cycles: Sequence[CycleReport]) -> RenderableType:
-    """Return the table with as many columns as fit; where the main ones do not, lines.
-
-    Columns of results are never left out.
-    """
+    """Return the table without the last columns that do not fit; a line per cycle if none fits."""
     keys = dict.fromkeys(key for cycle in cycles for key in cycle.results)
     columns = (*_COLUMNS[:_FEWEST], *map(_result_column, keys), *_COLUMNS[_FEWEST:])
     fewest = _FEWEST + len(keys)

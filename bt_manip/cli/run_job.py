@@ -56,8 +56,7 @@ class RunJob:
     def execute(self) -> int:
         """Prepare and execute the run, write and print its results; return the exit code.
 
-        Raises:
-            BtManipError: For bad input; nothing is simulated or written then.
+        Bad input raises a `BtManipError`; nothing is simulated or written then.
         """
         interrupt, started = self._interrupt, False
         with interrupt.held():

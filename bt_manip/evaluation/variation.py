@@ -40,10 +40,8 @@ class VariedParameter:
 def parse_parameter(text: str) -> VariedParameter:
     """Read ``KEY=VALUE,VALUE,...``, ``KEY=LOW..HIGH`` or ``KEY=LOW..HIGH:COUNT``.
 
-    Values are JSON (numbers, lists, texts in quotes) or plain texts without commas.
-
-    Raises:
-        BtManipError: If it is none of these.
+    Values are JSON (numbers, lists, texts in quotes) or plain texts without commas. Other texts
+    raise a `BtManipError`.
     """
     name, equals, given = (part.strip() for part in text.partition("="))
     if not equals or not name or not given:
@@ -64,11 +62,7 @@ def parse_parameter(text: str) -> VariedParameter:
 
 
 def parse_point(texts: Iterable[str]) -> ParameterSet:
-    """Read parameters that have one value each.
-
-    Raises:
-        BtManipError: If one has several, or cannot be read.
-    """
+    """Read parameters that have one value each; other texts raise a `BtManipError`."""
     parameters = [parse_parameter(text) for text in texts]
     for one in parameters:
         if len(one.values) != 1:

@@ -191,11 +191,7 @@ _NO_PLUGIN = re.compile(r"_|test_|conftest\.py$|.*_test\.py$")
 
 
 def in_folders(folders: Iterable[Path]) -> tuple[PluginPoint, ...]:
-    """Return the single-file plugins: each ``*.py``, except tests and names that begin with ``_``.
-
-    Raises:
-        BtManipError: If there is no such folder.
-    """
+    """Return the single-file plugins: each ``*.py``, except tests and names that begin with _."""
     found: list[PluginPoint] = []
     for folder in folders:
         if not folder.is_dir():

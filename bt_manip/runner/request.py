@@ -97,11 +97,7 @@ class RunRequest:
     reading: ReadingOptions = READING
 
     def __post_init__(self) -> None:
-        """Check the numbers.
-
-        Raises:
-            BtManipError: If a number is out of range.
-        """
+        """Raise a `BtManipError` for a number that is out of range."""
         if self.cycles < 0:
             raise BtManipError(
                 f"cycles must be 0 (until interrupted) or a positive number, got {self.cycles}"
