@@ -6,7 +6,7 @@ import os
 import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import Field, fields
+from dataclasses import fields
 from pathlib import Path
 from types import NoneType
 from typing import Any, get_args
@@ -145,7 +145,10 @@ def _rows_of(
 
 
 def _schema(points: Sequence[ParameterSet]) -> pa.Schema:
-    columns = {one.name: _column_type(one) for one in fields(EpisodeResult)}
+    columns = {}
+    for one in fields(EpisodeResult):
+        (kind,) = {*(get_args(one.type) or (one.type,))} - {NoneType}
+        columns[one.name] = _TYPES[kind]
     for name in _parameters(points[0]):
         values = [_parameters(point)[name] for point in points]
         try:
@@ -153,13 +156,6 @@ def _schema(points: Sequence[ParameterSet]) -> pa.Schema:
         except pa.ArrowInvalid:
             raise BtManipError(f"the values of {name} are of different types") from None
     return pa.schema(columns)
-
-
-def _column_type(field: Field[Any]) -> pa.DataType:
-    plain = [one for one in get_args(field.type) or (field.type,) if one is not NoneType]
-    if len(plain) != 1 or plain[0] not in _TYPES:
-        raise TypeError(f"results have no type of column for {field.name}: {field.type}")
-    return _TYPES[plain[0]]
 
 
 def _parameters(point: ParameterSet) -> dict[str, Any]:

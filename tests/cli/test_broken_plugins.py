@@ -45,19 +45,6 @@ def test_what_fails_while_loading_is_one_warning_and_the_run_goes_on(bt_manip, f
     assert "good_thing" in listed.out
 
 
-def test_an_entry_point_that_points_nowhere_is_one_warning(bt_manip, trees, tmp_path, monkeypatch):
-    installed = tmp_path / "lost-1.2.dist-info"
-    installed.mkdir()
-    (installed / "METADATA").write_text("Metadata-Version: 2.1\nName: lost\nVersion: 1.2\n")
-    (installed / "entry_points.txt").write_text("[bt_manip]\nlost = no_such_package.plugin\n")
-    monkeypatch.syspath_prepend(tmp_path)
-    code, _, err = bt_manip("run", f"{trees}:quick")
-    assert code == 0
-    (line,) = err.splitlines()
-    assert line.startswith("Warning: plugin 'lost' 1.2 (no_such_package.plugin) is left out: ")
-    assert bt_manip("run", f"{trees}:quick", "--block", "lost").err == ""
-
-
 OBSERVER = """
     @hookimpl
     def {hook}(station):
@@ -167,24 +154,6 @@ def register_behaviours(register): register(Odd)
     if code != 2:  # found before anything runs
         assert "plugin 'clumsy'" in last
         assert json.loads(report.read_text())["status"] == "ERROR"
-
-
-def test_a_controller_that_cannot_be_made_is_named(bt_manip, folder, trees):
-    source = """
-        class Odd(GravityCompensatedPD):
-            def _build(self, robot): pass
-
-
-        @hookimpl
-        def register_controllers(register): register("odd", Odd)
-    """
-    plugins = folder("quack", source)
-    code, _, err = bt_manip(
-        "run", f"{trees}:quick", "--controller", "odd", "--plugins-dir", plugins
-    )
-    last = err.splitlines()[-1]
-    reason = "controller 'odd' cannot be made: its factory gave a Odd, which has no 'mjcf_model'"
-    assert code == 3 and "plugin 'quack'" in last and reason in last
 
 
 @pytest.mark.parametrize("asked_by", ["a tree", "a scene"])

@@ -131,11 +131,6 @@ def test_a_terminal_gets_the_table_in_its_width_and_colours_only_if_wanted(
     assert max(map(len, ESCAPES.sub("", table).splitlines())) <= 60
 
 
-def test_a_setting_reaches_the_tree(bt_manip, trees):
-    assert bt_manip("run", f"{trees}:quick", "--set", "name=basket", "--quiet").code == 0
-    assert bt_manip("run", f"{trees}:quick", "--set", "name=nothing", "--quiet").code == 1
-
-
 def digest(bt_manip, trees, tmp_path, *options) -> str:
     report = tmp_path / "report.json"
     assert bt_manip("run", f"{trees}:quick", "--report", report, *options).code == 0
@@ -294,11 +289,6 @@ def test_without_a_display_the_window_is_missed_and_the_run_goes_on(bt_manip, tr
     assert "there is no display" in err
 
 
-def test_a_module_can_hold_the_tree(bt_manip, trees, monkeypatch):
-    monkeypatch.syspath_prepend(trees.parent)
-    assert bt_manip("run", "small_trees:quick", "--quiet").code == 0
-
-
 @pytest.fixture
 def install(tmp_path, monkeypatch):
     """Install a plugin of one file."""
@@ -312,13 +302,6 @@ def install(tmp_path, monkeypatch):
         (installed / "entry_points.txt").write_text(f"[bt_manip]\n{name} = {name}\n")
 
     return put
-
-
-def test_a_part_that_is_missing_with_a_broken_plugin_is_explained(bt_manip, install, trees):
-    install("broken", "raise OSError('out of order')")
-    code, _, err = bt_manip("run", f"{trees}:quick", "--robot", "arm_of_broken")
-    assert code == 2
-    assert "left out because broken: plugin 'broken'" in err.splitlines()[-1]
 
 
 @pytest.mark.parametrize("name", ["report.json", "report.jsonl"])
