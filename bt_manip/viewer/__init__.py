@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from bt_manip.viewer.display import require_display as require_display
     from bt_manip.viewer.display import use_offscreen_opengl as use_offscreen_opengl
     from bt_manip.viewer.plain_view import PlainView as PlainView
+    from bt_manip.viewer.progress import duration_text as duration_text
     from bt_manip.viewer.terminal_view import TerminalView as TerminalView
     from bt_manip.viewer.window import FREE_CAMERA as FREE_CAMERA
     from bt_manip.viewer.window import Window as Window
