@@ -4,8 +4,11 @@ Importing this costs nothing: each name is imported when it is first used.
 """
 
 import importlib
+import re
+import sys
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bt_manip.packages import MovedModules, name_moved_modules
@@ -26,37 +29,30 @@ warnings.filterwarnings(
 )
 
 
-def lazy_exports(package: str, exports: Mapping[str, str]) -> Callable[[str], Any]:
+def lazy_exports(package: str) -> Callable[[str], Any]:
     """Make a package's ``__getattr__`` (PEP 562), for exports that are expensive to import.
 
-    Type checkers read the same imports under ``if TYPE_CHECKING``; a test compares the two.
-
-    Names that have moved into another package raise an ImportError that says so.
+    It exports what type checkers see: the imports ``from MODULE import NAME as NAME`` under ``if
+    TYPE_CHECKING`` in its source. Names that have moved into another package raise an ImportError
+    that says so.
 
     Args:
         package: Full name of the package.
-        exports: The names exported from each module, separated by blanks.
     """
-    modules = {name: module for module, names in exports.items() for name in names.split()}
+    source = Path(str(sys.modules[package].__file__)).read_text(encoding="utf-8")
+    lines = re.finditer(r"^    from (\S+) import \(?\s*(\w+) as \2\b", source, re.MULTILINE)
+    modules = {line[2]: line[1] for line in lines}
 
     def get(name: str) -> Any:
         if name not in modules:
             MovedModules.find_spec(f"{package}.{name}")
             raise AttributeError(f"module '{package}' has no attribute {name!r}")
-        return getattr(importlib.import_module(modules[name]), name)
+        return getattr(importlib.import_module(modules[name], package), name)
 
     return get
 
 
-__getattr__ = lazy_exports(
-    __name__,
-    {
-        "bt_manip.bt": "load_tree",
-        "bt_manip.hookspecs": "hookimpl",
-        "bt_manip.plugins": "build_station hookspec load_plugins",
-        "bt_manip.version": "__version__",
-    },
-)
+__getattr__ = lazy_exports(__name__)
 
 
 def _installed_parts() -> Any:

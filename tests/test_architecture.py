@@ -8,6 +8,7 @@ import sys
 from collections import defaultdict
 from collections.abc import Iterator
 from functools import cache
+from graphlib import TopologicalSorter
 from pathlib import Path
 from typing import NamedTuple
 
@@ -68,21 +69,12 @@ BESIDE = {"__main__", "__init__"}
 
 
 class Import(NamedTuple):
-    """One name that a module imports from the package.
-
-    Attributes:
-        importer: The module that imports.
-        module: The module or package that the name is taken from.
-        name: The name; empty for ``import a.b``.
-        line: Where.
-        deferred: Whether it runs only when a function is called.
-    """
+    """One name, empty for ``import a.b``, that a module imports from the package."""
 
     importer: str
     module: str
     name: str
     line: int
-    deferred: bool
 
     def __str__(self) -> str:
         return f"{self.importer}:{self.line} imports {self.module} {self.name}".rstrip()
@@ -107,31 +99,35 @@ def is_type_checking(node: ast.AST) -> bool:
     return isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"
 
 
-def statements(body: list[ast.stmt], deferred: bool = False) -> Iterator[tuple[ast.stmt, bool]]:
-    """Give all statements that run, with whether they run only when a function is called."""
+def statements(body: list[ast.stmt]) -> Iterator[ast.stmt]:
+    """Give all statements that run, also those of functions."""
     for statement in body:
         if is_type_checking(statement):
             continue
-        yield statement, deferred
-        inside = deferred or isinstance(statement, ast.FunctionDef | ast.AsyncFunctionDef)
+        yield statement
         for field in ("body", "orelse", "finalbody"):
-            yield from statements(getattr(statement, field, []), inside)
+            yield from statements(getattr(statement, field, []))
         for handler in getattr(statement, "handlers", []):
-            yield from statements(handler.body, inside)
+            yield from statements(handler.body)
+
+
+def source_of(statement: ast.ImportFrom, package: str) -> str:
+    """Give the module that a module of a package imports from."""
+    parts = package.split(".")
+    base = ".".join(parts[: len(parts) - statement.level + 1]) if statement.level else ""
+    return ".".join(filter(None, (base, statement.module)))
 
 
 def imports_of(path: Path, importer: str) -> Iterator[Import]:
     """Give what a file imports from bt_manip, except what only type checkers see."""
     package = importer if path.name == "__init__.py" else importer.rpartition(".")[0]
-    for statement, deferred in statements(ast.parse(path.read_text()).body):
+    for statement in statements(ast.parse(path.read_text()).body):
         if isinstance(statement, ast.Import):
             for alias in statement.names:
                 if alias.name.split(".")[0] == "bt_manip":
-                    yield Import(importer, alias.name, "", statement.lineno, deferred)
+                    yield Import(importer, alias.name, "", statement.lineno)
         elif isinstance(statement, ast.ImportFrom):
-            parts = package.split(".")
-            base = ".".join(parts[: len(parts) - statement.level + 1]) if statement.level else ""
-            module = ".".join(filter(None, (base, statement.module)))
+            module = source_of(statement, package)
             if module.split(".")[0] != "bt_manip":
                 continue
             for alias in statement.names:
@@ -139,15 +135,7 @@ def imports_of(path: Path, importer: str) -> Iterator[Import]:
                 exported = module in packages() and alias.name in exports(module)
                 is_module = submodule in modules() and not exported
                 found = (submodule, "") if is_module else (module, alias.name)
-                yield Import(importer, *found, statement.lineno, deferred)
-
-
-@cache
-def imports_by_module() -> dict[str, list[Import]]:
-    found = defaultdict(list)
-    for one in imports():
-        found[one.importer].append(one)
-    return found
+                yield Import(importer, *found, statement.lineno)
 
 
 @cache
@@ -178,13 +166,11 @@ def may_import(top: str, other: str) -> bool:
 
 def test_a_module_imports_only_from_layers_below():
     wrong = []
-    for name in modules():
-        top = top_of(name)
-        for found in imports_by_module().get(name, ()) if top not in BESIDE else ():
-            other = top_of(found.module)
-            anywhere = other == "__init__" and found.name in EXPORTED_EVERYWHERE
-            if other != top and not anywhere and not may_import(top, other):
-                wrong.append(str(found))
+    for found in imports():
+        top, other = top_of(found.importer), top_of(found.module)
+        anywhere = other == "__init__" and found.name in EXPORTED_EVERYWHERE
+        if top not in BESIDE | {other} and not anywhere and not may_import(top, other):
+            wrong.append(str(found))
     assert not wrong, "\n".join(wrong)
 
 
@@ -226,38 +212,6 @@ def test_every_package_is_in_a_layer():
     assert tops <= set().union(*LAYERS) | BESIDE
 
 
-def cycles() -> list[list[str]]:
-    """Find groups of modules that import each other (Tarjan's strongly connected components)."""
-    graph = defaultdict(set)
-    for found in imports():
-        # A package's __init__ only exports: who imports a name from it needs the defining module.
-        graph[found.importer].add(defining_module(found.module, found.name))
-    for name in packages():
-        graph.pop(name, None)
-    index, low, stack, found_cycles = {}, {}, [], []
-
-    def visit(node: str) -> None:
-        index[node] = low[node] = len(index)
-        stack.append(node)
-        for other in sorted(graph[node]) if node in graph else ():
-            if other not in index:
-                visit(other)
-                low[node] = min(low[node], low[other])
-            elif other in stack:
-                low[node] = min(low[node], index[other])
-        if low[node] == index[node]:
-            component = []
-            while not component or component[-1] != node:
-                component.append(stack.pop())
-            if len(component) > 1:
-                found_cycles.append(sorted(component))
-
-    for node in sorted(graph):
-        if node not in index:
-            visit(node)
-    return found_cycles
-
-
 def defining_module(module: str, name: str) -> str:
     """Follow exports of packages to the module that defines a name."""
     while module in packages() and name:
@@ -275,16 +229,19 @@ def exports(package: str) -> dict[str, tuple[str, str]]:
     tree = ast.parse(modules()[package].read_text())
     for statement in ast.walk(tree):  # inside TYPE_CHECKING too: lazy exports stand there
         if isinstance(statement, ast.ImportFrom):
-            parts = package.split(".")
-            base = ".".join(parts[: len(parts) - statement.level + 1]) if statement.level else ""
-            module = ".".join(filter(None, (base, statement.module)))
+            module = source_of(statement, package)
             for alias in statement.names:
                 found[alias.asname or alias.name] = (module, alias.name)
     return found
 
 
 def test_no_modules_import_each_other():
-    assert not cycles(), "import cycles: " + "; ".join(" <-> ".join(c) for c in cycles())
+    graph = {name: set() for name in modules()}
+    for found in imports():
+        # A package's __init__ only exports: who imports a name from it needs the defining module.
+        if found.importer not in packages():
+            graph[found.importer].add(defining_module(found.module, found.name))
+    list(TopologicalSorter(graph).static_order())  # or a `CycleError` that names them
 
 
 def test_imports_between_packages_go_through_the_init_of_the_other_package():
@@ -333,28 +290,18 @@ def test_an_init_only_exports_names():
     for package in packages() - set(LAZY):
         docstring, *rest = ast.parse(modules()[package].read_text()).body
         assert isinstance(docstring, ast.Expr), package
-        names_moved = ast.parse("__getattr__ = lazy_exports(__name__, {})").body
+        names_moved = ast.parse("__getattr__ = lazy_exports(__name__)").body
         if rest and ast.dump(rest[-1]) == ast.dump(names_moved[0]):
             rest.pop()
         assert all(isinstance(statement, ast.ImportFrom) for statement in rest), package
 
 
 @pytest.mark.parametrize("package", LAZY)
-def test_what_a_package_exports_on_demand_is_what_type_checkers_see(package):
+def test_what_type_checkers_see_in_a_package_is_exported_on_demand(package):
     body = ast.parse(modules()[package].read_text()).body
     (checked,) = (statement for statement in body if is_type_checking(statement))
-    (table,) = (
-        node.args[1]
-        for node in ast.walk(ast.Module(body, []))
-        if isinstance(node, ast.Call) and ast.unparse(node.func) == "lazy_exports"
-    )
-    names = [(found.module, alias.name) for found in checked.body for alias in found.names]
-    exported = [
-        (found, name) for found, group in ast.literal_eval(table).items() for name in group.split()
-    ]
-    assert sorted(names) == sorted(exported)
     module = importlib.import_module(package)
-    for _, name in names:
+    for name in (alias.name for found in checked.body for alias in found.names):
         assert getattr(module, name) is not None
     with pytest.raises(AttributeError, match="no attribute 'load_plugin'"):
         _ = module.load_plugin

@@ -1,6 +1,5 @@
 """Everything that the pages show works as printed, and everything that they link or name exists."""
 
-import importlib.util
 import os
 import re
 import shlex
@@ -13,6 +12,7 @@ import pytest
 
 import bt_manip.testing.tree_reading  # noqa: F401  inner sessions of pytest must not unload it
 from tests.support.pages import GENERATED, PAGES, ROOT, File, blocks, required_packages, steps
+from tools import reference_pages
 
 pytest_plugins = ("pytester",)
 
@@ -168,9 +168,6 @@ def test_the_links_of_a_page_lead_to_files_and_headings(page):
 
 def test_the_index_of_the_site_leads_to_every_page(tmp_path):
     """Generated pages included, of which some lead to others; its links exist."""
-    tools = importlib.util.spec_from_file_location("pages", ROOT / "tools" / "reference_pages.py")
-    reference_pages = importlib.util.module_from_spec(tools)
-    tools.loader.exec_module(reference_pages)
     written = reference_pages.write_all(tmp_path)
     pages = {path.relative_to(tmp_path).as_posix(): path.read_text() for path in written}
     pages |= {name[5:]: text for name, text in PAGES.items() if name.startswith("docs/")}

@@ -2,7 +2,6 @@
 
 import ast
 import importlib
-import importlib.util
 import inspect
 import re
 import subprocess
@@ -16,21 +15,11 @@ import bt_manip
 from bt_manip.bt.nodes import Node
 from bt_manip.plugins import load_plugins
 from bt_manip_learn.commands import DEMONSTRATION_FORMATS
+from tools import api_page, key_page
 
 REPOSITORY = Path(__file__).resolve().parent.parent
-TOOLS = REPOSITORY / "tools"
 
 BLOCK = re.compile(r"^```python\n(.*?)^```", re.DOTALL | re.MULTILINE)
-
-
-def load_tool(name):
-    spec = importlib.util.spec_from_file_location(name, TOOLS / f"{name}.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-api_page, key_page = load_tool("api_page"), load_tool("key_page")
 
 
 @pytest.mark.parametrize("package", api_page.names())

@@ -197,103 +197,78 @@ def numbered(piece: str, size: int = SIZE) -> str:
 
 def trees() -> Iterator[tuple[str, str]]:
     """Yield tree documents."""
-    yield (
-        "nested",
-        TREE.format(repeated("<Inverter>") + "<AlwaysSuccess/>" + repeated("</Inverter>")),
-    )
+    nested = repeated("<Inverter>") + "<AlwaysSuccess/>" + repeated("</Inverter>")
+    yield "nested", TREE.format(nested)
     yield "wide", TREE.format(f"<Sequence>{repeated('<AlwaysSuccess/>')}</Sequence>")
     yield "unknown nodes", TREE.format(f"<Sequence>{numbered('<X@/>')}</Sequence>")
     yield "attributes", TREE.format("<AlwaysSuccess " + numbered(ATTRIBUTE) + "/>")
     yield "remapped ports", TREE.format('<SubTree ID="T" ' + numbered('a@="{b@}" ') + "/>")
     yield "a long name", TREE.format(f"<{repeated('a')}/>")
     yield "a long value", TREE.format(f'<Sleep msec="{repeated("9")}"/>')
-    yield (
-        "trees",
-        '<root BTCPP_format="4">'
-        + numbered('<BehaviorTree ID="T@"><AlwaysSuccess/></BehaviorTree>')
-        + "</root>",
-    )
-    yield (
-        "sub-trees in a chain",
-        '<root BTCPP_format="4" main_tree_to_execute="T0">'
-        + numbered('<BehaviorTree ID="T@"><SubTree ID="T@1"/></BehaviorTree>')
-        + "</root>",
-    )
+    many = numbered('<BehaviorTree ID="T@"><AlwaysSuccess/></BehaviorTree>')
+    yield "trees", f'<root BTCPP_format="4">{many}</root>'
+    chain = numbered('<BehaviorTree ID="T@"><SubTree ID="T@1"/></BehaviorTree>')
+    chained = f'<root BTCPP_format="4" main_tree_to_execute="T0">{chain}</root>'
+    yield "sub-trees in a chain", chained
     yield "entities", f"<!DOCTYPE r [{LAUGHS}]>" + TREE.format("&a9;")
     yield "a comment", TREE.format(f"<!--{repeated('- ')}-->")
     yield "not closed", repeated("<a>")
-    script = '<Script code="{}"/>'
-    yield "script, brackets", TREE.format(script.format(repeated("(")))
-    yield "script, operators", TREE.format(script.format("a := 1" + repeated("+1")))
-    yield "script, signs", TREE.format(script.format("a := " + repeated("-") + "1"))
-    yield "script, statements", TREE.format(script.format(numbered("a@:=1;")))
-    yield "script, a number", TREE.format(script.format("a := " + repeated("9")))
-    yield "script, a string", TREE.format(script.format("a := '" + repeated("x")))
-    yield (
-        "goal",
-        TREE.format("<AlwaysSuccess/>").replace(
-            'ID="T"', f'ID="T" _goal="{repeated("IsOn object=a support=b &amp;&amp; ")}"'
-        ),
-    )
+    scripts = {
+        "brackets": repeated("("),
+        "operators": "a := 1" + repeated("+1"),
+        "signs": "a := " + repeated("-") + "1",
+        "statements": numbered("a@:=1;"),
+        "a number": "a := " + repeated("9"),
+        "a string": "a := '" + repeated("x"),
+    }
+    for name, script in scripts.items():
+        yield f"script, {name}", TREE.format(f'<Script code="{script}"/>')
+    goal = f'ID="T" _goal="{repeated("IsOn object=a support=b &amp;&amp; ")}"'
+    yield "goal", TREE.format("<AlwaysSuccess/>").replace('ID="T"', goal)
 
 
 def tomls() -> Iterator[tuple[str, str]]:
     """Yield TOML texts of 4 MB, and of the largest size that is read."""
     yield "4 MB of keys", numbered("k@ = 1\n")
-    for size in (MAX_TOML_BYTES - 100,):
-        of = f"{size / 1024:.0f} kB of "
-        yield of + "a word", repeated("x", size)
-        yield of + "digits", "x = " + repeated("9", size)
-        yield of + "keys", numbered("k@ = 1\n", size)
-        yield of + "tables", numbered("[t@]\na = 1\n", size)
-        yield of + "objects", repeated("[[objects]]\n", size)
-        yield of + "dotted keys", numbered("a.b@.c = 1\n", size)
-        yield of + "a list", "x = [" + repeated("1,", size) + "]"
-        yield of + "brackets", "x = " + repeated("[", size)
-        yield of + "a string", 'x = "' + repeated("\\n", size) + '"'
-        yield of + "an open string", 'x = """' + repeated('\\"', size)
-        yield of + "comments", repeated("#\n", size)
-        yield of + "dots", repeated("a .", size)
-        yield of + "blanks", repeated(" ", size)
+    size = MAX_TOML_BYTES - 100
+    of = f"{size / 1024:.0f} kB of "
+    yield of + "a word", repeated("x", size)
+    yield of + "digits", "x = " + repeated("9", size)
+    yield of + "keys", numbered("k@ = 1\n", size)
+    yield of + "tables", numbered("[t@]\na = 1\n", size)
+    yield of + "objects", repeated("[[objects]]\n", size)
+    yield of + "dotted keys", numbered("a.b@.c = 1\n", size)
+    yield of + "a list", "x = [" + repeated("1,", size) + "]"
+    yield of + "brackets", "x = " + repeated("[", size)
+    yield of + "a string", 'x = "' + repeated("\\n", size) + '"'
+    yield of + "an open string", 'x = """' + repeated('\\"', size)
+    yield of + "comments", repeated("#\n", size)
+    yield of + "dots", repeated("a .", size)
+    yield of + "blanks", repeated(" ", size)
 
 
 def models() -> Iterator[tuple[str, str, bytes]]:
     """Yield models: a name, the suffix and the content."""
     most = (MAX_MODEL_ELEMENTS - 3) * len(GEOM)
     yield "MJCF, the most geoms", ".xml", MJCF.format(repeated(GEOM, most)).encode()
-    for kind, suffix, frame, geom in (
-        ("MJCF", ".xml", MJCF, GEOM),
-        ("URDF", ".urdf", URDF, '<visual><geometry><sphere radius="1"/></geometry></visual>'),
-        (
-            "SDF",
-            ".sdf",
-            SDF,
-            '<visual name="v@"><geometry><sphere><radius>1</radius></sphere></geometry></visual>',
-        ),
+    sphere = "<geometry><sphere><radius>1</radius></sphere></geometry>"
+    for kind, frame, link, geom in (
+        ("MJCF", MJCF, "body", GEOM),
+        ("URDF", URDF, "a", '<visual><geometry><sphere radius="1"/></geometry></visual>'),
+        ("SDF", SDF, "a", f'<visual name="v@">{sphere}</visual>'),
     ):
         element = geom.split()[0].split(">")[0]
-        yield f"{kind}, wide", suffix, frame.format(numbered(geom)).encode()
-        deep = (
-            repeated("<body>") + repeated("</body>")
-            if kind == "MJCF"
-            else repeated("<a>") + repeated("</a>")
-        )
-        yield f"{kind}, nested", suffix, frame.format(deep).encode()
-        yield (
-            f"{kind}, attributes",
-            suffix,
-            frame.format(f"{element} {numbered(ATTRIBUTE)}/>").encode(),
-        )
-        yield (
-            f"{kind}, entities",
-            suffix,
-            (f"<!DOCTYPE r [{LAUGHS}]>" + frame.format("&a9;")).encode(),
-        )
-        yield (
-            f"{kind}, numbers",
-            suffix,
-            frame.format(f'<geom size="{repeated("1 ")}"/>').encode(),
-        )
+        bodies = {
+            "wide": numbered(geom),
+            "nested": repeated(f"<{link}>") + repeated(f"</{link}>"),
+            "attributes": f"{element} {numbered(ATTRIBUTE)}/>",
+            "entities": "&a9;",
+            "numbers": f'<geom size="{repeated("1 ")}"/>',
+        }
+        for name, body in bodies.items():
+            head = f"<!DOCTYPE r [{LAUGHS}]>" if name == "entities" else ""
+            suffix = ".xml" if kind == "MJCF" else f".{kind.lower()}"
+            yield f"{kind}, {name}", suffix, (head + frame.format(body)).encode()
     corner = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"
     yield "OBJ, vertices", ".obj", (numbered("v @ 1 2\n") + "f 1 2 3\n").encode()
     yield "OBJ, faces", ".obj", (corner + repeated("f 1 2 3\n")).encode()
@@ -302,21 +277,10 @@ def models() -> Iterator[tuple[str, str, bytes]]:
     yield "OBJ, objects", ".obj", (corner + numbered("o o@\nf 1 2 3\n")).encode()
     facet = struct.pack("<12fH", *(0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0), 0)
     count = SIZE // 50
-    yield (
-        "STL, facets",
-        ".stl",
-        bytes(80) + struct.pack("<I", count) + facet * count,
-    )
-    yield (
-        "STL, a false count",
-        ".stl",
-        bytes(80) + struct.pack("<I", 2**32 - 1) + facet * count,
-    )
-    yield (
-        "STL, text",
-        ".stl",
-        b"solid x\n" + b"facet normal 0 0 1\nouter loop\n" * (SIZE // 31),
-    )
+    for name, claimed in (("facets", count), ("a false count", 2**32 - 1)):
+        yield f"STL, {name}", ".stl", bytes(80) + struct.pack("<I", claimed) + facet * count
+    text = b"solid x\n" + b"facet normal 0 0 1\nouter loop\n" * (SIZE // 31)
+    yield "STL, text", ".stl", text
 
 
 def documents() -> Iterator[tuple[str, bytes]]:
@@ -348,14 +312,7 @@ def recordings() -> Iterator[tuple[str, bytes]]:
         yield "a chunk of 1 GB", header + record(6, chunk + struct.pack("<Q", len(bomb)) + bomb)
     except ImportError:
         pass
-    channel = (
-        struct.pack("<HH", 1, 0)
-        + struct.pack("<I", 1)
-        + b"t"
-        + struct.pack("<I", 4)
-        + b"json"
-        + struct.pack("<I", 0)
-    )
+    channel = struct.pack("<HHI1sI4sI", 1, 0, 1, b"t", 4, b"json", 0)
     message = struct.pack("<HIQQ", 1, 0, 0, 0) + b"{}"
     yield "messages", header + record(4, channel) + record(5, message) * (SIZE // 33)
 

@@ -58,4 +58,4 @@ from .rendering import camera_number as camera_number
 from .rendering import parse_size as parse_size
 from .rendering import render as render
 
-__getattr__ = lazy_exports(__name__, {})  # names the package of what has moved
+__getattr__ = lazy_exports(__name__)  # names the package of what has moved

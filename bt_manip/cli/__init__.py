@@ -36,23 +36,4 @@ if TYPE_CHECKING:
     from bt_manip.cli.tracked_episodes import run_tracked as run_tracked
     from bt_manip.cli.view_options import ViewingCommand as ViewingCommand
 
-__getattr__ = lazy_exports(
-    __name__,
-    {
-        "bt_manip.cli.app": "run_app",
-        "bt_manip.cli.completion": "complete_part",
-        "bt_manip.cli.cycle_table": "print_cycles",
-        "bt_manip.cli.exit_codes": "BAD_INPUT FAILED INTERRUPTED SUCCESS exit_code_help",
-        "bt_manip.cli.interrupt": "Interrupt",
-        "bt_manip.cli.json_output": "findings_of json_option print_json",
-        "bt_manip.cli.options": (
-            "GroupedCommand StationOptions given_options takes vary_option workers_option"
-        ),
-        "bt_manip.cli.plugin_group": "PluginGroup",
-        "bt_manip.cli.plugin_options": "chosen load_chosen_plugins print_warning",
-        "bt_manip.cli.run_options": "RunOptions",
-        "bt_manip.cli.session": "Session execute_run",
-        "bt_manip.cli.tracked_episodes": "run_tracked",
-        "bt_manip.cli.view_options": "ViewingCommand",
-    },
-)
+__getattr__ = lazy_exports(__name__)

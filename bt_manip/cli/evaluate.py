@@ -91,8 +91,6 @@ def evaluate(trees: tuple[str, ...], varied: tuple[str, ...], **options: Any) ->
     """
     if len(trees) > 2:
         raise click.UsageError(f"one tree is evaluated, or two are compared, got {len(trees)}")
-    if len(set(trees)) < len(trees):
-        raise click.UsageError(f"'{trees[0]}' is compared with itself")
     from bt_manip.evaluation import parse_point
 
     return _execute(trees, lambda: (parse_point(varied),), **options)

@@ -13,6 +13,7 @@ from rich.text import Text
 from bt_manip.cli.cycle_table import value_text
 from bt_manip.evaluation import EpisodeResult, Evaluation, Failure, SuccessRate
 from bt_manip.exceptions import one_line
+from bt_manip.viewer import duration_text
 
 LINE_TIME = 10.0
 """Wall time between two lines where there is no terminal [s]."""
@@ -31,12 +32,7 @@ MAX_POINTS = 20
 
 
 class EvaluationView:
-    """A live table in a terminal, or lines elsewhere.
-
-    Attributes:
-        total: The success rate of all points together.
-        rates: The success rate of each point.
-    """
+    """A live table in a terminal, or lines elsewhere; `rates` are those of each point."""
 
     def __init__(
         self, evaluation: Evaluation, episodes: int, workers: int, before: Iterable[EpisodeResult]
@@ -102,7 +98,7 @@ class EvaluationView:
         if counted < 1 or elapsed <= 0.0:
             return text
         speed = counted / elapsed
-        left = _duration((self._planned - done) / speed)
+        left = duration_text((self._planned - done) / speed)
         factor = self._simulated / elapsed
         return f"{text}, {speed:.2f} episodes/s ({factor:.2g} x real time), {left} left"
 
@@ -155,11 +151,3 @@ def _table(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> RenderableT
     for row in rows:
         table.add_row(*map(Text, row))
     return table
-
-
-def _duration(seconds: float) -> str:
-    """Return a duration with the unit that fits."""
-    for unit, name in ((3600.0, "h"), (60.0, "min")):
-        if seconds >= unit:
-            return f"{seconds / unit:.1f} {name}"
-    return f"{seconds:.0f} s"

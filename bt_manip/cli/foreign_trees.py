@@ -19,16 +19,7 @@ _PATH = click.Path(exists=True, path_type=Path)
 
 @dataclass(frozen=True)
 class ForeignTrees:
-    """Values of the options.
-
-    Attributes:
-        dialect: The name of a dialect, or ``auto``.
-        stubs: ``NAME=RESULT``, as given.
-        stub_unknown: Whether unknown leaves and sub-trees succeed.
-        models: Files that declare nodes.
-        mapping: A file that maps leaves to behaviours.
-        libraries: Files and folders whose trees may be named as sub-trees.
-    """
+    """Values of the options."""
 
     dialect: str = option(
         "--dialect", group="Trees of others", default="auto", metavar="NAME",
@@ -61,10 +52,9 @@ class ForeignTrees:
     _stubbed: dict[str, int] = field(default_factory=dict)
 
     def reading(self) -> "ReadingOptions":
-        """Return the options of reading a document of any dialect; libraries are read now.
+        """Return the options of reading a document of any dialect.
 
-        Raises:
-            BtManipError: If a file cannot be read, or a stub is not of the form ``NAME=RESULT``.
+        Raises a `BtManipError` if a library cannot be read or a stub has another form.
         """
         from bt_manip.bt import Libraries, ReadingOptions, Stubs
 

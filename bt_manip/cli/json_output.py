@@ -42,12 +42,7 @@ def json_option(command: Function) -> Function:
 
 
 def print_json(findings: "Iterable[Problem]" = (), **content: Any) -> None:
-    """Print the findings of a command, and its results by name, as one JSON object.
-
-    Args:
-        findings: The findings.
-        **content: The results, in types of JSON.
-    """
+    """Print the findings of a command, and its results by name, as one JSON object."""
     whole = {"findings": [one.plain() for one in dict.fromkeys(findings)], **content}
     click.echo(json.dumps(whole, indent=1, allow_nan=False))
 
@@ -55,12 +50,9 @@ def print_json(findings: "Iterable[Problem]" = (), **content: Any) -> None:
 def findings_of(
     error: BtManipError | Iterable[str], file: str = "", code: str = ""
 ) -> "list[Problem]":
-    """Return the findings of an error, or of messages.
+    """Return the findings of an error, which may list several, or of messages.
 
-    Args:
-        error: An error that may list several, or messages, with their places in front.
-        file: The file of messages without a place.
-        code: The code of the findings of messages.
+    Messages have their places in front; those without one are of the file. All have the code.
     """
     from bt_manip.bt import Place, Problem
 

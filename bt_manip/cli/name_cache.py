@@ -30,12 +30,7 @@ class NameCache:
         self._path = cache_root() / "completion" / f"{name.hexdigest()[:16]}.json"
 
     def get(self, key: str, compute: Callable[[], tuple[list[str], Iterable[Path]]]) -> list[str]:
-        """Return an answer.
-
-        Args:
-            key: Its key.
-            compute: Returns the answer and further files on which it depends.
-        """
+        """Return an answer, or else compute it, with further files on which it depends."""
         answers = self._read()
         found = answers.get(key)
         if found is not None and found["stamps"] == _stamps(map(Path, found["files"])):

@@ -38,13 +38,7 @@ class GroupedCommand(click.Command):
 
 
 def option(*names: str, group: str = "", **attributes: Any) -> Any:
-    """Declare a field of a dataclass as an option of commands.
-
-    Args:
-        *names: As of `click.option`: ``"--cycles"``.
-        group: The group under which ``--help`` lists it.
-        **attributes: As of `click.option`.
-    """
+    """Declare a field of a dataclass as an option of commands, with arguments of `click.option`."""
     attributes |= {"cls": GroupedOption, "group": group}
     none = () if attributes.get("multiple") else False if attributes.get("is_flag") else None
     return field(default=attributes.get("default", none), metadata={"option": (names, attributes)})
@@ -58,15 +52,10 @@ def options_of(kind: type) -> Any:
 def takes(
     kind: type, *, name: str = "options", only: Collection[str] = (), without: Collection[str] = ()
 ) -> Callable[[Function], Function]:
-    """Add the options of a dataclass to a command, which gets them as one argument.
+    """Add the options of a dataclass to a command, which gets them as one argument, of this name.
 
-    An argument of the command with the name of a field is part of it.
-
-    Args:
-        kind: The dataclass.
-        name: Name of the command's argument.
-        only: Names of the fields that the command has; empty: all.
-        without: Names of fields that it does not have.
+    An argument of the command with the name of a field is part of it. The command has all fields,
+    `only` those or all `without` those.
     """
 
     def decorate(command: Function) -> Function:

@@ -30,14 +30,7 @@ class BrokenCommandError(Exception):
 
 @dataclass(frozen=True)
 class PluginCommand:
-    """A command of a plugin.
-
-    Attributes:
-        point: The entry point of the plugin.
-        name: Name of the command.
-        target: The command, or its place: ``module:function``.
-        group: Name of the group of commands to which it belongs; empty: the program.
-    """
+    """A command of a plugin, or its place ``module:function``, in a group or in the program."""
 
     point: PluginPoint
     name: str
@@ -69,11 +62,7 @@ class PluginCommand:
         return _docstring(path, self.target.partition(":")[2]) if path is not None else ""
 
     def load(self) -> click.Command:
-        """Import it.
-
-        Raises:
-            BrokenCommandError: If that fails, or it is not a click command.
-        """
+        """Import it; raise a `BrokenCommandError` if that fails or it is no click command."""
         if self.point.group == COMMAND_GROUP:
             print_warning(
                 f"the package {self.package} registers the command '{self.name}' by an entry point "

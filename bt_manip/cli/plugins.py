@@ -11,7 +11,7 @@ import click
 
 from bt_manip.cli.exit_codes import FAULT, SUCCESS
 from bt_manip.cli.json_output import json_option, print_json
-from bt_manip.cli.plugin_options import chosen, load_chosen_plugins, warn_of_unknown
+from bt_manip.cli.plugin_options import chosen, print_warning, warn_of_unknown
 from bt_manip.cli.streams import echo_wrapped
 
 if TYPE_CHECKING:
@@ -29,12 +29,9 @@ def show_plugins(as_json: bool, check: bool) -> int:
     from bt_manip.plugins import load_plugins
 
     # The table says what is broken; a warning would repeat it.
-    quiet = as_json or not check
-    if quiet:
-        loaded = load_plugins(warn=lambda _: None, choice=chosen())
-        warn_of_unknown(loaded)
-    else:
-        loaded = load_chosen_plugins()
+    warn = print_warning if check and not as_json else lambda _: None
+    loaded = load_plugins(warn=warn, choice=chosen())
+    warn_of_unknown(loaded)
     commands = _commands()
     problems = [problem for _, problem in commands.values() if problem]
     if check:

@@ -11,14 +11,16 @@ from bt_manip.cli.interrupt import Interrupt
 from bt_manip.cli.json_output import json_option, print_json
 from bt_manip.cli.options import takes
 from bt_manip.cli.run_options import RunOptions
-from bt_manip.cli.view_options import ModifiedCommand, ViewingCommand
+from bt_manip.cli.view_options import ModifiedCommand
 
 if TYPE_CHECKING:
     from bt_manip.cli.run_job import RunJob
 
 
-class RunCommand(ViewingCommand, ModifiedCommand):
+class RunCommand(ModifiedCommand):
     """A command with the options of views and modifiers."""
+
+    brings = ("views", "modifiers")
 
 
 _EPILOG = exit_code_help({

@@ -30,14 +30,7 @@ if TYPE_CHECKING:
 class RunJob:
     """One run from its options to its report.
 
-    Args:
-        session: The session of the run.
-        options: The options.
-        interrupt: The handler of Ctrl-C.
-        station: As for `bt_manip.runner.prepare`.
-
     Attributes:
-        options: The options.
         run: The run, once it is prepared.
         report: Its report, once it has ended.
         error: The internal fault that ended it; empty without one.
@@ -63,8 +56,7 @@ class RunJob:
     def execute(self) -> int:
         """Prepare and execute the run, write and print its results; return the exit code.
 
-        Raises:
-            BtManipError: For bad input; nothing is simulated or written then.
+        Bad input raises a `BtManipError`; nothing is simulated or written then.
         """
         interrupt, started = self._interrupt, False
         with interrupt.held():
@@ -89,11 +81,7 @@ class RunJob:
             return self._finish(INTERRUPTED if interrupt.requested else code)
 
     def lines(self, width: int) -> str:
-        """Return the table of cycles and the lines after it.
-
-        Args:
-            width: Largest number of characters in a line.
-        """
+        """Return the table of cycles and the lines after it, each of at most this width."""
         from rich.console import Console
 
         from bt_manip.cli.cycle_table import print_cycles
@@ -103,16 +91,12 @@ class RunJob:
         print_cycles(Console(file=text, width=width), self.report)
         return text.getvalue()
 
-    def next_step(self, *, is_terminal: bool = False) -> str:
-        """Return a line that says what to do after the run, or an empty text.
-
-        Args:
-            is_terminal: Whether the line is printed to a terminal, where it may be an idea only.
-        """
+    def next_step(self) -> str:
+        """Return how to watch the recording or the failure of the run, or an empty text."""
         from bt_manip.cli.cycle_table import next_step
 
         assert self.report is not None
-        return next_step(self.options, self.report, is_terminal=is_terminal)
+        return next_step(self.options, self.report)
 
     def _prepare(self, options: RunOptions) -> tuple["Run", list["RunObserver"]]:
         """Return the run and its observers; all bad input is found here."""
@@ -231,35 +215,18 @@ class RunJob:
     def _report(self, status: str | None) -> "RunReport":
         if self._recorder is not None:
             return self._recorder.report(status, self.error)
-        import hashlib
-
         from bt_manip.record import RunReport, versions
 
-        options = self.options
-        return RunReport(
-            tree=options.tree,
-            seed=options.seed or 0,
-            status=status or "INTERRUPTED",
-            state_digest=hashlib.sha256().hexdigest(),
-            versions=versions(),
-            error=self.error,
-            robot=options.robot,
-            scene=options.scene or "",
-            controller=options.controller or "",
-            planner=options.planner,
-            settings=dict(options.settings),
-            modifiers=dict(options.modifiers),
-            tick_s=options.tick_ms / 1e3,
-        )
+        tree, seed = self.options.tree, self.options.seed or 0
+        return RunReport(tree, seed, status or "INTERRUPTED", versions=versions(), error=self.error)
 
     def _print_cycles(self, report: "RunReport") -> None:
         if self._recorder is None or self.options.quiet:
             return
         from bt_manip.cli.cycle_table import print_cycles
 
-        console = self._session.console
-        print_cycles(console, report)
-        if step := self.next_step(is_terminal=console.is_terminal):
+        print_cycles(self._session.console, report)
+        if step := self.next_step():
             self._session.tell(step)
 
     @staticmethod

@@ -8,9 +8,9 @@ from bt_manip.cli.record_option import record_target
 from bt_manip.cli.run_options import RunOptions
 from bt_manip.exceptions import BtManipError
 from bt_manip.parameters import parameters_of, read_words
-from bt_manip.plugins import BUILTIN, Plugin, Plugins, guarded, plugin_observers
+from bt_manip.plugins import Plugins, guarded, plugin_observers
 from bt_manip.record import SnapshotWriter, check_writable
-from bt_manip.runner import Reloader, Run, RunObserver, Stopwatch, known_behaviours, recorder_name
+from bt_manip.runner import Reloader, Run, RunObserver, known_behaviours, recorder_name
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -27,16 +27,7 @@ def observers_of(
 ) -> list[RunObserver]:
     """Return the observers of a run, in the order of their calls; views are opened.
 
-    Args:
-        run: The run.
-        options: Its options.
-        session: Its session, which has the views.
-        recorder: The recorder of its report.
-        window: The window, if there is one.
-
-    Raises:
-        BtManipError: If an option asks for an observer that there is not, or it cannot write its
-            file.
+    Raises a `BtManipError` if there is no such observer, or it cannot write its file.
     """
     plugins = session.plugins
     # First: a trace in use by others ends the run before its report is begun.
@@ -47,7 +38,6 @@ def observers_of(
         observers += [options.continued.interventions]
     observers += [_recorder(plugins, text) for text in options.records]
     observers += plugin_observers(plugins, print_warning)
-    observers += _stopwatch(plugins)
     if options.watch:
         known = known_behaviours(plugins.parts)
         observers += [Reloader(run.request.tree, known, session.tell)]
@@ -78,14 +68,6 @@ class _NeverPresent(RunObserver):
             print_warning(f"{', '.join(self._absent)}: no such object was ever in the cell")
 
 
-def _stopwatch(plugins: Plugins) -> list[RunObserver]:
-    """Return a stopwatch of the plugins' controllers, if there are any."""
-    controllers = plugins.parts.controllers
-    owners = {name: _owner(plugins, controllers.owner(name)) for name in controllers.names()}
-    labels = {n: f"controller '{n}' of {owner.label}" for n, owner in owners.items() if owner}
-    return [Stopwatch(labels, print_warning)] if labels else []
-
-
 def _terminal(console: "Console", cycles: int) -> RunObserver:
     if console.is_terminal and not console.is_dumb_terminal:
         from bt_manip.viewer import TerminalView
@@ -103,23 +85,11 @@ def _recorder(plugins: Plugins, text: str) -> RunObserver:
         name = name or recorder_name(Path(file).suffix, recorders)
     except BtManipError as error:
         raise BtManipError(f"--record: {error}; --record NAME=FILE names the recorder") from None
+    make = recorders.maker(name, "run_started", expected="a RunObserver")
     path = Path(file) if file else None
-    owner = _owner(plugins, recorders.owner(name))
     if path is not None:
         check_writable(path, f"--record {name}")
-    options = parameters_of(recorders.get(name), keyword_only=True)
-    values = read_words(words.split(), options, f"recorder '{name}'")
-    recorder = recorders.create(name, path, **values)
-    if not isinstance(recorder, RunObserver):
-        raise BtManipError(
-            f"recorder '{name}' of plugin '{recorders.owner(name)}' makes no RunObserver, "
-            f"got {recorder!r}"
-        )
-    if owner is None:
-        return recorder
-    return guarded(recorder, owner.label, print_warning, owner.way_out)
-
-
-def _owner(plugins: Plugins, name: str) -> Plugin | None:
-    """Return the plugin of a name; None for the built-in one."""
-    return None if name == BUILTIN else plugins.find(name)
+    options = parameters_of(make, keyword_only=True)
+    recorder = make(path, **read_words(words.split(), options, f"recorder '{name}'"))
+    label, hint = plugins.origin(recorders.owner(name))
+    return guarded(recorder, f"recorder '{name}'{label}", print_warning, hint)

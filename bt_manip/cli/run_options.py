@@ -1,6 +1,6 @@
 """The options of ``bt-manip run``, and the run that they request."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
@@ -14,8 +14,7 @@ from bt_manip.exceptions import BtManipError
 from bt_manip.registry import Parts
 
 if TYPE_CHECKING:
-    from bt_manip.robots import Configuration
-    from bt_manip.runner import ParameterSet, Run, RunModifier, RunRequest
+    from bt_manip.runner import Run, RunModifier, RunRequest
 
 
 RECORDED = ("tree", "cycles", "seed", "robot", "controller", "scene", "planner", "settings")
@@ -168,11 +167,9 @@ def make_request(
         resumed: The snapshot that it continues from.
         by_view: Whether a view controls the run: it paces it, and may save the first configurations
             in a file that is not there yet.
-
-    Raises:
-        BtManipError: If there is no such tree, an option is out of range, options do not go
-            together, or a requested file cannot be written.
     """
+    from bt_manip.evaluation import parse_point
+    from bt_manip.robots import load_configurations
     from bt_manip.runner import request_of
     from bt_manip.scenes import seed_of
 
@@ -185,6 +182,9 @@ def make_request(
         trees = parts.trees.copies()
         return options.continued.request(trees, **watched)
     poses = options.poses or ("operator" if options.backend else None)
+    file = options.configurations
+    known = file is not None and (file.exists() or not by_view)
+    configurations = load_configurations(file) if file is not None and known else {}
     request = request_of(
         options.tree,
         parts,
@@ -192,10 +192,10 @@ def make_request(
         cycles=options.cycles,
         seed=options.seed,
         tick=options.tick_ms / 1e3,
-        configurations=_configurations(options.configurations, may_lack=by_view),
+        configurations=configurations,
         backend=options.backend,
         speed=options.speed_factor,
-        varied=_varied(options.varied),
+        varied=parse_point(options.varied),
         **{**options.request_fields, **watched, "poses": poses},
     )
     if options.seed is not None:
@@ -205,20 +205,8 @@ def make_request(
     return replace(request, seed=seed)
 
 
-def _varied(texts: Collection[str]) -> "ParameterSet":
-    if not texts:
-        return {}
-    from bt_manip.evaluation import parse_point
-
-    return parse_point(texts)
-
-
 def _check(options: RunOptions) -> None:
-    """Check that options go together, and that all requested files can be written.
-
-    Raises:
-        BtManipError: If a run on a real robot needs a simulation, or a file cannot be written.
-    """
+    """Check that options go together, and that all requested files can be written."""
     simulated = {
         "--resume": options.resume is not None,
         "--snapshot-at": bool(options.snapshots),
@@ -237,15 +225,6 @@ def _check(options: RunOptions) -> None:
         if path is None:
             continue
         check_writable(path, what)
-        other = taken.setdefault(path.absolute(), what)
-        if other != what or (what == "snapshot" and wanted.count((what, path)) > 1):
+        if other := taken.get(path.absolute()):
             raise BtManipError(f"{other} and {what} cannot both be '{path}'")
-
-
-def _configurations(path: Path | None, *, may_lack: bool) -> "Mapping[str, Configuration]":
-    """Return the named configurations of a file; none if the file may be missing and is."""
-    from bt_manip.robots import load_configurations
-
-    if path is None or (may_lack and not path.exists()):
-        return {}
-    return load_configurations(path)
+        taken[path.absolute()] = what

@@ -48,19 +48,17 @@ def check(files: tuple[str, ...], robot: str, as_json: bool) -> int:
     """
     parts = load_chosen_plugins().parts
     found: list[Problem] = []
-    errors = 0
     for text in files:
         problems = [with_short_values(one) for one in _problems(text, parts, robot)]
         found += findings_of(problems, text)
-        errors += len(problems)
         for problem in () if as_json else problems:
             click.echo(problem)
     if as_json:
         print_json(found)
-        return BAD_INPUT if errors else SUCCESS
-    scenes = f"{len(files)} scene{'s' if len(files) != 1 else ''}"
-    click.echo(f"{scenes}: {errors} error{'s' if errors != 1 else ''}", err=True)
-    return BAD_INPUT if errors else SUCCESS
+    else:
+        scenes = f"{len(files)} scene{'s' if len(files) != 1 else ''}"
+        click.echo(f"{scenes}: {len(found)} error{'s' if len(found) != 1 else ''}", err=True)
+    return BAD_INPUT if found else SUCCESS
 
 
 def _problems(text: str, parts: Parts, robot: str) -> tuple[str, ...]:
@@ -93,11 +91,7 @@ def show(name: str, robot: str) -> None:
 def _built(
     text: str, parts: Parts, robot: str, *, drawn: bool = False
 ) -> tuple["Scene", "Station"]:
-    """Return a scene and its station, before or after the randomization of the first cycle.
-
-    Raises:
-        BtManipError: If the scene is invalid.
-    """
+    """Return a scene and its station, before or after the randomization of the first cycle."""
     from bt_manip.plugins import build_station
     from bt_manip.scenes import find_scene, naming_file, seed_of
 

@@ -11,11 +11,7 @@ import click
 
 
 class UnfailingFile(io.FileIO):
-    """A stream that drops everything after the first write that failed.
-
-    Attributes:
-        warns: Whether a warning is printed then.
-    """
+    """A stream that drops everything after the first write that failed, of which it may warn."""
 
     warns = False
 
@@ -49,11 +45,7 @@ def echo_wrapped(line: str) -> None:
 
 @contextmanager
 def unfailing(*names: str) -> Iterator[None]:
-    """Keep writing to standard streams from raising; unencodable characters are escaped.
-
-    Args:
-        *names: ``"stdout"``, ``"stderr"``.
-    """
+    """Keep writing to ``stdout`` or ``stderr`` from raising; unencodable characters are escaped."""
     before = {name: stream for name in names if (stream := getattr(sys, name)) is not None}
     for name, stream in before.items():
         setattr(sys, name, _unfailing(stream, warns=name == "stdout"))

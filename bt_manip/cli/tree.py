@@ -5,7 +5,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -86,11 +86,10 @@ def check(
     foreign.print_stubs()
     if as_json:
         print_json(found)
-        return BAD_INPUT if errors else SUCCESS
-    click.echo(
-        f"{_count(len(files), 'tree')}: {_count(errors, 'error')}, {_count(warnings, 'warning')}",
-        err=True,
-    )
+    else:
+        counted = (len(files), "tree"), (errors, "error"), (warnings, "warning")
+        trees, *rest = (f"{number} {what}{'s' * (number != 1)}" for number, what in counted)
+        click.echo(f"{trees}: {', '.join(rest)}", err=True)
     return BAD_INPUT if errors else SUCCESS
 
 
@@ -104,26 +103,17 @@ def check(
     show_default=True,
     help="Output format.",
 )
-@click.option("--ports/--no-ports", default=True, help="Include the ports of each node.")
-@click.option("--docs/--no-docs", default=False, help="Include the documentation of each leaf.")
 @takes(ForeignTrees, name="foreign")
 @_output
-def show(
-    name: str,
-    form: str,
-    ports: bool,
-    docs: bool,
-    foreign: ForeignTrees,
-    output: Path | None,
-) -> None:
-    """Print a tree, with the ports and the documentation of its nodes."""
+def show(name: str, form: str, foreign: ForeignTrees, output: Path | None) -> None:
+    """Print a tree, with the ports of its nodes."""
     from bt_manip.bt import draw_dot, draw_svg, draw_text
 
     parts, registry = _registered()
-    draw = {"text": draw_text, "dot": draw_dot, "svg": draw_svg}[form]
+    draw: Any = {"text": draw_text, "dot": draw_dot, "svg": draw_svg}[form]
     loaded = _load(name, parts, registry, foreign)
     foreign.print_stubs()
-    _write(draw(loaded, ports=ports, docs=docs), output)
+    _write(draw(loaded), output)
 
 
 @tree.command("format")
@@ -175,11 +165,7 @@ def format_(files: tuple[Path, ...], only_check: bool) -> int:
 @takes(ForeignTrees, name="foreign")
 @_output
 def convert(
-    name: str,
-    form: str | None,
-    model: bool,
-    foreign: ForeignTrees,
-    output: Path | None,
+    name: str, form: str | None, model: bool, foreign: ForeignTrees, output: Path | None
 ) -> int:
     """Convert an XML document to Python, or a Python tree to XML."""
     from bt_manip.bt import Problems, Tree, tree_to_xml
@@ -350,7 +336,3 @@ def _write(text: str, output: Path | None) -> None:
         replace_text(output, text)
     except OSError as error:
         raise BtManipError(f"{output}: cannot be written: {error.strerror}") from None
-
-
-def _count(number: int, what: str) -> str:
-    return f"{number} {what}{'' if number == 1 else 's'}"

@@ -1,8 +1,8 @@
-"""The options that views and modifiers of plugins bring: ``--NAME`` and ``--NAME-KEY``."""
+"""The options that views, modifiers and pools of plugins bring: ``--NAME`` and ``--NAME-KEY``."""
 
 from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -14,83 +14,65 @@ if TYPE_CHECKING:
     from bt_manip.parameters import Parameter
     from bt_manip.plugins import PluginSelection
 
-T = TypeVar("T")
-
-_BEFORE = ("real_time", "window")
-"""Options that ``--help`` lists before the options of views."""
+_KINDS: Mapping[str, Mapping[str, Any]] = {
+    "views": {"group": "Views", "is_flag": True},
+    "modifiers": {"group": "Disturbances", "metavar": "TEXT", "multiple": True},
+    "pools": {"metavar": "TEXT", "is_flag": False, "flag_value": "local"},
+}
+"""Attributes of the option ``--NAME`` of each kind of parts."""
 
 
 class ModifiedCommand(GroupedCommand):
     """A command with the options of parts of plugins.
 
     For each kind of parts in `brings`, it has an argument of that name with the values of the
-    options that are given, by the name of the part.
-    """
-
-    brings: tuple[str, ...] = ("modifiers",)
-
-    def get_params(self, ctx: click.Context) -> list[click.Parameter]:
-        """Return all options, including those of plugins."""
-        brought = [one for kind in self.brings for one in _options_of(kind, ctx, []).values()]
-        return [*super().get_params(ctx), *brought]
-
-    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Parse the command line, with the options of the parts that are installed."""
-        brought = {kind: _options_of(kind, ctx, args) for kind in self.brings}
-        try:
-            rest = super().parse_args(ctx, args)
-        except click.NoSuchOption as error:
-            for kind in self.brings:
-                if package := missing(kind[:-1], error.option_name.removeprefix("--")):
-                    raise click.UsageError(f"{error.option_name} {package}", ctx) from None
-            raise
-        for kind, options in brought.items():
-            values = {name: ctx.params.pop(one.name) for name, one in options.items()}
-            ctx.params[kind] = {name: value for name, value in values.items() if value}
-        return rest
-
-
-class ViewingCommand(GroupedCommand):
-    """A command with the options of views; the chosen views are its argument ``views``.
-
-    ``views`` has the values of each chosen view's options, by the name of the view.
+    options that are given, by the name of the part; of a view, these are the values of its own
+    options, by name.
 
     Args:
         always: Names of views that are chosen without an option.
     """
+
+    brings: tuple[str, ...] = ("modifiers",)
 
     def __init__(self, *arguments: Any, always: Collection[str] = (), **named: Any) -> None:
         super().__init__(*arguments, **named)
         self._always = always
 
     def get_params(self, ctx: click.Context) -> list[click.Parameter]:
-        """Return all options, including the options of views."""
-        own = super().get_params(ctx)
-        place = 1 + max(i for i, one in enumerate(own) if one.name in _BEFORE)
-        views = self._views(ctx, [])
-        brought = [one for name, some in views.items() for one in some[name in self._always :]]
-        return [*own[:place], *brought, *own[place:]]
+        """Return all options, including those of plugins."""
+        brought = (parts for kind in self.brings for parts in _brought(kind, ctx, []).items())
+        options = (option for name, some in brought for option in some[name in self._always :])
+        return [*super().get_params(ctx), *options]
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Parse the command line, with the options of the views that are installed."""
-        views = self._views(ctx, args)
+        """Parse the command line, with the options of the parts that are installed."""
+        brought = {kind: _brought(kind, ctx, args) for kind in self.brings}
         try:
             rest = super().parse_args(ctx, args)
         except click.NoSuchOption as error:
-            if package := missing("option", error.option_name):
-                raise click.UsageError(f"{error.option_name} {package}", ctx) from None
+            option = error.option_name
+            for kind in self.brings:
+                is_view = kind == "views"
+                named = ("option", option) if is_view else (kind[:-1], option.removeprefix("--"))
+                if package := missing(*named):
+                    raise click.UsageError(f"{option} {package}", ctx) from None
             raise
-        found: dict[str, Mapping[str, Any]] = {}
-        for name, (flag, *others) in views.items():
-            values = {one.metavar_key: ctx.params.pop(one.name, None) for one in others}
-            if ctx.params.pop(flag.name, name in self._always):
-                found[name] = {key: value for key, value in values.items() if value is not None}
-        ctx.params["views"] = found
+        for kind, parts in brought.items():
+            given = ctx.params[kind] = {}
+            for name, (first, *others) in parts.items():
+                value = ctx.params.pop(first.name, name in self._always)
+                values = {one.metavar_key: ctx.params.pop(one.name, None) for one in others}
+                if value:
+                    known = {key: one for key, one in values.items() if one is not None}
+                    given[name] = known if kind == "views" else value
         return rest
 
-    def _views(self, ctx: click.Context, args: list[str]) -> "dict[str, list[_BroughtOption]]":
-        """Return the options of each view, which are searched once for a command line."""
-        return _brought(ctx, args, "register_views", _options)
+
+class ViewingCommand(ModifiedCommand):
+    """A command with the options of views, whose argument ``views`` has the chosen ones."""
+
+    brings = ("views",)
 
 
 class _BroughtOption(GroupedOption):
@@ -100,16 +82,15 @@ class _BroughtOption(GroupedOption):
     name: str
 
 
-def _brought(
-    ctx: click.Context, args: list[str], hook: str, make: Callable[[str, Callable[..., Any]], T]
-) -> dict[str, T]:
-    """Return a value for each part that plugins register by a hook, made of name and factory."""
+def _brought(kind: str, ctx: click.Context, args: list[str]) -> dict[str, list[_BroughtOption]]:
+    """Return the options of each part of a kind, which are searched once for a command line."""
+    hook = f"register_{kind}"
     if hook not in ctx.meta:
         from bt_manip.plugins import factories_of
 
         factories = factories_of(hook, _chosen(ctx, args))
-        ctx.meta[hook] = {name: make(name, factory) for name, factory in factories.items()}
-    found: dict[str, T] = ctx.meta[hook]
+        ctx.meta[hook] = {name: _options(kind, name, make) for name, make in factories.items()}
+    found: dict[str, list[_BroughtOption]] = ctx.meta[hook]
     return found
 
 
@@ -122,16 +103,17 @@ def _chosen(ctx: click.Context, args: list[str]) -> "PluginSelection":
     return chosen(ctx).extended(given.get("block") or (), folders)
 
 
-def _options(name: str, make: Callable[..., Any]) -> list[_BroughtOption]:
-    """Return the options of a view: the flag that opens it, and its parameters."""
+def _options(kind: str, name: str, make: Callable[..., Any]) -> list[_BroughtOption]:
+    """Return the options of a part: the one with its name, and those of a view's parameters."""
     from bt_manip.parameters import parameters_of
 
-    plain = name.replace("_", "-")
-    flag = [f"--{plain}", f"view_{_identifier(name)}"]
-    options = [_BroughtOption(flag, group="Views", is_flag=True, help=_summary(make))]
-    for key, parameter in parameters_of(make, keyword_only=True).items():
+    flag, identifier = f"--{name.replace('_', '-')}", f"{kind}_{name.replace('-', '_')}"
+    attributes = {key: getattr(make, key, value) for key, value in _KINDS[kind].items()}
+    options = [_BroughtOption([flag, identifier], help=_summary(make), **attributes)]
+    own = parameters_of(make, keyword_only=True) if kind == "views" else {}
+    for key, parameter in own.items():
         option = _BroughtOption(
-            [f"--{plain}-{key.replace('_', '-')}", f"view_{_identifier(name)}_{key}"],
+            [f"{flag}-{key.replace('_', '-')}", f"{identifier}_{key}"],
             help=parameter.described,
             group="Views",
             type=str,  # read by the callback
@@ -145,26 +127,8 @@ def _options(name: str, make: Callable[..., Any]) -> list[_BroughtOption]:
     return options
 
 
-def _options_of(kind: str, ctx: click.Context, args: list[str]) -> dict[str, _BroughtOption]:
-    """Return the option of each modifier or pool, which are searched once for a command line."""
-    several = kind == "modifiers"
-    how: Any = {"multiple": True} if several else {"is_flag": False, "flag_value": "local"}
-
-    def option(name: str, make: Callable[..., Any]) -> _BroughtOption:
-        names = [f"--{name.replace('_', '-')}", f"{kind}_{_identifier(name)}"]
-        metavar = getattr(make, "metavar", "TEXT")
-        group = getattr(make, "group", "Disturbances") if several else ""
-        return _BroughtOption(names, metavar=metavar, group=group, help=_summary(make), **how)
-
-    return _brought(ctx, args, f"register_{kind}", option)
-
-
 def _summary(make: Callable[..., Any]) -> str:
     return " ".join((make.__doc__ or "").partition("\n\n")[0].split())
-
-
-def _identifier(name: str) -> str:
-    return name.replace("-", "_")
 
 
 def _reader(parameter: "Parameter") -> Callable[[click.Context, click.Parameter, Any], Any]:

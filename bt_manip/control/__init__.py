@@ -13,4 +13,4 @@ from .pd_law import gain_array as gain_array
 from .reference import Hold as Hold
 from .reference import Reference as Reference
 
-__getattr__ = lazy_exports(__name__, {})  # names the package of what has moved
+__getattr__ = lazy_exports(__name__)  # names the package of what has moved

@@ -34,18 +34,4 @@ if TYPE_CHECKING:
     from bt_manip.evaluation.variation import parse_point as parse_point
     from bt_manip.evaluation.variation import samples as samples
 
-__getattr__ = lazy_exports(
-    __name__,
-    {
-        "bt_manip.evaluation.engine": (
-            "ProcessPool Worker WorkerDiedError call_in_process portable run_episodes"
-        ),
-        "bt_manip.evaluation.episode": "EpisodeId EpisodeResult EpisodeWorker Evaluation",
-        "bt_manip.evaluation.feasibility": "why_not",
-        "bt_manip.evaluation.paired": "PairedTable mcnemar_p_value newcombe_interval",
-        "bt_manip.evaluation.results": "ResultFolder read_results",
-        "bt_manip.evaluation.scheduling": "evaluate",
-        "bt_manip.evaluation.success": "Failure SuccessRate wilson_interval",
-        "bt_manip.evaluation.variation": "VariedParameter grid parse_parameter parse_point samples",
-    },
-)
+__getattr__ = lazy_exports(__name__)

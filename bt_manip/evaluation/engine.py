@@ -204,11 +204,7 @@ def _context() -> ForkServerContext | SpawnContext:
 
 
 class _Process:
-    """A process with a worker, whose BLAS has one thread unless the environment says otherwise.
-
-    Attributes:
-        pipe: Takes episodes and gives results.
-    """
+    """A process with a worker, whose BLAS has one thread unless the environment says otherwise."""
 
     def __init__(self, make_worker: Callable[[], Worker[Any, Any]]) -> None:
         context = _context()

@@ -220,16 +220,7 @@ def other_files(
 
 
 def refuse_difference(what: str, found: Mapping[str, Any], expected: Mapping[str, Any]) -> None:
-    """Check that two evaluations are of the same tree, scene, settings and versions.
-
-    Args:
-        what: What the found identity belongs to, the first words of the message.
-        found: An `EpisodeWorker.identity`.
-        expected: The one that is wanted.
-
-    Raises:
-        BtManipError: If they differ; the message says in what.
-    """
+    """Raise a `BtManipError` where two identities differ; `what` belongs to the first."""
     differences = list(identity_differences(found, expected).values())
     if differences:
         raise BtManipError(f"{what} is of another evaluation: {'; '.join(differences[:5])}")

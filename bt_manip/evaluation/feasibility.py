@@ -93,14 +93,7 @@ def _why_it_fails(run: Run) -> str:
 
 
 class _Watch(RunObserver):
-    """Stores the first failure of an arm behaviour.
-
-    Attributes:
-        failed: The behaviour, and its name with the reason; None without a failure.
-        moves: The running nodes when the first motion began.
-        reason: The reason of a failed cycle.
-        succeeded: Whether the cycle has succeeded.
-    """
+    """Stores the first failure of an arm behaviour, and which nodes ran at the first motion."""
 
     def __init__(self) -> None:
         self.failed: tuple[TreeNode, str] | None = None

@@ -6,7 +6,7 @@ import os
 import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import Field, fields
+from dataclasses import fields
 from pathlib import Path
 from types import NoneType
 from typing import Any, get_args
@@ -42,15 +42,8 @@ _TYPES = {int: pa.int64(), float: pa.float64(), bool: pa.bool_(), str: pa.string
 class ResultFolder:
     """A folder that gets one row for each episode; each row is kept from the moment it is added.
 
-    ``pyarrow.parquet.read_table(folder)`` or ``pandas.read_parquet(folder)`` reads it.
-
-    Args:
-        path: The folder.
-        identity: The `EpisodeWorker.identity`.
-        points: Values of the varied parameters, which become columns.
-
-    Attributes:
-        results: The results of earlier evaluations in this folder.
+    ``pyarrow.parquet.read_table(folder)`` or ``pandas.read_parquet(folder)`` reads it. The varied
+    parameters become columns; `results` are those of earlier evaluations in the folder.
 
     Raises:
         BtManipError: If the folder cannot be written, is of another evaluation, or is being
@@ -84,11 +77,7 @@ class ResultFolder:
         self.results = kept_rows + self._rows
 
     def add(self, result: EpisodeResult) -> None:
-        """Keep a result: from now on it survives ``kill -9``.
-
-        Raises:
-            RecordingError: If it cannot be written.
-        """
+        """Keep a result: from now on it survives ``kill -9``."""
         with writing(self._path, "results"):
             os.write(self._journal, json.dumps(vars(result)).encode() + b"\n")
         self._rows.append(result)
@@ -96,11 +85,7 @@ class ResultFolder:
             self._flush()
 
     def close(self) -> None:
-        """Write the remaining results to a Parquet file.
-
-        Raises:
-            RecordingError: If it cannot be written.
-        """
+        """Write the remaining results to a Parquet file."""
         try:
             self._flush()
             if not os.fstat(self._journal).st_size:
@@ -130,11 +115,7 @@ class ResultFolder:
 
 
 def read_results(path: Path) -> tuple[dict[str, Any], list[EpisodeResult]]:
-    """Return identity and results of a folder, in the order of points and episodes.
-
-    Raises:
-        BtManipError: If it is no such folder.
-    """
+    """Return identity and results of a folder, in the order of points and episodes."""
     with reading(path / IDENTITY, "evaluation"):
         identity = json.loads((path / IDENTITY).read_text())
     results = [result for results in _rows_of(path, identity) for result in results]
@@ -144,11 +125,7 @@ def read_results(path: Path) -> tuple[dict[str, Any], list[EpisodeResult]]:
 def _rows_of(
     path: Path, identity: Mapping[str, Any]
 ) -> tuple[list[EpisodeResult], list[EpisodeResult]]:
-    """Return the results in the Parquet files of a folder, and those in its journal alone.
-
-    Raises:
-        BtManipError: If a file cannot be read, or is of an evaluation of another identity.
-    """
+    """Return the results in a folder's Parquet files, and those in its journal alone."""
     columns, kept = {one.name for one in fields(EpisodeResult)}, {}
     for part in sorted(path.glob("part-*.parquet")):
         with reading(part, "part of an evaluation"):
@@ -168,7 +145,10 @@ def _rows_of(
 
 
 def _schema(points: Sequence[ParameterSet]) -> pa.Schema:
-    columns = {one.name: _column_type(one) for one in fields(EpisodeResult)}
+    columns = {}
+    for one in fields(EpisodeResult):
+        (kind,) = {*(get_args(one.type) or (one.type,))} - {NoneType}
+        columns[one.name] = _TYPES[kind]
     for name in _parameters(points[0]):
         values = [_parameters(point)[name] for point in points]
         try:
@@ -176,13 +156,6 @@ def _schema(points: Sequence[ParameterSet]) -> pa.Schema:
         except pa.ArrowInvalid:
             raise BtManipError(f"the values of {name} are of different types") from None
     return pa.schema(columns)
-
-
-def _column_type(field: Field[Any]) -> pa.DataType:
-    plain = [one for one in get_args(field.type) or (field.type,) if one is not NoneType]
-    if len(plain) != 1 or plain[0] not in _TYPES:
-        raise TypeError(f"results have no type of column for {field.name}: {field.type}")
-    return _TYPES[plain[0]]
 
 
 def _parameters(point: ParameterSet) -> dict[str, Any]:

@@ -40,10 +40,8 @@ class VariedParameter:
 def parse_parameter(text: str) -> VariedParameter:
     """Read ``KEY=VALUE,VALUE,...``, ``KEY=LOW..HIGH`` or ``KEY=LOW..HIGH:COUNT``.
 
-    Values are JSON (numbers, lists, texts in quotes) or plain texts without commas.
-
-    Raises:
-        BtManipError: If it is none of these.
+    Values are JSON (numbers, lists, texts in quotes) or plain texts without commas. Other texts
+    raise a `BtManipError`.
     """
     name, equals, given = (part.strip() for part in text.partition("="))
     if not equals or not name or not given:
@@ -64,11 +62,7 @@ def parse_parameter(text: str) -> VariedParameter:
 
 
 def parse_point(texts: Iterable[str]) -> ParameterSet:
-    """Read parameters that have one value each.
-
-    Raises:
-        BtManipError: If one has several, or cannot be read.
-    """
+    """Read parameters that have one value each; other texts raise a `BtManipError`."""
     parameters = [parse_parameter(text) for text in texts]
     for one in parameters:
         if len(one.values) != 1:
@@ -77,11 +71,7 @@ def parse_point(texts: Iterable[str]) -> ParameterSet:
 
 
 def grid(parameters: Sequence[VariedParameter]) -> tuple[ParameterSet, ...]:
-    """Return all combinations of values.
-
-    Raises:
-        BtManipError: If a range has no number of values.
-    """
+    """Return all combinations of values; ranges need a number of values."""
     for one in parameters:
         if not one.values:
             raise BtManipError(
@@ -96,10 +86,7 @@ def grid(parameters: Sequence[VariedParameter]) -> tuple[ParameterSet, ...]:
 def samples(parameters: Sequence[VariedParameter], n: int, seed: int) -> tuple[ParameterSet, ...]:
     """Sample points by Latin hypercube sampling (McKay, Beckman and Conover 1979).
 
-    Args:
-        parameters: The parameters; those with bounds are sampled from the whole range.
-        n: Number of points.
-        seed: Seed of the samples.
+    Parameters with bounds are sampled from the whole range.
     """
     rng = np.random.default_rng(seed)
     quantiles = [(rng.permutation(n) + rng.uniform(size=n)) / n for _ in parameters]

@@ -15,4 +15,4 @@ from .two_finger import TwoFingerParameters as TwoFingerParameters
 from .two_finger import travel_digests as travel_digests
 from .two_finger import two_finger_gripper as two_finger_gripper
 
-__getattr__ = lazy_exports(__name__, {})  # names the package of what has moved
+__getattr__ = lazy_exports(__name__)  # names the package of what has moved

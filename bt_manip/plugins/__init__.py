@@ -28,17 +28,4 @@ if TYPE_CHECKING:
     from bt_manip.plugins.watching import guarded as guarded
     from bt_manip.plugins.watching import plugin_observers as plugin_observers
 
-__getattr__ = lazy_exports(
-    __name__,
-    {
-        "bt_manip.plugins.declared_hooks": "hookspec",
-        "bt_manip.plugins.entry_points": (
-            "COMMAND_GROUP PREFIX PluginPoint PluginSelection installed label_of names_of"
-        ),
-        "bt_manip.plugins.loading": "load_plugins",
-        "bt_manip.plugins.plugin": "BUILTIN Plugin Plugins PluginWarning",
-        "bt_manip.plugins.single_hooks": "call_single_hook factories_of source_of",
-        "bt_manip.plugins.stations": "build_station",
-        "bt_manip.plugins.watching": "guarded plugin_observers",
-    },
-)
+__getattr__ = lazy_exports(__name__)

@@ -35,13 +35,7 @@ def hookspec(kind: str, check: Check | None = None) -> Callable[[F], F]:
 def declare_hooks(plugin: object, parts: Parts, hooks: dict[str, Callable[..., None]]) -> None:
     """Add the hooks that a plugin declares, with an empty registry for the parts of each.
 
-    Args:
-        plugin: The plugin.
-        parts: The parts of all plugins.
-        hooks: All known hooks by name, which are extended.
-
-    Raises:
-        BtManipError: If there is a hook of this name already, or it is not of this form.
+    Raises a `BtManipError` if there is a hook of this name already, or it is not of this form.
     """
     for name in dir(plugin):
         hook = getattr(plugin, name)

@@ -104,11 +104,7 @@ class PluginPoint:
 
 
 class FilePlugin(PluginPoint):
-    """Single-file plugin, loaded by its path, not through ``sys.path``.
-
-    Args:
-        path: The file; its stem is the name of the plugin.
-    """
+    """Single-file plugin, named by its stem and loaded by its path, not through ``sys.path``."""
 
     def __init__(self, path: Path) -> None:
         super().__init__(path.stem, str(path))
@@ -136,11 +132,7 @@ class FilePlugin(PluginPoint):
 
 
 def installed(group: str = GROUP) -> tuple[PluginPoint, ...]:
-    """Return the entry points of installed packages in a group.
-
-    Args:
-        group: ``bt_manip``, or a group whose name begins with it.
-    """
+    """Return the entry points of installed packages in ``bt_manip`` or a group that begins so."""
     found: dict[str, tuple[Path, str]] = {}
     for folder in _metadata_folders():
         text = _text(folder / "entry_points.txt")
@@ -199,11 +191,7 @@ _NO_PLUGIN = re.compile(r"_|test_|conftest\.py$|.*_test\.py$")
 
 
 def in_folders(folders: Iterable[Path]) -> tuple[PluginPoint, ...]:
-    """Return the single-file plugins: each ``*.py``, except tests and names that begin with ``_``.
-
-    Raises:
-        BtManipError: If there is no such folder.
-    """
+    """Return the single-file plugins: each ``*.py``, except tests and names that begin with _."""
     found: list[PluginPoint] = []
     for folder in folders:
         if not folder.is_dir():

@@ -165,9 +165,8 @@ def _call_hooks(plugin: object, registrar: Registrar, hooks: Hooks) -> tuple[Imp
 def _implementations(plugin: object, hooks: Hooks) -> list[Implementation]:
     """Return the hook implementations of a plugin, in the order of the specifications.
 
-    Raises:
-        BtManipError: If a hook is misspelt, takes unknown arguments, is not a plain function, or
-            wraps others; or if there is no hook.
+    Raises a `BtManipError` for hooks that are misspelt, are called otherwise or wrap others, and if
+    there is none.
     """
     manager = pluggy.PluginManager(hookspecs.GROUP)
     found, optional = [], False

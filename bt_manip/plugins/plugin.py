@@ -94,11 +94,7 @@ class Plugins:
         return named[0] if named else None
 
     def working(self, name: str) -> Plugin:
-        """Return a working plugin.
-
-        Raises:
-            BtManipError: When it is unknown or broken.
-        """
+        """Return a working plugin; one that is unknown or broken raises a `BtManipError`."""
         plugin = self.find(name)
         if plugin is None:
             known = [each.name for each in self.plugins]

@@ -26,11 +26,7 @@ class Registrar:
     ) -> Callable[..., None]:
         """Return the function ``register`` of the hook for a kind of parts.
 
-        It raises `BtManipError` for invalid arguments.
-
-        Args:
-            kind: The kind, in the plural.
-            check: Check of parts of a declared kind, see `hookspec`.
+        It raises a `BtManipError` for invalid arguments; `check` is that of `hookspec`.
         """
         add_factory = partial(self._add_factory, kind)
         take: Callable[..., None] = getattr(self, f"_register_{kind}", add_factory)
@@ -49,14 +45,7 @@ class Registrar:
         return register
 
     def merge(self) -> dict[str, tuple[str, ...]]:
-        """Merge the parts into those of all plugins, after which nothing can be registered.
-
-        Returns:
-            Names of the registered parts, by kind.
-
-        Raises:
-            BtManipError: If an object's ``kind`` is not a registered name.
-        """
+        """Merge the parts into those of all plugins; return their names by kind."""
         self._open = False
         self._check_kinds()
         for kind, items in self._items.items():

@@ -30,8 +30,8 @@ def call_single_hook(
     Args:
         hook: Name of the hook.
         choice: Blocked plugins, and folders with further plugins.
-        item: ``item(point, ...)`` returns a key and a value for the entry point of the plugin, and
-            the arguments with which the plugin calls ``register``.
+        item: Returns a key and a value for the entry point of the plugin, and the arguments with
+            which the plugin calls ``register``.
     """
     found: dict[str, T] = {}
     points = sorted(installed(), key=lambda p: (p.name, p.value))
@@ -47,12 +47,7 @@ def call_single_hook(
 
 
 def factories_of(hook: str, choice: PluginSelection) -> dict[str, Callable[..., Any]]:
-    """Return the factories that plugins register by one hook, by name.
-
-    Args:
-        hook: Name of the hook: that of views, or of modifiers.
-        choice: Blocked plugins, and folders with further plugins.
-    """
+    """Return the factories that plugins register by one hook, by name."""
     return call_single_hook(hook, choice, lambda _, name, factory: (name, factory))
 
 

@@ -47,25 +47,4 @@ if TYPE_CHECKING:
     from bt_manip.record.report.run_snapshot import restore_snapshot as restore_snapshot
     from bt_manip.record.report.run_snapshot import take_snapshot as take_snapshot
 
-__getattr__ = lazy_exports(
-    __name__,
-    {
-        "bt_manip.record.figures": (
-            "CycleFigures ExecutionLog Interval LoggedNode RobotFigures RobotState RunFigures "
-            "StepFigures live_state"
-        ),
-        "bt_manip.record.files": (
-            "AppendedFile FileInUseError RecordingError check_exists check_writable is_special "
-            "open_output reading whole_file writing"
-        ),
-        "bt_manip.record.identification": "identify identity_differences",
-        "bt_manip.record.report.recorder": "Recorder",
-        "bt_manip.record.report.report_file": "ReportFile open_report_file read_report",
-        "bt_manip.record.report.run_report": (
-            "CycleReport GrippedObject LeafTime LeafUse RunReport TrackingPeak cpu_name versions"
-        ),
-        "bt_manip.record.report.run_snapshot": (
-            "SnapshotAt SnapshotWriter read_snapshot restore_snapshot take_snapshot"
-        ),
-    },
-)
+__getattr__ = lazy_exports(__name__)

@@ -180,10 +180,6 @@ class MotionStatistics:
 
     Differences between steps (jerk, torque rate, tool speed) are also taken between blocks and
     between cycles.
-
-    Args:
-        limits: Limits that the fractions refer to.
-        dt: Time between two steps [s].
     """
 
     def __init__(self, limits: MotionLimits, dt: float) -> None:

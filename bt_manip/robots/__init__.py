@@ -64,4 +64,4 @@ from .robot_description import Tolerance as Tolerance
 from .robot_description import ToolLimits as ToolLimits
 from .robot_model import RobotModel as RobotModel
 
-__getattr__ = lazy_exports(__name__, {})  # names the package of what has moved
+__getattr__ = lazy_exports(__name__)  # names the package of what has moved

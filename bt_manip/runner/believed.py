@@ -61,12 +61,7 @@ class Believed(abc.ABC):
 
 
 class BelievedHardware(Hardware):
-    """Simulates control steps, which a believed cell follows.
-
-    Args:
-        cell: The cell of the physics.
-        believed: The believed cell.
-    """
+    """Simulates control steps, which a believed cell follows."""
 
     def __init__(self, cell: Cell, believed: Believed) -> None:
         super().__init__(cell)

@@ -77,11 +77,7 @@ class CommandedRobot:
 
 
 class NoOnlyRobot:
-    """Stands for parts of the only robot where there are several: any use is an error.
-
-    Args:
-        names: Names of the robots.
-    """
+    """Stands for parts of the only robot where there are several: any use is an error."""
 
     def __init__(self, names: Iterable[str]) -> None:
         vars(self)["_names"] = ", ".join(f"'{name}'" for name in names)
@@ -101,11 +97,7 @@ _SAME_REACH = 0.02  # relative difference from the reach that a scene is made fo
 
 
 def chosen_robots(request: "RunRequest", scene: Scene, parts: Parts) -> list[SceneRobot]:
-    """Return the robots of a scene with the request's choices where they make none.
-
-    Raises:
-        BtManipError: If a name is not registered or a model does not load.
-    """
+    """Return the robots of a scene with the request's choices where they make none."""
     return [
         _at_reach(
             replace(
@@ -122,15 +114,7 @@ def chosen_robots(request: "RunRequest", scene: Scene, parts: Parts) -> list[Sce
 
 
 def _at_reach(chosen: SceneRobot, parts: Parts) -> SceneRobot:
-    """Return a robot of a scene where an arm of its reach stands: see `SceneRobot.for_reach`.
-
-    Args:
-        chosen: The robot, with all optional names filled in.
-        parts: The registered parts.
-
-    Raises:
-        BtManipError: If a name is not registered or a model does not load.
-    """
+    """Return a robot of a scene where an arm of its reach stands: see `SceneRobot.for_reach`."""
     if chosen.for_reach is None:
         return chosen
     robot = make_robot(chosen, parts)
@@ -236,18 +220,13 @@ class RobotBuilder:
 class Simulation:
     """Simulates the robots of a scene; a `RealBackend` connects to a real one instead.
 
-    Attributes:
-        default_controller: Controller of runs that choose none; None: that of the request.
+    Runs that choose no controller have the `default_controller`; None: that of the request.
     """
 
     default_controller: str | None = None
 
     def check(self, scene: Scene) -> None:
-        """Check that a scene is possible.
-
-        Raises:
-            BtManipError: If it is not.
-        """
+        """Raise a `BtManipError` for a scene that is impossible."""
 
     def builder(self, chosen: SceneRobot, parts: Parts) -> RobotBuilder:
         """Return the builder of a robot of the scene."""

@@ -90,11 +90,7 @@ class EventStream:
         self._tick_time = self._cell.time
 
     def listen(self, listener: Listener, kinds: Iterable[str] = KINDS) -> None:
-        """Call a function with each event of some kinds; to be called before `start`.
-
-        Raises:
-            BtManipError: If there is no such kind.
-        """
+        """Call a function with each event of some kinds; to be called before `start`."""
         for kind in kinds:
             if kind not in self._listeners:
                 raise BtManipError(f"no events are of the kind '{kind}': {', '.join(KINDS)}")
@@ -102,13 +98,7 @@ class EventStream:
             self._kinds.add(kind)
 
     def emit(self, kind: str, data: dict[str, Any], time: float | None = None) -> None:
-        """Emit an event.
-
-        Args:
-            kind: Its kind.
-            data: Its data, as `RunEvent` documents them.
-            time: Simulated time [s]; None: now.
-        """
+        """Emit an event, as `RunEvent` documents it, at a simulated time [s], now by default."""
         if listeners := self._listeners[kind]:
             event = RunEvent(self._cell.time if time is None else time, kind, data)
             for listener in listeners:
@@ -309,12 +299,7 @@ class EventQueue(RunObserver):
 
 
 def _ports(link: Any, paths: Mapping[int, str]) -> Iterator[dict[str, str]]:
-    """Yield the ports and scripts of a node, and the remaps of a sub-tree.
-
-    Args:
-        link: The node.
-        paths: Paths of the blackboard scopes by their id.
-    """
+    """Yield the ports and scripts of a node, and the remaps of a sub-tree."""
     texts = {name: ("script", text) for name, text in link.conditions.items()}
     texts |= {name: ("remap", text) for name, text in getattr(link, "remaps", {}).items()}
     for name, port in link.ports.items():

@@ -68,11 +68,7 @@ class FilledCell:
             self._reached = self._place_within_reach(aside)
 
     def make_randomizer(self, catalogue: Catalogue, seed: int) -> Randomizer:
-        """Return the randomizer of the cell.
-
-        Raises:
-            CellError: If the scene randomizes something that is not in it.
-        """
+        """Return the randomizer of the cell; raise if it randomizes what is not there."""
         objects = {
             one.name: InitialObject(one.model, self.cell.pose(one.name), one.parameters, one.free)
             for one in self._placed
@@ -86,13 +82,8 @@ class FilledCell:
     def _fill(self, builders: Sequence[RobotBuilder], seed: int, aside: bool) -> list[str]:
         """Add objects and robots; return the names of the robots.
 
-        Args:
-            builders: The builders of the robots.
-            seed: Seed of sampled poses.
-            aside: Whether objects that will be moved within reach are put aside first.
-
-        Raises:
-            CellError: If something overlaps; the cell is as it was then.
+        Objects that will be moved within reach may be put aside first. If something overlaps, the
+        cell is as it was.
         """
         later = sampled_objects(self._placed)
         pairs = list(zip(self._placed, self._entities, strict=True))

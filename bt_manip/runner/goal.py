@@ -59,12 +59,7 @@ class GoalJudge:
             self._cell.before_remove.append(self._judge_before)
 
     def end(self, succeeded: bool, reason: str) -> tuple[bool, str]:
-        """End a cycle, and return whether it succeeded, and why not.
-
-        Args:
-            succeeded: Whether the tree returned SUCCESS.
-            reason: Why it failed.
-        """
+        """End a cycle that the tree ended so; return whether it succeeded, and why not."""
         self.stop()
         self.reason = self.why_not()
         self.holds = not self.reason if self._goal else None

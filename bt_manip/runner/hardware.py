@@ -26,12 +26,7 @@ class Hardware:
         self.cell = cell
 
     def step(self, steps: int, then: Sequence[Callable[[], None]] = ()) -> None:
-        """Make control steps.
-
-        Args:
-            steps: Their number.
-            then: Called after each step.
-        """
+        """Make control steps, and call functions after each."""
         self.cell.step(steps, then=then)
 
     def close(self) -> None:

@@ -77,11 +77,7 @@ class Interventions:
         self.request({"kind": "override", **data})
 
     def request(self, data: Mapping[str, Any]) -> None:
-        """Request an intervention by its data, in the emitted form.
-
-        Raises:
-            BtManipError: If it is impossible.
-        """
+        """Request an intervention by its data, in the emitted form; impossible ones raise."""
         if data["kind"] == "override":
             self._node(data)
         else:

@@ -25,13 +25,7 @@ Stop = Callable[[], bool]
 
 
 class CycleEnd(NamedTuple):
-    """How a cycle ended.
-
-    Attributes:
-        status: The status of the tree.
-        succeeded: Whether the tree succeeded, and its goal holds.
-        reason: Why it did not succeed; empty on success.
-    """
+    """How a cycle ended: the tree's status, whether its goal holds, too, and why it failed."""
 
     status: NodeStatus
     succeeded: bool
@@ -49,8 +43,7 @@ class Actor(Protocol):
 class Pacing:
     """Slows simulated time down to wall time; the simulation itself stays the same.
 
-    Args:
-        factor: Simulated seconds per second of wall time; None runs as fast as possible.
+    The factor is simulated seconds per second of wall time; None runs as fast as possible.
     """
 
     def __init__(self, factor: float | None) -> None:
@@ -124,11 +117,7 @@ class RunLoop:
         self.close(failed=isinstance(error, Exception | SystemExit))
 
     def open(self) -> None:
-        """Start the observers.
-
-        Raises:
-            BtManipError: If one of them cannot observe the run.
-        """
+        """Start the observers, each of which may refuse the run."""
         run = self.run
         observed: tuple[list[Any], ...] = run.tree.observers, run.interventions.observers
         self._observers_before = [(observers, list(observers)) for observers in observed]
@@ -149,8 +138,7 @@ class RunLoop:
     def close(self, *, failed: bool = False) -> None:
         """Halt the tree and end the observers, each of them even if another one raises.
 
-        Args:
-            failed: Whether an exception ended the run: then the arms are stopped first.
+        If an exception ended the run, the arms are stopped first.
         """
         if not self._is_open:
             return
@@ -237,22 +225,14 @@ class RunLoop:
         return status
 
     def tick(self, actor: Actor | None = None) -> NodeStatus:
-        """Let interventions and the actor act; return the actor's status.
-
-        Args:
-            actor: Acts in place of the tree.
-        """
+        """Let interventions and the actor, the tree by default, act; return the actor's status."""
         for observer in self._observers:
             observer.before_tick()
         self.run.interventions.take_over()
         return (actor or self.run.tree).tick()
 
     def step(self, steps: int | None = None) -> None:
-        """Make the control steps after a tick.
-
-        Args:
-            steps: Their number; None: as many as in a tick.
-        """
+        """Make the control steps after a tick, by default as many as a tick has."""
         self._note_model()
         self._control(self.run.request.steps_per_tick if steps is None else steps)
         self._log.after_tick()
@@ -262,11 +242,9 @@ class RunLoop:
         self._pacing.wait(self._cell.time)
 
     def end(self, status: NodeStatus, reason: str | None = None) -> CycleEnd:
-        """End a cycle: judge its goal; return how it ended.
+        """End a cycle with the actor's status: judge its goal; return how it ended.
 
-        Args:
-            status: Status of the actor.
-            reason: Why it failed; None: what the tree says.
+        The reason of a failure is what the tree says, unless one is given.
         """
         self._cycle = None
         if reason is None:

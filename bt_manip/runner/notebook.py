@@ -17,9 +17,5 @@ def html_table(title: str, rows: Mapping[str, object]) -> str:
 
 
 def html_image(png: bytes | None) -> str:
-    """Return an image, or nothing without one.
-
-    Args:
-        png: The image as PNG.
-    """
+    """Return a PNG image, or nothing without one."""
     return f'<img src="data:image/png;base64,{b64encode(png).decode()}"/>' if png else ""

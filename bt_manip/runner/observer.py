@@ -39,10 +39,9 @@ class RunObserver:
     kinds: Collection[str] = ()
 
     def check(self, run: "Run") -> None:
-        """Check that the run can be observed; it may be called before `Run.execute`, too.
+        """Raise a `BtManipError` for a run that cannot be observed.
 
-        Raises:
-            BtManipError: If not.
+        It may be called before `Run.execute`, too.
         """
 
     def run_started(self, run: "Run") -> None:
@@ -105,20 +104,12 @@ class RunModifier(RunObserver):
 
 
 def recorder_for(path: Path, recorders: Registry[Any]) -> RunObserver:
-    """Return the recorder of a file's suffix.
-
-    Raises:
-        BtManipError: If there is none, or it cannot write the file.
-    """
+    """Return the recorder of a file's suffix; raise if there is none, or it cannot write it."""
     return recorders.create(recorder_name(path.suffix, recorders), path)
 
 
 def recorder_name(suffix: str, recorders: Registry[Any]) -> str:
-    """Return the name of the recorder whose files have a suffix.
-
-    Raises:
-        BtManipError: If there is none.
-    """
+    """Return the name of the recorder whose files have a suffix; raise if there is none."""
     names: dict[str, str] = {}
     for name in recorders:
         known = getattr(recorders.get(name), "suffix", ())

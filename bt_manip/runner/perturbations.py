@@ -17,12 +17,8 @@ MAX_FORCE = 50.0
 class Perturbations:
     """The active perturbations of a cell, at most one per body, as in MuJoCo's viewer.
 
-    A perturbation is plain data, documented at the event ``intervention`` of `RunEvent`.
-
-    Args:
-        cell: The cell.
-        robots: Names of its robots, which cannot be pulled.
-        notify: Called with the data of each perturbation that begins, changes or ends.
+    A perturbation is plain data, documented at the event ``intervention`` of `RunEvent`. Robots
+    cannot be pulled. Whatever begins, changes or ends is notified.
     """
 
     def __init__(
@@ -39,11 +35,7 @@ class Perturbations:
         return bool(self._active)
 
     def check(self, data: Mapping[str, Any]) -> None:
-        """Check that a perturbation is possible.
-
-        Raises:
-            BtManipError: If not.
-        """
+        """Raise a `BtManipError` for a perturbation that is impossible."""
         if data["target"] is None:
             return
         point, target, force = data["point"], data["target"], data["max_force"]

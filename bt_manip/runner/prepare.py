@@ -91,11 +91,7 @@ def set_up(tree: Tree, station: Station, more: Iterable[str] = ()) -> None:
 
 
 def make_modifiers(run: Run, warn: Warn = lambda message: None) -> list[RunModifier]:
-    """Return the modifiers of the request of a run.
-
-    Raises:
-        BtManipError: If there is no such modifier, or its text is invalid.
-    """
+    """Return the modifiers of the request of a run; raise for unknown ones and invalid texts."""
     make, expected = run.station.parts.modifiers.maker, "a RunModifier"
     return [
         make(name, "run_started", expected=expected)(run, texts, warn)
@@ -133,15 +129,7 @@ def load_source(
 
 
 def prepare_station(request: RunRequest, parts: Parts) -> Station:
-    """Build the station of a request as for its first cycle; nothing is simulated yet.
-
-    Args:
-        request: The scene and the parts to use.
-        parts: The registered parts to choose from.
-
-    Raises:
-        BtManipError: If the request is invalid.
-    """
+    """Build the station of a request as for its first cycle; nothing is simulated yet."""
     return make_station(*with_varied(request, parts), first_cycle=True)
 
 

@@ -23,30 +23,14 @@ from .tree_source import Clock, TreeSource
 def make_tree(source: TreeSource, settings: Mapping[str, str], clock: Clock) -> Tree:
     """Return the tree that a Python name stands for.
 
-    Args:
-        source: Where the name is: a behaviour, a tree, or a function that returns one of them and
-            whose arguments are the keys of the tree.
-        settings: Values for some of the arguments, as text.
-        clock: The clock of the tree's timers [s].
-
-    Raises:
-        BtManipError: If there is no such name, a setting does not fit, the function raises an
-            exception, or there is no tree.
+    It is a behaviour, a tree, or a function that returns one of them and whose arguments are the
+    keys of the tree, set by texts. Whatever is wrong raises a `BtManipError`.
     """
     return as_tree(make_any(source, settings), source, clock)
 
 
 def as_tree(made: Any, source: TreeSource, clock: Clock) -> Tree:
-    """Return a tree around the object that a Python name refers to.
-
-    Args:
-        made: A behaviour, a tree, or a document whose main tree is meant.
-        source: Where it comes from.
-        clock: The clock of the tree's timers [s].
-
-    Raises:
-        BtManipError: If there is no tree.
-    """
+    """Return a tree around a behaviour, a tree, or a document whose main tree is meant."""
     try:
         tree_id = source.function
         if isinstance(made, TreeDocument):
@@ -72,16 +56,7 @@ def as_tree(made: Any, source: TreeSource, clock: Clock) -> Tree:
 
 
 def make_any(source: TreeSource, settings: Mapping[str, str]) -> Any:
-    """Return the object that a Python name stands for: also a whole document of trees.
-
-    Args:
-        source: As of `make_tree`.
-        settings: Values for some of the arguments, as text.
-
-    Raises:
-        BtManipError: If there is no such name, a setting does not fit, or the function raises an
-            exception.
-    """
+    """Return the object that a Python name stands for: also a whole document of trees."""
     found = _find(source)
     is_tree = isinstance(found, Behaviour | BehaviourTree | Tree)
     arguments = _arguments(source, {} if is_tree else parameters_of(found), settings)

@@ -55,13 +55,7 @@ MOVED = 0.02
 
 @dataclass(frozen=True)
 class RealBackend(Simulation):
-    """Connects to a real robot at an address, by a registered backend.
-
-    Attributes:
-        backend: The backend.
-        name: Its name.
-        address: The address.
-    """
+    """Connects to a real robot at an address, by a registered backend."""
 
     backend: Backend
     name: str
@@ -73,23 +67,14 @@ class RealBackend(Simulation):
         return self.backend.controllers[0]
 
     def check(self, scene: Scene) -> None:
-        """Check that a scene can be one of a real robot.
-
-        Raises:
-            BtManipError: If it has several robots, or varies from cycle to cycle.
-        """
+        """Raise a `BtManipError` for a scene of several robots, or that varies."""
         if len(scene.robots) > 1:
             raise BtManipError(f"backend '{self.name}' moves one robot, the scene has several")
         if scene.randomization != Randomization():
             raise BtManipError(f"backend '{self.name}': a real cell cannot be randomized")
 
     def builder(self, chosen: SceneRobot, parts: Parts) -> RobotBuilder:
-        """Return the builder of the robot.
-
-        Raises:
-            BtManipError: If the vendor has no such controller.
-            DeviceError: If the robot cannot be reached.
-        """
+        """Return the builder of the robot; raise if the vendor has no such controller."""
         name, known = str(chosen.controller), self.backend.controllers
         if name not in known:
             raise BtManipError(
@@ -147,11 +132,7 @@ class RealRobotBuilder(RobotBuilder):
 
 
 def find_backend(text: str, parts: Parts) -> Simulation:
-    """Return the backend of a text ``NAME=ADDRESS``; without a text, the simulation.
-
-    Raises:
-        BtManipError: If there is none, or no address.
-    """
+    """Return the backend of a text ``NAME=ADDRESS``; without a text, the simulation."""
     if not text:
         return Simulation()
     name, _, address = text.partition("=")
@@ -164,15 +145,8 @@ def find_backend(text: str, parts: Parts) -> Simulation:
 class RealRobot(Hardware):
     """Executes control steps on a real robot, which the cell follows.
 
-    At first it puts the simulated arm where the real one is.
-
-    Args:
-        cell: The cell.
-        backend: The backend.
-        robot: The twin of the robot in the cell.
-
-    Attributes:
-        late_ticks: Ticks that took longer than their period.
+    At first it puts the simulated arm where the real one is. `late_ticks` took longer than their
+    period.
     """
 
     simulated = False
@@ -194,8 +168,7 @@ class RealRobot(Hardware):
     def step(self, steps: int, then: Sequence[Callable[[], None]] = ()) -> None:
         """Wait for the robot to make control steps, and make as many as it has made in the cell.
 
-        Raises:
-            DeviceError: If the robot does not go on, or its gripper does not answer.
+        Raises a `DeviceError` if the robot does not go on, or its gripper does not answer.
         """
         passed = self._connection.wait(steps)
         self._moved = self._arm.moving

@@ -19,19 +19,11 @@ if TYPE_CHECKING:
 
 
 class Reloader(RunModifier):
-    """Takes up a tree's file between two ticks when it was edited.
+    """Takes up a tree's file between two ticks when it was edited, and tells what has come of it.
 
     Running nodes are halted, the blackboard stays, and the edited tree begins in the cell as it was
     at the start of the run; on a real robot the cell stays as it is. A file with errors changes
-    nothing, and neither does one whose names the cell does not have.
-
-    Args:
-        source: The tree.
-        behaviours: The behaviours that it may name.
-        tell: Takes what has come of an edit, for people.
-
-    Raises:
-        BtManipError: When the tree is no document.
+    nothing, and neither does one whose names the cell does not have. Only documents can be watched.
     """
 
     def __init__(

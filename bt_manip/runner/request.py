@@ -97,11 +97,7 @@ class RunRequest:
     reading: ReadingOptions = READING
 
     def __post_init__(self) -> None:
-        """Check the numbers.
-
-        Raises:
-            BtManipError: If a number is out of range.
-        """
+        """Raise a `BtManipError` for a number that is out of range."""
         if self.cycles < 0:
             raise BtManipError(
                 f"cycles must be 0 (until interrupted) or a positive number, got {self.cycles}"
@@ -145,11 +141,7 @@ class RunRequest:
 
 
 def check_modifiers(names: Iterable[str], backend: str | None, parts: Parts) -> None:
-    """Check that modifiers are for real robots, if there is a backend.
-
-    Raises:
-        BtManipError: If one is not.
-    """
+    """Check that modifiers are for real robots, if there is a backend."""
     for name in names if backend else ():
         if not getattr(parts.modifiers.get(name), "real", False):
             raise BtManipError(f"--{name} needs a simulation, not --backend {backend}")

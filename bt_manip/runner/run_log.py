@@ -44,11 +44,7 @@ class RunLog:
     # Observers
 
     def steps(self, read: TakeBlocks | None = None) -> Mapping[str, StepLog]:
-        """Keep the control steps; return their logs by robot.
-
-        Args:
-            read: Called with each block of control steps, by robot; none are empty.
-        """
+        """Keep the control steps, of which each block is read; return their logs by robot."""
         if not self._steps:
             self._steps = {n: StepLog(self._cell, robot) for n, robot in self._robots.items()}
         if read is not None:
@@ -56,11 +52,7 @@ class RunLog:
         return self._steps
 
     def keep_digest(self, digest: bytes = b"") -> None:
-        """Keep the digest of the states after each tick.
-
-        Args:
-            digest: The digest to continue; empty at the start of a run.
-        """
+        """Keep the digest of the states after each tick, continuing one of an earlier run."""
         if self._digest is None or digest:
             self._digest = digest
 

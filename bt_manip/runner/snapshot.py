@@ -77,11 +77,7 @@ def _constant(name: str) -> float:
 
 
 def _check(value: Any, where: str) -> None:
-    """Check that JSON preserves a value.
-
-    Raises:
-        BtManipError: If it has a part that is not a number, a string, a list, a dict or None.
-    """
+    """Raise a `BtManipError` for a value that JSON does not preserve."""
     if isinstance(value, Mapping):
         for key, item in value.items():
             if not isinstance(key, str):

@@ -137,11 +137,7 @@ class Station:
 
     @property
     def gripper(self) -> Gripper:
-        """The gripper of the only robot, or of the first of several.
-
-        Raises:
-            GripperError: When it has none.
-        """
+        """The gripper of the only robot, or of the first of several; raise if it has none."""
         return self.first.robot.needed_gripper
 
     @property
@@ -302,11 +298,7 @@ class Station:
             self.believed.begin()
 
     def return_to(self, state: Mapping[str, Any]) -> None:
-        """Return to a state of `get_state`, while time and random generators go on.
-
-        Raises:
-            CellError: As for `set_state`.
-        """
+        """Return to a state of `get_state`, while time and random generators go on."""
         cell = self.cell
         drawn, noise = self.rng.bit_generator.state, cell.random_state.get_state()
         self.set_state(state, time=cell.time)
@@ -342,15 +334,9 @@ class Station:
 def make_station(request: RunRequest, parts: Parts, *, first_cycle: bool = False) -> Station:
     """Build a cell with its robots at home and under control.
 
-    Args:
-        request: The robot, scene, controller, planner and seed, and the objects that its settings
-            choose; all registered controllers can be switched to.
-        parts: The registered parts to choose from.
-        first_cycle: Whether to randomize the cell for the first cycle, which finds variations that
-            are impossible.
-
-    Raises:
-        BtManipError: If a name is not registered or a model does not compile.
+    All registered controllers can be switched to. The first cycle may be randomized already, which
+    finds variations that are impossible. Unknown names and models that do not compile raise a
+    `BtManipError`.
     """
     files: dict[str, str] = {}
     with noting(files):

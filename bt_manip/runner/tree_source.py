@@ -47,15 +47,7 @@ def find_tree(text: str, registered: Mapping[str, str]) -> TreeSource:
     Raises:
         BtManipError: When there is no such tree.
     """
-    if text in registered:
-        source = _from_place(text, registered[text])
-        if source is None:
-            raise BtManipError(
-                f"tree '{text}' is registered as '{registered[text]}', "
-                "which is neither a path.xml nor a path.py:name that exists"
-            )
-        return source
-    source = _from_place(text, text)
+    source = _from_place(text, registered.get(text, text))
     if source is not None:
         return source
     module, _, function = text.partition(":")
@@ -84,11 +76,9 @@ def _not_found(text: str, registered: Mapping[str, str]) -> str:
         return f"no tree file '{file}'" + _beside(Path(file), ".xml")
     if text.endswith(".py"):
         return f"'{text}' does not say which tree; write '{text}:NAME' of a function or tree in it"
-    if path.endswith(".py"):
-        if not Path(path).is_file():
-            what = f"no file '{path}' to take the tree '{function}' from"
-            return what + _beside(Path(path), ".py")
-        return f"'{function}' in '{text}' is not the name of a function"
+    if path.endswith(".py") and not Path(path).is_file():
+        what = f"no file '{path}' to take the tree '{function}' from"
+        return what + _beside(Path(path), ".py")
     if package := missing("tree", text):
         return f"unknown tree '{text}'; it {package}"
     return (

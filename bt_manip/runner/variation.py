@@ -19,11 +19,7 @@ CHOSEN = ("robot", "controller", "scene", "planner")
 
 
 def with_varied(request: RunRequest, parts: Parts) -> tuple[RunRequest, Parts]:
-    """Return a request and parts with the values of the request's varied parameters.
-
-    Raises:
-        BtManipError: If there is no such parameter.
-    """
+    """Return a request and parts with the values of the request's varied parameters."""
     point = request.varied
     chosen: dict[str, Any] = {name: str(point[name]) for name in CHOSEN if name in point}
     keys = {k: _text(v) for k, v in point.items() if k not in chosen and "." not in k}

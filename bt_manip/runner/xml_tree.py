@@ -29,21 +29,11 @@ def load_document(
     *,
     reading: ReadingOptions = READING,
 ) -> Tree:
-    """Read a tree and give its keys their values.
+    """Read a tree and give its keys their values; warn of what is strange without being wrong.
 
     What one may set is what the document's ``<TreeNodesModel>`` lists as input ports of the main
-    tree, as it would list them for a sub-tree: with a default, or without where it must be given.
-
-    Args:
-        source: Where the document is.
-        parts: The registered parts, whose behaviours it may name.
-        settings: Values for some of its keys, as text.
-        clock: The clock that the tree's waits count [s].
-        warn: Takes what is strange in the document without being wrong.
-        reading: How the document is read; with the clock above.
-
-    Raises:
-        BtManipError: When the document is wrong, or a setting does not fit it.
+    tree, as it would list them for a sub-tree: with a default, or without where it must be given. A
+    wrong document and a setting that does not fit raise a `BtManipError`.
     """
     assert source.path is not None
     main = source.function or reading.main
@@ -70,14 +60,8 @@ def set_keys(
 ) -> None:
     """Give the keys that a document declares their values: settings, or else defaults.
 
-    Args:
-        source: Where the document is.
-        tree: The tree that was read from it.
-        settings: Values for some of its keys, as text.
-        only_new: Whether keys that have a value keep it.
-
-    Raises:
-        BtManipError: When a setting does not fit.
+    With `only_new`, keys that have a value keep it. A setting that does not fit raises a
+    `BtManipError`.
     """
     assert tree.document is not None
     keys = tree.document.models.get(tree.tree_id, {})

@@ -22,15 +22,4 @@ if TYPE_CHECKING:
     from bt_manip.testing.tree_runs import run_tree as run_tree
     from bt_manip.testing.trial import Trial as Trial
 
-__getattr__ = lazy_exports(
-    __name__,
-    {
-        "bt_manip.testing.all_trees": "trees_of",
-        "bt_manip.testing.check": "Check",
-        "bt_manip.testing.end_states": "assert_stands_still assert_touches_only assert_tower",
-        "bt_manip.testing.situations": "AT_REST Situations built_in_situations play",
-        "bt_manip.testing.stubs": "Stub",
-        "bt_manip.testing.tree_runs": "run_tree",
-        "bt_manip.testing.trial": "Trial",
-    },
-)
+__getattr__ = lazy_exports(__name__)

@@ -73,11 +73,7 @@ class TreeCoverage:
         tree.observers.append(note)
 
     def of(self, tree: str) -> Covered:
-        """Return the coverage of a tree.
-
-        Raises:
-            KeyError: When no tree of this name was observed.
-        """
+        """Return the coverage of a tree that was observed."""
         nodes = list(self._trees[tree].values())
         leaves = [node for node in nodes if node.is_leaf]
         return Covered(

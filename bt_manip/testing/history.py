@@ -23,13 +23,7 @@ class StatusChange(NamedTuple):
 
 @dataclass
 class History:
-    """Tree observer that records every change of status.
-
-    Attributes:
-        tree: The tree.
-        tick: Number of ticks so far.
-        changes: All changes in order, except returns to idle.
-    """
+    """Tree observer that records every change of status, except returns to idle."""
 
     tree: Tree
     tick: int = 0

@@ -10,11 +10,7 @@ Result = NodeStatus | str
 
 
 def status_of(status: Result) -> NodeStatus:
-    """Return the status of a name.
-
-    Raises:
-        ValueError: When there is no such status, with suggestions.
-    """
+    """Return the status of a name; a ValueError suggests the nearest."""
     if isinstance(status, NodeStatus):
         return status
     if status not in NodeStatus.__members__:
@@ -51,7 +47,3 @@ class Stub:
         result = self._results[min(self.calls, len(self._results) - 1)]
         self.calls += 1
         return result
-
-    def __repr__(self) -> str:
-        """Show the results."""
-        return f"Stub({', '.join(result.name for result in self._results)})"

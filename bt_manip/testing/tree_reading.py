@@ -24,19 +24,10 @@ def read_test_tree(
     settings: Mapping[str, Any] | None = None,
     substitute: Substitute | None = None,
 ) -> Tree:
-    """Read a tree for a test.
+    """Read a tree for a test: a registered name, or a path in a folder, the current one by default.
 
-    Args:
-        text: A registered name, ``path.xml`` or ``path.py:function``.
-        parts: The registered parts.
-        clock: Clock of the tree [s].
-        folder: Base of relative paths; the current folder when None.
-        settings: Values of the tree's keys.
-        substitute: Substitutes for nodes; only for documents.
-
-    Raises:
-        BtManipError: When the tree is unknown or invalid, or a substitution matches none of its
-            nodes.
+    Nodes of documents can be substituted. Unknown and invalid trees, and a substitution that
+    matches no node, raise a `BtManipError`.
     """
     source = find_tree(located(text, folder), parts.trees.copies())
     texts = {key: str(value) for key, value in (settings or {}).items()}

@@ -108,11 +108,7 @@ def run_tree(
 
 
 def tree_runs(plugins: Plugins, where: str | Path, options: Mapping[str, Any]) -> list[Any]:
-    """Return the runs of all trees of a plugin or a folder, as ``(name, run(parts, coverage))``.
-
-    Raises:
-        BtManipError: When there are no trees, or an end state names no tree.
-    """
+    """Return the runs of all trees of a plugin or a folder, as ``(name, run(parts, coverage))``."""
     if Path(where).is_dir():
         trees = {path.stem: str(path) for path in sorted(Path(where).glob("*.xml"))}
     else:

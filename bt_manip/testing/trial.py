@@ -70,9 +70,8 @@ class Trial:
     def tick(self) -> NodeStatus:
         """Tick once and step the simulation until the next tick.
 
-        Raises:
-            AssertionError: When the root ends and a modifier has warned, as of a fault that has
-                not happened.
+        When the root ends, warnings of a modifier, as of a fault that has not happened, are an
+        `AssertionError`.
         """
         __tracebackhide__ = True
         self.history.tick += 1
@@ -152,11 +151,7 @@ class Trial:
     # Checks
 
     def node(self, name: str) -> Any:
-        """Return a node by its path, name or registered name.
-
-        Raises:
-            AssertionError: When there is none, or more than one.
-        """
+        """Return the only node of a path, name or registered name."""
         __tracebackhide__ = True
         for attribute in ("path", "name", "registration"):
             found = [node for node in self.tree.nodes if getattr(node, attribute) == name]
@@ -169,14 +164,7 @@ class Trial:
         raise AssertionError(f"the tree has no node '{name}'{did_you_mean(name, known)}")
 
     def fails_with(self, *words: str, timeout: float = 3.0) -> bool:
-        """Run to the end and assert a failure whose reason contains these words.
-
-        Returns:
-            True, so that a test can say ``assert trial(...).fails_with(...)``.
-
-        Raises:
-            AssertionError: When it does not fail, or for another reason.
-        """
+        """Run to a failure whose reason contains these words; return True, for ``assert``."""
         __tracebackhide__ = True
         self.tick_until(NodeStatus.FAILURE, timeout)
         reason = self.tree.failure_reason()
@@ -189,11 +177,7 @@ class Trial:
         return True
 
     def assert_ended(self, node: str, status: NodeStatus | str) -> None:
-        """Assert that a node has ended with a status, at any tick.
-
-        Raises:
-            AssertionError: When it has not.
-        """
+        """Assert that a node has ended with a status, at any tick."""
         __tracebackhide__ = True
         wanted, ended_node, running = status_of(status), self.node(node), NodeStatus.RUNNING
         changes = [c.status for c in self.history.changes if c.node is ended_node]
@@ -205,11 +189,7 @@ class Trial:
             )
 
     def assert_never_ticked(self, node: str) -> None:
-        """Assert that a node has not been ticked.
-
-        Raises:
-            AssertionError: When it has.
-        """
+        """Assert that a node has not been ticked."""
         __tracebackhide__ = True
         change = self.history.last(self.node(node))
         if change is not None:

@@ -15,19 +15,10 @@ if TYPE_CHECKING:
     from bt_manip.viewer.display import require_display as require_display
     from bt_manip.viewer.display import use_offscreen_opengl as use_offscreen_opengl
     from bt_manip.viewer.plain_view import PlainView as PlainView
+    from bt_manip.viewer.progress import duration_text as duration_text
     from bt_manip.viewer.terminal_view import TerminalView as TerminalView
     from bt_manip.viewer.window import FREE_CAMERA as FREE_CAMERA
     from bt_manip.viewer.window import Window as Window
     from bt_manip.viewer.wrapping import print_wrapped as print_wrapped
 
-__getattr__ = lazy_exports(
-    __name__,
-    {
-        "bt_manip.cell": "NoOpenGLError render write_png",
-        "bt_manip.viewer.display": "NoDisplayError require_display use_offscreen_opengl",
-        "bt_manip.viewer.plain_view": "PlainView",
-        "bt_manip.viewer.terminal_view": "TerminalView",
-        "bt_manip.viewer.window": "FREE_CAMERA Window",
-        "bt_manip.viewer.wrapping": "print_wrapped",
-    },
-)
+__getattr__ = lazy_exports(__name__)

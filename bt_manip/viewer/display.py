@@ -21,11 +21,7 @@ class NoDisplayError(BtManipError):
 
 
 def require_display() -> None:
-    """Check that a display can be opened; without one, MuJoCo's viewer would wait forever.
-
-    Raises:
-        NoDisplayError: If no display is available.
-    """
+    """Raise a `NoDisplayError` without a display, for which MuJoCo's viewer would wait forever."""
     display = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
     if sys.platform.startswith("linux") and not display:
         raise NoDisplayError("there is no display: neither DISPLAY nor WAYLAND_DISPLAY is set")

@@ -11,9 +11,7 @@ from bt_manip.viewer.wrapping import print_wrapped
 class PlainView(RunObserver):
     """Prints a line for each cycle, and one for each leaf in a run of one cycle or one that fails.
 
-    Args:
-        console: Console to print to.
-        cycles: Number of cycles; 0: unlimited.
+    A number of 0 cycles is unlimited.
     """
 
     def __init__(self, console: Console, *, cycles: int) -> None:

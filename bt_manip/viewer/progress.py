@@ -4,11 +4,7 @@ import time
 
 
 class Progress:
-    """Counts successful cycles and estimates the remaining wall time.
-
-    Args:
-        cycles: Number of cycles; 0: unlimited.
-    """
+    """Counts successful cycles and estimates the remaining wall time; 0 cycles are unlimited."""
 
     def __init__(self, cycles: int) -> None:
         self._cycles = cycles
@@ -29,10 +25,11 @@ class Progress:
         if self._left <= 0:
             return rate
         each = (time.perf_counter() - self._start) / self._done
-        return f"{rate}, about {_duration(self._left * each)} left"
+        return f"{rate}, about {duration_text(self._left * each)} left"
 
 
-def _duration(seconds: float) -> str:
+def duration_text(seconds: float) -> str:
+    """Return a duration with the unit that fits."""
     if seconds < 90.0:
         return f"{seconds:.0f} s"
     return f"{seconds / 60:.0f} min" if seconds < 5400.0 else f"{seconds / 3600:.1f} h"

@@ -38,11 +38,7 @@ class TerminalView(RunObserver):
     After a cycle that failed, and at the end of a run of one cycle, a line for each leaf stays. A
     run of several cycles also shows the success rate and the remaining wall time. Redraws happen
     between ticks, in the thread of the run, at most every `REDRAW` seconds; they cost a few percent
-    of the wall time.
-
-    Args:
-        console: Console of a terminal.
-        cycles: Number of cycles; 0: unlimited.
+    of the wall time. A number of 0 cycles is unlimited.
     """
 
     def __init__(self, console: Console, *, cycles: int) -> None:
@@ -139,13 +135,7 @@ class TerminalView(RunObserver):
 
 
 def tree_lines(root: Any, status_of: Any, *, ascii_only: bool = False) -> Iterator[Text]:
-    """Yield a line for each node, children below their parents.
-
-    Args:
-        root: The root behaviour.
-        status_of: Returns the name of a node's status.
-        ascii_only: Whether to use ASCII marks only.
-    """
+    """Yield a line for each node, children below their parents, with the mark of its status."""
     # A stack instead of recursion: a tree may be deeper than Python's stack.
     stack = [(root, 0)]
     while stack:

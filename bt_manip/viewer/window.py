@@ -112,12 +112,8 @@ class Window(RunObserver):
 def aim(camera: mujoco.MjvCamera, model: mujoco.MjModel, data: mujoco.MjData) -> None:
     """Aim a free camera at the centre of a model, from a distance that shows all of it.
 
-    Direction and distance are those of the camera `OVERVIEW`, if the model has one.
-
-    Args:
-        camera: The camera to set.
-        model: The model; ``stat.center`` and ``stat.extent`` are used.
-        data: Its state, after ``mj_forward``.
+    Direction and distance are those of the camera `OVERVIEW`, if the model has one. The state of
+    the model is that after ``mj_forward``.
     """
     mujoco.mjv_defaultFreeCamera(model, camera)
     camera.azimuth, camera.elevation = FREE_CAMERA

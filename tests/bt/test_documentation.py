@@ -1,18 +1,12 @@
 """The pages say what the code does."""
 
-import importlib.util
 import re
-from pathlib import Path
 
 import pytest
 
 from bt_manip.bt import Action, BehaviourRegistry, Input, parse_tree
 from bt_manip.bt.nodes.node import CONDITIONS
-
-TOOL = Path(__file__).resolve().parents[2] / "tools" / "node_reference.py"
-_spec = importlib.util.spec_from_file_location("node_reference", TOOL)
-tool = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(tool)
+from tools.node_reference import node_reference
 
 
 @pytest.fixture
@@ -21,7 +15,7 @@ def page(repository):
 
 
 def test_the_table_of_each_node_covers_every_status_and_the_halt():
-    reference = tool.node_reference()
+    reference = node_reference()
     for name in BehaviourRegistry().names():
         table = reference.partition(f"\n### {name}\n")[2].partition("\n###")[0]
         words = ["halt", "FAILURE" if name == "AlwaysFailure" else "SUCCESS"]

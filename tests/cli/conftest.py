@@ -12,6 +12,7 @@ import pytest
 from bt_manip import plugins
 from bt_manip.cli.interrupt import SIGNALS, Interrupt
 from tests.support.program import bt_manip as bt_manip
+from tests.support.program import task as task
 from tests.support.program import trees as trees
 from tests.support.terminal import terminal as terminal
 

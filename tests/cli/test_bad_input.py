@@ -3,20 +3,11 @@
 import errno
 import gc
 import os
-import textwrap
 from pathlib import Path
 
 import pytest
 
 from bt_manip.runner.run import Run
-
-XML = """
-    <root BTCPP_format="4" main_tree_to_execute="Main">
-      <BehaviorTree ID="Main">
-        {}
-      </BehaviorTree>
-    </root>
-"""
 
 
 @pytest.fixture
@@ -36,12 +27,6 @@ def refused(bt_manip, trees, tmp_path, monkeypatch):
         return err
 
     return refuse
-
-
-def xml(tmp_path: Path, body: str) -> Path:
-    path = tmp_path / "task.xml"
-    path.write_text(textwrap.dedent(XML).strip().format(body))
-    return path
 
 
 @pytest.mark.parametrize(
@@ -104,24 +89,23 @@ def test_a_python_file_without_a_function(refused, trees):
         ('<SpawnObject model="cub" object="{o}"/>', ["did you mean 'cube'"]),
     ],
 )
-def test_a_document_with_a_mistake(refused, tmp_path, node, messages):
-    text = refused(xml(tmp_path, node))
+def test_a_document_with_a_mistake(refused, task, node, messages):
+    text = refused(task(node))
     assert all(message in text for message in messages)
 
 
 @pytest.mark.parametrize(
     ("goal", "options", "message"),
     [
-        ("IsInn object=a container=b", "", "task.xml:2:34: error: _goal: no condition is named 'I"),
+        ("IsInn object=a container=b", "", "task.xml:2:32: error: _goal: no condition is named 'I"),
         ("IsIn object=cub container=basket", "", "task.xml:2:"),
         ("IsIn object=cub container=basket", "", "no object 'cub'"),
         ("IsHolding object=a", "--scene two_arms", "goal/IsHolding: "),
         ("IsHolding object=a", "--scene two_arms", "select one by the port robot"),
     ],
 )
-def test_a_goal_that_does_not_fit_the_cell(refused, tmp_path, goal, options, message):
-    path = xml(tmp_path, "<AlwaysSuccess/>")
-    path.write_text(path.read_text().replace('ID="Main"', f'ID="Main" _goal="{goal}"'))
+def test_a_goal_that_does_not_fit_the_cell(refused, task, goal, options, message):
+    path = task("<AlwaysSuccess/>", f'_goal="{goal}"')
     assert message in refused(path, *options.split())
 
 
@@ -134,13 +118,13 @@ def test_a_goal_that_does_not_fit_the_cell(refused, tmp_path, goal, options, mes
         ('<IsIn object="kind:can" container="basket"/>', "table (table), basket (basket)"),
     ],
 )
-def test_an_object_that_the_scene_lacks_is_placed_at_its_line(refused, tmp_path, node, message):
-    error = refused(xml(tmp_path, node))
+def test_an_object_that_the_scene_lacks_is_placed_at_its_line(refused, task, node, message):
+    error = refused(task(node))
     assert message in error and "task.xml:3:" in error
 
 
-def test_an_evaluation_checks_the_objects_of_its_tree_too(bt_manip, tmp_path):
-    code, _, err = bt_manip("evaluate", xml(tmp_path, '<Hover object="cub"/>'), "--episodes", 2)
+def test_an_evaluation_checks_the_objects_of_its_tree_too(bt_manip, task):
+    code, _, err = bt_manip("evaluate", task('<Hover object="cub"/>'), "--episodes", 2)
     assert code == 2 and "task.xml:3:" in err and "no object 'cub'; known: basket, " in err
 
 
@@ -155,21 +139,19 @@ def test_an_evaluation_checks_the_objects_of_its_tree_too(bt_manip, tmp_path):
         ('<SubTree ID="Go" to="hom"/>', "no configuration is named 'hom'; did you mean 'home'?"),
     ],
 )
-def test_a_name_that_an_entry_holds_is_checked_too(refused, tmp_path, node, message):
-    path = xml(tmp_path, node)
+def test_a_name_that_an_entry_holds_is_checked_too(refused, task, node, message):
+    path = task(node)
     trees = """<BehaviorTree ID="To"><Drop container="{to}"/></BehaviorTree>
       <BehaviorTree ID="Go"><MoveToConfiguration configuration="{to}"/></BehaviorTree></root>"""
     path.write_text(path.read_text().replace("</root>", trees))
     assert message in refused(path)
 
 
-def test_objects_that_the_tree_adds_are_known(bt_manip, tmp_path):
+def test_objects_that_the_tree_adds_are_known(bt_manip, task):
     adding = '<Sequence><SpawnObject model="cube" name_hint="part"/>{}</Sequence>'
     resting = adding.format('<WaitUntilAtRest object="part"/>')
-    assert bt_manip("run", xml(tmp_path, resting)).code == 0
-    assert (
-        bt_manip("run", xml(tmp_path, resting.replace('object="part"', 'object="prt"'))).code == 2
-    )
+    assert bt_manip("run", task(resting)).code == 0
+    assert bt_manip("run", task(resting.replace('object="part"', 'object="prt"'))).code == 2
 
 
 @pytest.mark.parametrize(
@@ -185,10 +167,7 @@ def test_objects_that_the_tree_adds_are_known(bt_manip, tmp_path):
         (("--set", "name"), "KEY=VALUE"),
         (("--set", "nme=x"), "did you mean 'name'"),
         (("--trace", "missing/t.npz"), "missing"),
-        (
-            ("--record", "run.txt"),
-            "no recorder writes '.txt' files, known are .",
-        ),
+        (("--record", "run.txt"), "no recorder writes '.txt' files, known are ."),
         (("--record", "missing/run.mcap"), "missing"),
         (("--record", "run.npz fps=3"), "recorder 'trace' has no parameter 'fps'"),
         (("--no-such-option",), "no-such-option"),
@@ -222,11 +201,6 @@ DEEP = "a = " + "[" * 100_000 + "]" * 100_000
         ("--scene", "s.toml", DEEP, "s.toml: not a TOML file: nested deeper than 64 levels"),
         ("--scene", "s.toml", SCENE.format(x="nan"), "s.toml:2: key 'robots[1].position' is a"),
         ("--scene", "s.toml", SCENE.format(x="1e300"), "of at most 1e+10 in size, got 1e+300"),
-        (
-            "--scene", "s.toml",
-            SCENE.format(x=0) + "[randomization.objects.cube]\nmass = { uniform = [-1, 1] }\n",
-            "mass must be a number above 0 and at most 1e+10 [kg], got -1",
-        ),
         ("--resume", "/dev/zero", None, "cannot read the snapshot /dev/zero: not a regular file"),
         ("--resume", ".", None, "cannot read the snapshot .: a folder"),
     ],

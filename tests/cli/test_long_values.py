@@ -11,8 +11,6 @@ SENTENCE = "x y " * 1250
 LONGEST = 300
 """Characters of a line [1]."""
 
-NODE = '<root BTCPP_format="4"><BehaviorTree ID="m"{goal}>{node}</BehaviorTree></root>'
-
 
 @pytest.fixture
 def short(bt_manip, tmp_path, monkeypatch):
@@ -74,9 +72,8 @@ def test_a_long_sentence_is_cut(short, trees):
         (f'<Script code="a:={WORD}"/>', "", 1),
     ],
 )
-def test_a_long_value_in_a_tree_is_cut(short, tmp_path, node, goal, code):
-    goal = goal and f' _goal="{goal}"'
-    (tmp_path / "task.xml").write_text(NODE.format(node=node, goal=goal))
+def test_a_long_value_in_a_tree_is_cut(short, task, tmp_path, node, goal, code):
+    task(node, goal and f'_goal="{goal}"')
     assert short("run", "task.xml", "--report", "report.json") == code
     if code == 1:
         (cycle,) = json.loads((tmp_path / "report.json").read_text())["cycles"]

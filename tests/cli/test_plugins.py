@@ -240,14 +240,11 @@ def test_every_command_says_which_plugins_to_load_and_shows_its_help_cleanly(bt_
         assert "\\b" not in out and "\b" not in out
 
 
-def test_an_option_behind_a_sub_command_loads_its_plugins(bt_manip, tmp_path):
+def test_an_option_behind_a_sub_command_loads_its_plugins(bt_manip, task, tmp_path):
     (tmp_path / "one.py").write_text(textwrap.dedent(TOYS.format(7)))
-    (tmp_path / "tree.xml").write_text(
-        '<root BTCPP_format="4"><BehaviorTree ID="M"><MoveHome/></BehaviorTree></root>'
-    )
-    outcome = bt_manip("tree", "check", tmp_path / "tree.xml", "--plugins-dir", tmp_path)
-    assert outcome.code == 0
-    outcome = bt_manip("tree", "check", tmp_path / "tree.xml", "--block", "impedence")
+    tree = task("<MoveHome/>")
+    assert bt_manip("tree", "check", tree, "--plugins-dir", tmp_path).code == 0
+    outcome = bt_manip("tree", "check", tree, "--block", "impedence")
     assert "Warning: --block impedence: there is no such plugin" in outcome.err
 
 
@@ -273,9 +270,8 @@ def test_a_name_to_block_that_nothing_has_is_told_with_the_nearest(bt_manip, sit
     assert "cannot be blocked" in bt_manip("list", "scenes", "--block", "builtin").err
 
 
-def test_a_check_reads_trees_and_looks_for_where_they_work(bt_manip, site, tmp_path):
-    tree = tmp_path / "typo.xml"
-    tree.write_text('<root BTCPP_format="4"><BehaviorTree ID="M"><Graps/></BehaviorTree></root>')
+def test_a_check_reads_trees_and_looks_for_where_they_work(bt_manip, site, task):
+    tree = task("<Graps/>")
     source = f"""
         from bt_manip import hookimpl
 
@@ -290,7 +286,7 @@ def test_a_check_reads_trees_and_looks_for_where_they_work(bt_manip, site, tmp_p
     assert all(line.startswith("Warning: plugin 'forest' 2.5 (") for line in err.splitlines())
     assert "tree 'typo': unknown scene 'two_tabels'" in scene
     assert "unknown controller 'computed_torq'; did you mean 'computed_torque'" in controller
-    assert "typo.xml:1:45" in name and "no node is named 'Graps'" in name
+    assert "task.xml:3:1" in name and "no node is named 'Graps'" in name
 
 
 def test_a_command_that_prints_when_it_is_imported_leaves_the_json_alone(bt_manip, site):

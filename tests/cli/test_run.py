@@ -44,18 +44,12 @@ def test_a_failed_cycle_does_not_stop_the_run(bt_manip, trees, tmp_path):
     assert read["tree"] == f"{trees}:failing"
 
 
-GOAL = """
-<root BTCPP_format="4">
-  <BehaviorTree ID="Main" _goal="{goal}">
-    <Sequence><SpawnObject name="spawn" object="{{cube}}"/><Sleep msec="300"/></Sequence>
-  </BehaviorTree>
-</root>
-"""
-
-
-def test_success_with_the_cube_on_the_table_is_1_if_the_goal_is_the_basket(bt_manip, tmp_path):
-    tree, report = tmp_path / "task.xml", tmp_path / "report.json"
-    tree.write_text(GOAL.format(goal="IsIn object={cube} container=basket"))
+def test_success_with_the_cube_on_the_table_is_1_if_the_goal_is_the_basket(
+    bt_manip, task, tmp_path
+):
+    spawn = '<Sequence><SpawnObject object="{cube}"/><Sleep msec="300"/></Sequence>'
+    report = tmp_path / "report.json"
+    tree = task(spawn, '_goal="IsIn object={cube} container=basket"')
     code, out, _ = bt_manip("run", tree, "--report", report)
     assert code == 1
     assert "cycle 1: goal not met: 'cube' touches 'table'" in out
@@ -63,7 +57,7 @@ def test_success_with_the_cube_on_the_table_is_1_if_the_goal_is_the_basket(bt_ma
     read = read_report(report)
     assert (read.status, read.cycles[0].goal) == ("FAILURE", False)
     assert read.cycles[0].goal_reason == "'cube' touches 'table'"
-    tree.write_text(GOAL.format(goal="IsOn object={cube} support=table"))
+    task(spawn, '_goal="IsOn object={cube} support=table"')
     assert bt_manip("run", tree, "--report", report).code == 0
     assert read_report(report).cycles[0].goal is True
 
@@ -124,7 +118,9 @@ def test_the_end_of_a_file_is_no_interrupt(bt_manip, trees, monkeypatch):
 ESCAPES = re.compile(r"\x1b\[[0-9;?]*\w")
 
 
-def test_at_a_terminal_the_last_line_says_what_to_try_next(bt_manip, screen, trees, monkeypatch):
+def test_a_terminal_gets_the_table_in_its_width_and_colours_only_if_wanted(
+    bt_manip, screen, trees, monkeypatch
+):
     read = screen()
     monkeypatch.setenv("COLUMNS", "60")
     monkeypatch.setenv("NO_COLOR", "1")
@@ -132,17 +128,7 @@ def test_at_a_terminal_the_last_line_says_what_to_try_next(bt_manip, screen, tre
     shown = read()
     assert not re.search(r"\x1b\[[0-9;]*3\dm", shown)  # no colour
     *_, table = shown.split("\x1b[?25h")
-    lines = ESCAPES.sub("", table).splitlines()
-    assert max(map(len, lines)) <= 60
-    last = f"{lines[-2]} {lines[-1].strip()}"
-    assert last == "Options to try next: --window, --view, --cycles 10, --real-time 1"
-    assert bt_manip("run", f"{trees}:quick", "--cycles", 2, "--real-time", 0).code == 0
-    assert read().splitlines()[-1] == "Options to try next: --window, --view"
-
-
-def test_a_setting_reaches_the_tree(bt_manip, trees):
-    assert bt_manip("run", f"{trees}:quick", "--set", "name=basket", "--quiet").code == 0
-    assert bt_manip("run", f"{trees}:quick", "--set", "name=nothing", "--quiet").code == 1
+    assert max(map(len, ESCAPES.sub("", table).splitlines())) <= 60
 
 
 def digest(bt_manip, trees, tmp_path, *options) -> str:
@@ -185,21 +171,14 @@ def test_a_generator_exit_is_an_error_with_one_line(bt_manip, trees, tmp_path):
     assert json.loads(report.read_text())["error"] == "GeneratorExit"
 
 
-def test_a_script_that_cannot_be_evaluated_is_one_line(bt_manip, tmp_path):
-    tree = tmp_path / "doubling.xml"
+def test_a_script_that_cannot_be_evaluated_is_one_line(bt_manip, task):
     script = "x := 'abcdefgh'; " + "; ".join(["x := x .. x"] * 60)
-    tree.write_text(
-        f'<root BTCPP_format="4"><BehaviorTree ID="A"><Script code="{script}"/>'
-        "</BehaviorTree></root>"
-    )
+    tree = task(f'<Script code="{script}"/>')
     code, _, err = bt_manip("run", tree)
-
     assert code == 1
     assert "Traceback" not in err
-    assert (
-        f"Error: {tree}:1:45: Script::1 [Script]: error in script [x := 'abcdefgh'; x := x .. x;"
-        in err
-    )
+    place = f"Error: {tree}:3:1: Script::1 [Script]: "
+    assert f"{place}error in script [x := 'abcdefgh'; x := x .. x;" in err
     assert "...]: a text is longer than 1000000 characters" in err
     assert max(map(len, err.splitlines())) < 240 + len(str(tree))
 
@@ -260,49 +239,37 @@ def register_behaviours(register):
     ],
 )
 def test_a_mistake_in_a_tree_or_leaf_is_one_line_with_its_place_and_no_internal_fault(
-    bt_manip, tmp_path, node, reason
+    bt_manip, task, tmp_path, node, reason
 ):
     (tmp_path / "leaves.py").write_text(LEAVES)
-    tree = tmp_path / "task.xml"
-    tree.write_text(f'<root BTCPP_format="4"><BehaviorTree ID="A">\n{node}\n</BehaviorTree></root>')
+    tree = task(node)
     code, _, err = bt_manip("run", tree, "--plugins-dir", tmp_path)
     assert code == 1 and "Traceback" not in err and "internal" not in err
     (line,) = [line for line in err.splitlines() if line.startswith("Error")]
-    assert re.fullmatch(rf"Error: {re.escape(str(tree))}:2:\d+: .*{reason}", line)
+    assert re.fullmatch(rf"Error: {re.escape(str(tree))}:3:\d+: .*{reason}", line)
 
 
-def test_a_run_whose_cycles_fail_at_once_ends_early_and_says_so(bt_manip, tmp_path):
-    tree, report = tmp_path / "never.xml", tmp_path / "report.json"
-    tree.write_text(
-        '<root BTCPP_format="4"><BehaviorTree ID="A"><AlwaysFailure/></BehaviorTree></root>'
-    )
+def test_a_run_whose_cycles_fail_at_once_ends_early_and_says_so(bt_manip, task, tmp_path):
+    tree, report = task("<AlwaysFailure/>"), tmp_path / "report.json"
     code, _, err = bt_manip("run", tree, "--cycles", 0, "--report", report)
     assert code == 1 and "10 cycles in a row failed within 0.1 s: AlwaysFailure" in err
     read = json.loads(report.read_text())
     assert len(read["cycles"]) == 10 and "10 cycles" in read["ended_early"]
 
 
-def test_results_of_a_tree_are_columns_of_the_table(bt_manip, tmp_path):
-    tree = tmp_path / "count.xml"
-    tree.write_text(
-        '<root BTCPP_format="4"><BehaviorTree ID="A" _results="left right">'
-        '<Script code="left := 3; right := 0.25"/></BehaviorTree></root>'
-    )
+def test_results_of_a_tree_are_columns_of_the_table(bt_manip, task):
+    tree = task('<Script code="left := 3; right := 0.25"/>', '_results="left right"')
     code, out, _ = bt_manip("run", tree)
     assert code == 0 and re.search(r"left +right", out) and re.search(r" 3 +0\.25 ", out)
 
 
 @pytest.mark.parametrize("attribute", ['_results="left;right"', '_continues="yes"'])
 def test_an_attribute_of_a_tree_with_another_form_is_refused_at_its_place(
-    bt_manip, tmp_path, attribute
+    bt_manip, task, attribute
 ):
-    tree = tmp_path / "odd.xml"
-    tree.write_text(
-        f'<root BTCPP_format="4"><BehaviorTree ID="A" {attribute}><AlwaysSuccess/>'
-        "</BehaviorTree></root>"
-    )
+    tree = task("<AlwaysSuccess/>", attribute)
     code, _, err = bt_manip("run", tree)
-    assert code == 2 and f"{tree}:1:" in err and "expected" in err
+    assert code == 2 and f"{tree}:2:" in err and "expected" in err
 
 
 def test_help_lists_options_in_groups_and_a_mistyped_command_gets_a_suggestion(bt_manip):
@@ -322,11 +289,6 @@ def test_without_a_display_the_window_is_missed_and_the_run_goes_on(bt_manip, tr
     assert "there is no display" in err
 
 
-def test_a_module_can_hold_the_tree(bt_manip, trees, monkeypatch):
-    monkeypatch.syspath_prepend(trees.parent)
-    assert bt_manip("run", "small_trees:quick", "--quiet").code == 0
-
-
 @pytest.fixture
 def install(tmp_path, monkeypatch):
     """Install a plugin of one file."""
@@ -340,13 +302,6 @@ def install(tmp_path, monkeypatch):
         (installed / "entry_points.txt").write_text(f"[bt_manip]\n{name} = {name}\n")
 
     return put
-
-
-def test_a_part_that_is_missing_with_a_broken_plugin_is_explained(bt_manip, install, trees):
-    install("broken", "raise OSError('out of order')")
-    code, _, err = bt_manip("run", f"{trees}:quick", "--robot", "arm_of_broken")
-    assert code == 2
-    assert "left out because broken: plugin 'broken'" in err.splitlines()[-1]
 
 
 @pytest.mark.parametrize("name", ["report.json", "report.jsonl"])
@@ -364,12 +319,8 @@ def test_a_folder_that_goes_away_meanwhile_is_an_error_and_no_traceback(
     assert "Traceback" not in err
 
 
-def test_configurations_are_named_by_a_file(bt_manip, tmp_path):
-    tree = tmp_path / "tree.xml"
-    tree.write_text(
-        '<root BTCPP_format="4"><BehaviorTree ID="Main">'
-        '<MoveToConfiguration configuration="above"/></BehaviorTree></root>'
-    )
+def test_configurations_are_named_by_a_file(bt_manip, task, tmp_path):
+    tree = task('<MoveToConfiguration configuration="above"/>')
     file = tmp_path / "configurations.toml"
     file.write_text("[configurations]\nabove = [0, -0.7, 0, -2.2, 0, 1.6, 0.8]\n")
     assert bt_manip("run", tree, "--configurations", file).code == 0

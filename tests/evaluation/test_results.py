@@ -61,16 +61,6 @@ def test_a_new_column_may_be_empty_and_is_in_results_of_before(folder, tmp_path,
     assert [one.distance for one in read_results(tmp_path / "out")[1]] == [None, 0.25, None]
 
 
-def test_a_column_of_an_unknown_type_is_named(folder, monkeypatch):
-    @dataclass(frozen=True)
-    class Listed(EpisodeResult):
-        path: list | None = None
-
-    monkeypatch.setattr(results, "EpisodeResult", Listed)
-    with pytest.raises(TypeError, match="no type of column for path"):
-        folder()
-
-
 def test_every_added_result_survives_a_killed_process(folder, tmp_path, monkeypatch):
     monkeypatch.setattr(results, "PART_ROWS", 4)
     killed = folder()

@@ -2,7 +2,6 @@
 
 import subprocess
 import sys
-import tomllib
 from pathlib import Path
 
 from bt_manip.plugins import PluginSelection, load_plugins
@@ -16,11 +15,6 @@ def test_its_own_tests_pass():
     pytest = [sys.executable, "-m", "pytest", "-q", str(FOLDER)]
     done = subprocess.run(pytest, capture_output=True, text=True)
     assert done.returncode == 0 and "4 passed" in done.stdout, done.stdout
-
-
-def test_the_scene_is_short():
-    text = (FOLDER / "scene.toml").read_text()
-    assert len(text.splitlines()) <= 24 and len(tomllib.loads(text)["objects"]) == 7
 
 
 def test_each_object_ends_in_its_bin_and_the_report_has_the_counts():

@@ -1,9 +1,7 @@
 """The notebook runs from its first cell to its last, and shows what it should."""
 
 import copy
-import importlib.util
 import re
-from pathlib import Path
 
 import pytest
 
@@ -13,7 +11,7 @@ for module in ("mcap", "bokeh", "ipykernel"):
 
 import nbformat  # noqa: E402
 
-ROOT = Path(__file__).resolve().parents[2]
+from tools.run_notebook import NOTEBOOK, run_notebook, stored  # noqa: E402
 
 
 def code_cells(notebook):
@@ -21,16 +19,8 @@ def code_cells(notebook):
 
 
 @pytest.fixture(scope="module")
-def tool():
-    spec = importlib.util.spec_from_file_location("run_notebook", ROOT / "tools/run_notebook.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-@pytest.fixture(scope="module")
-def executed(tool):
-    return tool.run_notebook()
+def executed():
+    return run_notebook()
 
 
 def shown(notebook, source):
@@ -55,10 +45,10 @@ def displayed(notebook):
     ]
 
 
-def test_it_is_stored_with_the_outputs_of_its_code(tool, executed):
-    kept = nbformat.read(tool.NOTEBOOK, as_version=4)
+def test_it_is_stored_with_the_outputs_of_its_code(executed):
+    kept = nbformat.read(NOTEBOOK, as_version=4)
     assert printed(kept) == printed(executed), "run python tools/run_notebook.py"
-    assert displayed(kept) == displayed(tool.stored(copy.deepcopy(executed)))
+    assert displayed(kept) == displayed(stored(copy.deepcopy(executed)))
     for cell in code_cells(kept):
         assert bool(cell.outputs) == (not cell.source.startswith("from bt_manip import"))
 

@@ -1,29 +1,12 @@
 """The shells in the Panda's file are those that the generator writes."""
 
-import importlib.util
-import sys
-from pathlib import Path
-
 import mujoco
 import numpy as np
-import pytest
 
-ROOT = Path(__file__).parents[2]
-
-
-@pytest.fixture(scope="module")
-def generator():
-    spec = importlib.util.spec_from_file_location(
-        "panda_shells", ROOT / "tools" / "panda_shells.py"
-    )
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    yield module
-    del sys.modules[spec.name]
+from tools import panda_shells as generator
 
 
-def test_the_file_holds_and_uses_what_the_generator_writes(generator, panda):
+def test_the_file_holds_and_uses_what_the_generator_writes(panda):
     found = generator.BLOCK.search(generator.PANDA.read_text())
     assert found is not None
     assert found[2] == generator.block()

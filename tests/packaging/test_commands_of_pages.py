@@ -4,7 +4,6 @@ They run in the order of the page, on the files that it tells to save. Those tha
 get it after 30 s of simulated time, or where only the page is left.
 """
 
-import importlib.util
 import json
 import os
 import re
@@ -19,6 +18,7 @@ from pathlib import Path
 import pytest
 
 from tests.support.pages import PAGES, ROOT, File, steps
+from tools import test_packages as tool
 
 SIMULATED = 30.0
 """Simulated time after which a command that runs until Ctrl-C gets it [s]."""
@@ -88,9 +88,6 @@ def save(file: File, folder: Path) -> None:
 @pytest.fixture(scope="module")
 def install(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Path]:
     """Return a function that makes an environment of wheels and returns its interpreter."""
-    spec = importlib.util.spec_from_file_location("packages", ROOT / "tools/test_packages.py")
-    tool = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(tool)
 
     def make(plugins: bool) -> Path:
         work = tmp_path_factory.mktemp("installed")

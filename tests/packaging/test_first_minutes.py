@@ -50,26 +50,3 @@ def test_a_tree_is_completed(clone):
         _BT_MANIP_COMPLETE="bash_complete", COMP_WORDS="bt-manip run pi", COMP_CWORD="2",
     )  # fmt: skip
     assert "plain,pick_place" in done.stdout.splitlines()
-
-
-MISTAKES = {
-    "a tree": (["run", "pick_plac"], "did you mean 'pick_place'"),
-    "a key": (["run", "pick_place", "--set", "cubee=x"], "has no key 'cubee'; did you mean"),
-    "a robot": (["run", "pick_place", "--robot", "pandaa"], "did you mean 'panda'"),
-    "a controller": (["run", "pick_place", "--controller", "computed"], "did you mean"),
-    "a scene": (["run", "pick_place", "--scene", "tabel"], "'tabel'"),
-    "a number": (["run", "pick_place", "--tick", "0"], "tick must be positive"),
-    "an option": (["run", "pick_place", "--cycle", "2"], "--cycles"),
-    "a node": (["run", "wrong.xml"], "wrong.xml:1:"),
-}
-
-
-@pytest.mark.parametrize("mistake", MISTAKES)
-def test_a_mistake_gets_one_message_that_says_what_would_be_right(clone, mistake):
-    arguments, said = MISTAKES[mistake]
-    leaf = '<Graps object="cube"/>'
-    main = f'<BehaviorTree ID="Main">{leaf}</BehaviorTree>'
-    (clone / "wrong.xml").write_text(f'<root BTCPP_format="4">{main}</root>')
-    done = run(clone, ".venv/bin/bt-manip", *arguments)
-    assert done.returncode == 2
-    assert said in done.stderr and "Traceback" not in done.stderr

@@ -251,22 +251,6 @@ def test_documents_name_only_commands_that_there_are(document):
     assert set(re.findall(r"(?:^|`)make ([a-z-]+)", text, re.MULTILINE)) <= makefile_targets()
 
 
-def test_the_readme_begins_with_what_a_user_types():
-    first_screen = "\n".join((REPOSITORY / "README.md").read_text().splitlines()[:60])
-    for command in ("make run", "make test"):
-        assert command in first_screen
-
-
-def test_ci_runs_the_tests_the_linter_the_type_checker_and_the_packages():
-    text = (REPOSITORY / ".ci" / "run").read_text()
-    called = [re.findall(r"[a-z][a-z-]+", line) for line in re.findall(r"^make (.*)", text, re.M)]
-    assert called == [
-        ["setup"], ["test"], ["lint", "types", "docs"], ["test-packages"], ["test-clients"],
-        ["rehearsal"],
-    ]  # fmt: skip
-    assert subprocess.run(["bash", "-n", ".ci/run"], cwd=REPOSITORY).returncode == 0
-
-
 def test_the_readmes_plugin_is_picked_and_placed(tmp_path, monkeypatch):
     """Save the README's plugin where its text says, and run what the text says."""
     text = (REPOSITORY / "README.md").read_text()

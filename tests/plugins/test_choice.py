@@ -1,7 +1,7 @@
 """A user chooses which plugins are loaded, and from where."""
 
 import os
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import entry_points
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -81,35 +81,9 @@ def test_a_file_that_fails_leaves_no_module_behind(tmp_path):
     assert not [name for name in sys.modules if "half" in name]
 
 
-def test_an_exception_of_a_file_is_blamed_on_it(tmp_path):
-    code = (
-        "from bt_manip import hookimpl\n"
-        "def thrower(): raise ValueError('heavy')\n"
-        "@hookimpl\ndef register_objects(register): register('stone', thrower)\n"
-    )
-    (tmp_path / "quarry.py").write_text(code)
-    plugins = load_plugins(entry_points=(), choice=PluginSelection(folders=(tmp_path,)))
-    with pytest.raises(ValueError, match="heavy") as caught:
-        plugins.parts.objects.create("stone")
-    blamed = plugins.blame(caught.value)
-    assert blamed is not None and blamed.name == "quarry"
-
-
 def test_a_folder_that_is_not_there_is_bad_input(tmp_path):
     with pytest.raises(BtManipError, match="no folder"):
         load_plugins(entry_points=(), choice=PluginSelection(folders=(tmp_path / "nowhere",)))
-
-
-def test_an_entry_point_and_a_file_of_one_name_do_not_both_come_in(plugin, tmp_path):
-    folder = tmp_path / "folder"
-    folder.mkdir()
-    (folder / "toys.py").write_text("raise RuntimeError")
-    warnings: list[str] = []
-    point: EntryPoint = plugin("toys", BALL)
-    load_plugins(
-        entry_points=[point], warn=warnings.append, choice=PluginSelection(folders=(folder,))
-    )
-    assert len(warnings) == 1 and "another plugin has the same name" in warnings[0]
 
 
 def test_installed_plugins_are_those_of_importlib_metadata():

@@ -4,7 +4,6 @@ import inspect
 import re
 import runpy
 import shutil
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,7 +11,7 @@ import pytest
 
 from bt_manip import hookspecs
 from bt_manip.models import bundled_root
-from bt_manip.plugins import PluginSelection, load_plugins
+from bt_manip.registry import Parts
 from bt_manip.robots import read_description
 
 TUTORIALS = ("object", "controller", "robot", "behaviour", "planner")
@@ -35,6 +34,7 @@ def page(hook: str) -> str:
 def test_every_function_among_the_hooks_is_one_of_them():
     functions = {name for name, f in vars(hookspecs).items() if inspect.isfunction(f)}
     assert functions == set(HOOKS)
+    assert set(hookspecs.REGISTERING) == {f"register_{kind}" for kind in Parts().by_kind()}
 
 
 @pytest.mark.parametrize("hook", HOOKS)
@@ -46,18 +46,6 @@ def test_a_hook_has_a_page_with_its_exact_signature(hook):
         whole += (DOCS / "hooks" / "observers.md").read_text().partition("\n## ")[0]
     for name in parameters.split(", "):
         assert f"`{name}" in whole
-
-
-@pytest.mark.parametrize("hook", HOOKS)
-def test_the_example_of_a_page_is_a_plugin_that_uses_the_hook(hook, tmp_path):
-    (code,) = re.findall(r"```python\n(.*?)```", page(hook), re.DOTALL)
-    (tmp_path / f"example_{hook}.py").write_text(code)
-    plugins = load_plugins(
-        entry_points=(), warn=pytest.fail, choice=PluginSelection(folders=(tmp_path,))
-    ).plugins
-    used = [f"register_{kind}" for kind in plugins[1].provides]
-    used += [observer.name for observer in plugins[1].observers]
-    assert used == [hook]
 
 
 @pytest.mark.parametrize("hook", HOOKS)
@@ -111,11 +99,3 @@ def test_the_robot_tutorials_file_describes_the_robot_of_its_package(robot_page,
     )  # fmt: skip
     for T in (read.T_ft, read.T_rb, read.gripper.T_mg):
         assert T.isIdentity()
-
-
-@pytest.fixture(autouse=True)
-def forget_examples():
-    """Leave no module of an example behind."""
-    yield
-    for name in [name for name in sys.modules if name.startswith("_bt_manip_plugin_")]:
-        del sys.modules[name]

@@ -29,68 +29,44 @@ def test_a_plugin_brings_parts_that_know_where_they_are_from(plugin, load):
     assert toys.source.endswith(".py")
 
 
+def hook(signature: str, *body: str) -> str:
+    """Give the source of one hook's implementation."""
+    return "@hookimpl\n" + "\n    ".join((f"def {signature}:", *body))
+
+
 BROKEN = {
     "import error": ("import no_such_module_anywhere", "no_such_module_anywhere"),
     "syntax error": ("def broken(:", "SyntaxError"),
     "exit at import": ("raise SystemExit(5)", "SystemExit: 5"),
     "wrong signature": (
-        """
-        @hookimpl
-        def register_objects(register, physics): register("x", dict)
-        """,
+        hook("register_objects(register, physics)", 'register("x", dict)'),
         "physics",
     ),
     "misspelt argument": (
-        """
-        @hookimpl
-        def register_objects(regster): regster("x", dict)
-        """,
+        hook("register_objects(regster)", 'regster("x", dict)'),
         "'register_objects' is not given 'regster', which it takes; did you mean 'register'",
     ),
     "no argument": (
-        """
-        @hookimpl
-        def register_objects(): pass
-        """,
+        hook("register_objects()", "pass"),
         "'register_objects' does not take 'register'",
     ),
     "generator": (
-        """
-        @hookimpl
-        def register_objects(register):
-            register("x", dict)
-            yield
-        """,
+        hook("register_objects(register)", 'register("x", dict)', "yield"),
         "'register_objects' has a yield in it",
     ),
     "coroutine": (
-        """
-        @hookimpl
-        async def after_tick(tree): pass
-        """,
+        "@hookimpl\nasync def after_tick(tree): pass",
         "'after_tick' is async",
     ),
     "register called wrongly": (
-        """
-        @hookimpl
-        def register_objects(register): register("x")
-        """,
+        hook("register_objects(register)", 'register("x")'),
         "register(name, factory) was called wrongly: missing a required argument: 'factory'",
     ),
     "misspelt hook": (
-        """
-        @hookimpl
-        def register_objets(register): register("x", dict)
-        """,
+        hook("register_objets(register)", 'register("x", dict)'),
         "there is no hook 'register_objets'; did you mean 'register_objects'",
     ),
-    "misspelt observer": (
-        """
-        @hookimpl
-        def after_tik(tree): pass
-        """,
-        "did you mean 'after_tick'",
-    ),
+    "misspelt observer": (hook("after_tik(tree)", "pass"), "did you mean 'after_tick'"),
     "misspelt category": (
         """
         class Odd:
@@ -111,67 +87,32 @@ BROKEN = {
         "did you mean 'odd'?",
     ),
     "name of another plugin's part": (
-        """
-        @hookimpl
-        def register_objects(register):
-            register("x", dict)
-            register("cube", dict)
-        """,
+        hook("register_objects(register)", 'register("x", dict)', 'register("cube", dict)'),
         "object 'cube' is registered already, by plugin 'builtin'",
     ),
     "its own name twice": (
-        """
-        @hookimpl
-        def register_objects(register):
-            register("x", dict)
-            register("x", list)
-        """,
+        hook("register_objects(register)", 'register("x", dict)', 'register("x", list)'),
         "registers object 'x' twice",
     ),
     "raising hook": (
-        """
-        @hookimpl
-        def register_objects(register): register("x", dict)
-        @hookimpl
-        def register_robots(register): raise RuntimeError("no arm today")
-        """,
+        hook("register_objects(register)", 'register("x", dict)\n')
+        + hook("register_robots(register)", 'raise RuntimeError("no arm today")'),
         "RuntimeError: no arm today",
     ),
     "earlier name of a hook": (
-        """
-        @hookimpl
-        def initialize_episode(station):
-            pass
-        """,
+        hook("initialize_episode(station)", "pass"),
         "the hook 'initialize_episode' is now called 'cycle_started'",
     ),
-    "no hook marked": (
-        """
-        def register_objects(register): register("x", dict)
-        """,
-        "implements no hook",
-    ),
+    "no hook marked": ("def register_objects(register): pass", "implements no hook"),
     "wrapper": (
-        """
-        @hookimpl(wrapper=True)
-        def register_objects(register): return (yield)
-        """,
+        "@hookimpl(wrapper=True)\ndef register_objects(register): return (yield)",
         "wraps other plugins' hooks",
     ),
     "not callable": (
-        """
-        @hookimpl
-        def register_objects(register): register("x", 3)
-        """,
+        hook("register_objects(register)", 'register("x", 3)'),
         "'x' among its objects is not callable",
     ),
-    "no name": (
-        """
-        @hookimpl
-        def register_objects(register): register("a b", dict)
-        """,
-        "letters, digits",
-    ),
+    "no name": (hook("register_objects(register)", 'register("a b", dict)'), "letters, digits"),
     "abstract class": (
         """
         import abc
@@ -204,24 +145,12 @@ BROKEN = {
         "did you mean 'initialise'?",
     ),
     "no robot": (
-        """
-        @hookimpl
-        def register_robots(register): register("panda")
-        """,
+        hook("register_robots(register)", 'register("panda")'),
         "a robot is a RobotDescription",
     ),
-    "no behaviour": (
-        """
-        @hookimpl
-        def register_behaviours(register): register(dict)
-        """,
-        "dict",
-    ),
+    "no behaviour": (hook("register_behaviours(register)", "register(dict)"), "dict"),
     "no tree": (
-        """
-        @hookimpl
-        def register_trees(register): register("x", "nowhere.xml")
-        """,
+        hook("register_trees(register)", 'register("x", "nowhere.xml")'),
         "tree 'x': 'nowhere.xml'",
     ),
 }
@@ -239,15 +168,8 @@ def test_a_broken_plugin_is_one_warning_and_nothing_of_it_stays(plugin, load, so
 
 
 def test_the_line_of_the_plugin_is_told_where_something_is_wrong(plugin, load):
-    point = plugin(
-        "broken",
-        """\
-        @hookimpl
-        def register_objects(register):
-            register("x", dict)
-            register("cube", dict)
-    """,
-    )
+    source = hook("register_objects(register)", 'register("x", dict)', 'register("cube", dict)')
+    point = plugin("broken", source)
     _, (warning,) = load(point)
     assert f"by plugin 'builtin', at {point.load().__file__}:5 (" in warning
 
@@ -268,10 +190,7 @@ def test_what_a_plugin_prints_does_not_get_among_the_output(plugin, load, capsys
 def test_the_place_of_a_tree_holds_when_the_folder_changes(plugin, load, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "mine.xml").write_text("<root/>")
-    source = """
-        @hookimpl
-        def register_trees(register): register("mine", "mine.xml")
-    """
+    source = hook("register_trees(register)", 'register("mine", "mine.xml")')
     plugins, _ = load(plugin("trees", source))
     assert plugins.parts.trees.get("mine") == str(tmp_path / "mine.xml")
 
@@ -296,12 +215,8 @@ def test_an_interrupt_during_an_import_is_not_swallowed(plugin, load):
 
 
 def test_nothing_can_be_registered_after_the_hook(plugin, load):
-    late = """
-        kept = []
-        @hookimpl
-        def register_objects(register): kept.append(register)
-    """
-    point = plugin("late", late)
+    late = hook("register_objects(register)", "kept.append(register)")
+    point = plugin("late", f"kept = []\n{late}")
     plugins, _ = load(point)
     with pytest.raises(Exception, match="inside the hook"):
         point.load().kept[0]("afterwards", dict)
@@ -351,11 +266,8 @@ def test_nobody_is_blamed_for_what_no_plugin_did(load):
     ],
 )
 def test_a_part_that_cannot_be_made_is_blamed_on_its_plugin(plugin, load, factory, problem):
-    toys = f"""
-        @hookimpl
-        def register_planners(register): register("odd", {factory})
-    """
-    plugins, _ = load(plugin("toys", toys))
+    source = hook("register_planners(register)", f'register("odd", {factory})')
+    plugins, _ = load(plugin("toys", source))
     with pytest.raises(PartFault, match=f"^planner 'odd' cannot be made: {problem}$") as caught:
         plugins.parts.planners.maker("odd", "plan")()
     blamed = plugins.blame(caught.value)

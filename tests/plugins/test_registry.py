@@ -2,7 +2,6 @@
 
 import pytest
 
-from bt_manip.exceptions import BtManipError
 from bt_manip.registry import Registry, UnknownPartError
 
 
@@ -36,17 +35,3 @@ def test_a_mistyped_name_gets_the_nearest_one(robots):
 def test_a_name_far_from_all_gets_all(robots):
     with pytest.raises(UnknownPartError, match="known: panda, ur5e"):
         robots.owner("zebra")
-
-
-def test_a_name_is_taken_only_once(robots):
-    with pytest.raises(BtManipError, match="'panda' is registered already, by plugin 'builtin'"):
-        robots.add("panda", {}, "other")
-    assert robots.owner("panda") == "builtin"
-
-
-def test_names_are_in_alphabetical_order(robots):
-    robots.add("fr3", {}, "arms")
-    assert list(robots) == ["fr3", "panda", "ur5e"]
-    assert len(robots) == 3
-    assert "fr3" in robots
-    assert "kuka" not in robots

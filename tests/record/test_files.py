@@ -27,16 +27,6 @@ def test_a_file_appears_only_when_it_is_whole(tmp_path):
     assert stat.S_IMODE(path.stat().st_mode) == stat.S_IMODE(other.stat().st_mode)
 
 
-def test_what_stood_there_stays_when_writing_fails(tmp_path):
-    path = tmp_path / "report.json"
-    path.write_bytes(b"yesterday's")
-    with pytest.raises(RuntimeError), whole_file(path) as file:
-        file.write(b"half of it")
-        raise RuntimeError
-    assert path.read_bytes() == b"yesterday's"
-    assert list(tmp_path.iterdir()) == [path]
-
-
 def test_a_link_stays_a_link(tmp_path):
     path, link = tmp_path / "real.json", tmp_path / "link.json"
     path.touch()

@@ -4,10 +4,11 @@ import pytest
 
 from bt_manip import build_station, spatial
 from bt_manip.bt import Tree
+from bt_manip.record import take_snapshot
 from bt_manip.record.report.recorder import Recorder
 from bt_manip.record.report.run_report import RunReport
 from bt_manip.registry import Parts
-from bt_manip.runner import RunObserver, RunRequest, find_tree, prepare
+from bt_manip.runner import Run, RunObserver, RunRequest, find_tree, prepare
 from bt_manip.scenes import Scene, SceneObject, two_arms
 from bt_manip.testing.trial import Trial
 
@@ -46,6 +47,25 @@ def report_of(parts: Parts, tree: str, *observers: RunObserver, **request) -> Ru
     recorder = Recorder(tree, request.get("seed", 0))
     prepare(request_of_tree(parts, tree, **request), parts).execute([recorder, *observers])
     return recorder.report()
+
+
+class Snapshots(RunObserver):
+    """Takes a snapshot after every tick."""
+
+    def run_started(self, run: Run) -> None:
+        self.run, self.taken = run, []
+
+    def after_tick(self) -> None:
+        self.taken.append(take_snapshot(self.run))
+
+
+def continued(run: Run, snapshot: dict, **options) -> str:
+    """Continue a run from a snapshot; return its digest at the end."""
+    recorder = Recorder("", 0)
+    run.set_state(snapshot["run"])
+    recorder.set_state(snapshot["recorder"])
+    run.execute([recorder], **options)
+    return recorder.report().state_digest
 
 
 def set_up(station, root):

@@ -9,6 +9,8 @@ from bt_manip.exceptions import NodeError
 from bt_manip.record import Recorder
 from bt_manip.runner import RunObserver, RunRequest, find_tree, prepare
 
+from .conftest import Snapshots, continued
+
 TREE = """
 <root BTCPP_format="4"><BehaviorTree ID="Switched"><Sequence>
   <Approach distance="0.1"/>
@@ -28,35 +30,20 @@ def run_of(parts, tmp_path, last="<MoveHome/>", **request):
     return prepare(RunRequest(find_tree(str(tree), {}), **request), parts)
 
 
-class Snapshots(RunObserver):
-    """Keeps the run's state and the active controller after every tick."""
-
-    def __init__(self, run, recorder):
-        self.run, self.recorder, self.taken, self.active = run, recorder, [], []
-
-    def after_tick(self):
-        self.taken.append((self.run.get_state(), {"digest": self.run.log.digest.hex()}))
-        self.active.append(self.run.station.controllers.active)
-
-
 def test_a_run_continues_bit_for_bit_from_a_snapshot_during_a_transfer(parts, tmp_path):
-    run, recorder = run_of(parts, tmp_path), Recorder("", 0)
-    snapshots = Snapshots(run, recorder)
-    run.execute([recorder, snapshots])
+    recorder, snapshots = Recorder("", 0), Snapshots()
+    run_of(parts, tmp_path).execute([recorder, snapshots])
     (cycle,) = recorder.report().cycles  # the figures are those of the active controller
     assert cycle.saturated_steps == 0
     assert cycle.limits.effort < 1.0
-    switched = snapshots.active.index("gravity_compensated_pd")
-    controller = snapshots.taken[switched + 4][0]["station"]["robots"]["panda"]["controllers"]
-    assert controller["active"] == "gravity_compensated_pd"
-    assert controller["controller"]["transfer_steps"] == 50
-    for tick in (switched + 4, len(snapshots.taken) - 3):
-        state, recorded = snapshots.taken[tick]
-        other, its = run_of(parts, tmp_path), Recorder("", 0)
-        other.set_state(state)
-        its.set_state(recorded)
-        other.execute([its])
-        assert its.report().state_digest == recorder.report().state_digest
+    controllers = [
+        one["run"]["station"]["robots"]["panda"]["controllers"] for one in snapshots.taken
+    ]
+    switched = [one["active"] for one in controllers].index("gravity_compensated_pd")
+    assert controllers[switched + 4]["controller"]["transfer_steps"] == 50
+    for tick in (switched + 4, -3):
+        digest = continued(run_of(parts, tmp_path), snapshots.taken[tick])
+        assert digest == recorder.report().state_digest
 
 
 def test_each_cycle_begins_with_the_robots_own_controller(parts, tmp_path):

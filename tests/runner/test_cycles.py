@@ -7,6 +7,8 @@ import pytest
 from bt_manip.record import Recorder
 from bt_manip.runner import Reloader, RunObserver, RunRequest, TreeSource, known_behaviours, prepare
 
+from .conftest import Snapshots, continued
+
 TREE = """<root BTCPP_format="4">
   <BehaviorTree ID="Leave" {attributes}>
     <Sequence>
@@ -20,14 +22,11 @@ TREE = """<root BTCPP_format="4">
 """
 
 
-class Begins(RunObserver):
+class Begins(Snapshots):
     """Notes time, objects and opening of the gripper as each cycle begins, and snapshots."""
 
     def __init__(self):
-        self.found, self.states, self.places = [], [], set()
-
-    def run_started(self, run):
-        self.run = run
+        self.found, self.places = [], set()
 
     def cycle_started(self, cycle):
         station = self.run.station
@@ -36,9 +35,6 @@ class Begins(RunObserver):
 
     def cycle_ended(self, status, reason):
         self.places.add(tuple(self.run.station.cell.pose("cube").translation[:2]))
-
-    def after_tick(self):
-        self.states.append((self.run.get_state(), self.run.log.digest.hex()))
 
 
 @pytest.fixture
@@ -75,14 +71,9 @@ def test_a_tree_that_continues_finds_what_the_cycle_before_has_left(leave):
 def test_a_run_that_is_resumed_puts_the_cell_back_as_the_whole_run_does(leave):
     whole, begins, recorder = leave(), Begins(), Recorder("leave", 0)
     whole.execute([begins, recorder])
-    last = next(i for i, (state, _) in enumerate(begins.states) if state["cycle"] == 1)
+    last = next(i for i, one in enumerate(begins.taken) if one["run"]["cycle"] == 1)
     for tick in (last, last + 2):  # the last one of a cycle, and one in the middle of the next
-        state, digest = begins.states[tick]
-        run, resumed = leave(), Recorder("leave", 0)
-        run.set_state(state)
-        resumed.set_state({"digest": digest})
-        run.execute([resumed])
-        assert resumed.report().state_digest == recorder.report().state_digest
+        assert continued(leave(), begins.taken[tick]) == recorder.report().state_digest
 
 
 def test_an_edited_tree_begins_in_the_cell_as_it_was_at_the_start(leave, tmp_path, parts):

@@ -1,10 +1,7 @@
 """Runs are prepared from a request, in a new station or in one that is there."""
 
-from dataclasses import replace
-
 import pytest
 
-from bt_manip.exceptions import BtManipError
 from bt_manip.runner import RunRequest, find_tree, prepare, prepare_station
 
 TREE = """
@@ -31,10 +28,3 @@ def test_a_run_continues_in_the_given_station(request_above, parts):
     again.execute()
     assert again.station is station
     assert first < station.cell.time < first + 0.1  # the arm is there already
-
-
-def test_a_configuration_without_a_definition_is_found_before_anything_is_simulated(
-    request_above, parts
-):
-    with pytest.raises(BtManipError, match="no configuration is named 'above'"):
-        prepare(replace(request_above, configurations={}), parts)

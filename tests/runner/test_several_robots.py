@@ -1,7 +1,5 @@
 """Two robots in one cell: each has its own arm and gripper, and behaviours say which."""
 
-import json
-
 import numpy as np
 import pytest
 
@@ -66,19 +64,6 @@ def test_robots_that_cannot_be_told_apart_are_refused(robots, message):
 def test_two_robots_inside_each_other_are_refused(parts):
     with pytest.raises(BtManipError, match="inside"):
         build_station(parts, scene=Scene((SceneRobot(ORIGIN, "a"), SceneRobot(ORIGIN, "b"))))
-
-
-def test_both_go_on_from_a_state_bit_for_bit(station, left, right):
-    left.arm.move_to_pose(MIDDLE)
-    right.arm.move_to_pose(MIDDLE * spatial.pose((0.2, 0.0, 0.0)))
-    right.gripper.close()
-    station.cell.step(200)
-    state = json.loads(json.dumps(station.get_state()))
-    station.cell.step(200)
-    expected = station.cell.state_bytes()
-    station.set_state(state)
-    station.cell.step(200)
-    assert station.cell.state_bytes() == expected
 
 
 # Which robot a behaviour means

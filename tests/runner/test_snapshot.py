@@ -3,7 +3,6 @@
 import copy
 import json
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -26,103 +25,49 @@ from bt_manip.runner.request import SCENE
 from bt_manip.scenes import SceneObject, table_and_basket
 from bt_manip.spatial import pose
 
-from .conftest import request_of_tree
-
-
-class Snapshots(RunObserver):
-    """Takes snapshots after chosen ticks."""
-
-    def __init__(self, folder: Path, wanted) -> None:
-        self.folder, self.wanted, self.tick = folder, wanted, 0
-
-    def run_started(self, run: Run) -> None:
-        self.run = run
-
-    def after_tick(self) -> None:
-        if self.tick in self.wanted:
-            self.save(f"{self.tick}.json")
-        self.tick += 1
-
-    def cycle_ended(self, status: str, reason: str) -> None:
-        self.save("end.json")
-
-    def save(self, name: str) -> None:
-        state = {"run": self.run.get_state(), "recorder": {"digest": self.run.log.digest.hex()}}
-        save_snapshot(self.folder / name, state)
+from .conftest import Snapshots, continued, request_of_tree
 
 
 def make(parts, cycles: int, tree: str = "pick_place", scene: str = SCENE) -> Run:
     return prepare(request_of_tree(parts, tree, scene=scene, cycles=cycles), parts)
 
 
-def uninterrupted(parts, folder: Path, wanted, *run, stop=lambda made: False) -> tuple[str, int]:
-    """Return the digest and the number of ticks of a run with snapshots."""
-    recorder = Recorder("", 0)
-    snapshots = Snapshots(folder, wanted)
-    make(parts, *run).execute([recorder, snapshots], stop=lambda: stop(snapshots.run))
-    return recorder.report().state_digest, snapshots.tick
-
-
-def continued(parts, path: Path, *run, stop=lambda made: False) -> str:
-    """Return the digest of a run that continues from a file."""
-    snapshot, made, recorder = load_snapshot(path), make(parts, *run), Recorder("", 0)
-    made.set_state(snapshot["run"])
-    recorder.set_state(snapshot["recorder"])
-    made.execute([recorder], stop=lambda: stop(made))
-    return recorder.report().state_digest
+def whole(run: Run, **options) -> tuple[str, list[dict]]:
+    """Return the digest of a run and its snapshots."""
+    recorder, snapshots = Recorder("", 0), Snapshots()
+    run.execute([recorder, snapshots], **options)
+    return recorder.report().state_digest, snapshots.taken
 
 
 def test_a_run_that_continues_from_a_file_ends_with_the_same_digest(parts, tmp_path):
-    ticks = (163, 250)  # around the cube, and over the basket
-    digest, count = uninterrupted(parts, tmp_path, ticks, 1)
-    assert count > ticks[-1]
-    # At the end there is nothing left to do, and the digest is what it was.
-    for name in (*ticks, "end"):
-        assert continued(parts, tmp_path / f"{name}.json", 1) == digest
+    digest, snapshots = whole(make(parts, 1))
+    for tick in (163, 250, -1):  # around the cube, over the basket, and at the end
+        save_snapshot(tmp_path / "tick.json", snapshots[tick])
+        assert continued(make(parts, 1), load_snapshot(tmp_path / "tick.json")) == digest
 
 
-def test_a_run_with_two_robots_continues_from_a_snapshot_while_both_move(parts, tmp_path):
-    run = (1, "two_arms", "two_arms")  # each moving to its first cube
+def test_a_run_with_two_robots_continues_from_a_snapshot_while_both_move(parts):
+    one, other = (make(parts, 1, "two_arms", "two_arms") for _ in range(2))
 
-    def late(made: Run) -> bool:
-        return made.station.cell.time > 1.3
+    def late(run: Run) -> bool:
+        return run.station.cell.time > 1.3
 
-    digest, _ = uninterrupted(parts, tmp_path, (90,), *run, stop=late)
-    assert continued(parts, tmp_path / "90.json", *run, stop=late) == digest
-
-
-class Memory(RunObserver):
-    """Keeps the state after every tick."""
-
-    def __init__(self) -> None:
-        self.states = []
-
-    def run_started(self, run: Run) -> None:
-        self.run = run
-
-    def after_tick(self) -> None:
-        self.states.append((self.run.get_state(), {"digest": self.run.log.digest.hex()}))
+    digest, snapshots = whole(one, stop=lambda: late(one))
+    snapshot = snapshots[90]  # each is moving to its first cube
+    assert continued(other, snapshot, stop=lambda: late(other)) == digest
 
 
 def test_a_second_pick_of_an_object_continues_from_a_snapshot(make_run):
     cube = SceneObject("cube", "cube", pose((0.33, 0.05, 0.0)), free=True, on="table")
     scene = replace(table_and_basket(), objects=(*table_and_basket().objects, cube))
 
-    def run(state=None):
+    def make():
         steps = [kind(object="cube") for kind in (Reach, Grasp)]
         again = [Lift(height=0.05), OpenGripper(), Hover("again", object="cube")]
-        made = make_run(Sequence("pick", *steps, *again), scene=scene)
-        recorder = Recorder("", 0)
-        if state is not None:
-            made.set_state(state[0])
-            recorder.set_state(state[1])
-        kept = Memory()
-        made.execute([recorder, kept])
-        assert recorder.report().status == "SUCCESS", recorder.report().cycles
-        return recorder.report().state_digest, kept.states
+        return make_run(Sequence("pick", *steps, *again), scene=scene)
 
-    digest, states = run()
-    assert run(states[round(0.45 * len(states))])[0] == digest
+    digest, snapshots = whole(make())
+    assert continued(make(), snapshots[round(0.45 * len(snapshots))]) == digest
 
 
 def test_a_state_does_not_change_while_its_run_goes_on(make_run):
@@ -146,13 +91,13 @@ def test_a_state_does_not_change_while_its_run_goes_on(make_run):
 
 
 @pytest.mark.soak
-def test_a_run_of_several_cycles_continues_from_a_snapshot_in_any_of_them(parts, tmp_path):
-    ticks = range(0, 901, 60)
-    digest, count = uninterrupted(parts, tmp_path, ticks, 3)
-    assert count > ticks[-1]
-    assert uninterrupted(parts, tmp_path, (), 3) == (digest, count)  # taking them changed nothing
-    for tick in ticks:
-        assert continued(parts, tmp_path / f"{tick}.json", 3) == digest
+def test_a_run_of_several_cycles_continues_from_a_snapshot_in_any_of_them(parts):
+    digest, snapshots = whole(make(parts, 3))
+    recorder = Recorder("", 0)
+    make(parts, 3).execute([recorder])
+    assert recorder.report().state_digest == digest  # taking them changed nothing
+    for tick in range(0, 901, 60):
+        assert continued(make(parts, 3), snapshots[tick]) == digest
 
 
 def test_derived_quantities_of_the_last_step_are_restored_too(parts):

@@ -8,26 +8,7 @@ import pytest
 
 from bt_manip import build_station, spatial
 from bt_manip.cell import CellError
-from bt_manip.exceptions import BtManipError
 from bt_manip.robots import RobotError, panda
-from bt_manip.scenes import Scene, SceneObject, SceneRobot
-
-AT_THE_ORIGIN = spatial.pose((0.0, 0.0, 0.0))
-MISSPELT = Scene((SceneRobot(AT_THE_ORIGIN),), (SceneObject("tabel", "table", AT_THE_ORIGIN),))
-
-
-@pytest.mark.parametrize(
-    ("choice", "message"),
-    [
-        ({"robot": "pando"}, "unknown robot 'pando'; did you mean 'panda'"),
-        ({"robot": "mine/arm.toml"}, "no robot description mine/arm.toml: No such file"),
-        ({"controller": "computed_torqe"}, "did you mean 'computed_torque'"),
-        ({"scene": MISSPELT}, "unknown object 'tabel'; did you mean 'table'"),
-    ],
-)
-def test_unregistered_names_are_refused(parts, choice, message):
-    with pytest.raises(BtManipError, match=message):
-        build_station(parts, **choice)
 
 
 def test_a_station_begins_with_the_robot_at_home_on_the_table_and_the_seed_asked_for(parts):

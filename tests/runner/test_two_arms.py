@@ -8,12 +8,11 @@ import pytest
 from rich.console import Console
 
 from bt_manip.cli.cycle_table import print_cycles
-from bt_manip.exceptions import BtManipError
 from bt_manip.record.report.run_report import RunReport
-from bt_manip.runner import STEP_FIELDS, RunObserver, prepare
+from bt_manip.runner import STEP_FIELDS, RunObserver
 from bt_manip_recording import Trace
 
-from .conftest import report_of, request_of_tree
+from .conftest import report_of
 
 
 def run(parts, cycles: int, *observers: RunObserver) -> RunReport:
@@ -51,18 +50,6 @@ def test_both_pick_two_cubes_neither_touches_the_other_and_the_report_says_so(tr
     shown = StringIO()
     print_cycles(Console(file=shown, width=120), traced[0])
     assert "left 2, right 2" in shown.getvalue()
-
-
-@pytest.mark.parametrize(
-    ("tree", "scene", "message"),
-    [
-        ("two_arms", "table_and_basket", "there is no robot 'left'; known: panda"),
-        ("pick_place", "two_arms", "the robots 'left', 'right'; select one"),
-    ],
-)
-def test_a_tree_in_a_scene_with_other_robots_is_refused(parts, tree, scene, message):
-    with pytest.raises(BtManipError, match=message):
-        prepare(request_of_tree(parts, tree, scene=scene), parts)
 
 
 def test_the_trace_has_the_course_of_each_of_them_and_both_move_at_the_same_time(traced):

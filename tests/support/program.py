@@ -82,6 +82,21 @@ def trees(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
+def task(tmp_path: Path) -> Callable[..., Path]:
+    """Write ``task.xml``, whose line 2 has the attributes of the tree, and 3 its root node."""
+
+    def write(root: str, attributes: str = "") -> Path:
+        path = tmp_path / "task.xml"
+        path.write_text(
+            '<root BTCPP_format="4" main_tree_to_execute="Main">\n'
+            f'<BehaviorTree ID="Main" {attributes}>\n{root}\n</BehaviorTree></root>'
+        )
+        return path
+
+    return write
+
+
+@pytest.fixture
 def bt_manip(
     capfd: pytest.CaptureFixture[str], request: pytest.FixtureRequest
 ) -> Callable[..., Outcome]:

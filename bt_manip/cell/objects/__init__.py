@@ -42,4 +42,4 @@ from .prop import ParametricEntity as ParametricEntity
 from .prop import Prop as Prop
 from .prop import object_parameters as object_parameters
 
-__getattr__ = lazy_exports(__name__, {})  # names the package of what has moved
+__getattr__ = lazy_exports(__name__)  # names the package of what has moved

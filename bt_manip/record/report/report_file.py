@@ -41,12 +41,7 @@ NO_END = "the run ended without an end: its process was killed or has left"
 
 
 class ReportFile(ABC):
-    """A report in a file, kept up to date while its run goes on.
-
-    Args:
-        path: The file.
-        warn: Called with one line when the file cannot be written for the first time.
-    """
+    """A report in a file, kept up to date while its run goes on; the first failure is warned of."""
 
     def __init__(self, path: Path, warn: Callable[[str], None]) -> None:
         self._path, self._warn = path, warn
@@ -56,11 +51,7 @@ class ReportFile(ABC):
     def update(self, report: RunReport) -> None:
         """Write the cycles that have ended; after a failure they are written later.
 
-        Args:
-            report: The report of the run so far, with the status ``"RUNNING"``.
-
-        Raises:
-            FileInUseError: If another process is writing the file.
+        The report has the status ``"RUNNING"``. A file that another process writes is refused.
         """
         try:
             self._write(report)
@@ -68,11 +59,7 @@ class ReportFile(ABC):
             self._failed(error)
 
     def close(self, report: RunReport) -> None:
-        """Write the whole report.
-
-        Raises:
-            RecordingError: If that fails; it names the file and the first cycle that is lost.
-        """
+        """Write the whole report; an error names the file and the first cycle that is lost."""
         try:
             self._write(report, final=True)
         except OSError as error:
@@ -80,11 +67,7 @@ class ReportFile(ABC):
 
     @abstractmethod
     def _write(self, report: RunReport, *, final: bool = False) -> None:
-        """Write the missing part of the file.
-
-        Raises:
-            OSError: If that fails.
-        """
+        """Write the missing part of the file."""
 
     def _failed(self, error: OSError) -> None:
         if not self._warned:
@@ -197,12 +180,7 @@ class JsonLinesReportFile(ReportFile):
 
 
 def open_report_file(path: Path, warn: Callable[[str], None]) -> ReportFile:
-    """Return the file of a report, JSON Lines for a name that ends with ``.jsonl``.
-
-    Args:
-        path: The file.
-        warn: As of `ReportFile`.
-    """
+    """Return the file of a report, JSON Lines for a name that ends with ``.jsonl``."""
     kind = JsonLinesReportFile if path.suffix == ".jsonl" else JsonReportFile
     return kind(path, warn)
 

@@ -312,12 +312,7 @@ class LeafUse:
         self._reasons: dict[str, dict[str, tuple[str, int]]] = {}  # by name and text
 
     def add(self, times: Mapping[str, LeafTime], duration: float) -> None:
-        """Count a cycle.
-
-        Args:
-            times: Its `CycleReport.leaf_times`.
-            duration: Its simulated time [s].
-        """
+        """Count a cycle of a duration [s], with its `CycleReport.leaf_times`."""
         for name, one in times.items():
             counted = self._names.setdefault(name, [0, 0, 0.0, 0.0])
             added = (1, one.share > 0.0, one.share * duration, duration)
@@ -329,11 +324,7 @@ class LeafUse:
                 known[key] = text, count + 1
 
     def sentences(self, cycles: str) -> list[str]:
-        """Return a sentence for each registered name.
-
-        Args:
-            cycles: What was counted: ``"cycles"`` or ``"episodes"``.
-        """
+        """Return a sentence for each registered name; ``cycles`` or ``episodes`` were counted."""
         found = []
         for name, (count, ran, time, total) in self._names.items():
             share = time / total if total else 0.0

@@ -88,10 +88,7 @@ class SnapshotAt(RunObserver):
 class SnapshotWriter(SnapshotAt):
     """Writes a snapshot to a file after the first tick that ends at a time or later.
 
-    Args:
-        time: Simulated time of the cell [s].
-        path: The file.
-        warn: Takes one line if the run ended before, or the file cannot be written.
+    It warns if the run ended before, or the file cannot be written.
     """
 
     def __init__(self, time: float, path: Path, warn: Callable[[str], None]) -> None:
@@ -106,11 +103,7 @@ class SnapshotWriter(SnapshotAt):
             self._warn(f"{error}; the run continues")
 
     def run_ended(self) -> None:
-        """Warn if the run ended before.
-
-        Raises:
-            RecordingError: If the file was not written.
-        """
+        """Warn if the run ended before; raise if the file could not be written."""
         if self._problem:
             raise RecordingError(self._problem)
         if not self.taken:
@@ -121,11 +114,7 @@ class SnapshotWriter(SnapshotAt):
 
 
 def read_snapshot(path: Path) -> dict[str, Any]:
-    """Return the snapshot of a run in a file.
-
-    Raises:
-        BtManipError: If the file cannot be read, or is not a snapshot of a run.
-    """
+    """Return the snapshot of a run in a file; raise a `BtManipError` for other files."""
     snapshot = load_snapshot(path)
     parts = [snapshot.get(key) for key in ("request", "run", "recorder")]
     if not all(isinstance(part, Mapping) for part in parts):

@@ -21,15 +21,4 @@ if TYPE_CHECKING:
     from bt_manip_contracts.robot_contract import ROBOT_CONTRACT as ROBOT_CONTRACT
     from bt_manip_contracts.robot_contract import RobotCase as RobotCase
 
-__getattr__ = lazy_exports(
-    __name__,
-    {
-        "bt_manip_contracts.behaviour_contract": "Example",
-        "bt_manip_contracts.contracts": "contracts_of",
-        "bt_manip_contracts.device_contract": (
-            "DEVICE_CONTRACT GRIPPER_CONTRACT holds_an_object recovers_from_a_problem"
-        ),
-        "bt_manip_contracts.model_comparison": "verify",
-        "bt_manip_contracts.robot_contract": "ROBOT_CONTRACT RobotCase",
-    },
-)
+__getattr__ = lazy_exports(__name__)

@@ -9,10 +9,4 @@ if TYPE_CHECKING:
     from bt_manip_learn.native import NativeTwoFingerGripper as NativeTwoFingerGripper
     from bt_manip_learn.ray_pool import RayPool as RayPool
 
-__getattr__ = lazy_exports(
-    __name__,
-    {
-        "bt_manip_learn.native": "NativePD NativeTwoFingerGripper",
-        "bt_manip_learn.ray_pool": "RayPool",
-    },
-)
+__getattr__ = lazy_exports(__name__)

@@ -36,26 +36,4 @@ if TYPE_CHECKING:
     from bt_manip_recording.visuals import Triangles as Triangles
     from bt_manip_recording.visuals import VisualShape as VisualShape
 
-__getattr__ = lazy_exports(
-    __name__,
-    {
-        "bt_manip_recording.camera_images": "jpeg",
-        "bt_manip_recording.continuation": "Continuation RecordedInterventions",
-        "bt_manip_recording.export_mcap": "write_mcap",
-        "bt_manip_recording.export_table": "write_csv write_npz write_parquet",
-        "bt_manip_recording.foxglove": "timestamp_of",
-        "bt_manip_recording.log_lines": "log_line",
-        "bt_manip_recording.mcap_recorder": "McapRecorder",
-        "bt_manip_recording.past_states": "record_states",
-        "bt_manip_recording.recorded_run": "RecordedRun running_leaves",
-        "bt_manip_recording.recorded_scene": "RecordedScene",
-        "bt_manip_recording.recording": "Recording",
-        "bt_manip_recording.textured_mesh": "TexturedMesh",
-        "bt_manip_recording.timeline": "Timeline",
-        "bt_manip_recording.tool_paths": "tool_path",
-        "bt_manip_recording.trace": "Trace read_trace write_trace",
-        "bt_manip_recording.visuals": (
-            "CellScene PLANE_THICKNESS SceneCamera SceneSource Triangles VisualShape"
-        ),
-    },
-)
+__getattr__ = lazy_exports(__name__)

@@ -18,15 +18,4 @@ if TYPE_CHECKING:
     from .trial import try_robot as try_robot
     from .written import description_text as description_text
 
-__getattr__ = lazy_exports(
-    __name__,
-    {
-        "bt_manip_setup.check": "check_description",
-        "bt_manip_setup.describe": "describe_robot",
-        "bt_manip_setup.finger_travel": "find_fingers",
-        "bt_manip_setup.inspection": "make_robot picture summary",
-        "bt_manip_setup.known_grippers": "gripper_names",
-        "bt_manip_setup.trial": "try_robot",
-        "bt_manip_setup.written": "description_text",
-    },
-)
+__getattr__ = lazy_exports(__name__)

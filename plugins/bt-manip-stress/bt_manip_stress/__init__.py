@@ -24,15 +24,4 @@ if TYPE_CHECKING:
     from bt_manip_stress.stress_test import lost_stress as lost_stress
     from bt_manip_stress.stress_test import plan_episodes as plan_episodes
 
-__getattr__ = lazy_exports(
-    __name__,
-    {
-        "bt_manip_stress.faults": (
-            "Fault FaultContext FaultError FaultInjector PlannedFault parameter parse_fault"
-        ),
-        "bt_manip_stress.stress_table": "LEGEND StressTable",
-        "bt_manip_stress.stress_test": (
-            "StressEpisode StressPhase StressResult StressTester lost_stress plan_episodes"
-        ),
-    },
-)
+__getattr__ = lazy_exports(__name__)

@@ -17,16 +17,4 @@ if TYPE_CHECKING:
     from bt_manip_view.video.export_video import write_video as write_video
     from bt_manip_view.video.video_recorder import VideoRecorder as VideoRecorder
 
-__getattr__ = lazy_exports(
-    __name__,
-    {
-        "bt_manip_view.html.recorded_run_page": "run_page",
-        "bt_manip_view.html.success_page": "results_page",
-        "bt_manip_view.page.page": "Page",
-        "bt_manip_view.page.panel": "Panel",
-        "bt_manip_view.page.replay_page": "ReplayPage",
-        "bt_manip_view.page.saved_configurations": "save_configuration",
-        "bt_manip_view.video.export_video": "write_video",
-        "bt_manip_view.video.video_recorder": "VideoRecorder",
-    },
-)
+__getattr__ = lazy_exports(__name__)

@@ -17,14 +17,4 @@ if TYPE_CHECKING:
     from .store import DemonstrationStore as DemonstrationStore
     from .store import read_demonstrations as read_demonstrations
 
-__getattr__ = lazy_exports(
-    __name__,
-    {
-        f"{__name__}.export_lerobot": "write_lerobot",
-        f"{__name__}.export_minari": "write_minari",
-        f"{__name__}.export_parquet": "write_demonstration_table",
-        f"{__name__}.export_robomimic": "write_robomimic",
-        f"{__name__}.recorder": "DemonstrationRecorder",
-        f"{__name__}.store": "Demonstration DemonstrationStore read_demonstrations",
-    },
-)
+__getattr__ = lazy_exports(__name__)

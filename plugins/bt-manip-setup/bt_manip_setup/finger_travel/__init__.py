@@ -15,11 +15,4 @@ if TYPE_CHECKING:
     from bt_manip_setup.finger_travel.travel_file import TRAVEL_NOTE as TRAVEL_NOTE
     from bt_manip_setup.finger_travel.travel_file import write_travel as write_travel
 
-__getattr__ = lazy_exports(
-    __name__,
-    {
-        "bt_manip_setup.finger_travel.measurement": "measured",
-        "bt_manip_setup.finger_travel.search": "FoundFingers OverlappingHullsError find_fingers",
-        "bt_manip_setup.finger_travel.travel_file": "TRAVEL_NOTE write_travel",
-    },
-)
+__getattr__ = lazy_exports(__name__)
