@@ -70,7 +70,15 @@ def app(ctx: click.Context) -> None:
 
 
 def run_app(interrupt: Interrupt, arguments: list[str] | None = None) -> int:
-    """Run a command, that of the process by default; return one of `exit_codes`."""
+    """Run the command line.
+
+    Args:
+        interrupt: The handler of Ctrl-C.
+        arguments: Arguments of the command; None: those of the process.
+
+    Returns:
+        The exit code, one of `exit_codes`.
+    """
     with unfailing("stderr"):
         return _run_app(interrupt, arguments)
 

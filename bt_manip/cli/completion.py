@@ -21,7 +21,11 @@ Complete = Callable[[click.Context, click.Parameter, str], Items]
 
 
 def complete_part(kind: str) -> Complete:
-    """Return a completion of the names of a kind of parts, or of files if no name fits."""
+    """Return a completion of the names of a kind of parts, or of files if no name fits.
+
+    Args:
+        kind: A kind of parts, as in ``bt-manip list KIND``.
+    """
 
     def complete(ctx: click.Context, _: click.Parameter, incomplete: str) -> Items:
         names = _matching(_names(ctx, kind), incomplete)

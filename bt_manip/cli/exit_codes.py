@@ -30,6 +30,11 @@ def exit_code_of(error: BtManipError) -> int:
 
 
 def exit_code_help(meanings: Mapping[int, str], *, common: Mapping[int, str] = COMMON) -> str:
-    """Return the sentence about a command's exit codes, with those that it shares with others."""
+    """Return the sentence about exit codes in the help of a command.
+
+    Args:
+        meanings: The meanings of a command's exit codes.
+        common: Meanings of exit codes that it shares with other commands.
+    """
     meanings = {**common, **meanings}
     return f"Exit codes: {', '.join(f'{code} {meanings[code]}' for code in sorted(meanings))}."

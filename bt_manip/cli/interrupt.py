@@ -53,7 +53,11 @@ class Interrupt:
 
     @contextmanager
     def raised(self) -> Iterator[None]:
-        """Raise KeyboardInterrupt at the signal, also at one that came before the block."""
+        """Raise KeyboardInterrupt at the signal.
+
+        Raises:
+            KeyboardInterrupt: Also if the signal came before the block.
+        """
         with self._in_mode("raised"):
             if self.requested:
                 raise KeyboardInterrupt

@@ -42,7 +42,12 @@ def json_option(command: Function) -> Function:
 
 
 def print_json(findings: "Iterable[Problem]" = (), **content: Any) -> None:
-    """Print the findings of a command, and its results by name, as one JSON object."""
+    """Print the findings of a command, and its results by name, as one JSON object.
+
+    Args:
+        findings: The findings.
+        **content: The results, in types of JSON.
+    """
     whole = {"findings": [one.plain() for one in dict.fromkeys(findings)], **content}
     click.echo(json.dumps(whole, indent=1, allow_nan=False))
 
@@ -50,9 +55,12 @@ def print_json(findings: "Iterable[Problem]" = (), **content: Any) -> None:
 def findings_of(
     error: BtManipError | Iterable[str], file: str = "", code: str = ""
 ) -> "list[Problem]":
-    """Return the findings of an error, which may list several, or of messages.
+    """Return the findings of an error, or of messages.
 
-    Messages have their places in front; those without one are of the file. All have the code.
+    Args:
+        error: An error that may list several, or messages, with their places in front.
+        file: The file of messages without a place.
+        code: The code of the findings of messages.
     """
     from bt_manip.bt import Place, Problem
 

@@ -52,10 +52,15 @@ def options_of(kind: type) -> Any:
 def takes(
     kind: type, *, name: str = "options", only: Collection[str] = (), without: Collection[str] = ()
 ) -> Callable[[Function], Function]:
-    """Add the options of a dataclass to a command, which gets them as one argument, of this name.
+    """Add the options of a dataclass to a command, which gets them as one argument.
 
-    An argument of the command with the name of a field is part of it. The command has all fields,
-    `only` those or all `without` those.
+    An argument of the command with the name of a field is part of it.
+
+    Args:
+        kind: The dataclass.
+        name: Name of the command's argument.
+        only: Names of the fields that the command has; empty: all.
+        without: Names of fields that it does not have.
     """
 
     def decorate(command: Function) -> Function:

@@ -116,7 +116,14 @@ class Session:
         sys.stdout.flush()  # a pipe has it at once too
 
     def request(self, **chosen: Any) -> "RunRequest":
-        """Return the request of a further run; some options differ from those of the command."""
+        """Return the request of a further run.
+
+        Args:
+            **chosen: Options of the run that differ from those of the command.
+
+        Raises:
+            BtManipError: If there is no such tree, or an option is out of range.
+        """
         return make_request(self._further(chosen), self.plugins.parts, by_view=self.stays)
 
     def has_station_of(self, request: "RunRequest") -> bool:
@@ -124,7 +131,12 @@ class Session:
         return request.station == self._built
 
     def build(self, request: "RunRequest") -> None:
-        """Build the station of a request; raise KeyboardInterrupt when interrupted."""
+        """Build the station of a request.
+
+        Raises:
+            BtManipError: If it cannot be built.
+            KeyboardInterrupt: When interrupted.
+        """
         from bt_manip.runner import prepare_station
 
         with self._interrupt.raised():
@@ -135,8 +147,12 @@ class Session:
     def run(self, *, in_place: bool, **chosen: Any) -> int:
         """Execute a further run; return its exit code.
 
-        It has options that differ from those of the command, and continues in the station as it is
-        or begins in a new one. Bad input raises a `BtManipError`.
+        Args:
+            in_place: Whether it continues in the station as it is, else in a new one.
+            **chosen: Options of the run that differ from those of the command.
+
+        Raises:
+            BtManipError: For bad input.
         """
         return self._execute(self._further(chosen), self.station if in_place else None)
 
@@ -146,6 +162,9 @@ class Session:
         """Open the chosen views, before the first run; yield them for a run, guarded.
 
         Exceptions in a view do not end the run.
+
+        Raises:
+            BtManipError: If a view cannot be opened.
         """
         from bt_manip.plugins import guarded
 
@@ -160,11 +179,20 @@ class Session:
     # For the command
 
     def begin(self) -> int:
-        """Execute the run of the command; return its exit code."""
+        """Execute the run of the command; return its exit code.
+
+        Raises:
+            BtManipError: For bad input.
+        """
         return self._execute(self.options, None)
 
     def show(self) -> None:
-        """Build the station of the command, and open the views."""
+        """Build the station of the command, and open the views.
+
+        Raises:
+            BtManipError: For bad input.
+            KeyboardInterrupt: When interrupted.
+        """
         with self._interrupt.raised():
             os.environ.setdefault("MUJOCO_GL", "disable")  # mujoco is imported without OpenGL
             if not self.options.tree:
@@ -174,7 +202,11 @@ class Session:
             list(self.open_views())
 
     def serve(self) -> None:
-        """Let the view that controls runs start others, until Ctrl-C."""
+        """Let the view that controls runs start others, until Ctrl-C.
+
+        Raises:
+            KeyboardInterrupt: When interrupted while a station is built, or for the second time.
+        """
         for name, view in self.views.items():
             if self._controls_runs(name) and not self.interrupted:
                 with self._interrupt.patient():

@@ -20,8 +20,12 @@ def run_tracked(
 ) -> tuple[list[Any], int]:
     """Run episodes in processes; return their results, and SUCCESS or INTERRUPTED.
 
-    The label stands beside the progress bar; without a number of workers, there is one for each
-    core. The other arguments are those of `run_episodes`.
+    Args:
+        label: Text beside the progress bar.
+        make_worker: As of `run_episodes`.
+        episodes: The episodes.
+        workers: Number of processes; None: one for each core.
+        lost: As of `run_episodes`.
     """
     console, pool = Console(stderr=True), ProcessPool(make_worker)
     workers = min(workers or os.cpu_count() or 1, len(episodes))

@@ -70,7 +70,13 @@ class ModifiedCommand(GroupedCommand):
 
 
 class ViewingCommand(ModifiedCommand):
-    """A command with the options of views, whose argument ``views`` has the chosen ones."""
+    """A command with the options of views; the chosen views are its argument ``views``.
+
+    ``views`` has the values of each chosen view's options, by the name of the view.
+
+    Args:
+        always: Names of views that are chosen without an option.
+    """
 
     brings = ("views",)
 

@@ -115,7 +115,11 @@ class ResultFolder:
 
 
 def read_results(path: Path) -> tuple[dict[str, Any], list[EpisodeResult]]:
-    """Return identity and results of a folder, in the order of points and episodes."""
+    """Return identity and results of a folder, in the order of points and episodes.
+
+    Raises:
+        BtManipError: If it is no such folder.
+    """
     with reading(path / IDENTITY, "evaluation"):
         identity = json.loads((path / IDENTITY).read_text())
     results = [result for results in _rows_of(path, identity) for result in results]

@@ -62,7 +62,11 @@ def parse_parameter(text: str) -> VariedParameter:
 
 
 def parse_point(texts: Iterable[str]) -> ParameterSet:
-    """Read parameters that have one value each; other texts raise a `BtManipError`."""
+    """Read parameters that have one value each.
+
+    Raises:
+        BtManipError: If one has several, or cannot be read.
+    """
     parameters = [parse_parameter(text) for text in texts]
     for one in parameters:
         if len(one.values) != 1:

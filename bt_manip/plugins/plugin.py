@@ -94,7 +94,11 @@ class Plugins:
         return named[0] if named else None
 
     def working(self, name: str) -> Plugin:
-        """Return a working plugin; one that is unknown or broken raises a `BtManipError`."""
+        """Return a working plugin.
+
+        Raises:
+            BtManipError: When it is unknown or broken.
+        """
         plugin = self.find(name)
         if plugin is None:
             known = [each.name for each in self.plugins]

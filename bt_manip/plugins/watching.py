@@ -65,8 +65,14 @@ def guarded(observer: T, label: str, warn: Warn, hint: str = "", base: Any = Run
     """Wrap an observer so that after an exception it is not called again and the run continues.
 
     Bad input that its `check` finds, and a `bt_manip.record.RecordingError`, end the run: what was
-    asked for cannot be done. Others are warned of, in a line that begins with the label and ends
-    with the hint; `base` is the class of the observer's interface.
+    asked for cannot be done.
+
+    Args:
+        observer: The observer.
+        label: Its name, for the message.
+        warn: Called with one line about the exception.
+        hint: End of this line.
+        base: Class of the observer's interface.
     """
     forwarded = {
         name: _forward(name)

@@ -35,8 +35,13 @@ class FileInUseError(RecordingError):
 def check_writable(path: Path, what: str, *, source: Path | None = None) -> None:
     """Check that a file can be written later, without changing it.
 
-    Otherwise a `BtManipError` begins with its purpose: ``"report"``. It must not be the recording
-    that is read.
+    Args:
+        path: The file.
+        what: Purpose, the first word of the message: ``"report"``.
+        source: The recording that is read, which must be another file.
+
+    Raises:
+        BtManipError: When it cannot be written.
     """
     try:
         problem = _problem(path, source)
@@ -70,9 +75,14 @@ def _problem(path: Path, source: Path | None) -> str:
 
 @contextmanager
 def reading(path: str | os.PathLike[str], what: str) -> Iterator[None]:
-    """Raise `BtManipError` where the block fails to read a file, or it is something else.
+    """Raise `BtManipError` where the block fails to read a file.
 
-    The message names what it should be: ``"report"``.
+    Args:
+        path: The file.
+        what: What it should be, the first word of the message: ``"report"``.
+
+    Raises:
+        BtManipError: If the file cannot be read, or is something else.
     """
     try:
         yield
@@ -85,7 +95,12 @@ def reading(path: str | os.PathLike[str], what: str) -> Iterator[None]:
 
 @contextmanager
 def writing(path: Path, what: str) -> Iterator[None]:
-    """Raise `RecordingError` where the block fails to write a file, such as a ``report``."""
+    """Raise `RecordingError` where the block fails to write a file.
+
+    Args:
+        path: The file.
+        what: What it is, the first word of the message: ``"report"``.
+    """
     try:
         yield
     except OSError as error:
@@ -97,8 +112,13 @@ def writing(path: Path, what: str) -> Iterator[None]:
 def open_output(path: Path, *, empty: bool = True) -> io.FileIO:
     """Open a file for writing without a buffer, and lock it until it is closed.
 
-    An existing file may keep its content. One that another process has open for writing raises a
-    `FileInUseError`.
+    Args:
+        path: The file; created if it does not exist.
+        empty: Whether an existing file loses its content.
+
+    Raises:
+        FileInUseError: If another process has it open for writing.
+        OSError: If it cannot be opened.
     """
     if is_special(path):
         return io.FileIO(path, "wb")
@@ -129,7 +149,11 @@ def lock(file: io.FileIO) -> bool:
 
 
 def check_exists(file: IO[bytes]) -> None:
-    """Raise a FileNotFoundError for an open file that was deleted."""
+    """Check that an open file still has a name.
+
+    Raises:
+        FileNotFoundError: If it was deleted.
+    """
     status = os.fstat(file.fileno())
     if stat.S_ISREG(status.st_mode) and status.st_nlink == 0:
         raise FileNotFoundError(errno.ENOENT, "it was deleted")
@@ -159,7 +183,8 @@ def is_locked(target: Path) -> bool:
 class AppendedFile:
     """A new file that grows; its content is always a sequence of complete appends.
 
-    Opening it, and each of its methods, raises an OSError where that fails.
+    Raises:
+        OSError: If it cannot be opened, or another process is writing it.
     """
 
     def __init__(self, path: Path) -> None:
@@ -169,7 +194,8 @@ class AppendedFile:
     def append(self, data: bytes) -> None:
         """Hand data over to the operating system, so that it survives the end of the process.
 
-        Where that fails, a regular file is as before.
+        Raises:
+            OSError: If it cannot be written; a regular file is then as before.
         """
         rest = memoryview(data)
         try:
@@ -183,11 +209,19 @@ class AppendedFile:
         self.size += len(data)
 
     def overwrite(self, data: bytes) -> None:
-        """Replace the first bytes of a regular file."""
+        """Replace the first bytes of a regular file.
+
+        Raises:
+            OSError: If that fails.
+        """
         os.pwrite(self._file.fileno(), data, 0)
 
     def sync(self) -> None:
-        """Wait until the file is on the disk; raise if it was deleted."""
+        """Wait until the file is on the disk.
+
+        Raises:
+            OSError: If that fails, or if the file was deleted.
+        """
         if stat.S_ISREG(os.fstat(self._file.fileno()).st_mode):
             os.fsync(self._file.fileno())
             check_exists(self._file)

@@ -90,7 +90,11 @@ class EventStream:
         self._tick_time = self._cell.time
 
     def listen(self, listener: Listener, kinds: Iterable[str] = KINDS) -> None:
-        """Call a function with each event of some kinds; to be called before `start`."""
+        """Call a function with each event of some kinds; to be called before `start`.
+
+        Raises:
+            BtManipError: If there is no such kind.
+        """
         for kind in kinds:
             if kind not in self._listeners:
                 raise BtManipError(f"no events are of the kind '{kind}': {', '.join(KINDS)}")
@@ -98,7 +102,13 @@ class EventStream:
             self._kinds.add(kind)
 
     def emit(self, kind: str, data: dict[str, Any], time: float | None = None) -> None:
-        """Emit an event, as `RunEvent` documents it, at a simulated time [s], now by default."""
+        """Emit an event.
+
+        Args:
+            kind: Its kind.
+            data: Its data, as `RunEvent` documents them.
+            time: Simulated time [s]; None: now.
+        """
         if listeners := self._listeners[kind]:
             event = RunEvent(self._cell.time if time is None else time, kind, data)
             for listener in listeners:

@@ -68,7 +68,11 @@ class FilledCell:
             self._reached = self._place_within_reach(aside)
 
     def make_randomizer(self, catalogue: Catalogue, seed: int) -> Randomizer:
-        """Return the randomizer of the cell; raise if it randomizes what is not there."""
+        """Return the randomizer of the cell.
+
+        Raises:
+            CellError: If the scene randomizes something that is not in it.
+        """
         objects = {
             one.name: InitialObject(one.model, self.cell.pose(one.name), one.parameters, one.free)
             for one in self._placed

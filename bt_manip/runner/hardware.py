@@ -26,7 +26,12 @@ class Hardware:
         self.cell = cell
 
     def step(self, steps: int, then: Sequence[Callable[[], None]] = ()) -> None:
-        """Make control steps, and call functions after each."""
+        """Make control steps.
+
+        Args:
+            steps: Their number.
+            then: Called after each step.
+        """
         self.cell.step(steps, then=then)
 
     def close(self) -> None:

@@ -77,7 +77,11 @@ class Interventions:
         self.request({"kind": "override", **data})
 
     def request(self, data: Mapping[str, Any]) -> None:
-        """Request an intervention by its data, in the emitted form; impossible ones raise."""
+        """Request an intervention by its data, in the emitted form.
+
+        Raises:
+            BtManipError: If it is impossible.
+        """
         if data["kind"] == "override":
             self._node(data)
         else:

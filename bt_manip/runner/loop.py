@@ -43,7 +43,8 @@ class Actor(Protocol):
 class Pacing:
     """Slows simulated time down to wall time; the simulation itself stays the same.
 
-    The factor is simulated seconds per second of wall time; None runs as fast as possible.
+    Args:
+        factor: Simulated seconds per second of wall time; None runs as fast as possible.
     """
 
     def __init__(self, factor: float | None) -> None:
@@ -117,7 +118,11 @@ class RunLoop:
         self.close(failed=isinstance(error, Exception | SystemExit))
 
     def open(self) -> None:
-        """Start the observers, each of which may refuse the run."""
+        """Start the observers.
+
+        Raises:
+            BtManipError: If one of them cannot observe the run.
+        """
         run = self.run
         observed: tuple[list[Any], ...] = run.tree.observers, run.interventions.observers
         self._observers_before = [(observers, list(observers)) for observers in observed]
@@ -138,7 +143,8 @@ class RunLoop:
     def close(self, *, failed: bool = False) -> None:
         """Halt the tree and end the observers, each of them even if another one raises.
 
-        If an exception ended the run, the arms are stopped first.
+        Args:
+            failed: Whether an exception ended the run: then the arms are stopped first.
         """
         if not self._is_open:
             return
@@ -225,14 +231,22 @@ class RunLoop:
         return status
 
     def tick(self, actor: Actor | None = None) -> NodeStatus:
-        """Let interventions and the actor, the tree by default, act; return the actor's status."""
+        """Let interventions and the actor act; return the actor's status.
+
+        Args:
+            actor: Acts in place of the tree.
+        """
         for observer in self._observers:
             observer.before_tick()
         self.run.interventions.take_over()
         return (actor or self.run.tree).tick()
 
     def step(self, steps: int | None = None) -> None:
-        """Make the control steps after a tick, by default as many as a tick has."""
+        """Make the control steps after a tick.
+
+        Args:
+            steps: Their number; None: as many as in a tick.
+        """
         self._note_model()
         self._control(self.run.request.steps_per_tick if steps is None else steps)
         self._log.after_tick()
@@ -242,9 +256,11 @@ class RunLoop:
         self._pacing.wait(self._cell.time)
 
     def end(self, status: NodeStatus, reason: str | None = None) -> CycleEnd:
-        """End a cycle with the actor's status: judge its goal; return how it ended.
+        """End a cycle: judge its goal; return how it ended.
 
-        The reason of a failure is what the tree says, unless one is given.
+        Args:
+            status: Status of the actor.
+            reason: Why it failed; None: what the tree says.
         """
         self._cycle = None
         if reason is None:

@@ -39,9 +39,10 @@ class RunObserver:
     kinds: Collection[str] = ()
 
     def check(self, run: "Run") -> None:
-        """Raise a `BtManipError` for a run that cannot be observed.
+        """Check that the run can be observed; it may be called before `Run.execute`, too.
 
-        It may be called before `Run.execute`, too.
+        Raises:
+            BtManipError: If not.
         """
 
     def run_started(self, run: "Run") -> None:
@@ -104,7 +105,11 @@ class RunModifier(RunObserver):
 
 
 def recorder_for(path: Path, recorders: Registry[Any]) -> RunObserver:
-    """Return the recorder of a file's suffix; raise if there is none, or it cannot write it."""
+    """Return the recorder of a file's suffix.
+
+    Raises:
+        BtManipError: If there is none, or it cannot write the file.
+    """
     return recorders.create(recorder_name(path.suffix, recorders), path)
 
 

@@ -137,7 +137,11 @@ class Station:
 
     @property
     def gripper(self) -> Gripper:
-        """The gripper of the only robot, or of the first of several; raise if it has none."""
+        """The gripper of the only robot, or of the first of several.
+
+        Raises:
+            GripperError: When it has none.
+        """
         return self.first.robot.needed_gripper
 
     @property
@@ -298,7 +302,11 @@ class Station:
             self.believed.begin()
 
     def return_to(self, state: Mapping[str, Any]) -> None:
-        """Return to a state of `get_state`, while time and random generators go on."""
+        """Return to a state of `get_state`, while time and random generators go on.
+
+        Raises:
+            CellError: As for `set_state`.
+        """
         cell = self.cell
         drawn, noise = self.rng.bit_generator.state, cell.random_state.get_state()
         self.set_state(state, time=cell.time)

@@ -6,14 +6,22 @@ LEVEL = 2e-3  # [m]
 
 
 def assert_stands_still(cell: Cell, *names: str) -> None:
-    """Assert that objects do not move."""
+    """Assert that objects do not move.
+
+    Raises:
+        AssertionError: When one does.
+    """
     for name in names:
         reason = why_not_at_rest(cell, name)
         assert not reason, reason
 
 
 def assert_touches_only(cell: Cell, name: str, *others: str) -> None:
-    """Assert that an object touches all of these, and nothing else."""
+    """Assert that an object touches all of these, and nothing else.
+
+    Raises:
+        AssertionError: When it does otherwise.
+    """
     partners = {label.partition("/")[0] for label in cell.contacts.partners(name)}
     assert partners == set(others), (
         f"'{name}' touches {', '.join(sorted(partners)) or 'nothing'}, "
@@ -22,7 +30,16 @@ def assert_touches_only(cell: Cell, name: str, *others: str) -> None:
 
 
 def assert_tower(cell: Cell, names: list[str], on: str) -> None:
-    """Assert that objects, from bottom to top, form a tower at rest and touch nothing else."""
+    """Assert that objects form a tower at rest and touch nothing else.
+
+    Args:
+        cell: The cell.
+        names: The objects from the bottom to the top.
+        on: Support of the lowest object.
+
+    Raises:
+        AssertionError: When they do not.
+    """
     assert_stands_still(cell, *names)
     stack = [on, *names]
     for i, name in enumerate(names):

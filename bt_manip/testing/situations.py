@@ -59,7 +59,11 @@ class Situations:
         return tuple(self._makers)
 
     def reset(self, name: str = AT_REST) -> Station:
-        """Return the station, restored to a situation."""
+        """Return the station, restored to a situation.
+
+        Raises:
+            BtManipError: When it is unknown.
+        """
         station = self._built()
         snapshot = self._snapshots.get(name)
         if snapshot is not None:

@@ -70,8 +70,9 @@ class Trial:
     def tick(self) -> NodeStatus:
         """Tick once and step the simulation until the next tick.
 
-        When the root ends, warnings of a modifier, as of a fault that has not happened, are an
-        `AssertionError`.
+        Raises:
+            AssertionError: When the root ends and a modifier has warned, as of a fault that has
+                not happened.
         """
         __tracebackhide__ = True
         self.history.tick += 1
@@ -151,7 +152,11 @@ class Trial:
     # Checks
 
     def node(self, name: str) -> Any:
-        """Return the only node of a path, name or registered name."""
+        """Return a node by its path, name or registered name.
+
+        Raises:
+            AssertionError: When there is none, or more than one.
+        """
         __tracebackhide__ = True
         for attribute in ("path", "name", "registration"):
             found = [node for node in self.tree.nodes if getattr(node, attribute) == name]
@@ -164,7 +169,14 @@ class Trial:
         raise AssertionError(f"the tree has no node '{name}'{did_you_mean(name, known)}")
 
     def fails_with(self, *words: str, timeout: float = 3.0) -> bool:
-        """Run to a failure whose reason contains these words; return True, for ``assert``."""
+        """Run to the end and assert a failure whose reason contains these words.
+
+        Returns:
+            True, so that a test can say ``assert trial(...).fails_with(...)``.
+
+        Raises:
+            AssertionError: When it does not fail, or for another reason.
+        """
         __tracebackhide__ = True
         self.tick_until(NodeStatus.FAILURE, timeout)
         reason = self.tree.failure_reason()
@@ -177,7 +189,11 @@ class Trial:
         return True
 
     def assert_ended(self, node: str, status: NodeStatus | str) -> None:
-        """Assert that a node has ended with a status, at any tick."""
+        """Assert that a node has ended with a status, at any tick.
+
+        Raises:
+            AssertionError: When it has not.
+        """
         __tracebackhide__ = True
         wanted, ended_node, running = status_of(status), self.node(node), NodeStatus.RUNNING
         changes = [c.status for c in self.history.changes if c.node is ended_node]
@@ -189,7 +205,11 @@ class Trial:
             )
 
     def assert_never_ticked(self, node: str) -> None:
-        """Assert that a node has not been ticked."""
+        """Assert that a node has not been ticked.
+
+        Raises:
+            AssertionError: When it has.
+        """
         __tracebackhide__ = True
         change = self.history.last(self.node(node))
         if change is not None:

@@ -4,7 +4,11 @@ import time
 
 
 class Progress:
-    """Counts successful cycles and estimates the remaining wall time; 0 cycles are unlimited."""
+    """Counts successful cycles and estimates the remaining wall time.
+
+    Args:
+        cycles: Number of cycles; 0: unlimited.
+    """
 
     def __init__(self, cycles: int) -> None:
         self._cycles = cycles

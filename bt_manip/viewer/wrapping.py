@@ -7,9 +7,13 @@ from rich.text import Text
 
 
 def print_wrapped(console: Console, *lines: str, indent: int = 2, style: str = "") -> None:
-    """Print lines of plain text, each wrapped between words to the width of the console.
+    """Print lines, each wrapped between words to the width of the console.
 
-    Continuation lines begin with `indent` spaces.
+    Args:
+        console: Console to print to.
+        *lines: Plain text, in which markup has no effect.
+        indent: Spaces before continuation lines.
+        style: Style of the text.
     """
     wrapper = textwrap.TextWrapper(
         console.width, subsequent_indent=" " * indent,
