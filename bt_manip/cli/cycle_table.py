@@ -46,7 +46,7 @@ DEFLECTION = 0.02
 """Deflection of a joint by contact above which it is printed [rad]."""
 
 _FEWEST = 4
-"""Number of these columns that are never left out; where they do not fit, cycles are lines."""
+"""Number of these columns that are never left out; the names of objects are wrapped instead."""
 
 
 def print_cycles(console: Console, report: RunReport) -> None:
@@ -79,8 +79,14 @@ def print_cycles(console: Console, report: RunReport) -> None:
     print_wrapped(console, summary(report))
 
 
-def next_step(options: RunOptions, report: RunReport) -> str:
-    """Return how to watch the recording or the failure of a run, or an empty text."""
+def next_step(options: RunOptions, report: RunReport, *, is_terminal: bool = False) -> str:
+    """Return a line that says what to do next, or an empty text.
+
+    Args:
+        options: The options of the run.
+        report: Its report.
+        is_terminal: Whether the line is printed to a terminal.
+    """
     files = [record_target(text)[1] for text in options.records]
     recordings = [file for file in files if file.endswith(".mcap") and Path(file).exists()]
     if recordings:
@@ -89,6 +95,15 @@ def next_step(options: RunOptions, report: RunReport) -> str:
     if report.status == "FAILURE" and not files:
         view = "" if "view" in options.views else " --view"
         return f"To watch the failure: the same command with --record run.mcap{view}"
+    untried = {
+        "--window": not options.window,
+        "--view": "view" not in options.views,
+        "--cycles 10": options.cycles == 1,
+        "--real-time 1": options.real_time is None and not (options.window or options.views),
+    }
+    wanted = ", ".join(option for option, is_new in untried.items() if is_new)
+    if wanted and report.status == "SUCCESS" and is_terminal:
+        return f"Options to try next: {wanted}"
     return ""
 
 
@@ -132,13 +147,21 @@ def summary(report: RunReport) -> str:
 
 
 def _fitting_table(console: Console, cycles: Sequence[CycleReport]) -> RenderableType:
-    """Return the table without the last columns that do not fit; a line per cycle if none fits."""
+    """Return the table with as many columns as fit; those of results are never left out.
+
+    In a terminal that is too narrow for these, the result is a line for each cycle.
+    """
     keys = dict.fromkeys(key for cycle in cycles for key in cycle.results)
     columns = (*_COLUMNS[:_FEWEST], *map(_result_column, keys), *_COLUMNS[_FEWEST:])
     fewest = _FEWEST + len(keys)
-    for count in range(len(columns), fewest - 1, -1):
+    for count in range(len(columns), fewest, -1):
         table = _table(cycles, columns[:count], lines=console.is_terminal)
         if console.measure(table).maximum < console.width:
+            return table
+    wide = console.options.update(width=10 * console.width)
+    for lines in (console.is_terminal, False):
+        table = _table(cycles, columns[:fewest], lines=lines)
+        if console.measure(table, options=wide).minimum <= console.width:
             return table
     titles = [column.title.replace("\n", " ") for column in columns[:fewest]]
     rows = (
@@ -166,7 +189,8 @@ def _table(cycles: Sequence[CycleReport], columns: Sequence[_Column], *, lines: 
         table.add_column(
             Text(column.title),  # in a string, rich would take the unit in [ ] for a style
             justify="right" if column.is_number else "left",
-            no_wrap=True,
+            no_wrap=column.title != "object",
+            overflow="fold",
         )
     for number, cycle in enumerate(cycles, 1):
         table.add_row(

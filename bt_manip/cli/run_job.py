@@ -91,12 +91,16 @@ class RunJob:
         print_cycles(Console(file=text, width=width), self.report)
         return text.getvalue()
 
-    def next_step(self) -> str:
-        """Return how to watch the recording or the failure of the run, or an empty text."""
+    def next_step(self, *, is_terminal: bool = False) -> str:
+        """Return a line that says what to do after the run, or an empty text.
+
+        Args:
+            is_terminal: Whether the line is printed to a terminal, where it may be an idea only.
+        """
         from bt_manip.cli.cycle_table import next_step
 
         assert self.report is not None
-        return next_step(self.options, self.report)
+        return next_step(self.options, self.report, is_terminal=is_terminal)
 
     def _prepare(self, options: RunOptions) -> tuple["Run", list["RunObserver"]]:
         """Return the run and its observers; all bad input is found here."""
@@ -225,8 +229,9 @@ class RunJob:
             return
         from bt_manip.cli.cycle_table import print_cycles
 
-        print_cycles(self._session.console, report)
-        if step := self.next_step():
+        console = self._session.console
+        print_cycles(console, report)
+        if step := self.next_step(is_terminal=console.is_terminal):
             self._session.tell(step)
 
     @staticmethod

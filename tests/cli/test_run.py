@@ -118,9 +118,7 @@ def test_the_end_of_a_file_is_no_interrupt(bt_manip, trees, monkeypatch):
 ESCAPES = re.compile(r"\x1b\[[0-9;?]*\w")
 
 
-def test_a_terminal_gets_the_table_in_its_width_and_colours_only_if_wanted(
-    bt_manip, screen, trees, monkeypatch
-):
+def test_at_a_terminal_the_last_line_says_what_to_try_next(bt_manip, screen, trees, monkeypatch):
     read = screen()
     monkeypatch.setenv("COLUMNS", "60")
     monkeypatch.setenv("NO_COLOR", "1")
@@ -128,7 +126,12 @@ def test_a_terminal_gets_the_table_in_its_width_and_colours_only_if_wanted(
     shown = read()
     assert not re.search(r"\x1b\[[0-9;]*3\dm", shown)  # no colour
     *_, table = shown.split("\x1b[?25h")
-    assert max(map(len, ESCAPES.sub("", table).splitlines())) <= 60
+    lines = ESCAPES.sub("", table).splitlines()
+    assert max(map(len, lines)) <= 60
+    last = f"{lines[-2]} {lines[-1].strip()}"
+    assert last == "Options to try next: --window, --view, --cycles 10, --real-time 1"
+    assert bt_manip("run", f"{trees}:quick", "--cycles", 2, "--real-time", 0).code == 0
+    assert read().splitlines()[-1] == "Options to try next: --window, --view"
 
 
 def digest(bt_manip, trees, tmp_path, *options) -> str:
