@@ -52,7 +52,7 @@ STORE = ROOT / ".mutants"
 NUMERIC = re.compile(r"^\s*(import|from) (numpy|mujoco|pinocchio|scipy)\b", re.MULTILINE)
 NOT_NUMERIC = re.compile(
     r"/(viewer|cli|testing|html|page|video|mcap|tables|report|examples|\w*contract|looks|levels"
-    r"|visuals|rendering|png|textured_mesh|camera_images|step_log)\b"
+    r"|visuals|rendering|png|textured_mesh|camera_images|step_log|stopwatch)\b"
 )
 DRAWN = re.compile(r"colou?r|rgba|decimals|digits|precision|indent|font|format", re.I)
 SPOKEN = {"warn", "warning", "debug", "info", "error", "print", "log", "round", "field", "Port"}

@@ -10,7 +10,7 @@ from bt_manip.exceptions import BtManipError
 from bt_manip.parameters import parameters_of, read_words
 from bt_manip.plugins import Plugins, guarded, plugin_observers
 from bt_manip.record import SnapshotWriter, check_writable
-from bt_manip.runner import Reloader, Run, RunObserver, known_behaviours, recorder_name
+from bt_manip.runner import Reloader, Run, RunObserver, Stopwatch, known_behaviours, recorder_name
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -38,6 +38,7 @@ def observers_of(
         observers += [options.continued.interventions]
     observers += [_recorder(plugins, text) for text in options.records]
     observers += plugin_observers(plugins, print_warning)
+    observers += _stopwatch(plugins)
     if options.watch:
         known = known_behaviours(plugins.parts)
         observers += [Reloader(run.request.tree, known, session.tell)]
@@ -66,6 +67,14 @@ class _NeverPresent(RunObserver):
     def run_ended(self) -> None:
         if self._absent:
             print_warning(f"{', '.join(self._absent)}: no such object was ever in the cell")
+
+
+def _stopwatch(plugins: Plugins) -> list[RunObserver]:
+    """Return a stopwatch of the plugins' controllers, if there are any."""
+    controllers = plugins.parts.controllers
+    owners = {name: _owner(plugins, controllers.owner(name)) for name in controllers.names()}
+    labels = {n: f"controller '{n}' of {owner.label}" for n, owner in owners.items() if owner}
+    return [Stopwatch(labels, print_warning)] if labels else []
 
 
 def _terminal(console: "Console", cycles: int) -> RunObserver:

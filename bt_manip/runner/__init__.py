@@ -49,6 +49,7 @@ from .step_log import STEP_FIELDS as STEP_FIELDS
 from .step_log import PendingSteps as PendingSteps
 from .step_log import StepBlock as StepBlock
 from .step_log import StepLog as StepLog
+from .stopwatch import Stopwatch as Stopwatch
 from .tree_source import TreeSource as TreeSource
 from .tree_source import find_tree as find_tree
 from .variation import CHOSEN as CHOSEN

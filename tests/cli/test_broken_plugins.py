@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 HEAD = """
+    import time
     from pathlib import Path
 
     import numpy as np
@@ -181,7 +182,7 @@ CONTROLLER = """
         def compute(self, q, v, q_ref, v_ref, a_ref):
             self.steps += 1
             tau = super().compute(q, v, q_ref, v_ref, a_ref)
-            if self.steps > 100:
+            if self.steps > {after}:
                 {then}
             return tau
 
@@ -203,7 +204,7 @@ FAULTS = {
 def test_a_broken_controller_or_behaviour_ends_the_run_with_the_arm_braked_and_is_named(
     bt_manip, folder, task, tmp_path, then, reason
 ):
-    plugins = folder("quack", CONTROLLER.format(then=then))
+    plugins = folder("quack", CONTROLLER.format(after=100, then=then))
     folder("clumsy", RAISING if then == "pass" else RAISING.replace("== 20", "== 2000"))
     tree, report, trace = task("<Trip/>"), tmp_path / "report.json", tmp_path / "t.npz"
     code, _, err = bt_manip(
@@ -221,3 +222,19 @@ def test_a_broken_controller_or_behaviour_ends_the_run_with_the_arm_braked_and_i
         assert abs(rows["v"][-1]).max() < 0.2  # the measured arm has followed to rest
     assert abs(v_ref).max() > 0.1 and not v_ref[-1].any()
     assert abs(np.diff(v_ref, axis=0)).max() < 0.05  # it is braked, not stopped dead
+
+
+def test_a_slow_controller_is_one_warning_and_changes_no_result(bt_manip, folder, trees, tmp_path):
+    def run(controller: str, *options: object) -> tuple[str, str]:
+        report = tmp_path / "report.json"
+        files = "--controller", controller, "--report", report
+        code, _, err = bt_manip("run", f"{trees}:quick", *files, *options)
+        assert code == 0
+        return json.loads(report.read_text())["state_digest"], err
+
+    plugins = folder("snail", CONTROLLER.format(after=0, then="time.sleep(0.002)"))
+    slow, err = run("odd", "--plugins-dir", plugins)
+    (line,) = err.splitlines()
+    assert line.startswith("Warning: controller 'odd' of plugin 'snail'")
+    assert "is slow" in line and "%" in line
+    assert run("gravity_compensated_pd") == (slow, "")
