@@ -14,7 +14,7 @@ from bt_manip.exceptions import BtManipError
 
 if TYPE_CHECKING:
     from bt_manip.cli.name_cache import NameCache
-    from bt_manip.registry import Parts
+    from bt_manip.plugins import Plugins
 
 Items = list[CompletionItem]
 Complete = Callable[[click.Context, click.Parameter, str], Items]
@@ -61,47 +61,55 @@ def complete_key(ctx: click.Context, _: click.Parameter, incomplete: str) -> Ite
         return []
     try:
         place = tree if tree in _names(ctx, "trees") else os.path.abspath(tree)
-        keys = _cache(ctx).get(f"keys of {place}", lambda: _keys(tree, _parts(ctx)))
+        keys = _cache(ctx).get(f"keys of {place}", lambda: _keys(tree, _plugins(ctx)))
     except BtManipError:  # reported when the command runs
         return []
     return _matching((f"{key}=" for key in keys), incomplete)
 
 
-def part_names(parts: "Parts", kind: str) -> list[str]:
+def listed(plugins: "Plugins") -> tuple[str, ...]:
+    """Return the kinds of parts that can be listed."""
+    return (*plugins.parts.by_kind(), "plugins")
+
+
+def part_names(plugins: "Plugins", kind: str) -> list[str]:
     """Return the names of all parts of a kind, of all nodes of the language for behaviours."""
     kind = "trees" if kind == "tasks" else kind
+    if kind == "plugins":
+        return [plugin.name for plugin in plugins.plugins]
     if kind == "behaviours":
         from bt_manip.runner import known_behaviours
 
-        return list(known_behaviours(parts).names())
-    return list(parts.by_kind()[kind].names())
+        return list(known_behaviours(plugins.parts).names())
+    return list(plugins.parts.by_kind()[kind].names())
 
 
 def _kinds(ctx: click.Context) -> list[str]:
-    return _cache(ctx).get("kinds", lambda: ([*_parts(ctx).by_kind()], ()))
+    return _cache(ctx).get("kinds", lambda: ([*listed(_plugins(ctx))], ()))
 
 
 def _names(ctx: click.Context, kind: str) -> list[str]:
     """Return the names of all parts of a kind, from the cache where it is valid."""
-    return _cache(ctx).get(kind, lambda: (part_names(_parts(ctx), kind), ()))
+    return _cache(ctx).get(kind, lambda: (part_names(_plugins(ctx), kind), ()))
 
 
 def _all_names(ctx: click.Context) -> tuple[list[str], tuple[()]]:
-    parts = _parts(ctx)
-    return sorted({name for kind in parts.by_kind() for name in part_names(parts, kind)}), ()
+    plugins = _plugins(ctx)
+    return sorted({name for kind in listed(plugins) for name in part_names(plugins, kind)}), ()
 
 
-def _keys(tree: str, parts: "Parts") -> tuple[list[str], list[Path]]:
+def _keys(tree: str, plugins: "Plugins") -> tuple[list[str], list[Path]]:
     """Return the keys of a tree and its files; a Python file is parsed and not run."""
     from bt_manip.bt import read_tree
     from bt_manip.runner import find_tree, known_behaviours
 
-    source = find_tree(tree, parts.trees.copies())
+    trees = plugins.parts.trees
+    source = find_tree(tree, trees.copies())
     if source.path is None:
         return [], []
     if source.kind == "python":
         return _arguments(source.path, source.function), [source.path]
-    found = read_tree(source.path, known_behaviours(parts)).tree
+    found = read_tree(source.path, known_behaviours(plugins.parts)).tree
     if found is None or found.document is None:
         return [], [source.path]
     return list(found.document.models.get(found.tree_id, ())), found.document.files
@@ -117,12 +125,12 @@ def _arguments(path: Path, function: str) -> list[str]:
     return [argument.arg for argument in arguments]
 
 
-def _parts(ctx: click.Context) -> "Parts":
-    """Load the parts of the chosen plugins silently: the shell shows nothing but the names."""
+def _plugins(ctx: click.Context) -> "Plugins":
+    """Load the chosen plugins silently: the shell shows nothing but the names."""
     os.environ.setdefault("MUJOCO_GL", "disable")
     from bt_manip.plugins import load_plugins
 
-    return load_plugins(warn=lambda _: None, choice=chosen(ctx)).parts
+    return load_plugins(warn=lambda _: None, choice=chosen(ctx))
 
 
 def _cache(ctx: click.Context) -> "NameCache":

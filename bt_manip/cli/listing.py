@@ -12,6 +12,7 @@ from bt_manip.cli.completion import (
     complete_kind,
     complete_listed,
     complete_part,
+    listed,
     part_names,
 )
 from bt_manip.cli.json_output import json_option, print_json
@@ -23,7 +24,7 @@ from bt_manip.parameters import parameters_of
 
 if TYPE_CHECKING:
     from bt_manip.parameters import Parameter
-    from bt_manip.registry import Parts
+    from bt_manip.plugins import Plugins
 
 
 TASKS = "tasks"
@@ -52,29 +53,29 @@ def list_parts(
 
     Kinds: trees, behaviours, dialects, conversions, objects, robots, grippers, controllers,
     planners, scenes, backends, pose_sources, model_sources, model_formats, model_caches, recorders,
-    views, commands, modifiers, pools, contracts, and those that plugins declare. The kind tasks
-    lists which robot can do which tree, with the reason where not: the station is built,
+    views, commands, modifiers, pools, contracts, plugins, and those that plugins declare. The kind
+    tasks lists which robot can do which tree, with the reason where not: the station is built,
     starts are sampled, and the first motion of each is planned.
     """
     os.environ.setdefault("MUJOCO_GL", "disable")
     if (robots or episodes) and kind != TASKS:
         raise BtManipError("--robot and --episodes are for: bt-manip list tasks")
-    parts = load_chosen_plugins().parts
-    kinds = parts.by_kind()
+    plugins = load_chosen_plugins()
     if kind == TASKS:
-        _list_tasks(parts, name, robots, episodes, as_json)
-    elif kind is not None and (name is not None or kind not in kinds):
-        if name is not None and kind not in kinds:
-            raise BtManipError(f"there is no kind '{kind}'{did_you_mean(kind, kinds)}")
-        found = _any(parts, kind) if name is None else [_described(parts, kind, name)]
+        _list_tasks(plugins, name, robots, episodes, as_json)
+    elif kind is not None and (name is not None or kind not in listed(plugins)):
+        if name is not None and kind not in listed(plugins):
+            raise BtManipError(f"there is no kind '{kind}'{did_you_mean(kind, listed(plugins))}")
+        found = _any(plugins, kind) if name is None else [_described(plugins, kind, name)]
         if as_json:
             print_json(parts=found)
         else:
             _print_described(found)
     else:
-        rows = {one: list(_rows(parts, one)) for one in ([kind] if kind else kinds)}
+        kinds = [kind] if kind else listed(plugins)
+        rows = {one: list(_rows(plugins, one)) for one in kinds}
         if as_json:
-            print_json(parts=[_part(one, row) for one, some in rows.items() for row in some])
+            print_json(parts=[_part(one, row) for one in kinds for row in rows[one]])
         else:
             _print_rows(rows, indent="" if kind else "  ")
 
@@ -94,18 +95,22 @@ def _part(kind: str, row: tuple[str, str, str]) -> dict[str, Any]:
     return {"kind": kind, **dict(zip(("name", "plugin", "summary"), row, strict=True))}
 
 
-def _any(parts: "Parts", name: str) -> list[dict[str, Any]]:
-    """Return the documentation of all parts of a name; raise if there is none."""
-    names = {kind: part_names(parts, kind) for kind in parts.by_kind()}
+def _any(plugins: "Plugins", name: str) -> list[dict[str, Any]]:
+    """Return the documentation of all parts of a name.
+
+    Raises:
+        BtManipError: If there is neither a kind nor a part of this name.
+    """
+    names = {kind: part_names(plugins, kind) for kind in listed(plugins)}
     found = [kind for kind in names if name in names[kind]]
     if not found:
         known = {*names, *(one for some in names.values() for one in some)}
         raise BtManipError(f"there is no kind or part '{name}'{suggestion(None, name, known)}")
-    return [_described(parts, kind, name) for kind in found]
+    return [_described(plugins, kind, name) for kind in found]
 
 
 def _list_tasks(
-    parts: "Parts", name: str | None, robots: tuple[str, ...], episodes: int, as_json: bool
+    plugins: "Plugins", name: str | None, robots: tuple[str, ...], episodes: int, as_json: bool
 ) -> None:
     """Print a line for each task and robot as it is found; check all names first."""
     from bt_manip import spatial
@@ -113,6 +118,7 @@ def _list_tasks(
     from bt_manip.runner import make_robot
     from bt_manip.scenes import SceneRobot
 
+    parts = plugins.parts
     if name is not None:
         parts.trees.get(name)  # raises if there is none
     chosen = robots or tuple(parts.robots.names())
@@ -120,7 +126,7 @@ def _list_tasks(
         make_robot(SceneRobot(spatial.pose((0.0, 0.0, 0.0)), description=robot), parts)
     tasks = parts.trees.names() if name is None else [name]
     if name is not None and not as_json:
-        _print_levels(parts, name)
+        _print_levels(plugins, name)
     answers = []
     widths = [max(map(len, column)) for column in (tasks, chosen)]
     for task in tasks:
@@ -134,11 +140,12 @@ def _list_tasks(
         print_json(tasks=answers)
 
 
-def _print_levels(parts: "Parts", tree: str) -> None:
+def _print_levels(plugins: "Plugins", tree: str) -> None:
     """Print the randomized quantities of a task, at each level, and the draws of its nodes."""
     from bt_manip.runner import load_source, request_of
     from bt_manip.scenes import Level, find_scene, levels_of
 
+    parts = plugins.parts
     request = request_of(tree, parts)
     scene = find_scene(request.scene, parts)
     click.echo(f"in scene {request.scene} by itself: {Level(scene.randomization)}")
@@ -161,17 +168,22 @@ def _print_described(parts: list[dict[str, Any]]) -> None:
             echo_wrapped(f"  {parameter['line']}")
 
 
-def _described(parts: "Parts", kind: str, name: str) -> dict[str, Any]:
-    """Return the documentation of one part; raise if there is none of this name."""
-    rows = {row[0]: row for row in _rows(parts, kind)}
+def _described(plugins: "Plugins", kind: str, name: str) -> dict[str, Any]:
+    """Return the documentation of one part.
+
+    Raises:
+        BtManipError: If there is no part of this name.
+    """
+    rows = {row[0]: row for row in _rows(plugins, kind)}
     if name not in rows:
         raise BtManipError(f"{kind}: there is no '{name}'{suggestion(None, name, rows)}")
-    registry: Any = parts.by_kind()[kind]
+    part: Any = None
     if kind == "behaviours":
         from bt_manip.runner import known_behaviours
 
-        registry = known_behaviours(parts)
-    part = registry.get(name)
+        part = known_behaviours(plugins.parts).get(name)
+    elif kind != "plugins":
+        part = plugins.parts.by_kind()[kind].get(name)
     described = _part(kind, rows[name])
     text = inspect.cleandoc(part.__doc__ or "") if callable(part) else described["summary"]
     parameters = [
@@ -195,9 +207,20 @@ def _parameters(kind: str, part: Any) -> "Mapping[str, Parameter]":
     return getattr(part, "ports", {})
 
 
-def _rows(parts: "Parts", kind: str) -> Iterator[tuple[str, str, str]]:
+def _rows(plugins: "Plugins", kind: str) -> Iterator[tuple[str, str, str]]:
     """Yield name, plugin and summary of each part."""
-    registry = parts.by_kind()[kind]
+    if kind == "plugins":
+        for plugin in plugins.plugins:
+            counts = (
+                f"{len(names)} {what if len(names) > 1 else what[:-1]}"
+                for what, names in plugin.provides.items()
+            )
+            summary = "blocked" if plugin.blocked else ""
+            if plugin.problem:
+                summary = f"left out: {plugin.problem}"
+            yield plugin.name, plugin.version, summary or ", ".join(counts)
+        return
+    registry = plugins.parts.by_kind()[kind]
     for name in registry.names():
         yield name, registry.owner(name), _summary(registry.get(name))
     if kind == "behaviours":

@@ -17,6 +17,7 @@ RAIL = Path(__file__).parents[1] / "robots" / "models" / "rail.toml"
         ("objects", "push_button", "impedance"),
         ("robots", "panda", "builtin"),
         ("controllers", "joint_impedance", "impedance"),
+        ("plugins", "builtin", "0.1.0"),
     ],
 )
 def test_each_kind_is_listed_with_its_owner(bt_manip, kind, name, owner):
@@ -28,7 +29,7 @@ def test_each_kind_is_listed_with_its_owner(bt_manip, kind, name, owner):
 
 def test_without_a_kind_everything_is_listed(bt_manip):
     out = bt_manip("list").out
-    for heading in ("trees:", "behaviours:", "objects:", "robots:", "controllers:"):
+    for heading in ("trees:", "behaviours:", "objects:", "robots:", "controllers:", "plugins:"):
         assert heading in out.splitlines()
 
 
@@ -40,7 +41,7 @@ def test_one_behaviour_is_shown_with_its_ports(bt_manip):
     assert any(line.startswith("  force (input, double, at least 0, default ") for line in rest)
 
 
-@pytest.mark.parametrize("kind", ["objects", "robots", "scenes", "trees"])
+@pytest.mark.parametrize("kind", ["objects", "robots", "scenes", "plugins", "trees"])
 def test_any_part_is_shown_by_its_name(bt_manip, kind):
     name = bt_manip("list", kind).out.split()[0]
     code, out, _ = bt_manip("list", kind, name)
