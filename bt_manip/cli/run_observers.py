@@ -72,8 +72,8 @@ class _NeverPresent(RunObserver):
 def _stopwatch(plugins: Plugins) -> list[RunObserver]:
     """Return a stopwatch of the plugins' controllers, if there are any."""
     controllers = plugins.parts.controllers
-    owners = {name: _owner(plugins, controllers.owner(name)) for name in controllers.names()}
-    labels = {n: f"controller '{n}' of {owner.label}" for n, owner in owners.items() if owner}
+    origins = {name: plugins.origin(controllers.owner(name))[0] for name in controllers.names()}
+    labels = {n: f"controller '{n}'{origin}" for n, origin in origins.items() if origin}
     return [Stopwatch(labels, print_warning)] if labels else []
 
 
