@@ -108,8 +108,11 @@ class Plugins:
         return plugin
 
     def origin(self, name: str) -> tuple[str, str]:
-        """Return the ends of a part's label and of messages about it, by the name of its plugin."""
-        owner = self.find(name)
+        """Return the ends of a part's label and of messages about it, by the name of its plugin.
+
+        They are empty for the built-in plugin.
+        """
+        owner = None if name == BUILTIN else self.find(name)
         return (f" of {owner.label}", owner.way_out) if owner else ("", "")
 
     def blame(self, error: BaseException) -> Plugin | None:
