@@ -38,8 +38,8 @@ def convert(table: Path, folder: Path, kind: str) -> None:
     states: dict[str, list[str]] = {}
     for name in observed:
         if name not in images:
-            spec = manifest.get("observations", {}).get(name.removeprefix("obs."), {})
-            states.setdefault(STATES[spec.get("group", "robot")], []).append(name)
+            spec = manifest["observations"][name.removeprefix("obs.")]
+            states.setdefault(STATES[spec["group"]], []).append(name)
     dataset: Any = None
     for group in range(file.num_row_groups):
         columns = file.read_row_group(group).to_pydict()
