@@ -75,12 +75,8 @@ class GymnasiumEnvironment(gymnasium.Env[dict[str, np.ndarray], Any]):
         self._goal = PositionGoal(self.task.episodes) if goal_conditioned else None
         if self._goal is not None:  # checkers recognise goal environments by this method
             self.compute_reward = self._goal.compute_reward
-            sizes = {
-                "observation": sum(int(np.prod(one.shape)) for one in observations.specs.values()),
-                "achieved_goal": self._goal.size,
-                "desired_goal": self._goal.size,
-            }
-            boxes = {name: spaces.Box(-np.inf, np.inf, (n,)) for name, n in sizes.items()}
+            found = self._observe().items()
+            boxes = {name: spaces.Box(-np.inf, np.inf, one.shape) for name, one in found}
         self.observation_space: Any = spaces.Dict(boxes)
         self._scaled = not physical_units
         self.action_space = action_space_of(self.task.action.space, self._scaled)
