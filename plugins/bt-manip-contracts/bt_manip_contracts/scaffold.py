@@ -2,8 +2,6 @@
 
 import keyword
 import re
-import shutil
-import tempfile
 import tokenize
 from pathlib import Path
 
@@ -28,7 +26,7 @@ def templates() -> Path:
 def write_plugin(name: str, kind: str, parent: Path, plugins: Plugins | None = None) -> Path:
     """Write a package for a plugin, ready to install, that passes its linter and tests.
 
-    The templates are such packages with a part named ``gear``. The package is written atomically.
+    The templates are such packages with a part named ``gear``.
 
     Args:
         name: Name of the plugin, in lower case with ``-`` between words.
@@ -68,29 +66,14 @@ def write_plugin(name: str, kind: str, parent: Path, plugins: Plugins | None = N
     def filled(text: str) -> str:
         return _PLACEHOLDER.sub(lambda match: names[match[0]], text)
 
-    texts = {
-        filled(path.relative_to(template).as_posix()): filled(path.read_text(encoding="utf-8"))
-        for path in files
-    }
     try:
-        _write(folder, texts)
+        for path in files:
+            target = folder / filled(path.relative_to(template).as_posix())
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_text(filled(path.read_text(encoding="utf-8")), encoding="utf-8")
     except OSError as error:
         raise BtManipError(f"cannot write '{folder}': {error.strerror}") from error
     return folder
-
-
-def _write(folder: Path, texts: dict[str, str]) -> None:
-    """Write files to a temporary folder, then rename the folder."""
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    unfinished = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
-    try:
-        for place, text in texts.items():
-            path = unfinished / "package" / place
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(text, encoding="utf-8")
-        (unfinished / "package").rename(folder)
-    finally:
-        shutil.rmtree(unfinished, ignore_errors=True)
 
 
 def _belongs(path: Path, template: Path) -> bool:
