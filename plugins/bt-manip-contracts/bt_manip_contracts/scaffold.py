@@ -8,9 +8,6 @@ from pathlib import Path
 from bt_manip.exceptions import BtManipError
 from bt_manip.plugins import Plugins, load_plugins
 
-_BUILTIN = "builtin"
-"""Name of the plugin with the built-in parts."""
-
 _NAME = re.compile(r"[a-z][a-z0-9]*([-_][a-z0-9]+)*")
 _LONGEST = 24  # letters, to keep lines of the templates short
 _PLACEHOLDER = re.compile("bt-manip-gear|bt_manip_gear|Gear|gear")
@@ -83,8 +80,6 @@ def _belongs(path: Path, template: Path) -> bool:
 
 def _check_free(name: str, part: str, kind: str, plugins: Plugins) -> None:
     """Raise an error if a plugin of a name could not register its part."""
-    if name == _BUILTIN:
-        raise BtManipError(f"a plugin cannot be called '{_BUILTIN}'")
     there = plugins.find(name)
     if there is not None:
         raise BtManipError(f"{there.label} is installed already; choose another name")

@@ -78,7 +78,7 @@ def test_what_is_no_name_is_refused(name, tmp_path):
     ("name", "kind", "message"),
     [
         ("cube", "object", "'cube' is registered already"),
-        ("builtin", "robot", "cannot be called 'builtin'"),
+        ("builtin", "robot", "plugin 'builtin' .* is installed already"),
         ("sequence", "behaviour", "'Sequence' is a node of the tree language"),
         ("hover", "behaviour", "'Hover' is registered already"),
     ],
