@@ -13,11 +13,12 @@ _LONGEST = 24  # letters, to keep lines of the templates short
 _PLACEHOLDER = re.compile("bt-manip-gear|bt_manip_gear|Gear|gear")
 
 
-def templates() -> Path:
-    """Return the folder of the templates: in a wheel beside this module, else that of the clone."""
-    here = Path(__file__).resolve().parent
-    packed = here / "templates"
-    return packed if packed.is_dir() else here.parents[2] / "templates"
+_HERE = Path(__file__).resolve().parent
+_PACKED = _HERE / "templates"  # in a wheel
+_TEMPLATES = _PACKED if _PACKED.is_dir() else _HERE.parents[2] / "templates"
+
+KINDS = sorted(path.parent.name for path in _TEMPLATES.glob("*/pyproject.toml"))
+"""Kinds of parts for which there is a template."""
 
 
 def write_plugin(name: str, kind: str, parent: Path, plugins: Plugins | None = None) -> Path:
@@ -51,7 +52,7 @@ def write_plugin(name: str, kind: str, parent: Path, plugins: Plugins | None = N
             f"the name of a plugin is made of small letters and digits, with '-' between words, "
             f"is at most {_LONGEST} long and no word of Python's own, got '{name}'"
         )
-    template = templates() / kind
+    template = _TEMPLATES / kind
     files = [path for path in sorted(template.rglob("*")) if _belongs(path, template)]
     part = names["Gear" if kind == "behaviour" else "gear"]
     _check_free(names["gear"], part, kind, plugins or load_plugins(entry_points=()))
