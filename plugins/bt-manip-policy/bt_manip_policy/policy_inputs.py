@@ -54,14 +54,6 @@ class PolicyInputs:
         """Free the renderers of images."""
         self._observations.close()
 
-    def check(self) -> None:
-        """Check that the policy fits.
-
-        Raises:
-            PolicyError: If it requires other observations.
-        """
-        self._policy.check(self.known())
-
     def read(self) -> dict[str, np.ndarray]:
         """Return the observations required by the policy.
 

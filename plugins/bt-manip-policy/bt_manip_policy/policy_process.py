@@ -9,7 +9,6 @@ import weakref
 from collections.abc import Callable, Mapping
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
-from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -49,7 +48,7 @@ class PolicyProcess:
         self._end: Callable[[], object] = lambda: None
         self._process: subprocess.Popen[bytes] | None = None
         self._pipe: Connection | None = None
-        self._loaded: set[int] = set()
+        self._loaded: set[tuple[str, str]] = set()
 
     @property
     def pid(self) -> int | None:
@@ -59,7 +58,7 @@ class PolicyProcess:
     def answer(
         self,
         make: str,
-        arguments: tuple[Any, ...],
+        path: str,
         observations: Mapping[str, np.ndarray] | None,
         limit: float,
     ) -> bytes:
@@ -69,14 +68,14 @@ class PolicyProcess:
 
         Args:
             make: Factory of the policy, see `PolicyKind.make`.
-            arguments: Arguments of `make`.
+            path: File of the policy.
             observations: The present observations by name.
             limit: Timeout in wall time [s].
 
         Raises:
             PolicyError: If there is no reply within the limits.
         """
-        key = make, arguments
+        key = make, path
         try:
             if observations is None or key not in self._loaded:
                 self._loaded.discard(key)
@@ -147,28 +146,16 @@ class PolicyProcess:
         return f"ended its process ({how})"
 
 
-class Acted(NamedTuple):
-    """A reply of a policy.
-
-    Attributes:
-        actions: One action per row.  # (n, size)
-        states: The next recurrent states by name.
-    """
-
-    actions: np.ndarray
-    states: dict[str, np.ndarray]
-
-
 class LoadedPolicy:
     """A policy in a separate process.
 
     Args:
         process: The process.
-        kind: Its kind, or its factory, see `PolicyKind.make`.
-        arguments: Pickled arguments of the factory.
+        kind: Its kind.
+        path: Its file, the argument of `PolicyKind.make`.
 
     Attributes:
-        name: Its name in messages.
+        path: Its file.
         action: Kind of the actions.
         rate: Number of actions per second [Hz].
         inputs: Shape of each observation; None for a dimension of any size.
@@ -181,12 +168,8 @@ class LoadedPolicy:
         PolicyError: If it cannot be created within the limits.
     """
 
-    def __init__(
-        self, process: PolicyProcess, name: str, kind: PolicyKind | str, *arguments: Any
-    ) -> None:
-        self.name, self._process = name, process
-        self._kind = kind if isinstance(kind, PolicyKind) else PolicyKind(kind)
-        self._arguments = arguments
+    def __init__(self, process: PolicyProcess, kind: PolicyKind, path: str) -> None:
+        self._process, self._kind, self.path = process, kind, path
         about = json.loads(self._answer(None, self._kind.load_time))
         self.action: str = about["action"]
         self.rate: float = about["rate"]
@@ -225,8 +208,8 @@ class LoadedPolicy:
         states: Mapping[str, np.ndarray] | None = None,
         *,
         trial: bool = False,
-    ) -> "Acted":
-        """Return the next actions.
+    ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+        """Return the next actions, one per row, and the next recurrent states.
 
         Args:
             observations: The present observations by name.
@@ -263,15 +246,15 @@ class LoadedPolicy:
             )
         if not trial and not np.isfinite(numbers).all():
             raise self.error(f"returned an action that is not finite: {actions.tolist()[0]}")
-        return Acted(actions, {n: values.reshape(self.states[n]) for n, values in after.items()})
+        return actions, {n: values.reshape(self.states[n]) for n, values in after.items()}
 
     def error(self, message: str) -> PolicyError:
         """Return an error with the policy's name."""
-        return PolicyError(f"policy '{self.name}' {message}")
+        return PolicyError(f"policy '{self.path}' {message}")
 
     def _answer(self, observations: Mapping[str, np.ndarray] | None, limit: float) -> bytes:
         try:
-            return self._process.answer(self._kind.make, self._arguments, observations, limit)
+            return self._process.answer(self._kind.make, self.path, observations, limit)
         except PolicyError as error:
             raise self.error(str(error)) from error.__cause__
 

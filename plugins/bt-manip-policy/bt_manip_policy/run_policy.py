@@ -132,8 +132,8 @@ class RunPolicy(ArmBehaviour):
             PolicyError: If it is not a policy.
         """
         path, kind = str(self.model), self._kinds.get(self.policy_kind)
-        if self._policy is None or self._policy.name != path:
-            self._policy = LoadedPolicy(shared_process(kind.memory), path, kind, path)
+        if self._policy is None or self._policy.path != path:
+            self._policy = LoadedPolicy(shared_process(kind.memory), kind, path)
         return self._policy
 
     def _check(self, policy: LoadedPolicy) -> None:
@@ -219,7 +219,7 @@ class RunPolicy(ArmBehaviour):
         """Return the present observations, by their names in the policy."""
         if self._inputs is None:
             self._inputs = self._make_inputs(policy)
-            self._inputs.check()
+            policy.check(self._inputs.known())
         return self._inputs.read()
 
     def _grip(self, step: float) -> None:
