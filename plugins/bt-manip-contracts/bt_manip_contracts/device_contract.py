@@ -206,12 +206,7 @@ def _begin_to_move(station: Station) -> None:
 
 
 def _wait_for_rest(station: Station, measure: Callable[[], object] = lambda: None) -> None:
-    """Wait until the arm is at rest.
-
-    Args:
-        station: The station.
-        measure: Called before each tick.
-    """
+    """Wait until the arm is at rest; `measure` is called before each tick."""
     arm = station.arm
 
     def rests() -> bool:

@@ -118,11 +118,7 @@ def _shape(shape: Sequence[Any]) -> Shape:
 
 
 def _states(inputs: Mapping[str, Shape], outputs: Sequence[str]) -> dict[str, Shape]:
-    """Return the shapes of the recurrent states.
-
-    Raises:
-        BtManipError: If one is of any size, or an output has no input.
-    """
+    """Return the shapes of the recurrent states."""
     found = {}
     for name, shape in inputs.items():
         if name.startswith(STATE) and NEXT_STATE + name.removeprefix(STATE) in outputs:
@@ -145,11 +141,7 @@ def _number(
     whole: bool = False,
     default: float = 0.0,
 ) -> float:
-    """Return a number of the metadata.
-
-    Raises:
-        BtManipError: If it is not a number within its bounds.
-    """
+    """Return a number of the metadata."""
     if key not in metadata:
         return default
     try:

@@ -126,22 +126,14 @@ class RunPolicy(ArmBehaviour):
             self._inputs = None
 
     def _load(self) -> LoadedPolicy:
-        """Return the policy of the port.
-
-        Raises:
-            PolicyError: If it is not a policy.
-        """
+        """Return the policy of the port."""
         path, kind = str(self.model), self._kinds.get(self.policy_kind)
         if self._policy is None or self._policy.path != path:
             self._policy = LoadedPolicy(shared_process(kind.memory), kind, path)
         return self._policy
 
     def _check(self, policy: LoadedPolicy) -> None:
-        """Execute the policy once, with zeros for objects that are absent yet.
-
-        Raises:
-            PolicyError: If it does not fit the station, or does not act.
-        """
+        """Execute the policy once, with zeros for objects that are absent yet."""
         size = self._action_size(policy)
         inputs = self._make_inputs(policy)
         try:
@@ -152,12 +144,7 @@ class RunPolicy(ArmBehaviour):
         policy.act(with_history([observed], policy.history), size, trial=True)
 
     def _act(self) -> None:
-        """Command the next action.
-
-        Raises:
-            PolicyError: If the policy does not fit the station, or returns no valid action.
-            MotionError: If the arm cannot move now.
-        """
+        """Command the next action."""
         policy, arm = self._load(), self.arm
         size = self._action_size(policy)
         gripper = self._robots[self._robot_name].gripper
@@ -179,11 +166,7 @@ class RunPolicy(ArmBehaviour):
     def _choose(
         self, policy: LoadedPolicy, size: int
     ) -> tuple[Sequence[float], Sequence[Sequence[float]]]:
-        """Return the present action, and the actions that follow without a new observation.
-
-        Raises:
-            PolicyError: If the policy does not fit the station, or returns no valid action.
-        """
+        """Return the present action, and the actions that follow without a new observation."""
         if policy.history > 1 or not self._next:
             self._past = [*self._past, self._observe(policy)][-policy.history :]
         if self._next:
@@ -197,11 +180,7 @@ class RunPolicy(ArmBehaviour):
         return rows[0], rows[1 : policy.execute or None]
 
     def _action_size(self, policy: LoadedPolicy) -> int:
-        """Return the number of values of an action of this robot.
-
-        Raises:
-            PolicyError: If the policy has actions of an unknown kind.
-        """
+        """Return the number of values of an action of this robot."""
         if policy.action not in ACTIONS:
             known = did_you_mean(policy.action, ACTIONS)
             raise policy.error(f"has actions {shown(policy.action)}{known}")

@@ -210,11 +210,7 @@ class Episodes:
     # Internal
 
     def _take_over(self) -> None:
-        """Let the tree start again, and let the robots follow their arms from where they are.
-
-        Raises:
-            BtManipError: If there is no expert, or leaves that add objects run beside others.
-        """
+        """Let the tree start again, and let the robots follow their arms from where they are."""
         if self._again is None:
             raise BtManipError(
                 "the expert cannot take over: its tree commands no robot, or adds or removes "

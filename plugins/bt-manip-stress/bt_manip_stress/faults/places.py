@@ -157,14 +157,7 @@ def _length(context: FaultContext) -> float:
 
 
 def _support(context: FaultContext, x: float, y: float, without: int) -> float | None:
-    """Return the height of a surface at a position [m]; None if it is occupied.
-
-    Args:
-        context: The run.
-        x: Position in the world [m].
-        y: Position in the world [m].
-        without: Ignored body.
-    """
+    """Return the height of a surface at a position [m], without a body; None if occupied."""
     cell = context.cell
     above = float(cell.pose(context.robot.name).translation[2]) + 1.5
     geom = np.zeros(1, dtype=np.int32)
