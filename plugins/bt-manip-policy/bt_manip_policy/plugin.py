@@ -1,11 +1,27 @@
 """The hook that this package declares, and the parts that it registers."""
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
-from bt_manip import hookimpl
-from bt_manip_policy.hooks import register_policies as register_policies
+from bt_manip import hookimpl, hookspec
+from bt_manip.exceptions import BtManipError
 
 TREES = Path(__file__).parent / "trees"
+
+
+def _check(name: str, kind: Any) -> None:
+    if not isinstance(getattr(kind, "make", None), str):
+        raise BtManipError(f"a kind of policies is a PolicyKind, got {kind!r}")
+
+
+@hookspec("kind of policies", _check)
+def register_policies(register: Callable[[str, Any], None]) -> None:
+    """Register kinds of learned policies, which `RunPolicy` runs in trees.
+
+    Args:
+        register: ``register(name, kind)`` with a `bt_manip_policy.PolicyKind`.
+    """
 
 
 @hookimpl
