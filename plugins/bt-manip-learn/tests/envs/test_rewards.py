@@ -1,7 +1,5 @@
 """The dense reward is the progress made towards the goal; the shaped one preserves the optimum."""
 
-import json
-
 import gymnasium
 import numpy as np
 import pytest
@@ -38,15 +36,6 @@ def test_a_lost_object_costs_the_progress_that_was_made():
     outcome = task.expert_step()
     assert "cube" in outcome.failure and outcome.reward < 0.0
     assert total + outcome.reward == pytest.approx(-start, abs=1e-9)
-
-
-def test_a_state_keeps_the_progress():
-    task, other = (LearningTask("pick_place", reward="dense") for _ in range(2))
-    task.reset(0)
-    for _ in range(15):
-        task.expert_step()
-    other.set_state(json.loads(json.dumps(task.get_state())))
-    assert other.expert_step() == task.expert_step()
 
 
 def test_a_discount_beyond_one_or_without_effect_is_refused():
