@@ -14,7 +14,9 @@ from bt_manip.plugins import load_plugins
 from bt_manip.record import ExecutionLog, Interval, LoggedNode
 from bt_manip.runner import Run, RunLoop, RunObserver, prepare, request_of
 
-from .faults import FaultError, FaultInjector, PlannedFault
+from .faults.fault import FaultError
+from .faults.injector import FaultInjector
+from .faults.planned_fault import PlannedFault
 
 TIMEOUT = 120.0
 """Simulated time after which a cycle hangs [s]."""

@@ -8,7 +8,7 @@ from bt_manip.bt import Sequence, Sleep, Tree
 from bt_manip.exceptions import NodeError
 from bt_manip.registry import Registry
 from bt_manip.runner import Run, RunRequest, TreeSource
-from bt_manip_stress.faults import Fault, FaultError, FaultInjector, parse_fault
+from bt_manip_stress import Fault, FaultError, FaultInjector, parse_fault
 
 LOG = []
 

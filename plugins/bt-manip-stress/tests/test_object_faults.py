@@ -9,11 +9,10 @@ import pytest
 from bt_manip.behaviours import MoveToConfiguration, RemoveObject
 from bt_manip.cell import at_rest
 from bt_manip.scenes import SceneObject
-from bt_manip_stress.faults import (
+from bt_manip_stress import FaultContext, FaultError
+from bt_manip_stress.faults.object_faults import (
     ContainerVanishes,
     Displace,
-    FaultContext,
-    FaultError,
     Heavy,
     Knock,
     Obstacle,
