@@ -25,10 +25,7 @@ class FaultInjector(RunModifier):
         planned: The planned faults.
         faults: The registered faults.
         seed: Seed of the faults; None: that of the run.
-        warn: Called with each of `problems` when it occurs.
-
-    Attributes:
-        problems: Reasons why planned faults did not occur in a cycle, in the order of the cycles.
+        warn: Called with the reason why a planned fault did not occur in a cycle.
     """
 
     def __init__(
@@ -42,9 +39,6 @@ class FaultInjector(RunModifier):
         self._active: list[tuple[float, Fault]] = []
         self._pending: list[_Pending] = []
         self._cycle, self._begun = 0, list[PlannedFault]()
-        self.happened = 0
-        """Number of faults that have begun."""
-        self.problems: list[str] = []
 
     def run_started(self, run: Run) -> None:
         """Connect to the run.
@@ -52,7 +46,6 @@ class FaultInjector(RunModifier):
         Raises:
             FaultError: If its tree has no node of a planned fault.
         """
-        self.problems.clear()
         self._of_run = run.request.seed if self._seed is None else self._seed
         self._station, self._tree, self._cell = run.station, run.tree, run.station.cell
         self._nodes = [planned.nodes(run.tree) for planned in self._planned]
@@ -112,14 +105,11 @@ class FaultInjector(RunModifier):
         except FaultError as error:
             self._note(pending.planned, str(error))
             return
-        self.happened += 1
         self._begun.append(pending.planned)
         self._active.append((self._cell.time + fault.duration, fault))
 
     def _note(self, planned: PlannedFault, problem: str) -> None:
-        text = f"fault '{planned}' did not happen in cycle {self._cycle + 1}: {problem}"
-        self.problems.append(text)
-        self._warn(text)
+        self._warn(f"fault '{planned}' did not happen in cycle {self._cycle + 1}: {problem}")
 
     def _end_all(self) -> None:
         while self._active:
