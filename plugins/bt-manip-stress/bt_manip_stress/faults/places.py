@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from contextlib import suppress
 
 import mujoco
 import numpy as np
@@ -125,10 +126,8 @@ def _blocks_target(context: FaultContext, name: str) -> bool:
 
 def _targets(context: FaultContext) -> Iterator[str]:
     for find in (context.find_object, context.find_container):
-        try:
+        with suppress(FaultError):
             yield find()
-        except FaultError:
-            continue
 
 
 def _ahead(context: FaultContext, distance: float) -> Iterator[np.ndarray]:
