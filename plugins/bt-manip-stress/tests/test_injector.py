@@ -88,11 +88,6 @@ def test_a_fault_whose_node_ended_too_early_or_that_cannot_happen_is_reported(ru
     assert "in cycle 1: nothing to break" in problem
 
 
-def test_a_node_that_the_tree_does_not_have_is_refused(run):
-    with pytest.raises(FaultError, match="the tree has no node 'third'"):
-        run("noted at=third")
-
-
 def test_a_behaviour_raises_and_the_faults_end_with_the_run(run):
     with pytest.raises(NodeError, match="first .Sleep.: injected exception"):
         run("noted at=first", "exception at=first")

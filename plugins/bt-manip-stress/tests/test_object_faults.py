@@ -89,15 +89,6 @@ def test_an_object_that_is_knocked_away_stays_on_the_table_within_reach(
     assert lies_on_the_table_within_reach(station)
 
 
-def test_the_same_seed_moves_an_object_to_the_same_place(situations, start):
-    places = []
-    for seed in (1, 1, 2):
-        station = situations.reset()
-        start(Displace(), seed)
-        places.append(station.cell.pose("cube").translation.tolist())
-    assert places[0] == places[1] != places[2]
-
-
 def test_a_physical_property_changes_until_the_fault_ends_and_one_of_the_run_is_restored(
     station, start
 ):
