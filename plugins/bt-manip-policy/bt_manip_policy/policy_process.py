@@ -87,12 +87,12 @@ class PolicyProcess:
                 self._started().send((limit, key, observations))
                 reply = self._receive(limit)
             return reply
-        except PolicyError:
-            raise
+        except PolicyError as error:
+            raise PolicyError(f"policy '{path}' {error}") from None
         except (EOFError, OSError) as error:
             reason = self._reason(error, limit)
             self.close()
-            raise PolicyError(reason) from error
+            raise PolicyError(f"policy '{path}' {reason}") from error
         except BaseException:  # Ctrl-C
             self.close()
             raise
@@ -170,7 +170,7 @@ class LoadedPolicy:
 
     def __init__(self, process: PolicyProcess, kind: PolicyKind, path: str) -> None:
         self._process, self._kind, self.path = process, kind, path
-        about = json.loads(self._answer(None, self._kind.load_time))
+        about = json.loads(process.answer(kind.make, path, None, kind.load_time))
         self.action: str = about["action"]
         self.rate: float = about["rate"]
         self.inputs = {name: tuple(shape) for name, shape in about["inputs"].items()}
@@ -223,7 +223,8 @@ class LoadedPolicy:
         """
         wanted = {name: observations[name] for name in self.inputs}
         wanted |= states or {name: np.zeros(shape) for name, shape in self.states.items()}
-        reply = self._answer(wanted, self._kind.load_time if trial else self._kind.time)
+        limit = self._kind.load_time if trial else self._kind.time
+        reply = self._process.answer(self._kind.make, self.path, wanted, limit)
         head, _, data = reply.partition(b"\n")
         described, numbers = json.loads(head), np.frombuffer(data)
         if set(described["states"]) != set(self.states):
@@ -251,12 +252,6 @@ class LoadedPolicy:
     def error(self, message: str) -> PolicyError:
         """Return an error with the policy's name."""
         return PolicyError(f"policy '{self.path}' {message}")
-
-    def _answer(self, observations: Mapping[str, np.ndarray] | None, limit: float) -> bytes:
-        try:
-            return self._process.answer(self._kind.make, self.path, observations, limit)
-        except PolicyError as error:
-            raise self.error(str(error)) from error.__cause__
 
 
 def shared_process(memory: int) -> PolicyProcess:
