@@ -25,7 +25,7 @@ def register_policies(register: Callable[[str, Any], None]) -> None:
 
 
 @hookimpl
-def register_behaviours(register):
+def register_behaviours(register: Callable[..., None]) -> None:
     """Register the policy as a leaf, and a condition for its end."""
     from bt_manip_policy.is_above import IsAbove
     from bt_manip_policy.run_policy import RunPolicy
@@ -35,7 +35,7 @@ def register_behaviours(register):
 
 
 @hookimpl(specname="register_policies")
-def register_own_policies(register):
+def register_own_policies(register: Callable[..., None]) -> None:
     """Register policies in ONNX files."""
     from bt_manip_policy.policy_kind import ONNX
 
@@ -43,6 +43,6 @@ def register_own_policies(register):
 
 
 @hookimpl
-def register_trees(register):
+def register_trees(register: Callable[..., None]) -> None:
     """Register the pick-and-place task with a policy."""
     register("pick_place_policy", TREES / "pick_place_policy.xml")
