@@ -214,7 +214,7 @@ class LoadedPolicy:
         Args:
             observations: The present observations by name.
             size: Number of values of an action.
-            states: The recurrent states by name; None: zeros.
+            states: The recurrent states by name; none: zeros.
             trial: Whether the observations are placeholders: the actions need not be finite, and
                 the timeout is `PolicyKind.load_time`.
 

@@ -57,7 +57,7 @@ class RunPolicy(ArmBehaviour):
     _next: Sequence[Sequence[float]] = ()  # following actions without a new observation
     _chunks: Sequence[tuple[int, Sequence[Sequence[float]]]] = ()  # predictions to ensemble
     _past: Sequence[dict[str, np.ndarray]] = ()  # observations, the present ones last
-    _states: Mapping[str, np.ndarray] | None = None  # recurrent states; None at the start
+    _states: Mapping[str, np.ndarray] = {}  # recurrent states; none at the start
 
     def setup(self, **infrastructure: Any) -> None:
         """Load the policy and check that it fits, as far as ports and objects are known.
@@ -73,10 +73,9 @@ class RunPolicy(ArmBehaviour):
 
     def start(self) -> None:
         """Execute the first action."""
-        self._load()
         self._close_inputs()
         self._motion, self._next, self._time = None, (), self.cell.time
-        self._chunks, self._past, self._states = (), (), None
+        self._chunks, self._past, self._states = (), (), {}
         self._act()
 
     def update(self) -> Status:
@@ -110,15 +109,14 @@ class RunPolicy(ArmBehaviour):
     def get_state(self) -> dict[str, Any]:
         """Return its state as plain data, including observations and recurrent states."""
         past = [_plain(one) for one in self._past]
-        states = None if self._states is None else _plain(self._states)
-        return {**super().get_state(), "past": past, "states": states}
+        return {**super().get_state(), "past": past, "states": _plain(self._states)}
 
     def set_state(self, state: Mapping[str, Any]) -> None:
         """Restore a state of `get_state`."""
         super().set_state(state)
         self._close_inputs()
         self._past = [_arrays(one) for one in state["past"]]
-        self._states = None if state["states"] is None else _arrays(state["states"])
+        self._states = _arrays(state["states"])
 
     def _close_inputs(self) -> None:
         if self._inputs is not None:
