@@ -138,7 +138,7 @@ def main() -> None:
         seen = [torch.cat(both) for both in zip(seen, read(options.own, names)[0], strict=True)]
     cube = CubePose()
     fit(cube, seen[0], seen[1:], options.steps, options.seed)
-    pick = ClonedPick(128)
+    pick = ClonedPick()
     rows = chosen(pick, observations, actions)
     train(pick, [o[rows] for o in observations], actions[rows], 6000, options.seed)
     inputs = zip([CAMERA, *INPUTS], [pictures, *observations], strict=True)
