@@ -51,10 +51,6 @@ DEMONSTRATION_FORMATS = {
 """All formats by name."""
 
 
-def _having(option: str) -> str:
-    return ", ".join(name for name, one in DEMONSTRATION_FORMATS.items() if option in one.options)
-
-
 class _RecordByDefault(click.Group):
     """A group whose command ``record`` needs no name: ``bt-manip demos TREE``."""
 
@@ -166,7 +162,7 @@ def _identify(make_recorder: "Callable[[], DemonstrationRecorder]") -> dict[str,
 )  # fmt: skip
 @click.option(
     "--actions", default="joint_targets", show_default=True, metavar="KIND",
-    help=f"Kind of actions, for {_having('actions')}.",
+    help="Kind of actions; parquet has all kinds.",
 )  # fmt: skip
 @click.option(
     "--observations", type=click.Choice(["robot", "all"]), metavar="GROUP",
