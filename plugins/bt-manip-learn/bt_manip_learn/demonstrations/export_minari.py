@@ -37,14 +37,12 @@ def write_minari(
     try:
         import minari
         from gymnasium.envs.registration import EnvSpec
-        from gymnasium.spaces import Box
+        from gymnasium.spaces import Box, Dict
         from minari.data_collector.episode_buffer import EpisodeBuffer
         from minari.dataset.minari_dataset import parse_dataset_id
         from minari.dataset.minari_storage import MinariStorage
     except ImportError as error:
         raise BtManipError("Minari is missing: pip install 'bt-manip-learn[minari]'") from error
-    from bt_manip_learn.envs.gymnasium_env import space_of
-
     try:
         parse_dataset_id(folder.name)
     except ValueError as error:
@@ -60,7 +58,7 @@ def write_minari(
             folder.mkdir(parents=True)
             storage = MinariStorage.new(
                 folder.absolute() / "data",  # relative ones are joined twice
-                space_of({name: array[0] for name, array in observed.items()}),
+                Dict({name: _box(array) for name, array in observed.items()}),
                 Box(-1.0, 1.0, space.shape, np.float32),
                 EnvSpec(
                     f"bt_manip/{store.manifest['tree']}",
@@ -85,3 +83,11 @@ def write_minari(
     if not n:
         raise BtManipError(f"'{store.folder}' has no demonstrations to export")
     return n
+
+
+def _box(array: np.ndarray) -> Any:
+    """Return the space of the rows of an array, bounded for images in colour."""
+    from gymnasium.spaces import Box
+
+    low, high = (0, 255) if array.dtype == np.uint8 else (-np.inf, np.inf)
+    return Box(low, high, array.shape[1:], array.dtype.type)

@@ -7,7 +7,7 @@ import numpy as np
 from gymnasium import spaces
 
 from bt_manip.exceptions import BtManipError
-from bt_manip_learn.agents import ActionSpace, Images, Observations
+from bt_manip_learn.agents import ActionSpace, Images, Observations, ObservationSpec
 
 from .learning_task import OPTIONS, LearningTask, Outcome, refuse_unknown
 from .position_goal import PositionGoal
@@ -67,10 +67,17 @@ class GymnasiumEnvironment(gymnasium.Env[dict[str, np.ndarray], Any]):
         self.task = LearningTask(tree, **options)
         self.render_mode = render_mode
         self.metadata = {**self.metadata, "render_fps": round(1 / self.task.episodes.step_time)}
+        observations = self.task.observations
+        last = len(observations.entities) - 1
+        boxes: dict[str, spaces.Space[Any]] = {
+            name: _box(spec, last) for name, spec in observations.specs.items()
+        }
         self._goal = PositionGoal(self.task.episodes) if goal_conditioned else None
         if self._goal is not None:  # checkers recognise goal environments by this method
             self.compute_reward = self._goal.compute_reward
-        self.observation_space: Any = space_of(self._observe())
+            found = self._observe().items()
+            boxes = {name: spaces.Box(-np.inf, np.inf, one.shape) for name, one in found}
+        self.observation_space: Any = spaces.Dict(boxes)
         self._scaled = not physical_units
         self.action_space = action_space_of(self.task.action.space, self._scaled)
         self._rendered: Observations | None = None
@@ -208,14 +215,11 @@ class GymnasiumEnvironment(gymnasium.Env[dict[str, np.ndarray], Any]):
         }
 
 
-def space_of(value: Any) -> spaces.Space[Any]:
-    """Return the space of all arrays of a shape and type, or of dictionaries of these."""
-    if isinstance(value, dict):
-        return spaces.Dict({key: space_of(one) for key, one in value.items()})
-    kind = value.dtype
-    whole = np.iinfo(kind) if np.issubdtype(kind, np.integer) else None
-    low, high = (whole.min, whole.max) if whole else (-np.inf, np.inf)
-    return spaces.Box(low, high, value.shape, kind.type)
+def _box(spec: ObservationSpec, last: int) -> spaces.Box:
+    """Return the space of an observation; ids in a segmentation are at most `last`."""
+    low = 0.0 if len(spec.shape) > 1 else -np.inf
+    high = {"uint8": 255, "int32": last}.get(spec.dtype, np.inf)
+    return spaces.Box(low, high, spec.shape, np.dtype(spec.dtype).type)
 
 
 def action_space_of(space: ActionSpace, scaled: bool) -> spaces.Space[Any]:

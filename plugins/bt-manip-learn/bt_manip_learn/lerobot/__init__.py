@@ -3,11 +3,13 @@
 ``lerobot-eval --env.discover_packages_path=bt_manip_learn.lerobot --env.type=bt_manip ...``
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 import gymnasium
 import numpy as np
+from gymnasium import spaces
 from lerobot.configs.types import FeatureType, PolicyFeature
 from lerobot.envs.configs import EnvConfig
 
@@ -48,6 +50,9 @@ class LeRobotEnvironment(GymnasiumEnvironment):
         self._max_episode_steps, self._steps = episode_length, 0  # LeRobot reads the first
         self.task_description = self.task.episodes.run.tree.task or tree
         self.action_names = self.task.action.space.names
+        specs = self.task.observations.specs.items()
+        empty = self._group({name: np.zeros(one.shape, one.dtype) for name, one in specs})
+        self.observation_space = _space_of(empty)
 
     def reset(self, **options: Any) -> Any:
         """Start an episode; see `GymnasiumEnvironment.reset`."""
@@ -62,8 +67,10 @@ class LeRobotEnvironment(GymnasiumEnvironment):
         return *found[:3], self._steps >= self._max_episode_steps, found[4]
 
     def _observe(self) -> dict[str, Any]:
+        return self._group(self.task.observe())
+
+    def _group(self, found: Mapping[str, np.ndarray]) -> dict[str, Any]:
         """Return observations by LeRobot's keys: numbers in one array, images by camera."""
-        found = self.task.observe()
         numbers: dict[str, list[np.ndarray]] = {}
         images: dict[str, np.ndarray] = {}
         for name, spec in self.task.observations.specs.items():
@@ -74,6 +81,14 @@ class LeRobotEnvironment(GymnasiumEnvironment):
                 images[name.removesuffix("_rgb")] = found[name]
         pixels = {"pixels": images} if images else {}
         return {key: np.concatenate(arrays) for key, arrays in numbers.items()} | pixels
+
+
+def _space_of(value: Any) -> spaces.Space[Any]:
+    """Return the space of an array, or of a dictionary of arrays."""
+    if isinstance(value, dict):
+        return spaces.Dict({key: _space_of(one) for key, one in value.items()})
+    low, high = (0, 255) if value.dtype == np.uint8 else (-np.inf, np.inf)
+    return spaces.Box(low, high, value.shape, value.dtype.type)
 
 
 gymnasium.register(  # without wrappers, whose attributes LeRobot does not see
