@@ -1,5 +1,6 @@
 """Gymnasium environment of a tree."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import gymnasium
@@ -69,8 +70,13 @@ class GymnasiumEnvironment(gymnasium.Env[dict[str, np.ndarray], Any]):
         self.metadata = {**self.metadata, "render_fps": round(1 / self.task.episodes.step_time)}
         observations = self.task.observations
         last = len(observations.entities) - 1
+        robots, bounds = self.task.episodes.station.robots, dict[str, Any](BOUNDS)
+        for name, one in robots.items():
+            label, limits = name if len(robots) > 1 else "robot", one.arm.model.limits
+            found = limits.lower - JOINT_MARGIN, limits.upper + JOINT_MARGIN
+            bounds[f"{label}_joint_positions"] = found
         boxes: dict[str, spaces.Space[Any]] = {
-            name: _box(spec, last) for name, spec in observations.specs.items()
+            name: _box(name, spec, last, bounds) for name, spec in observations.specs.items()
         }
         self._goal = PositionGoal(self.task.episodes) if goal_conditioned else None
         if self._goal is not None:  # checkers recognise goal environments by this method
@@ -215,11 +221,30 @@ class GymnasiumEnvironment(gymnasium.Env[dict[str, np.ndarray], Any]):
         }
 
 
-def _box(spec: ObservationSpec, last: int) -> spaces.Box:
-    """Return the space of an observation; ids in a segmentation are at most `last`."""
-    low = 0.0 if len(spec.shape) > 1 else -np.inf
-    high = {"uint8": 255, "int32": last}.get(spec.dtype, np.inf)
-    return spaces.Box(low, high, spec.shape, np.dtype(spec.dtype).type)
+BOUNDS = {"_rotation": (-1.001, 1.001), "_gripper_opening": (-0.1, 1.1)}
+"""Bounds of observations by the end of their names, with a margin for the physics and `float32`."""
+
+JOINT_MARGIN = 0.1
+"""Distance beyond its limits that a joint may reach against their springs [rad] or [m]."""
+
+
+def _box(name: str, spec: ObservationSpec, last: int, bounds: Mapping[str, Any]) -> spaces.Box:
+    """Return the space of an observation.
+
+    Args:
+        name: Its name.
+        spec: Its shape and type.
+        last: The largest id in a segmentation.
+        bounds: Bounds by the end of the name.
+    """
+    low: Any = 0.0
+    high: Any = {"uint8": 255, "int32": last}.get(spec.dtype, np.inf)
+    if len(spec.shape) == 1:
+        found = (values for end, values in bounds.items() if name.endswith(end))
+        low, high = next(found, (-np.inf, np.inf))
+    dtype = np.dtype(spec.dtype).type
+    lower, upper = (np.full(spec.shape, one, dtype) for one in (low, high))
+    return spaces.Box(lower, upper, dtype=dtype)
 
 
 def action_space_of(space: ActionSpace, scaled: bool) -> spaces.Space[Any]:

@@ -213,3 +213,18 @@ def test_a_goal_that_is_no_position_is_refused():
 def test_an_unknown_option_is_a_type_error_as_libraries_expect():
     with pytest.raises(TypeError, match="unexpected keyword argument 'frameskip'"):  # TorchRL
         gymnasium.make(ID, frameskip=1)
+
+
+def test_known_bounds_are_declared_and_kept():
+    env = gymnasium.make(ID, disable_env_checker=True)
+    space, limits = env.observation_space, env.unwrapped.task.episodes.station.arm.model.limits
+    joints = space["robot_joint_positions"]
+    assert (joints.low < limits.lower).all() and (limits.upper < joints.high).all()
+    assert joints.is_bounded() and space["cube_rotation"].is_bounded()
+    opening = space["robot_gripper_opening"]  # a share, up to a tenth beyond its ends
+    assert -0.1 <= opening.low[0] < 0.0 and 1.0 < opening.high[0] <= 1.1 + 1e-6
+    observation, _ = env.reset(seed=0)
+    for _ in range(20):
+        assert space.contains(observation)
+        observation, *_ = env.step(np.sign(env.action_space.sample()))
+    env.close()
