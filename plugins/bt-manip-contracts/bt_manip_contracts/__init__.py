@@ -10,7 +10,6 @@ from bt_manip import lazy_exports
 
 if TYPE_CHECKING:
     from bt_manip_contracts.behaviour_contract import Example as Example
-    from bt_manip_contracts.contracts import contracts_of as contracts_of
     from bt_manip_contracts.device_contract import DEVICE_CONTRACT as DEVICE_CONTRACT
     from bt_manip_contracts.device_contract import GRIPPER_CONTRACT as GRIPPER_CONTRACT
     from bt_manip_contracts.device_contract import holds_an_object as holds_an_object
@@ -18,6 +17,7 @@ if TYPE_CHECKING:
         recovers_from_a_problem as recovers_from_a_problem,
     )
     from bt_manip_contracts.model_comparison import verify as verify
+    from bt_manip_contracts.pytest_plugin import contracts_of as contracts_of
     from bt_manip_contracts.robot_contract import ROBOT_CONTRACT as ROBOT_CONTRACT
     from bt_manip_contracts.robot_contract import RobotCase as RobotCase
 

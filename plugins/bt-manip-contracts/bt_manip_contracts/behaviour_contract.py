@@ -25,14 +25,12 @@ class Example:
     Attributes:
         ports: Values of its ports.
         start: Start situation.
-        board: Initial blackboard entries.
         fails: Sets of port values with which it must fail.
         status: Expected result.
     """
 
     ports: Mapping[str, Any] = field(default_factory=dict)
     start: str = AT_REST
-    board: Mapping[str, Any] = field(default_factory=dict)
     fails: tuple[Mapping[str, Any], ...] = ()
     status: str = "SUCCESS"
 
@@ -45,14 +43,9 @@ class BehaviourCase:
     example: Example
     situations: Situations
 
-    def trial(self, station: Station, node: Node | None = None, **ports: Any) -> Trial:
-        """Return a trial of a new behaviour, or of a given one."""
-        if node is None:
-            node = self.cls(**{**self.example.ports, **ports})
-        tree = Tree(node, clock=station.clock)
-        for key, value in self.example.board.items():
-            tree.blackboard[key] = value
-        return Trial(station, tree)
+    def trial(self, station: Station, **ports: Any) -> Trial:
+        """Return a trial of a new behaviour."""
+        return Trial(station, self.cls(**{**self.example.ports, **ports}))
 
     def start(self) -> Station:
         """Restore the example's situation."""

@@ -7,10 +7,7 @@ import click
 
 from bt_manip.cli import PluginGroup, load_chosen_plugins
 
-PLUGIN_KINDS = (
-    "object", "controller", "robot", "behaviour", "planner", "gripper", "fault", "panel",
-    "recorder", "backend",
-)  # fmt: skip
+from .scaffold import KINDS, write_plugin
 
 
 @click.group(cls=PluginGroup)
@@ -21,7 +18,7 @@ def new() -> None:
 @new.command("plugin")
 @click.argument("name")
 @click.option(
-    "--kind", type=click.Choice(PLUGIN_KINDS), default="behaviour", show_default=True,
+    "--kind", type=click.Choice(KINDS), default="behaviour", show_default=True,
     help="What the plugin registers.",
 )  # fmt: skip
 @click.option(
@@ -31,8 +28,6 @@ def new() -> None:
 def new_plugin(name: str, kind: str, into: Path) -> None:
     """Create the package of a plugin, with tests that pass."""
     os.environ.setdefault("MUJOCO_GL", "disable")
-    from bt_manip_contracts.scaffold import write_plugin
-
     folder = write_plugin(name, kind, into, load_chosen_plugins())
     click.echo(f"wrote {folder}; next:")
     click.echo(f'  pip install -e "{folder}[dev]"')

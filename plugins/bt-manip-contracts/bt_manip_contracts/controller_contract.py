@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import mujoco
@@ -11,7 +11,7 @@ import numpy as np
 from bt_manip.arm import Arm
 from bt_manip.cell import Cell
 from bt_manip.control import ComputedTorque, Controller, Hold
-from bt_manip.robots import Robot, RobotDescription, panda
+from bt_manip.robots import Robot, panda
 
 MAX_STEADY_ERROR = 0.02  # [rad]: friction deflects a compliant controller
 MAX_DRIFT = 1e-3  # [rad] from 0.75 s to 1 s at rest
@@ -22,15 +22,14 @@ MAX_CHATTER = 0.005  # mean change of a torque from step to step, relative to th
 
 @dataclass(frozen=True)
 class ControllerCase:
-    """A controller and the robot to check it on."""
+    """A controller, to check on a Panda."""
 
     name: str
     factory: Callable[..., Any]
-    description: RobotDescription = field(default_factory=panda)
 
     def stand(self, factory: Callable[..., Any] | None = None) -> tuple[Cell, Robot, Controller]:
         """Return an empty cell with a controlled robot."""
-        robot = Robot(self.description)
+        robot = Robot(panda())
         control = (factory or self.factory)(robot)
         robot.attach(control)
         cell = Cell()

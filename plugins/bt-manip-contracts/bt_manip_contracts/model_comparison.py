@@ -16,18 +16,16 @@ class Verification(NamedTuple):
         mass_error: Of the elements of M(q) [kg m2].
         bias_error: Of Coriolis, centrifugal and gravity efforts [N m].
         frame_error: Of positions [m] and elements of rotation matrices of all frames.
-        n: Number of configurations.
     """
 
     mass_error: float
     bias_error: float
     frame_error: float
-    n: int
 
     @property
     def worst(self) -> float:
         """The largest of the errors."""
-        return max(self.mass_error, self.bias_error, self.frame_error)
+        return max(self)
 
 
 def verify(
@@ -54,38 +52,28 @@ def verify(
     if qpos is not None:
         data.qpos[:] = qpos
     full = np.zeros((mj_model.nv, mj_model.nv))
-    bias = np.zeros(mj_model.nv)
     mass_error = bias_error = frame_error = 0.0
     for _ in range(n):
         q, v = rng.uniform(lower, upper), rng.standard_normal(len(joints))
         data.qpos[at_q], data.qvel[at_v] = q, v
-        mujoco.mj_kinematics(mj_model, data)
-        mujoco.mj_comPos(mj_model, data)
-        mujoco.mj_tendon(mj_model, data)
-        mujoco.mj_makeM(mj_model, data)
-        mujoco.mj_comVel(mj_model, data)
-        mujoco.mj_rne(mj_model, data, 0, bias)
+        mujoco.mj_forward(mj_model, data)
         mujoco.mj_fullM(mj_model, data, full)
         M = pin.crba(pin_model, pin_data, q)
         mass_error = max(mass_error, float(np.abs(M - full[np.ix_(at_v, at_v)]).max()))
         nle = pin.nonLinearEffects(pin_model, pin_data, q, v)
-        bias_error = max(bias_error, float(np.abs(nle - bias[at_v]).max()))
+        bias_error = max(bias_error, float(np.abs(nle - data.qfrc_bias[at_v]).max()))
         pin.framesForwardKinematics(pin_model, pin_data, q)
         frame_error = max(frame_error, _frame_error(data, pin_model, pin_data))
-    return Verification(mass_error, bias_error, frame_error, n)
+    return Verification(mass_error, bias_error, frame_error)
 
 
 def _frame_error(data: mujoco.MjData, pin_model: pin.Model, pin_data: pin.Data) -> float:
     worst = 0.0
+    find = {pin.FrameType.BODY: data.body, pin.FrameType.OP_FRAME: data.site}
     for i, frame in enumerate(pin_model.frames):
-        if frame.name.startswith("#") or frame.name == "universe":
+        if frame.type not in find or frame.name.startswith("#") or frame.name == "universe":
             continue
-        if frame.type == pin.FrameType.BODY:
-            there = data.body(frame.name)
-        elif frame.type == pin.FrameType.OP_FRAME:
-            there = data.site(frame.name)
-        else:
-            continue
+        there = find[frame.type](frame.name)
         T = pin_data.oMf[i]
         worst = max(worst, float(np.abs(T.translation - there.xpos).max()))
         worst = max(worst, float(np.abs(T.rotation.ravel() - there.xmat).max()))

@@ -1,12 +1,53 @@
-"""The pytest plugin: a test for each check of a contract.
+"""The pytest plugin: tests of all parts of a plugin, by one line of a test module.
 
 Every pytest session loads this module where the package is installed, so heavy imports are made
-when a test asks for contracts.
+when pytest collects the tests.
 """
+
+from collections.abc import Callable, Mapping
+from typing import Any
 
 import pytest
 
-from bt_manip_contracts.contracts import CONTRACTS
+CONTRACTS = "bt_manip_contracts"
+"""Marker of a test that is run once per contract check."""
+
+
+def contracts_of(
+    plugin: str,
+    *,
+    examples: Mapping[str, Any] | None = None,
+    parameters: Mapping[str, Mapping[str, Any]] | None = None,
+    settings: Mapping[str, Mapping[str, Any]] | None = None,
+    without: tuple[str, ...] = (),
+) -> Callable[..., None]:
+    """Return the test of all objects, robots, controllers, behaviours, trees, ... of a plugin.
+
+    ```python
+    test_contracts = contracts_of("blocks", examples={"PlaceOn": Example({"support": "table"})})
+    ```
+
+    Args:
+        plugin: Name of the plugin, as ``bt-manip plugins`` lists it.
+        examples: `bt_manip_contracts.Example` by name of the behaviour; not needed for behaviours
+            without required ports.
+        parameters: Parameters of objects, by name.
+        settings: Values of the keys of trees, by name.
+        without: Names of parts, as ``"cube"`` or ``"tree stack"``, or ``"part: check"``, to leave
+            out.
+    """
+
+    @pytest.mark.bt_manip_contracts(
+        plugin,
+        examples=examples or {},
+        parameters=parameters or {},
+        settings=settings or {},
+        without=without,
+    )
+    def test_contract(bt_manip_contract: Callable[[Any], None], situations: Any) -> None:
+        bt_manip_contract(situations)
+
+    return test_contract
 
 
 def pytest_configure(config: pytest.Config) -> None:

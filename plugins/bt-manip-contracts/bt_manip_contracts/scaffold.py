@@ -2,33 +2,28 @@
 
 import keyword
 import re
-import shutil
-import tempfile
-import tokenize
 from pathlib import Path
 
 from bt_manip.exceptions import BtManipError
 from bt_manip.plugins import Plugins, load_plugins
-
-_BUILTIN = "builtin"
-"""Name of the plugin with the built-in parts."""
 
 _NAME = re.compile(r"[a-z][a-z0-9]*([-_][a-z0-9]+)*")
 _LONGEST = 24  # letters, to keep lines of the templates short
 _PLACEHOLDER = re.compile("bt-manip-gear|bt_manip_gear|Gear|gear")
 
 
-def templates() -> Path:
-    """Return the folder of the templates: in a wheel beside this module, else that of the clone."""
-    here = Path(__file__).resolve().parent
-    packed = here / "templates"
-    return packed if packed.is_dir() else here.parents[2] / "templates"
+_HERE = Path(__file__).resolve().parent
+_PACKED = _HERE / "templates"  # in a wheel
+_TEMPLATES = _PACKED if _PACKED.is_dir() else _HERE.parents[2] / "templates"
+
+KINDS = sorted(path.parent.name for path in _TEMPLATES.glob("*/pyproject.toml"))
+"""Kinds of parts for which there is a template."""
 
 
 def write_plugin(name: str, kind: str, parent: Path, plugins: Plugins | None = None) -> Path:
     """Write a package for a plugin, ready to install, that passes its linter and tests.
 
-    The templates are such packages with a part named ``gear``. The package is written atomically.
+    The templates are such packages with a part named ``gear``.
 
     Args:
         name: Name of the plugin, in lower case with ``-`` between words.
@@ -56,7 +51,7 @@ def write_plugin(name: str, kind: str, parent: Path, plugins: Plugins | None = N
             f"the name of a plugin is made of small letters and digits, with '-' between words, "
             f"is at most {_LONGEST} long and no word of Python's own, got '{name}'"
         )
-    template = templates() / kind
+    template = _TEMPLATES / kind
     files = [path for path in sorted(template.rglob("*")) if _belongs(path, template)]
     part = names["Gear" if kind == "behaviour" else "gear"]
     _check_free(names["gear"], part, kind, plugins or load_plugins(entry_points=()))
@@ -68,29 +63,14 @@ def write_plugin(name: str, kind: str, parent: Path, plugins: Plugins | None = N
     def filled(text: str) -> str:
         return _PLACEHOLDER.sub(lambda match: names[match[0]], text)
 
-    texts = {
-        filled(path.relative_to(template).as_posix()): filled(path.read_text(encoding="utf-8"))
-        for path in files
-    }
     try:
-        _write(folder, texts)
+        for path in files:
+            target = folder / filled(path.relative_to(template).as_posix())
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_text(filled(path.read_text(encoding="utf-8")), encoding="utf-8")
     except OSError as error:
         raise BtManipError(f"cannot write '{folder}': {error.strerror}") from error
     return folder
-
-
-def _write(folder: Path, texts: dict[str, str]) -> None:
-    """Write files to a temporary folder, then rename the folder."""
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    unfinished = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
-    try:
-        for place, text in texts.items():
-            path = unfinished / "package" / place
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(text, encoding="utf-8")
-        (unfinished / "package").rename(folder)
-    finally:
-        shutil.rmtree(unfinished, ignore_errors=True)
 
 
 def _belongs(path: Path, template: Path) -> bool:
@@ -100,8 +80,6 @@ def _belongs(path: Path, template: Path) -> bool:
 
 def _check_free(name: str, part: str, kind: str, plugins: Plugins) -> None:
     """Raise an error if a plugin of a name could not register its part."""
-    if name == _BUILTIN:
-        raise BtManipError(f"a plugin cannot be called '{_BUILTIN}'")
     there = plugins.find(name)
     if there is not None:
         raise BtManipError(f"{there.label} is installed already; choose another name")
@@ -115,26 +93,12 @@ def _check_free(name: str, part: str, kind: str, plugins: Plugins) -> None:
 
 def _check_unused(name: str, names: dict[str, str], files: list[Path]) -> None:
     """Raise an error if the template's code uses the name otherwise."""
-    if names["gear"] == "gear":
-        return
+    words = {path.stem for path in files}
     for path in files:
-        clashes = names["gear"] == path.stem
-        if path.suffix == ".py" and not clashes:
-            used = _words(path)
-            clashes = any(old in used and names[old] in used for old in ("Gear", "gear"))
-        if clashes:
-            raise BtManipError(
-                f"'{name}' cannot be the name: the code of the package uses this word otherwise; "
-                f"choose another, such as 'my-{name}'"
-            )
-
-
-def _words(path: Path) -> set[str]:
-    """Return the names in a module, without attributes."""
-    found, before = set(), ""
-    with path.open("rb") as file:
-        for token in tokenize.tokenize(file.readline):
-            if token.type == tokenize.NAME and before != ".":
-                found.add(token.string)
-            before = token.string
-    return found
+        if path.suffix == ".py":
+            words.update(re.findall(r"\w+", path.read_text(encoding="utf-8")))
+    if names["gear"] != "gear" and words & {names["gear"], names["Gear"]}:
+        raise BtManipError(
+            f"'{name}' cannot be the name: the code of the package uses this word otherwise; "
+            f"choose another, such as 'my-{name}'"
+        )

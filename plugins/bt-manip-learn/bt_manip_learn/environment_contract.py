@@ -2,12 +2,13 @@
 
 import hashlib
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
+from bt_manip.bt import Node
 from bt_manip.registry import Parts
 from bt_manip.runner import prepare, request_of
 from bt_manip.spatial import pose
@@ -38,10 +39,14 @@ class EnvironmentCase:
     tree: str = "pick_place"
     options: Mapping[str, Any] = field(default_factory=dict)
 
+    @property
+    def goal(self) -> Sequence[Node]:
+        """The conditions of the tree's goal."""
+        return prepare(request_of(self.tree, self.parts, **self.options), self.parts).tree.goal
+
     def make(self) -> LearningTask:
         """Return a new environment, in a station of its own; with the dense reward if possible."""
-        goal = prepare(request_of(self.tree, self.parts, **self.options), self.parts).tree.goal
-        reward = "sparse" if without_progress(goal) else "dense"
+        reward = "sparse" if without_progress(self.goal) else "dense"
         return LearningTask(
             self.tree, action=self.action, reward=reward, parts=self.parts, **self.options
         )
@@ -62,16 +67,30 @@ def describes_its_actions(case: EnvironmentCase) -> None:
 def goes_on_from_its_state(case: EnvironmentCase) -> None:
     """Check that an environment, and another one, continue from states, bit for bit.
 
-    The states are those of `MOMENTS`; each is restored after another episode.
+    The states are those of `MOMENTS`; each is restored after another episode. Trees without a goal
+    have no environments.
     """
-    _continue(case, MOMENTS)
-
-
-def environments_go_on_from_their_states(case: EnvironmentCase) -> None:
-    """Check the same for new environments, if the tree declares a goal."""
-    if prepare(request_of(case.tree, case.parts, **case.options), case.parts).tree.goal:
-        for moment in MOMENTS:
-            _continue(case, (moment,))
+    if not case.goal:
+        return
+    task, other = case.make(), case.make()
+    for number, moment in enumerate(MOMENTS):
+        rng = np.random.default_rng(number)
+        task.reset(0, number)
+        if not moment(task, rng):
+            continue
+        state = json.dumps(task.get_state())
+        actions = [_action(task, rng) for _ in range(AGENT_STEPS)]
+        expected = [_step(task, action) for action in actions]
+        task.reset(1)
+        task.step(actions[0])
+        for which, one in (("the same", task), ("another", other)):
+            one.set_state(json.loads(state))
+            found = [_step(one, action) for action in actions]
+            what = moment.__name__.strip("_").replace("_", " ")
+            assert found == expected, (
+                f"'{case.action}': {which} environment of '{case.tree}' continues differently from "
+                f"its state {what}"
+            )
 
 
 def has_the_same_episodes_in_any_order(case: EnvironmentCase) -> None:
@@ -125,29 +144,7 @@ def environment_checks(
         for action in parts.of("actions"):
             case = EnvironmentCase(action, parts, name, options)
             title = f"tree {name}: environments go on from their states with {action}"
-            yield Check(title, make(environments_go_on_from_their_states, case), long=True)
-
-
-def _continue(case: EnvironmentCase, moments: tuple[Moment, ...]) -> None:
-    task, other = case.make(), case.make()
-    for number, moment in enumerate(moments):
-        rng = np.random.default_rng(number)
-        task.reset(0, number)
-        if not moment(task, rng):
-            continue
-        state = json.dumps(task.get_state())
-        actions = [_action(task, rng) for _ in range(AGENT_STEPS)]
-        expected = [_step(task, action) for action in actions]
-        task.reset(1)
-        task.step(actions[0])
-        for which, one in (("the same", task), ("another", other)):
-            one.set_state(json.loads(state))
-            found = [_step(one, action) for action in actions]
-            what = moment.__name__.strip("_").replace("_", " ")
-            assert found == expected, (
-                f"'{case.action}': {which} environment of '{case.tree}' continues differently from "
-                f"its state {what}"
-            )
+            yield Check(title, make(goes_on_from_its_state, case), long=True)
 
 
 def _while_an_object_is_held(task: LearningTask, rng: np.random.Generator) -> bool:

@@ -102,9 +102,6 @@ def _reachable(address: str) -> str:
 
     Ray replaces the loopback address by that of the machine, where a cluster on the loopback
     interface does not listen, unless it is told to keep to that interface.
-
-    Raises:
-        BtManipError: If the address is malformed, or no cluster answers.
     """
     end = time.monotonic() + CONNECTION_TIME
     if address == AUTO:
@@ -126,11 +123,7 @@ def _reachable(address: str) -> str:
 
 
 def _last_started() -> str:
-    """Return the address of the last ``ray start`` on this machine, from the file that it writes.
-
-    Raises:
-        BtManipError: If there is none.
-    """
+    """Return the address of the last ``ray start`` on this machine, from a file of Ray."""
     folder = os.environ.get("RAY_TMPDIR") or os.environ.get("TMPDIR") or "/tmp"
     try:
         return Path(folder, "ray", "ray_current_cluster").read_text().strip()
@@ -141,11 +134,7 @@ def _last_started() -> str:
 
 
 def _connect(address: str, timeout: float) -> None:
-    """Connect in a process of its own: Ray waits for minutes, and ignores Ctrl-C meanwhile.
-
-    Raises:
-        BtManipError: If there is no cluster, or none of this version of Ray and Python.
-    """
+    """Connect in a process of its own: Ray waits for minutes, and ignores Ctrl-C meanwhile."""
     command = [sys.executable, "-c", _CONNECT, address]
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=timeout)

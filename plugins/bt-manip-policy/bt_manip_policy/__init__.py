@@ -3,8 +3,9 @@
 Names are imported on first use, as the process that runs policies needs no simulation.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from bt_manip import lazy_exports
 
 if TYPE_CHECKING:
     from bt_manip_policy.is_above import IsAbove as IsAbove
@@ -15,18 +16,13 @@ if TYPE_CHECKING:
     from bt_manip_policy.policy_process import PolicyProcess as PolicyProcess
     from bt_manip_policy.run_policy import RunPolicy as RunPolicy
 
-_MODULES = {
-    "IsAbove": "is_above",
-    "LoadedPolicy": "policy_process",
-    "OnnxPolicy": "onnx_policy",
-    "PolicyError": "policy_process",
-    "PolicyKind": "policy_kind",
-    "PolicyProcess": "policy_process",
-    "RunPolicy": "run_policy",
-}
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _MODULES:
-        raise AttributeError(f"module '{__name__}' has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)
+__getattr__ = lazy_exports(
+    __name__,
+    {
+        f"{__name__}.is_above": "IsAbove",
+        f"{__name__}.onnx_policy": "OnnxPolicy",
+        f"{__name__}.policy_kind": "PolicyKind",
+        f"{__name__}.policy_process": "LoadedPolicy PolicyError PolicyProcess",
+        f"{__name__}.run_policy": "RunPolicy",
+    },
+)

@@ -8,21 +8,18 @@ import onnxruntime as ort
 
 from bt_manip.exceptions import BtManipError, one_line, shown
 from bt_manip.files import read_bytes
+from bt_manip.parameters import Parameter
 
-ACTION = "bt_manip.action"
-"""Key of the metadata with the kind of the actions."""
+ACTION, RATE = "bt_manip.action", "bt_manip.rate"
+"""Keys of the metadata that must be there: kind of the actions, and actions per second."""
 
-RATE = "bt_manip.rate"
-"""Key of the metadata with the number of actions per second [Hz]."""
-
-HISTORY = "bt_manip.history"
-"""Key of the metadata with the number of successive observations in an input."""
-
-EXECUTE = "bt_manip.execute"
-"""Key of the metadata with the number of executed rows before the next observation."""
-
-ENSEMBLE = "bt_manip.ensemble"
-"""Key of the metadata with the decay of temporal ensembling."""
+NUMBERS = {
+    RATE: Parameter(unit="Hz", type=float, above=0.0, at_most=1000.0),
+    "bt_manip.history": Parameter(default=1, at_least=1, at_most=64),
+    "bt_manip.execute": Parameter(default=0, at_least=0),
+    "bt_manip.ensemble": Parameter(default=None, type=float, at_least=0.0),
+}
+"""Numbers in the metadata, by key; `OnnxPolicy` has their meanings."""
 
 STATE, NEXT_STATE = "state_", "next_state_"
 """Prefixes of the names of recurrent states in inputs and outputs."""
@@ -38,8 +35,7 @@ class OnnxPolicy:
     Each input of the graph is the observation of that name; the output is an action, or one action
     per row to execute in turn. All may have an additional leading dimension of 1. An input
     ``state_NAME`` is zero at first, then the last output ``next_state_NAME``. Normalization is part
-    of the graph. The file's metadata have the kind of the actions under `ACTION`, their rate under
-    `RATE`, and optionally `HISTORY`, `EXECUTE` and `ENSEMBLE`.
+    of the graph. The file's metadata have the kind of the actions under `ACTION`, and `NUMBERS`.
 
     The graph runs on the CPU in one thread, so that the same observations give the same actions.
     A `PolicyProcess` limits its time and memory; it accepts any class with these attributes.
@@ -76,10 +72,8 @@ class OnnxPolicy:
         if missing := [key for key in (ACTION, RATE) if key not in metadata]:
             raise BtManipError(f"its metadata lack '{missing[0]}'; known: {', '.join(metadata)}")
         self.action = metadata[ACTION]
-        self.rate = _number(metadata, RATE, 0.0, 1000.0)
-        self.history = int(_number(metadata, HISTORY, 0.5, 64.0, whole=True, default=1))
-        self.execute = int(_number(metadata, EXECUTE, -1.0, 1e6, whole=True, default=0))
-        self.ensemble = _number(metadata, ENSEMBLE, -1e-12, 1e3) if ENSEMBLE in metadata else None
+        numbers = (_number(metadata, key) for key in NUMBERS)
+        self.rate, self.history, self.execute, self.ensemble = numbers
         given = {tensor.name: tensor for tensor in self._session.get_inputs()}
         for name, tensor in given.items():
             if tensor.type not in _DTYPES:
@@ -118,11 +112,7 @@ def _shape(shape: Sequence[Any]) -> Shape:
 
 
 def _states(inputs: Mapping[str, Shape], outputs: Sequence[str]) -> dict[str, Shape]:
-    """Return the shapes of the recurrent states.
-
-    Raises:
-        BtManipError: If one is of any size, or an output has no input.
-    """
+    """Return the shapes of the recurrent states."""
     found = {}
     for name, shape in inputs.items():
         if name.startswith(STATE) and NEXT_STATE + name.removeprefix(STATE) in outputs:
@@ -136,33 +126,14 @@ def _states(inputs: Mapping[str, Shape], outputs: Sequence[str]) -> dict[str, Sh
     return found
 
 
-def _number(
-    metadata: Mapping[str, str],
-    key: str,
-    above: float,
-    most: float,
-    *,
-    whole: bool = False,
-    default: float = 0.0,
-) -> float:
-    """Return a number of the metadata.
-
-    Raises:
-        BtManipError: If it is not a number within its bounds.
-    """
+def _number(metadata: Mapping[str, str], key: str) -> Any:
+    """Return a number of the metadata, or its default."""
     if key not in metadata:
-        return default
+        return NUMBERS[key].default
     try:
-        value = float(metadata[key])
-    except ValueError:
-        value = float("nan")
-    if not above < value <= most or (whole and value != int(value)):
-        kind = "a whole number" if whole else "a number"
-        raise BtManipError(
-            f"its metadata '{key}' must be {kind} above {max(above, 0.0):g} and up to {most:g}"
-            f"{' [Hz]' if key == RATE else ''}, got {shown(metadata[key])}"
-        )
-    return value
+        return NUMBERS[key].read(metadata[key])
+    except ValueError as error:
+        raise BtManipError(f"its metadata '{key}' {error}") from None
 
 
 def _options() -> ort.SessionOptions:

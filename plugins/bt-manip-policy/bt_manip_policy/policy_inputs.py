@@ -54,14 +54,6 @@ class PolicyInputs:
         """Free the renderers of images."""
         self._observations.close()
 
-    def check(self) -> None:
-        """Check that the policy fits.
-
-        Raises:
-            PolicyError: If it requires other observations.
-        """
-        self._policy.check(self.known())
-
     def read(self) -> dict[str, np.ndarray]:
         """Return the observations required by the policy.
 
@@ -124,11 +116,7 @@ def with_history(past: list[dict[str, Any]], length: int) -> dict[str, np.ndarra
 
 
 def _images(policy: LoadedPolicy, cell: Cell) -> Images | None:
-    """Return the images required by a policy.
-
-    Raises:
-        PolicyError: If their size is not fixed or not the same for all.
-    """
+    """Return the images required by a policy."""
     names = (cell.model.camera(i).name for i in range(cell.model.ncam))
     by_name = {name.replace("/", "_"): name for name in names}
     cameras: dict[str, None] = {}

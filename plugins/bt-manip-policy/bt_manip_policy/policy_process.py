@@ -9,7 +9,6 @@ import weakref
 from collections.abc import Callable, Mapping
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
-from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -49,7 +48,7 @@ class PolicyProcess:
         self._end: Callable[[], object] = lambda: None
         self._process: subprocess.Popen[bytes] | None = None
         self._pipe: Connection | None = None
-        self._loaded: set[int] = set()
+        self._loaded: set[tuple[str, str]] = set()
 
     @property
     def pid(self) -> int | None:
@@ -59,7 +58,7 @@ class PolicyProcess:
     def answer(
         self,
         make: str,
-        arguments: tuple[Any, ...],
+        path: str,
         observations: Mapping[str, np.ndarray] | None,
         limit: float,
     ) -> bytes:
@@ -69,14 +68,14 @@ class PolicyProcess:
 
         Args:
             make: Factory of the policy, see `PolicyKind.make`.
-            arguments: Arguments of `make`.
+            path: File of the policy.
             observations: The present observations by name.
             limit: Timeout in wall time [s].
 
         Raises:
             PolicyError: If there is no reply within the limits.
         """
-        key = make, arguments
+        key = make, path
         try:
             if observations is None or key not in self._loaded:
                 self._loaded.discard(key)
@@ -88,12 +87,12 @@ class PolicyProcess:
                 self._started().send((limit, key, observations))
                 reply = self._receive(limit)
             return reply
-        except PolicyError:
-            raise
+        except PolicyError as error:
+            raise PolicyError(f"policy '{path}' {error}") from None
         except (EOFError, OSError) as error:
             reason = self._reason(error, limit)
             self.close()
-            raise PolicyError(reason) from error
+            raise PolicyError(f"policy '{path}' {reason}") from error
         except BaseException:  # Ctrl-C
             self.close()
             raise
@@ -147,28 +146,16 @@ class PolicyProcess:
         return f"ended its process ({how})"
 
 
-class Acted(NamedTuple):
-    """A reply of a policy.
-
-    Attributes:
-        actions: One action per row.  # (n, size)
-        states: The next recurrent states by name.
-    """
-
-    actions: np.ndarray
-    states: dict[str, np.ndarray]
-
-
 class LoadedPolicy:
     """A policy in a separate process.
 
     Args:
         process: The process.
-        kind: Its kind, or its factory, see `PolicyKind.make`.
-        arguments: Pickled arguments of the factory.
+        kind: Its kind.
+        path: Its file, the argument of `PolicyKind.make`.
 
     Attributes:
-        name: Its name in messages.
+        path: Its file.
         action: Kind of the actions.
         rate: Number of actions per second [Hz].
         inputs: Shape of each observation; None for a dimension of any size.
@@ -181,13 +168,9 @@ class LoadedPolicy:
         PolicyError: If it cannot be created within the limits.
     """
 
-    def __init__(
-        self, process: PolicyProcess, name: str, kind: PolicyKind | str, *arguments: Any
-    ) -> None:
-        self.name, self._process = name, process
-        self._kind = kind if isinstance(kind, PolicyKind) else PolicyKind(kind)
-        self._arguments = arguments
-        about = json.loads(self._answer(None, self._kind.load_time))
+    def __init__(self, process: PolicyProcess, kind: PolicyKind, path: str) -> None:
+        self._process, self._kind, self.path = process, kind, path
+        about = json.loads(process.answer(kind.make, path, None, kind.load_time))
         self.action: str = about["action"]
         self.rate: float = about["rate"]
         self.inputs = {name: tuple(shape) for name, shape in about["inputs"].items()}
@@ -225,13 +208,13 @@ class LoadedPolicy:
         states: Mapping[str, np.ndarray] | None = None,
         *,
         trial: bool = False,
-    ) -> "Acted":
-        """Return the next actions.
+    ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+        """Return the next actions, one per row, and the next recurrent states.
 
         Args:
             observations: The present observations by name.
             size: Number of values of an action.
-            states: The recurrent states by name; None: zeros.
+            states: The recurrent states by name; none: zeros.
             trial: Whether the observations are placeholders: the actions need not be finite, and
                 the timeout is `PolicyKind.load_time`.
 
@@ -240,7 +223,8 @@ class LoadedPolicy:
         """
         wanted = {name: observations[name] for name in self.inputs}
         wanted |= states or {name: np.zeros(shape) for name, shape in self.states.items()}
-        reply = self._answer(wanted, self._kind.load_time if trial else self._kind.time)
+        limit = self._kind.load_time if trial else self._kind.time
+        reply = self._process.answer(self._kind.make, self.path, wanted, limit)
         head, _, data = reply.partition(b"\n")
         described, numbers = json.loads(head), np.frombuffer(data)
         if set(described["states"]) != set(self.states):
@@ -263,17 +247,11 @@ class LoadedPolicy:
             )
         if not trial and not np.isfinite(numbers).all():
             raise self.error(f"returned an action that is not finite: {actions.tolist()[0]}")
-        return Acted(actions, {n: values.reshape(self.states[n]) for n, values in after.items()})
+        return actions, {n: values.reshape(self.states[n]) for n, values in after.items()}
 
     def error(self, message: str) -> PolicyError:
         """Return an error with the policy's name."""
-        return PolicyError(f"policy '{self.name}' {message}")
-
-    def _answer(self, observations: Mapping[str, np.ndarray] | None, limit: float) -> bytes:
-        try:
-            return self._process.answer(self._kind.make, self._arguments, observations, limit)
-        except PolicyError as error:
-            raise self.error(str(error)) from error.__cause__
+        return PolicyError(f"policy '{self.path}' {message}")
 
 
 def shared_process(memory: int) -> PolicyProcess:

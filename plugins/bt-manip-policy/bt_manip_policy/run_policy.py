@@ -57,7 +57,7 @@ class RunPolicy(ArmBehaviour):
     _next: Sequence[Sequence[float]] = ()  # following actions without a new observation
     _chunks: Sequence[tuple[int, Sequence[Sequence[float]]]] = ()  # predictions to ensemble
     _past: Sequence[dict[str, np.ndarray]] = ()  # observations, the present ones last
-    _states: Mapping[str, np.ndarray] | None = None  # recurrent states; None at the start
+    _states: Mapping[str, np.ndarray] = {}  # recurrent states; none at the start
 
     def setup(self, **infrastructure: Any) -> None:
         """Load the policy and check that it fits, as far as ports and objects are known.
@@ -73,10 +73,9 @@ class RunPolicy(ArmBehaviour):
 
     def start(self) -> None:
         """Execute the first action."""
-        self._load()
         self._close_inputs()
         self._motion, self._next, self._time = None, (), self.cell.time
-        self._chunks, self._past, self._states = (), (), None
+        self._chunks, self._past, self._states = (), (), {}
         self._act()
 
     def update(self) -> Status:
@@ -110,15 +109,14 @@ class RunPolicy(ArmBehaviour):
     def get_state(self) -> dict[str, Any]:
         """Return its state as plain data, including observations and recurrent states."""
         past = [_plain(one) for one in self._past]
-        states = None if self._states is None else _plain(self._states)
-        return {**super().get_state(), "past": past, "states": states}
+        return {**super().get_state(), "past": past, "states": _plain(self._states)}
 
     def set_state(self, state: Mapping[str, Any]) -> None:
         """Restore a state of `get_state`."""
         super().set_state(state)
         self._close_inputs()
         self._past = [_arrays(one) for one in state["past"]]
-        self._states = None if state["states"] is None else _arrays(state["states"])
+        self._states = _arrays(state["states"])
 
     def _close_inputs(self) -> None:
         if self._inputs is not None:
@@ -126,22 +124,14 @@ class RunPolicy(ArmBehaviour):
             self._inputs = None
 
     def _load(self) -> LoadedPolicy:
-        """Return the policy of the port.
-
-        Raises:
-            PolicyError: If it is not a policy.
-        """
+        """Return the policy of the port."""
         path, kind = str(self.model), self._kinds.get(self.policy_kind)
-        if self._policy is None or self._policy.name != path:
-            self._policy = LoadedPolicy(shared_process(kind.memory), path, kind, path)
+        if self._policy is None or self._policy.path != path:
+            self._policy = LoadedPolicy(shared_process(kind.memory), kind, path)
         return self._policy
 
     def _check(self, policy: LoadedPolicy) -> None:
-        """Execute the policy once, with zeros for objects that are absent yet.
-
-        Raises:
-            PolicyError: If it does not fit the station, or does not act.
-        """
+        """Execute the policy once, with zeros for objects that are absent yet."""
         size = self._action_size(policy)
         inputs = self._make_inputs(policy)
         try:
@@ -152,12 +142,7 @@ class RunPolicy(ArmBehaviour):
         policy.act(with_history([observed], policy.history), size, trial=True)
 
     def _act(self) -> None:
-        """Command the next action.
-
-        Raises:
-            PolicyError: If the policy does not fit the station, or returns no valid action.
-            MotionError: If the arm cannot move now.
-        """
+        """Command the next action."""
         policy, arm = self._load(), self.arm
         size = self._action_size(policy)
         gripper = self._robots[self._robot_name].gripper
@@ -179,11 +164,7 @@ class RunPolicy(ArmBehaviour):
     def _choose(
         self, policy: LoadedPolicy, size: int
     ) -> tuple[Sequence[float], Sequence[Sequence[float]]]:
-        """Return the present action, and the actions that follow without a new observation.
-
-        Raises:
-            PolicyError: If the policy does not fit the station, or returns no valid action.
-        """
+        """Return the present action, and the actions that follow without a new observation."""
         if policy.history > 1 or not self._next:
             self._past = [*self._past, self._observe(policy)][-policy.history :]
         if self._next:
@@ -197,11 +178,7 @@ class RunPolicy(ArmBehaviour):
         return rows[0], rows[1 : policy.execute or None]
 
     def _action_size(self, policy: LoadedPolicy) -> int:
-        """Return the number of values of an action of this robot.
-
-        Raises:
-            PolicyError: If the policy has actions of an unknown kind.
-        """
+        """Return the number of values of an action of this robot."""
         if policy.action not in ACTIONS:
             known = did_you_mean(policy.action, ACTIONS)
             raise policy.error(f"has actions {shown(policy.action)}{known}")
@@ -219,7 +196,7 @@ class RunPolicy(ArmBehaviour):
         """Return the present observations, by their names in the policy."""
         if self._inputs is None:
             self._inputs = self._make_inputs(policy)
-            self._inputs.check()
+            policy.check(self._inputs.known())
         return self._inputs.read()
 
     def _grip(self, step: float) -> None:

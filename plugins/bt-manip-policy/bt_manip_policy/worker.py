@@ -48,7 +48,7 @@ def main(descriptor: int, memory: int) -> None:
                 # The signal also ends the process in compiled code, and without a parent.
                 signal.setitimer(signal.ITIMER_REAL, limit)
                 if observations is None:
-                    policies[key] = policy = make(*key[1])
+                    policies[key] = policy = make(key[1])
                     reply = _about(policy)
                 else:
                     reply = _act(policies[key], observations)

@@ -45,15 +45,15 @@ class ClonedPick(nn.Module):
     not change during the motion.
     """
 
-    def __init__(self, width: int) -> None:
+    def __init__(self) -> None:
         super().__init__()
         self.register_buffer("mean", torch.zeros(13))
         self.register_buffer("std", torch.ones(13))
         self.register_buffer("scale", torch.tensor([*SCALE, 1.0]))
         self.layers = nn.Sequential(
-            nn.Linear(13, width), nn.ReLU(),
-            nn.Linear(width, width), nn.ReLU(),
-            nn.Linear(width, 7),
+            nn.Linear(13, 128), nn.ReLU(),
+            nn.Linear(128, 128), nn.ReLU(),
+            nn.Linear(128, 7),
         )  # fmt: skip
 
     def features(self, tool, tool_axes, opening, cube, cube_axes):
@@ -192,13 +192,12 @@ def main() -> None:
     parser.add_argument("demonstrations", type=Path, help="folder of bt-manip demos")
     parser.add_argument("policy", type=Path, help="ONNX file to write")
     parser.add_argument("--steps", type=int, default=6000)
-    parser.add_argument("--width", type=int, default=128)
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
     torch.set_num_threads(1)  # a network as small as this is no faster in more
     torch.manual_seed(options.seed)
     observations, actions = read(options.demonstrations, INPUTS.values())
-    policy = ClonedPick(options.width)
+    policy = ClonedPick()
     rows = chosen(policy, observations, actions)
     print(f"{int(rows.sum())} of {len(rows)} steps")
     train(policy, [o[rows] for o in observations], actions[rows], options.steps, options.seed)

@@ -11,7 +11,7 @@
 A convolutional network estimates the pose of the cube from a picture and the pose of the tool; the
 policy of clone_pick.py, trained on the same demonstrations, acts on the estimate. The scripted pick
 is always above the cube and aligned with it when it is near; with --own, the network also learns
-from what an earlier policy saw (DAgger, Ross et al., 2011). With --black, it sees black pictures.
+from what an earlier policy saw (DAgger, Ross et al., 2011).
 """
 
 import argparse
@@ -32,12 +32,11 @@ class CubePose(nn.Module):
 
     The network returns the position in the tool frame divided by the height of the tool, as in an
     image, and the yaw relative to the tool times four, since a cube looks the same after a quarter
-    turn. With `black`, images are replaced by black ones.
+    turn.
     """
 
-    def __init__(self, black: bool = False) -> None:
+    def __init__(self) -> None:
         super().__init__()
-        self.black = black
         layers: list[nn.Module] = []
         channels = (3, 16, 32, 32, 32)
         for before, after in zip(channels, channels[1:], strict=False):
@@ -48,10 +47,7 @@ class CubePose(nn.Module):
     def forward(self, picture, tool, axes, opening):
         """Return position over height in the tool frame, cosine and sine of four times the yaw."""
         seen = picture.float().permute(0, 3, 1, 2) / 255.0 - 0.5
-        if self.black:
-            seen = torch.full_like(seen[:1], -0.5)  # one stands for all
-        features = self.picture(seen).expand(len(tool), -1)
-        return self.head(torch.cat([features, tool, axes, opening], -1))  # (n, 5)
+        return self.head(torch.cat([self.picture(seen), tool, axes, opening], -1))  # (n, 5)
 
     def pose(self, estimate, tool, axes):
         """Return position [m] and axes of the cube in the world from an estimate."""
@@ -132,7 +128,6 @@ def main() -> None:
     parser.add_argument("--steps", type=int, default=1200)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--own", type=Path, help="folder of episodes of an earlier policy")
-    parser.add_argument("--black", action="store_true", help="show black pictures")
     options = parser.parse_args()
     torch.set_num_threads(1)
     torch.manual_seed(options.seed)
@@ -141,9 +136,9 @@ def main() -> None:
     seen = [pictures, *observations]
     if options.own:
         seen = [torch.cat(both) for both in zip(seen, read(options.own, names)[0], strict=True)]
-    cube = CubePose(options.black)
+    cube = CubePose()
     fit(cube, seen[0], seen[1:], options.steps, options.seed)
-    pick = ClonedPick(128)
+    pick = ClonedPick()
     rows = chosen(pick, observations, actions)
     train(pick, [o[rows] for o in observations], actions[rows], 6000, options.seed)
     inputs = zip([CAMERA, *INPUTS], [pictures, *observations], strict=True)

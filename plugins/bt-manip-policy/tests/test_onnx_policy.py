@@ -27,7 +27,7 @@ def written(tmp_path):
 def load():
     """Return a function that loads a file in a process."""
     process = PolicyProcess()
-    yield lambda path: LoadedPolicy(process, str(path), ONNX, str(path))
+    yield lambda path: LoadedPolicy(process, ONNX, str(path))
     process.close()
 
 
@@ -39,22 +39,22 @@ def read(written, load):
 def test_same_observations_give_the_same_action(read):
     weights = np.random.default_rng(0).normal(size=(3, 7))
     policy = read(onnx.linear(np.ones(7), Q, {"robot_joint_positions": weights}))
-    first = policy.act(OBSERVED, 7).actions
+    first = policy.act(OBSERVED, 7)[0]
     assert first.shape == (1, 7)
     assert np.allclose(first[0], 1.0 + OBSERVED["robot_joint_positions"] @ weights, atol=1e-5)
-    assert np.array_equal(policy.act(OBSERVED, 7).actions, first)
+    assert np.array_equal(policy.act(OBSERVED, 7)[0], first)
 
 
 @pytest.mark.parametrize("shape", [(1, 3), ("batch", 3)])
 def test_observations_get_the_batch_dimension_that_the_file_asks_for(read, shape):
     policy = read(onnx.linear(np.ones((1, 7)), {"robot_joint_positions": shape}))
     policy.check({"robot_joint_positions": (3,)})
-    assert policy.act(OBSERVED, 7).actions.shape == (1, 7)
+    assert policy.act(OBSERVED, 7)[0].shape == (1, 7)
 
 
 def test_several_rows_are_a_sequence_of_actions(read):
     policy = read(onnx.linear(np.arange(28).reshape(4, 7), Q))
-    assert policy.act(OBSERVED, 7).actions[:, 0].tolist() == [0.0, 7.0, 14.0, 21.0]
+    assert policy.act(OBSERVED, 7)[0][:, 0].tolist() == [0.0, 7.0, 14.0, 21.0]
 
 
 def test_an_action_that_is_not_finite_or_of_another_size_is_an_error(read):
@@ -129,7 +129,7 @@ def test_actions_have_the_bits_that_they_have_in_this_process(read, written):
     for _ in range(10):
         observed = {"robot_joint_positions": rng.normal(size=3).astype(np.float32)}
         expected = here.act(observed)[0][None].astype(float)
-        assert policy.act(observed, 7).actions.tobytes() == expected.tobytes()
+        assert policy.act(observed, 7)[0].tobytes() == expected.tobytes()
 
 
 def test_a_name_that_is_longer_than_any_is_rejected(read):

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 from bt_manip import lazy_exports
 
 if TYPE_CHECKING:
-    from bt_manip_stress.faults import Fault as Fault
-    from bt_manip_stress.faults import FaultContext as FaultContext
-    from bt_manip_stress.faults import FaultError as FaultError
-    from bt_manip_stress.faults import FaultInjector as FaultInjector
-    from bt_manip_stress.faults import PlannedFault as PlannedFault
-    from bt_manip_stress.faults import parameter as parameter
-    from bt_manip_stress.faults import parse_fault as parse_fault
+    from bt_manip_stress.faults.fault import Fault as Fault
+    from bt_manip_stress.faults.fault import FaultContext as FaultContext
+    from bt_manip_stress.faults.fault import FaultError as FaultError
+    from bt_manip_stress.faults.fault import parameter as parameter
+    from bt_manip_stress.faults.injector import FaultInjector as FaultInjector
+    from bt_manip_stress.faults.planned_fault import PlannedFault as PlannedFault
+    from bt_manip_stress.faults.planned_fault import parse_fault as parse_fault
     from bt_manip_stress.stress_table import LEGEND as LEGEND
     from bt_manip_stress.stress_table import StressTable as StressTable
     from bt_manip_stress.stress_test import StressEpisode as StressEpisode

@@ -13,7 +13,7 @@ from bt_manip.registry import Parts
 from bt_manip.runner import Station
 from bt_manip.testing import Check, Situations
 
-from .faults import Fault, FaultContext, FaultError
+from .faults.fault import Fault, FaultContext, FaultError
 
 HOLDING = "holding a cube over the table"  # a built-in situation
 STEPS = 20  # control steps between the start and the end of a fault

@@ -14,7 +14,9 @@ from bt_manip.plugins import load_plugins
 from bt_manip.record import ExecutionLog, Interval, LoggedNode
 from bt_manip.runner import Run, RunLoop, RunObserver, prepare, request_of
 
-from .faults import FaultError, FaultInjector, PlannedFault
+from .faults.fault import FaultError
+from .faults.injector import FaultInjector
+from .faults.planned_fault import PlannedFault
 
 TIMEOUT = 120.0
 """Simulated time after which a cycle hangs [s]."""
@@ -141,12 +143,11 @@ class StressTester:
     def run(self, episode: StressEpisode) -> StressResult:
         """Run a cycle with a fault, and an undisturbed one after it."""
         run = self._prepared(episode.seed)
-        injector = FaultInjector([episode.plan()], self.faults, episode.seed)
-        outcome, reason, aborted = _run_cycle(
-            run, 0, injector, stop=lambda: bool(injector.problems)
-        )
-        if not injector.happened:
-            return StressResult(episode, "none", (injector.problems or [""])[0])
+        problems: list[str] = []
+        injector = FaultInjector([episode.plan()], self.faults, episode.seed, problems.append)
+        outcome, reason, aborted = _run_cycle(run, 0, injector, stop=lambda: bool(problems))
+        if injector.missed:
+            return StressResult(episode, "none", (problems or [""])[0])
         if aborted:  # as a user would, in a new run
             run = self._prepared(episode.seed)
         after, next_reason, _ = _run_cycle(run, 1)

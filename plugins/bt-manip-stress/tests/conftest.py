@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bt_manip.bt import Sleep, Tree
-from bt_manip_stress.faults import FaultContext
+from bt_manip_stress import FaultContext
 from tests.support.drawing import (
     processes_draw_if_their_test_does as processes_draw_if_their_test_does,
 )

@@ -11,7 +11,7 @@ from bt_manip.exceptions import BtManipError
 from bt_manip.plugins import load_plugins
 from bt_manip.testing import Trial
 from bt_manip_stress import Fault, parameter
-from bt_manip_stress.hooks import check_fault
+from bt_manip_stress.plugin import check_fault
 
 README = Path(__file__).resolve().parents[1] / "README.md"
 

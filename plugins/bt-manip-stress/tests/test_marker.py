@@ -3,7 +3,6 @@
 import pytest
 
 from bt_manip.bt import Sequence, Sleep
-from bt_manip.exceptions import BtManipError
 
 
 @pytest.mark.fault("heavy at=second mass=4")
@@ -33,9 +32,3 @@ def test_a_fault_that_has_not_happened_fails_the_test(trial):
     running = trial(Sleep("rest", msec=30))
     with pytest.raises(AssertionError, match="'heavy at=rest after=1' did not happen in cycle 1"):
         running.until_done()
-
-
-@pytest.mark.fault("heavy at=nap")
-def test_a_fault_at_a_node_that_the_tree_does_not_have_is_refused(trial):
-    with pytest.raises(BtManipError, match="the tree has no node 'nap'"):
-        trial(Sleep("rest", msec=30))

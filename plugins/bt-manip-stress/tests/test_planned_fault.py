@@ -6,7 +6,7 @@ import pytest
 
 from bt_manip.bt import Sequence, Sleep, Tree
 from bt_manip.exceptions import BtManipError
-from bt_manip_stress.faults import FaultError, PlannedFault, parse_fault
+from bt_manip_stress import FaultError, PlannedFault, parse_fault
 
 
 def test_a_text_names_a_fault_its_node_and_its_parameters(parts):

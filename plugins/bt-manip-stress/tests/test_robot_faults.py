@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from bt_manip_stress.faults import (
-    FaultError,
+from bt_manip_stress import FaultError
+from bt_manip_stress.faults.robot_faults import (
     Push,
     SensorDelay,
     SensorNaN,

@@ -72,25 +72,19 @@ class ArmAction(ActionKind):
 
     def __init__(self, episodes: Episodes) -> None:
         super().__init__(episodes)
-        low: list[float] = []
-        high: list[float] = []
-        names: list[str] = []
-        units: list[str] = []
+        values: list[tuple[float, float, str, str]] = []  # low, high, name and unit of each
         self._counts: dict[str, int] = {}  # values of each arm
-        alone = len(self._robots) == 1
         for one in self._robots:
-            label = "robot" if alone else one.name
-            bounds = self._bounds(one)
-            self._counts[one.name] = len(bounds[2])
-            low += list(bounds[0])
-            high += list(bounds[1])
-            names += [f"{label}_{name}" for name in bounds[2]]
-            units += bounds[3]
+            label = "robot" if len(self._robots) == 1 else one.name
+            low, high, names, units = self._bounds(one)
+            self._counts[one.name] = len(names)
+            labelled = [f"{label}_{name}" for name in names]
+            values += zip(low, high, labelled, units, strict=True)
             if one.gripper is not None:
-                low, high = [*low, -1.0], [*high, 1.0]
-                names, units = [*names, f"{label}_gripper"], [*units, "-"]
-        as_array = np.array(low, np.float32), np.array(high, np.float32)
-        self.space = ActionSpace(*as_array, tuple(names), tuple(units))
+                values.append((-1.0, 1.0, f"{label}_gripper", "-"))
+        lows, highs, all_names, all_units = zip(*values, strict=True)
+        as_array = np.array(lows, np.float32), np.array(highs, np.float32)
+        self.space = ActionSpace(*as_array, all_names, all_units)
         self._references: list[StepReference] = []
         self._late: list[tuple[int, CommandedRobot, bool]] = []  # with ticks until the command
 

@@ -1,7 +1,7 @@
 """Episodes of a tree in a station: reset, steps of the expert or an agent, success."""
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -93,9 +93,9 @@ class Episodes:
         self._begin(seed, episode)
         self._open(self.make_observers(self.run, episode))
         self._loop.begin(episode)
-        with SetUp(self.run) as set_up:
-            self._tick_until_commanded()
-            self._again = set_up.state_behind() if self._ticked else None
+        set_up = SetUp(self.run)
+        self._tick_until_commanded()
+        self._again = set_up.state_behind() if self._ticked else None
 
     def _tick_until_commanded(self) -> None:
         """Tick the tree until it has commanded a robot, or has nothing to do."""
@@ -210,11 +210,7 @@ class Episodes:
     # Internal
 
     def _take_over(self) -> None:
-        """Let the tree start again, and let the robots follow their arms from where they are.
-
-        Raises:
-            BtManipError: If there is no expert, or leaves that add objects run beside others.
-        """
+        """Let the tree start again, and let the robots follow their arms from where they are."""
         if self._again is None:
             raise BtManipError(
                 "the expert cannot take over: its tree commands no robot, or adds or removes "
@@ -276,16 +272,7 @@ class SetUp:
         self._run, self._found = run, set[int]()
         self._places = {id(node): i for i, node in enumerate(run.tree.nodes)}
         self._fresh, self._seen = run.tree.get_state(), self._read()
-
-    def __enter__(self) -> Self:
-        """Observe the tree."""
-        self._run.tree.observers.append(self._note)
-        return self
-
-    def __exit__(self, *exception: object) -> None:
-        """Observe it no longer."""
-        if self._note in self._run.tree.observers:
-            self._run.tree.observers.remove(self._note)
+        run.tree.observers.append(self._note)  # until `state_behind`, or the end of the episode
 
     def state_behind(self) -> dict[str, Any] | None:
         """Return the present state of the tree, in which all nodes behind these leaves are idle.
@@ -293,6 +280,7 @@ class SetUp:
         None if such leaves and others run side by side.
         """
         tree, node, first = self._run.tree, self._run.tree.nodes[0], 0
+        tree.observers.remove(self._note)
         while not self._found.isdisjoint(range(first, first + _count(node))):
             running = [one for one in node.child_nodes if one.engine_status is NodeStatus.RUNNING]
             if len(running) != 1:

@@ -70,7 +70,7 @@ def write_minari(
             about = {"dataset_id": folder.name, "minari_version": minari.__version__}
             storage.update_metadata(about)
         buffer = EpisodeBuffer(
-            seed=store.manifest.get("seed"),
+            seed=store.manifest["seed"],
             options={"episode": one.episode},
             observations=dict(observed),
             actions=space.normalized(one.actions[actions]),

@@ -68,7 +68,7 @@ def _columns(
         yield f"action.{name}", array
     yield "reward", one.rewards
     yield "done", one.dones
-    yield "task", [one.task or store.manifest.get("task", "")] * n
+    yield "task", [one.task or store.manifest["task"]] * n
     yield "leaf", list(one.leaves)
     yield "statuses", one.statuses
 

@@ -95,20 +95,10 @@ def action_space(described: Mapping[str, Any]) -> "ActionSpace":
 
 def env_args(manifest: Mapping[str, Any], actions: str) -> dict[str, Any]:
     """Return robomimic's description of the environment: `GymnasiumEnvironment(**env_kwargs)`."""
-    given = {key: manifest[key] for key in ("tree", "scene", "settings", "images")}
-    kwargs = {**given, **_parts(manifest), "tick": manifest["tick_s"], "action": actions}
-    kwargs |= {"vary": manifest["varied"]} if "varied" in manifest else {}
+    kwargs = {key: manifest[key] for key in ("tree", "scene", "settings", "images")}
+    kwargs |= manifest["request"]  # robot, controller and planner
+    kwargs |= {"vary": manifest["varied"], "tick": manifest["tick_s"], "action": actions}
     return {"env_name": manifest["tree"], "type": GYM_TYPE, "env_kwargs": kwargs}
-
-
-def _parts(manifest: Mapping[str, Any]) -> Mapping[str, str]:
-    """Return the requested robot, controller and planner.
-
-    Older manifests have those of the robots; where these differ, the scene names them.
-    """
-    found = {key: str(manifest[key]) for key in ("robot", "controller", "planner")}
-    asked = {key: text for key, text in found.items() if ", " not in text}
-    return {**asked, **manifest.get("request", {})}
 
 
 def split(demos: list[str]) -> dict[str, list[str]]:

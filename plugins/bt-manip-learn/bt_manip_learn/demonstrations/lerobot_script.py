@@ -38,39 +38,35 @@ def convert(table: Path, folder: Path, kind: str) -> None:
     states: dict[str, list[str]] = {}
     for name in observed:
         if name not in images:
-            spec = manifest.get("observations", {}).get(name.removeprefix("obs."), {})
-            states.setdefault(STATES[spec.get("group", "robot")], []).append(name)
+            spec = manifest["observations"][name.removeprefix("obs.")]
+            states.setdefault(STATES[spec["group"]], []).append(name)
     dataset: Any = None
     for group in range(file.num_row_groups):
         columns = file.read_row_group(group).to_pydict()
         for row in range(len(columns["step"])):
-            values = {
-                key: {name: np.atleast_1d(columns[name][row]) for name in names}
+            values = {name: np.atleast_1d(column[row]) for name, column in columns.items()}
+            frame: dict[str, Any] = {
+                key: np.concatenate([values[name] for name in names]).astype(np.float32)
                 for key, names in states.items()
             }
-            frame: dict[str, Any] = {
-                **{
-                    key: np.concatenate([*parts.values()]).astype(np.float32)
-                    for key, parts in values.items()
-                },
+            frame |= {
                 "action": np.array(columns[f"action.{kind}"][row], dtype=np.float32),
                 "next.reward": np.array([columns["reward"][row]], dtype=np.float32),
                 "next.done": np.array([columns["done"][row]]),
                 "leaf": columns["leaf"][row],
             }
             for name in images:
+                camera = name.removeprefix("obs.").removesuffix("_rgb")
                 image = np.array(Image.open(io.BytesIO(columns[name][row])))
-                frame["observation.images." + name.removeprefix("obs.").removesuffix("_rgb")] = (
-                    image
-                )
+                frame[f"observation.images.{camera}"] = image
             if dataset is None:
                 features = {name: feature(value) for name, value in frame.items()}
                 features["action"]["names"] = manifest["actions"][kind]["names"]
-                for key, parts in values.items():
+                for key, names in states.items():
                     features[key]["names"] = [
                         f"{name.removeprefix('obs.')}.{i}"
-                        for name, value in parts.items()
-                        for i in range(value.size)
+                        for name in names
+                        for i in range(values[name].size)
                     ]
                 dataset = LeRobotDataset.create(
                     f"bt_manip/{folder.name}",

@@ -79,8 +79,8 @@ class Demonstration:
 
 
 _ARRAYS = ("rewards", "dones", "states", "statuses")
-_FACTS = ("episode", "success", "reason", "digest")
-_TASK, _IDENTITY = "task", "identity"  # files of older versions have none
+_FACTS = ("episode", "success", "reason", "digest", "task")
+_IDENTITY = "identity"
 
 
 class DemonstrationStore:
@@ -180,13 +180,10 @@ class DemonstrationStore:
 
         Args:
             one: The demonstration.
-            group: ``"robot"``: observations that a robot can measure; ``"all"``. Manifests of
-                older versions have no groups, which means all.
+            group: ``"robot"``: observations that a robot can measure; ``"all"``.
         """
-        specs = self.manifest.get("observations", {})
-        groups = {name: spec.get("group", group) for name, spec in specs.items()}
-        found = one.observations.items()
-        return {k: v for k, v in found if group == ALL or groups.get(k, group) == group}
+        specs, found = self.manifest["observations"], one.observations.items()
+        return {name: x for name, x in found if group in (ALL, specs[name]["group"])}
 
     def path(self, episode: int) -> Path:
         """Return the file of an episode."""
@@ -207,8 +204,8 @@ class DemonstrationStore:
 
         buffer = BytesIO()
         with h5py.File(buffer, "w") as file:
-            file.attrs.update({key: getattr(demonstration, key) for key in (*_FACTS, _TASK)})
-            file.attrs[_IDENTITY] = self.manifest.get(_IDENTITY, "")
+            file.attrs.update({key: getattr(demonstration, key) for key in _FACTS})
+            file.attrs[_IDENTITY] = self.manifest[_IDENTITY]
             if len(demonstration):
                 for group in ("observations", "actions"):
                     for name, array in getattr(demonstration, group).items():
@@ -231,7 +228,7 @@ class DemonstrationStore:
             BtManipError: If there is no such file, or it is not a demonstration of this identity.
         """
         with self._opened(episode) as file:
-            facts = {**_facts(file), _TASK: file.attrs.get(_TASK, "")}
+            facts = _facts(file)
             if "rewards" not in file:
                 return Demonstration(**facts)
             groups: dict[str, Any] = {
@@ -267,7 +264,7 @@ class DemonstrationStore:
 
         path = self.path(episode)
         with reading(path, "demonstration"), h5py.File(path) as file:
-            if file.attrs.get(_IDENTITY, "") != self.manifest.get(_IDENTITY, ""):
+            if file.attrs.get(_IDENTITY) != self.manifest.get(_IDENTITY):
                 raise BtManipError(f"'{path}' is of another recording than the folder: remove it")
             sizes: list[int] = []
             file.visititems(lambda name, item: sizes.append(getattr(item, "nbytes", 0)))

@@ -175,12 +175,9 @@ class Batch:
         return result
 
     def _command(self, signals: np.ndarray, slot: _Slot, action: Any) -> None:
-        """Compute the control signals of a step, and advance all references to its end.
+        """Write the control signals of a step, and advance all references to its end.
 
-        Args:
-            signals: Output: control signals of all actuators in each control step.  # (steps, nu)
-            slot: The episode.
-            action: Its action, in physical units.
+        The signals are those of all actuators in each control step.  # (steps, nu)
         """
         self._action.command(action)
         for k, (one, reference) in enumerate(zip(self._robots, slot.references, strict=True)):

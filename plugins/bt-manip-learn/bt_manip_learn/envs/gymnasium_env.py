@@ -27,9 +27,6 @@ class GymnasiumEnvironment(gymnasium.Env[dict[str, np.ndarray], Any]):
     ``episode_number``, which identify the episode. For a tree that declares results, ``results``
     has those that were written, numbers as floats.
 
-    Unless it is recorded or observed, an environment can be pickled, and copied by
-    ``copy.deepcopy``; the copy continues the episode in its own station.
-
     Args:
         tree: The tree, as in ``bt-manip run``.
         render_mode: ``"rgb_array"``; None: `render` returns no images.
@@ -84,12 +81,8 @@ class GymnasiumEnvironment(gymnasium.Env[dict[str, np.ndarray], Any]):
         self._goal = PositionGoal(self.task.episodes) if goal_conditioned else None
         if self._goal is not None:  # checkers recognise goal environments by this method
             self.compute_reward = self._goal.compute_reward
-            sizes = {
-                "observation": sum(int(np.prod(one.shape)) for one in observations.specs.values()),
-                "achieved_goal": self._goal.size,
-                "desired_goal": self._goal.size,
-            }
-            boxes = {name: spaces.Box(-np.inf, np.inf, (n,)) for name, n in sizes.items()}
+            found = self._observe().items()
+            boxes = {name: spaces.Box(-np.inf, np.inf, one.shape) for name, one in found}
         self.observation_space: Any = spaces.Dict(boxes)
         self._scaled = not physical_units
         self.action_space = action_space_of(self.task.action.space, self._scaled)
@@ -200,10 +193,6 @@ class GymnasiumEnvironment(gymnasium.Env[dict[str, np.ndarray], Any]):
         self.task.set_state(state)
         self._seed, self._episode = self.task.episodes.seed, self.task.episodes.episode
         self._results = self._read_results()
-
-    def __getstate__(self) -> dict[str, Any]:
-        """Return the attributes without the renderer, which is made again."""
-        return {**vars(self), "_rendered": None}
 
     def _observe(self) -> dict[str, np.ndarray]:
         found = self.task.observe()

@@ -73,7 +73,7 @@ class LearningTask:
         episodes: The episodes of the tree in its station.
         observations: The observations.
         action: The kind of actions.
-        reward_bounds: Smallest and largest reward of a step.
+        observed: Whether episodes are recorded, observed or modified by faults.
         progress: Progress towards the goal after the last step, from 0 to 1 where the goal holds;
             see `goal_progress`.
 
@@ -108,27 +108,20 @@ class LearningTask:
             reward
         )
         refuse_unknown("an environment has no option", request, OPTIONS)
-        self._arguments: dict[str, Any] = {
-            "tree": tree, "action": action, "reward": reward, "discount": discount,
-            "images": images, "step_time": step_time, "faults": faults, "vary": vary,
-            "parts": parts, **request,
-        }  # fmt: skip
         if parts is None:
             parts = load_plugins().parts
         self._record, self._observers, self._parts = record, tuple(observers), parts
-        self._recorded = bool(record)
         modifiers = {"fault": tuple(faults)} if faults else {}
         asked = request_of(tree, parts, modifiers=modifiers, varied=vary, **request)
         self.episodes = Episodes(asked, parts, step_time=step_time)
+        self.observed = bool(record or observers or self.episodes.run.modifiers)
         if not self.episodes.run.tree.goal:
             raise BtManipError(
                 f"the tree '{tree}' declares no goal, so that success is not defined"
             )
-        self.reward_bounds = (0.0, 1.0)
         if self._discount is not None:
             if not 0.0 <= self._discount <= 1.0:
                 raise BtManipError(f"the discount is from 0 to 1, got {self._discount:g}")
-            self.reward_bounds = (-1.0, 1.0 + self._discount)
             if names := without_progress(self.episodes.run.tree.goal):
                 raise BtManipError(
                     f"the reward '{reward}' needs the progress of the goal, but its condition "
@@ -237,11 +230,6 @@ class LearningTask:
         shaping = 0.0 if self._discount is None else self._discount * self.progress - before
         return Outcome(float(success) + shaping, success, failure)
 
-    @property
-    def observed(self) -> bool:
-        """Whether episodes are recorded, observed or modified by faults."""
-        return self._recorded or bool(self._observers or self.episodes.run.modifiers)
-
     def _outcome(self, step: Callable[[], None]) -> Outcome:
         """Make a step and judge its outcome; finish the episode if it has ended."""
         try:
@@ -252,21 +240,6 @@ class LearningTask:
         if (outcome.success or outcome.failure) and not self.episodes.ended:
             self.episodes.finish(outcome.failure)
         return outcome
-
-    def __reduce__(self) -> Any:
-        """Pickle or copy the arguments and the state of the environment.
-
-        Raises:
-            BtManipError: If it is recorded or observed.
-        """
-        if self._recorded or self._observers:
-            raise BtManipError(
-                "an environment with 'record' or 'observers' cannot be copied or pickled: both "
-                "would write the same files; make another one and give it the state of get_state()"
-            )
-        return partial(LearningTask, **self._arguments), (), self.get_state()
-
-    __setstate__ = set_state
 
     def _make_observers(self, run: Run, episode: int) -> list[RunObserver]:
         """Return the observers of an episode."""

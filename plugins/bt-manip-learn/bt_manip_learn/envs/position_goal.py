@@ -23,9 +23,6 @@ class PositionGoal:
     Args:
         episodes: The episodes, of which one has started.
 
-    Attributes:
-        size: Size of a goal: 4 numbers for each condition.
-
     Raises:
         BtManipError: If a condition of the goal does not define a position.
     """
@@ -42,7 +39,6 @@ class PositionGoal:
                 )
             name, destination = (str(getattr(one, key)) for key in ("object", port))
             self._pairs.append((name, destination))
-        self.size = 4 * len(self._pairs)
 
     def achieved(self) -> np.ndarray:
         """Return the positions of the objects [m], 0 for removed ones, and the flags."""  # (4n,)

@@ -17,6 +17,7 @@ def described(names, bound):
 IDENTITY = {
     "tree": "pick",
     "task": "pick the cube up",
+    "varied": {"scene.mass": 2},
     "step_s": 0.05,
     "robot": "panda, ur5e",  # those of the robots: the scene names one of them
     "controller": "computed_torque",

@@ -29,6 +29,7 @@ def test_each_demonstration_has_what_robomimic_reads(store, tmp_path):
             "settings": {"cube": "auto"},
             "images": {"kinds": []},
             "tick": 0.05,
+            "vary": {"scene.mass": 2},
             "action": "cartesian_deltas",
         }
         for demo, one in zip(("demo_0", "demo_1", "demo_2"), store, strict=True):
@@ -61,20 +62,8 @@ def test_one_demonstration_of_ten_validates():
     assert len(split(names[:3])["valid"]) == 1
 
 
-def test_parts_that_differ_between_robots_are_left_to_the_scene(store, tmp_path):
-    del store.manifest["request"]  # as in older manifests
-    path = tmp_path / "demos.hdf5"
-    write_robomimic(store, path, "joint_targets")
-    with h5py.File(path) as file:
-        kwargs = json.loads(file["data"].attrs["env_args"])["env_kwargs"]
-    assert "robot" not in kwargs and kwargs["planner"] == "lazy"
-
-
 def test_observations_that_only_a_simulator_knows_can_be_left_out(store, tmp_path):
     path = tmp_path / "demos.hdf5"
     write_robomimic(store, path, "joint_targets", "robot")
     with h5py.File(path) as file:
         assert sorted(file["data/demo_0/obs"]) == ["joint_positions", "overview_rgb"]
-    del store.manifest["observations"]["cube_position"]["group"]  # as in older manifests
-    assert "cube_position" in store.observed(store.read(0), "robot")
-    assert "cube_position" in store.observed(store.read(0), "all")

@@ -91,9 +91,3 @@ def test_other_folders_and_files_are_refused_with_the_reason(store, tmp_path):
     (store.folder / "manifest.json").write_text('{"format": "bt-manip demonstrations"}')
     with pytest.raises(BtManipError, match="is not a manifest of demonstrations"):
         read_demonstrations(store.folder)
-
-
-def test_an_episode_whose_processes_died_is_a_failed_one(store):
-    store.write_lost(4, BtManipError("its process ended with exit code 0"))
-    assert not store.read(4).success
-    assert store.read(4).reason == "its process ended with exit code 0"

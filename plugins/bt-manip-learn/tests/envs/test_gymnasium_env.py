@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
-from bt_manip.exceptions import BtManipError
 from bt_manip.plugins import load_plugins
 from bt_manip_learn.envs import environment_id
 
@@ -124,12 +123,3 @@ def test_a_choice_of_subtrees_can_succeed():
                 break
     assert info["is_success"] and rewards[-1] > 1.0 > max(rewards[:-1])
     assert sum(rewards[:-1]) > 0.0  # progress, before success
-
-
-def test_impossible_options_are_refused():
-    with pytest.raises(
-        BtManipError, match="unknown action kind 'joint_torque'; did you mean 'joint_torques'"
-    ):
-        gymnasium.make(ID, action="joint_torque")
-    with pytest.raises(BtManipError, match="a reward is"):
-        gymnasium.make(ID, reward="much")

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bt_manip.bt import NodeStatus, Tree
+from bt_manip.bt import NodeStatus
 from bt_manip.registry import Registry
-from bt_manip.runner import Run, RunModifier, Station
+from bt_manip.runner import Run, RunModifier
 
 from .fault import Fault, FaultContext, FaultError
 from .planned_fault import PlannedFault
@@ -25,10 +25,7 @@ class FaultInjector(RunModifier):
         planned: The planned faults.
         faults: The registered faults.
         seed: Seed of the faults; None: that of the run.
-        warn: Called with each of `problems` when it occurs.
-
-    Attributes:
-        problems: Reasons why planned faults did not occur in a cycle, in the order of the cycles.
+        warn: Called with the reason why a planned fault did not occur in a cycle.
     """
 
     def __init__(
@@ -39,46 +36,28 @@ class FaultInjector(RunModifier):
         warn: Callable[[str], None] = lambda message: None,
     ) -> None:
         self._planned, self._faults, self._seed, self._warn = planned, faults, seed, warn
-        self._of_run = seed or 0
         self._active: list[tuple[float, Fault]] = []
         self._pending: list[_Pending] = []
         self._cycle, self._begun = 0, list[PlannedFault]()
-        self.happened = 0
-        """Number of faults that have begun."""
-        self.problems: list[str] = []
-
-    def attach(self, station: Station, tree: Tree) -> None:
-        """Connect to a tree and its station before a run.
-
-        Raises:
-            FaultError: If the tree has no node of a planned fault.
-        """
-        self._station, self._tree, self._cell = station, tree, station.cell
-        self._nodes = [planned.nodes(tree) for planned in self._planned]
-        tree.observers.append(self._node_changed)
-
-    def detach(self) -> None:
-        """End all faults and disconnect."""
-        self._end_all()
-        self._pending.clear()
-        if self._node_changed in self._tree.observers:
-            self._tree.observers.remove(self._node_changed)
 
     def run_started(self, run: Run) -> None:
-        """Connect to the run."""
-        self.problems.clear()
+        """Connect to the run.
+
+        Raises:
+            FaultError: If its tree has no node of a planned fault.
+        """
         self._of_run = run.request.seed if self._seed is None else self._seed
-        self.attach(run.station, run.tree)
+        self._station, self._tree, self._cell = run.station, run.tree, run.station.cell
+        self._nodes = [planned.nodes(run.tree) for planned in self._planned]
+        run.tree.observers.append(self._node_changed)  # until the run has ended
 
     def cycle_started(self, cycle: int) -> None:
         """Schedule the faults of a cycle."""
         self._pending = [
             _Pending(planned, nodes, np.random.default_rng((self._of_run, cycle, number)))
-            for number, (planned, nodes) in enumerate(
-                zip(self._planned, self._nodes, strict=True)
-            )
+            for number, (planned, nodes) in enumerate(zip(self._planned, self._nodes, strict=True))
             if planned.cycle in (0, cycle + 1)
-        ]  # fmt: skip
+        ]
         self._cycle = cycle
         self._begun.clear()
 
@@ -111,11 +90,12 @@ class FaultInjector(RunModifier):
         self._end_all()
 
     def run_ended(self) -> None:
-        """Undo all faults and disconnect."""
+        """Undo all faults."""
         for planned in self._planned:
             if planned.cycle > self._cycle + 1:
                 self._warn(f"fault '{planned}' did not happen: there was no cycle {planned.cycle}")
-        self.detach()
+        self._pending.clear()
+        self._end_all()
 
     def _begin(self, pending: "_Pending") -> None:
         fault = pending.planned.make(self._faults)
@@ -125,14 +105,11 @@ class FaultInjector(RunModifier):
         except FaultError as error:
             self._note(pending.planned, str(error))
             return
-        self.happened += 1
         self._begun.append(pending.planned)
         self._active.append((self._cell.time + fault.duration, fault))
 
     def _note(self, planned: PlannedFault, problem: str) -> None:
-        text = f"fault '{planned}' did not happen in cycle {self._cycle + 1}: {problem}"
-        self.problems.append(text)
-        self._warn(text)
+        self._warn(f"fault '{planned}' did not happen in cycle {self._cycle + 1}: {problem}")
 
     def _end_all(self) -> None:
         while self._active:
@@ -141,7 +118,7 @@ class FaultInjector(RunModifier):
     def _node_changed(self, node: "Node", old: NodeStatus, new: NodeStatus) -> None:
         if old is NodeStatus.IDLE:
             for pending in self._pending:
-                if pending.node is None and any(node is one for one in pending.nodes):
+                if pending.node is None and node in pending.nodes:
                     pending.node = node
                     pending.due = self._cell.time + pending.planned.after
 

@@ -114,17 +114,10 @@ class Knock(_ObjectFault):
 
 
 def _thrown(cell: Cell, name: str, T_wo: pin.SE3, velocity: np.ndarray) -> np.ndarray | None:
-    """Return the position at which a thrown object comes to rest in a static cell [m].
+    """Return where the origin of a thrown object comes to rest in a static copy of the cell [m].
 
-    Args:
-        cell: The cell, which is not changed.
-        name: The object.
-        T_wo: Its initial pose.
-        velocity: Its initial velocity [m/s].  # (3,)
-
-    Returns:
-        The position of its origin; None if it does not come to rest.  # (3,)
-    """
+    None if it does not come to rest. The initial velocity is in [m/s].
+    """  # (3,)
     model, trial = cell.model, mujoco.MjData(cell.model)
     mujoco.mj_copyData(trial, model, cell.data)
     joint = model.joint(f"{name}/")

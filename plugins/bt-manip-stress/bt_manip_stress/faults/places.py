@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from contextlib import suppress
 
 import mujoco
 import numpy as np
@@ -125,10 +126,8 @@ def _blocks_target(context: FaultContext, name: str) -> bool:
 
 def _targets(context: FaultContext) -> Iterator[str]:
     for find in (context.find_object, context.find_container):
-        try:
+        with suppress(FaultError):
             yield find()
-        except FaultError:
-            continue
 
 
 def _ahead(context: FaultContext, distance: float) -> Iterator[np.ndarray]:
@@ -157,14 +156,7 @@ def _length(context: FaultContext) -> float:
 
 
 def _support(context: FaultContext, x: float, y: float, without: int) -> float | None:
-    """Return the height of a surface at a position [m]; None if it is occupied.
-
-    Args:
-        context: The run.
-        x: Position in the world [m].
-        y: Position in the world [m].
-        without: Ignored body.
-    """
+    """Return the height of a surface at a position [m], without a body; None if occupied."""
     cell = context.cell
     above = float(cell.pose(context.robot.name).translation[2]) + 1.5
     geom = np.zeros(1, dtype=np.int32)

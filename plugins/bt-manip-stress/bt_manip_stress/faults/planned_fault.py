@@ -3,7 +3,6 @@
 import shlex
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from types import MappingProxyType
 from typing import Any
 
 from bt_manip.bt import Tree
@@ -13,13 +12,11 @@ from bt_manip.registry import Registry
 
 from .fault import Fault, FaultError
 
-WHEN: Mapping[str, Parameter] = MappingProxyType(
-    {
-        "at": Parameter("Node at whose start it begins: path, name or registered name.", "", ""),
-        "after": Parameter("Time after the start of the node [s].", default=0.0, at_least=0.0),
-        "cycle": Parameter("Cycle in which it happens, from 1; 0: all.", default=0, at_least=0),
-    }
-)
+WHEN = {
+    "at": Parameter("Node at whose start it begins: path, name or registered name.", "", ""),
+    "after": Parameter("Time after the start of the node [s].", default=0.0, at_least=0.0),
+    "cycle": Parameter("Cycle in which it happens, from 1; 0: all.", default=0, at_least=0),
+}
 """Parameters of all planned faults."""
 
 
@@ -39,7 +36,7 @@ class PlannedFault:
     at: str
     after: float = 0.0
     cycle: int = 0
-    parameters: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
+    parameters: Mapping[str, Any] = field(default_factory=dict)
 
     def __str__(self) -> str:
         """Return its text, for `parse_fault`."""

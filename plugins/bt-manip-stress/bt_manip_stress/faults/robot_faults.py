@@ -49,17 +49,7 @@ class Push(Fault):
 
 
 def _choose_joint(context: FaultContext, part: str, joints: list[int], number: int) -> int:
-    """Return a joint by its number from 1, or a random one for 0.
-
-    Args:
-        context: The run.
-        part: The part of the robot with the joints, for messages.
-        joints: The joints.
-        number: Number of the joint.
-
-    Raises:
-        FaultError: If there is no such joint.
-    """
+    """Return one of the joints of a part by its number from 1, or a random one for 0."""
     if not joints or number > len(joints):
         raise FaultError(f"the {part} has {len(joints)} joints, got joint {number}")
     return joints[context.rng.integers(len(joints)) if number == 0 else number - 1]
