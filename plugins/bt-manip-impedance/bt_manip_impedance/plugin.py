@@ -48,12 +48,9 @@ def register_behaviours(register):
 
 @hookimpl
 def register_scenes(register):
-    """Register the scenes of the tasks: in Python, and in files with variations."""
+    """Register the scenes of the tasks."""
     from bt_manip.scenes import scene_of
-    from bt_manip_impedance.scene import button_on_table, peg_on_table
 
-    register("button_on_table", button_on_table)
-    register("peg_on_table", peg_on_table)
     for path in sorted(SCENES.glob("*.toml")):
         register(path.stem, scene_of(path))
 
