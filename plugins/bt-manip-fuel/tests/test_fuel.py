@@ -14,7 +14,7 @@ from bt_manip.models import find_model as find_any_model
 from bt_manip_fuel.fuel.address import FuelAddress, fuel_address
 from bt_manip_fuel.fuel.client import fetch_model, find_model
 
-from .fuel_server import BALL, Answer, FuelServer, model_zip, quoted
+from .fuel_server import BALL, Answer, FuelServer, model_zip
 
 
 def test_an_address_says_owner_name_and_version():
@@ -94,7 +94,7 @@ def test_a_referral_is_followed_and_the_token_stays_with_its_server(
 ):
     monkeypatch.setenv("BT_MANIP_FUEL_TOKEN", "secret")
     other_server.answers["/bucket/x.zip"] = Answer(model_zip(BALL), kind="binary/octet-stream")
-    link = f"{other_server.url}/{quoted('bucket/x.zip')}?signed=1"
+    link = f"{other_server.url}/bucket/x.zip?signed=1"
     headers = {"X-Ign-Resource-Version": "4"}
     server.says(Answer(f"{link}\n".encode(), kind="text/plain; charset=utf-8", headers=headers))
     assert find_model(fuel_address("fuel:someone/thing"))[0].version == 4
