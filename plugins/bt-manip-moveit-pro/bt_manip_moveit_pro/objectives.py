@@ -20,7 +20,7 @@ from bt_manip.bt import (
 from bt_manip.exceptions import BtManipError
 from bt_manip.registry import Parts
 from bt_manip.robots import load_configurations
-from bt_manip.runner import Run, RunObserver, RunRequest, find_tree, known_behaviours, prepare
+from bt_manip.runner import Run, RunLoop, RunRequest, find_tree, known_behaviours, prepare
 from bt_manip_moveit_pro.values import JointState
 
 ROBOTS = ("ur5e", "gen3", "panda")
@@ -122,50 +122,32 @@ def robot_of(waypoints: Mapping[str, Any], joints: Mapping[str, Sequence[str]]) 
     return ""
 
 
-class _Rounds(RunObserver):
-    """Ends a run after `ROUNDS` of its endless loops, or after `SECONDS`."""
+class _Watch:
+    """Counts rounds of the endless loops of a run, and notes whether an arm moves."""
 
     def __init__(self, run: Run) -> None:
-        self._run = run
-        self.status = self.reason = ""
-        self.count = 0
-        self.travelled = False
+        self._station = run.station
         self._q = {name: one.arm.q.copy() for name, one in run.station.robots.items()}
-        loops = [
-            node.children[0]
+        self.rounds = 0
+        self.travelled = False
+        self._bodies = {
+            id(node.children[0])
             for node in run.tree.nodes
             if isinstance(node, KeepRunningUntilFailure)
             or (isinstance(node, Repeat) and node.given.get("num_cycles") == "-1")
-        ]
-        self._bodies = {id(body) for body in loops}
+        }
         if isinstance(run.tree.root, Node):
             run.tree.root.runtime.observers.append(self._observe)
 
     def _observe(self, node: Any, old: NodeStatus, new: NodeStatus) -> None:
-        self.count += id(node) in self._bodies and new is NodeStatus.SUCCESS
-
-    def after_tick(self) -> None:
-        """Note whether an arm moved."""
-        robots = self._run.station.robots
-        moved = (abs(robots[name].arm.q - q).max() > 0.01 for name, q in self._q.items())
-        self.travelled = self.travelled or any(moved)
-
-    def cycle_ended(self, status: str, reason: str) -> None:
-        """Keep the result."""
-        self.status, self.reason = str(status), reason
+        self.rounds += id(node) in self._bodies and new is NodeStatus.SUCCESS
 
     def stop(self) -> bool:
-        """Return whether the run ends."""
-        return self.count >= ROUNDS or self._run.station.cell.time > SECONDS
-
-    @property
-    def outcome(self) -> str:
-        """The result in words."""
-        if self.status:
-            return self.status if self.status == "SUCCESS" else f"FAILURE: {self.reason}"
-        if self.count >= ROUNDS:
-            return f"{self.count} rounds"
-        return f"still running after {SECONDS:g} s"
+        """Look at the arms; return whether the run ends. It is called before each tick."""
+        robots = self._station.robots
+        moved = (abs(robots[name].arm.q - q).max() > 0.01 for name, q in self._q.items())
+        self.travelled = self.travelled or any(moved)
+        return self.rounds >= ROUNDS or self._station.cell.time > SECONDS
 
 
 def run_objective(path: Path, robot: str, workspace: Workspace) -> Result:
@@ -189,11 +171,17 @@ def run_objective(path: Path, robot: str, workspace: Workspace) -> Result:
     )
     with contextlib.chdir(path.parent):  # where it looks for files
         run = prepare(request, workspace.parts)
-        watch = _Rounds(run)
-        run.execute([watch], stop=watch.stop)
-    time = run.station.cell.time
-    name = path.relative_to(workspace.root)
-    return Result(name, (), robot, watch.outcome, time, watch.travelled)
+        watch = _Watch(run)
+        with RunLoop(run) as loop:
+            ended = loop.cycle(stop=watch.stop)
+    if ended is not None:
+        outcome = "SUCCESS" if ended.succeeded else f"FAILURE: {ended.reason}"
+    elif watch.rounds >= ROUNDS:
+        outcome = f"{watch.rounds} rounds"
+    else:
+        outcome = f"still running after {SECONDS:g} s"
+    name, time = path.relative_to(workspace.root), run.station.cell.time
+    return Result(name, (), robot, outcome, time, watch.travelled)
 
 
 def survey(workspace: Workspace, *, run: bool, only: str = "") -> Iterator[Result]:
