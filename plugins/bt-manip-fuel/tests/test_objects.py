@@ -78,12 +78,6 @@ def test_a_table_of_another_height_or_origin_takes_the_robot_and_the_basket_alon
     assert cell.pose("basket").translation[2] == pytest.approx(1.015, abs=1e-9)
 
 
-def test_an_address_that_leads_nowhere_is_found_before_anything_runs(server, parts):
-    for key in ("cube", "table", "basket"):
-        with pytest.raises(BtManipError, match="no such model"):
-            prepared(parts, {key: "fuel:nobody/nothing"})
-
-
 def test_a_model_knows_of_itself_what_the_projects_own_objects_know(server):
     cube, table, basket = Cube(), Table(), Basket()
     server.add("a", "cube", model_zip(bundled_sdf("cube", static=False)))
