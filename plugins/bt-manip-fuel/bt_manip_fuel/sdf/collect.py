@@ -73,8 +73,7 @@ class Collector:
             relative_to="" if pose is None else pose.get("relative_to", ""),
             placement=placement or model.get("placement_frame", ""),
         )  # fmt: skip
-        included_static = self._reader.flag(model, "static") and model.getparent() is None
-        if self._reader.flag(placed, "static") and not included_static:
+        if self._reader.flag(placed, "static"):
             self._reader.warn(placed, "<static> of a model in a model cannot be expressed")
         self.scopes.add(scope + name + SEPARATOR + MODEL, frame)
         self._inside(model, scope + name + SEPARATOR, depth + 1)
