@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bt_manip.bt import read_tree
-from bt_manip.runner import RunObserver, RunRequest, find_tree, known_behaviours, prepare
+from bt_manip.runner import RunLoop, RunRequest, find_tree, known_behaviours, prepare
 from bt_manip_moveit_pro.objectives import robot_of, run_objective, summary, survey
 
 SCENES = Path(__file__).parent / "scenes"
@@ -61,7 +61,7 @@ def test_an_objective_runs_to_its_end(name, robot, outcome, workspace, menagerie
 def until(run, condition, seconds):
     """Run until a condition holds, for a simulated time at most."""
     clock = run.station.cell
-    run.execute([RunObserver()], stop=lambda: condition() or clock.time > seconds)
+    run.execute(stop=lambda: condition() or clock.time > seconds)
     assert condition()
 
 
@@ -120,14 +120,9 @@ PICK = """<root BTCPP_format="4" main_tree_to_execute="Carry">
 def test_sub_trees_of_the_task_constructor_pick_and_place_a_cube(workspace, menagerie, tmp_path):
     (tmp_path / "carry.xml").write_text(PICK)
     run = begin(tmp_path / "carry.xml", "lab.toml", workspace, "lab_sim/objectives")
-    ended = []
-
-    class Watch(RunObserver):
-        def cycle_ended(self, status, reason):
-            ended.append((str(status), reason))
-
-    run.execute([Watch()])
-    assert ended == [("SUCCESS", "")]
+    with RunLoop(run) as loop:
+        ended = loop.cycle()
+    assert ended.succeeded, ended.reason
     cell = run.station.cell
     offset = cell.pose("cube").translation - cell.pose("right").translation
     assert abs(offset[:2]).max() < 0.01
