@@ -81,9 +81,9 @@ class _Writer:
     def _function_names(self) -> dict[str, str]:
         names: dict[str, str] = {}
         for tree_id in self._reached:
-            base = re.sub(r"\W", "_", re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", tree_id)).lower()
-            base = base if base[:1].isalpha() and base.isascii() else f"tree_{base}"
+            base = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", tree_id).lower()
             base = re.sub(r"[^a-z0-9_]", "_", base)
+            base = base if base[:1].isalpha() else f"tree_{base}"
             if keyword.iskeyword(base) or base in ("document", "as_written"):
                 base += "_tree"
             names[tree_id] = _unused(base, names.values())

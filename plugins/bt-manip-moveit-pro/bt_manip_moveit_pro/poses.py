@@ -113,9 +113,8 @@ class PublishTF(Leaf):
 class ComputeLinkPoseForwardKinematics(RobotLeaf):
     """Compute the pose of the tool at joint positions."""
 
-    ignored = "planning_scene"
+    ignored = "link_name planning_scene"
     joint_state = Input(doc="joint positions")
-    link_name = Input(str, default="grasp_link", doc="name of the link: the tool")
     link_pose = Output(doc="its pose in the world")
 
     def _run(self) -> None:

@@ -85,9 +85,8 @@ class SetupMTCConnectWithProRRT(Stage):
 class SetupMTCPlanToPose(Stage):
     """Add a motion to a pose of the tool."""
 
-    ignored = PLANNING
+    ignored = f"{PLANNING} ik_frame"
     target_pose = Input(doc="the pose")
-    ik_frame = Input(str, default="grasp_link", doc="name of the link: the tool")
     planning_group_name = Input(str, default="manipulator", doc="group of joints")
     velocity_scale_factor = Input(float, default=1.0, doc="fraction of the limits", above=0.0)
 
@@ -122,13 +121,12 @@ class SetupMTCCartesianMoveToRobotState(Stage):
 class SetupMTCMoveAlongFrameAxis(Stage):
     """Add a straight motion of the tool along an axis of a frame."""
 
-    ignored = "acceleration_scale ignore_environment_collisions"
+    ignored = "acceleration_scale ignore_environment_collisions min_distance"
     axis_frame = Input(str, default="world", doc="name of the frame")
     hand_frame = Input(str, default="grasp_link", doc="name of the link: the tool")
     axis_x = Input(float, default=0.0, doc="x of the axis")
     axis_y = Input(float, default=0.0, doc="y of the axis")
     axis_z = Input(float, default=1.0, doc="z of the axis")
-    min_distance = Input(float, doc="distance that has to be possible", unit="m")
     max_distance = Input(float, doc="distance", unit="m")
     velocity_scale = Input(float, default=1.0, doc="fraction of the limits", above=0.0)
     planning_group_name = Input(str, default="manipulator", doc="group of joints")
@@ -147,10 +145,11 @@ class SetupMTCMoveAlongFrameAxis(Stage):
 class SetupMTCBatchPoseIK(Stage):
     """Add poses of the tool of which one is reached: the end of the stages before it."""
 
-    ignored = "end_effector_group ik_timeout_s max_ik_solutions monitored_stage"
+    ignored = (
+        "end_effector_group end_effector_link ik_group ik_timeout_s max_ik_solutions "
+        "monitored_stage"
+    )
     target_poses = Input(doc="the poses")
-    end_effector_link = Input(str, default="grasp_link", doc="name of the link: the tool")
-    ik_group = Input(str, default="manipulator", doc="group of joints")
 
     def _stage(self) -> Ends:
         poses = tuple(self.in_world(pose) for pose in self.target_poses)

@@ -28,6 +28,7 @@ PORTS = {
     ),
 }
 
+# Attributes of the module, from which converted trees import them.
 for _name, _ports in PORTS.items():
     _members = {"ignored": _ports, "__doc__": "Succeed, without effect.", "__module__": __name__}
     globals()[_name] = type(_name, (Leaf,), _members)
