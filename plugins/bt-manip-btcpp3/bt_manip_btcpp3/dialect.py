@@ -2,19 +2,23 @@
 
 import re
 
-from bt_manip.bt import Dialect, Document, Element, Problems, is_pointer
+from bt_manip.bt import (
+    Dialect,
+    Document,
+    Element,
+    Problems,
+    is_pointer,
+    node_name,
+    port_attributes,
+)
 from bt_manip_btcpp3 import nodes
-from bt_manip_btcpp3.version4 import to_version_4
+from bt_manip_btcpp3.version4 import rename, to_version_4
 
 NODES = {
-    cls.__name__: cls
-    for cls in (
-        nodes.SequenceStar, nodes.Parallel, nodes.Repeat, nodes.RetryUntilSuccessful,
-        nodes.BlackboardCheckInt, nodes.BlackboardCheckDouble, nodes.BlackboardCheckString,
-        nodes.BlackboardCheckBool, nodes.SetBlackboard, nodes.SubTree, nodes.Switch2,
-        nodes.Switch3, nodes.Switch4, nodes.Switch5, nodes.Switch6,
-    )
-}  # fmt: skip
+    name: cls
+    for name, cls in vars(nodes).items()
+    if getattr(cls, "__module__", "") == nodes.__name__ and name[0].isupper()
+}
 ONLY_4 = frozenset(
     "AsyncFallback AsyncSequence LoopBool LoopDouble LoopInt LoopString ParallelAll Precondition "
     "RunOnce Script ScriptCondition SequenceWithMemory SkipUnlessUpdated Sleep TryCatch "
@@ -32,26 +36,14 @@ SCRIPTS = frozenset(
 )
 """Attributes to which version 4 gives a meaning, and version 3 does not."""
 
-EXPLICIT = ("Action", "Condition", "Control", "Decorator")
 _NEGATIVE = re.compile(r"-[0-9]{1,9}$")
 _PLAIN = re.compile(r"[A-Za-z_][\w-]*")
 _POINTER = re.compile(r"\$(\{.+\})")
 
 
-def name_of(element: Element) -> str:
-    """Return the name of an element's node."""
-    explicit = element.name in EXPLICIT
-    return (element.get("ID") or "") if explicit else element.name
-
-
-def is_port(key: str) -> bool:
-    """Return whether an attribute of a sub-tree is a key of its blackboard."""
-    return key[:1].isalpha() and key not in ("ID", "name")
-
-
 def trait_of(element: Element) -> str:
     """Return a trait that only documents of version 3 have, or an empty text."""
-    name = name_of(element)
+    name = node_name(element)
     if name in FORMER or name == "SequenceStar" or name.startswith("BlackboardCheck"):
         return f"<{name}>"
     if name == "SubTreePlus":
@@ -61,8 +53,8 @@ def trait_of(element: Element) -> str:
     if name == "SubTree":
         if flag := next((flag for flag in FLAGS if flag in element.attributes), ""):
             return f"'{flag}'"
-        for key in filter(is_port, element.attributes):
-            if not is_pointer(text := element.get(key) or ""):
+        for key, attribute in port_attributes(element).items():
+            if not is_pointer(text := attribute.value):
                 return f"{key}=\"{text}\", by which version 3 means the entry '{text}'"
     return ""
 
@@ -120,35 +112,28 @@ def _translate(element: Element, document: Document, problems: Problems) -> None
             problems.error(
                 attribute.value_place, "a key that starts with '@' is of the root in version 4"
             )
-    name = name_of(element)
+    name = node_name(element)
     if name == "ReactiveSequence":
         for child in element.children:  # version 4 refuses <Action ID="..."> there
-            if child.name in EXPLICIT and _PLAIN.fullmatch(child.get("ID") or ""):
+            if child.name != node_name(child) and _PLAIN.fullmatch(node_name(child)):
                 child.name = child.attributes.pop("ID").value
     if name in FORMER:
-        _rename(element, FORMER[name])
+        rename(element, FORMER[name])
     elif name == "Parallel" and not element.attributes.keys() & {*THRESHOLDS[:2]}:
         problems.error(element.place, "Parallel needs the port 'success_threshold'")
     elif name == "WhileDoElse" and len(element.children) != 3:
         problems.error(element.place, "WhileDoElse has 3 children in version 3")
     elif element.name in ("SubTree", "SubTreePlus"):
         _sub_tree(element, problems)
-    elif element.name in EXPLICIT and name in document.trees:
+    elif element.name != name and name in document.trees:
         element.name = "SubTree"
         _sub_tree(element, problems)
-
-
-def _rename(element: Element, name: str) -> None:
-    if element.name == name_of(element):
-        element.name = name
-    else:
-        element.set("ID", name)
 
 
 def _sub_tree(element: Element, problems: Problems) -> None:
     plus, element.name = element.name == "SubTreePlus", "SubTree"
     element.attributes.pop("name", None)  # the engine takes the ID
-    given, element.attributes = element.attributes, {}
+    ports, given, element.attributes = port_attributes(element), element.attributes, {}
     outside = []
     for key, attribute in given.items():
         if key == FLAGS[not plus]:
@@ -160,7 +145,7 @@ def _sub_tree(element: Element, problems: Problems) -> None:
             attribute.name = "_autoremap" if plus else key
         elif key in ("ID", "_description"):
             pass
-        elif not is_port(key):
+        elif key not in ports:
             problems.error(attribute.place, f"'{key}' cannot be the key of a sub-tree in version 4")
         elif not plus:
             if is_pointer(attribute.value):

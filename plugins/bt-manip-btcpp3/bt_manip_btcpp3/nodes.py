@@ -4,6 +4,7 @@ Checked against version 3.8.8: ``src/controls``, ``src/decorators`` and ``src/xm
 its branch ``v3.8``. No child is ever skipped there, and a tick never pauses to be woken up again.
 """
 
+from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from bt_manip import bt
@@ -70,11 +71,7 @@ class Parallel(Control):
     success_threshold = Input(int, default=None, doc="how many must succeed; -1: all")
     failure_threshold = Input(int, default=1, doc="how many failures end it; -1: all")
     threshold = Input(int, default=None, doc="as success_threshold, in versions 3.0 to 3.5")
-    _completed: dict[int, NodeStatus]
-
-    def __init__(self, *args: Any, **ports: Any) -> None:
-        super().__init__(*args, **ports)
-        self._completed = {}
+    _completed: Mapping[int, NodeStatus] = {}
 
     def _tick(self) -> NodeStatus:
         children = self.child_nodes
@@ -90,7 +87,7 @@ class Parallel(Control):
             state = self._completed.get(index) or child.execute()
             if state is RUNNING:
                 continue
-            self._completed[index] = state
+            self._completed = {**self._completed, index: state}
             seen[state] += 1
             verdict = (state is SUCCESS and seen[SUCCESS] == needed) or (
                 state is FAILURE and (seen[FAILURE] > count - needed or seen[FAILURE] == most)
@@ -110,35 +107,27 @@ def _threshold(count: int, children: int) -> int:
     return children + count + 1 if count < 0 else count
 
 
-class _Counting(Decorator):
-    memory: ClassVar = ("_count",)
-    _counted: ClassVar[NodeStatus]
-    _count = 0
-
-    def _rounds(self, most: int) -> NodeStatus:
-        """Tick the child until it was `most` times as counted, or ends otherwise."""
-        self._enter()
-        while most == -1 or self._count < most:
-            before = self.child_node.engine_status
-            state = self.child_node.execute()
-            if state is RUNNING:
-                return RUNNING
-            self._reset_child()
-            if state is not self._counted:
-                self._count = 0
-                return state
-            self._count += 1
-            if most == -1 and before is IDLE:
-                return RUNNING
-        self._count = 0
-        return self._counted
-
-    def _halt(self) -> None:
-        self._count = 0
-        super()._halt()
+def _tick_rounds(self: Any) -> NodeStatus:
+    """Tick the child until it was counted often enough, or ends otherwise."""
+    most = self._most()
+    self._enter()
+    while most == -1 or self._count < most:
+        before = self.child_node.engine_status
+        state: NodeStatus = self.child_node.execute()
+        if state is RUNNING:
+            return RUNNING
+        self._reset_child()
+        if state is not self._counted:
+            self._count = 0
+            return state
+        self._count += 1
+        if most == -1 and before is IDLE:
+            return RUNNING
+    self._count = 0
+    return self._counted
 
 
-class Repeat(_Counting):
+class Repeat(bt.Repeat):
     """Tick the child until it has succeeded a number of times, again and again in one tick.
 
     | child   | result                                                               |
@@ -152,14 +141,10 @@ class Repeat(_Counting):
     would hang.
     """
 
-    _counted: ClassVar = SUCCESS
-    num_cycles = Input(int, doc="how many successes; -1 for no end")
-
-    def _tick(self) -> NodeStatus:
-        return self._rounds(self.num_cycles)
+    _tick = _tick_rounds
 
 
-class RetryUntilSuccessful(_Counting):
+class RetryUntilSuccessful(bt.RetryUntilSuccessful):
     """Tick the child until it succeeds, a number of times at most, again and again in one tick.
 
     | child   | result                                                               |
@@ -174,11 +159,7 @@ class RetryUntilSuccessful(_Counting):
     would hang.
     """
 
-    _counted: ClassVar = FAILURE
-    num_attempts = Input(int, doc="how many attempts; -1 for no end")
-
-    def _tick(self) -> NodeStatus:
-        return self._rounds(self.num_attempts)
+    _tick = _tick_rounds
 
 
 class _Check(Decorator):
@@ -221,8 +202,8 @@ class _Check(Decorator):
 
 
 def _check(name: str, python: type) -> Any:
-    port = Input(python)
-    return type(name, (_Check,), {"__doc__": _Check.__doc__, "_type": port.type})
+    members = {"__doc__": _Check.__doc__, "__module__": __name__, "_type": Input(python).type}
+    return type(name, (_Check,), members)
 
 
 BlackboardCheckInt = _check("BlackboardCheckInt", int)
@@ -309,7 +290,8 @@ def _switch(base: type[Any]) -> Any:
         return len(self.cases)
 
     doc = "Tick the child whose case equals the variable as a text, or else the last child."
-    return type(base.__name__, (base,), {"_choose": choose, "__doc__": doc})
+    members = {"__doc__": doc, "__module__": __name__, "_choose": choose}
+    return type(base.__name__, (base,), members)
 
 
 Switch2, Switch3, Switch4, Switch5, Switch6 = map(

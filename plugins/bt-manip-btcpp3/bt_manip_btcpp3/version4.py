@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterator
 
-from bt_manip.bt import Document, Element, Problems, is_pointer
+from bt_manip.bt import Document, Element, Problems, is_pointer, node_name
 
 CALM = frozenset(
     "BehaviorTree Sequence Fallback SequenceStar Inverter ForceSuccess ForceFailure Repeat "
@@ -32,14 +32,9 @@ def to_version_4(root: Element, document: Document, problems: Problems) -> None:
             _convert_models(tree, document)
 
 
-def _name(element: Element) -> str:
-    explicit = element.name in ("Action", "Condition", "Control", "Decorator")
-    return (element.get("ID") or "") if explicit else element.name
-
-
 def _nodes(element: Element, disturbed: bool) -> Iterator[tuple[Element, bool]]:
     """Yield the elements below one, the last ones first, and whether a restless node is above."""
-    disturbed = disturbed or _name(element) not in CALM
+    disturbed = disturbed or node_name(element) not in CALM
     for child in element.children:
         yield from _nodes(child, disturbed)
         yield child, disturbed
@@ -61,9 +56,9 @@ def _restless_trees(document: Document) -> set[str]:
 
 
 def _convert(element: Element, disturbed: bool, document: Document, problems: Problems) -> None:
-    name = _name(element)
+    name = node_name(element)
     if name == "SequenceStar":
-        _rename(element, "SequenceWithMemory")
+        rename(element, "SequenceWithMemory")
         if disturbed:
             problems.warning(
                 element.place,
@@ -86,8 +81,9 @@ def _convert(element: Element, disturbed: bool, document: Document, problems: Pr
         _sub_tree(element, document, problems)
 
 
-def _rename(element: Element, name: str) -> None:
-    if element.name == _name(element):
+def rename(element: Element, name: str) -> None:
+    """Change the name of an element's node."""
+    if element.name == node_name(element):
         element.name = name
     else:
         element.set("ID", name)
@@ -138,7 +134,7 @@ def _check(element: Element, name: str, problems: Problems) -> None:
         else:
             values.append(text)
     result = element.attributes.pop("return_on_mismatch", None)
-    _rename(element, "Precondition")
+    rename(element, "Precondition")
     element.set("if", " == ".join(values))
     element.set("else", result.value if result is not None else "FAILURE")
     problems.warning(

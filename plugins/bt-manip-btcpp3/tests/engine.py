@@ -44,6 +44,14 @@ class _Cursor:
         return STATUSES[letter]
 
 
+def text_of(leaf, port):
+    """Read a port; give ? where its entry is missing."""
+    try:
+        return leaf.read_port(port)
+    except PortError:
+        return "?"
+
+
 @functools.cache
 def leaves():
     """Give a registry with the leaves, and the list that they write to; it is made once."""
@@ -75,22 +83,14 @@ def leaves():
         msg = Input(str)
 
         def update(self):
-            try:
-                text = self.read_port("msg")
-            except PortError:
-                text = "?"
-            self.log.append(f"{self.name}m{text}")
+            self.log.append(f"{self.name}m{text_of(self, 'msg')}")
             return Status.SUCCESS
 
     class Put(SyncAction):
         value, out = Input(str), Output(str)
 
         def update(self):
-            try:
-                text = self.read_port("value")
-            except PortError:
-                text = "?"
-            self.write_port("out", text)
+            self.write_port("out", text_of(self, "value"))
             self.log.append(f"{self.name}w1")
             return Status.SUCCESS
 

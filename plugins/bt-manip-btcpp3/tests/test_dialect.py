@@ -1,9 +1,12 @@
 """What is read as version 3, and what its constructs mean; the traces are those of the engine."""
 
+import sys
+
 import pytest
 
 from bt_manip.bt import read_tree
 from bt_manip.exceptions import TreeError
+from bt_manip_btcpp3 import BTCPP3
 
 from .engine import converted, leaves, run
 
@@ -68,6 +71,11 @@ def read(path, xml, **options):
 )  # fmt: skip
 def test_a_construct_of_version_3_has_its_meaning(body, inner, trace):
     assert run(tree(body, *inner), len(trace)) == trace
+
+
+def test_converted_python_can_import_each_node():
+    for name, cls in BTCPP3.nodes.items():
+        assert getattr(sys.modules[cls.__module__], name) is cls
 
 
 TRAITS = [

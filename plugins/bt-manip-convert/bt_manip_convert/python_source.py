@@ -3,7 +3,7 @@
 import keyword
 import re
 import sys
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from typing import Any, Final
 
 from bt_manip.bt import (
@@ -24,7 +24,6 @@ from bt_manip.bt import (
 )
 from bt_manip.exceptions import TreeError
 
-_EXPLICIT: Final = ("Action", "Condition", "Control", "Decorator")
 _GOAL: Final = "_goal"
 _WIDTH = 100
 _MAX_BRACKETS: Final = 200  # brackets in brackets that Python's tokenizer reads
@@ -82,9 +81,9 @@ class _Writer:
     def _function_names(self) -> dict[str, str]:
         names: dict[str, str] = {}
         for tree_id in self._reached:
-            base = re.sub(r"\W", "_", re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", tree_id)).lower()
-            base = base if base[:1].isalpha() and base.isascii() else f"tree_{base}"
+            base = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", tree_id).lower()
             base = re.sub(r"[^a-z0-9_]", "_", base)
+            base = base if base[:1].isalpha() else f"tree_{base}"
             if keyword.iskeyword(base) or base in ("document", "as_written"):
                 base += "_tree"
             names[tree_id] = _unused(base, names.values())
@@ -139,24 +138,17 @@ class _Writer:
                 content.append(_Call(self._use("Raw"), [_text(write_element(item))]))
             else:
                 content.append(self._comment(item))
-        arguments: list[Any] = [_List(content)]
+        arguments: list[Any] = [_list(content)]
         attributes = {a.name: a.value for a in source.root.attributes.values()}
         arguments.append(("attributes", _text(attributes)))
-        for name, items in (("before", source.prologue), ("after", source.epilogue)):
-            comments = [self._prologue(item) for item in items]
-            if comments:
-                arguments.append((name, _List(comments)))
+        arguments += self._comments("before", source.prologue)
+        arguments += self._comments("after", source.epilogue)
         call = _layout(_Call(self._use("TreeDocument"), arguments), 1)
         return (
             "def document() -> TreeDocument:\n"
             '    """Build the whole document."""\n'
             f"    return {call}"
         )
-
-    def _prologue(self, item: Any) -> Any:
-        if getattr(item, "kind", "") == "instruction":
-            return _Call(self._use("Raw"), [_text(item.text)])
-        return self._comment(item)
 
     def _definition(self, tree_id: str, element: Element) -> Any:
         named = element.get("ID") is not None
@@ -167,16 +159,12 @@ class _Writer:
         if others:
             arguments.append(("attributes", _text(others)))
         index = element.content.index(element.children[0])
-        for name, items in (
-            ("before", element.content[:index]),
-            ("after", element.content[index + 1 :]),
-        ):
-            if items:
-                arguments.append((name, _List([self._comment(item) for item in items])))
+        arguments += self._comments("before", element.content[:index])
+        arguments += self._comments("after", element.content[index + 1 :])
         goal = element.get(_GOAL)
         if goal is not None:
             conditions = parse_goal(goal, self._registry)
-            arguments.append(("goal", _List([self._condition(item) for item in conditions])))
+            arguments.append(("goal", _list([self._condition(item) for item in conditions])))
         return _Call(self._use("TreeDefinition"), arguments)
 
     def _condition(self, condition: Node) -> Any:
@@ -188,7 +176,13 @@ class _Writer:
         ]
         return _Call(self._class(condition.registration, type(condition)), given)
 
+    def _comments(self, name: str, items: Sequence[Any]) -> list[Any]:
+        """Return comments as an argument of this name; none if there are none."""
+        return [(name, _list([self._comment(item) for item in items]))] if items else []
+
     def _comment(self, item: Any) -> Any:
+        if getattr(item, "kind", "") == "instruction":
+            return _Call(self._use("Raw"), [_text(item.text)])
         kind = [] if hasattr(item, "kind") else [("kind", _text("text"))]  # text between tags
         return _Call(self._use("Comment"), [_text(item.text), *kind])
 
@@ -202,29 +196,27 @@ class _Writer:
         else:
             registered = node_name(element)
             cls = self._registry.get(registered)
-            children: list[Any] = []
-            inside = bool(element.children)
-            for item in element.content if inside else ():
-                children.append(
-                    self._node(item) if isinstance(item, Element) else self._comment(item)
-                )
+            children = [
+                self._node(item) if isinstance(item, Element) else self._comment(item)
+                for item in (element.content if element.children else ())
+            ]
             if len(children) == 1:
                 arguments.append(children[0])
             elif children:
-                arguments.append(_List(children))
+                arguments.append(_list(children))
             arguments += self._ports(element, cls)
             call = _Call(self._class(registered, cls), arguments)
         return self._written(element, call)
 
     def _written(self, element: Element, call: Any) -> Any:
         extra: list[Any] = []
-        if element.name in _EXPLICIT:
+        if element.name != node_name(element):
             extra.append(("tag", _text(element.name)))
         others = editor_attributes(element)
         if others:
             extra.append(("attributes", _text(others)))
-        if not element.children and element.content:
-            extra.append(("comments", _List([self._comment(item) for item in element.content])))
+        if not element.children:
+            extra += self._comments("comments", element.content)
         if not extra:
             return call
         return _Call(self._use("as_written"), [call, *extra])
@@ -283,7 +275,7 @@ class _Writer:
         given: dict[str, Any] = cls.declaration  # type: ignore[attr-defined]
         arguments: list[Any] = [_text(name), _text(given["kind"])]
         if given["ports"]:
-            arguments.append(_List([_text(port) for port in given["ports"]]))
+            arguments.append(_list([_text(port) for port in given["ports"]]))
         if given["result"] != "SUCCESS":
             arguments.append(("result", _text(given["result"])))
         if given["like"] is not None:
@@ -317,18 +309,14 @@ def _shortest_module(cls: type[Node]) -> str:
 class _Call:
     """A call in Python source; `nesting` counts the brackets around its innermost argument."""
 
-    def __init__(self, name: str, arguments: list[Any]) -> None:
-        self._hold(f"{name}(", arguments, ")")
-
-    def _hold(self, opening: str, arguments: list[Any], closing: str) -> None:
-        self.opening, self.arguments, self.closing = opening, arguments, closing
+    def __init__(self, name: str, arguments: list[Any], brackets: str = "()") -> None:
+        self.opening, self.arguments, self.closing = name + brackets[0], arguments, brackets[1]
         values = [item[1] if isinstance(item, tuple) else item for item in arguments]
         self.nesting: int = 1 + max((getattr(value, "nesting", 0) for value in values), default=0)
 
 
-class _List(_Call):
-    def __init__(self, items: list[Any]) -> None:
-        self._hold("[", items, "]")
+def _list(items: list[Any]) -> _Call:
+    return _Call("", items, "[]")
 
 
 def _value(port: Any, text: str) -> str:

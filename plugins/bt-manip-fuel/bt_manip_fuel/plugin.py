@@ -33,7 +33,7 @@ def register_model_caches(register: Callable[[str, Callable[..., Any]], None]) -
 
 
 def _convert(found: Any, *, convex: str, progress: Any) -> Any:
-    from bt_manip_fuel.sdf import convert_sdf
+    from bt_manip_fuel.sdf.convert import convert_sdf
 
     return convert_sdf(found, convex=convex, progress=progress)
 

@@ -1,4 +1,4 @@
-"""A running Fuel server, its cache and its client."""
+"""A running Fuel server, and its cache."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -6,7 +6,6 @@ from pathlib import Path
 import pytest
 
 from bt_manip_fuel.fuel.cache import FuelCache
-from bt_manip_fuel.fuel.client import FuelClient
 from tests.support.program import bt_manip as bt_manip
 
 from .fuel_server import FuelServer
@@ -34,10 +33,6 @@ def other_server() -> Iterator[FuelServer]:
 
 
 @pytest.fixture
-def cache(tmp_path: Path) -> FuelCache:
-    return FuelCache(tmp_path / "cache")
-
-
-@pytest.fixture
-def client(server: FuelServer, cache: FuelCache) -> FuelClient:
-    return FuelClient(cache, progress=lambda *_: None)
+def cache(server: FuelServer) -> FuelCache:
+    """Give the cache in which models of the server are kept."""
+    return FuelCache()

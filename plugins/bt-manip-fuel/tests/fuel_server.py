@@ -7,7 +7,7 @@ import zipfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from urllib.parse import quote, unquote, urlsplit
+from urllib.parse import unquote, urlsplit
 
 import mujoco
 import numpy as np
@@ -144,7 +144,3 @@ def _pose(position: np.ndarray, quat_wxyz: np.ndarray) -> str:
     w, x, y, z = quat_wxyz.tolist()
     rpy = pin.rpy.matrixToRpy(pin.Quaternion(w, x, y, z).matrix())
     return " ".join(f"{c:.12g}" for c in (*position, *rpy))
-
-
-def quoted(path: str) -> str:
-    return quote(path)

@@ -3,7 +3,6 @@
 import pytest
 
 from bt_manip.models import ModelError, find_model, load_model
-from bt_manip.plugins import load_plugins
 
 
 def test_a_file_is_what_its_name_or_its_content_says(tmp_path, monkeypatch):
@@ -36,12 +35,3 @@ def test_a_wrong_address_is_one_clear_error(address, words, tmp_path, monkeypatc
     with pytest.raises(ModelError) as caught:
         load_model(address)
     assert words in str(caught.value)
-
-
-def test_everything_comes_from_the_plugin():
-    parts = load_plugins().parts
-    assert {kind: parts.model_sources.owner(kind) for kind in ("fuel", "http", "https")} == {
-        "fuel": "fuel", "http": "fuel", "https": "fuel",
-    }  # fmt: skip
-    assert parts.model_formats.owner("sdf") == "fuel"
-    assert parts.model_caches.owner("fuel") == "fuel"

@@ -9,12 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from bt_manip.models import ModelError, find_model, load_model
+from bt_manip.models import ModelError, load_model
+from bt_manip.models import find_model as find_any_model
 from bt_manip_fuel.fuel.address import FuelAddress, fuel_address
-from bt_manip_fuel.fuel.cache import FuelCache
-from bt_manip_fuel.fuel.client import FuelClient
+from bt_manip_fuel.fuel.client import fetch_model, find_model
 
-from .fuel_server import BALL, Answer, FuelServer, model_zip, quoted
+from .fuel_server import BALL, Answer, FuelServer, model_zip
 
 
 def test_an_address_says_owner_name_and_version():
@@ -47,7 +47,7 @@ def test_what_is_no_address_is_refused_before_anything_is_asked(text):
 def test_a_model_is_fetched_by_name_and_lies_where_gazebo_looks(server, cache, monkeypatch):
     monkeypatch.setenv("BT_MANIP_FUEL_TOKEN", "secret")
     server.add("OpenRobotics", "Wood Ball", model_zip(BALL), version=3)
-    found = find_model("fuel:OpenRobotics/Wood Ball")
+    found = find_any_model("fuel:OpenRobotics/Wood Ball")
     host = server.url.removeprefix("http://").replace(":", "_")
     folder = cache.root / host / "openrobotics" / "models" / "wood ball" / "3"
     assert found.path == folder / "model.sdf"
@@ -57,55 +57,59 @@ def test_a_model_is_fetched_by_name_and_lies_where_gazebo_looks(server, cache, m
     assert {p.name for p in cache.root.iterdir()} == {host}
 
 
-def test_a_model_is_fetched_by_version_and_the_highest_here_is_the_newest(server, client, cache):
+def test_a_model_is_fetched_by_version_and_the_highest_here_is_the_newest(server, cache):
     for version in (2, 10):
         server.add("someone", "thing", model_zip(BALL), version=version)
     thing = fuel_address("fuel:someone/thing")
     for version in (2, 10):
-        address, folder = client.find(thing.at(version))
+        address, folder = find_model(thing.at(version))
         assert (address.version, folder.name) == (version, str(version))
     assert cache.versions(thing) == [2, 10]
     asked = len(server.requests)
-    assert client.find(thing)[0].version == 10
+    assert find_model(thing)[0].version == 10
     assert len(server.requests) == asked
 
 
-def test_a_newer_version_is_fetched_when_asked_for_and_only_then(server, client):
+def test_a_newer_version_is_fetched_when_asked_for_and_only_then(server):
     thing = fuel_address("fuel:someone/thing")
     server.add("someone", "thing", model_zip(BALL), version=1)
-    client.fetch(thing)
-    zips = [path for path, _ in server.requests if path.endswith(".zip")]
-    client.fetch(thing)  # the details say that nothing is new
-    assert [path for path, _ in server.requests if path.endswith(".zip")] == zips
+    fetch_model(thing)
+    told = []
+    fetch_model(thing, lambda *state: told.append(state))  # the server states version 1 again
+    assert told == []
     server.add("someone", "thing", model_zip(BALL), version=2)
-    assert client.find(thing)[0].version == 1
-    assert client.fetch(thing)[0].version == 2
+    assert find_model(thing)[0].version == 1
+    assert fetch_model(thing)[0].version == 2
 
 
-def test_a_server_that_sends_no_version_has_sent_the_first_or_the_asked_one(server, client):
+def test_a_server_that_sends_no_version_has_sent_the_first_or_the_asked_one(server):
     server.says(Answer(model_zip(BALL)))
-    assert client.find(fuel_address("fuel:someone/thing"))[0].version == 1
+    assert find_model(fuel_address("fuel:someone/thing"))[0].version == 1
     server.answers["/1.0/someone/models/thing/7/thing.zip"] = Answer(model_zip(BALL))
-    assert client.find(fuel_address("fuel:someone/thing/7"))[0].version == 7
+    assert find_model(fuel_address("fuel:someone/thing/7"))[0].version == 7
 
 
-def test_a_referral_is_followed_and_the_token_stays_with_its_server(server, other_server, cache):
+def test_a_referral_is_followed_and_the_token_stays_with_its_server(
+    server, other_server, monkeypatch
+):
+    monkeypatch.setenv("BT_MANIP_FUEL_TOKEN", "secret")
     other_server.answers["/bucket/x.zip"] = Answer(model_zip(BALL), kind="binary/octet-stream")
-    link = f"{other_server.url}/{quoted('bucket/x.zip')}?signed=1"
+    link = f"{other_server.url}/bucket/x.zip?signed=1"
     headers = {"X-Ign-Resource-Version": "4"}
     server.says(Answer(f"{link}\n".encode(), kind="text/plain; charset=utf-8", headers=headers))
-    client = FuelClient(cache, token="secret", progress=lambda *_: None)
-    assert client.find(fuel_address("fuel:someone/thing"))[0].version == 4
+    assert find_model(fuel_address("fuel:someone/thing"))[0].version == 4
     assert server.requests[0][1]["private-token"] == "secret"
     assert "private-token" not in other_server.requests[0][1]
 
 
-def test_a_redirect_is_followed_without_the_token_to_other_servers(server, other_server, cache):
+def test_a_redirect_is_followed_without_the_token_to_other_servers(
+    server, other_server, monkeypatch
+):
+    monkeypatch.setenv("BT_MANIP_FUEL_TOKEN", "secret")
     other_server.answers["/x.zip"] = Answer(data := model_zip(BALL))
     server.says(Answer(status=302, headers={"Location": f"{other_server.url}/x.zip"}))
     told = []
-    client = FuelClient(cache, token="secret", progress=lambda *state: told.append(state))
-    client.find(fuel_address("fuel:someone/thing"))
+    find_model(fuel_address("fuel:someone/thing"), lambda *state: told.append(state))
     assert "private-token" not in other_server.requests[0][1]
     assert told[-1] == ("thing", len(data), len(data))
 
@@ -140,14 +144,14 @@ def test_two_processes_at_once_get_the_one_model(server, cache):
     assert not [p for p in cache.root.iterdir() if p.name.startswith(".")]
 
 
-def test_what_a_crash_left_behind_is_replaced(server, client, cache):
+def test_what_a_crash_left_behind_is_replaced(server, cache):
     server.add("someone", "thing", model_zip(BALL))
     thing = fuel_address("fuel:someone/thing")
     left = cache.folder(thing) / "1"
     left.mkdir(parents=True)
     (left / "half").touch()
     assert cache.find(thing) is None
-    assert [p.name for p in sorted(client.find(thing)[1].iterdir())] == [
+    assert [p.name for p in sorted(find_model(thing)[1].iterdir())] == [
         "model.config", "model.sdf",
     ]  # fmt: skip
 
@@ -207,11 +211,11 @@ def test_a_certificate_that_nobody_vouches_for_is_not_trusted(tmp_path, monkeypa
     running.http.socket = context.wrap_socket(running.http.socket, server_side=True)
     monkeypatch.setenv("BT_MANIP_FUEL_URL", running.url.replace("http:", "https:"))
     running.add("someone", "thing", model_zip(BALL))
-    client = FuelClient(FuelCache(tmp_path / "cache"), progress=lambda *_: None)
+    monkeypatch.setenv("GZ_FUEL_CACHE_PATH", str(tmp_path / "cache"))
     try:
         with pytest.raises(ModelError, match="certificate is not trusted"):
-            client.find(fuel_address("fuel:someone/thing"))
+            find_model(fuel_address("fuel:someone/thing"))
         monkeypatch.setenv("REQUESTS_CA_BUNDLE", str(cert))  # now somebody does
-        assert client.find(fuel_address("fuel:someone/thing"))[0].version == 1
+        assert find_model(fuel_address("fuel:someone/thing"))[0].version == 1
     finally:
         running.stop()

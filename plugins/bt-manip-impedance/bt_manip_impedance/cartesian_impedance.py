@@ -7,7 +7,6 @@ import pinocchio as pin
 
 from bt_manip.control import Controller, gain_array
 from bt_manip.robots import Robot
-from bt_manip_impedance.joint_impedance import ratio
 
 REGULARISATION = 1e-3
 """Regularization of the tool's mobility at singularities, added to its diagonal
@@ -57,7 +56,7 @@ class CartesianImpedance(Controller):
         angular = gain_array("rotational_stiffness", rotational_stiffness, 3, "axes")
         self.stiffness = np.concatenate((linear, angular))  # (6,)
         self.posture_stiffness = gain_array("posture_stiffness", posture_stiffness, 1, "values")[0]
-        self.damping_ratio = ratio("damping_ratio", damping_ratio)
+        self.damping_ratio = gain_array("damping_ratio", damping_ratio, 1, "values")[0]
 
     def compute(
         self, q: np.ndarray, v: np.ndarray, q_ref: np.ndarray, v_ref: np.ndarray, a_ref: np.ndarray

@@ -5,6 +5,7 @@ import pinocchio as pin
 from dm_control import mjcf
 
 from bt_manip.cell import ParametricEntity
+from bt_manip.cell.objects import PrimitiveProp
 from bt_manip.parameters import Parameter
 from bt_manip.spatial import pointing_down
 
@@ -30,14 +31,7 @@ class Drawer(ParametricEntity):
         "resistance": Parameter(
             "Friction of the slide: force that moves the drawer slowly", "N", 5.0, above=0.0
         ),
-        "colour": Parameter(
-            "Red, green and blue of the cabinet",
-            "",
-            (0.72, 0.53, 0.33),
-            size=3,
-            at_least=0.0,
-            at_most=1.0,
-        ),
+        "colour": PrimitiveProp.declared["colour"].with_default((0.72, 0.53, 0.33)),
     }
 
     def _make_model(self, name: str) -> None:
@@ -49,7 +43,7 @@ class Drawer(ParametricEntity):
         root.default.geom.set_attributes(
             type="box", solref=(0.004, 1.0), friction=(0.8, 0.005, 1e-4)
         )
-        half, light = 0.5 * WALL, (*(0.5 + 0.5 * part for part in colour), 1)
+        half, light = 0.5 * WALL, (*(0.5 + 0.5 * part for part in colour), 1)[:4]
         cabinet = root.worldbody.add("body", name="cabinet")
         for size, pos in (
             ((x, y, half), (0, 0, half)),
@@ -58,7 +52,7 @@ class Drawer(ParametricEntity):
             ((x, half, z - WALL), (0, half - y, z)),
             ((half, y - WALL, z - WALL), (x - half, 0, z)),
         ):
-            cabinet.add("geom", size=size, pos=pos, rgba=(*colour, 1))
+            cabinet.add("geom", size=size, pos=pos, rgba=(*colour, 1)[:4])
         tray = cabinet.add("body", name="tray", pos=(-x, 0, z), gravcomp=1)
         self._joint = tray.add(
             "joint", name="slide", type="slide", axis=(-1, 0, 0), limited=True, range=(0, travel),

@@ -114,13 +114,8 @@ class HoldOut(PlannedMove):
             raise CellError(
                 f"there is no robot '{self.receiver}'{did_you_mean(self.receiver, self._robots)}"
             )
-        lower, upper = extent(self.cell, self.object, self.cell.pose(self.object))
-        between = float((upper - lower).max()) - 2.0 * self.inset
         first: MotionError | None = None
-        for T_wt in self._poses(between):
-            if not self._is_taken(T_wt, between):
-                continue
-            target = PoseTarget(self.arm.ik.tool, T_wt, free_axis="z")
+        for target in self._candidates():
             try:
                 return self.arm.move_to_pose(target, speed=self.speed, **self.planning())
             except MotionError as error:
@@ -134,16 +129,19 @@ class HoldOut(PlannedMove):
 
     def why_infeasible(self) -> str:
         """Search for a pose that both robots reach."""
-        sizes = np.ptp(extent(self.cell, self.object), axis=0)
-        between = float(sizes.max()) - 2.0 * self.inset
-        tool, home = self.arm.ik.tool, self.arm.model.home
-        for T_wt in self._poses(between):
-            target = PoseTarget(tool, T_wt, free_axis="z")
-            found = self.arm.ik.nearest_first(target, home)
-            if next(iter(found), None) and self._is_taken(T_wt, between):
+        for target in self._candidates():
+            if next(iter(self.arm.ik.nearest_first(target, self.arm.model.home)), None):
                 return ""
         pair = f"'{self.robot_name}' and '{self.receiver}'"
         return f"{pair} reach no pose to hand '{self.object}' over"
+
+    def _candidates(self) -> Iterator[PoseTarget]:
+        """Yield poses of the tool at which the receiver reaches the other end of the object."""
+        sizes = np.ptp(extent(self.cell, self.object, self.cell.pose(self.object)), axis=0)
+        between = float(sizes.max()) - 2.0 * self.inset
+        for T_wt in self._poses(between):
+            if self._is_taken(T_wt, between):
+                yield PoseTarget(self.arm.ik.tool, T_wt, free_axis="z")
 
     def _poses(self, between: float) -> Iterator[pin.SE3]:
         """Yield poses of the tool, the preferred one first."""

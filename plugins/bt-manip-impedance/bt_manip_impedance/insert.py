@@ -8,24 +8,22 @@ import pinocchio as pin
 
 from bt_manip.behaviours import (
     Destination,
-    MotionBehaviour,
     ObjectCondition,
     extent,
     feasible_force,
     number_or_auto,
 )
 from bt_manip.bt import Input, Status
-from bt_manip.cell import Cell, CellError, bottom_of, surrounds, why_not_released
-from bt_manip.grasping import holding_force
+from bt_manip.cell import CellError, bottom_of, surrounds, why_not_released
 from bt_manip.planning import ArcTo
 from bt_manip_impedance.cartesian_impedance import CartesianImpedance
+from bt_manip_impedance.compliant_motion import CompliantMotion
 
 STANDOFF = 0.005
 """Height of the object's bottom over the socket before the insertion [m]."""
 
 DEPTH_TOLERANCE = 0.002
 """Tolerance of the depth of an inserted object [m], due to the compliance of the tool."""
-
 
 CAUGHT = 0.0015
 """Depth at which an object is in the hole during a search [m]; tilted objects are less deep."""
@@ -56,16 +54,15 @@ DOWN = np.array([0.0, 0.0, -1.0])
 IN_HOLE = 0.005
 """Distance from the axis of a hole within which the bottom of an object is over or in it [m]."""
 
-OVER, LOWERING, SEARCHING, PUSHING = "over", "lowering", "searching", "pushing"
+LOWERING, SEARCHING, PUSHING = "lowering", "searching", "pushing"
 
 
-class Insert(MotionBehaviour):
+class Insert(CompliantMotion):
     """Insert the held object straight down into a socket, with a compliant controller.
 
     The arm positions the object over the socket with its own controller, switches to a compliant
-    one,
-    and moves down with contact allowed: an object that meets the rim is guided in by the contact
-    instead of jamming. In any case, the arm returns to its own controller once it is at rest.
+    one, and moves down with contact allowed: an object that meets the rim is guided in by the
+    contact instead of jamming.
 
     With a `search` radius, the hole may be beside the centre of the socket. The object is pressed
     on the socket with a force of stiffness times `press`, and slides on a spiral around the centre
@@ -74,7 +71,7 @@ class Insert(MotionBehaviour):
     radius by this lag.
     """
 
-    memory = (*MotionBehaviour.memory, "_phase", "_tare", "_last_force", "_limit")
+    memory = (*CompliantMotion.memory, "_phase", "_last_force")
 
     object = Input(str, doc="Name of the held object.")
     socket = Input(str, doc="Name of the object with the hole, whose axis is its z axis.")
@@ -87,7 +84,6 @@ class Insert(MotionBehaviour):
     approach_speed = Input(
         float, default=1.0, doc="Speed of the motion over the socket, as a fraction of the limits."
     )
-    controller = Input(str, default="cartesian_impedance", doc="Registered compliant controller.")
     search = Input(
         float,
         default=0.0,
@@ -100,14 +96,11 @@ class Insert(MotionBehaviour):
         at_least=0.0,
     )
 
-    _phase = OVER
-    _limit = MAX_FORCE  # [N] contact force at which it gives up
-    _tare: tuple[float, ...] = ()  # [N] force at the wrist before contact, in the tool's axes
+    _phase = LOWERING
     _last_force = 0.0  # [N] force at the last tick
 
     def start(self) -> None:
         """Move the object over the socket."""
-        self._phase = OVER
         if self.object not in self.gripper.held:
             raise CellError(f"the gripper does not hold '{self.object}'")
         self.controllers.get(self.controller)  # raises an error if there is none
@@ -115,11 +108,12 @@ class Insert(MotionBehaviour):
 
     def update(self) -> Status:
         """Move over the socket, search for the hole, and push until the depth is reached."""
-        if self._phase == OVER:
+        if not self._compliant:
             return super().update()
-        now = float(np.linalg.norm(self.arm.robot.wrist_wrench().force - np.array(self._tare)))
+        now = self.force
         force, self._last_force = min(now, self._last_force), now  # ignores impacts
-        depth = -self._height()
+        top, bottom = extent(self.cell, self.socket)[1][2], extent(self.cell, self.object)[0][2]
+        depth = float(top - bottom)
         self.feedback_message = f"{self._phase}, {1e3 * depth:.1f} mm deep, {force:.1f} N"
         if force > self._limit:
             return self.fail(
@@ -136,8 +130,7 @@ class Insert(MotionBehaviour):
         if self._phase == LOWERING:
             self._phase = SEARCHING
             return self.begin_motion(self._search)
-        self._ended = self.cell.time if self._ended is None else self._ended
-        if self.cell.time - self._ended > self.SETTLING:
+        if self.has_stopped():
             searched = f", found no hole within {1e3 * self.search:.1f} mm," if self.search else ""
             return self.fail(
                 f"'{self.object}' stopped {1e3 * depth:.1f} mm deep in '{self.socket}'{searched} "
@@ -148,20 +141,9 @@ class Insert(MotionBehaviour):
     def arrived(self) -> Status:
         """Switch to the compliant controller and move down."""
         self._phase, self._ended, self._last_force = LOWERING if self.search else PUSHING, None, 0.0
-        self._tare = tuple(self.arm.robot.wrist_wrench().force.tolist())
-        given = self.max_force
-        self._limit = feasible_force(MAX_FORCE, self.arm, DOWN) if given is None else given
-        self.controllers.switch(self.controller)
+        limit = self.max_force
+        self.become_compliant(feasible_force(MAX_FORCE, self.arm, DOWN) if limit is None else limit)
         return self.begin_motion(self._lower if self.search else self._push)
-
-    def terminate(self, new_status: Status) -> None:
-        """Stop, and return to the arm's own controller."""
-        if self._phase != OVER:
-            self._phase = OVER
-            if self.arm.busy:
-                self.arm.stop()
-            self.controllers.return_to_default()
-        super().terminate(new_status)
 
     def _lower(self) -> None:
         given = self.press
@@ -170,11 +152,9 @@ class Insert(MotionBehaviour):
 
     def _press_depth(self) -> float:
         """Return the depth of the reference below the socket's top in a search [m]."""
-        grip = self.gripper
-        held = holding_force(self.cell, grip, self.object, float(np.mean(grip.forces)))
         active = self.controllers.controller
         stiffness = active.stiffness[2] if isinstance(active, CartesianImpedance) else STIFFNESS
-        return float(feasible_force(PRESS_FORCE, self.arm, DOWN, held) / stiffness)
+        return float(feasible_force(PRESS_FORCE, self.arm, DOWN, self.grip_force) / stiffness)
 
     def _search(self) -> None:
         """Follow a spiral of half circles around the centre of the socket."""
@@ -190,9 +170,6 @@ class Insert(MotionBehaviour):
         target = self._tool_pose(-self.depth, centred=not self.search)
         self.arm.move_linear(target, speed=self.speed, contact=True)
 
-    def _height(self) -> float:
-        return _height_over(self.cell, self.object, self.socket)
-
     def _tool_pose(self, height: float, *, centred: bool = True) -> pin.SE3:
         """Return the tool pose with the object upright over the socket.
 
@@ -200,12 +177,9 @@ class Insert(MotionBehaviour):
             height: Height of the object's bottom over the socket's top [m].
             centred: Whether its bottom is on the socket's axis, instead of its present position.
         """
-        T_wo, T_ws, T_ob = (
-            self.cell.pose(self.object), self.cell.pose(self.socket),
-            bottom_of(self.cell.find(self.object)),
-        )  # fmt: skip
-        bottom = T_wo.act(T_ob.translation)
-        goal = T_ws.translation.copy() if centred else bottom.copy()
+        T_wo = self.cell.pose(self.object)
+        bottom = T_wo.act(bottom_of(self.cell.find(self.object)).translation)
+        goal = self.cell.pose(self.socket).translation.copy() if centred else bottom.copy()
         goal[2] = extent(self.cell, self.socket)[1][2] + height
         up = T_wo.rotation[:, 2]
         R = pin.Quaternion.FromTwoVectors(up, np.array([0.0, 0.0, 1.0])).matrix()
@@ -295,8 +269,3 @@ class IsInserted(ObjectCondition):
         offset = getattr(self.cell.find(self.socket), "parameters", {}).get("offset", (0.0, 0.0))
         middle = np.mean(extent(self.cell, self.socket, self._T_ws), axis=0)
         return np.asarray(middle[:2] + offset)
-
-
-def _height_over(cell: Cell, name: str, socket: str) -> float:
-    """Return the height of an object's bottom over a socket's top [m]."""
-    return float(extent(cell, name)[0][2] - extent(cell, socket)[1][2])

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.control import ControlError, Controller, gain_array
+from bt_manip.control import Controller, gain_array
 from bt_manip.robots import Robot
 
 
@@ -44,7 +44,7 @@ class JointImpedance(Controller):
         effort = robot.limits.effort
         given = 7.0 * effort if stiffness is None else stiffness
         self.stiffness = gain_array("stiffness", given, effort.size)  # (nv,) [N m/rad]
-        self.damping_ratio = ratio("damping_ratio", damping_ratio)
+        self.damping_ratio = gain_array("damping_ratio", damping_ratio, 1, "values")[0]
 
     def compute(
         self, q: np.ndarray, v: np.ndarray, q_ref: np.ndarray, v_ref: np.ndarray, a_ref: np.ndarray
@@ -59,14 +59,3 @@ class JointImpedance(Controller):
         model = self.model
         inertia = np.diagonal(pin.crba(model.model, model.data, q))
         return 2.0 * self.damping_ratio * np.sqrt(self.stiffness * inertia)
-
-
-def ratio(name: str, given: float) -> float:
-    """Check and return a damping ratio.
-
-    Raises:
-        ControlError: If it is negative or not finite.
-    """
-    if not 0.0 <= given < np.inf:
-        raise ControlError(f"{name} must be finite and not negative, got {given!r}")
-    return float(given)

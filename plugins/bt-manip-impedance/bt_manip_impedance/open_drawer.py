@@ -12,11 +12,12 @@ from bt_manip.behaviours import (
     MotionBehaviour,
     ObjectCondition,
     feasible_force,
+    nearest_orientation,
     number_or_auto,
 )
 from bt_manip.bt import Input, Status
 from bt_manip.cell import Cell, CellError, why_not_at_rest
-from bt_manip.grasping import holding_force
+from bt_manip_impedance.compliant_motion import CompliantMotion
 from bt_manip_impedance.drawer import HANDLE, Drawer
 
 MARGIN = 0.005
@@ -69,8 +70,7 @@ class ReachHandle(MotionBehaviour):
 
     def _move_down(self) -> None:
         poses = [self._tool_pose(0.0, yaw) for yaw in (0.0, math.pi)]
-        nearest = max(poses, key=lambda T: float(np.trace(T.rotation.T @ self.T_wt.rotation)))
-        self.arm.move_linear(nearest, speed=self.speed)
+        self.arm.move_linear(nearest_orientation(poses, self.T_wt), speed=self.speed)
 
     def _tool_pose(self, height: float, yaw: float) -> pin.SE3:
         T_wh = self.cell.pose(self.object) * find_drawer(self.cell, self.object).T_oh
@@ -79,15 +79,12 @@ class ReachHandle(MotionBehaviour):
         return spatial.pointing_down(T_wh.translation + (0.0, 0.0, height), heading + yaw)
 
 
-class PullOpen(MotionBehaviour):
+class PullOpen(CompliantMotion):
     """Pull a drawer open by its gripped handle, with a compliant controller.
 
     The tool moves along the axis of the drawer. The compliance accommodates deviations between this
-    axis and the arm's motion, and limits the force on a stuck drawer. In any case, the arm returns
-    to its own controller once it is at rest.
+    axis and the arm's motion, and limits the force on a stuck drawer.
     """
-
-    memory = (*MotionBehaviour.memory, "_pulling", "_tare", "_limit")
 
     object = Input(str, doc="Name of the drawer.")
     opening = Input(float, default=0.15, doc="Opening [m].", at_least=0.0)
@@ -96,11 +93,6 @@ class PullOpen(MotionBehaviour):
         "arm and grip if lower."
     )
     speed = Input(float, default=0.2, doc="Fraction of the arm's limits.", above=0.0, at_most=1.0)
-    controller = Input(str, default="cartesian_impedance", doc="Registered compliant controller.")
-
-    _pulling = False
-    _limit = MAX_FORCE  # [N] force at which it gives up
-    _tare: tuple[float, ...] = ()  # [N] initial force at the wrist, in the tool's axes
 
     def start(self) -> None:
         """Switch to the compliant controller and pull."""
@@ -111,12 +103,11 @@ class PullOpen(MotionBehaviour):
             raise CellError(f"the gripper does not hold '{self.object}'")
         distance = self.opening + LAG - drawer.opening
         pull = self.cell.pose(self.object).rotation @ np.array([-distance, 0.0, 0.0])
-        T_wt = self.T_wt
-        given = self.max_force
-        self._limit = self._feasible_force(pull) if given is None else given
-        self.controllers.switch(self.controller)
-        self._pulling = True
-        self._tare = tuple(self.arm.robot.wrist_wrench().force.tolist())
+        T_wt, limit = self.T_wt, self.max_force
+        if limit is None:
+            along = pull / np.linalg.norm(pull)
+            limit = feasible_force(MAX_FORCE, self.arm, along, self.grip_force)
+        self.become_compliant(limit)
         goal = pin.SE3(T_wt.rotation, T_wt.translation + pull)
         self.arm.move_linear(goal, speed=self.speed, contact=True)
 
@@ -125,8 +116,7 @@ class PullOpen(MotionBehaviour):
         if self._blocked is not None:
             return super().update()
         drawer, arm = find_drawer(self.cell, self.object), self.arm
-        force = float(np.linalg.norm(arm.robot.wrist_wrench().force - np.array(self._tare)))
-        opened = drawer.opening
+        force, opened = self.force, drawer.opening
         self.feedback_message = f"{1e3 * opened:.0f} mm open, {force:.1f} N"
         if opened >= self.opening + MARGIN:
             if arm.moving:
@@ -144,8 +134,7 @@ class PullOpen(MotionBehaviour):
             )
         if arm.moving:
             return Status.RUNNING
-        self._ended = self.cell.time if self._ended is None else self._ended
-        if self.cell.time - self._ended > self.SETTLING:
+        if self.has_stopped():
             return self.fail(
                 f"'{self.object}' stopped {1e3 * opened:.0f} mm open, expected "
                 f"{1e3 * self.opening:.0f} mm"
@@ -162,21 +151,6 @@ class PullOpen(MotionBehaviour):
             f"the gripper closes to {1e3 * least:.1f} mm only, the handle of '{self.object}' is "
             f"{1e3 * thickness:g} mm thick"
         )
-
-    def _feasible_force(self, pull: np.ndarray) -> float:
-        """Return the maximum pulling force of arm and grip for `auto` [N]."""
-        grip = self.gripper
-        held = holding_force(self.cell, grip, self.object, float(np.mean(grip.forces)))
-        return feasible_force(MAX_FORCE, self.arm, pull / np.linalg.norm(pull), held)
-
-    def terminate(self, new_status: Status) -> None:
-        """Stop, and return to the arm's own controller."""
-        if self._pulling:
-            self._pulling = False
-            if self.arm.busy:
-                self.arm.stop()
-            self.controllers.return_to_default()
-        super().terminate(new_status)
 
 
 class IsOpen(ObjectCondition):

@@ -8,6 +8,7 @@ import pinocchio as pin
 from dm_control import mjcf
 
 from bt_manip.cell import ParametricEntity
+from bt_manip.cell.objects import PrimitiveProp
 from bt_manip.parameters import Parameter
 from bt_manip.spatial import pointing_down
 
@@ -34,9 +35,7 @@ class PushButton(ParametricEntity):
     defaults = {
         "travel": Parameter("Travel of the cap", "m", 0.008, above=0.0, at_most=HOUSING),
         "force": Parameter("Force at the end of the travel", "N", 10.0, above=0.0),
-        "colour": Parameter(
-            "Red, green and blue of the cap", "", (0.8, 0.1, 0.1), size=3, at_least=0.0, at_most=1.0
-        ),
+        "colour": PrimitiveProp.declared["colour"].with_default((0.8, 0.1, 0.1)),
     }
 
     def _make_model(self, name: str) -> None:
@@ -60,7 +59,7 @@ class PushButton(ParametricEntity):
         )  # fmt: skip
         cap.add(
             "geom", name="cap", type="cylinder", size=(RADIUS, travel / 2 + 0.001),
-            pos=(0, 0, travel / 2 + 0.001), mass=0.05, rgba=(*colour, 1),
+            pos=(0, 0, travel / 2 + 0.001), mass=0.05, rgba=(*colour, 1)[:4],
         )  # fmt: skip
         # The cap sinks into the housing.
         root.contact.add("exclude", name="cap_in_housing", body1=housing, body2=cap)
@@ -107,4 +106,4 @@ class PushButton(ParametricEntity):
     def set_state(self, state: Mapping[str, Any]) -> None:
         """Restore a state of `get_state`."""
         self.presses, self._down = state["presses"], state["down"]
-        self.pressed_at = state.get("pressed_at")
+        self.pressed_at = state["pressed_at"]

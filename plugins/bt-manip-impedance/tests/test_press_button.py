@@ -87,13 +87,6 @@ def test_progress_is_that_of_the_nearest_tool_and_of_the_cap_or_the_drawer():
         assert (pressed.why_not() == "") == met
 
 
-def test_another_object_than_a_button_cannot_be_pressed(parts):
-    station = build_station(parts)
-    behaviour = Press("press", object="basket")
-    assert station.run(behaviour).status is NodeStatus.FAILURE
-    assert behaviour.feedback_message == "'basket' is not a button"
-
-
 def test_progress_grows_from_the_approach_to_the_release(parts):
     episodes = Episodes(request_of("press_button", parts), parts)
     episodes.reset(0)

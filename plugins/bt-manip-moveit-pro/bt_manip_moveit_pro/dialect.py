@@ -2,29 +2,40 @@
 
 from pathlib import Path
 
-from bt_manip.bt import Dialect, Element, Problems
-from bt_manip_moveit_pro.for_each import ForEach, ForEachUntilSuccess
-from bt_manip_moveit_pro.mapping import LeafMapping
-from bt_manip_moveit_pro.nodes import LEAVES
-from bt_manip_moveit_pro.repeat_unless_failure import (
-    RepeatUnlessFailureEachTick,
-    RepeatUnlessFailureWithinTick,
+from bt_manip.bt import Decorator, Dialect, Element, Node, Problems
+from bt_manip_moveit_pro import (
+    controls,
+    interface,
+    motions,
+    planning_scene,
+    poses,
+    task_constructor,
+    vectors,
+    without_effect,
 )
+from bt_manip_moveit_pro.mapping import LeafMapping
 
-CONTROLS = {
-    cls.__name__: cls
-    for cls in (
-        ForEach,
-        ForEachUntilSuccess,
-        RepeatUnlessFailureEachTick,
-        RepeatUnlessFailureWithinTick,
-    )
+MODULES = (
+    controls,
+    poses,
+    vectors,
+    interface,
+    planning_scene,
+    motions,
+    task_constructor,
+    without_effect,
+)
+BASES = ("SceneLeaf", "VectorLeaf", "Stage", "PlanExecution")
+NODES = {
+    name: cls
+    for module in MODULES
+    for name, cls in vars(module).items()
+    if isinstance(cls, type) and issubclass(cls, Node) and name not in BASES
+    if cls.__module__ == module.__name__
 }
-
+CONTROLS = {name for name, cls in NODES.items() if issubclass(cls, Decorator)}
 METADATA = frozenset(("subcategory", "runnable"))
 """Attributes of ``<Metadata>`` in MoveIt Pro's models; other tools write other ones."""
-
-NODES = {**CONTROLS, **{cls.__name__: cls for cls in LEAVES}}
 
 
 def is_objective(root: Element, problems: Problems) -> bool:

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,14 +14,14 @@ from bt_manip.bt import (
     ScriptCondition,
     Tree,
     is_pointer,
+    node_name,
+    port_attributes,
 )
 from bt_manip.exceptions import BtManipError, ScriptError, TreeError, did_you_mean
 from bt_manip.files import read_text
 from bt_manip.toml import parse_toml
 
 MAX_TOML_BYTES = 2**18
-_EXPLICIT = ("Action", "Condition", "Control", "Decorator")
-
 _KEYS = ("node", "when", "ports", "set")
 
 
@@ -37,9 +37,9 @@ class MappingRule:
     """
 
     node: str
-    when: str = ""
-    ports: Mapping[str, str] = field(default_factory=dict)
-    constants: Mapping[str, str] = field(default_factory=dict)
+    when: str
+    ports: Mapping[str, str]
+    constants: Mapping[str, str]
 
 
 class LeafMapping:
@@ -50,10 +50,9 @@ class LeafMapping:
         file: The file name in messages.
     """
 
-    def __init__(self, rules: Mapping[str, list[MappingRule]], file: str = "<mapping>") -> None:
+    def __init__(self, rules: Mapping[str, list[MappingRule]], file: str) -> None:
         self.rules = rules
         self._file = file
-        self._done: dict[int, Element] = {}
 
     @classmethod
     def read(cls, path: str | Path) -> "LeafMapping":
@@ -67,24 +66,16 @@ class LeafMapping:
             TreeError: If it cannot be read, or has another form.
         """
         try:
-            return cls.parse(read_text(path, MAX_TOML_BYTES), str(path))
+            data = parse_toml(read_text(path, MAX_TOML_BYTES))
         except OSError as error:
             raise TreeError(f"{path}: {error.strerror}") from None
-        except UnicodeDecodeError as error:
-            raise TreeError(f"{path}: not UTF-8: {error.reason}") from None
-
-    @classmethod
-    def parse(cls, text: str, file: str = "<mapping>") -> "LeafMapping":
-        """Read a mapping from a text; see `read`."""
-        try:
-            data = parse_toml(text)
-        except ValueError as error:
-            raise TreeError(f"{file}: {error}") from None
+        except ValueError as error:  # not UTF-8 or not TOML
+            raise TreeError(f"{path}: {error}") from None
         rules = {}
         for name, tables in data.items():
             tables = tables if isinstance(tables, list) else [tables]
-            rules[name] = [_rule(table, f"{file}: {name}") for table in tables]
-        return cls(rules, file)
+            rules[name] = [_rule(table, f"{path}: {name}") for table in tables]
+        return cls(rules, str(path))
 
     def apply(self, document: Document, problems: Problems) -> None:
         """Replace the leaves and sub-trees of a document, each once.
@@ -94,17 +85,14 @@ class LeafMapping:
             problems: Collects the leaves for which no rule holds.
         """
         for tree in document.top_level("BehaviorTree"):
-            for element in tree.iterate():
-                if id(element) not in self._done:
-                    self._done[id(element)] = element
-                    self._replace(element, problems)
+            for element in [*tree.iterate()]:  # without those that replace others
+                self._replace(element, problems)
 
     def _replace(self, element: Element, problems: Problems) -> None:
-        named = element.name in (*_EXPLICIT, "SubTree")
-        name = (element.get("ID") or "") if named else element.name
+        name = (element.get("ID") or "") if element.name == "SubTree" else node_name(element)
         if name not in self.rules or element.children:
             return
-        given = _ports_of(element)
+        given = port_attributes(element)
         try:
             rules = self._choose(name, {key: a.value for key, a in given.items()})
         except BtManipError as error:
@@ -116,18 +104,14 @@ class LeafMapping:
             if key not in given and key not in ("ID", "_autoremap")
         }
         made = [_made(rule, given, element) for _, rule in rules]
-        if len(made) == 1:
-            element.name, element.attributes = made[0].name, {**made[0].attributes, **kept}
-            return
-        # The rule depends on the blackboard: it is chosen when the node is ticked.
+        # Where the rule depends on the blackboard, it is chosen when the node is ticked.
         branch = made[-1]
         for (condition, _), leaf in zip(reversed(rules[:-1]), reversed(made[:-1]), strict=True):
             test = Element("ScriptCondition", element.place)
             test.set("code", condition)
             branch = Element("IfThenElse", element.place, content=[test, leaf, branch])
-        element.name, element.attributes = branch.name, kept
-        element.content = branch.content
-        self._done.update((id(e), e) for e in element.iterate())
+        element.name, element.content = branch.name, branch.content or element.content
+        element.attributes = {**branch.attributes, **kept}
 
     def _choose(self, name: str, given: Mapping[str, str]) -> list[tuple[str, MappingRule]]:
         """Return the rules that may hold, with their conditions over the blackboard."""
@@ -146,20 +130,13 @@ class LeafMapping:
             if pointers:
                 condition = rule.when
                 for key, entry in pointers.items():
-                    condition = re.sub(
-                        rf"(?<![\w@.]){key}\b", entry if entry != "=" else key, condition
-                    )
+                    entry = key if entry == "=" else entry
+                    condition = re.sub(rf"(?<![\w@.]){key}\b", entry, condition)
                 rules.append((condition, rule))
             elif _condition(rule.when, scope).tick_exactly_once().name == "SUCCESS":
                 return [*rules, ("", rule)]
         values = ", ".join(f"{key}={text}" for key, text in given.items())
         raise TreeError(f"no rule holds for {values or 'a leaf without ports'}")
-
-
-def _ports_of(element: Element) -> dict[str, Any]:
-    """Return the attributes of an element that are ports, by name."""
-    given = element.attributes.items()
-    return {key: a for key, a in given if key[0].isalpha() and key not in ("ID", "name")}
 
 
 def _condition(script: str, scope: Blackboard) -> Tree:

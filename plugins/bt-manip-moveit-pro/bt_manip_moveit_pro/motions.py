@@ -11,35 +11,15 @@ from typing import Any, ClassVar
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.behaviours import ArmBehaviour, MotionBehaviour, payload_of
+from bt_manip.behaviours import MotionBehaviour, payload_of
 from bt_manip.bt import Input, Output, Status
 from bt_manip.exceptions import MotionError
-from bt_manip.planning import LineTo, Planner
-from bt_manip.registry import Registry
-from bt_manip_moveit_pro.leaf import NUMBERS, RobotLeaf, declare_unused
-from bt_manip_moveit_pro.poses import configuration, pose_of
-from bt_manip_moveit_pro.values import (
-    JointState,
-    Motion,
-    Plan,
-    PoseStamped,
-    texts,
-    transforms,
-)
+from bt_manip.planning import LineTo
+from bt_manip_moveit_pro.leaf import NUMBERS, NamedRobot, RobotLeaf, UnusedPorts
+from bt_manip_moveit_pro.values import JointState, Motion, Plan, expect
 
 JOINT_STEP = 0.2  # [rad] of a joint between two checked poses of a path
 LINE_STEP = 0.02  # [m], and half of it in units of 10 rad, between them
-
-
-def plan_of(value: object) -> Plan:
-    """Return a plan.
-
-    Raises:
-        ValueError: If it is none.
-    """
-    if not isinstance(value, Plan):
-        raise ValueError(f"a trajectory or solution is expected, not {type(value).__name__}")
-    return value
 
 
 class RetrieveWaypoint(RobotLeaf):
@@ -49,14 +29,13 @@ class RetrieveWaypoint(RobotLeaf):
     joint_group_name = Input(str, default="manipulator", doc="group of joints")
     waypoint_joint_state = Output(doc="its joint state")
 
-    def run(self) -> None:
-        """Write the joint state."""
+    def _run(self) -> None:
         robot, name = self.arm.robot, self.waypoint_name
         found = robot.configurations.get(name)
-        if not isinstance(found, Mapping):
-            joints = robot.description.arm_joints
-            found = dict(zip(joints, robot.configuration(name), strict=True))
-        self.waypoint_joint_state = JointState(dict(found))
+        if isinstance(found, Mapping):
+            self.waypoint_joint_state = JointState(dict(found))
+        else:
+            self.waypoint_joint_state = self.state_of(robot.configuration(name))
 
 
 class GetJointState(RobotLeaf):
@@ -66,23 +45,8 @@ class GetJointState(RobotLeaf):
     planning_group_name = Input(str, default="manipulator", doc="group of joints")
     joint_state = Output(doc="the joint state")
 
-    def run(self) -> None:
-        """Write the joint state."""
-        robot = self.arm.robot
-        found = zip(robot.description.arm_joints, map(float, robot.q), strict=True)
-        self.joint_state = JointState(dict(found))
-
-
-class SaveCurrentState(RobotLeaf):
-    """Get the measured joint positions of the arm."""
-
-    saved_robot_state = Output(doc="the joint state")
-
-    def run(self) -> None:
-        """Write the joint state."""
-        robot = self.arm.robot
-        found = zip(robot.description.arm_joints, map(float, robot.q), strict=True)
-        self.saved_robot_state = JointState(dict(found))
+    def _run(self) -> None:
+        self.joint_state = self.state_of(self.arm.robot.q)
 
 
 class PlanToJointGoal(RobotLeaf):
@@ -97,29 +61,9 @@ class PlanToJointGoal(RobotLeaf):
     velocity_scale_factor = Input(float, default=1.0, doc="fraction of the limits", above=0.0)
     joint_trajectory_msg = Output(default="{joint_trajectory_msg}", doc="the plan")
 
-    def run(self) -> None:
-        """Write the plan."""
-        q = configuration(self, self.joint_goal)
+    def _run(self) -> None:
+        q = self.configuration(self.joint_goal)
         self.arm.model.limits.checked(q, self.arm.model.units)
-        speed = min(self.velocity_scale_factor, 1.0)
-        self.joint_trajectory_msg = Plan((Motion(q=tuple(q.tolist()), speed=speed),))
-
-
-class GeneratePointToPointTrajectory(RobotLeaf):
-    """Plan a motion to joint positions."""
-
-    ignored = (
-        "acceleration_scale_factor jerk_scale_factor start_state start_time "
-        "trajectory_sampling_rate"
-    )
-    target_state = Input(doc="joint state of the goal")
-    planning_group_name = Input(str, default="manipulator", doc="group of joints")
-    velocity_scale_factor = Input(float, default=1.0, doc="fraction of the limits", above=0.0)
-    joint_trajectory_msg = Output(default="{joint_trajectory_msg}", doc="the plan")
-
-    def run(self) -> None:
-        """Write the plan."""
-        q = configuration(self, self.target_state)
         speed = min(self.velocity_scale_factor, 1.0)
         self.joint_trajectory_msg = Plan((Motion(q=tuple(q.tolist()), speed=speed),))
 
@@ -133,13 +77,11 @@ class ComputeInverseKinematics(RobotLeaf):
     planning_group_name = Input(str, default="manipulator", doc="group of joints")
     solution = Output(doc="the joint state")
 
-    def run(self) -> None:
-        """Write the joint state."""
+    def _run(self) -> None:
         refuse_several(self.tip_links)
         (pose,) = self.target_poses
-        q = self.require_solution(self.in_world(pose_of(pose)), self.arm.robot.q)
-        joints = self.arm.robot.description.arm_joints
-        self.solution = JointState(dict(zip(joints, q.tolist(), strict=True)))
+        q = self.require_solution(self.in_world(pose), self.arm.robot.q)
+        self.solution = self.state_of(q)
 
 
 def refuse_several(links: str) -> None:
@@ -172,56 +114,44 @@ class PlanCartesianPath(RobotLeaf):
     joint_trajectory_msg = Output(default="{joint_trajectory_msg}", doc="the plan")
     debug_solution = Output(default="{debug_solution}", doc="the plan, to be approved")
 
-    def run(self) -> None:
-        """Write the plan."""
+    def _run(self) -> None:
         refuse_several(self.tip_links)
-        poses = [pose_of(pose) for pose in self.path_]
-        speed = min(self.velocity_scale_factor, 1.0)
-        targets = self.targets(poses, self.tip_offset, self.position_only)
-        plan = Plan(self.motions(targets, self.blending_radius, speed))
-        self.joint_trajectory_msg = self.debug_solution = plan
-
-    def targets(
-        self, path: Sequence[PoseStamped], offset: Sequence[float], position_only: bool
-    ) -> list[pin.SE3]:
-        """Return poses of the tool in the world.
-
-        Raises:
-            ValueError: If there are none, or a frame is not known.
-        """
-        if not path:
-            raise ValueError("the path has no poses")
+        offset = self.tip_offset
         T_to = pin.SE3(pin.rpy.rpyToMatrix(*offset[3:]), np.array(offset[:3]))
-        targets = [self.in_world(pose) * T_to.inverse() for pose in path]
-        if position_only:
-            rotation = self.T_wt.rotation
-            targets = [pin.SE3(rotation, T.translation) for T in targets]
-        return targets
+        targets = [self.in_world(pose) * T_to.inverse() for pose in self.path_]
+        if not targets:
+            raise ValueError("the path has no poses")
+        if self.position_only:
+            targets = [pin.SE3(self.T_wt.rotation, T.translation) for T in targets]
+        speed, plan = min(self.velocity_scale_factor, 1.0), []
+        if len(targets) == 1:
+            self.require_solution(targets[0], self.arm.robot.q)
+        else:
+            plan = [Motion(q=self._start_of(targets))]
+            targets = targets[1:]
+        plan.append(Motion(path=tuple(targets), blend=self.blending_radius, speed=speed))
+        self.joint_trajectory_msg = self.debug_solution = Plan(tuple(plan))
 
-    def motions(self, targets: list[pin.SE3], blend: float, speed: float) -> tuple[Motion, ...]:
-        """Return the motions through poses of the tool.
+    def _start_of(self, targets: Sequence[pin.SE3]) -> tuple[float, ...]:
+        """Return joint positions from which the tool can follow a path [rad].
 
         Raises:
-            MotionError: If a pose cannot be reached, or the path cannot be followed.
+            MotionError: If there are none.
         """
-        arm = self.arm
-        if len(targets) == 1:
-            self.require_solution(targets[0], arm.robot.q)
-            return (Motion(path=texts(targets), speed=speed),)
-        solutions = arm.ik.solutions(targets[0], arm.robot.q)
+        best = 0.0
+        solutions = self.arm.ik.solutions(targets[0], self.arm.robot.q)
         if not solutions:
-            self.require_solution(targets[0], arm.robot.q)
-        followed = [(self.followed(targets, found.q), found.q) for found in solutions]
-        for share, q in followed:
+            self.require_solution(targets[0], self.arm.robot.q)
+        for found in solutions:
+            share = self._followed(targets, found.q)
             if share == 1.0:
-                start = Motion(q=tuple(q.tolist()))
-                return start, Motion(path=texts(targets[1:]), blend=blend, speed=speed)
-        most = max((share for share, _ in followed), default=0.0)
+                return tuple(found.q.tolist())
+            best = max(best, share)
         raise MotionError(
-            f"the path can be followed up to {100 * most:.0f} %", reason="unreachable"
+            f"the path can be followed up to {100 * best:.0f} %", reason="unreachable"
         )
 
-    def followed(self, targets: Sequence[pin.SE3], q: np.ndarray) -> float:
+    def _followed(self, targets: Sequence[pin.SE3], q: np.ndarray) -> float:
         """Return the share of a path that can be followed from joint positions."""
         samples = [T for pair in zip(targets, targets[1:], strict=False) for T in line(*pair)]
         for index, T in enumerate(samples):
@@ -248,41 +178,36 @@ class ValidateTrajectory(RobotLeaf):
     joint_trajectory_msg = Input(default="{joint_trajectory_msg}", doc="the plan")
     debug_solution = Output(default="{debug_solution}", doc="the plan, to be approved")
 
-    def run(self) -> None:
-        """Check that there is a plan."""
-        self.debug_solution = plan_of(self.joint_trajectory_msg)
+    def _run(self) -> None:
+        self.debug_solution = expect(self.joint_trajectory_msg, Plan)
 
 
-class PlanExecution(MotionBehaviour):
+class PlanExecution(UnusedPorts, MotionBehaviour):
     """Execute the motions of a plan, one after the other."""
 
-    ignored: ClassVar[str] = ""
+    ignored = (
+        "controller_action_name execution_pipeline goal_duration_tolerance "
+        "goal_position_tolerance path_position_tolerance absolute_force_torque_threshold "
+        "admittance_parameters_msg"
+    )
     plan_port: ClassVar[str] = ""
     memory: ClassVar[tuple[str, ...]] = (*MotionBehaviour.memory, "_plan", "_next")
     _plan: tuple[Motion, ...] = ()
     _next = 0
 
-    def __init_subclass__(cls, **kwargs: Any) -> None:
-        """Declare the ports without effect."""
-        declare_unused(cls)
-        super().__init_subclass__(**kwargs)
-
     def setup(self, **infrastructure: Any) -> None:
         """Store the cell, the robots and the random generator."""
         super().setup(**infrastructure)
         self._rng = infrastructure["rng"]
-        self._planners: Registry[Planner] = infrastructure["planners"]
 
     def initialise(self) -> None:
         """Begin with the first motion."""
-        self._next = 0
-        self._plan = ()
         try:
-            self._plan = plan_of(self.read_port(self.plan_port)).motions
+            self._plan, self._next = expect(self.read_port(self.plan_port), Plan).motions, 0
         except ValueError as error:
             self.fail(str(error))
-            return
-        super().initialise()
+        else:
+            super().initialise()
 
     def start(self) -> None:
         """Start the present motion."""
@@ -291,35 +216,27 @@ class PlanExecution(MotionBehaviour):
         motion, arm = self._plan[self._next], self.arm
         if motion.q:
             arm.move_to_configuration(motion.q, speed=motion.speed, rng=self._rng)
-        elif motion.poses:
-            poses = transforms(motion.poses)
-            arm.move_to_pose(poses, motion.speed, approach=motion.approach, rng=self._rng)
+        elif motion.path:
+            arm.move_path([LineTo(T) for T in motion.path], motion.speed, blend=motion.blend)
         else:
-            steps = [LineTo(T) for T in transforms(motion.path)]
-            arm.move_path(steps, motion.speed, blend=motion.blend)
+            arm.move_to_pose(motion.pose, motion.speed, approach=motion.approach, rng=self._rng)
 
     def arrived(self) -> Status:
         """Start the next motion, or succeed after the last one."""
         self._next += 1
         if self._next >= len(self._plan):
             return super().arrived()
-        self.begin_motion(self.start)
-        return Status.FAILURE if self._node_ended else Status.RUNNING
+        return self.begin_motion(self.start)
 
 
 class ExecuteTrajectory(PlanExecution):
     """Execute a plan."""
 
     plan_port = "joint_trajectory_msg"
-    ignored = (
-        "controller_action_name execution_pipeline goal_duration_tolerance "
-        "goal_position_tolerance path_position_tolerance absolute_force_torque_threshold "
-        "admittance_parameters_msg"
-    )
     joint_trajectory_msg = Input(default="{joint_trajectory_msg}", doc="the plan")
 
 
-class MoveGripperAction(ArmBehaviour):
+class MoveGripperAction(NamedRobot):
     """Open or close the gripper.
 
     A position above 0.1 closes: the angle of a Robotiq gripper [rad], or the suction. Other
@@ -329,7 +246,7 @@ class MoveGripperAction(ArmBehaviour):
 
     needs_gripper = True
     METRIC: ClassVar = ("franka", "panda", "left_gripper", "right_gripper")
-    memory: ClassVar[tuple[str, ...]] = (*ArmBehaviour.memory, "_closes")
+    memory: ClassVar[tuple[str, ...]] = (*NamedRobot.memory, "_closes")
     _closes = False
     gripper_command_action_name = Input(str, default="", doc="name of the action")
     position = Input(float, doc="position of the gripper")
@@ -345,27 +262,18 @@ class MoveGripperAction(ArmBehaviour):
         else:
             self.gripper.open()
 
-    def choose_robot(self) -> None:
-        """Select the robot: that of the port, or that in the name of the action."""
-        action = self.gripper_command_action_name.lstrip("/")
-        named = [name for name in self._robots if action.startswith(f"{name}_")]
-        if named and not self.robot:
-            self._robot_name = named[0]
-        else:
-            super().choose_robot()
-
     def update(self) -> Status:
         """Wait until the gripper is open, or closed on an object or on nothing."""
         gripper, arm = self.gripper, self.arm
+        self.feedback_message = gripper.status
         if self._closes:
             self.yield_to_force()
-        self.feedback_message = gripper.status
-        if not self._closes and gripper.is_open:
+            if gripper.steady or gripper.closed_on_nothing:
+                for name in self.held_objects()[:1]:
+                    arm.payload = payload_of(self.cell, name, self.T_wt)
+                return Status.SUCCESS
+        elif gripper.is_open:
             arm.payload = None
-            return Status.SUCCESS
-        if self._closes and (gripper.steady or gripper.closed_on_nothing):
-            for name in self.held_objects()[:1]:
-                arm.payload = payload_of(self.cell, name, self.T_wt)
             return Status.SUCCESS
         if self.timeout > 0.0 and self.elapsed > self.timeout:
             return self.fail(f"{gripper.status}, still after {self.timeout:g} s")

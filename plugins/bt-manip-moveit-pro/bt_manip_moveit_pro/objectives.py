@@ -1,9 +1,10 @@
 """Which objectives of a workspace of MoveIt Pro have all their leaves, and run."""
 
 import contextlib
+import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -19,13 +20,19 @@ from bt_manip.bt import (
 from bt_manip.exceptions import BtManipError
 from bt_manip.registry import Parts
 from bt_manip.robots import load_configurations
-from bt_manip.runner import Run, RunObserver, RunRequest, find_tree, known_behaviours, prepare
+from bt_manip.runner import Run, RunLoop, RunRequest, find_tree, known_behaviours, prepare
 from bt_manip_moveit_pro.values import JointState
 
 ROBOTS = ("ur5e", "gen3", "panda")
 """Robots on which objectives run: the first whose joints a waypoint of the folder names."""
 
-SHOWN = 4
+ROUNDS = 2
+"""Number of rounds of an endless loop after which a run is stopped."""
+
+SECONDS = 120.0
+"""Simulated time after which a run is stopped [s]."""
+
+SHOWN = 3
 """Number of missing leaves that a row of the table names."""
 
 SCENE = Path(__file__).parent / "scenes" / "robot_alone.toml"
@@ -43,7 +50,6 @@ class Result:
         outcome: ``SUCCESS``, ``FAILURE``, a number of rounds, or why it did not begin.
         seconds: Simulated time [s].
         travelled: Whether the arm moved.
-        nodes: Names of the nodes that it uses, sub-trees included; where it lacks none.
     """
 
     path: Path
@@ -52,33 +58,25 @@ class Result:
     outcome: str = ""
     seconds: float = 0.0
     travelled: bool = False
-    nodes: frozenset[str] = frozenset()
 
 
-@dataclass
 class Workspace:
     """The objectives of a folder, by the folder that they are in.
 
     Args:
         root: The folder.
         parts: The registered parts.
+
+    Raises:
+        BtManipError: If there are no objectives.
     """
 
-    root: Path
-    parts: Parts
-    folders: list[Path] = field(default_factory=list)
-    _libraries: Libraries = field(default_factory=Libraries)
-    _readings: dict[Path, ReadingOptions] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        """Find the folders.
-
-        Raises:
-            BtManipError: If there are no objectives.
-        """
-        self.folders = sorted(path for path in self.root.rglob("objectives") if path.is_dir())
+    def __init__(self, root: Path, parts: Parts) -> None:
+        self.root, self.parts = root, parts
+        self.folders = sorted(path for path in root.rglob("objectives") if path.is_dir())
         if not self.folders:
-            raise BtManipError(f"{self.root}: there is no folder 'objectives' in it")
+            raise BtManipError(f"{root}: there is no folder 'objectives' in it")
+        self._libraries = Libraries()
 
     def objectives(self, folder: Path) -> list[Path]:
         """Return the files with trees in a folder of objectives."""
@@ -87,14 +85,9 @@ class Workspace:
 
     def reading(self, folder: Path) -> ReadingOptions:
         """Return how objectives of a folder are read: with the trees of all, its own first."""
-        if folder not in self._readings:
-            near = sorted(self.folders, key=lambda other: (-_common(folder, other), str(other)))
-            self._readings[folder] = ReadingOptions(
-                dialect="moveit-pro",
-                libraries=self._libraries.extended(tuple(near)),  # each file is parsed once
-                strict=False,
-            )
-        return self._readings[folder]
+        near = sorted(self.folders, key=lambda other: -len(os.path.commonpath((folder, other))))
+        libraries = self._libraries.extended(tuple(near))  # each file is parsed once
+        return ReadingOptions(dialect="moveit-pro", libraries=libraries, strict=False)
 
     def waypoints(self, folder: Path) -> Mapping[str, Any]:
         """Return the waypoints beside a folder of objectives."""
@@ -110,14 +103,7 @@ class Workspace:
         for problem in found.errors:
             unknown = UNKNOWN.match(problem.message)
             lacks[unknown[1] if unknown else problem.message] = None
-        used = () if found.tree is None else (node.registration for node in found.tree.nodes)
-        return Result(path.relative_to(self.root), tuple(lacks), nodes=frozenset(used))
-
-
-def _common(one: Path, other: Path) -> int:
-    """Return how many parts of their paths two folders share; own folders share all."""
-    pairs = zip(one.parts, other.parts, strict=False)
-    return next((i for i, (a, b) in enumerate(pairs) if a != b), len(one.parts))
+        return Result(path.relative_to(self.root), tuple(lacks))
 
 
 def robot_of(waypoints: Mapping[str, Any], joints: Mapping[str, Sequence[str]]) -> str:
@@ -136,70 +122,41 @@ def robot_of(waypoints: Mapping[str, Any], joints: Mapping[str, Sequence[str]]) 
     return ""
 
 
-class _Rounds(RunObserver):
-    """Ends a run after a number of rounds of its endless loops, or a simulated time."""
+class _Watch:
+    """Counts rounds of the endless loops of a run, and notes whether an arm moves."""
 
-    def __init__(self, run: Run, rounds: int, seconds: float) -> None:
-        self._run, self._rounds, self._seconds = run, rounds, seconds
-        self.status = self.reason = ""
-        self.count = 0
-        self.travelled = False
+    def __init__(self, run: Run) -> None:
+        self._station = run.station
         self._q = {name: one.arm.q.copy() for name, one in run.station.robots.items()}
-        loops = [
-            node.children[0]
+        self.rounds = 0
+        self.travelled = False
+        self._bodies = {
+            id(node.children[0])
             for node in run.tree.nodes
             if isinstance(node, KeepRunningUntilFailure)
             or (isinstance(node, Repeat) and node.given.get("num_cycles") == "-1")
-        ]
-        self._bodies = {id(body) for body in loops}
+        }
         if isinstance(run.tree.root, Node):
             run.tree.root.runtime.observers.append(self._observe)
 
     def _observe(self, node: Any, old: NodeStatus, new: NodeStatus) -> None:
-        self.count += id(node) in self._bodies and new is NodeStatus.SUCCESS
-
-    def after_tick(self) -> None:
-        """Note whether an arm moved."""
-        robots = self._run.station.robots
-        moved = (abs(robots[name].arm.q - q).max() > 0.01 for name, q in self._q.items())
-        self.travelled = self.travelled or any(moved)
-
-    def cycle_ended(self, status: str, reason: str) -> None:
-        """Keep the result."""
-        self.status, self.reason = str(status), reason
+        self.rounds += id(node) in self._bodies and new is NodeStatus.SUCCESS
 
     def stop(self) -> bool:
-        """Return whether the run ends."""
-        return self.count >= self._rounds or self._run.station.cell.time > self._seconds
-
-    @property
-    def outcome(self) -> str:
-        """The result in words."""
-        if self.status:
-            return self.status if self.status == "SUCCESS" else f"FAILURE: {self.reason}"
-        if self.count >= self._rounds:
-            return f"{self.count} rounds"
-        return f"still running after {self._seconds:g} s"
+        """Look at the arms; return whether the run ends. It is called before each tick."""
+        robots = self._station.robots
+        moved = (abs(robots[name].arm.q - q).max() > 0.01 for name, q in self._q.items())
+        self.travelled = self.travelled or any(moved)
+        return self.rounds >= ROUNDS or self._station.cell.time > SECONDS
 
 
-def run_objective(
-    path: Path,
-    robot: str,
-    workspace: Workspace,
-    *,
-    rounds: int = 2,
-    seconds: float = 120.0,
-    scene: Path = SCENE,
-) -> tuple[Run, Result]:
-    """Run an objective with the waypoints of its folder.
+def run_objective(path: Path, robot: str, workspace: Workspace) -> Result:
+    """Run an objective with the waypoints of its folder, alone in a cell.
 
     Args:
         path: The file.
         robot: The robot.
         workspace: The workspace that it is in.
-        rounds: Number of rounds of an endless loop after which the run is stopped.
-        seconds: Simulated time after which it is stopped [s].
-        scene: The scene.
 
     Raises:
         BtManipError: If it cannot begin.
@@ -208,17 +165,23 @@ def run_objective(
     request = RunRequest(
         find_tree(str(path.resolve()), {}),
         robot=robot,
-        scene=str(scene),
+        scene=str(SCENE),
         configurations=workspace.waypoints(folder),
         reading=workspace.reading(folder),
     )
     with contextlib.chdir(path.parent):  # where it looks for files
         run = prepare(request, workspace.parts)
-        watch = _Rounds(run, rounds, seconds)
-        run.execute([watch], stop=watch.stop)
-    time = run.station.cell.time
-    name = path.relative_to(workspace.root)
-    return run, Result(name, (), robot, watch.outcome, time, watch.travelled)
+        watch = _Watch(run)
+        with RunLoop(run) as loop:
+            ended = loop.cycle(stop=watch.stop)
+    if ended is not None:
+        outcome = "SUCCESS" if ended.succeeded else f"FAILURE: {ended.reason}"
+    elif watch.rounds >= ROUNDS:
+        outcome = f"{watch.rounds} rounds"
+    else:
+        outcome = f"still running after {SECONDS:g} s"
+    name, time = path.relative_to(workspace.root), run.station.cell.time
+    return Result(name, (), robot, outcome, time, watch.travelled)
 
 
 def survey(workspace: Workspace, *, run: bool, only: str = "") -> Iterator[Result]:
@@ -237,12 +200,12 @@ def survey(workspace: Workspace, *, run: bool, only: str = "") -> Iterator[Resul
     for folder in workspace.folders:
         paths = [path for path in workspace.objectives(folder) if only in str(path)]
         robot = robot_of(workspace.waypoints(folder), joints) if run and paths else ""
+        reading = workspace.reading(folder)
         for path in paths:
-            reading = workspace.reading(folder)
             result = workspace.check(path, reading)
-            if run and robot and not result.lacks:
+            if robot and not result.lacks:
                 try:
-                    _, result = run_objective(path, robot, workspace)
+                    result = run_objective(path, robot, workspace)
                 except BtManipError as error:
                     result = Result(result.path, (), robot, f"before the run: {error}")
             yield result

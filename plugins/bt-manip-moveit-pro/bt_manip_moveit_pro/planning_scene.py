@@ -5,8 +5,7 @@ are kept by name for its conditions; they are no obstacles.
 """
 
 from bt_manip.bt import InOut, Input, Output
-from bt_manip.exceptions import BtManipError
-from bt_manip_moveit_pro.leaf import Leaf
+from bt_manip_moveit_pro.leaf import Leaf, read_dict
 
 SCENE = "{@moveit_pro_scene}"
 """Entry of the planning scene: by the name of an object, the link that it is attached to."""
@@ -20,14 +19,20 @@ class SceneLeaf(Leaf):
     @property
     def attachments(self) -> dict[str, str]:
         """The link of each object; empty for one that is not attached."""
-        try:
-            return dict(self.scene)
-        except BtManipError:
-            return {}
+        return read_dict(self, "scene")
 
     def put(self, name: str, link: str = "") -> None:
         """Add an object, or attach it to a link."""
         self.scene = {**self.attachments, name: link}
+
+    def check_known(self, name: str) -> None:
+        """Check that an object is in the planning scene.
+
+        Raises:
+            ValueError: If it is not.
+        """
+        if name not in self.attachments:
+            raise ValueError(f"'{name}' is not in the planning scene")
 
 
 class GetCurrentPlanningScene(SceneLeaf):
@@ -35,8 +40,7 @@ class GetCurrentPlanningScene(SceneLeaf):
 
     planning_scene_msg = Output(doc="the planning scene")
 
-    def run(self) -> None:
-        """Write it."""
+    def _run(self) -> None:
         self.planning_scene_msg = self.attachments
 
 
@@ -46,8 +50,7 @@ class AddURDF(SceneLeaf):
     ignored = "urdf_pose package_name urdf_file_path"
     urdf_name = Input(str, doc="name of the object")
 
-    def run(self) -> None:
-        """Add it."""
+    def _run(self) -> None:
         self.put(self.urdf_name)
 
 
@@ -58,12 +61,9 @@ class AttachURDF(SceneLeaf):
     urdf_name = Input(str, doc="name of the object")
     parent_link_name = Input(str, doc="name of the link")
 
-    def run(self) -> None:
-        """Attach it."""
-        name = self.urdf_name
-        if name not in self.attachments:
-            raise ValueError(f"'{name}' is not in the planning scene")
-        self.put(name, self.parent_link_name)
+    def _run(self) -> None:
+        self.check_known(self.urdf_name)
+        self.put(self.urdf_name, self.parent_link_name)
 
 
 class DetachURDF(SceneLeaf):
@@ -71,8 +71,7 @@ class DetachURDF(SceneLeaf):
 
     urdf_name = Input(str, doc="name of the object")
 
-    def run(self) -> None:
-        """Detach it."""
+    def _run(self) -> None:
         name = self.urdf_name
         if not self.attachments.get(name):
             raise ValueError(f"'{name}' is not attached")
@@ -84,13 +83,10 @@ class RemoveURDFFromScene(SceneLeaf):
 
     urdf_name = Input(str, doc="name of the object")
 
-    def run(self) -> None:
-        """Remove it."""
-        links = self.attachments
-        if self.urdf_name not in links:
-            raise ValueError(f"'{self.urdf_name}' is not in the planning scene")
-        del links[self.urdf_name]
-        self.scene = links
+    def _run(self) -> None:
+        name = self.urdf_name
+        self.check_known(name)
+        self.scene = {known: link for known, link in self.attachments.items() if known != name}
 
 
 class AddCollisionBox(SceneLeaf):
@@ -99,15 +95,8 @@ class AddCollisionBox(SceneLeaf):
     ignored = "dimensions pose overwrite"
     object_id = Input(str, doc="name of the object")
 
-    def run(self) -> None:
-        """Add it."""
+    def _run(self) -> None:
         self.put(self.object_id)
-
-
-class AddCollisionMesh(AddCollisionBox):
-    """Add a mesh to the planning scene; it is no obstacle here."""
-
-    ignored = "mesh_file_path scale"
 
 
 class ResetPlanningSceneObjects(SceneLeaf):
@@ -115,8 +104,7 @@ class ResetPlanningSceneObjects(SceneLeaf):
 
     ignored = "apply_planning_scene_service"
 
-    def run(self) -> None:
-        """Remove them."""
+    def _run(self) -> None:
         self.scene = {}
 
 
@@ -125,8 +113,7 @@ class IsAnyObjectAttached(SceneLeaf):
 
     ignored = "planning_scene"
 
-    def run(self) -> None:
-        """Look."""
+    def _run(self) -> None:
         if not any(self.attachments.values()):
             self.fail("no object is attached")
 
@@ -138,23 +125,10 @@ class WhichObjectIsAttached(SceneLeaf):
     object_names = Input(list[str], default="", doc="names to look for; all by default")
     object_name = Output(str, doc="the name of the first one that is attached")
 
-    def run(self) -> None:
-        """Write it."""
+    def _run(self) -> None:
         wanted = [name for name in self.object_names if name]
         for name, link in self.attachments.items():
             if link and (not wanted or name in wanted):
                 self.object_name = name
                 return
         self.fail("no object is attached")
-
-
-class IsCollisionObjectInPlanningScene(SceneLeaf):
-    """Succeed where the planning scene has an object."""
-
-    ignored = "planning_scene"
-    collision_object_name = Input(str, doc="name of the object")
-
-    def run(self) -> None:
-        """Look."""
-        if self.collision_object_name not in self.attachments:
-            self.fail(f"'{self.collision_object_name}' is not in the planning scene")

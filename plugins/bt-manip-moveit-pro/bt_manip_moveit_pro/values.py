@@ -2,14 +2,24 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeVar
 
 import pinocchio as pin
 
 from bt_manip import spatial
-from bt_manip.behaviours import pose_from_text, pose_to_text
 
-IDENTITY = (0.0, 0.0, 0.0, 1.0)
+Kind = TypeVar("Kind")
+
+
+def expect(value: object, kind: type[Kind]) -> Kind:
+    """Return a value of a class.
+
+    Raises:
+        ValueError: If it is of another one.
+    """
+    if not isinstance(value, kind):
+        raise ValueError(f"a {kind.__name__} is expected, not {type(value).__name__}")
+    return value
 
 
 @dataclass(frozen=True)
@@ -24,7 +34,7 @@ class PoseStamped:
 
     frame: str = "world"
     position: tuple[float, ...] = (0.0, 0.0, 0.0)
-    orientation: tuple[float, ...] = IDENTITY
+    orientation: tuple[float, ...] = (0.0, 0.0, 0.0, 1.0)
 
     @property
     def T(self) -> pin.SE3:
@@ -98,13 +108,14 @@ class JointState:
         Raises:
             ValueError: If there is no position for a joint, or more than one.
         """
-        first = joints[0]
         prefixes = [
             prefix
-            for prefix in (name.removesuffix(first) for name in self.positions if first in name)
+            for prefix in (name.removesuffix(joints[0]) for name in self.positions)
             if all(prefix + joint in self.positions for joint in joints)
         ]
-        if len(prefixes) > 1 and "" not in prefixes:
+        if "" in prefixes:
+            prefixes = [""]
+        if len(prefixes) > 1:
             begins = tuple(f"{hint}_" for hint in hints if hint)
             prefixes = [prefix for prefix in prefixes if prefix.startswith(begins)]
         if not prefixes:
@@ -112,31 +123,28 @@ class JointState:
                 f"the joint state is not of the joints {', '.join(joints)}; it has "
                 f"{', '.join(self.positions)}"
             )
-        prefix = "" if "" in prefixes else prefixes[0]
-        return tuple(self.positions[prefix + joint] for joint in joints)
+        return tuple(self.positions[prefixes[0] + joint] for joint in joints)
 
 
 @dataclass(frozen=True)
 class Motion:
-    """A motion of one arm; exactly one of `q`, `poses` and `path` is given.
+    """A motion of one arm; exactly one of `q`, `pose` and `path` is given.
 
     Attributes:
         q: Joint positions at its end [rad]; planned around obstacles.
-        poses: Poses of the tool in the world, as texts, of which one is reached; planned likewise.
-        path: Poses of the tool in the world, as texts, that it passes on straight lines.
+        pose: Pose of the tool in the world at its end; planned likewise.
+        path: Poses of the tool in the world that it passes on straight lines.
         approach: Length of the straight approach that follows [m].
         blend: Distance from a corner of the path at which its rounding begins [m].
         speed: Fraction of the limits of the arm.
-        stage: Index of its stage in a task, from 0.
     """
 
     q: tuple[float, ...] = ()
-    poses: tuple[str, ...] = ()
-    path: tuple[str, ...] = ()
+    pose: pin.SE3 | None = None
+    path: tuple[pin.SE3, ...] = ()
     approach: float = 0.0
     blend: float = 0.0
     speed: float = 1.0
-    stage: int = 0
 
 
 @dataclass(frozen=True)
@@ -144,24 +152,3 @@ class Plan:
     """Motions of an arm, one after the other: a trajectory, or the solution of a task."""
 
     motions: tuple[Motion, ...] = ()
-
-
-@dataclass(frozen=True)
-class Task:
-    """Stages of the MoveIt Task Constructor, each a name and its values."""
-
-    stages: tuple[tuple[str, Mapping[str, Any]], ...] = ()
-
-    def with_stage(self, name: str, **values: Any) -> "Task":
-        """Return a task with one more stage."""
-        return Task((*self.stages, (name, values)))
-
-
-def texts(poses: Sequence[pin.SE3]) -> tuple[str, ...]:
-    """Return poses as texts that parse to the same poses."""
-    return tuple(map(pose_to_text, poses))
-
-
-def transforms(poses: Sequence[str]) -> list[pin.SE3]:
-    """Return the poses of texts."""
-    return [pose_from_text(text) for text in poses]

@@ -1,21 +1,31 @@
 """Leaves that work on lists."""
 
-from bt_manip.bt import InOut, Input, Output
-from bt_manip.exceptions import PortError
+from bt_manip.bt import Input, Output
 from bt_manip_moveit_pro.leaf import Leaf
 
 
 def items_of(value: object) -> list[object]:
-    """Return the items of a list.
+    """Return the items of a list; none for an empty text.
 
     Raises:
-        ValueError: If it is none.
+        ValueError: If it is no list.
     """
-    if isinstance(value, str) and not value:
+    if value == "":
         return []
     if not isinstance(value, list | tuple):
         raise ValueError(f"a list is expected, not {type(value).__name__}")
     return list(value)
+
+
+def checked_index(index: int, length: int) -> int:
+    """Return an index of a list.
+
+    Raises:
+        ValueError: If there is no item at it.
+    """
+    if not 0 <= index < length:
+        raise ValueError(f"there is no item {index} among {length}")
+    return index
 
 
 class ResetVector(Leaf):
@@ -23,8 +33,7 @@ class ResetVector(Leaf):
 
     vector = Output(doc="the list")
 
-    def run(self) -> None:
-        """Write it."""
+    def _run(self) -> None:
         self.vector = []
 
 
@@ -38,26 +47,13 @@ class VectorLeaf(Leaf):
     input_vector = Input(default="", doc="the list")
     output_vector = Output(doc="the changed list")
 
-    def run(self) -> None:
-        """Write the changed list."""
+    def _run(self) -> None:
         items = items_of(self.input_vector)
-        self.change(items)
+        self._change(items)
         self.output_vector = items
 
-    def change(self, items: list[object]) -> None:
-        """Change the items in place."""
+    def _change(self, items: list[object]) -> None:
         raise NotImplementedError
-
-    def place(self, items: list[object]) -> int:
-        """Return the index of the port.
-
-        Raises:
-            ValueError: If there is no item at it.
-        """
-        index = int(self.read_port("index"))
-        if not 0 <= index < len(items):
-            raise ValueError(f"there is no item {index} among {len(items)}")
-        return index
 
 
 class PushBackVector(VectorLeaf):
@@ -65,8 +61,7 @@ class PushBackVector(VectorLeaf):
 
     element = Input(doc="the item")
 
-    def change(self, items: list[object]) -> None:
-        """Append it."""
+    def _change(self, items: list[object]) -> None:
         items.append(self.element)
 
 
@@ -75,12 +70,8 @@ class InsertInVector(PushBackVector):
 
     index = Input(int, doc="index of the item, from 0")
 
-    def change(self, items: list[object]) -> None:
-        """Insert it."""
-        index = self.index
-        if not 0 <= index <= len(items):
-            raise ValueError(f"nothing can be inserted at {index} among {len(items)}")
-        items.insert(index, self.element)
+    def _change(self, items: list[object]) -> None:
+        items.insert(checked_index(self.index, len(items) + 1), self.element)
 
 
 class ReplaceInVector(PushBackVector):
@@ -88,9 +79,8 @@ class ReplaceInVector(PushBackVector):
 
     index = Input(int, doc="index of the item, from 0")
 
-    def change(self, items: list[object]) -> None:
-        """Replace it."""
-        items[self.place(items)] = self.element
+    def _change(self, items: list[object]) -> None:
+        items[checked_index(self.index, len(items))] = self.element
 
 
 class RemoveFromVector(VectorLeaf):
@@ -98,32 +88,8 @@ class RemoveFromVector(VectorLeaf):
 
     index = Input(int, doc="index of the item, from 0")
 
-    def change(self, items: list[object]) -> None:
-        """Remove it."""
-        del items[self.place(items)]
-
-
-class ReversePoseStampedVector(VectorLeaf):
-    """Reverse a list."""
-
-    def change(self, items: list[object]) -> None:
-        """Reverse it."""
-        items.reverse()
-
-
-class AddPoseStampedToVector(Leaf):
-    """Append a pose to a list, which is made if there is none."""
-
-    pose = Input(name="input", doc="the pose")
-    vector = InOut(doc="the list")
-
-    def run(self) -> None:
-        """Append it."""
-        try:
-            items = items_of(self.vector)
-        except PortError:
-            items = []
-        self.vector = [*items, self.pose]
+    def _change(self, items: list[object]) -> None:
+        del items[checked_index(self.index, len(items))]
 
 
 class GetElementOfVector(Leaf):
@@ -133,12 +99,9 @@ class GetElementOfVector(Leaf):
     index = Input(int, default=0, doc="index of the item, from 0")
     element = Output(doc="the item")
 
-    def run(self) -> None:
-        """Write the item."""
-        items, index = items_of(self.vector_in), self.index
-        if not 0 <= index < len(items):
-            raise ValueError(f"there is no item {index} among {len(items)}")
-        self.element = items[index]
+    def _run(self) -> None:
+        items = items_of(self.vector_in)
+        self.element = items[checked_index(self.index, len(items))]
 
 
 class GetSizeOfVector(Leaf):
@@ -147,6 +110,5 @@ class GetSizeOfVector(Leaf):
     vector_in = Input(doc="the list")
     vector_size = Output(int, doc="the number of its items")
 
-    def run(self) -> None:
-        """Write the number."""
+    def _run(self) -> None:
         self.vector_size = len(items_of(self.vector_in))

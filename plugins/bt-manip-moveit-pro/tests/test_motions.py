@@ -7,10 +7,11 @@ import pytest
 from bt_manip import build_station
 from bt_manip.bt import Sequence, Status, Tree
 from bt_manip.runner import RunLoop
-from bt_manip_moveit_pro import motions, poses, task_constructor, vectors
+from bt_manip_moveit_pro import motions, poses, task_constructor, vectors, without_effect
 from bt_manip_moveit_pro.motions import ExecuteTrajectory, line
 from bt_manip_moveit_pro.objectives import SCENE
-from bt_manip_moveit_pro.values import JointState, Motion, Plan, PoseStamped, Task
+from bt_manip_moveit_pro.task_constructor import Task
+from bt_manip_moveit_pro.values import JointState, Motion, Plan, PoseStamped
 
 READY = {f"panda_joint{i + 1}": q for i, q in enumerate((0.3, -0.6, 0.0, -2.2, 0.0, 1.6, 0.8))}
 
@@ -169,7 +170,7 @@ def test_stages_become_motions_the_approach_before_the_pose(station, run):
     goal = PoseStamped("grasp_link", (0.0, 0.1, 0.1))
     tree = run(
         task_constructor.InitializeMTCTask(task="{t}"),
-        task_constructor.SetupMTCCurrentState(task="{t}"),
+        without_effect.SetupMTCCurrentState(task="{t}"),
         task_constructor.SetupMTCConnectWithProRRT(task="{t}"),
         task_constructor.SetupMTCMoveAlongFrameAxis(
             task="{t}", axis_frame="grasp_link", hand_frame="grasp_link", axis_z="1",
@@ -179,17 +180,17 @@ def test_stages_become_motions_the_approach_before_the_pose(station, run):
         vectors.PushBackVector(input_vector="{v}", element="{goal}", output_vector="{v}"),
         task_constructor.SetupMTCBatchPoseIK(task="{t}", target_poses="{v}"),
         task_constructor.PlanMTCTask(task="{t}", solution="{s}"),
-        task_constructor.SplitMTCSolution(
-            solution_in="{s}", index="2", solution_out_1="{one}", solution_out_2="{two}"
-        ),
-        task_constructor.ExecuteMTCSolution(solution="{one}"),
+        task_constructor.ExecuteMTCSolution(solution="{s}"),
         goal=goal,
     )  # fmt: skip
     assert tree.root.status is Status.SUCCESS, tree.failure_reason()
-    before = here * goal.T * pin.SE3(np.eye(3), np.array([0.0, 0.0, -0.1]))
-    np.testing.assert_allclose(tool(station).homogeneous, before.homogeneous, atol=2e-3)
-    (straight,) = tree.blackboard["two"].motions
-    assert straight.path and straight.stage == 2
+    end = here * goal.T
+    np.testing.assert_allclose(tool(station).homogeneous, end.homogeneous, atol=2e-3)
+    first, straight = tree.blackboard["s"].motions
+    before = end * pin.SE3(np.eye(3), np.array([0.0, 0.0, -0.1]))
+    np.testing.assert_allclose(first.pose.homogeneous, before.homogeneous, atol=1e-3)
+    assert first.approach == pytest.approx(0.1)
+    assert straight.path
 
 
 def test_stages_along_axes_of_the_world_follow_each_other(station, run):
@@ -213,17 +214,14 @@ def test_stages_along_axes_of_the_world_follow_each_other(station, run):
 
 
 def test_the_gripper_closes_and_opens_by_its_position(station, run):
-    action = "/franka_gripper_controller/gripper_cmd"
-    tree = run(motions.MoveGripperAction(gripper_command_action_name=action, position="0.0"))
-    assert tree.root.status is Status.SUCCESS, tree.failure_reason()
-    assert station.gripper.closed_on_nothing
-    tree = run(motions.MoveGripperAction(gripper_command_action_name=action, position="0.04"))
-    assert tree.root.status is Status.SUCCESS and station.gripper.is_open
-    action = "/robotiq_gripper_controller/gripper_cmd"
-    run(motions.MoveGripperAction(gripper_command_action_name=action, position="0.7929"))
-    assert station.gripper.closed_on_nothing
-    run(motions.MoveGripperAction(gripper_command_action_name=action, position="0"))
-    assert station.gripper.is_open
+    for hand, closed, opened in (("franka", "0.0", "0.04"), ("robotiq", "0.7929", "0")):
+        action = f"/{hand}_gripper_controller/gripper_cmd"
+        for position in (closed, opened):
+            leaf = motions.MoveGripperAction(gripper_command_action_name=action, position=position)
+            tree = run(leaf)
+            assert tree.root.status is Status.SUCCESS, tree.failure_reason()
+            assert station.gripper.is_open is (position == opened)
+            assert station.gripper.closed_on_nothing is (position == closed)
 
 
 def test_a_halted_plan_stops_the_arm(station):
@@ -239,17 +237,13 @@ def test_a_halted_plan_stops_the_arm(station):
     assert abs(station.arm.q - np.array(list(READY.values()))).max() > 0.05
 
 
-def test_a_pose_is_reached_at_the_asked_speed_and_split_off_from_the_first_stage(run):
+def test_a_pose_is_reached_at_the_asked_speed(run):
     tree = run(
         task_constructor.SetupMTCPlanToPose(
             task="{t}", target_pose="{near}", velocity_scale_factor="0.5"
         ),
         task_constructor.PlanMTCTask(task="{t}", solution="{s}"),
-        task_constructor.SplitMTCSolution(
-            solution_in="{s}", index="0", solution_out_1="{one}", solution_out_2="{two}"
-        ),
         t=Task(), near=PoseStamped("grasp_link", (0.0, 0.0, -0.05)),
     )  # fmt: skip
     assert tree.root.status is Status.SUCCESS, tree.failure_reason()
-    assert tree.blackboard["one"].motions == ()
-    assert [motion.speed for motion in tree.blackboard["two"].motions] == [0.5]
+    assert [motion.speed for motion in tree.blackboard["s"].motions] == [0.5]

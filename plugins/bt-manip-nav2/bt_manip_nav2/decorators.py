@@ -5,10 +5,10 @@ tree's clock, which is simulated time in a run.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
-from bt_manip.bt import Decorator, Input, NodeStatus, Output
+from bt_manip.bt import Decorator, Input, Node, NodeStatus, Output
 from bt_manip.exceptions import PortError
 from bt_manip_nav2.messages import field, length_of, poses_of, position_of, stamp_of
 
@@ -19,11 +19,16 @@ TOLERANCE = 1e-9
 """A clock that adds up time steps may stay this far [s] below the end of a period."""
 
 
-class _Paced(Decorator):
-    """A decorator that ticks a child that is not running only now and then."""
+def _read_or(node: Node, port: str, default: Any) -> Any:
+    """Return the value of a port, or the default where its entry is missing."""
+    try:
+        return node.read_port(port)
+    except PortError:
+        return default
 
-    memory: ClassVar[tuple[str, ...]] = ("_first",)
-    _first = False
+
+class _Paced(Decorator):
+    """A decorator that ticks a child that is not running at first, and then now and then."""
 
     def _begin(self) -> None:
         """Start a round: the node was idle."""
@@ -36,14 +41,13 @@ class _Paced(Decorator):
         """React to the child's result."""
 
     def _tick(self) -> NodeStatus:
-        if self._node_status is IDLE:
+        first = self._node_status is IDLE
+        if first:
             self._begin()
-            self._first = True
         due = self._is_due()
         self._enter()
-        if not (self._first or due or self.child_node.engine_status is RUNNING):
+        if not (first or due or self.child_node.engine_status is RUNNING):
             return RUNNING
-        self._first = False
         state = self.child_node.execute()
         self._after(state)
         return state
@@ -83,7 +87,7 @@ class RateController(_Periodic):
     | halt    | the child is halted; the next tick does not wait                         |
     """
 
-    memory: ClassVar[tuple[str, ...]] = ("_first", "_period")
+    memory: ClassVar[tuple[str, ...]] = ("_period",)
     hz = Input(float, default=10.0, doc="rate", unit="1/s", above=0.0)
     _period = 1.0
 
@@ -113,7 +117,7 @@ class DistanceController(_Paced):
     | halt    | the child is halted; the next tick does not wait                         |
     """
 
-    memory: ClassVar[tuple[str, ...]] = ("_first", "_origin")
+    memory: ClassVar[tuple[str, ...]] = ("_origin",)
     distance = Input(float, default=1.0, doc="distance", unit="m")
     global_frame = Input(str, default="map", doc="not used: the entry is in this frame")
     robot_base_frame = Input(str, default="base_link", doc="not used: the entry is of this frame")
@@ -143,20 +147,14 @@ class DistanceController(_Paced):
 class _Goals(_Paced):
     """A paced decorator that ticks its child at once when the goals have changed."""
 
-    memory: ClassVar[tuple[str, ...]] = ("_first", "_goals")
+    memory: ClassVar[tuple[str, ...]] = ("_goals",)
     goals = Input(default="{goals}", doc="goals; by default the entry goals, if there is one")
     goal = Input(default="{goal}", doc="the goal; by default the entry goal, if there is one")
     _goals: Any = None
 
     def _present_goals(self) -> list[Any]:
         """Return goal and goals; None for one that is missing."""
-        present = []
-        for name in ("goal", "goals"):
-            try:
-                present.append(self.read_port(name))
-            except PortError:
-                present.append(None)
-        return present
+        return [_read_or(self, name, None) for name in ("goal", "goals")]
 
     def _begin(self) -> None:
         self._goals = self._present_goals()
@@ -202,7 +200,7 @@ class SpeedController(_Goals, _Periodic):
     set anew when a period ends; the first one is that of max_rate.
     """
 
-    memory: ClassVar[tuple[str, ...]] = ("_first", "_goals", "_period")
+    memory: ClassVar[tuple[str, ...]] = ("_goals", "_period")
     min_rate = Input(float, default=0.1, doc="lowest rate", unit="1/s", above=0.0)
     max_rate = Input(float, default=1.0, doc="highest rate", unit="1/s", above=0.0)
     min_speed = Input(float, default=0.0, doc="speed of the lowest rate", unit="m/s")
@@ -218,12 +216,12 @@ class SpeedController(_Goals, _Periodic):
 
     def _start_period(self) -> None:
         self._period = 1 / self.max_rate
-        self._first = True
         self._restart()
 
     def _is_due(self) -> bool:
         if self._goals_changed():
             self._start_period()
+            return True
         if self._elapsed() < self._period:
             return False
         low, high, slowest, fastest = self.min_rate, self.max_rate, self.min_speed, self.max_speed
@@ -233,14 +231,9 @@ class SpeedController(_Goals, _Periodic):
         return True
 
     def _speed(self) -> float:
-        try:
-            speed = self.robot_speed
-        except PortError:
-            return 0.0
-        if isinstance(speed, str):
-            return float(speed)
-        if isinstance(speed, int | float):
-            return abs(speed)
+        speed = _read_or(self, "robot_speed", 0.0)
+        if isinstance(speed, int | float | str):
+            return abs(float(speed))
         linear = field(speed, "twist.twist.linear") or field(speed, "linear")
         return math.hypot(field(linear, "x", 0.0), field(linear, "y", 0.0))
 
@@ -269,19 +262,13 @@ class GoalUpdater(Decorator):
 
     def _tick(self) -> NodeStatus:
         for name in ("goal", "goals"):
-            given, update = self._read(f"input_{name}"), self._read(f"{name}_update")
-            newer = update is not None and stamp_of(update) > 0
-            if newer and stamp_of(update) >= stamp_of(given):
+            given = _read_or(self, f"input_{name}", None)
+            update = _read_or(self, f"{name}_update", None)
+            if update and stamp_of(update) > 0 and stamp_of(update) >= stamp_of(given):
                 given = update
-            if given is not None and self.is_connected(f"output_{name}"):
+            if given and self.is_connected(f"output_{name}"):
                 self.write_port(f"output_{name}", given)
         return self.child_node.execute()
-
-    def _read(self, name: str) -> Any:
-        try:
-            return self.read_port(name) or None
-        except PortError:
-            return None
 
 
 class PathLongerOnApproach(Decorator):
@@ -301,23 +288,16 @@ class PathLongerOnApproach(Decorator):
     length_factor times its length.
     """
 
-    memory: ClassVar[tuple[str, ...]] = ("_old", "_first")
+    memory: ClassVar[tuple[str, ...]] = ("_old",)
     path_ = Input(name="path", doc="the planned path: Path, or a list of poses")
     prox_len = Input(float, default=3.0, doc="length of an old path near to the goal", unit="m")
     length_factor = Input(float, default=2.0, doc="factor that makes a path much longer")
     _old: tuple[Any, ...] = ()
-    _first = True
 
     def _tick(self) -> NodeStatus:
-        try:
-            new = poses_of(self.path_)
-        except PortError:
-            new = []
-        old = self._old
-        if not old or not new or _pose(old[-1]) != _pose(new[-1]):
-            self._first = True
+        old, new = self._old, poses_of(_read_or(self, "path", []))
         self._enter()
-        if not self._first and len(new) != len(old):
+        if _goal_of(old) == _goal_of(new) and len(new) != len(old):
             length = length_of(old)
             if length < self.prox_len and length_of(new) > self.length_factor * length:
                 state = self.child_node.execute()
@@ -326,13 +306,12 @@ class PathLongerOnApproach(Decorator):
                     self._reset_child()
                 return state
         self._old = tuple(new)
-        self._first = False
         return SUCCESS
 
 
-def _pose(pose: Any) -> Any:
-    """Return the pose of a PoseStamped without its header."""
-    return field(pose, "pose", pose)
+def _goal_of(path: Sequence[Any]) -> Any:
+    """Return the pose at the end of a path, without its header; None for an empty path."""
+    return field(path[-1], "pose", path[-1]) if path else None
 
 
 class SingleTrigger(Decorator):

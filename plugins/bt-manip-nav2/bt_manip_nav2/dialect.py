@@ -3,19 +3,11 @@
 from bt_manip.bt import Dialect, Element, Problems
 from bt_manip_nav2 import controls, decorators
 
-NODES = (
-    controls.RecoveryNode,
-    controls.PipelineSequence,
-    controls.RoundRobin,
-    controls.NonblockingSequence,
-    controls.PersistentSequence,
-    decorators.RateController,
-    decorators.DistanceController,
-    decorators.SpeedController,
-    decorators.GoalUpdater,
-    decorators.GoalUpdatedController,
-    decorators.PathLongerOnApproach,
-    decorators.SingleTrigger,
+NODES = tuple(
+    cls
+    for module in (controls, decorators)
+    for name, cls in vars(module).items()
+    if getattr(cls, "__module__", "") == module.__name__ and not name.startswith("_")
 )
 LEAVES = ("ComputePathToPose", "ComputePathThroughPoses", "FollowPath", "DriveOnHeading")
 NAMES = frozenset((*(cls.__name__ for cls in NODES), *LEAVES))

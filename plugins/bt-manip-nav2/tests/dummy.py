@@ -2,6 +2,9 @@
 
 from bt_manip.bt import NodeStatus, SyncAction
 
+IDLE, RUNNING, SUCCESS = NodeStatus.IDLE, NodeStatus.RUNNING, NodeStatus.SUCCESS
+FAILURE, SKIPPED = NodeStatus.FAILURE, NodeStatus.SKIPPED
+
 
 class Dummy(SyncAction):
     """Return `result` at each tick."""

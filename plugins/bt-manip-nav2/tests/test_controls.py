@@ -4,7 +4,7 @@ import functools
 
 import pytest
 
-from bt_manip.bt import BehaviourRegistry, NodeStatus, Tree, parse_tree
+from bt_manip.bt import BehaviourRegistry, Tree, parse_tree
 from bt_manip.exceptions import BtManipError, NodeError
 from bt_manip_nav2.controls import (
     NonblockingSequence,
@@ -14,10 +14,7 @@ from bt_manip_nav2.controls import (
     RoundRobin,
 )
 
-from .dummy import Dummy
-
-IDLE, RUNNING, SUCCESS = NodeStatus.IDLE, NodeStatus.RUNNING, NodeStatus.SUCCESS
-FAILURE, SKIPPED = NodeStatus.FAILURE, NodeStatus.SKIPPED
+from .dummy import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, Dummy
 
 
 class Rig:

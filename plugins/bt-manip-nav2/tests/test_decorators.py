@@ -9,7 +9,6 @@ from bt_manip.bt import (
     AlwaysFailure,
     AlwaysSuccess,
     BehaviourRegistry,
-    NodeStatus,
     Tree,
     parse_tree,
 )
@@ -24,10 +23,7 @@ from bt_manip_nav2.decorators import (
     SpeedController,
 )
 
-from .dummy import Dummy
-
-IDLE, RUNNING, SUCCESS = NodeStatus.IDLE, NodeStatus.RUNNING, NodeStatus.SUCCESS
-FAILURE, SKIPPED = NodeStatus.FAILURE, NodeStatus.SKIPPED
+from .dummy import FAILURE, IDLE, RUNNING, SUCCESS, Dummy
 
 
 class Rig:

@@ -2,7 +2,7 @@
 
 import os
 import unicodedata
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from urllib.parse import quote, unquote, urlsplit
 
 from bt_manip.models import ModelError
@@ -50,7 +50,7 @@ class FuelAddress:
 
     def at(self, version: int) -> "FuelAddress":
         """Return the address of one version."""
-        return FuelAddress(self.server, self.owner, self.name, version)
+        return replace(self, version=version)
 
     def __str__(self) -> str:
         """Return the short form if the server is the default one."""

@@ -5,7 +5,7 @@ import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from tempfile import mkdtemp
+from tempfile import TemporaryDirectory
 
 from bt_manip.models import ModelError
 from bt_manip_fuel.fuel.address import FuelAddress, fuel_server
@@ -14,21 +14,16 @@ from bt_manip_fuel.model_config import MODEL_CONFIG
 FUEL_CACHE_VARIABLE = "GZ_FUEL_CACHE_PATH"
 """Gazebo's environment variable with the cache folder."""
 
-_STAGE = ".bt_manip_"
-
 
 class FuelCache:
-    """Cache of models by server, owner, name and version, written atomically.
+    """Gazebo's cache of models by server, owner, name and version, written atomically.
 
-    The layout is Gazebo's: ``SERVER/OWNER/models/NAME/VERSION/``, in lower case.
-
-    Args:
-        root: Folder of the cache; default: Gazebo's.
+    The layout is ``SERVER/OWNER/models/NAME/VERSION/``, in lower case.
     """
 
-    def __init__(self, root: Path | None = None) -> None:
+    def __init__(self) -> None:
         given = os.environ.get(FUEL_CACHE_VARIABLE, "")
-        self.root = root or (Path(given) if given else Path.home() / ".gz" / "fuel")
+        self.root = Path(given) if given else Path.home() / ".gz" / "fuel"
 
     def folder(self, address: FuelAddress) -> Path:
         """Return the folder of all versions of a model, which may not exist."""
@@ -64,7 +59,6 @@ class FuelCache:
         gone = [folder / str(v) for v in versions if (folder / str(v)).is_dir()]
         for path in gone:
             shutil.rmtree(path)
-        self._tidy(folder)
         return gone
 
     @contextmanager
@@ -72,21 +66,18 @@ class FuelCache:
         """Create a temporary folder on the disk of the cache, deleted at the end.
 
         Raises:
-            ModelError: If the cache cannot be written.
+            ModelError: If the cache cannot be written; paths in errors are relative to the folder.
         """
-        missing = [p for p in (self.root, *self.root.parents) if not p.exists()]
         try:
             self.root.mkdir(parents=True, exist_ok=True)
-            stage = Path(mkdtemp(prefix=_STAGE, dir=self.root))
+            folder = TemporaryDirectory(prefix=".bt_manip_", dir=self.root)
         except OSError as error:
             raise ModelError(f"cache {self.root}: cannot be written: {error.strerror}") from None
-        try:
-            yield stage
-        finally:
-            shutil.rmtree(stage, ignore_errors=True)
-            for path in missing:
-                with suppress(OSError):  # it is not empty
-                    path.rmdir()
+        with folder as name:
+            try:
+                yield Path(name)
+            except ModelError as error:
+                raise ModelError(str(error).replace(name + os.sep, "")) from None
 
     def publish(self, folder: Path, address: FuelAddress) -> Path:
         """Move a complete model into the cache in one step.
@@ -104,33 +95,12 @@ class FuelCache:
         try:
             target.parent.mkdir(parents=True, exist_ok=True)
             if target.is_dir() and not (target / MODEL_CONFIG).is_file():
-                # Incomplete, from an interrupted process.
-                target.rename(folder.with_name("left_behind"))
-            with suppress(FileExistsError):
-                _rename(folder, target)
+                shutil.rmtree(target)  # incomplete, from an interrupted process
+            folder.rename(target)
         except OSError as error:
-            self._tidy(target.parent)
-            raise ModelError(f"cache {target}: cannot be written: {error.strerror}") from None
+            if not (target / MODEL_CONFIG).is_file():
+                raise ModelError(f"cache {target}: cannot be written: {error.strerror}") from None
         return target
-
-    def _tidy(self, folder: Path) -> None:
-        """Remove empty folders upwards."""
-        while folder != self.root and folder.is_relative_to(self.root):
-            try:
-                folder.rmdir()
-            except OSError:
-                return
-            folder = folder.parent
-
-
-def _rename(folder: Path, target: Path) -> None:
-    """Rename a folder; raise `FileExistsError` if the model exists already."""
-    try:
-        folder.rename(target)
-    except OSError:
-        if (target / MODEL_CONFIG).is_file():
-            raise FileExistsError(target) from None
-        raise
 
 
 def _versions(folder: Path) -> list[int]:

@@ -18,9 +18,9 @@ def find_fuel(address: str, progress: Progress) -> FoundModel:
     Raises:
         ModelError: If it is not cached and cannot be fetched.
     """
-    from bt_manip_fuel.fuel.client import FuelClient
+    from bt_manip_fuel.fuel.client import find_model
 
-    found, folder = FuelClient(progress=progress).find(fuel_address(address))
+    found, folder = find_model(fuel_address(address), progress)
     return FoundModel(str(found), model_name(found.name), sdf_file(folder), "sdf", folder)
 
 
@@ -38,9 +38,9 @@ class FuelModels(ModelCache):
 
     def fetch(self, address: str) -> tuple[str, Path]:
         """Download a model, or a newer version of it."""
-        from bt_manip_fuel.fuel.client import FuelClient
+        from bt_manip_fuel.fuel.client import fetch_model
 
-        found, folder = FuelClient().fetch(fuel_address(address))
+        found, folder = fetch_model(fuel_address(address))
         return str(found), folder
 
     def remove(self, address: str) -> list[Path]:

@@ -1,4 +1,4 @@
-"""HTTP transfers from untrusted servers."""
+"""Downloads of zips from untrusted servers."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -8,138 +8,125 @@ from urllib.parse import urljoin, urlsplit
 import requests
 
 from bt_manip.models import ModelError, Progress
+from bt_manip_fuel.fuel.address import FuelAddress
 
 MAX_REDIRECTS = 5
+MAX_ZIP = 2**30  # [bytes]
+_MAX_TEXT = 1 << 16  # [bytes] of an address in a text
 _HTTP_TIMEOUT = (10.0, 30.0)  # [s] for the connection, and between two chunks
 _REDIRECTS = (301, 302, 303, 307, 308)
+_ZIPS = (
+    "application/zip",
+    "application/x-zip-compressed",
+    "application/octet-stream",
+    "binary/octet-stream",
+)
+_HINTS = {
+    401: ": a private model, which wants a token",
+    403: ": a private model, which wants a token",
+    404: ": there is no such model",
+}
 _CHUNK = 1 << 18
 
 
-class Transfer:
-    """The requests for one model, with a limited number of redirects and without repetition.
+@contextmanager
+def open_zip(address: FuelAddress, token: str) -> Iterator[tuple[requests.Response, str]]:
+    """Request the zip of a model.
 
-    Redirects are not left to the package ``requests``, which would pass the token on, and follow
-    redirects from https to http.
+    Redirects, and texts with the address of the zip, are followed here, a limited number of times:
+    the package ``requests`` would pass the token on, and follow redirects from https to http.
 
     Args:
-        origin: Scheme, host and port of the requested server.
-        token: Private token, sent to this server only.
+        address: The model.
+        token: Private token, sent to its server only.
+
+    Yields:
+        The response, and the version that the server states; empty if it states none.
+
+    Raises:
+        ModelError: If there is no such zip, or a redirect is not allowed.
     """
-
-    def __init__(self, origin: str, token: str = "") -> None:
-        self._origin = origin
-        self._token = token
-        self._seen: set[str] = set()
-        self._secure = urlsplit(origin).scheme == "https"
-
-    @contextmanager
-    def get(self, url: str) -> Iterator[requests.Response]:
-        """Get an address, following redirects.
-
-        Raises:
-            ModelError: If the response is not 200, or a redirect is not allowed.
-        """
+    url, version, seen = address.zip_url, "", set[str]()
+    allowed = ("https",) if urlsplit(url).scheme == "https" else ("https", "http")
+    try:
         with requests.Session() as session:
-            try:
-                while True:
-                    self._check(url)
-                    with session.get(
-                        url, headers=self._headers(url), stream=True, allow_redirects=False,
-                        timeout=_HTTP_TIMEOUT,
-                    ) as response:  # fmt: skip
-                        if response.status_code not in _REDIRECTS:
-                            self._check_status(url, response)
-                            yield response
-                            return
+            while True:
+                _check_redirect(url, allowed, seen)
+                # Without compression, which would not bound the size of the content.
+                headers = {"Accept-Encoding": "identity", "User-Agent": "bt-manip"}
+                parts = urlsplit(url)
+                if token and f"{parts.scheme}://{parts.netloc}" == address.server:
+                    headers["Private-token"] = token
+                with session.get(
+                    url, headers=headers, stream=True, allow_redirects=False, timeout=_HTTP_TIMEOUT
+                ) as response:
+                    version = version or response.headers.get("X-Ign-Resource-Version", "")
+                    if response.status_code in _REDIRECTS:
                         url = urljoin(url, response.headers.get("Location", ""))
-            except requests.RequestException as error:
-                raise ModelError(f"{url}: {_reason(error)}") from None
+                        continue
+                    _check_status(url, response)
+                    kind = response.headers.get("Content-Type", "").partition(";")[0].strip()
+                    if kind.lower() in _ZIPS:
+                        yield response, version
+                        return
+                    if kind.lower() != "text/plain":
+                        raise ModelError(f"{url}: expected a zip, got '{kind}'")
+                    url = _referral(url, response)
+    except requests.exceptions.SSLError as error:
+        raise ModelError(f"{url}: the server's certificate is not trusted: {error}") from None
+    except requests.RequestException as error:
+        raise ModelError(f"{url}: no connection to the server: {error}") from None
 
-    def text(self, response: requests.Response, most: int) -> str:
-        """Read a short text.
 
-        Raises:
-            ModelError: If it is longer, or not text.
-        """
-        data = b""
-        for chunk in response.iter_content(_CHUNK):
-            data += chunk
-            if len(data) > most:
-                raise ModelError(f"{response.url}: an answer of more than {most} bytes")
-        try:
-            return data.decode("utf-8").strip()
-        except UnicodeDecodeError:
-            raise ModelError(f"{response.url}: the answer is not text") from None
+def _check_redirect(url: str, allowed: tuple[str, ...], seen: set[str]) -> None:
+    """Reject other schemes, cycles, and too many redirects."""
+    if urlsplit(url).scheme not in allowed:
+        raise ModelError(f"the server leads to '{url}', which is not {' or '.join(allowed)}")
+    if url in seen:
+        raise ModelError(f"the server leads in a circle, to '{url}' again")
+    if len(seen) > MAX_REDIRECTS:
+        raise ModelError(f"the server redirects more than {MAX_REDIRECTS} times, now to '{url}'")
+    seen.add(url)
 
-    def save(
-        self, response: requests.Response, path: Path, most: int, name: str, progress: Progress
-    ) -> None:
-        """Write a response to a file.
 
-        Raises:
-            ModelError: If it is cut off, or longer than announced or allowed.
-        """
-        announced = response.headers.get("Content-Length", "")
-        total = int(announced) if announced.isascii() and announced.isdigit() else 0
-        if total > most:
-            raise ModelError(f"{response.url}: {total} bytes, more than {most}")
-        done = 0
-        with path.open("xb") as file:
-            for chunk in response.iter_content(_CHUNK):
-                done += len(chunk)
-                if done > most:
-                    raise ModelError(f"{response.url}: more than {most} bytes")
-                file.write(chunk)
-                progress(name, done, total)
-        if total and done != total:
-            raise ModelError(f"{response.url}: cut off after {done} of {total} bytes")
-
-    def _check(self, url: str) -> None:
-        """Reject other schemes, cycles, and too many redirects."""
-        scheme = urlsplit(url).scheme
-        allowed = ("https",) if self._secure else ("https", "http")
-        if scheme not in allowed:
-            raise ModelError(f"the server leads to '{url}', which is not {' or '.join(allowed)}")
-        if url in self._seen:
-            raise ModelError(f"the server leads in a circle, to '{url}' again")
-        if len(self._seen) > MAX_REDIRECTS:
-            raise ModelError(
-                f"the server redirects more than {MAX_REDIRECTS} times, now to '{url}'"
-            )
-        self._seen.add(url)
-
-    def _headers(self, url: str) -> dict[str, str]:
-        # Without compression, which would not bound the size of the content.
-        headers = {"Accept-Encoding": "identity", "User-Agent": "bt-manip"}
-        parts = urlsplit(url)
-        if self._token and f"{parts.scheme}://{parts.netloc}" == self._origin:
-            headers["Private-token"] = self._token
-        return headers
-
-    def _check_status(self, url: str, response: requests.Response) -> None:
-        status = response.status_code
-        encoding = response.headers.get("Content-Encoding", "identity").lower()
-        if encoding != "identity":  # the unpacked size would not be bounded
-            raise ModelError(
-                f"{url}: the answer is packed as '{encoding}', which was not asked for"
-            )
-        if status == 200:
-            return
-        hint = {
-            401: ": a private model, which wants a token",
-            403: ": a private model, which wants a token",
-            404: ": there is no such model",
-        }.get(status, "")
+def _check_status(url: str, response: requests.Response) -> None:
+    status = response.status_code
+    encoding = response.headers.get("Content-Encoding", "identity").lower()
+    if encoding != "identity":  # the unpacked size would not be bounded
+        raise ModelError(f"{url}: the answer is packed as '{encoding}', which was not asked for")
+    if status != 200:
+        hint = _HINTS.get(status, "")
         raise ModelError(f"{url}: the server answered {status} {response.reason}{hint}")
 
 
-def _reason(error: requests.RequestException) -> str:
-    if isinstance(error, requests.exceptions.SSLError):
-        return f"the server's certificate is not trusted: {error}"
-    if isinstance(error, requests.Timeout):
-        return "the server does not answer"
-    if isinstance(error, requests.exceptions.ChunkedEncodingError):
-        return f"the connection was cut: {error}"
-    if isinstance(error, requests.ConnectionError):
-        return f"no connection to the server: {error}"
-    return str(error)
+def _referral(url: str, response: requests.Response) -> str:
+    """Read the address in a short text."""
+    data = b""
+    for chunk in response.iter_content(_CHUNK):
+        data += chunk
+        if len(data) > _MAX_TEXT:
+            raise ModelError(f"{url}: an answer of more than {_MAX_TEXT} bytes")
+    text = data.decode("utf-8", "replace").strip()
+    if not text or not text.isascii() or not text.isprintable() or " " in text:
+        raise ModelError(f"{url}: refers to {ascii(text[:80])}, no address")
+    return text
+
+
+def save(response: requests.Response, path: Path, name: str, progress: Progress) -> None:
+    """Write a response to a file, and tell the progress of a model's download.
+
+    Raises:
+        ModelError: If it is cut off, or longer than announced or allowed.
+    """
+    announced = response.headers.get("Content-Length", "")
+    total = int(announced) if announced.isascii() and announced.isdigit() else 0
+    done = 0
+    with path.open("xb") as file:
+        for chunk in response.iter_content(_CHUNK):
+            done += len(chunk)
+            if max(done, total) > MAX_ZIP:
+                raise ModelError(f"{response.url}: more than {MAX_ZIP} bytes")
+            file.write(chunk)
+            progress(name, done, total)
+    if total and done != total:
+        raise ModelError(f"{response.url}: cut off after {done} of {total} bytes")

@@ -1,9 +1,7 @@
 """Collection of the links, joints and frames of a model and its nested models."""
 
-from pathlib import Path
-
 from bt_manip.models import ModelError
-from bt_manip_fuel.sdf.reader import Element, SdfReader
+from bt_manip_fuel.sdf.reader import Element, SdfReader, is_true
 from bt_manip_fuel.sdf.scopes import MODEL, SEPARATOR, Frame, Scopes
 from bt_manip_fuel.sdf.uris import FetchFuel, included_file
 
@@ -22,7 +20,6 @@ class Collector:
         self._reader = reader
         self._fetch = fetch
         self.scopes = Scopes(reader)
-        self._open: list[Path] = []
 
     def collect(self, model: Element) -> Scopes:
         """Collect all elements of a model.
@@ -30,7 +27,6 @@ class Collector:
         Raises:
             ModelError: If the document is invalid, or refers to missing elements.
         """
-        self._open = [self._reader.document(model).path.resolve()]
         pose = model.find("pose")
         if not self._reader.pose(pose).isIdentity(1e-12):
             assert pose is not None
@@ -42,10 +38,7 @@ class Collector:
         return self.scopes
 
     def _inside(self, model: Element, scope: str, depth: int) -> None:
-        reader = self._reader
-        if depth > _DEPTH:
-            raise reader.error(model, f"models inside models, more than {_DEPTH} deep")
-        reader.only(model, _KNOWN)
+        self._reader.only(model, _KNOWN)
         for element in model:
             if element.tag == "include":
                 self._include(element, scope, depth)
@@ -67,6 +60,10 @@ class Collector:
 
     def _nested(self, model: Element, placed: Element, scope: str, name: str, depth: int) -> None:
         """Add a nested model; `placed` is the element with its pose."""
+        if depth >= _DEPTH:
+            raise self._reader.error(
+                placed, f"models inside models, more than {_DEPTH} deep: one may include itself"
+            )
         pose = placed.find("pose")
         if pose is None:
             pose = model.find("pose")
@@ -76,8 +73,7 @@ class Collector:
             relative_to="" if pose is None else pose.get("relative_to", ""),
             placement=placement or model.get("placement_frame", ""),
         )  # fmt: skip
-        included_static = self._reader.flag(model, "static") and model.getparent() is None
-        if self._reader.flag(placed, "static") and not included_static:
+        if self._reader.flag(placed, "static"):
             self._reader.warn(placed, "<static> of a model in a model cannot be expressed")
         self.scopes.add(scope + name + SEPARATOR + MODEL, frame)
         self._inside(model, scope + name + SEPARATOR, depth + 1)
@@ -85,23 +81,16 @@ class Collector:
     def _include(self, include: Element, scope: str, depth: int) -> None:
         reader = self._reader
         reader.only(include, _KNOWN_INCLUDE)
-        if include.get("merge", "false").lower() in ("true", "1"):
+        if is_true(include.get("merge")):
             reader.warn(include, "merge='true' is read as a model in the model")
         uri = reader.text(include, "uri")
-        if depth >= _DEPTH:
-            raise reader.error(include, f"models inside models, more than {_DEPTH} deep")
         try:
             found = included_file(uri, reader.document(include), self._fetch)
         except ModelError as error:
             raise reader.error(include, str(error)) from None
-        path = found.path.resolve()
-        if path in self._open:
-            raise reader.error(include, f"'{uri}': a model includes itself")
-        self._open.append(path)
         model = reader.open_model(found.path, found.root)
         name = reader.text(include, "name") or self._name(model)
         self._nested(model, include, scope, name, depth)
-        self._open.pop()
 
     def _name(self, element: Element) -> str:
         name = element.get("name", "").strip()

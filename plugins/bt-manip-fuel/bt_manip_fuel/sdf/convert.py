@@ -46,9 +46,9 @@ def convert_sdf(
 
     def fetch(address: str) -> Path:
         from bt_manip_fuel.fuel.address import fuel_address
-        from bt_manip_fuel.fuel.client import FuelClient
+        from bt_manip_fuel.fuel.client import find_model
 
-        return FuelClient(progress=progress).find(fuel_address(address))[1]
+        return find_model(fuel_address(address), progress)[1]
 
     reader = SdfReader()
     model = reader.open_model(found.path, found.root)

@@ -1,11 +1,11 @@
 """Mass and inertia of a link, with SDF's defaults."""
 
 import numpy as np
+from lxml import etree
 
-from bt_manip_fuel.sdf.reader import Element, SdfReader
+from bt_manip_fuel.sdf.reader import Element, SdfReader, is_true
 from bt_manip_fuel.sdf.scopes import Scopes
 
-_PRODUCTS = (("ixy", 0, 1), ("ixz", 0, 2), ("iyz", 1, 2))
 _ROUNDING = 1e-6  # relative to the trace
 _LARGEST = 1e10  # [kg], [kg m^2]
 
@@ -20,14 +20,14 @@ def inertial(
     Raises:
         ModelError: If the mass or the inertia is impossible.
     """
-    element = link.find("inertial")
-    if element is not None and element.get("auto", "false").lower() in ("true", "1"):
+    source = element = link.find("inertial")
+    if element is None:
+        source, element = link, etree.Element("inertial")
+    if is_true(element.get("auto")):
         return None
-    T = scopes.local(name, None if element is None else element.find("pose"))
-    source = link if element is None else element
-    mass = 1.0 if element is None else reader.number(element, "mass", 1.0)
-    inertia = np.eye(3) if element is None else _inertia(reader, element)
-    if not static and (element is None or element.find("mass") is None):
+    reader.only(element, {"pose", "mass", "inertia", "density"})
+    mass, inertia = reader.number(element, "mass", 1.0), _inertia(reader, element)
+    if not static and element.find("mass") is None:
         reader.warn(source, f"link '{name}': the file gives no mass; SDF's default is 1 kg")
     problem = _problem(mass, inertia)
     if problem and static:
@@ -35,22 +35,19 @@ def inertial(
         return None
     if problem:
         raise reader.error(source, f"link '{name}': {problem}")
+    T = scopes.local(name, element.find("pose"))
     inertia = T.rotation @ _balanced(reader, source, name, inertia) @ T.rotation.T
-    if element is not None:
-        reader.only(element, {"pose", "mass", "inertia", "density"})
     full = [*np.diag(inertia), inertia[0, 1], inertia[0, 2], inertia[1, 2]]
     return {"pos": T.translation, "mass": mass, "fullinertia": full}
 
 
 def _inertia(reader: SdfReader, element: Element) -> np.ndarray:
     """Read the tensor about the centre of mass."""  # (3, 3) [kg m^2]
-    inside = element.find("inertia")
-    if inside is None:
-        return np.eye(3)
-    inertia = np.diag([reader.number(inside, tag, 1.0) for tag in ("ixx", "iyy", "izz")])
-    for tag, i, j in _PRODUCTS:
-        inertia[i, j] = inertia[j, i] = reader.number(inside, tag, 0.0)
-    return inertia
+    values = [
+        reader.number(element, f"inertia/{tag}", 1.0 if tag[1] == tag[2] else 0.0)
+        for tag in ("ixx", "ixy", "ixz", "ixy", "iyy", "iyz", "ixz", "iyz", "izz")
+    ]
+    return np.array(values).reshape(3, 3)
 
 
 def _problem(mass: float, inertia: np.ndarray) -> str:

@@ -59,36 +59,17 @@ def joints_of(
         axis = element.find(tag)
         if axis is None:
             raise reader.error(element, f"joint '{name}' has no <{tag}>")
-        made.append(
-            _joint(
-                reader, scopes, name if tag == "axis" else f"{name}_2", frame, child, T_lj, axis,
-                mjcf_type, bounded=kind != "continuous",
-            )
-        )  # fmt: skip
+        reader.only(axis, {"xyz", "limit", "dynamics", "mimic", "use_parent_model_frame"})
+        attributes: dict[str, object] = {
+            "name": name if tag == "axis" else f"{name}_2",
+            "type": mjcf_type,
+            "pos": T_lj.translation,
+            "axis": _direction(reader, scopes, frame, child, T_lj, axis),
+            **_limits(reader, axis, bounded=kind != "continuous"),
+            **_dynamics(reader, axis),
+        }
+        made.append(JointElement(attributes, _mimic(reader, scopes, frame, axis, attributes)))
     return made
-
-
-def _joint(
-    reader: SdfReader,
-    scopes: Scopes,
-    name: str,
-    frame: Frame,
-    child: str,
-    T_lj: pin.SE3,
-    axis: Element,
-    kind: str,
-    bounded: bool,
-) -> JointElement:
-    reader.only(axis, {"xyz", "limit", "dynamics", "mimic", "use_parent_model_frame"})
-    attributes: dict[str, object] = {
-        "name": name,
-        "type": kind,
-        "pos": T_lj.translation,
-        "axis": _direction(reader, scopes, frame, child, T_lj, axis),
-    }
-    _limits(reader, axis, attributes, bounded)
-    _dynamics(reader, axis, attributes)
-    return JointElement(attributes, _mimic(reader, scopes, frame, axis, name))
 
 
 def _direction(
@@ -108,10 +89,10 @@ def _direction(
     return rotation @ xyz / np.linalg.norm(xyz)
 
 
-def _limits(reader: SdfReader, axis: Element, attributes: dict[str, object], bounded: bool) -> None:
-    limit = axis.find("limit")
+def _limits(reader: SdfReader, axis: Element, *, bounded: bool) -> dict[str, object]:
+    limit, attributes = axis.find("limit"), dict[str, object]()
     if limit is None:
-        return
+        return attributes
     reader.only(limit, {"lower", "upper", "effort", "velocity", "stiffness", "dissipation"})
     lower = reader.number(limit, "lower", -np.inf)
     upper = reader.number(limit, "upper", np.inf)
@@ -126,12 +107,13 @@ def _limits(reader: SdfReader, axis: Element, attributes: dict[str, object], bou
         attributes["actuatorfrclimited"] = "true"
     if 0 < reader.number(limit, "velocity", np.inf) < _UNBOUNDED:
         reader.warn(limit.find("velocity"), "MuJoCo's joints have no limit of velocity")
+    return attributes
 
 
-def _dynamics(reader: SdfReader, axis: Element, attributes: dict[str, object]) -> None:
-    dynamics = axis.find("dynamics")
+def _dynamics(reader: SdfReader, axis: Element) -> dict[str, object]:
+    dynamics, attributes = axis.find("dynamics"), dict[str, object]()
     if dynamics is None:
-        return
+        return attributes
     known = {
         "damping": "damping", "friction": "frictionloss",
         "spring_stiffness": "stiffness", "spring_reference": "springref",
@@ -143,10 +125,11 @@ def _dynamics(reader: SdfReader, axis: Element, attributes: dict[str, object]) -
             raise reader.error(dynamics, f"<{tag}> must not be negative, got {value:g}")
         if value:
             attributes[attribute] = value
+    return attributes
 
 
 def _mimic(
-    reader: SdfReader, scopes: Scopes, frame: Frame, axis: Element, follower: str
+    reader: SdfReader, scopes: Scopes, frame: Frame, axis: Element, follower: dict[str, object]
 ) -> dict[str, object] | None:
     """Return the equality ``q = multiplier * (leader - reference) + offset``."""
     mimic = axis.find("mimic")
@@ -156,4 +139,4 @@ def _mimic(
     multiplier = reader.number(mimic, "multiplier", 1.0)
     reference = reader.number(mimic, "reference", 0.0)
     offset = reader.number(mimic, "offset", 0.0) - multiplier * reference
-    return {"joint1": follower, "joint2": leader, "polycoef": (offset, multiplier, 0, 0, 0)}
+    return {"joint1": follower["name"], "joint2": leader, "polycoef": (offset, multiplier, 0, 0, 0)}

@@ -36,13 +36,13 @@ def material_of(
         return assets.material(_visible(reader, visual, own), 0.1, 0.0, shape.image)
     reader.only(material, _KNOWN)
     image = _albedo(reader, material, shape, fetch)
-    diffuse = colour(reader, material, "diffuse")
+    diffuse = _colour(reader, material, "diffuse")
     if diffuse is None:
-        diffuse = colour(reader, material, "ambient")
+        diffuse = _colour(reader, material, "ambient")
     if diffuse is None:
         image = image or shape.image
         diffuse = own if image is None else np.ones(4)
-    specular, emissive = (colour(reader, material, tag) for tag in ("specular", "emissive"))
+    specular, emissive = (_colour(reader, material, tag) for tag in ("specular", "emissive"))
     return assets.material(
         _visible(reader, visual, diffuse),
         0.0 if specular is None else float(specular[:3].mean()),
@@ -72,12 +72,8 @@ def _albedo(
     return image
 
 
-def colour(reader: SdfReader, material: Element, tag: str) -> np.ndarray | None:
-    """Return a colour of three or four numbers, or None.
-
-    Raises:
-        ModelError: If it is invalid.
-    """  # (4,)
+def _colour(reader: SdfReader, material: Element, tag: str) -> np.ndarray | None:
+    """Return a colour of three or four numbers, or None."""  # (4,)
     element = material.find(tag)
     if element is None:
         return None

@@ -13,6 +13,11 @@ Element = Any
 """An element of lxml, which has no type stubs."""
 
 
+def is_true(text: str | None) -> bool:
+    """Return whether a text says true; false where it is missing."""
+    return (text or "").lower() in ("true", "1")
+
+
 class SdfDocument(NamedTuple):
     """A document, and the folder outside which it may not refer to files."""
 
@@ -82,7 +87,7 @@ class SdfReader:
         """
         value = self.text(element, tag).lower()
         if value in ("", "true", "1", "false", "0"):
-            return default if not value else value in ("true", "1")
+            return is_true(value) if value else default
         raise self.error(element.find(tag), f"<{tag}>: expected true or false, got '{value}'")
 
     def number(self, element: Element, tag: str, default: float) -> float:
@@ -141,7 +146,7 @@ class SdfReader:
                 raise self.error(element, "<pose>: a quaternion of zeros")
             return pin.SE3(pin.Quaternion(values[3:] / norm).matrix(), values[:3])
         values = self.numbers(element, 6)
-        if element.get("degrees", "false").lower() in ("true", "1"):
+        if is_true(element.get("degrees")):
             values[3:] = np.radians(values[3:])
         # Roll, pitch, yaw about fixed axes: Rz(yaw) Ry(pitch) Rx(roll), as in Pinocchio.
         return pin.SE3(pin.rpy.rpyToMatrix(values[3:]), values[:3])

@@ -58,7 +58,7 @@ class Scopes:
             ModelError: If the name is taken or invalid.
         """
         own = name.rpartition(SEPARATOR)[2]
-        if not own or own in (WORLD, "") or "/" in own:
+        if own in (WORLD, "") or "/" in own:
             raise self._reader.error(frame.element, f"'{own}' cannot be a name")
         if name in self._frames or name + SEPARATOR + MODEL in self._frames:
             raise self._reader.error(frame.element, f"the name '{own}' is used twice")

@@ -34,15 +34,14 @@ def find_file(uri: str, document: SdfDocument, fetch: FetchFuel) -> SdfDocument:
     if scheme in ("model", "package"):
         own, rest = _own_folder(uri, document)
         if own is not None:
-            return _inside(uri, own / rest, root or own) if root else SdfDocument(own / rest, None)
+            return _inside(uri, own / rest, root)
         if root is not None:
             raise ModelError(f"'{uri}': a model from the network may not name other folders")
         return SdfDocument(find_package_file(uri, path), None)
     if scheme not in ("", "file"):
         raise ModelError(f"'{uri}': unknown kind of address '{scheme}:'")
     named = Path(unquote(uri.removeprefix("file://")) if scheme else uri)
-    found = path.parent / named
-    return _inside(uri, found, root) if root is not None else SdfDocument(found, None)
+    return _inside(uri, path.parent / named, root)
 
 
 def included_file(uri: str, document: SdfDocument, fetch: FetchFuel) -> SdfDocument:
@@ -59,8 +58,8 @@ def included_file(uri: str, document: SdfDocument, fetch: FetchFuel) -> SdfDocum
     return found
 
 
-def _inside(uri: str, path: Path, root: Path) -> SdfDocument:
-    if not path.resolve().is_relative_to(root.resolve()):
+def _inside(uri: str, path: Path, root: Path | None) -> SdfDocument:
+    if root is not None and not path.resolve().is_relative_to(root.resolve()):
         raise ModelError(f"'{uri}': leaves the model's folder")
     return SdfDocument(path, root)
 

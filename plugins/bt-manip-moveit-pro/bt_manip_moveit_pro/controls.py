@@ -1,11 +1,12 @@
-"""ForEach of MoveIt Pro: the child for each item of a list."""
+"""Decorators of MoveIt Pro."""
 
+import math
 from typing import Any, ClassVar
 
-from bt_manip.bt import Decorator, Input, NodeStatus, Output
+from bt_manip.bt import Decorator, Input, NodeStatus, Output, Repeat
 
-FAILURE, IDLE = NodeStatus.FAILURE, NodeStatus.IDLE
-RUNNING, SUCCESS = NodeStatus.RUNNING, NodeStatus.SUCCESS
+FAILURE, IDLE, RUNNING = NodeStatus.FAILURE, NodeStatus.IDLE, NodeStatus.RUNNING
+SKIPPED, SUCCESS = NodeStatus.SKIPPED, NodeStatus.SUCCESS
 
 
 class ForEach(Decorator):
@@ -35,31 +36,22 @@ class ForEach(Decorator):
             items = items.removesuffix(";").split(";") if items else []
         if self._node_status is IDLE:
             self._position = 0
-        if self._position >= len(items):
-            return self._end()
-        child = self.child_node
-        if child._node_status is not RUNNING:
-            for name, value in (("out", items[self._position]), ("index", self._position)):
-                if self.is_connected(name):
-                    self.write_port(name, value)
-        self._enter()
-        state = child.execute()
-        if state is RUNNING:
-            return RUNNING
-        self._reset_child()
-        if state is self._ends_with:
-            return state
-        self._position += 1
-        return self._end() if self._position >= len(items) else RUNNING
-
-    def _end(self) -> NodeStatus:
+        if self._position < len(items):
+            if self.child_node.engine_status is not RUNNING:
+                self.out, self.index = items[self._position], self._position
+            self._enter()
+            state = self.child_node.execute()
+            if state is RUNNING:
+                return RUNNING
+            self._reset_child()
+            if state is self._ends_with:
+                return state
+            self._position += 1
+            if self._position < len(items):
+                return RUNNING
         if self._at_the_end is FAILURE:
             self._because("the child succeeded with none of the items")
         return self._at_the_end
-
-    def _halt(self) -> None:
-        self._position = 0
-        super()._halt()
 
 
 class ForEachUntilSuccess(ForEach):
@@ -77,3 +69,41 @@ class ForEachUntilSuccess(ForEach):
 
     _ends_with: ClassVar = SUCCESS
     _at_the_end: ClassVar = FAILURE
+
+
+class RepeatUnlessFailureEachTick(Decorator):
+    """Tick the child until it has succeeded a number of times, once per tick.
+
+    | child   | result                                                              |
+    |---------|---------------------------------------------------------------------|
+    | SUCCESS | counted; SUCCESS after num_cycles, else RUNNING                     |
+    | FAILURE | FAILURE, the count starts anew                                      |
+    | RUNNING | RUNNING                                                             |
+    | SKIPPED | SKIPPED, the count stays                                            |
+    | halt    | the child is halted, the count starts anew                          |
+
+    -1 cycles never end, 0 cycles succeed without a tick of the child.
+    """
+
+    memory: ClassVar = ("_count",)
+    num_cycles = Input(int, default=-1, doc="how many successes; -1 for no end")
+    _count = 0
+
+    def _tick(self) -> NodeStatus:
+        if self._node_status is IDLE:
+            self._count = 0
+        most = math.inf if self.num_cycles == -1 else self.num_cycles
+        if self._count < most:
+            self._enter()
+            state = self.child_node.execute()
+            if state is RUNNING:
+                return RUNNING
+            self._reset_child()
+            if state is FAILURE or state is SKIPPED:
+                return state
+            self._count += 1
+        return SUCCESS if self._count >= most else RUNNING
+
+
+class RepeatUnlessFailureWithinTick(Repeat):
+    """Do as Repeat: tick the child again in the same tick, a number of times."""
