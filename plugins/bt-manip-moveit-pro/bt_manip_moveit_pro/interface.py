@@ -108,6 +108,46 @@ class WaitForDuration(CellBehaviour):
         return Status.SUCCESS if over else Status.RUNNING
 
 
+class StopwatchBegin(CellBehaviour):
+    """Write the present simulated time."""
+
+    timepoint = Output(float, doc="the time", unit="s")
+
+    def update(self) -> Status:
+        """Write it."""
+        self.timepoint = self.cell.time
+        return Status.SUCCESS
+
+
+class StopwatchEnd(CellBehaviour):
+    """Log the simulated time since another one."""
+
+    timepoint = Input(float, doc="the time of the start", unit="s")
+
+    def update(self) -> Status:
+        """Log it."""
+        self.feedback_message = f"{self.cell.time - self.timepoint:.3f} s"
+        LOG.info("%s", self.feedback_message)
+        return Status.SUCCESS
+
+
+class BiasedCoinFlip(CellBehaviour):
+    """Succeed at random, from the seed of the run."""
+
+    success_probability = Input(float, default=0.5, doc="probability of success", at_least=0.0)
+
+    def setup(self, **infrastructure: Any) -> None:
+        """Store the cell and the random generator."""
+        super().setup(**infrastructure)
+        self._rng = infrastructure["rng"]
+
+    def update(self) -> Status:
+        """Flip."""
+        if self._rng.random() < self.success_probability:
+            return Status.SUCCESS
+        return self.fail("the coin fell on the other side")
+
+
 # ---------------------------------------------------------------------- files
 
 

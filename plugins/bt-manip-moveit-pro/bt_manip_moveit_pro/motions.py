@@ -49,6 +49,15 @@ class GetJointState(RobotLeaf):
         self.joint_state = self.state_of(self.arm.robot.q)
 
 
+class SaveCurrentState(RobotLeaf):
+    """Get the measured joint positions of the arm."""
+
+    saved_robot_state = Output(doc="the joint state")
+
+    def _run(self) -> None:
+        self.saved_robot_state = self.state_of(self.arm.robot.q)
+
+
 class PlanToJointGoal(RobotLeaf):
     """Plan a motion to joint positions."""
 
@@ -66,6 +75,13 @@ class PlanToJointGoal(RobotLeaf):
         self.arm.model.limits.checked(q, self.arm.model.units)
         speed = min(self.velocity_scale_factor, 1.0)
         self.joint_trajectory_msg = Plan((Motion(q=tuple(q.tolist()), speed=speed),))
+
+
+class GeneratePointToPointTrajectory(PlanToJointGoal):
+    """Plan a motion to joint positions."""
+
+    ignored = "jerk_scale_factor start_state start_time"
+    joint_goal = Input(name="target_state", doc="joint state of the goal")
 
 
 class ComputeInverseKinematics(RobotLeaf):

@@ -108,6 +108,16 @@ class ResetPlanningSceneObjects(SceneLeaf):
         self.scene = {}
 
 
+class IsCollisionObjectInPlanningScene(SceneLeaf):
+    """Succeed where the planning scene has an object."""
+
+    ignored = "planning_scene"
+    collision_object_name = Input(str, doc="name of the object")
+
+    def _run(self) -> None:
+        self.check_known(self.collision_object_name)
+
+
 class IsAnyObjectAttached(SceneLeaf):
     """Succeed where an object of the planning scene is attached."""
 

@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+import pinocchio as pin
 
 from bt_manip.bt import InOut, Input, Output
 from bt_manip_moveit_pro.leaf import NUMBERS, PUBLISHED, Leaf, RobotLeaf, read_dict
@@ -36,6 +37,33 @@ class TransformPose(Leaf):
         pose = expect(self.input_pose, PoseStamped)
         moved = pose.T * transform(self.translation_xyz, self.quaternion_xyzw)
         self.output_pose = PoseStamped.of(pose.frame, moved)
+
+
+class OverridePoseOrientation(Leaf):
+    """Replace the orientation of a pose."""
+
+    input_pose = Input(doc="the pose")
+    orientation_xyzw = Input(NUMBERS, default="0;0;0;1", doc="quaternion")
+    output_pose = Output(doc="the pose with this orientation")
+
+    def _run(self) -> None:
+        pose, orientation = expect(self.input_pose, PoseStamped), tuple(self.orientation_xyzw)
+        transform(pose.position, orientation)  # raises an error if it is no orientation
+        self.output_pose = PoseStamped(pose.frame, pose.position, orientation)
+
+
+class IsPoseNearIdentity(Leaf):
+    """Succeed where a pose is nearly the origin of its frame."""
+
+    pose = Input(doc="the pose")
+    position_tolerance = Input(float, default=0.01, doc="largest distance", unit="m")
+    rotation_tolerance = Input(float, default=0.01, doc="largest angle", unit="rad")
+
+    def _run(self) -> None:
+        T = expect(self.pose, PoseStamped).T
+        distance, angle = np.linalg.norm(T.translation), np.linalg.norm(pin.log3(T.rotation))
+        if distance > self.position_tolerance or angle > self.rotation_tolerance:
+            self.fail(f"the pose is {distance:.4f} m and {angle:.4f} rad from the origin")
 
 
 class TransformPoseWithPose(Leaf):
@@ -105,9 +133,13 @@ class PublishTF(Leaf):
 
     def _run(self) -> None:
         pose, name = expect(self.pose, PoseStamped), self.child_frame_id
-        if pose.frame == name:
-            raise ValueError(f"the pose of '{name}' is in its own frame")
-        self.frames = {**read_dict(self, "frames"), name: pose}
+        frames = {**read_dict(self, "frames"), name: pose}
+        frame = pose.frame
+        while frame in frames:
+            if frame == name:
+                raise ValueError(f"the pose of '{name}' is in its own frame")
+            frame = frames[frame].frame
+        self.frames = frames
 
 
 class ComputeLinkPoseForwardKinematics(RobotLeaf):
@@ -144,6 +176,43 @@ class GenerateCoveragePath(Leaf):
                 shift = transform((lane * self.stride_distance, y, 0.0), (0.0, 0.0, 0.0, 1.0))
                 poses.append(PoseStamped.of(corner.frame, corner.T * shift))
         self.vector_of_poses = poses
+
+
+class UnpackPoseMessage(Leaf):
+    """Take a pose apart."""
+
+    pose = Input(doc="the pose")
+    position = Output(doc="its position [m]")
+    orientation = Output(doc="its quaternion x, y, z, w")
+
+    def _run(self) -> None:
+        pose = expect(self.pose, PoseStamped)
+        self.position, self.orientation = list(pose.position), list(pose.orientation)
+
+
+class UnpackPointMessage(Leaf):
+    """Take a point apart."""
+
+    point = Input(NUMBERS, doc="the point")
+    x = Output(float, doc="x [m]")
+    y = Output(float, doc="y [m]")
+    z = Output(float, doc="z [m]")
+
+    def _run(self) -> None:
+        self.x, self.y, self.z = self.point
+
+
+class UnpackJointStateMessage(Leaf):
+    """Take a joint state apart."""
+
+    ignored = "header velocity effort"
+    joint_state = Input(doc="the joint state")
+    names = Output(name="name_", doc="names of the joints")
+    position = Output(doc="their positions [rad]")
+
+    def _run(self) -> None:
+        positions = expect(self.joint_state, JointState).positions
+        self.names, self.position = list(positions), list(positions.values())
 
 
 class UnpackRobotStateMessage(Leaf):

@@ -229,6 +229,16 @@ class PlanMTCTask(RobotLeaf):
         return T
 
 
+class ConvertMtcSolutionToJointTrajectory(Leaf):
+    """Write a solution as a plan: it is one."""
+
+    solution = Input(doc="the solution")
+    joint_trajectory = Output(doc="the plan")
+
+    def _run(self) -> None:
+        self.joint_trajectory = expect(self.solution, Plan)
+
+
 class ExecuteMTCSolution(PlanExecution):
     """Execute the motions of a solution."""
 

@@ -1,6 +1,7 @@
 """Leaves that work on lists."""
 
-from bt_manip.bt import Input, Output
+from bt_manip.bt import InOut, Input, Output
+from bt_manip.exceptions import PortError
 from bt_manip_moveit_pro.leaf import Leaf
 
 
@@ -65,6 +66,20 @@ class PushBackVector(VectorLeaf):
         items.append(self.element)
 
 
+class AddPoseStampedToVector(Leaf):
+    """Append a pose to a list, which is made if there is none."""
+
+    pose = Input(name="input", doc="the pose")
+    vector = InOut(doc="the list")
+
+    def _run(self) -> None:
+        try:
+            items = items_of(self.vector)
+        except PortError:
+            items = []
+        self.vector = [*items, self.pose]
+
+
 class InsertInVector(PushBackVector):
     """Insert an item into a list."""
 
@@ -90,6 +105,13 @@ class RemoveFromVector(VectorLeaf):
 
     def _change(self, items: list[object]) -> None:
         del items[checked_index(self.index, len(items))]
+
+
+class ReversePoseStampedVector(VectorLeaf):
+    """Reverse a list."""
+
+    def _change(self, items: list[object]) -> None:
+        items.reverse()
 
 
 class GetElementOfVector(Leaf):

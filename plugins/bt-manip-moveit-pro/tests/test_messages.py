@@ -73,6 +73,21 @@ def test_the_average_of_orientations_does_not_depend_on_their_signs():
     np.testing.assert_allclose(pin.log3(mean.T.rotation), (0, 0, 0.4), atol=1e-12)
 
 
+@pytest.mark.parametrize(("x", "angle", "near"), [(0.005, 0.0, 1), (0.0, 0.3, 0), (0.02, 0.0, 0)])
+def test_a_pose_is_compared_with_the_identity(x, angle, near):
+    pose = PoseStamped("world", (x, 0, 0), (0, 0, math.sin(angle / 2), math.cos(angle / 2)))
+    leaf = poses.IsPoseNearIdentity(pose="{p}", position_tolerance="0.01", rotation_tolerance="0.1")
+    assert run(leaf, p=pose).root.status is (Status.SUCCESS if near else Status.FAILURE)
+
+
+def test_frames_that_are_in_each_other_are_refused():
+    leaves = [
+        poses.PublishTF(pose=f"{{{p}}}", child_frame_id=f) for p, f in (("p", "a"), ("q", "b"))
+    ]
+    tree = run(*leaves, p=PoseStamped("b", (0, 0, 1)), q=PoseStamped("a", (0, 0, 1)))
+    assert tree.failure_reason().endswith("the pose of 'b' is in its own frame")
+
+
 def test_a_coverage_path_goes_back_and_forth_in_lanes():
     leaf = poses.GenerateCoveragePath(
         bottom_right_corner="{c}", width="0.5", height="0.2", stride_distance="0.1",
@@ -94,13 +109,15 @@ def test_lists_are_changed_as_copies():
         vectors.InsertInVector(input_vector="{v}", element="b", index="1", output_vector="{w}"),
         vectors.ReplaceInVector(input_vector="{w}", element="x", index="0", output_vector="{r}"),
         vectors.RemoveFromVector(input_vector="{w}", index="0", output_vector="{s}"),
+        vectors.ReversePoseStampedVector(input_vector="{w}", output_vector="{t}"),
         vectors.GetElementOfVector(vector_in="{w}", index="2", element="{last}"),
         vectors.GetSizeOfVector(vector_in="{w}", vector_size="{n}"),
     )
     assert tree.root.status is Status.SUCCESS, tree.failure_reason()
     entries = tree.blackboard
     assert (entries["v"], entries["w"], entries["r"]) == (["a", "c"], ["a", "b", "c"], [*"xbc"])
-    assert (entries["s"], entries["last"], entries["n"]) == (["b", "c"], "c", 3)
+    assert (entries["s"], entries["t"]) == (["b", "c"], ["c", "b", "a"])
+    assert (entries["last"], entries["n"]) == ("c", 3)
 
 
 @pytest.mark.parametrize(
@@ -145,6 +162,7 @@ def test_the_planning_scene_knows_what_is_attached():
         planning_scene.WhichObjectIsAttached(object_name="{name}"),
         planning_scene.DetachURDF(urdf_name="part"),
         planning_scene.RemoveURDFFromScene(urdf_name="part"),
+        planning_scene.IsCollisionObjectInPlanningScene(collision_object_name="wall"),
         planning_scene.IsAnyObjectAttached(),
     )
     assert tree.blackboard["name"] == "part"

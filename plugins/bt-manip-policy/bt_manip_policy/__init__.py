@@ -16,13 +16,4 @@ if TYPE_CHECKING:
     from bt_manip_policy.policy_process import PolicyProcess as PolicyProcess
     from bt_manip_policy.run_policy import RunPolicy as RunPolicy
 
-__getattr__ = lazy_exports(
-    __name__,
-    {
-        f"{__name__}.is_above": "IsAbove",
-        f"{__name__}.onnx_policy": "OnnxPolicy",
-        f"{__name__}.policy_kind": "PolicyKind",
-        f"{__name__}.policy_process": "LoadedPolicy PolicyError PolicyProcess",
-        f"{__name__}.run_policy": "RunPolicy",
-    },
-)
+__getattr__ = lazy_exports(__name__)
