@@ -14,7 +14,7 @@ from py_trees.behaviour import Behaviour
 from bt_manip.bt.blackboard import Blackboard
 from bt_manip.bt.goal import bind_goal, reads_cell
 from bt_manip.bt.nodes.binding import OnProblem, bind
-from bt_manip.bt.nodes.decorators.repeat import Repeat, RetryUntilSuccessful
+from bt_manip.bt.nodes.decorators.repeat import Counting
 from bt_manip.bt.nodes.node import Node
 from bt_manip.bt.nodes.tree_node import TreeNode, behaviour_of
 from bt_manip.bt.ports import is_pointer
@@ -177,7 +177,7 @@ class Tree:
 
     def _raise_endless(self) -> NoReturn:
         """Raise the error of a tick that does not end, a mistake in the tree."""
-        loops = (n for n in reversed(self.nodes) if isinstance(n, Repeat | RetryUntilSuccessful))
+        loops = (n for n in reversed(self.nodes) if isinstance(n, Counting))
         node = next((node for node in loops if node.engine_status is RUNNING), self._root)
         child = node.child_nodes[0].name if node.child_nodes else "it"
         text = (

@@ -34,6 +34,7 @@ from bt_manip.bt.nodes.action import Condition, Leaf, SyncAction
 from bt_manip.bt.nodes.actions.blackboard import SetBlackboard, UnsetBlackboard, Watching
 from bt_manip.bt.nodes.actions.script import Script, ScriptCondition
 from bt_manip.bt.nodes.actions.sleep import Sleep
+from bt_manip.bt.nodes.guard import GUARDS
 from bt_manip.bt.nodes.node import Node
 from bt_manip.bt.nodes.tree_node import TreeNode
 from bt_manip.bt.port_types import STRING
@@ -43,14 +44,6 @@ from bt_manip.bt.script.parser import ParsedScript
 from bt_manip.bt.status import FAILURE, RUNNING, SKIPPED, SUCCESS
 from bt_manip.bt.traits import UNDECLARED, YES_OR_NO, Traits
 from bt_manip.exceptions import BtManipError
-
-GUARDS: Final = {
-    "_failureIf": (FAILURE, True),
-    "_successIf": (SUCCESS, True),
-    "_skipIf": (SKIPPED, True),
-    "_while": (SKIPPED, False),
-}
-"""Scripts in front of a tick: the status in its place, and the truth with which they give it."""
 
 _NO_ENTRY: Final = "does not exist"
 
