@@ -325,17 +325,8 @@ class Tree:
         runtime.wake_up = False
         runtime.reason = ""
         runtime.enums.update(other._runtime.enums)
-        self.root = other.root
-        self.tree_id = other.tree_id
-        self.document, self.warnings = other.document, other.warnings
-        self.constants = other.constants
-        self.nodes = other.nodes
-        self.scopes = other.scopes
-        self.goal, self.given_goal = other.goal, other.given_goal
-        self.given_task = other.given_task
-        self.results, self.continues = other.results, other.continues
-        self._root = other._root
-        self._has_foreign = other._has_foreign
+        kept = ("_runtime", "observers", "_infrastructure")
+        vars(self).update((name, new) for name, new in vars(other).items() if name not in kept)
         for node in self.nodes:
             node._node_runtime = runtime
             node._node_observers = runtime.observers

@@ -202,11 +202,6 @@ class Decorator(Parent, PyTreesDecorator):
         """The child as this node ticks it."""
         return (self._child_nodes or self.child_nodes)[0]
 
-    @property
-    def link(self) -> TreeNode:
-        """The former name of `child_node`."""
-        return self.child_node
-
     def execute(self) -> NodeStatus:
         """Tick the node and its child, and return the result."""
         state = Node.execute(self)

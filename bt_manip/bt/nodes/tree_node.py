@@ -66,11 +66,6 @@ class TreeNode:
         return []
 
     @property
-    def links(self) -> list[Any]:
-        """The former name of `child_nodes`."""
-        return self.child_nodes
-
-    @property
     def engine_status(self) -> NodeStatus:
         """The engine's status of the node: idle again as soon as its parent has completed."""
         return self._node_status
