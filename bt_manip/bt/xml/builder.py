@@ -1,6 +1,6 @@
 """Making the nodes of a tree from the specifications that its elements were read to."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 from py_trees.behaviour import Behaviour
@@ -10,13 +10,14 @@ from bt_manip.bt.nodes.actions.script import ScriptPort
 from bt_manip.bt.nodes.binding import MAX_DEPTH
 from bt_manip.bt.nodes.declared import Declared
 from bt_manip.bt.nodes.guard import Guard
-from bt_manip.bt.nodes.node import Node, NodeKind
+from bt_manip.bt.nodes.node import Comment, Node, NodeKind
 from bt_manip.bt.nodes.parent import Parent
 from bt_manip.bt.nodes.test_node import TestNode, TestNodeConfig
 from bt_manip.bt.substitution import Substitutions, find_rule
 from bt_manip.bt.xml.context import ReadingContext
+from bt_manip.bt.xml.document import EXPLICIT, editor_attributes
 from bt_manip.bt.xml.problem import Place
-from bt_manip.bt.xml.source import Element
+from bt_manip.bt.xml.source import Element, Text
 from bt_manip.bt.xml.specs import NodeSpec, SubTreeUse, TreeSpec
 from bt_manip.exceptions import BtManipError, TreeError
 
@@ -202,17 +203,28 @@ class Builder:
             return None
         node.registration, node.name = spec.registration, spec.label
         if isinstance(node, Declared):
-            text = f"{spec.registration} ({spec.kind}, {node.effect})"
+            kind = "SubTree" if spec.element.name == "SubTree" else spec.cls.kind
+            text = f"{spec.registration} ({kind}, {node.effect})"
             self.stubbed[text] = self.stubbed.get(text, 0) + 1
         if isinstance(node, ScriptPort):
             node.double_quotes = self._context.dialect.double_quotes
         node.conditions = {key: script.text for key, script in spec.scripts.items()}
         if spec.scripts:
             node._node_guard = Guard(spec.scripts)
-        node.attributes = dict(spec.attributes)
-        node._node_comments += spec.comments
-        if spec.tag is not None:
-            node._node_tag = spec.tag
+        node.attributes = editor_attributes(spec.element)
+        node._node_comments += _comments(spec.element)
+        if spec.element.name in EXPLICIT:
+            node._node_tag = spec.element.name
         self.places[id(node)] = spec.element
         node._node_place = spec.element.place
         return node
+
+
+def _comments(element: Element) -> Iterator[tuple[int, Comment]]:
+    """Yield comments and texts, each with the index of the child that follows."""
+    index = 0
+    for item in element.content:
+        if isinstance(item, Element):
+            index += 1
+        else:
+            yield index, Comment(item.text, "text" if isinstance(item, Text) else item.kind)

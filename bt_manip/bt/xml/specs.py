@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from bt_manip.bt.nodes.node import Comment, Node
+from bt_manip.bt.nodes.node import Node
 from bt_manip.bt.script.parser import ParsedScript
 from bt_manip.bt.xml.problem import Place, Problems
 from bt_manip.bt.xml.source import Element
@@ -34,32 +34,24 @@ class NodeSpec:
     """A node as its element describes it, with the class that is registered for it.
 
     Attributes:
-        element: The element, for the places of problems.
+        element: The element, with its comments and attributes for editors.
         cls: The class.
         registration: The name under which the class is registered.
-        kind: Its kind, for the list of stubs.
         name: The name that the element gives; None for that of its class or inner tree.
         ports: The texts of its ports by name; invalid ones are left out.
         scripts: The scripts around its tick by attribute; invalid ones are left out.
         children: Its children; those that cannot be read are left out.
         subtree: The inner tree of a ``<SubTree>``.
-        tag: The element's name, if that is not the registered one: ``Action``.
-        attributes: Attributes for editors only.
-        comments: Comments and texts, each with the index of the child that follows.
     """
 
     element: Element
     cls: type[Node]
     registration: str
-    kind: str
     name: str | None = None
     ports: dict[str, str] = field(default_factory=dict)
     scripts: dict[str, ParsedScript] = field(default_factory=dict)
     children: "list[NodeSpec]" = field(default_factory=list)
     subtree: SubTreeUse | None = None
-    tag: str | None = None
-    attributes: dict[str, str] = field(default_factory=dict)
-    comments: list[tuple[int, Comment]] = field(default_factory=list)
 
     @property
     def default_name(self) -> str:
