@@ -217,9 +217,7 @@ def _build(
 ) -> tuple[Tree | None, dict[str, None], dict[str, int]]:
     """Build the tree that runs, and the document's others only to find their problems.
 
-    Returns:
-        The tree that runs, if there is one; the IDs of all trees that were built; the description
-        of each stub with the number of its nodes.
+    Returns that tree, if any, the IDs of all that were built, and the number of nodes of each stub.
     """
     document, problems, options = context.document, context.problems, context.options
     specs = read_trees(context, own_trees if main is None else [*own_trees, main])

@@ -187,12 +187,7 @@ def is_pointer(text: str) -> bool:
 
 
 def pointed_key(port_name: str, text: str) -> str | None:
-    """Return the key that a port's text points to; None for a literal.
-
-    Args:
-        port_name: The key that ``{=}`` means.
-        text: The text given to the port.
-    """
+    """Return the key that a port's text points to, ``{=}`` being its name; None for a literal."""
     if text in ("{=}", "="):
         return port_name
     return text.strip(" ")[1:-1] if is_pointer(text) else None

@@ -16,11 +16,7 @@ from bt_manip.exceptions import TreeError
 def get_tree_state(
     nodes: list[TreeNode], scopes: Mapping[str, Blackboard], runtime: Runtime
 ) -> dict[str, Any]:
-    """Return the state of nodes and scopes as numbers, strings, lists and dicts.
-
-    Raises:
-        TreeError: If an entry holds a value that its type cannot write as text.
-    """
+    """Return the state as plain data; raise a `TreeError` if a value cannot be written as text."""
     return {
         "nodes": [
             {
@@ -46,11 +42,7 @@ def set_tree_state(
     scopes: Mapping[str, Blackboard],
     runtime: Runtime,
 ) -> None:
-    """Restore the state that `get_tree_state` returned.
-
-    Raises:
-        TreeError: If the state is of another tree.
-    """
+    """Restore what `get_tree_state` returned; raise a `TreeError` if it is of another tree."""
     if [entry["path"] for entry in state["nodes"]] != [node.path for node in nodes]:
         raise TreeError("the state is of another tree: its nodes have other paths")
     types = _known_types(nodes)

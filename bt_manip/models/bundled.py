@@ -6,13 +6,10 @@ from bt_manip.exceptions import BtManipError, did_you_mean
 
 
 def bundled_root(kind: str) -> Path:
-    """Return the directory of bundled files of one kind.
+    """Return the directory of bundled ``"models"``, ``"trees"`` or ``"scenes"``.
 
     A wheel has them in ``bt_manip/bundled/models``, ``bt_manip/bundled/trees`` and so on; a
     source checkout has them at the top level, beside the package.
-
-    Args:
-        kind: ``"models"``, ``"trees"`` or ``"scenes"``.
 
     Raises:
         BtManipError: If they are missing in the installation.

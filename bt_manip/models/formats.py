@@ -81,11 +81,7 @@ def recognise(path: Path, formats: Mapping[str, ModelFormat]) -> tuple[str, Path
 
 
 def root_tag(path: Path) -> str:
-    """Return the root element of a file that ends in ``.xml``; an empty text for others.
-
-    Raises:
-        ModelError: If it is not XML.
-    """
+    """Return the root element of a file that ends in ``.xml``; an empty text for others."""
     if path.suffix.lower() != ".xml" or path.is_dir():
         return ""
     return str(read_xml(path).tag)

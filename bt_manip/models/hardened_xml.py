@@ -20,14 +20,10 @@ _VERSION = re.compile(rb"\s*<\?xml\s+version\s*=\s*([\"'])[^\"'>]*")
 
 
 def parse_xml(data: bytes, path: Path) -> etree._Element:
-    """Parse a document; document types, and so entities, are refused.
+    """Parse the document of a file; document types, and so entities, are refused.
 
     As in other readers of models, any version of XML is read as 1.0, also after blank lines, and
     prefixes such as ``gazebo:`` need no namespace.
-
-    Args:
-        data: The document.
-        path: Its file, for messages.
 
     Raises:
         ModelError: If it is not XML, too large, or has a document type.

@@ -104,13 +104,9 @@ def sampled_objects(objects: Sequence[SceneObject]) -> set[str]:
 
 
 def add_object(cell: Cell, scene_object: SceneObject, entity: composer.Entity, seed: int) -> None:
-    """Add an object at its pose in the scene, or at a pose sampled from its region.
+    """Add an object at its pose in the scene, or at one sampled from its region with a run's seed.
 
-    Args:
-        cell: The cell; the object's support is already in it.
-        scene_object: The object.
-        entity: Its entity.
-        seed: Seed of the run, for a sampled pose.
+    Its support is already in the cell.
 
     Raises:
         CellError: If the object would penetrate another entity, or there is no free pose.
@@ -144,11 +140,7 @@ def support_height(cell: Cell, scene_object: SceneObject, entity: composer.Entit
 
 
 def check_supports(cell: Cell, objects: Sequence[SceneObject]) -> None:
-    """Check that objects are above their supports.
-
-    Args:
-        cell: The built cell.
-        objects: The objects of the scene.
+    """Check that objects of a built cell are above their supports.
 
     Raises:
         CellError: If the centre of an object's bottom, or its whole region, is beside its support.

@@ -175,12 +175,7 @@ class ExpectedObjects:
 def make_pose_source(
     name: str, sources: Registry[Any], objects: Sequence[SceneObject]
 ) -> PoseSource | None:
-    """Return the pose source of a scene's expected objects; None for the physics.
-
-    Args:
-        name: Registered name of the pose source, or `PHYSICS`.
-        sources: The registered pose sources.
-        objects: The objects of the scene.
+    """Return the registered pose source of a scene's expected objects; None for `PHYSICS`.
 
     Raises:
         BtManipError: If there is no such source, or the scene has no expected objects and the tree

@@ -22,12 +22,8 @@ from .levels import VARIED_KINDS, Level
 class SceneError(BtManipError):
     """A scene file is invalid.
 
-    Args:
-        message: The message.
-        problems: All problems; default: the message.
-
     Attributes:
-        problems: All problems, each with file, line and key.
+        problems: All problems, each with file, line and key; by default the message.
     """
 
     def __init__(self, message: str, problems: tuple[str, ...] = ()) -> None:
@@ -36,11 +32,7 @@ class SceneError(BtManipError):
 
 
 class SceneFile(TomlFile):
-    """A scene file, and the registered parts to which its keys refer.
-
-    Args:
-        path: The file.
-        parts: The registered parts; without them, names are not checked.
+    """A scene file, and the registered parts to which its keys refer; without, none are checked.
 
     Raises:
         SceneError: If there is no such file or it is not valid TOML.
@@ -293,11 +285,7 @@ def _variation(table: TomlTable, kind: str, thing: str, quantity: str) -> Any:
 def check_object(table: TomlTable, model: str, parameters: Mapping[str, Any], cls: type) -> None:
     """Check an object's model and parameters by creating it; reject wrong keys.
 
-    Args:
-        table: Its table.
-        model: Registered name of the object, or address of a model.
-        parameters: Its keyword arguments.
-        cls: Dataclass of its table; its keys are suggested for mistyped parameters.
+    Keys of `cls`, the dataclass of its table, are suggested for mistyped parameters.
     """
     catalogue = _file(table).catalogue
     if catalogue is None or (make := _attempt(table, "model", catalogue.get, model)) is None:

@@ -137,12 +137,7 @@ def _entries_of(cls: Any) -> tuple[KeyField, ...]:
 
 
 def read_fields(cls: type, table: TomlTable) -> dict[str, Any]:
-    """Return the values of a dataclass's fields present in a table; reject wrong keys.
-
-    Args:
-        cls: The dataclass.
-        table: The table; it is finished (`TomlTable.finish`).
-    """
+    """Return the values of a dataclass's fields present in a table; reject wrong keys."""
     given: dict[str, Any] = {}
     tables: dict[str, TomlTable | None] = {}
     for entry in sorted(entries_of(cls), key=lambda entry: isinstance(entry.values, OtherKeys)):
@@ -207,13 +202,8 @@ def write_fields(value: Any, folder: Path | None = None) -> dict[str, Any]:
 def check_fields(value: Any, where: str, error: type[BtManipError]) -> None:
     """Check a dataclass created in Python as if it were read from a file.
 
-    Args:
-        value: The dataclass.
-        where: Its name, for messages.
-        error: Type of the error.
-
     Raises:
-        BtManipError: Of that type, with the key.
+        BtManipError: Of the type `error`, with the name `where` and the key.
     """
     try:
         written = write_fields(value)
@@ -225,9 +215,7 @@ def check_fields(value: Any, where: str, error: type[BtManipError]) -> None:
 def rows(cls: type, table: str = "") -> list[Row]:
     """Return the keys of a dataclass and its parts, for a table of the documentation.
 
-    Args:
-        cls: The dataclass.
-        table: Name of its table; empty for the file itself. Arrays of tables are in brackets.
+    The name of its table is empty for the file itself; arrays of tables are in brackets.
     """
     found, parts = [], []
     for entry in entries_of(cls):

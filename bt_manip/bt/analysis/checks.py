@@ -77,13 +77,8 @@ def check_tree(
 ) -> None:
     """Warn of what no run of a tree can do, or what it does on every way.
 
-    Args:
-        tree: The tree.
-        places: The elements of its nodes and of its goal's conditions, by identity.
-        problems: Takes the warnings.
-        given: Keys of the root that are written before the tree runs.
-        libraries: Files with sub-trees that stand for those of others, and need not use all that
-            is given to them.
+    Keys of the root in `given` are written before. Files of `libraries` have sub-trees that stand
+    for those of others, and need not use all that is given to them.
     """
     root, owners = id(tree.blackboard), set(libraries)
     checks = _Checks(tree, places, problems, {EntryName(root, key) for key in given})
@@ -274,9 +269,7 @@ class _Checks:
     def _commands(self, node: Any, *, surely: bool) -> dict[tuple[str, Any], Node]:
         """Return the first commands of a node that take time, each with its leaf.
 
-        Args:
-            node: The node.
-            surely: Whether only what it commands in every case counts.
+        With `surely`, only what it commands in every case counts.
         """
         guard, facts = getattr(node, "_node_guard", None), self._walk.incoming.get(id(node))
         if facts is None or (guard is not None and guard.scripts.keys() & GUARDS.keys()):

@@ -47,11 +47,7 @@ class Use(NamedTuple):
 
 
 class Uses:
-    """All uses of entries in a tree.
-
-    Args:
-        nodes: The nodes of a bound tree, with those of its goal.
-        places: Their elements, by identity.
+    """All uses of entries by the nodes of a bound tree and of its goal.
 
     Attributes:
         reads: Where entries are read.

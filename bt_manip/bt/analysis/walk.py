@@ -57,10 +57,7 @@ class ScriptFailure(NamedTuple):
 
 
 class Walk:
-    """The walk through one bound tree.
-
-    Args:
-        followed: The entries of the blackboard whose values are followed.
+    """The walk through one bound tree, with the values of the `followed` entries.
 
     Attributes, all by the identity of a node:
         incoming: What may hold when it is ticked; missing if it never is.

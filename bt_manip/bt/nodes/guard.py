@@ -40,9 +40,6 @@ GUARDS: Final = {
 class Guard:
     """Decides before a tick whether the node is ticked, and runs scripts after it.
 
-    Args:
-        scripts: The scripts by attribute.
-
     Attributes:
         scripts: The scripts by attribute.
         pre_tick: Called before the tick of a node that has not completed; a SUCCESS or FAILURE

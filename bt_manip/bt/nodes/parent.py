@@ -22,13 +22,7 @@ class Parent(Node):
     _child_nodes: list[TreeNode] | None = None
 
     def _configure(self, args: tuple[Any, ...], more: Sequence[Any], ports: dict[str, Any]) -> None:
-        """Configure the node.
-
-        Args:
-            args: Optionally its name, then children and comments, each by itself or in lists.
-            more: More children and comments.
-            ports: As of every `Node`.
-        """
+        """Take an optional name, then children and comments, each by itself or in lists."""
         name: str | None = None
         if args and (args[0] is None or isinstance(args[0], str)):
             name, *args = args  # type: ignore[assignment]

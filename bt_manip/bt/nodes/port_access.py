@@ -196,10 +196,6 @@ class PortAccess(TreeNode, Behaviour):
     def write_port(self, name: str, value: Any) -> None:
         """Write a port's value to the blackboard entry that it points to.
 
-        Args:
-            name: The port.
-            value: The value.
-
         Raises:
             PortError: If the port points to no entry.
             BlackboardError: If the entry does not take the value.

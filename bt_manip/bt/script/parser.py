@@ -69,11 +69,7 @@ class ParsedScript:
         self._last = statements[-1]
 
     def evaluate(self, env: Environment) -> Value:
-        """Run the script, and give the value of its last statement.
-
-        Raises:
-            ScriptError: If a statement cannot be evaluated.
-        """
+        """Run the script, and give the value of its last statement; errors are `ScriptError`."""
         try:
             for statement in self._first:
                 statement(env)

@@ -25,13 +25,7 @@ MAX_NODES = 65_535  # Groot2 counts nodes with 16 bits
 
 
 class _Position(NamedTuple):
-    """The position of a node in the tree that is built.
-
-    Attributes:
-        trees: The IDs of the trees around it, the main tree first.
-        prefix: The paths of the sub-trees around it.
-        depth: Its level, from 1, sub-trees included.
-    """
+    """The position of a node: the IDs of the trees and the path around it, and its level."""
 
     trees: tuple[str, ...] = ()
     prefix: str = ""
@@ -40,11 +34,6 @@ class _Position(NamedTuple):
 
 class Builder:
     """Makes nodes from their specifications, and collects the errors of those that it cannot make.
-
-    Args:
-        context: The document, and where errors are collected.
-        trees: The trees of the document that are built, and those that they name.
-        substitutions: Rules that replace nodes, for tests.
 
     Attributes:
         places: The element of each node that was made.
@@ -70,11 +59,7 @@ class Builder:
         self.is_too_deep = False
 
     def build(self, tree_id: str, place: Place) -> Behaviour | None:
-        """Make the nodes of a tree that was named at a place, those of its sub-trees included.
-
-        Returns:
-            The root; None if nothing could be made.
-        """
+        """Make the nodes of a tree and of its sub-trees; None, with errors, if that fails."""
         return self._tree(tree_id, place, _Position())
 
     def goal(self, tree_id: str) -> tuple[Node, ...]:

@@ -30,11 +30,7 @@ class ReadingContext:
     registry: BehaviourRegistry = field(init=False)
 
     def __post_init__(self) -> None:
-        """Add the nodes of the dialect, and declare the stubs.
-
-        Raises:
-            TreeError: If a stub does not suit its node.
-        """
+        """Add the nodes of the dialect, and declare the stubs."""
         self.known = self.registry = self.known.of_dialect(self.dialect)
         if self.options.stubs is not None:
             self.registry = self.options.stubs.extend(self.document, self.known, self.problems)

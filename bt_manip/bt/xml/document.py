@@ -120,16 +120,9 @@ def read_document(
     *,
     includes: bool = True,
 ) -> Document | None:
-    """Read a file and all files that it includes.
+    """Read a file and, with `includes`, all files that it includes; None if it is no XML.
 
-    Args:
-        path: The file.
-        problems: Collects errors and warnings.
-        sources: Files that were read before, and that are not read again.
-        includes: Whether to read the files that it includes.
-
-    Returns:
-        The document; None if not even its XML can be read.
+    Files in `sources` were read before, and are not read again.
 
     Raises:
         TreeError: If the file cannot be opened.

@@ -35,12 +35,8 @@ SCRIPTS = tuple(CONDITIONS.values())
 def read_trees(context: ReadingContext, tree_ids: Iterable[str] = ()) -> dict[str, TreeSpec]:
     """Read all trees of a document, and check the form of its files.
 
-    Args:
-        context: The document; its problems are collected.
-        tree_ids: The IDs of the trees that are built.
-
     Returns:
-        These trees and those that they name as sub-trees, of libraries too, by their IDs.
+        The trees with `tree_ids`, and those that they name as sub-trees, of libraries too, by ID.
     """
     document = context.document
     own: dict[int, TreeSpec] = {}
@@ -88,12 +84,9 @@ def _check_root(root: Element, problems: Problems) -> None:
 
 
 class _TreeReader:
-    """Reads the elements of one tree.
+    """Reads the elements of one tree; the only one of its file (`is_single`) needs no ID.
 
-    Args:
-        context: The document and the names that it may use.
-        rules: Collects the violated rules of the engine, and the findings of the static checks.
-        is_single: Whether the tree is all that its file has; then it needs no ID.
+    `rules` collects the violated rules of the engine, and the findings of the static checks.
     """
 
     def __init__(self, context: ReadingContext, rules: Problems, is_single: bool = False) -> None:

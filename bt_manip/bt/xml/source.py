@@ -144,11 +144,7 @@ class XmlError(TreeError):
 
 
 def decode(data: bytes, file: str) -> str:
-    """Decode the bytes of a document.
-
-    Raises:
-        XmlError: If it is not UTF-8.
-    """
+    """Decode the bytes of a document; raise an `XmlError` if it is not UTF-8."""
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:

@@ -73,10 +73,5 @@ def _is_blank(item: SourceComment | Text | Element) -> bool:
 
 
 def escape(text: str, *, quotes: bool = True) -> str:
-    """Write special characters of XML as references.
-
-    Args:
-        text: The text.
-        quotes: Whether it stands in an attribute: quotes and line breaks are escaped too.
-    """
+    """Write special characters of XML as references, for attributes (`quotes`) or for text."""
     return text.translate(_IN_ATTRIBUTES if quotes else _IN_TEXT)

@@ -50,11 +50,7 @@ class Loop(Decorator):
         self._child_running = False
 
     def check_ports(self) -> None:
-        """Check the ports before the first tick.
-
-        Raises:
-            PortError: If the queue is missing, or is a text that holds something else.
-        """
+        """Raise a `PortError` if the queue is missing, or is a text that holds something else."""
         text = self.given.get("queue")
         if text is None:
             raise self._port_error("queue", "nothing was given")
