@@ -39,7 +39,7 @@ class SceneFile(TomlFile):
     """
 
     def __init__(self, path: Path, parts: Parts | None) -> None:
-        super().__init__(path, "scene", SceneError, collects=True)
+        super().__init__(path, "scene", SceneError)
         self.parts = parts
         self.catalogue = None
         if parts is not None:

@@ -6,8 +6,6 @@ from .fields import OtherKeys as OtherKeys
 from .fields import Part as Part
 from .fields import Row as Row
 from .fields import Tables as Tables
-from .fields import Values as Values
-from .fields import WritableValues as WritableValues
 from .fields import check_fields as check_fields
 from .fields import documented as documented
 from .fields import entries_of as entries_of

@@ -12,7 +12,7 @@ from dataclasses import MISSING, dataclass, fields, is_dataclass, replace
 from functools import cache
 from math import inf
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple, Protocol, TypeVar, Union, cast, get_args, get_origin
+from typing import Annotated, Any, NamedTuple, TypeVar, Union, get_args, get_origin
 from typing import get_type_hints as hints_of
 
 import pinocchio as pin
@@ -38,7 +38,9 @@ class Key(Parameter):
         table: Table that contains it; empty for the table of its dataclass.
         name: Its name in the file; empty for that of the field.
         needed: Whether it is required; by default if the field has no default value.
-        values: Reader, and optionally writer, of a type other than the built-in ones.
+        values: An object for a type other than the built-in ones: its `type` in words; its method
+            ``read(table, entry, size)`` returns the value, or None if it is missing or rejected;
+            where it is written, ``write(value, entry, folder)`` returns its entries.
         attribute: Name of the field; of keys of `entries_of`, like default, name and values.
     """
 
@@ -75,24 +77,6 @@ KeyField = Key
 """A key as `entries_of` returns it, with the field that declares it."""
 
 
-class Values(Protocol):
-    """Reads values of one type; dataclasses that are written need `WritableValues`."""
-
-    @property
-    def type(self) -> str:
-        """The type, for users."""
-
-    def read(self, table: TomlTable, entry: "KeyField", size: Any) -> Any:
-        """Return the value of a key; None if it is missing or rejected."""
-
-
-class WritableValues(Values, Protocol):
-    """Reads and writes values of one type."""
-
-    def write(self, value: Any, entry: "KeyField", folder: Path | None) -> dict[str, Any]:
-        """Return the entries of a value in its table, as plain data."""
-
-
 class Row(NamedTuple):
     """A key in a table of the documentation; all cells are text."""
 
@@ -106,11 +90,7 @@ class Row(NamedTuple):
 
 
 def entries_of(cls: Any) -> tuple[KeyField, ...]:
-    """Return the declared keys of a dataclass, in the order of its fields.
-
-    Args:
-        cls: The dataclass.
-    """
+    """Return the declared keys of a dataclass, in the order of its fields."""
     return _entries_of(cls)
 
 
@@ -191,7 +171,7 @@ def write_fields(value: Any, folder: Path | None = None) -> dict[str, Any]:
         if given is None or (default is not MISSING and given == default):
             continue
         try:
-            written = cast(WritableValues, entry.values).write(given, entry, folder)
+            written = entry.values.write(given, entry, folder)
         except (AttributeError, TypeError, ValueError):
             what = f"key '{entry.name}' is {entry.values.type}, got {given!r}"
             raise TypeError(what) from None
@@ -402,7 +382,7 @@ _TYPES: tuple[tuple[Any, Any], ...] = (
 )
 
 
-def _values_of(hint: Any) -> Values:
+def _values_of(hint: Any) -> Any:
     """Return the reader and writer of a type, or of its alternative to None."""
     if get_origin(hint) in (Union, types.UnionType):
         (hint,) = (one for one in get_args(hint) if one is not type(None))

@@ -58,7 +58,7 @@ FULL = Cart(
 
 def read(path: Path, text: str) -> Cart:
     path.write_text(text)
-    return Cart(**read_fields(Cart, TomlFile(path, "cart", BtManipError, collects=True).whole))
+    return Cart(**read_fields(Cart, TomlFile(path, "cart", BtManipError).whole))
 
 
 @pytest.mark.parametrize("cart", [FULL, Cart(("axle",), (3.0,))])
@@ -95,7 +95,7 @@ def test_what_is_made_in_python_is_checked_like_a_file():
 def test_a_part_without_a_key_that_it_needs_is_none(tmp_path):
     path = tmp_path / "cart.toml"
     path.write_text("[cart]\ncolour = 'red'\n")
-    table = TomlFile(path, "cart", BtManipError, collects=True).whole.table("cart")
+    table = TomlFile(path, "cart", BtManipError).whole.table("cart")
     assert read_part(Cart, table) is None
 
 
