@@ -3,7 +3,6 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
 
 from bt_manip.models.changed_mjcf import repaired_mjcf
 from bt_manip.models.downloads import Progress
@@ -13,34 +12,20 @@ from bt_manip.models.lone_mesh import convert_mesh
 from bt_manip.models.urdf import convert_urdf
 
 
-class Convert(Protocol):
-    """Conversion of a model to MJCF."""
-
-    def __call__(self, found: FoundModel, *, convex: str, progress: Progress) -> MjcfModel:
-        """Convert a model.
-
-        Args:
-            found: The file.
-            convex: Collision geometry of meshes: convex ``"hull"`` or convex ``"parts"``.
-            progress: Called with the progress of a download.
-
-        Raises:
-            ModelError: If it cannot be converted.
-        """
-
-
 @dataclass(frozen=True)
 class ModelFormat:
     """Format of model files.
 
     Attributes:
-        convert: Converts a model to MJCF.
+        convert: ``convert(found, convex=..., progress=...)`` returns a `FoundModel` as MJCF, with
+            the convex ``"hull"`` or convex ``"parts"`` of meshes for collision; `progress` gets
+            the progress of a download.
         suffixes: Suffixes of the files, in lower case: ``(".urdf",)``.
         tag: Root element of files that end in ``.xml``; empty for none.
         find_in: Returns the model file in a folder, or None.
     """
 
-    convert: Convert
+    convert: Callable[..., MjcfModel]
     suffixes: tuple[str, ...] = ()
     tag: str = ""
     find_in: Callable[[Path], Path | None] | None = None
