@@ -28,7 +28,7 @@ from bt_manip.bt.analysis.facts import (
     written,
 )
 from bt_manip.bt.analysis.flows import FLOWS
-from bt_manip.bt.analysis.uses import ROBOT, constant_truth, inputs_of, outputs_of, script_of
+from bt_manip.bt.analysis.uses import ROBOT, constant_truth, entries_of, script_of
 from bt_manip.bt.blackboard import EMPTY, Blackboard
 from bt_manip.bt.nodes.action import Condition, Leaf, SyncAction
 from bt_manip.bt.nodes.actions.blackboard import SetBlackboard, UnsetBlackboard, Watching
@@ -185,7 +185,7 @@ class Walk:
         if flow is not None:
             return flow(self, node, facts)
         if isinstance(node, Node):
-            facts = self._written(facts, dict.fromkeys(outputs_of(node)))
+            facts = self._written(facts, dict.fromkeys(entries_of(node, written=True)))
         facts = self.in_any_order(node.child_nodes, facts)
         return dict.fromkeys((*COMPLETE, RUNNING), Way(facts))
 
@@ -203,7 +203,9 @@ class Walk:
     def _leaf(self, node: Leaf, facts: Facts) -> Ways:
         traits, time = traits_of(node), 0.0
         if traits is not UNDECLARED and not isinstance(node, SetBlackboard | Watching):
-            if any(values_of(facts, entry) == {UNWRITTEN} for entry in inputs_of(node)):
+            if any(
+                values_of(facts, entry) == {UNWRITTEN} for entry in entries_of(node, written=False)
+            ):
                 facts = {**facts, **ENDED}
         after, statuses = self._effects(node, facts), traits.returns
         if isinstance(node, ScriptCondition):
@@ -232,7 +234,7 @@ class Walk:
             entry = EntryName(id(node.scope), key or "")
             return {**facts, entry: frozenset({UNWRITTEN})} if entry in self._followed else facts
         if not isinstance(node, SetBlackboard):
-            return self._written(facts, dict.fromkeys(outputs_of(node)))
+            return self._written(facts, dict.fromkeys(entries_of(node, written=True)))
         key, text = node.port_text("output_key"), node.port_text("value")
         if not key or text is None:
             return facts
