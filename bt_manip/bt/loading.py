@@ -106,18 +106,10 @@ def parse_tree(
     base: Path | None = None,
     **changes: Any,
 ) -> Tree:
-    """Read a tree from a text.
+    """Read a tree from a text, as `load_tree` does from a file.
 
-    Args:
-        text: The document.
-        registry: The behaviours that it may name.
-        options: How it is read.
-        file: The file name in places of problems.
-        base: The folder of relative includes; the current one if none is given.
-        **changes: Other values for some of the options: ``clock=...``.
-
-    Returns:
-        A tree that can run.
+    Its problems name `file` in their places; relative includes start at `base`, by default the
+    current folder.
 
     Raises:
         TreeError: If the document has errors; it lists them with line and column.

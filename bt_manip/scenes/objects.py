@@ -28,16 +28,11 @@ def object_models(settings: Mapping[str, str], scene: Scene) -> dict[str, str]:
 
 
 def with_models(scene: Scene, models: Mapping[str, str], catalogue: Catalogue) -> Scene:
-    """Return a scene with other models for some objects.
+    """Return a scene with other models for some objects, by their names.
 
     Each object keeps its name, its category and the position of its bottom's centre. If the
     object that carries a robot changes its height, the robot and all objects at its base or above
     move with it.
-
-    Args:
-        scene: The scene.
-        models: Addresses of models by names of objects.
-        catalogue: Makes objects.
 
     Raises:
         ModelError: If there is no model at an address.

@@ -103,10 +103,6 @@ class OperatorPoses(PoseSource):
 class ExpectedObjects:
     """The expected objects of a run, added to the cell one after the other.
 
-    Args:
-        cell: The cell.
-        models: Creates the objects.
-
     Attributes:
         source: Source of their poses.
         physics: The cell in which objects that the tree adds appear, to be expected from then on;
@@ -121,10 +117,7 @@ class ExpectedObjects:
         self._made: dict[str, composer.Entity] = {}
 
     def next(self, model: str = "") -> SceneObject:
-        """Return the next unused object of the scene, and mark it as used.
-
-        Args:
-            model: Model of the object; empty for any.
+        """Return the next unused object of the scene, of a model if one is given; mark it as used.
 
         Raises:
             CellError: If there is none left.

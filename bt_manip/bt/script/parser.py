@@ -52,9 +52,8 @@ _PREFIX: Final = 20
 class ParsedScript:
     """A compiled script.
 
-    Args:
+    Attributes:
         text: Its source.
-        statements: Its compiled statements.
         reads: The names of the variables that it reads.
         writes: The names of the variables that it assigns.
     """
