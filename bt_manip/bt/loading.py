@@ -88,9 +88,6 @@ def load_tree(
         options: How it is read.
         **changes: Other values for some of the options: ``clock=...``.
 
-    Returns:
-        A tree that can run.
-
     Raises:
         TreeError: If the document has errors; it lists them with file, line and column.
     """

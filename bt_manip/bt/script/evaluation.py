@@ -219,14 +219,12 @@ def _compare(symbol: str, left: Value, right: Value, enums: Mapping[str, int]) -
     if left_family == right_family == "string":
         a, b = left[0].encode(), right[0].encode()
         same = a == b
-    elif left_family in NUMBERS or right_family in NUMBERS:
-        if "object" in (left_family, right_family):
-            raise ScriptError(f"cannot compare {shown(left[0])} with {shown(right[0])}")
+    elif "object" in (left_family, right_family):
+        raise ScriptError(f"cannot compare {shown(left[0])} with {shown(right[0])}")
+    else:
         a = text_as_double(left[0], enums) if left_family == "string" else as_double(left)
         b = text_as_double(right[0], enums) if right_family == "string" else as_double(right)
         same = abs(a - b) <= EPSILON
-    else:
-        raise ScriptError(f"cannot compare {shown(left[0])} with {shown(right[0])}")
     if symbol == "==":
         return bool(same)
     if symbol == "!=":
