@@ -4,7 +4,6 @@ from .fields import Key as Key
 from .fields import KeyField as KeyField
 from .fields import OtherKeys as OtherKeys
 from .fields import Part as Part
-from .fields import Row as Row
 from .fields import Tables as Tables
 from .fields import check_fields as check_fields
 from .fields import documented as documented
@@ -13,7 +12,6 @@ from .fields import plain as plain
 from .fields import pose_entries as pose_entries
 from .fields import read_fields as read_fields
 from .fields import read_part as read_part
-from .fields import rows as rows
 from .fields import write_fields as write_fields
 from .lines import line_numbers as line_numbers
 from .lines import line_of as line_of

@@ -1,8 +1,8 @@
 """Keys of TOML files, declared as fields of dataclasses.
 
 ``velocity: Annotated[tuple[float, ...], Key("Velocity limits.", unit="rad/s", above=0.0)]`` is read
-by `read_fields`, written by `write_fields`, checked by `check_fields`, and listed by `rows` and in
-the docstring (`documented`).
+by `read_fields`, written by `write_fields`, checked by `check_fields`, and listed in the docstring
+(`documented`) and in the documentation.
 """
 
 import re
@@ -75,18 +75,6 @@ class Key(Parameter):
 
 KeyField = Key
 """A key as `entries_of` returns it, with the field that declares it."""
-
-
-class Row(NamedTuple):
-    """A key in a table of the documentation; all cells are text."""
-
-    table: str
-    name: str
-    type: str
-    unit: str
-    default: str
-    bounds: str
-    meaning: str
 
 
 def entries_of(cls: Any) -> tuple[KeyField, ...]:
@@ -190,28 +178,6 @@ def check_fields(value: Any, where: str, error: type[BtManipError]) -> None:
     except TypeError as problem:
         raise error(f"{where}: {problem}") from None
     read_fields(type(value), TomlTable(PythonSource(where, error), written))
-
-
-def rows(cls: type, table: str = "") -> list[Row]:
-    """Return the keys of a dataclass and its parts, for a table of the documentation.
-
-    The name of its table is empty for the file itself; arrays of tables are in brackets.
-    """
-    found, parts = [], []
-    for entry in entries_of(cls):
-        place = ".".join(filter(None, (table, entry.table)))
-        inner = getattr(entry.values, "cls", None)
-        tables = getattr(entry.values, "tables", {} if inner is None else {entry.name: inner})
-        for name, cls in tables.items():
-            parts += rows(cls, ".".join(filter(None, (place, name))))
-        if tables:
-            continue
-        names = getattr(entry.values, "names", entry.name)
-        default = "required" if entry.needed else _default_text(entry.default)
-        found.append(
-            Row(place, names, entry.form, entry.unit, default, entry.bounds, entry.meaning)
-        )  # fmt: skip
-    return found + parts
 
 
 def documented(cls: type[T]) -> type[T]:
@@ -391,9 +357,3 @@ def _values_of(hint: Any) -> Any:
     if is_dataclass(hint):
         return Part(hint)  # type: ignore[arg-type]
     return next(values for known, values in _TYPES if known == hint)
-
-
-def _default_text(default: Any) -> str:
-    if isinstance(default, float):
-        return f"{default:g}"
-    return default if isinstance(default, str) else ""
