@@ -104,7 +104,8 @@ class Tree:
         self.constants: dict[tuple[str, str], str] = {}
         self._has_foreign = not all(isinstance(node, Node) for node in self.nodes)
         self._infrastructure: dict[str, Any] | None = None
-        _make_room(binding.depth)
+        frames = binding.depth * _FRAMES_PER_LEVEL + _FRAMES_AROUND
+        sys.setrecursionlimit(max(frames, sys.getrecursionlimit()))
 
     @property
     def task(self) -> str:
@@ -334,13 +335,6 @@ class Tree:
         from bt_manip.bt.drawing import draw_svg
 
         return draw_svg(self, ports=False)
-
-
-def _make_room(depth: int) -> None:
-    """Raise the interpreter's recursion limit where a tree is deeper than it allows."""
-    needed = depth * _FRAMES_PER_LEVEL + _FRAMES_AROUND
-    if needed > sys.getrecursionlimit():
-        sys.setrecursionlimit(needed)
 
 
 def _keep_entries(old: Blackboard, new: Blackboard) -> None:

@@ -3,7 +3,6 @@
 from .fields import Key as Key
 from .fields import KeyField as KeyField
 from .fields import OtherKeys as OtherKeys
-from .fields import Part as Part
 from .fields import Tables as Tables
 from .fields import check_fields as check_fields
 from .fields import documented as documented
@@ -19,9 +18,7 @@ from .parsing import MAX_TOML_BYTES as MAX_TOML_BYTES
 from .parsing import MAX_TOML_NESTING as MAX_TOML_NESTING
 from .parsing import parse_toml as parse_toml
 from .parsing import read_toml as read_toml
-from .tables import LARGEST as LARGEST
 from .tables import PythonSource as PythonSource
 from .tables import TomlFile as TomlFile
 from .tables import TomlTable as TomlTable
-from .text import toml_key as toml_key
 from .text import toml_text as toml_text

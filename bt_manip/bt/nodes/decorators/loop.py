@@ -77,7 +77,7 @@ class Loop(Decorator):
                     self._because("the queue is empty")
                 return result
             item = self._queue.popleft()
-            if self._is_writable():
+            if self.key_of("value") is not None:
                 self.write_port("value", item)
         if self._node_status is IDLE:
             self._enter()
@@ -86,10 +86,6 @@ class Loop(Decorator):
         if state is SUCCESS or state is FAILURE:
             self._reset_child()
         return FAILURE if state is FAILURE else RUNNING
-
-    def _is_writable(self) -> bool:
-        text = self.given.get("value")
-        return isinstance(text, str) and pointed_key("value", text) is not None
 
     def _look_up(self, key: str) -> None:
         entry = self.scope.entry(key)
