@@ -79,10 +79,7 @@ class PythonSource(NamedTuple):
 class TomlTable:
     """A table of a file, read key by key; `finish` rejects keys that were not read.
 
-    Args:
-        file: Source of the table.
-        entries: Content of the table.
-        place: Path of the table in the file; empty for the root table.
+    The root table of a file has an empty place.
     """
 
     def __init__(
@@ -152,11 +149,7 @@ class TomlTable:
     ) -> tuple[float, ...] | None:
         """Return a list of finite numbers within bounds, or None if missing.
 
-        Args:
-            key: The key.
-            size: Required length; None for any.
-            spread: Whether to accept a single number, repeated if there is a length.
-            bounds: Bounds of each of them.
+        With `spread` a single number is accepted, too, and repeated if there is a `size`.
         """
         value = self._get(key)
         if value is None:
@@ -198,12 +191,7 @@ class TomlTable:
         return quat or (1.0, 0.0, 0.0, 0.0)
 
     def require(self, key: str, what: str) -> bool:
-        """Return whether the table has a required key, and reject it if not.
-
-        Args:
-            key: The key.
-            what: Its type, for the message.
-        """
+        """Return whether the table has a required key; reject it with its type if not."""
         if key not in self._entries:
             self._asked.append(key)
             near = [k for k in self._entries if k not in self._asked]

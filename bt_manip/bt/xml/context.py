@@ -11,15 +11,9 @@ from bt_manip.bt.xml.problem import Problems
 
 @dataclass
 class ReadingContext:
-    """A document, the names that it may use, and the findings about it.
+    """A document, its included files and libraries read, and the findings about it.
 
-    Attributes:
-        document: The document, its included files and libraries read.
-        known: The behaviours that it may name, without stubs.
-        problems: Collects errors and warnings.
-        dialect: How it is written.
-        options: How it is read.
-        registry: The behaviours that it may name, stubs and the nodes of the dialect included.
+    `known` are the behaviours that it may name; `registry` has stubs and the dialect's nodes, too.
     """
 
     document: Document

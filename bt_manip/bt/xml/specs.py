@@ -10,15 +10,10 @@ from bt_manip.bt.xml.source import Element
 
 @dataclass
 class SubTreeUse:
-    """The tree that a ``<SubTree>`` names, and the entries that it hands to it.
+    """The tree that a ``<SubTree>`` names at a place, and the entries that it hands to it.
 
-    Attributes:
-        tree_id: The ID of the inner tree.
-        place: The place of the ID.
-        remaps: The meaning of the inner keys, defaults of the tree's model included.
-        autoremap: Whether all other keys mean the same outside, as text; False if not.
-        problems: Findings about the remaps; they count unless a test replaces the node.
-        stub: The placeholder of the inner tree, if it has one.
+    Remaps include the defaults of the tree's model; `autoremap` is its text, or False. Findings
+    about them count unless a test replaces the node. `stub` is the placeholder of the tree, if any.
     """
 
     tree_id: str
@@ -33,15 +28,8 @@ class SubTreeUse:
 class NodeSpec:
     """A node as its element describes it, with the class that is registered for it.
 
-    Attributes:
-        element: The element, with its comments and attributes for editors.
-        cls: The class.
-        registration: The name under which the class is registered.
-        name: The name that the element gives; None for that of its class or inner tree.
-        ports: The texts of its ports by name; invalid ones are left out.
-        scripts: The scripts around its tick by attribute; invalid ones are left out.
-        children: Its children; those that cannot be read are left out.
-        subtree: The inner tree of a ``<SubTree>``.
+    Invalid ports and scripts, and children that cannot be read, are left out. `name` is None for
+    the name of the class or of the inner tree, which a ``<SubTree>`` has as `subtree`.
     """
 
     element: Element
@@ -66,13 +54,9 @@ class NodeSpec:
 
 @dataclass
 class TreeSpec:
-    """A tree of a document.
+    """A tree of a document, without a root if that cannot be read, and the trees that it names.
 
-    Attributes:
-        root: Its root; None if it cannot be read.
-        subtrees: The IDs of the trees that it names.
-        problems: Findings about its elements; they count where the tree is built.
-        is_too_deep: Whether elements were left out because they are nested too deep.
+    Findings about its elements count where the tree is built.
     """
 
     root: NodeSpec | None = None
