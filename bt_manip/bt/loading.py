@@ -16,12 +16,12 @@ from bt_manip.bt.reading_options import DEFAULTS, ReadingOptions
 from bt_manip.bt.registry import BehaviourRegistry
 from bt_manip.bt.tree import Tree
 from bt_manip.bt.xml.builder import Builder
-from bt_manip.bt.xml.context import ReadingContext
 from bt_manip.bt.xml.dialect import BTCPP, Dialect, choose_dialect
 from bt_manip.bt.xml.document import Document, parse_document, read_document
 from bt_manip.bt.xml.problem import ERROR, Problem, Problems
 from bt_manip.bt.xml.reader import read_trees
 from bt_manip.bt.xml.source import Element
+from bt_manip.bt.xml.specs import ReadingContext
 from bt_manip.bt.xml.static_checks import check_goals_below, check_unused
 from bt_manip.exceptions import BtManipError, TreeError
 from bt_manip.packages import missing

@@ -32,10 +32,8 @@ class Parent(Node):
             for child in item if isinstance(item, list | tuple) else (item,):
                 if isinstance(child, Comment):
                     comments.append((len(children), child))
-                elif isinstance(child, Behaviour):
-                    children.append(child)
                 else:
-                    raise TypeError(f"expected a name and children; found {child!r}")
+                    children.append(child)
         if self.kind is not NodeKind.CONTROL and len(children) > 1:
             raise TypeError(f"{type(self).__name__} takes one child; found {len(children)}")
         Node.__init__(self, name, **ports)
@@ -45,7 +43,7 @@ class Parent(Node):
 
     def _adopt(self, child: Behaviour) -> None:
         if not isinstance(child, Behaviour):
-            raise TypeError(f"children must be behaviours; found {child!r}")
+            raise TypeError(f"expected a name and children; found {child!r}")
         if child.parent is not None:
             raise RuntimeError(f"'{child.name}' already has the parent '{child.parent.name}'")
         child.parent = self

@@ -14,11 +14,10 @@ from bt_manip.bt.nodes.node import Comment, Node, NodeKind
 from bt_manip.bt.nodes.parent import Parent
 from bt_manip.bt.nodes.test_node import TestNode, TestNodeConfig
 from bt_manip.bt.substitution import Substitutions, find_rule
-from bt_manip.bt.xml.context import ReadingContext
 from bt_manip.bt.xml.document import EXPLICIT, editor_attributes
 from bt_manip.bt.xml.problem import Place
 from bt_manip.bt.xml.source import Element, Text
-from bt_manip.bt.xml.specs import NodeSpec, SubTreeUse, TreeSpec
+from bt_manip.bt.xml.specs import NodeSpec, ReadingContext, SubTreeUse, TreeSpec
 from bt_manip.exceptions import BtManipError, TreeError
 
 MAX_NODES = 65_535  # Groot2 counts nodes with 16 bits

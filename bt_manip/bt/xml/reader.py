@@ -14,7 +14,6 @@ from bt_manip.bt.nodes.node import CONDITIONS, Node, NodeKind
 from bt_manip.bt.ports import Port
 from bt_manip.bt.registry import name_problem
 from bt_manip.bt.script.parser import parse_script
-from bt_manip.bt.xml.context import ReadingContext
 from bt_manip.bt.xml.document import (
     EXPLICIT,
     EXPLICIT_OR_SUBTREE,
@@ -24,7 +23,7 @@ from bt_manip.bt.xml.document import (
 )
 from bt_manip.bt.xml.problem import Problems
 from bt_manip.bt.xml.source import Attribute, Element
-from bt_manip.bt.xml.specs import NodeSpec, SubTreeUse, TreeSpec
+from bt_manip.bt.xml.specs import NodeSpec, ReadingContext, SubTreeUse, TreeSpec
 from bt_manip.bt.xml.static_checks import check_attributes, check_node
 from bt_manip.exceptions import ScriptError, shortened
 from bt_manip.packages import missing
