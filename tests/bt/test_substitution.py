@@ -38,16 +38,6 @@ def test_a_test_node_returns_what_it_is_asked_for(bench, config, roots):
     assert tree.tick().name[0] == roots
 
 
-def test_a_test_node_runs_its_scripts(bench):
-    config = TestNodeConfig(
-        success_script="a := 'done'", failure_script="a := 'failed'", post_script="b := 1"
-    )
-    tree = bench.tree(BODY, substitutions={"move_a": config})
-    tree.tick()
-
-    assert (tree.blackboard["a"], tree.blackboard["b"]) == ("done", 1)
-
-
 @pytest.mark.parametrize("pattern", ["sub", "sub/leaf", "Scripted"])
 def test_a_sub_tree_and_a_node_in_it_are_found_by_their_paths(bench, pattern):
     other = '<BehaviorTree ID="Sub"><Scripted name="leaf"/></BehaviorTree>'
@@ -57,13 +47,6 @@ def test_a_sub_tree_and_a_node_in_it_are_found_by_their_paths(bench, pattern):
     assert tree.tick() is NodeStatus.RUNNING
     bench.clock.time = 0.2
     assert tree.tick() is NodeStatus.FAILURE and bench.events == []
-
-
-def test_a_replaced_composite_does_not_tick_its_children(bench):
-    tree = bench.tree(BODY, substitutions={"Sequence": TestNodeConfig()})
-
-    assert tree.tick() is NodeStatus.SUCCESS
-    assert bench.events == [] and len(tree.nodes) == 1
 
 
 def test_an_unknown_replacement_is_an_error_of_the_document(bench):
