@@ -114,12 +114,10 @@ class Port(Parameter):
     def reader(
         self, read: Callable[[], Any], fixed: bool, infrastructure: Mapping[str, Any]
     ) -> Callable[[], Any]:
-        """Return the function that reads the port once the tree is set up.
+        """Return the function that reads the port once the tree is set up, by default as before.
 
-        Args:
-            read: The function before.
-            fixed: Whether the tree gives a value, not an entry.
-            infrastructure: The arguments of the nodes' ``setup``.
+        `fixed` tells whether the tree gives a value, not an entry; `infrastructure` are the
+        arguments of the nodes' ``setup``.
         """
         return read
 

@@ -50,11 +50,7 @@ class PoseSource(abc.ABC):
         """
 
     def taken(self, name: str) -> None:
-        """Note that an object was taken away.
-
-        Args:
-            name: Its name in the scene.
-        """
+        """Note that an object was taken away, by its name in the scene."""
         del name
 
 
