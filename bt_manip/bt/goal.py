@@ -140,7 +140,7 @@ def _check_mandatory(name: str, ports: Mapping[str, Port], given: Container[str]
 
 
 def goal_to_text(goal: Iterable[Node], registry: BehaviourRegistry) -> str:
-    """Write the conditions of a goal as the text that `parse_goal` reads.
+    """Write the conditions of a goal, of registered classes, as the text that `parse_goal` reads.
 
     Raises:
         TreeError: If the class of a condition is not registered.

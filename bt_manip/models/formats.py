@@ -51,11 +51,7 @@ def built_in_formats() -> dict[str, ModelFormat]:
 
 
 def recognise(path: Path, formats: Mapping[str, ModelFormat]) -> tuple[str, Path] | None:
-    """Return the format and the file of a path, or None if no format fits.
-
-    Raises:
-        ModelError: If it is damaged.
-    """
+    """Return the format and the file of a path, or None if no format fits."""
     tag = root_tag(path)
     for name, model_format in formats.items():
         if (file := model_format.find(path, tag)) is not None:

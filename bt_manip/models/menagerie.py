@@ -117,11 +117,7 @@ class MenagerieCache(ModelCache):
         return f"menagerie:{name}", menagerie_file(name)
 
     def remove(self, address: str) -> list[Path]:
-        """Delete a model.
-
-        Raises:
-            ModelError: If there is no such model.
-        """
+        """Delete a model; raise a `ModelError` if there is no such model."""
         import shutil
 
         import mujoco_menagerie as menagerie

@@ -123,8 +123,7 @@ def add_object(cell: Cell, scene_object: SceneObject, entity: composer.Entity, s
 def support_height(cell: Cell, scene_object: SceneObject, entity: composer.Entity) -> float:
     """Return the height of an object's origin at rest on its support [m]; 0 without a support.
 
-    Raises:
-        CellError: If the support has no surface.
+    A support without a surface is a `CellError`.
     """
     if not scene_object.on:
         return 0.0
@@ -163,8 +162,7 @@ def check_supports(cell: Cell, objects: Sequence[SceneObject]) -> None:
 def place_again(cell: Cell, objects: Sequence[SceneObject], seed: int) -> set[str]:
     """Sample the poses of objects in a built cell with another seed; return their names.
 
-    Raises:
-        CellError: If there is no free pose.
+    A `CellError` is raised if there is no free pose.
     """
     later = sampled_objects(objects)
     if later:

@@ -68,11 +68,7 @@ class OperatorPoses(PoseSource):
     _asked = ""  # name of the last requested object
 
     def pose(self, scene_object: SceneObject, T_wo: pin.SE3) -> pin.SE3 | None:
-        """Ask once; return the scene's pose after the confirmation.
-
-        Raises:
-            CellError: If the input has ended.
-        """
+        """Ask once; return the scene's pose after the confirmation, which needs an open input."""
         answer = self._answer()
         if self._asked != scene_object.name:  # earlier input does not count as an answer
             self._asked = scene_object.name

@@ -136,8 +136,8 @@ class Walk:
     def _run(self, script: ParsedScript, node: Node, name: str, facts: Facts) -> Facts:
         """Return the facts after a script of a node's attribute; note if it always fails.
 
-        It is evaluated if all that it reads is constant; the entries that it writes have the types
-        that the ports of the tree declare. The run ends where it fails.
+        It is evaluated if all that it reads is constant, with the types of entries that ports
+        declare. The run ends where it fails.
         """
         scope, enums = node.scope, node.runtime.enums
         variables = {key: variable_of(scope, key) for key in script.writes}

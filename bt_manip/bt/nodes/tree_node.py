@@ -99,11 +99,7 @@ class TreeNode:
 
 
 class ForeignNode(TreeNode):
-    """A stock py_trees behaviour, wrapped as a node for its parent and its tree.
-
-    Attributes:
-        behaviour: The py_trees behaviour.
-    """
+    """A stock py_trees `behaviour`, wrapped as a node for its parent and its tree."""
 
     def __init__(self, behaviour: Behaviour) -> None:
         self.behaviour = behaviour

@@ -95,12 +95,7 @@ class Sources:
         self._read: dict[Path, Source | XmlError] = {}
 
     def read(self, path: Path) -> Source:
-        """Return a parsed file.
-
-        Raises:
-            OSError: If it cannot be read.
-            XmlError: If it is no XML.
-        """
+        """Return a parsed file; raise an `OSError` or an `XmlError` if it cannot be read."""
         resolved = path.resolve()
         if resolved not in self._read:
             try:

@@ -99,11 +99,7 @@ class TreeDocument:
     after: Sequence[Comment] = ()
 
     def main_tree(self) -> TreeDefinition:
-        """Return the main tree.
-
-        Raises:
-            TreeError: If the document does not say which tree that is.
-        """
+        """Return the main tree; raise a `TreeError` if the document does not say which it is."""
         trees = [item for item in self.content if isinstance(item, TreeDefinition)]
         main = self.attributes.get("main_tree_to_execute")
         for tree in trees:
