@@ -32,25 +32,13 @@ def evaluate(text, scope=None):
 @pytest.mark.parametrize(
     ("text", "value"),
     [
-        ("0x1F", 31),
-        ("2e-1", 0.2),
-        ("(1 + 2) * 3", 9.0),
-        ("~5", -6.0),
-        ("6 | 3 ^ 1", 6.0),
-        ("1 < 2 < 3", 1.0),
         ("'a' < 'b'", 1.0),
         ("2 == '2.0'", 1.0),
-        ("'a' + 'b'", "ab"),
         ("-1 / 0", -math.inf),
-        ("2.5 .. 'x'", "2.500000x"),
-        ("RED + GREEN", 3.0),
-        ("1 ? 'yes' : 'no'", "yes"),
-        ("0 ? 1 : 0 ? 2 : 3", 3),
-        ("1; 2; 3", 3),
         ("9223372036854775808", 0),
     ],
 )
-def test_an_expression_has_a_value(text, value):
+def test_an_expression_beyond_the_traces_has_a_value(text, value):
     result, _ = evaluate(text)
 
     assert result == value and type(result) is type(value)
