@@ -19,6 +19,7 @@ from bt_manip.bt.status import (
 from bt_manip.bt.traits import Traits
 from bt_manip.exceptions import TreeError, with_short_values
 
+_RUNNING: Final = Status.RUNNING
 _SUCCESS: Final = Status.SUCCESS
 _FAILURE: Final = Status.FAILURE
 _INVALID: Final = Status.INVALID
@@ -93,7 +94,7 @@ class Leaf(Node):
         self._reset()
 
     def _finish(self, result: Status | NodeStatus) -> NodeStatus:
-        state = node_status(result)
+        state = RUNNING if result is _RUNNING else node_status(result)  # in most ticks
         if state is RUNNING:
             return RUNNING
         if state is IDLE:
