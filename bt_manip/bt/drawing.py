@@ -46,7 +46,15 @@ _PADDING = 8.0  # [px]
 
 @dataclass
 class _Box:
-    """The text of a node, with those below; `details` are ``name=value`` of ports and scripts."""
+    """The text of a node, with those below.
+
+    Attributes:
+        node: The node.
+        title: Its class and its own name.
+        details: Its ports and scripts, ``name=value`` each.
+        summary: The first line of its documentation.
+        children: The boxes of its children.
+    """
 
     node: TreeNode
     title: str
@@ -56,12 +64,15 @@ class _Box:
 
 
 def draw_text(tree: "Tree", *, ports: bool = True, docs: bool = False) -> str:
-    """Draw a tree for a terminal, a line per node.
+    """Draw a tree for a terminal.
 
     Args:
         tree: The tree.
         ports: Whether to write the ports and scripts of each node.
         docs: Whether to write the first line of each leaf's documentation.
+
+    Returns:
+        The drawing, one line per node.
     """
     lines = [tree.tree_id]
     _draw_lines(_layout(tree, ports), "", True, lines, docs)
