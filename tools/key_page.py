@@ -5,11 +5,12 @@
 
 from itertools import groupby
 from pathlib import Path
+from typing import Any, NamedTuple
 
 from bt_manip.grippers.two_finger.parameters import TwoFingerParameters
 from bt_manip.robots import RobotDescription
 from bt_manip.scenes import Scene
-from bt_manip.toml import Row, rows
+from bt_manip.toml import entries_of
 from bt_manip_hands.suction.parameters import SuctionParameters
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
@@ -45,6 +46,18 @@ KINDS = (
 )
 
 
+class Row(NamedTuple):
+    """A key in a table; all cells are text."""
+
+    table: str
+    name: str
+    type: str
+    unit: str
+    default: str
+    bounds: str
+    meaning: str
+
+
 def robot_page() -> str:
     """Return the page of a robot's keys."""
     parts = [_page(ROBOT_HEAD, RobotDescription)]
@@ -68,6 +81,32 @@ def _page(head: str, cls: type) -> str:
     for table, keys in groupby(found, key=_whole_table):
         parts.append(f"\n## {f'`[{table}]`' if table else 'The file'}\n\n{_table(list(keys))}")
     return "".join(parts)
+
+
+def rows(cls: type, table: str = "") -> list[Row]:
+    """Return the keys of a dataclass and its parts.
+
+    The name of its table is empty for the file itself; arrays of tables are in brackets.
+    """
+    found, parts = [], []
+    for entry in entries_of(cls):
+        place = ".".join(filter(None, (table, entry.table)))
+        inner = getattr(entry.values, "cls", None)
+        tables = getattr(entry.values, "tables", {} if inner is None else {entry.name: inner})
+        for name, part in tables.items():
+            parts += rows(part, ".".join(filter(None, (place, name))))
+        if not tables:
+            names = getattr(entry.values, "names", entry.name)
+            default = "required" if entry.needed else _default_text(entry.default)
+            cells = (place, names, entry.form, entry.unit, default, entry.bounds, entry.meaning)
+            found.append(Row(*cells))
+    return found + parts
+
+
+def _default_text(default: Any) -> str:
+    if isinstance(default, float):
+        return f"{default:g}"
+    return default if isinstance(default, str) else ""
 
 
 def _whole_table(row: Row) -> str:

@@ -63,10 +63,7 @@ class _ReadOnlyScope(Blackboard):
 
 
 def declarations(attributes: Mapping[str, str]) -> dict[str, Any]:
-    """Return the task, the results and whether a tree continues, as arguments of `Tree`.
-
-    Args:
-        attributes: The attributes of its ``<BehaviorTree>``.
+    """Return what the attributes of a ``<BehaviorTree>`` declare, as arguments of `Tree`.
 
     Raises:
         TreeError: If one has no such form.
@@ -143,7 +140,7 @@ def _check_mandatory(name: str, ports: Mapping[str, Port], given: Container[str]
 
 
 def goal_to_text(goal: Iterable[Node], registry: BehaviourRegistry) -> str:
-    """Write the conditions of a goal as the text that `parse_goal` reads.
+    """Write the conditions of a goal, of registered classes, as the text that `parse_goal` reads.
 
     Raises:
         TreeError: If the class of a condition is not registered.
@@ -167,13 +164,7 @@ def _quoted(value: str) -> str:
 def bind_goal(
     goal: Node | Iterable[Node], scope: Blackboard, runtime: Runtime, on_problem: OnProblem | None
 ) -> tuple[Node, ...]:
-    """Bind the conditions of a goal to a scope, which they only read.
-
-    Args:
-        goal: One condition, or all.
-        scope: The scope of the tree's root.
-        runtime: The runtime of the tree.
-        on_problem: Collects the problems of the conditions; without it the first error is raised.
+    """Bind the conditions of a goal to a scope, which they only read; `on_problem` as of `bind`.
 
     Raises:
         TreeError: If one is no condition.

@@ -4,10 +4,10 @@ from collections.abc import Collection, Iterable
 from dataclasses import replace
 from pathlib import Path
 
-from .xml.context import ReadingContext
 from .xml.document import Document, Sources, read_document
 from .xml.problem import Problem, Problems
 from .xml.reader import read_trees
+from .xml.specs import ReadingContext
 
 
 class Libraries:

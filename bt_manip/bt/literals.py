@@ -25,12 +25,7 @@ _BOOLEANS = {
 
 
 def parse_integer(text: str, bits: int = 32, *, signed: bool = True) -> int:
-    """Read the integer at the start of a text.
-
-    Args:
-        text: The text.
-        bits: Width of the integer type that receives it.
-        signed: Whether that type has a sign.
+    """Read the integer at the start of a text, for an integer type of that width.
 
     Raises:
         ValueError: If there is none, or if it does not fit.
@@ -51,11 +46,7 @@ def integer_range(bits: int, *, signed: bool) -> tuple[int, int]:
 
 
 def parse_real(text: str, *, whole: bool = False) -> float:
-    """Read the floating point number at the start of a text.
-
-    Args:
-        text: The text.
-        whole: Whether nothing may follow the number.
+    """Read the floating point number at the start of a text, which with `whole` ends there.
 
     Raises:
         ValueError: If there is none, or if it is too large or too small for a double.
@@ -79,11 +70,7 @@ def rest_after_number(text: str, *, integer: bool) -> str:
 
 
 def parse_boolean(text: str) -> bool:
-    """Read a truth value: ``0 1 true True TRUE false False FALSE`` and nothing else.
-
-    Raises:
-        ValueError: If it is another text.
-    """
+    """Read ``0 1 true True TRUE false False FALSE``; anything else is a `ValueError`."""
     try:
         return _BOOLEANS[text]
     except KeyError:
@@ -91,11 +78,7 @@ def parse_boolean(text: str) -> bool:
 
 
 def parse_status(text: str) -> NodeStatus:
-    """Read the name of a node status.
-
-    Raises:
-        ValueError: If it is not one of the five.
-    """
+    """Read the name of a node status; anything else is a `ValueError`."""
     try:
         return NodeStatus[text]
     except KeyError:
@@ -112,11 +95,7 @@ def split_list(text: str) -> list[str]:
 
 
 def parse_json(text: str) -> Any:
-    """Read the JSON text after the ``json:`` of a literal.
-
-    Raises:
-        ValueError: If it is not JSON.
-    """
+    """Read the JSON text after the ``json:`` of a literal; anything else is a `ValueError`."""
     try:
         return json.loads(text, parse_constant=_no_constant, parse_float=_finite)
     except (ValueError, RecursionError) as error:

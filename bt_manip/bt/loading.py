@@ -16,12 +16,12 @@ from bt_manip.bt.reading_options import DEFAULTS, ReadingOptions
 from bt_manip.bt.registry import BehaviourRegistry
 from bt_manip.bt.tree import Tree
 from bt_manip.bt.xml.builder import Builder
-from bt_manip.bt.xml.context import ReadingContext
 from bt_manip.bt.xml.dialect import BTCPP, Dialect, choose_dialect
 from bt_manip.bt.xml.document import Document, parse_document, read_document
 from bt_manip.bt.xml.problem import ERROR, Problem, Problems
 from bt_manip.bt.xml.reader import read_trees
 from bt_manip.bt.xml.source import Element
+from bt_manip.bt.xml.specs import ReadingContext
 from bt_manip.bt.xml.static_checks import check_goals_below, check_unused
 from bt_manip.exceptions import BtManipError, TreeError
 from bt_manip.packages import missing
@@ -88,9 +88,6 @@ def load_tree(
         options: How it is read.
         **changes: Other values for some of the options: ``clock=...``.
 
-    Returns:
-        A tree that can run.
-
     Raises:
         TreeError: If the document has errors; it lists them with file, line and column.
     """
@@ -106,18 +103,10 @@ def parse_tree(
     base: Path | None = None,
     **changes: Any,
 ) -> Tree:
-    """Read a tree from a text.
+    """Read a tree from a text, as `load_tree` does from a file.
 
-    Args:
-        text: The document.
-        registry: The behaviours that it may name.
-        options: How it is read.
-        file: The file name in places of problems.
-        base: The folder of relative includes; the current one if none is given.
-        **changes: Other values for some of the options: ``clock=...``.
-
-    Returns:
-        A tree that can run.
+    Its problems name `file` in their places; relative includes start at `base`, by default the
+    current folder.
 
     Raises:
         TreeError: If the document has errors; it lists them with line and column.
@@ -217,9 +206,7 @@ def _build(
 ) -> tuple[Tree | None, dict[str, None], dict[str, int]]:
     """Build the tree that runs, and the document's others only to find their problems.
 
-    Returns:
-        The tree that runs, if there is one; the IDs of all trees that were built; the description
-        of each stub with the number of its nodes.
+    Returns that tree, if any, the IDs of all that were built, and the number of nodes of each stub.
     """
     document, problems, options = context.document, context.problems, context.options
     specs = read_trees(context, own_trees if main is None else [*own_trees, main])

@@ -114,12 +114,10 @@ class Port(Parameter):
     def reader(
         self, read: Callable[[], Any], fixed: bool, infrastructure: Mapping[str, Any]
     ) -> Callable[[], Any]:
-        """Return the function that reads the port once the tree is set up.
+        """Return the function that reads the port once the tree is set up, by default as before.
 
-        Args:
-            read: The function before.
-            fixed: Whether the tree gives a value, not an entry.
-            infrastructure: The arguments of the nodes' ``setup``.
+        `fixed` tells whether the tree gives a value, not an entry; `infrastructure` are the
+        arguments of the nodes' ``setup``.
         """
         return read
 
@@ -187,12 +185,7 @@ def is_pointer(text: str) -> bool:
 
 
 def pointed_key(port_name: str, text: str) -> str | None:
-    """Return the key that a port's text points to; None for a literal.
-
-    Args:
-        port_name: The key that ``{=}`` means.
-        text: The text given to the port.
-    """
+    """Return the key that a port's text points to, ``{=}`` being its name; None for a literal."""
     if text in ("{=}", "="):
         return port_name
     return text.strip(" ")[1:-1] if is_pointer(text) else None

@@ -4,37 +4,9 @@ from collections.abc import Iterable, Mapping
 from enum import Enum
 from typing import TYPE_CHECKING, Any, Final
 
-from bt_manip.bt.nodes.actions.blackboard import SetBlackboard, UnsetBlackboard, WasEntryUpdated
-from bt_manip.bt.nodes.actions.constant import AlwaysFailure, AlwaysSuccess
-from bt_manip.bt.nodes.actions.script import Script, ScriptCondition
-from bt_manip.bt.nodes.actions.sleep import Sleep
-from bt_manip.bt.nodes.controls.branching import IfThenElse, WhileDoElse
-from bt_manip.bt.nodes.controls.parallel import Parallel, ParallelAll
-from bt_manip.bt.nodes.controls.reactive import ReactiveFallback, ReactiveSequence
-from bt_manip.bt.nodes.controls.sequence import (
-    AsyncFallback,
-    AsyncSequence,
-    Fallback,
-    Sequence,
-    SequenceWithMemory,
-)
-from bt_manip.bt.nodes.controls.switch import Switch2, Switch3, Switch4, Switch5, Switch6
-from bt_manip.bt.nodes.controls.try_catch import TryCatch
-from bt_manip.bt.nodes.decorators.conditional import (
-    Precondition,
-    RunOnce,
-    SkipUnlessUpdated,
-    WaitValueUpdate,
-)
-from bt_manip.bt.nodes.decorators.forcing import (
-    ForceFailure,
-    ForceSuccess,
-    Inverter,
-    KeepRunningUntilFailure,
-)
-from bt_manip.bt.nodes.decorators.loop import LoopBool, LoopDouble, LoopInt, LoopString
-from bt_manip.bt.nodes.decorators.repeat import Repeat, RetryUntilSuccessful
-from bt_manip.bt.nodes.decorators.timing import Delay, Timeout
+from bt_manip.bt.nodes.actions import blackboard, constant, script, sleep
+from bt_manip.bt.nodes.controls import branching, parallel, reactive, sequence, switch, try_catch
+from bt_manip.bt.nodes.decorators import conditional, forcing, loop, repeat, timing
 from bt_manip.bt.nodes.node import Node
 from bt_manip.bt.nodes.subtree import SubTree
 from bt_manip.exceptions import TreeError, UnknownBehaviourError
@@ -47,12 +19,21 @@ FORBIDDEN = frozenset(" \t\n\r<>&\"'/\\:*?|.")
 """Characters that no name of a behaviour, tree or port has."""
 
 BUILT_IN: Final[tuple[type[Node], ...]] = (
-    AlwaysFailure, AlwaysSuccess, AsyncFallback, AsyncSequence, Delay, Fallback, ForceFailure,
-    ForceSuccess, IfThenElse, Inverter, KeepRunningUntilFailure, LoopBool, LoopDouble, LoopInt,
-    LoopString, Parallel, ParallelAll, Precondition, ReactiveFallback, ReactiveSequence, Repeat,
-    RetryUntilSuccessful, RunOnce, Script, ScriptCondition, Sequence, SequenceWithMemory,
-    SetBlackboard, SkipUnlessUpdated, Sleep, SubTree, Switch2, Switch3, Switch4, Switch5, Switch6,
-    Timeout, TryCatch, UnsetBlackboard, WaitValueUpdate, WasEntryUpdated, WhileDoElse,
+    blackboard.SetBlackboard, blackboard.UnsetBlackboard, blackboard.WasEntryUpdated,
+    branching.IfThenElse, branching.WhileDoElse,
+    conditional.Precondition, conditional.RunOnce, conditional.SkipUnlessUpdated,
+    conditional.WaitValueUpdate,
+    constant.AlwaysFailure, constant.AlwaysSuccess,
+    forcing.ForceFailure, forcing.ForceSuccess, forcing.Inverter, forcing.KeepRunningUntilFailure,
+    loop.LoopBool, loop.LoopDouble, loop.LoopInt, loop.LoopString,
+    parallel.Parallel, parallel.ParallelAll,
+    reactive.ReactiveFallback, reactive.ReactiveSequence,
+    repeat.Repeat, repeat.RetryUntilSuccessful,
+    script.Script, script.ScriptCondition,
+    sequence.AsyncFallback, sequence.AsyncSequence, sequence.Fallback, sequence.Sequence,
+    sequence.SequenceWithMemory,
+    sleep.Sleep, SubTree, switch.Switch2, switch.Switch3, switch.Switch4, switch.Switch5,
+    switch.Switch6, timing.Delay, timing.Timeout, try_catch.TryCatch,
 )  # fmt: skip
 """The nodes of the language, which every registry has."""
 
@@ -149,11 +130,7 @@ class BehaviourRegistry:
             ) from None
 
     def names(self, *, built_in: bool = True) -> list[str]:
-        """Return all names, sorted.
-
-        Args:
-            built_in: Whether the nodes of the language are among them.
-        """
+        """Return all names, sorted, if wanted without the nodes of the language."""
         return sorted(n for n in self._classes if built_in or n not in self._built_in)
 
     def is_built_in(self, name: str) -> bool:

@@ -16,11 +16,7 @@ from bt_manip.exceptions import TreeError
 class TreeWatch:
     """Replaces a running tree when one of its files, included ones too, was edited.
 
-    Args:
-        tree: The tree that runs; it was read from a file.
-        registry: The behaviours that its files may name.
-        options: How the files are read; the clock stays that of the tree.
-        **changes: Other values for some of the options.
+    The files are read as `options` and `changes` say; the clock stays that of the tree.
 
     Raises:
         TreeError: If the tree was not read from a file.
@@ -44,13 +40,8 @@ class TreeWatch:
     def poll(self, check: Callable[[Tree], None] = lambda tree: None) -> Reading | None:
         """Replace the tree if a file has changed since the last call; to be called between ticks.
 
-        Args:
-            check: Called with the edited tree before it replaces the other; where it raises, the
-                tree goes on as it was.
-
-        Returns:
-            The result of reading the changed files; None if none has changed. If it holds errors,
-            the tree goes on as it was.
+        The tree goes on as it was if the result, which is None without a change, holds errors, or
+        if `check` raises, which gets the edited tree before.
 
         Raises:
             NodeError: If a node raised an exception while it was halted or set up.

@@ -36,6 +36,8 @@ SUCCESS: Final = NodeStatus.SUCCESS
 FAILURE: Final = NodeStatus.FAILURE
 SKIPPED: Final = NodeStatus.SKIPPED
 
+_STATUSES: Final = tuple(NodeStatus)
+
 PY_STATUS: Final = (
     Status.INVALID,
     Status.RUNNING,
@@ -52,14 +54,8 @@ def node_status(status: Status | NodeStatus) -> NodeStatus:
     Raises:
         TreeError: If it is not a status.
     """
-    if status is Status.RUNNING:
-        return RUNNING
-    if status is Status.SUCCESS:
-        return SUCCESS
-    if status is Status.FAILURE:
-        return FAILURE
-    if status is Status.INVALID:
-        return IDLE
     if isinstance(status, NodeStatus):
         return status
+    if isinstance(status, Status):
+        return _STATUSES[PY_STATUS.index(status)]
     raise TreeError(f"update() returned {status!r}; expected a Status")

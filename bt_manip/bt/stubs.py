@@ -60,12 +60,8 @@ class Stubs:
     ) -> BehaviourRegistry:
         """Return a registry in which the nodes that a document uses are declared.
 
-        The models of sub-trees are added to the document's.
-
-        Args:
-            document: The document, its libraries included.
-            registry: The behaviours that are known.
-            problems: Takes warnings of ports that the model of a stub does not declare.
+        The document includes its libraries; the models of sub-trees are added to it. Ports that the
+        model of a stub does not declare are warnings.
 
         Raises:
             TreeError: If a result asked for does not suit the node.

@@ -14,7 +14,7 @@ from py_trees.behaviour import Behaviour
 from bt_manip.bt.blackboard import Blackboard
 from bt_manip.bt.goal import bind_goal, reads_cell
 from bt_manip.bt.nodes.binding import OnProblem, bind
-from bt_manip.bt.nodes.decorators.repeat import Repeat, RetryUntilSuccessful
+from bt_manip.bt.nodes.decorators.repeat import Counting
 from bt_manip.bt.nodes.node import Node
 from bt_manip.bt.nodes.tree_node import TreeNode, behaviour_of
 from bt_manip.bt.ports import is_pointer
@@ -104,7 +104,8 @@ class Tree:
         self.constants: dict[tuple[str, str], str] = {}
         self._has_foreign = not all(isinstance(node, Node) for node in self.nodes)
         self._infrastructure: dict[str, Any] | None = None
-        _make_room(binding.depth)
+        frames = binding.depth * _FRAMES_PER_LEVEL + _FRAMES_AROUND
+        sys.setrecursionlimit(max(frames, sys.getrecursionlimit()))
 
     @property
     def task(self) -> str:
@@ -177,7 +178,7 @@ class Tree:
 
     def _raise_endless(self) -> NoReturn:
         """Raise the error of a tick that does not end, a mistake in the tree."""
-        loops = (n for n in reversed(self.nodes) if isinstance(n, Repeat | RetryUntilSuccessful))
+        loops = (n for n in reversed(self.nodes) if isinstance(n, Counting))
         node = next((node for node in loops if node.engine_status is RUNNING), self._root)
         child = node.child_nodes[0].name if node.child_nodes else "it"
         text = (
@@ -187,14 +188,7 @@ class Tree:
         raise NodeError(node.path, node.registration, text) from TreeError(text)
 
     def tick_exactly_once(self) -> NodeStatus:
-        """Tick the tree once; wake-ups are ignored.
-
-        Returns:
-            The status of the root; when it has completed, the root is idle afterwards.
-
-        Raises:
-            NodeError: If a node raised an exception.
-        """
+        """Tick the tree once, as `tick` does; wake-ups are ignored."""
         self._runtime.fire_timers()
         status = self._root.execute()
         if status is SUCCESS or status is FAILURE:
@@ -300,14 +294,10 @@ class Tree:
     # ------------------------------------------------------------------ replacing
 
     def replace(self, other: "Tree") -> None:
-        """Become another tree: running nodes are halted, the blackboard and the clock stay.
+        """Become a tree that has not run: running nodes are halted, blackboard and clock stay.
 
         The entries of every scope that both trees have stay, with those that only the new tree
-        declares added. Observers and infrastructure stay.
-
-        Args:
-            other: A tree that was just built and has not run, perhaps set up; it must not be used
-                afterwards.
+        declares added. Observers and infrastructure stay. The new one is not to be used otherwise.
 
         Raises:
             NodeError: If a node raised an exception while it was halted or set up; this tree is
@@ -325,17 +315,8 @@ class Tree:
         runtime.wake_up = False
         runtime.reason = ""
         runtime.enums.update(other._runtime.enums)
-        self.root = other.root
-        self.tree_id = other.tree_id
-        self.document, self.warnings = other.document, other.warnings
-        self.constants = other.constants
-        self.nodes = other.nodes
-        self.scopes = other.scopes
-        self.goal, self.given_goal = other.goal, other.given_goal
-        self.given_task = other.given_task
-        self.results, self.continues = other.results, other.continues
-        self._root = other._root
-        self._has_foreign = other._has_foreign
+        kept = ("_runtime", "observers", "_infrastructure")
+        vars(self).update((name, new) for name, new in vars(other).items() if name not in kept)
         for node in self.nodes:
             node._node_runtime = runtime
             node._node_observers = runtime.observers
@@ -354,13 +335,6 @@ class Tree:
         from bt_manip.bt.drawing import draw_svg
 
         return draw_svg(self, ports=False)
-
-
-def _make_room(depth: int) -> None:
-    """Raise the interpreter's recursion limit where a tree is deeper than it allows."""
-    needed = depth * _FRAMES_PER_LEVEL + _FRAMES_AROUND
-    if needed > sys.getrecursionlimit():
-        sys.setrecursionlimit(needed)
 
 
 def _keep_entries(old: Blackboard, new: Blackboard) -> None:

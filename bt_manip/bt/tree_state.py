@@ -16,11 +16,7 @@ from bt_manip.exceptions import TreeError
 def get_tree_state(
     nodes: list[TreeNode], scopes: Mapping[str, Blackboard], runtime: Runtime
 ) -> dict[str, Any]:
-    """Return the state of nodes and scopes as numbers, strings, lists and dicts.
-
-    Raises:
-        TreeError: If an entry holds a value that its type cannot write as text.
-    """
+    """Return the state as plain data; raise a `TreeError` if a value cannot be written as text."""
     return {
         "nodes": [
             {
@@ -46,11 +42,7 @@ def set_tree_state(
     scopes: Mapping[str, Blackboard],
     runtime: Runtime,
 ) -> None:
-    """Restore the state that `get_tree_state` returned.
-
-    Raises:
-        TreeError: If the state is of another tree.
-    """
+    """Restore what `get_tree_state` returned; raise a `TreeError` if it is of another tree."""
     if [entry["path"] for entry in state["nodes"]] != [node.path for node in nodes]:
         raise TreeError("the state is of another tree: its nodes have other paths")
     types = _known_types(nodes)
@@ -107,9 +99,9 @@ def _entry(key: str, state: Mapping[str, Any], types: Mapping[str, PortType]) ->
 
 
 def _known_types(nodes: list[TreeNode]) -> dict[str, PortType]:
-    types = {
-        value.name: value for value in vars(port_types).values() if isinstance(value, PortType)
-    }
+    of_values = map(port_types.port_type, (list, type(None)))  # of what a program wrote
+    known = (*vars(port_types).values(), *of_values)
+    types = {value.name: value for value in known if isinstance(value, PortType)}
     for node in nodes:
         for port in node.ports.values():
             types.setdefault(port.type.name, port.type)

@@ -172,15 +172,10 @@ def _file(address: str, path: Path, formats: Mapping[str, ModelFormat] | None) -
 
 
 def check_package(address: str, kind: str, *names: str) -> None:
-    """Raise an error that names the package, if a missing one brings the models of an address.
+    """Raise a `ModelError` that names the package which brings one of the unknown names, if any.
 
-    Args:
-        address: The address, for the message.
-        kind: Kind of the names, see `bt_manip.packages.packages`.
-        *names: Unknown names: the kind of address; or suffix, root element or files of a path.
-
-    Raises:
-        ModelError: If a package of the repository brings one of the names.
+    For the kinds of names see `bt_manip.packages.packages`; they are the kind of an address, or
+    suffix, root element or files of a path.
     """
     for name in names:
         if package := missing(kind, name):

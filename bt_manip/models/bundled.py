@@ -6,13 +6,10 @@ from bt_manip.exceptions import BtManipError, did_you_mean
 
 
 def bundled_root(kind: str) -> Path:
-    """Return the directory of bundled files of one kind.
+    """Return the directory of bundled ``"models"``, ``"trees"`` or ``"scenes"``.
 
     A wheel has them in ``bt_manip/bundled/models``, ``bt_manip/bundled/trees`` and so on; a
     source checkout has them at the top level, beside the package.
-
-    Args:
-        kind: ``"models"``, ``"trees"`` or ``"scenes"``.
 
     Raises:
         BtManipError: If they are missing in the installation.
@@ -27,11 +24,7 @@ def bundled_root(kind: str) -> Path:
 
 
 def bundled_path(name: str, kind: str = "models") -> Path:
-    """Return the path of a bundled file.
-
-    Args:
-        name: Path inside the bundle, such as ``"panda/panda.xml"``.
-        kind: ``"models"`` or ``"trees"``.
+    """Return the path of a file in the bundle of a kind, such as ``"panda/panda.xml"``.
 
     Raises:
         BtManipError: If there is no such file, with suggestions.

@@ -30,10 +30,9 @@ _reason: ContextVar[str] = ContextVar("why nothing may be downloaded; empty: it 
 
 @contextmanager
 def no_downloads(reason: str) -> Iterator[None]:
-    """Reject downloads of models inside the block; cached models are available.
+    """Reject downloads of models inside the block for a reason; cached models are available.
 
-    Args:
-        reason: Reason for the message: ``a snapshot downloads nothing``.
+    It begins the message: ``a snapshot downloads nothing``.
     """
     token = _reason.set(reason)
     try:
@@ -64,9 +63,7 @@ class ModelCache:
     def addresses(self, everything: bool) -> Iterable[str]:
         """Return the addresses of the cached models.
 
-        Args:
-            everything: Whether to add known models that would be downloaded, with the suffix ``"
-                *"``.
+        With `everything` also known models that would be downloaded, with the suffix ``" *"``.
         """
         raise NotImplementedError
 

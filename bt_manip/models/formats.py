@@ -3,7 +3,6 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
 
 from bt_manip.models.changed_mjcf import repaired_mjcf
 from bt_manip.models.downloads import Progress
@@ -13,44 +12,28 @@ from bt_manip.models.lone_mesh import convert_mesh
 from bt_manip.models.urdf import convert_urdf
 
 
-class Convert(Protocol):
-    """Conversion of a model to MJCF."""
-
-    def __call__(self, found: FoundModel, *, convex: str, progress: Progress) -> MjcfModel:
-        """Convert a model.
-
-        Args:
-            found: The file.
-            convex: Collision geometry of meshes: convex ``"hull"`` or convex ``"parts"``.
-            progress: Called with the progress of a download.
-
-        Raises:
-            ModelError: If it cannot be converted.
-        """
-
-
 @dataclass(frozen=True)
 class ModelFormat:
     """Format of model files.
 
     Attributes:
-        convert: Converts a model to MJCF.
+        convert: ``convert(found, convex=..., progress=...)`` returns a `FoundModel` as MJCF, with
+            the convex ``"hull"`` or convex ``"parts"`` of meshes for collision; `progress` gets
+            the progress of a download.
         suffixes: Suffixes of the files, in lower case: ``(".urdf",)``.
         tag: Root element of files that end in ``.xml``; empty for none.
         find_in: Returns the model file in a folder, or None.
     """
 
-    convert: Convert
+    convert: Callable[..., MjcfModel]
     suffixes: tuple[str, ...] = ()
     tag: str = ""
     find_in: Callable[[Path], Path | None] | None = None
 
     def find(self, path: Path, tag: str) -> Path | None:
-        """Return the file of a path, which may be a folder, or None if it has another format.
+        """Return the file of an existing file or folder; None if it has another format.
 
-        Args:
-            path: An existing file or folder.
-            tag: Root element of a file that ends in ``.xml``, else empty.
+        `tag` is the root element of a file that ends in ``.xml``, else empty.
         """
         if path.is_dir():
             return None if self.find_in is None else self.find_in(path)
@@ -68,11 +51,7 @@ def built_in_formats() -> dict[str, ModelFormat]:
 
 
 def recognise(path: Path, formats: Mapping[str, ModelFormat]) -> tuple[str, Path] | None:
-    """Return the format and the file of a path, or None if no format fits.
-
-    Raises:
-        ModelError: If it is damaged.
-    """
+    """Return the format and the file of a path, or None if no format fits."""
     tag = root_tag(path)
     for name, model_format in formats.items():
         if (file := model_format.find(path, tag)) is not None:
@@ -81,11 +60,7 @@ def recognise(path: Path, formats: Mapping[str, ModelFormat]) -> tuple[str, Path
 
 
 def root_tag(path: Path) -> str:
-    """Return the root element of a file that ends in ``.xml``; an empty text for others.
-
-    Raises:
-        ModelError: If it is not XML.
-    """
+    """Return the root element of a file that ends in ``.xml``; an empty text for others."""
     if path.suffix.lower() != ".xml" or path.is_dir():
         return ""
     return str(read_xml(path).tag)

@@ -1,4 +1,4 @@
-"""Parsing of untrusted XML."""
+"""Parsing of untrusted XML, and checks of its numbers."""
 
 import math
 import re
@@ -12,22 +12,22 @@ from bt_manip.models.errors import ModelError
 
 MAX_MODEL_ELEMENTS = 2_000  # of a model; PyMJCF takes a millisecond for each
 MAX_ATTRIBUTES = 1_000  # of an element
+LARGEST = 1e10  # mass [kg], density [kg/m^3] and moment of inertia [kg m^2]
 MAX_GENERATED = {"flexcomp": 2**16, "hfield": 2**24, "texture": 2**26}  # which MuJoCo generates
 _GENERATORS = ("replicate", "composite")  # of elements
 _COUNTS = ("count", "nrow", "ncol", "width", "height")
+_KG, _MOMENT = "[kg]", "[kg m^2]"
+_MJCF = {"mass": _KG, "density": "[kg/m^3]", "diaginertia": _MOMENT}
+_URDF = {"mass": {"value": _KG}, "inertia": dict.fromkeys(("ixx", "iyy", "izz"), _MOMENT)}
 _UNDECLARED = etree.ErrorTypes.NS_ERR_UNDEFINED_NAMESPACE
 _VERSION = re.compile(rb"\s*<\?xml\s+version\s*=\s*([\"'])[^\"'>]*")
 
 
 def parse_xml(data: bytes, path: Path) -> etree._Element:
-    """Parse a document; document types, and so entities, are refused.
+    """Parse the document of a file; document types, and so entities, are refused.
 
     As in other readers of models, any version of XML is read as 1.0, also after blank lines, and
     prefixes such as ``gazebo:`` need no namespace.
-
-    Args:
-        data: The document.
-        path: Its file, for messages.
 
     Raises:
         ModelError: If it is not XML, too large, or has a document type.
@@ -90,3 +90,29 @@ def _count(element: etree._Element) -> float:
     """Return how many copies, points or pixels MuJoCo generates for an element."""
     text = " ".join(element.get(key, "") for key in _COUNTS)
     return math.prod(map(float, re.findall(r"\d+", text)))
+
+
+def check_numbers(path: Path, element: etree._Element, *, urdf: bool = False) -> None:
+    """Check the numbers of an element of MJCF or URDF, and the bounds of its inertia.
+
+    Masses and the like may be zero here: bodies that do not move may have no mass.
+
+    Raises:
+        ModelError: If one is NaN, or if a mass, density or moment of inertia is negative, too large
+            or not finite; with file and line.
+    """
+    where = f"{path}:{element.sourceline}: <{element.tag}>:"
+    units = _URDF.get(str(element.tag), {}) if urdf else _MJCF
+    for key, text in element.attrib.items():
+        if key in units:
+            try:
+                values = [float(word) for word in text.split()]
+            except ValueError:
+                continue  # MuJoCo reports it
+            if not all(0.0 <= value <= LARGEST for value in values):
+                raise ModelError(
+                    f"{where} {key} must be at least 0 and at most {LARGEST:g} {units[key]}, "
+                    f"got {text}"
+                )
+        if key not in ("name", "class") and "nan" in text.lower().split():
+            raise ModelError(f"{where} {key} has NaN, expected finite numbers")

@@ -24,10 +24,7 @@ REMEDY = (
 def menagerie_file(name: str, progress: Progress = terminal_progress) -> Path:
     """Return the file of a model, downloaded on first use.
 
-    Args:
-        name: ``franka_emika_panda``, or ``franka_emika_panda/hand`` for another model of its
-            folder.
-        progress: Called with the progress of a download.
+    ``franka_emika_panda/hand`` is another model of the folder ``franka_emika_panda``.
 
     Raises:
         ModelError: If there is no such model, the server does not answer, or the download is
@@ -58,11 +55,7 @@ def menagerie_file(name: str, progress: Progress = terminal_progress) -> Path:
 
 
 def _require_server(name: str) -> None:
-    """Check the connection to the server once; the package itself would retry for many seconds.
-
-    Raises:
-        ModelError: If it does not answer within `CONNECTION_TIMEOUT`.
-    """
+    """Raise a `ModelError` without a server; the package itself would retry for many seconds."""
     import urllib.error
     import urllib.request
 
@@ -124,11 +117,7 @@ class MenagerieCache(ModelCache):
         return f"menagerie:{name}", menagerie_file(name)
 
     def remove(self, address: str) -> list[Path]:
-        """Delete a model.
-
-        Raises:
-            ModelError: If there is no such model.
-        """
+        """Delete a model; raise a `ModelError` if there is no such model."""
         import shutil
 
         import mujoco_menagerie as menagerie

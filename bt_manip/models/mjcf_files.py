@@ -7,8 +7,7 @@ from lxml import etree
 
 from bt_manip.files import check_regular, note_files
 from bt_manip.models.errors import ModelError
-from bt_manip.models.hardened_xml import read_xml
-from bt_manip.models.inertial_values import check_inertial_values
+from bt_manip.models.hardened_xml import check_numbers, read_xml
 from bt_manip.models.meshes import MAX_MESH_BYTES
 
 _FOLDERS = ("assetdir", "meshdir", "texturedir")
@@ -50,10 +49,8 @@ def _check(
         folders |= {main / compiler.get(key, "") for key in _FOLDERS}
     for element in root.iter():
         where = f"{path}:{element.sourceline}: <{element.tag}>"
-        check_inertial_values(path, element)
+        check_numbers(path, element)
         for key, value in element.attrib.items():
-            if key not in ("name", "class") and "nan" in str(value).lower().split():
-                raise ModelError(f"{where}: {key} has NaN, expected finite numbers")
             if str(key).startswith("file") and value:
                 for found in _existing(folders, str(value), f"{where}: {key} '{value}'"):
                     if element.tag not in _MODELS:

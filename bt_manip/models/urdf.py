@@ -11,8 +11,7 @@ from bt_manip.models.downloads import Progress
 from bt_manip.models.errors import ModelError
 from bt_manip.models.exact_xml import exact_xml
 from bt_manip.models.found_model import FoundModel, MjcfModel
-from bt_manip.models.hardened_xml import read_xml
-from bt_manip.models.inertial_values import check_inertial_values
+from bt_manip.models.hardened_xml import check_numbers, read_xml
 from bt_manip.models.meshes import MESHES
 from bt_manip.models.packages import find_package_file
 
@@ -39,13 +38,8 @@ def convert_urdf(found: FoundModel, *, convex: str, progress: Progress) -> MjcfM
     root = read_xml(found.path)
     if root.tag != "robot":
         raise ModelError(f"{found.path}: expected <robot>, found <{root.tag}>")
-    for element in root.iter("mass", "inertia"):
-        check_inertial_values(found.path, element, urdf=True)
-    for element in root.iter("limit", "origin", "axis", "mimic", "box", "cylinder", "sphere"):
-        for key, value in element.attrib.items():
-            if "nan" in str(value).lower().split():
-                where = f"{found.path}:{element.sourceline}: <{element.tag}>"
-                raise ModelError(f"{where}: {key} has NaN, expected finite numbers")
+    for element in root.iter():
+        check_numbers(found.path, element, urdf=True)
     assets, warnings = Assets(), []
     for mesh in list(root.iter("mesh")):
         shape = mesh.getparent().getparent()  # <visual> or <collision>

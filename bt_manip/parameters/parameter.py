@@ -2,9 +2,9 @@
 
 import inspect
 import re
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import inf
-from typing import Any, Final, Self
+from typing import Any, Final
 
 from bt_manip.exceptions import shortened, shown
 
@@ -64,10 +64,6 @@ class Parameter:
             object.__setattr__(self, "type", type(first))
         if not self.unit and (unit := re.search(r"\[([^\]]+)\]", self.meaning)):
             object.__setattr__(self, "unit", unit[1])
-
-    def with_default(self, default: Any) -> Self:
-        """Return the same declaration with another default."""
-        return replace(self, default=default)
 
     @property
     def bounds(self) -> str:

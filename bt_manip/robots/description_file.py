@@ -41,4 +41,4 @@ def read_gripper(path: Path | str) -> GripperDescription | None:
 
 
 def _file(path: Path) -> TomlFile:
-    return TomlFile(path, "robot description", RobotError, collects=True)
+    return TomlFile(path, "robot description", RobotError)

@@ -23,7 +23,6 @@ from .scene import SceneRobot as SceneRobot
 from .scene import table_and_basket as table_and_basket
 from .scene import two_arms as two_arms
 from .scene_file import find_scene as find_scene
-from .scene_file import is_scene_file as is_scene_file
 from .scene_file import read_scene as read_scene
 from .scene_file import scene_of as scene_of
 from .scene_file import seed_of as seed_of

@@ -98,11 +98,6 @@ def levels_of(scene: "Scene") -> dict[str, dict[int, Level]]:
 def with_level(scene: "Scene", name: str, level: Any) -> tuple["Scene", Mapping[str, str]]:
     """Return a scene with a level of randomization, and the level's settings of the tree.
 
-    Args:
-        scene: The scene.
-        name: Name of the levels: ``pose``, ``mass``, ...
-        level: The number of the level.
-
     Raises:
         BtManipError: If the scene has no such level.
     """

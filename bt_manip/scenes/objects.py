@@ -28,16 +28,11 @@ def object_models(settings: Mapping[str, str], scene: Scene) -> dict[str, str]:
 
 
 def with_models(scene: Scene, models: Mapping[str, str], catalogue: Catalogue) -> Scene:
-    """Return a scene with other models for some objects.
+    """Return a scene with other models for some objects, by their names.
 
     Each object keeps its name, its category and the position of its bottom's centre. If the
     object that carries a robot changes its height, the robot and all objects at its base or above
     move with it.
-
-    Args:
-        scene: The scene.
-        models: Addresses of models by names of objects.
-        catalogue: Makes objects.
 
     Raises:
         ModelError: If there is no model at an address.
@@ -104,13 +99,9 @@ def sampled_objects(objects: Sequence[SceneObject]) -> set[str]:
 
 
 def add_object(cell: Cell, scene_object: SceneObject, entity: composer.Entity, seed: int) -> None:
-    """Add an object at its pose in the scene, or at a pose sampled from its region.
+    """Add an object at its pose in the scene, or at one sampled from its region with a run's seed.
 
-    Args:
-        cell: The cell; the object's support is already in it.
-        scene_object: The object.
-        entity: Its entity.
-        seed: Seed of the run, for a sampled pose.
+    Its support is already in the cell.
 
     Raises:
         CellError: If the object would penetrate another entity, or there is no free pose.
@@ -132,8 +123,7 @@ def add_object(cell: Cell, scene_object: SceneObject, entity: composer.Entity, s
 def support_height(cell: Cell, scene_object: SceneObject, entity: composer.Entity) -> float:
     """Return the height of an object's origin at rest on its support [m]; 0 without a support.
 
-    Raises:
-        CellError: If the support has no surface.
+    A support without a surface is a `CellError`.
     """
     if not scene_object.on:
         return 0.0
@@ -144,11 +134,7 @@ def support_height(cell: Cell, scene_object: SceneObject, entity: composer.Entit
 
 
 def check_supports(cell: Cell, objects: Sequence[SceneObject]) -> None:
-    """Check that objects are above their supports.
-
-    Args:
-        cell: The built cell.
-        objects: The objects of the scene.
+    """Check that objects of a built cell are above their supports.
 
     Raises:
         CellError: If the centre of an object's bottom, or its whole region, is beside its support.
@@ -176,8 +162,7 @@ def check_supports(cell: Cell, objects: Sequence[SceneObject]) -> None:
 def place_again(cell: Cell, objects: Sequence[SceneObject], seed: int) -> set[str]:
     """Sample the poses of objects in a built cell with another seed; return their names.
 
-    Raises:
-        CellError: If there is no free pose.
+    A `CellError` is raised if there is no free pose.
     """
     later = sampled_objects(objects)
     if later:

@@ -50,11 +50,7 @@ class PoseSource(abc.ABC):
         """
 
     def taken(self, name: str) -> None:
-        """Note that an object was taken away.
-
-        Args:
-            name: Its name in the scene.
-        """
+        """Note that an object was taken away, by its name in the scene."""
         del name
 
 
@@ -72,11 +68,7 @@ class OperatorPoses(PoseSource):
     _asked = ""  # name of the last requested object
 
     def pose(self, scene_object: SceneObject, T_wo: pin.SE3) -> pin.SE3 | None:
-        """Ask once; return the scene's pose after the confirmation.
-
-        Raises:
-            CellError: If the input has ended.
-        """
+        """Ask once; return the scene's pose after the confirmation, which needs an open input."""
         answer = self._answer()
         if self._asked != scene_object.name:  # earlier input does not count as an answer
             self._asked = scene_object.name
@@ -103,10 +95,6 @@ class OperatorPoses(PoseSource):
 class ExpectedObjects:
     """The expected objects of a run, added to the cell one after the other.
 
-    Args:
-        cell: The cell.
-        models: Creates the objects.
-
     Attributes:
         source: Source of their poses.
         physics: The cell in which objects that the tree adds appear, to be expected from then on;
@@ -121,10 +109,7 @@ class ExpectedObjects:
         self._made: dict[str, composer.Entity] = {}
 
     def next(self, model: str = "") -> SceneObject:
-        """Return the next unused object of the scene, and mark it as used.
-
-        Args:
-            model: Model of the object; empty for any.
+        """Return the next unused object of the scene, of a model if one is given; mark it as used.
 
         Raises:
             CellError: If there is none left.
@@ -175,12 +160,7 @@ class ExpectedObjects:
 def make_pose_source(
     name: str, sources: Registry[Any], objects: Sequence[SceneObject]
 ) -> PoseSource | None:
-    """Return the pose source of a scene's expected objects; None for the physics.
-
-    Args:
-        name: Registered name of the pose source, or `PHYSICS`.
-        sources: The registered pose sources.
-        objects: The objects of the scene.
+    """Return the registered pose source of a scene's expected objects; None for `PHYSICS`.
 
     Raises:
         BtManipError: If there is no such source, or the scene has no expected objects and the tree

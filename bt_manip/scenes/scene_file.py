@@ -19,11 +19,7 @@ def is_scene_file(scene: str) -> bool:
 
 
 def find_scene(scene: str | Scene, parts: Parts) -> Scene:
-    """Return a scene by its name or file.
-
-    Args:
-        scene: A registered name, the path of a TOML file, or a scene.
-        parts: The registered parts.
+    """Return a scene by its registered name or the path of its file; a scene itself stays.
 
     Raises:
         BtManipError: If there is no such scene, or its file is invalid.
@@ -34,12 +30,7 @@ def find_scene(scene: str | Scene, parts: Parts) -> Scene:
 
 
 def seed_of(scene: str | Scene, parts: Parts) -> int:
-    """Return the seed of a scene; 0 if it has none, or cannot be read.
-
-    Args:
-        scene: A registered name, the path of a TOML file, or a scene.
-        parts: The registered parts.
-    """
+    """Return the seed of a scene as of `find_scene`; 0 if it has none, or cannot be read."""
     if isinstance(scene, Scene):
         return scene.seed or 0
     if not is_scene_file(scene):

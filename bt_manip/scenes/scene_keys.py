@@ -22,12 +22,8 @@ from .levels import VARIED_KINDS, Level
 class SceneError(BtManipError):
     """A scene file is invalid.
 
-    Args:
-        message: The message.
-        problems: All problems; default: the message.
-
     Attributes:
-        problems: All problems, each with file, line and key.
+        problems: All problems, each with file, line and key; by default the message.
     """
 
     def __init__(self, message: str, problems: tuple[str, ...] = ()) -> None:
@@ -36,18 +32,14 @@ class SceneError(BtManipError):
 
 
 class SceneFile(TomlFile):
-    """A scene file, and the registered parts to which its keys refer.
-
-    Args:
-        path: The file.
-        parts: The registered parts; without them, names are not checked.
+    """A scene file, and the registered parts to which its keys refer; without, none are checked.
 
     Raises:
         SceneError: If there is no such file or it is not valid TOML.
     """
 
     def __init__(self, path: Path, parts: Parts | None) -> None:
-        super().__init__(path, "scene", SceneError, collects=True)
+        super().__init__(path, "scene", SceneError)
         self.parts = parts
         self.catalogue = None
         if parts is not None:
@@ -68,11 +60,7 @@ class SceneFile(TomlFile):
 def find_robot(
     robot: str | RobotDescription, robots: Registry[RobotDescription]
 ) -> RobotDescription:
-    """Return the description of a robot.
-
-    Args:
-        robot: A registered name, the path of a description file, or a description.
-        robots: The registered descriptions.
+    """Return the description of a robot by its registered name or the path of its file.
 
     Raises:
         BtManipError: If there is no such robot, or its file is invalid.
@@ -293,11 +281,7 @@ def _variation(table: TomlTable, kind: str, thing: str, quantity: str) -> Any:
 def check_object(table: TomlTable, model: str, parameters: Mapping[str, Any], cls: type) -> None:
     """Check an object's model and parameters by creating it; reject wrong keys.
 
-    Args:
-        table: Its table.
-        model: Registered name of the object, or address of a model.
-        parameters: Its keyword arguments.
-        cls: Dataclass of its table; its keys are suggested for mistyped parameters.
+    Keys of `cls`, the dataclass of its table, are suggested for mistyped parameters.
     """
     catalogue = _file(table).catalogue
     if catalogue is None or (make := _attempt(table, "model", catalogue.get, model)) is None:

@@ -1,8 +1,8 @@
 """Keys of TOML files, declared as fields of dataclasses.
 
 ``velocity: Annotated[tuple[float, ...], Key("Velocity limits.", unit="rad/s", above=0.0)]`` is read
-by `read_fields`, written by `write_fields`, checked by `check_fields`, and listed by `rows` and in
-the docstring (`documented`).
+by `read_fields`, written by `write_fields`, checked by `check_fields`, and listed in the docstring
+(`documented`) and in the documentation.
 """
 
 import re
@@ -12,7 +12,7 @@ from dataclasses import MISSING, dataclass, fields, is_dataclass, replace
 from functools import cache
 from math import inf
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple, Protocol, TypeVar, Union, cast, get_args, get_origin
+from typing import Annotated, Any, NamedTuple, TypeVar, Union, get_args, get_origin
 from typing import get_type_hints as hints_of
 
 import pinocchio as pin
@@ -38,7 +38,9 @@ class Key(Parameter):
         table: Table that contains it; empty for the table of its dataclass.
         name: Its name in the file; empty for that of the field.
         needed: Whether it is required; by default if the field has no default value.
-        values: Reader, and optionally writer, of a type other than the built-in ones.
+        values: An object for a type other than the built-in ones: its `type` in words; its method
+            ``read(table, entry, size)`` returns the value, or None if it is missing or rejected;
+            where it is written, ``write(value, entry, folder)`` returns its entries.
         attribute: Name of the field; of keys of `entries_of`, like default, name and values.
     """
 
@@ -75,42 +77,8 @@ KeyField = Key
 """A key as `entries_of` returns it, with the field that declares it."""
 
 
-class Values(Protocol):
-    """Reads values of one type; dataclasses that are written need `WritableValues`."""
-
-    @property
-    def type(self) -> str:
-        """The type, for users."""
-
-    def read(self, table: TomlTable, entry: "KeyField", size: Any) -> Any:
-        """Return the value of a key; None if it is missing or rejected."""
-
-
-class WritableValues(Values, Protocol):
-    """Reads and writes values of one type."""
-
-    def write(self, value: Any, entry: "KeyField", folder: Path | None) -> dict[str, Any]:
-        """Return the entries of a value in its table, as plain data."""
-
-
-class Row(NamedTuple):
-    """A key in a table of the documentation; all cells are text."""
-
-    table: str
-    name: str
-    type: str
-    unit: str
-    default: str
-    bounds: str
-    meaning: str
-
-
 def entries_of(cls: Any) -> tuple[KeyField, ...]:
-    """Return the declared keys of a dataclass, in the order of its fields.
-
-    Args:
-        cls: The dataclass.
-    """
+    """Return the declared keys of a dataclass, in the order of its fields."""
     return _entries_of(cls)
 
 
@@ -137,12 +105,7 @@ def _entries_of(cls: Any) -> tuple[KeyField, ...]:
 
 
 def read_fields(cls: type, table: TomlTable) -> dict[str, Any]:
-    """Return the values of a dataclass's fields present in a table; reject wrong keys.
-
-    Args:
-        cls: The dataclass.
-        table: The table; it is finished (`TomlTable.finish`).
-    """
+    """Return the values of a dataclass's fields present in a table; reject wrong keys."""
     given: dict[str, Any] = {}
     tables: dict[str, TomlTable | None] = {}
     for entry in sorted(entries_of(cls), key=lambda entry: isinstance(entry.values, OtherKeys)):
@@ -182,9 +145,7 @@ def read_part(cls: type[T], table: TomlTable, **defaults: Any) -> T | None:
 def write_fields(value: Any, folder: Path | None = None) -> dict[str, Any]:
     """Return the keys of a dataclass that differ from their defaults, as plain data by table.
 
-    Args:
-        value: The dataclass.
-        folder: Folder of the file, to which paths are made relative; None keeps paths.
+    Paths are made relative to a folder, if one is given.
 
     Raises:
         TypeError: If a value is of another type than its key, with the key.
@@ -196,7 +157,7 @@ def write_fields(value: Any, folder: Path | None = None) -> dict[str, Any]:
         if given is None or (default is not MISSING and given == default):
             continue
         try:
-            written = cast(WritableValues, entry.values).write(given, entry, folder)
+            written = entry.values.write(given, entry, folder)
         except (AttributeError, TypeError, ValueError):
             what = f"key '{entry.name}' is {entry.values.type}, got {given!r}"
             raise TypeError(what) from None
@@ -207,43 +168,14 @@ def write_fields(value: Any, folder: Path | None = None) -> dict[str, Any]:
 def check_fields(value: Any, where: str, error: type[BtManipError]) -> None:
     """Check a dataclass created in Python as if it were read from a file.
 
-    Args:
-        value: The dataclass.
-        where: Its name, for messages.
-        error: Type of the error.
-
     Raises:
-        BtManipError: Of that type, with the key.
+        BtManipError: Of the type `error`, with the name `where` and the key.
     """
     try:
         written = write_fields(value)
     except TypeError as problem:
         raise error(f"{where}: {problem}") from None
     read_fields(type(value), TomlTable(PythonSource(where, error), written))
-
-
-def rows(cls: type, table: str = "") -> list[Row]:
-    """Return the keys of a dataclass and its parts, for a table of the documentation.
-
-    Args:
-        cls: The dataclass.
-        table: Name of its table; empty for the file itself. Arrays of tables are in brackets.
-    """
-    found, parts = [], []
-    for entry in entries_of(cls):
-        place = ".".join(filter(None, (table, entry.table)))
-        inner = getattr(entry.values, "cls", None)
-        tables = getattr(entry.values, "tables", {} if inner is None else {entry.name: inner})
-        for name, cls in tables.items():
-            parts += rows(cls, ".".join(filter(None, (place, name))))
-        if tables:
-            continue
-        names = getattr(entry.values, "names", entry.name)
-        default = "required" if entry.needed else _default_text(entry.default)
-        found.append(
-            Row(place, names, entry.form, entry.unit, default, entry.bounds, entry.meaning)
-        )  # fmt: skip
-    return found + parts
 
 
 def documented(cls: type[T]) -> type[T]:
@@ -414,7 +346,7 @@ _TYPES: tuple[tuple[Any, Any], ...] = (
 )
 
 
-def _values_of(hint: Any) -> Values:
+def _values_of(hint: Any) -> Any:
     """Return the reader and writer of a type, or of its alternative to None."""
     if get_origin(hint) in (Union, types.UnionType):
         (hint,) = (one for one in get_args(hint) if one is not type(None))
@@ -423,9 +355,3 @@ def _values_of(hint: Any) -> Values:
     if is_dataclass(hint):
         return Part(hint)  # type: ignore[arg-type]
     return next(values for known, values in _TYPES if known == hint)
-
-
-def _default_text(default: Any) -> str:
-    if isinstance(default, float):
-        return f"{default:g}"
-    return default if isinstance(default, str) else ""

@@ -14,15 +14,12 @@ _ASSIGNMENT = re.compile(rf"\s*({_KEY})\s*=")
 
 
 def line_numbers(text: str) -> dict[Place, int]:
-    """Return the line numbers of keys and tables, from 1.
+    """Return the line numbers of keys and tables of a text, from 1.
 
     Keys in inline values have no line of their own; inline tables of an array have, one each.
 
     The result is approximate, for messages: lines of a multi-line string that look like keys count
     as keys.
-
-    Args:
-        text: Content of the file.
     """
     lines: dict[Place, int] = {}
     counts: dict[Place, int] = {}

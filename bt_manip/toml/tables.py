@@ -24,7 +24,7 @@ UNBOUNDED = Parameter()
 
 
 class TomlFile:
-    """A TOML file, read table by table.
+    """A TOML file, read table by table; errors about keys are collected.
 
     Args:
         what: Kind of the file, for messages.
@@ -32,18 +32,14 @@ class TomlFile:
     Attributes:
         path: The file.
         error: Type of errors about its content.
-        collects: Whether tables collect errors about their keys until the outermost one is
-            finished.
-        problems: The collected errors.
+        problems: The errors about keys, raised when the outermost table is finished.
 
     Raises:
         BtManipError: Of type `error`, if there is no such file or it is not valid TOML.
     """
 
-    def __init__(
-        self, path: Path, what: str, error: type[BtManipError], *, collects: bool = False
-    ) -> None:
-        self.path, self.error, self.collects = path, error, collects
+    def __init__(self, path: Path, what: str, error: type[BtManipError]) -> None:
+        self.path, self.error = path, error
         self.problems: list[BtManipError] = []
         try:
             text = read_text(path, MAX_TOML_BYTES)
@@ -83,10 +79,7 @@ class PythonSource(NamedTuple):
 class TomlTable:
     """A table of a file, read key by key; `finish` rejects keys that were not read.
 
-    Args:
-        file: Source of the table.
-        entries: Content of the table.
-        place: Path of the table in the file; empty for the root table.
+    The root table of a file has an empty place.
     """
 
     def __init__(
@@ -103,9 +96,9 @@ class TomlTable:
         return self.file.error(f"{where}: key '{self._full(key)}' {message}")
 
     def reject(self, key: str, message: str) -> None:
-        """Raise an error about a key, or collect the first one of each key."""
+        """Collect the first error about each key of a file; raise one of a table from Python."""
         problem = self.error(key, message)
-        if not isinstance(self.file, TomlFile) or not self.file.collects:
+        if not isinstance(self.file, TomlFile):
             raise problem from None
         if key not in self._rejected:
             self._rejected.add(key)
@@ -122,9 +115,9 @@ class TomlTable:
             self._check_size(key, number)
         return value
 
-    def text(self, key: str, default: str | None = None) -> str | None:
-        """Return a string, or the default if missing."""
-        return self._typed(key, lambda value: isinstance(value, str) and value, "a text", default)
+    def text(self, key: str) -> str | None:
+        """Return a string, or None if missing."""
+        return self._typed(key, lambda value: isinstance(value, str) and value, "a text")
 
     def needed_text(self, key: str) -> str:
         """Return a required string."""
@@ -141,18 +134,10 @@ class TomlTable:
         what = 'a list of pairs of names, [["a", "b"]]'
         return tuple((a, b) for a, b in self._typed(key, _are_name_pairs, what, ()))
 
-    def number(
-        self,
-        key: str,
-        default: float | None = None,
-        *,
-        bounds: Parameter = UNBOUNDED,
-    ) -> float | None:
-        """Return a finite number within bounds, or the default if missing."""
-        value = self._typed(key, _is_number, "a number", default)
-        if value is default:
-            return default
-        return float(value) if self._check_size(key, value, bounds) else default
+    def number(self, key: str, *, bounds: Parameter = UNBOUNDED) -> float | None:
+        """Return a finite number within bounds, or None if missing."""
+        value = self._typed(key, _is_number, "a number")
+        return None if value is None or not self._check_size(key, value, bounds) else float(value)
 
     def numbers(
         self,
@@ -164,11 +149,7 @@ class TomlTable:
     ) -> tuple[float, ...] | None:
         """Return a list of finite numbers within bounds, or None if missing.
 
-        Args:
-            key: The key.
-            size: Required length; None for any.
-            spread: Whether to accept a single number, repeated if there is a length.
-            bounds: Bounds of each of them.
+        With `spread` a single number is accepted, too, and repeated if there is a `size`.
         """
         value = self._get(key)
         if value is None:
@@ -210,12 +191,7 @@ class TomlTable:
         return quat or (1.0, 0.0, 0.0, 0.0)
 
     def require(self, key: str, what: str) -> bool:
-        """Return whether the table has a required key, and reject it if not.
-
-        Args:
-            key: The key.
-            what: Its type, for the message.
-        """
+        """Return whether the table has a required key; reject it with its type if not."""
         if key not in self._entries:
             self._asked.append(key)
             near = [k for k in self._entries if k not in self._asked]
@@ -268,13 +244,13 @@ class TomlTable:
         """Reject keys that were not read.
 
         Raises:
-            BtManipError: If there is such a key; the nearest known keys are suggested. If the file
-                collects errors, the outermost table raises all of them, one per line.
+            BtManipError: If there is such a key; the nearest known keys are suggested. The
+                outermost table of a file raises all collected errors, one per line.
         """
         for key in self._entries:
             if key not in self._asked:
                 self.reject(key, f"means nothing{did_you_mean(key, self._asked)}")
-        if isinstance(self.file, TomlFile) and self.file.collects and not self._inner:
+        if isinstance(self.file, TomlFile) and not self._inner:
             problems, self.file.problems = self.file.problems, []
             if problems:
                 raise self.file.joined(problems)

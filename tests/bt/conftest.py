@@ -60,12 +60,6 @@ class Bench:
         text += "</BehaviorTree>" + "".join(others) + "</root>"
         return parse_tree(text, self.registry, clock=self.clock, **options)
 
-    def ticks(self, body: str, count: int = 3, **options: Any) -> str:
-        """Tick a tree exactly `count` times; give the first letters of the root's statuses."""
-        tree = self.tree(body, **options)
-        letters = {"RUNNING": "R", "SUCCESS": "S", "FAILURE": "F", "SKIPPED": "K"}
-        return "".join(letters[tree.tick_exactly_once().name] for _ in range(count))
-
     @property
     def events(self) -> list[str]:
         """What happened to the leaves: ``name event outcome``."""

@@ -48,7 +48,7 @@ def registry():
     return registry
 
 
-def warnings(registry, body, head="", rest=""):
+def warnings(registry, body, rest="", head=""):
     text = (
         '<root BTCPP_format="4" main_tree_to_execute="Main">\n'
         f'<BehaviorTree ID="Main" {head}>\n{body}\n</BehaviorTree>{rest}\n</root>'
@@ -333,9 +333,6 @@ RIGHT = {
         "<ForceFailure>" + sequence(PICK.split("\n", 1)[1]) + "</ForceFailure></Fallback>"
         "</RetryUntilSuccessful>",
     ),
-}
-
-RIGHT_WITH_SUB_TREES = {
     "two arms of sub-trees": (
         '<Parallel><SubTree ID="Up" robot="left"/>'
         '<SubTree ID="Up" name="b" robot="right"/></Parallel>',
@@ -365,14 +362,9 @@ RIGHT_WITH_SUB_TREES = {
 }
 
 
-@pytest.mark.parametrize("body", RIGHT.values(), ids=RIGHT)
-def test_what_some_run_can_do_is_no_finding(registry, body):
-    assert warnings(registry, body) == []
-
-
-@pytest.mark.parametrize(("body", "rest"), RIGHT_WITH_SUB_TREES.values(), ids=RIGHT_WITH_SUB_TREES)
-def test_what_some_run_with_sub_trees_can_do_is_no_finding(registry, body, rest):
-    assert warnings(registry, body, rest=rest) == []
+@pytest.mark.parametrize("bodies", RIGHT.values(), ids=RIGHT)
+def test_what_some_run_can_do_is_no_finding(registry, bodies):
+    assert warnings(registry, *([bodies] if isinstance(bodies, str) else bodies)) == []
 
 
 def test_results_and_entries_that_are_given_are_no_findings(registry):
@@ -380,7 +372,7 @@ def test_results_and_entries_that_are_given_are_no_findings(registry):
     model = (
         '<TreeNodesModel><SubTree ID="Main"><input_port name="cube"/></SubTree></TreeNodesModel>'
     )
-    assert warnings(registry, body, '_results="count"', model) == []
+    assert warnings(registry, body, model, '_results="count"') == []
 
 
 def test_the_entry_of_the_task_and_what_another_cycle_left_are_no_findings(registry):
@@ -389,7 +381,7 @@ def test_the_entry_of_the_task_and_what_another_cycle_left_are_no_findings(regis
         '<SpawnObject object="{c}"/>',
         '<Drop container="basket"/>',
     )
-    assert warnings(registry, body, '_task="{said}" _continues="true"') == []
+    assert warnings(registry, body, head='_task="{said}" _continues="true"') == []
 
 
 def test_an_attribute_that_a_sub_tree_does_not_use_names_the_likely_one(registry):

@@ -4,7 +4,6 @@ import sys
 
 import py_trees
 import pytest
-from click.testing import CliRunner
 
 from bt_manip.bt import (
     AlwaysSuccess,
@@ -21,7 +20,6 @@ from bt_manip.bt import (
 from bt_manip.bt.loading import read_tree_text
 from bt_manip.bt.xml.source import parse_source
 from bt_manip.bt.xml.writer import write_source
-from bt_manip.cli.tree import tree as tree_commands
 from bt_manip.exceptions import TreeError
 from bt_manip_convert import to_python
 
@@ -94,22 +92,6 @@ def test_a_deeper_tree_is_one_error(text):
 
     assert reading.tree is None
     assert [error.message for error in reading.problems] == ["nested deeper than 256 levels"]
-
-
-@pytest.mark.parametrize("command", ["check", "show"])
-def test_commands_refuse_a_deeper_tree_with_one_line(command, tmp_path):
-    file = tmp_path / "deep.xml"
-    file.write_text(nested(300))
-    result = CliRunner().invoke(
-        tree_commands,
-        [command, str(file)],
-        standalone_mode=False,
-        help_option_names=["-h", "--help"],
-    )
-
-    found = result.output + str(result.exception or "")
-    assert found.count("error: nested deeper than 256 levels") == 1
-    assert result.exception is None or isinstance(result.exception, TreeError)
 
 
 @pytest.mark.parametrize("levels", [257, 3000])

@@ -10,7 +10,6 @@ from tests.conformance.compare import differences
 from tests.conformance.options import options_in, parse_options
 from tests.conformance.runner import run
 
-REJECTED = {"error": "rejected"}
 MAIN = ' main_tree_to_execute="Main"'
 SUBTREE = '<BehaviorTree ID="T"><AlwaysSuccess/></BehaviorTree>'
 
@@ -78,6 +77,27 @@ X_OF_ROOT = '<SubTree ID="S" name="t" x="{@x}"/>'
 EMPTY_LOOP = '<LoopInt queue="{x}" if_empty="FAILURE"><AlwaysSuccess/></LoopInt>'
 EXPLICIT = document('<ReactiveSequence><Action ID="AlwaysSuccess"/></ReactiveSequence>')
 
+REFUSED = {
+    "the ports of a replaced node still declare their entries": document(
+        TWO_TYPES, "subst.?=AlwaysSuccess"
+    ),
+    "a decorator cannot replace a node with two children": document(IN_S, "subst.s=Inverter"),
+    "an empty main tree means none of two": document(
+        "<AlwaysSuccess/>", others=SUBTREE, main=' main_tree_to_execute=""'
+    ),
+    "a JSON list of doubles takes no truth value": document(
+        '<SetOutVecDouble value="json:[true]" out="{v}"/>'
+    ),
+    "a JSON list of doubles takes no number that is too large": document(
+        '<SetOutVecDouble value="json:[1e400]" out="{v}"/>'
+    ),
+    "explicit elements below a reactive sequence": EXPLICIT,
+    "a comment does not end within its opening": document("<AlwaysSuccess/>", others="<!--->"),
+    "an explicit element with the ID SubTree names a tree": document('<Action ID="SubTree"/>'),
+    "elements nest no deeper than 498 levels": document("<AlwaysSuccess/>", others=model(497)),
+    "of two ports with one key the last one declares the entry": document(ONE_KEY),
+}
+
 DETAILS = {
     "a substituted node reads a port that the replaced node has, too": (
         document('<Scripted name="a" outcomes="F"/>', "subst.a=SyncScripted"),
@@ -91,33 +111,13 @@ DETAILS = {
         document('<SubTree ID="T" name="t"/>', "subst.t=Scripted", SUBTREE),
         once(None),
     ),
-    "the ports of a replaced node still declare their entries": (
-        document(TWO_TYPES, "subst.?=AlwaysSuccess"),
-        REJECTED,
-    ),
-    "a decorator cannot replace a node with two children": (
-        document(IN_S, "subst.s=Inverter"),
-        REJECTED,
-    ),
     "an empty main tree means the only tree": (
         document("<AlwaysSuccess/>", main=' main_tree_to_execute=""'),
         once("SUCCESS"),
     ),
-    "an empty main tree means none of two": (
-        document("<AlwaysSuccess/>", others=SUBTREE, main=' main_tree_to_execute=""'),
-        REJECTED,
-    ),
     "of a port that stands twice in a model the output counts more than the input": (
         document('<SubTree ID="T" name="t"/>', others=SUBTREE + TWICE_IN_A_MODEL),
         once("SUCCESS", Main={}, t={"z": "out"}),
-    ),
-    "a JSON list of doubles takes no truth value": (
-        document('<SetOutVecDouble value="json:[true]" out="{v}"/>'),
-        REJECTED,
-    ),
-    "a JSON list of doubles takes no number that is too large": (
-        document('<SetOutVecDouble value="json:[1e400]" out="{v}"/>'),
-        REJECTED,
     ),
     "a JSON list of integers takes truth values": (
         document('<SetOutVecInt name="a" value="json:[true]" out="{v}"/>'),
@@ -135,7 +135,6 @@ DETAILS = {
         document('<CheckInColor name="a" in="4"/>'),
         once("SUCCESS", leaf("a", read=4)),
     ),
-    "explicit elements below a reactive sequence are rejected": (EXPLICIT, REJECTED),
     "an exception while the tree is halted ends the run": (
         document(STUCK, "halt_before=2; ticks=3"),
         {
@@ -145,29 +144,13 @@ DETAILS = {
             ]
         },
     ),
-    "a comment does not end within its opening": (
-        document("<AlwaysSuccess/>", others="<!--->"),
-        REJECTED,
-    ),
     "a tree inside a tree that nothing uses is not found": (
         document("<AlwaysSuccess/>", others=TREE_IN_AN_UNUSED_TREE),
         once("SUCCESS"),
     ),
-    "an explicit element with the ID SubTree names a tree": (
-        document('<Action ID="SubTree"/>'),
-        REJECTED,
-    ),
     "elements nest 498 levels deep": (
         document("<AlwaysSuccess/>", others=model(496)),
         once("SUCCESS"),
-    ),
-    "elements nest no deeper": (
-        document("<AlwaysSuccess/>", others=model(497)),
-        REJECTED,
-    ),
-    "of two ports with one key the last one declares the entry": (
-        document(ONE_KEY),
-        REJECTED,
     ),
     "a script cannot create a root key through a remap": (
         document(X_OF_ROOT, others=tree_s('<Script code="x := 2"/>')),
@@ -182,6 +165,11 @@ DETAILS = {
         once("SUCCESS", Main={"x": "7"}),
     ),
 }
+
+
+@pytest.mark.parametrize("text", REFUSED.values(), ids=REFUSED)
+def test_a_document_is_refused_as_by_the_engine(text):
+    assert compare(text, {"error": "rejected"}) == []
 
 
 @pytest.mark.parametrize(("text", "trace"), DETAILS.values(), ids=DETAILS)

@@ -28,10 +28,7 @@ BOTH = "IsIn object={o} container=box &amp;&amp; IsAt pose=0.4;0;1"
 
 @pytest.fixture
 def registry():
-    registry = BehaviourRegistry()
-    registry.register(IsIn)
-    registry.register(IsAt)
-    return registry
+    return BehaviourRegistry([IsIn, IsAt])
 
 
 def test_conditions_are_joined_and_have_ports(registry):

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bt_manip.bt.blackboard import Blackboard
-from bt_manip.bt.port_types import BOOL, DOUBLE, INT, INT64, STRING
+from bt_manip.bt.port_types import BOOL, DOUBLE, INT, STRING
 from bt_manip.bt.script import parse_script
 from bt_manip.bt.script.evaluation import Environment
 from bt_manip.exceptions import ScriptError
@@ -32,25 +32,13 @@ def evaluate(text, scope=None):
 @pytest.mark.parametrize(
     ("text", "value"),
     [
-        ("0x1F", 31),
-        ("2e-1", 0.2),
-        ("(1 + 2) * 3", 9.0),
-        ("~5", -6.0),
-        ("6 | 3 ^ 1", 6.0),
-        ("1 < 2 < 3", 1.0),
         ("'a' < 'b'", 1.0),
         ("2 == '2.0'", 1.0),
-        ("'a' + 'b'", "ab"),
         ("-1 / 0", -math.inf),
-        ("2.5 .. 'x'", "2.500000x"),
-        ("RED + GREEN", 3.0),
-        ("1 ? 'yes' : 'no'", "yes"),
-        ("0 ? 1 : 0 ? 2 : 3", 3),
-        ("1; 2; 3", 3),
         ("9223372036854775808", 0),
     ],
 )
-def test_an_expression_has_a_value(text, value):
+def test_an_expression_beyond_the_traces_has_a_value(text, value):
     result, _ = evaluate(text)
 
     assert result == value and type(result) is type(value)
@@ -110,14 +98,6 @@ def test_a_long_chain_of_operators_is_no_nesting():
 def test_what_cannot_be_evaluated_says_why(scope, text, message):
     with pytest.raises(ScriptError, match=message):
         evaluate(text, scope)
-
-
-def test_an_assignment_creates_an_entry_and_keeps_its_value_type():
-    scope = Blackboard()
-    evaluate("a := 5; b := a; c := a + 1; e := f := 'x'", scope)
-
-    assert [scope[key] for key in "abcef"] == [5, 5, 6.0, "x", "x"]
-    assert scope.entry("b").type is INT64 and scope.entry("c").type is DOUBLE
 
 
 def test_a_script_knows_what_it_reads_and_writes():

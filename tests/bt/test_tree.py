@@ -316,6 +316,7 @@ class TestState:
 
     def test_a_tree_goes_on_from_a_snapshot(self):
         tree = tree_of(self.root())
+        tree.blackboard["seen"], tree.blackboard["last"] = [], None
         tree.tick()
         state = json.loads(json.dumps(tree.get_state()))
         other = tree_of(self.root())
@@ -325,6 +326,7 @@ class TestState:
         assert [other.tick() for _ in range(2)] == [tree.tick() for _ in range(2)]
         assert other.get_state() == tree.get_state()
         assert other.blackboard["n"] == 2 and other.blackboard["name"] == "cube"
+        assert (other.blackboard["seen"], other.blackboard["last"]) == ([], None)
 
     @pytest.mark.parametrize("parent", [partial(ParallelAll, max_failures=2), TryCatch])
     def test_the_reason_of_a_failure_before_the_snapshot_is_kept(self, parent):

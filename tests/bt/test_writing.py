@@ -236,15 +236,16 @@ def test_write_then_read_gives_the_same_tree_and_the_same_run(make):
     assert run(tree) == run(Tree(make()))
 
 
+@pytest.fixture(scope="module")
+def schema():
+    return etree.XMLSchema(etree.fromstring(tree_schema(REGISTRY).encode()))
+
+
 class TestSchemas:
     """Schemas and models for editors."""
 
-    def test_the_own_schema_takes_what_the_project_writes(self):
-        schema = etree.XMLSchema(etree.fromstring(tree_schema(REGISTRY).encode()))
-        for text in (
-            DOCUMENT,
-            tree_to_xml(TestTreesFromPython.TREE(), REGISTRY, model=True),
-        ):
+    def test_the_own_schema_takes_what_the_project_writes(self, schema):
+        for text in (DOCUMENT, tree_to_xml(TestTreesFromPython.TREE(), REGISTRY, model=True)):
             schema.assertValid(etree.fromstring(write_source(parse_source(text)).encode()))
 
     @pytest.mark.parametrize(
@@ -259,8 +260,7 @@ class TestSchemas:
             "<RunOnce then_skip='yes'><AlwaysSuccess/></RunOnce>",
         ],
     )
-    def test_the_own_schema_refuses_mistakes(self, body):
-        schema = etree.XMLSchema(etree.fromstring(tree_schema(REGISTRY).encode()))
+    def test_the_own_schema_refuses_mistakes(self, schema, body):
         text = f'<root><BehaviorTree ID="A">{body}</BehaviorTree></root>'
 
         assert not schema.validate(etree.fromstring(text))

@@ -8,22 +8,14 @@ from bt_manip.models.images import read_png
 from tests.support.images import png, unfolded_cube
 
 
-def compiled(address: str) -> tuple[mujoco.MjModel, tuple[str, ...]]:
-    made = load_model(address)
-    return mujoco.MjModel.from_xml_string(made.xml, dict(made.assets)), made.warnings
-
-
-def texture_of(model: mujoco.MjModel) -> list[int]:
-    return [int(i) for i in model.mat_texid[model.geom_matid[0]] if i >= 0]
-
-
 def test_seams_of_an_image_are_no_holes(tmp_path):
     (tmp_path / "cube.obj").write_text(unfolded_cube())
     (tmp_path / "cube.mtl").write_text("map_Kd skin.png")
     (tmp_path / "skin.png").write_bytes(png())
-    model, _ = compiled(str(tmp_path / "cube.obj"))
+    made = load_model(str(tmp_path / "cube.obj"))
+    model = mujoco.MjModel.from_xml_string(made.xml, dict(made.assets))
     assert model.body_mass[1] == pytest.approx(1000 * 0.1**3, rel=1e-6)
-    assert texture_of(model) == [0]
+    assert [i for i in model.mat_texid[model.geom_matid[0]] if i >= 0] == [0]
 
 
 def test_no_png_is_none(tmp_path):

@@ -21,7 +21,7 @@ from bt_manip.bt.analysis.facts import (
 )
 from bt_manip.bt.analysis.flows import BRANCHING, FLOWS, ORDERED, REACTIVE
 from bt_manip.bt.analysis.uses import ROBOT, Use, Uses, value_place
-from bt_manip.bt.analysis.walk import GUARDS, Walk, port_values, robot_of, traits_of
+from bt_manip.bt.analysis.walk import Walk, port_values, robot_of, traits_of
 from bt_manip.bt.nodes.action import Condition, Leaf
 from bt_manip.bt.nodes.actions.blackboard import SetBlackboard
 from bt_manip.bt.nodes.actions.constant import AlwaysFailure, AlwaysSuccess
@@ -31,8 +31,9 @@ from bt_manip.bt.nodes.controls.sequence import Sequence
 from bt_manip.bt.nodes.controls.switch import Switch, equal
 from bt_manip.bt.nodes.declared import Declared
 from bt_manip.bt.nodes.decorators.conditional import Precondition
-from bt_manip.bt.nodes.decorators.repeat import Repeat
+from bt_manip.bt.nodes.decorators.repeat import Counting, Repeat
 from bt_manip.bt.nodes.decorators.timing import Delay, Timeout
+from bt_manip.bt.nodes.guard import GUARDS
 from bt_manip.bt.nodes.node import Node
 from bt_manip.bt.nodes.subtree import SubTree
 from bt_manip.bt.port_types import STRING, cast
@@ -76,13 +77,8 @@ def check_tree(
 ) -> None:
     """Warn of what no run of a tree can do, or what it does on every way.
 
-    Args:
-        tree: The tree.
-        places: The elements of its nodes and of its goal's conditions, by identity.
-        problems: Takes the warnings.
-        given: Keys of the root that are written before the tree runs.
-        libraries: Files with sub-trees that stand for those of others, and need not use all that
-            is given to them.
+    Keys of the root in `given` are written before. Files of `libraries` have sub-trees that stand
+    for those of others, and need not use all that is given to them.
     """
     root, owners = id(tree.blackboard), set(libraries)
     checks = _Checks(tree, places, problems, {EntryName(root, key) for key in given})
@@ -141,7 +137,7 @@ class _Checks:
         self._check_script(node, element)
         self._check_values(node, element)
         tick, children = type(node)._tick, node.child_nodes
-        if tick is Repeat._tick:
+        if tick is Counting._tick:
             self._check_endless(node, element)
         elif tick is Timeout._tick:
             self._check_timeout(node, element)
@@ -174,8 +170,7 @@ class _Checks:
         self._warn(value_place(element, failure.name), text, "failing-script")
 
     def _check_endless(self, node: Any, element: Element) -> None:
-        is_repeat = isinstance(node, Repeat)
-        port, verb = ("num_cycles", "succeeds") if is_repeat else ("num_attempts", "fails")
+        port, verb = node.port, "succeeds" if isinstance(node, Repeat) else "fails"
         ways, below = self._ways(node.child_node), [*node.child_node.iterate()]
         if node._counted not in ways or self._walk.number(node, port) != -1:
             return
@@ -274,9 +269,7 @@ class _Checks:
     def _commands(self, node: Any, *, surely: bool) -> dict[tuple[str, Any], Node]:
         """Return the first commands of a node that take time, each with its leaf.
 
-        Args:
-            node: The node.
-            surely: Whether only what it commands in every case counts.
+        With `surely`, only what it commands in every case counts.
         """
         guard, facts = getattr(node, "_node_guard", None), self._walk.incoming.get(id(node))
         if facts is None or (guard is not None and guard.scripts.keys() & GUARDS.keys()):

@@ -18,7 +18,7 @@ from bt_manip.bt.nodes.controls.switch import Switch
 from bt_manip.bt.nodes.controls.try_catch import TryCatch
 from bt_manip.bt.nodes.decorators.conditional import Precondition
 from bt_manip.bt.nodes.decorators.forcing import Inverter, KeepRunningUntilFailure
-from bt_manip.bt.nodes.decorators.repeat import Repeat
+from bt_manip.bt.nodes.decorators.repeat import Counting
 from bt_manip.bt.nodes.decorators.timing import Delay, Timeout
 from bt_manip.bt.nodes.subtree import SubTree
 from bt_manip.bt.status import FAILURE, RUNNING, SKIPPED, SUCCESS, NodeStatus
@@ -147,8 +147,8 @@ def _until_failure(walk: "Walk", node: KeepRunningUntilFailure, facts: Facts) ->
     return _settled(lambda now: _renamed(walk.visit(child, now), becomes), facts)
 
 
-def _counting(walk: "Walk", node: Any, facts: Facts) -> Ways:
-    port, counted = "num_cycles" if isinstance(node, Repeat) else "num_attempts", node._counted
+def _counting(walk: "Walk", node: Counting, facts: Facts) -> Ways:
+    port, counted = node.port, node._counted
     most, visit = walk.number(node, port), partial(walk.visit, node.child_node)
     if most is not None and most < 1 and most != -1:
         if node.key_of(port) is None:  # else it may be meant: an option of the tree
@@ -198,7 +198,7 @@ FLOWS: Final[dict[Any, Callable[["Walk", Any, Facts], Ways]]] = {
     TryCatch._tick: _try_catch,
     Inverter._tick: _forcing,
     KeepRunningUntilFailure._tick: _until_failure,
-    Repeat._tick: _counting,
+    Counting._tick: _counting,
     Delay._tick: _delay,
     Timeout._tick: _timeout,
     Precondition._tick: _precondition,

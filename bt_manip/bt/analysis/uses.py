@@ -47,11 +47,7 @@ class Use(NamedTuple):
 
 
 class Uses:
-    """All uses of entries in a tree.
-
-    Args:
-        nodes: The nodes of a bound tree, with those of its goal.
-        places: Their elements, by identity.
+    """All uses of entries by the nodes of a bound tree and of its goal.
 
     Attributes:
         reads: Where entries are read.
@@ -114,19 +110,9 @@ def value_place(element: Element, name: str) -> Place:
     return element.place if attribute is None else attribute.value_place
 
 
-def outputs_of(node: Node) -> list[EntryName]:
-    """Return the entries that the ports of a node write."""
-    return _entries_of(node, [name for name, port in node.ports.items() if port.writes])
-
-
-def inputs_of(node: Node) -> list[EntryName]:
-    """Return the entries that the ports of a node only read."""
-    ports = node.ports.items()
-    return _entries_of(node, [name for name, port in ports if port.reads and not port.writes])
-
-
-def _entries_of(node: Node, ports: Iterable[str]) -> list[EntryName]:
-    keys = map(node.key_of, ports)
+def entries_of(node: Node, *, written: bool) -> list[EntryName]:
+    """Return the entries that the ports of a node write, or those that they only read."""
+    keys = [node.key_of(name) for name, port in node.ports.items() if port.writes is written]
     return [variable_of(node.scope, key) for key in keys if key]
 
 

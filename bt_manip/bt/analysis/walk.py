@@ -28,12 +28,13 @@ from bt_manip.bt.analysis.facts import (
     written,
 )
 from bt_manip.bt.analysis.flows import FLOWS
-from bt_manip.bt.analysis.uses import ROBOT, constant_truth, inputs_of, outputs_of, script_of
+from bt_manip.bt.analysis.uses import ROBOT, constant_truth, entries_of, script_of
 from bt_manip.bt.blackboard import EMPTY, Blackboard
 from bt_manip.bt.nodes.action import Condition, Leaf, SyncAction
 from bt_manip.bt.nodes.actions.blackboard import SetBlackboard, UnsetBlackboard, Watching
 from bt_manip.bt.nodes.actions.script import Script, ScriptCondition
 from bt_manip.bt.nodes.actions.sleep import Sleep
+from bt_manip.bt.nodes.guard import GUARDS
 from bt_manip.bt.nodes.node import Node
 from bt_manip.bt.nodes.tree_node import TreeNode
 from bt_manip.bt.port_types import STRING
@@ -43,14 +44,6 @@ from bt_manip.bt.script.parser import ParsedScript
 from bt_manip.bt.status import FAILURE, RUNNING, SKIPPED, SUCCESS
 from bt_manip.bt.traits import UNDECLARED, YES_OR_NO, Traits
 from bt_manip.exceptions import BtManipError
-
-GUARDS: Final = {
-    "_failureIf": (FAILURE, True),
-    "_successIf": (SUCCESS, True),
-    "_skipIf": (SKIPPED, True),
-    "_while": (SKIPPED, False),
-}
-"""Scripts in front of a tick: the status in its place, and the truth with which they give it."""
 
 _NO_ENTRY: Final = "does not exist"
 
@@ -64,10 +57,7 @@ class ScriptFailure(NamedTuple):
 
 
 class Walk:
-    """The walk through one bound tree.
-
-    Args:
-        followed: The entries of the blackboard whose values are followed.
+    """The walk through one bound tree, with the values of the `followed` entries.
 
     Attributes, all by the identity of a node:
         incoming: What may hold when it is ticked; missing if it never is.
@@ -146,8 +136,8 @@ class Walk:
     def _run(self, script: ParsedScript, node: Node, name: str, facts: Facts) -> Facts:
         """Return the facts after a script of a node's attribute; note if it always fails.
 
-        It is evaluated if all that it reads is constant; the entries that it writes have the types
-        that the ports of the tree declare. The run ends where it fails.
+        It is evaluated if all that it reads is constant, with the types of entries that ports
+        declare. The run ends where it fails.
         """
         scope, enums = node.scope, node.runtime.enums
         variables = {key: variable_of(scope, key) for key in script.writes}
@@ -195,7 +185,7 @@ class Walk:
         if flow is not None:
             return flow(self, node, facts)
         if isinstance(node, Node):
-            facts = self._written(facts, dict.fromkeys(outputs_of(node)))
+            facts = self._written(facts, dict.fromkeys(entries_of(node, written=True)))
         facts = self.in_any_order(node.child_nodes, facts)
         return dict.fromkeys((*COMPLETE, RUNNING), Way(facts))
 
@@ -213,7 +203,9 @@ class Walk:
     def _leaf(self, node: Leaf, facts: Facts) -> Ways:
         traits, time = traits_of(node), 0.0
         if traits is not UNDECLARED and not isinstance(node, SetBlackboard | Watching):
-            if any(values_of(facts, entry) == {UNWRITTEN} for entry in inputs_of(node)):
+            if any(
+                values_of(facts, entry) == {UNWRITTEN} for entry in entries_of(node, written=False)
+            ):
                 facts = {**facts, **ENDED}
         after, statuses = self._effects(node, facts), traits.returns
         if isinstance(node, ScriptCondition):
@@ -242,7 +234,7 @@ class Walk:
             entry = EntryName(id(node.scope), key or "")
             return {**facts, entry: frozenset({UNWRITTEN})} if entry in self._followed else facts
         if not isinstance(node, SetBlackboard):
-            return self._written(facts, dict.fromkeys(outputs_of(node)))
+            return self._written(facts, dict.fromkeys(entries_of(node, written=True)))
         key, text = node.port_text("output_key"), node.port_text("value")
         if not key or text is None:
             return facts

@@ -17,7 +17,7 @@ from bt_manip.bt.status import (
     node_status,
 )
 from bt_manip.bt.traits import Traits
-from bt_manip.exceptions import NodeError, TreeError, with_short_values
+from bt_manip.exceptions import TreeError, with_short_values
 
 _RUNNING: Final = Status.RUNNING
 _SUCCESS: Final = Status.SUCCESS
@@ -94,24 +94,16 @@ class Leaf(Node):
         self._reset()
 
     def _finish(self, result: Status | NodeStatus) -> NodeStatus:
-        if result is _RUNNING:
+        state = RUNNING if result is _RUNNING else node_status(result)  # in most ticks
+        if state is RUNNING:
             return RUNNING
-        if result is _SUCCESS:
-            self.terminate(_SUCCESS)
-            return SUCCESS
-        if result is _FAILURE:
-            if self._node_runtime is not None:
-                self._node_runtime.failed(self.path or self.name, self.feedback_message)
-            self.terminate(_FAILURE)
-            return FAILURE
-        state = node_status(result)
         if state is IDLE:
             raise TreeError("update() must not return INVALID")
-        if state is SKIPPED:
-            if self._node_status is not RUNNING:
-                self.terminate(_INVALID)
-            return SKIPPED
-        return self._finish((_INVALID, _RUNNING, _SUCCESS, _FAILURE)[state])
+        if state is FAILURE and self._node_runtime is not None:
+            self._node_runtime.failed(self.path or self.name, self.feedback_message)
+        if state is not SKIPPED or self._node_status is not RUNNING:
+            self.terminate(PY_STATUS[state])
+        return state
 
 
 class Action(Leaf):
@@ -122,39 +114,6 @@ class Action(Leaf):
     """
 
     kind: ClassVar = NodeKind.ACTION
-
-    def execute(self) -> NodeStatus:
-        """Tick the action, and give the result.
-
-        Raises:
-            NodeError: If the action raised an exception.
-        """
-        if (
-            self._node_status is not IDLE
-            or self._node_starts
-            or self._node_guard is not None
-            or self._node_observers
-        ):
-            return Node.execute(self)
-        # The plain case without detours: this is where big trees spend their time.
-        try:
-            self.feedback_message = ""
-            result = self.update()
-            if result is _SUCCESS and not self._node_ends:
-                self._node_status = SUCCESS
-                self.status = _SUCCESS
-                return SUCCESS
-            state = self._finish(result)
-        except NodeError:
-            raise
-        except Exception as error:
-            raise self._error(error) from error
-        if state is SKIPPED:
-            self.status = _INVALID
-        else:
-            self._node_status = state
-            self.status = PY_STATUS[state]
-        return state
 
     def _tick(self) -> NodeStatus:
         status = self._node_status
@@ -167,14 +126,6 @@ class Action(Leaf):
 
 class SyncAction(Action):
     """An action that completes within its tick, and that does its work again at every tick."""
-
-    def execute(self) -> NodeStatus:
-        """Tick the action, and give the result.
-
-        Raises:
-            NodeError: If the action raised an exception.
-        """
-        return Node.execute(self)
 
     def _tick(self) -> NodeStatus:
         state = self._start()

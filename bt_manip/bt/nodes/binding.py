@@ -1,7 +1,6 @@
 """Binding the nodes of a tree to their runtime, scope, path and number."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from typing import Any, Final
 
 from py_trees.behaviour import Behaviour
@@ -21,79 +20,61 @@ MAX_DEPTH: Final = 256
 """Levels of nodes in a tree, sub-trees included; for one tree of a document the engine's limit."""
 
 
-@dataclass
-class Binding:
-    """The nodes and scopes of a bound tree.
-
-    Attributes:
-        nodes: All nodes, depth first.
-        scopes: The scopes by the path of their sub-tree, ``""`` for the root's.
-        count: How many nodes have got a number.
-        depth: Its number of levels, sub-trees included.
-    """
-
-    nodes: list[Any] = field(default_factory=list)
-    scopes: dict[str, Blackboard] = field(default_factory=dict)
-    count: int = 0
-    depth: int = 0
-
-
 def bind(
     root: Behaviour, runtime: Runtime, scope: Blackboard, on_problem: OnProblem | None = None
-) -> Binding:
+) -> "Binding":
     """Bind `root` and all nodes below it to a runtime and scopes, and declare their ports.
 
-    Args:
-        root: The root, ours or a stock behaviour.
-        runtime: The clock, timers and enumerations that they share.
-        scope: The blackboard scope of the root.
-        on_problem: Collects the problems; without it the first error is raised.
-
-    Returns:
-        The bound nodes and scopes.
+    Problems are collected by `on_problem`; without it the first error is raised.
 
     Raises:
         BtManipError: If the tree is invalid: two sub-trees with one path, a node that occurs twice
             in the tree, an entry that ports want with different types, or more than `MAX_DEPTH`
             levels.
     """
-    return _Binder(runtime, on_problem or _raise).bind(root, scope)
+    binding = Binding(runtime, on_problem or _raise, scope)
+    binding.add(as_tree_node(root), scope, "", 1, True)
+    return binding
 
 
 def _raise(node: TreeNode, port: str, error: BtManipError) -> None:
     raise error
 
 
-class _Binder:
-    def __init__(self, runtime: Runtime, on_problem: OnProblem) -> None:
+class Binding:
+    """The nodes and scopes of a bound tree.
+
+    Attributes:
+        nodes: All nodes, depth first.
+        scopes: The scopes by the path of their sub-tree, ``""`` for the root's.
+        depth: Its number of levels, sub-trees included.
+    """
+
+    def __init__(self, runtime: Runtime, on_problem: OnProblem, scope: Blackboard) -> None:
         self._runtime = runtime
         self._on_problem = on_problem
-        self._binding = Binding()
         self._seen: set[int] = set()
+        self.nodes: list[Any] = []
+        self.scopes = {"": scope}
+        self.depth = 0
 
-    def bind(self, root: Behaviour, scope: Blackboard) -> Binding:
-        self._binding.scopes[""] = scope
-        self._bind(as_tree_node(root), scope, "", 1, True)
-        return self._binding
-
-    def _bind(
+    def add(
         self, node: TreeNode, scope: Blackboard, prefix: str, depth: int, attached: bool
     ) -> None:
+        """Bind a node and all below it; those that a test has replaced are not attached."""
         if depth > MAX_DEPTH:
             raise TreeError(f"'{node.name}' is nested deeper than {MAX_DEPTH} levels")
         if id(node) in self._seen:
             raise TreeError(f"'{node.name}' stands in the tree more than once")
         self._seen.add(id(node))
-        binding = self._binding
-        binding.count += 1
-        binding.depth = max(binding.depth, depth)
-        node.uid = binding.count
+        self.depth = max(self.depth, depth)
+        node.uid = len(self._seen)
         node.path = prefix + node.name
         if node.name == node.registration or getattr(node, "tree_id", None) == node.name:
             node.path += f"::{node.uid}"
         node._node_runtime = self._runtime
         if attached:
-            binding.nodes.append(node)
+            self.nodes.append(node)
             node._node_observers = self._runtime.observers
         if isinstance(node, Behaviour):
             node._node_scope = scope  # type: ignore[attr-defined]
@@ -101,10 +82,10 @@ class _Binder:
         if node.kind is NodeKind.SUBTREE:
             scope, prefix = self._enter(node, scope, prefix)
         for child in node.child_nodes:
-            self._bind(child, scope, prefix, depth + 1, attached)
+            self.add(child, scope, prefix, depth + 1, attached)
         for orphan in node.orphans:
             if isinstance(orphan, TreeNode):
-                self._bind(orphan, scope, prefix, depth + 1, False)
+                self.add(orphan, scope, prefix, depth + 1, False)
 
     def _enter(self, node: Any, scope: Blackboard, prefix: str) -> tuple[Blackboard, str]:
         path = node.path if node.is_unnamed else prefix + node.name
@@ -113,13 +94,13 @@ class _Binder:
         except BlackboardError as error:
             self._on_problem(node, "", error)
             inner = Blackboard(scope)
-        if path in self._binding.scopes:
+        if path in self.scopes:
             self._on_problem(
                 node,
                 "name",
                 TreeError(f"two sub-trees have the path '{path}'; give one of them another name"),
             )
-        self._binding.scopes[path] = inner
+        self.scopes[path] = inner
         return inner, path + "/"
 
     def _declare(self, node: Any, scope: Blackboard) -> None:

@@ -135,14 +135,7 @@ def _named(direction: type[Port], name: str, default: str | None = None, doc: st
 
 
 def model_port(direction: str, name: str, default: str | None, doc: str = "") -> Port:
-    """Make an optional, untyped port from the model of a node.
-
-    Args:
-        direction: ``input``, ``output`` or ``inout``.
-        name: Its name.
-        default: Its value where none is given, as text.
-        doc: Its documentation.
-    """
+    """Make an optional port, ``input``, ``output`` or ``inout``, from the model of a node."""
     kinds: dict[str, type[Port]] = {"input": Input, "output": Output}
     return _named(kinds.get(direction, InOut), name, default, doc)
 

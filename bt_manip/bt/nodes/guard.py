@@ -28,14 +28,17 @@ CONDITIONS: Final = MappingProxyType(
 PreTick = Callable[["Node"], NodeStatus | None]
 PostTick = Callable[["Node", NodeStatus], NodeStatus | None]
 
-_AT_START = (("_failureIf", FAILURE), ("_successIf", SUCCESS), ("_skipIf", SKIPPED))
+GUARDS: Final = {
+    "_failureIf": (FAILURE, True),
+    "_successIf": (SUCCESS, True),
+    "_skipIf": (SKIPPED, True),
+    "_while": (SKIPPED, False),
+}
+"""Scripts in front of a tick: the status in its place, and the truth with which they give it."""
 
 
 class Guard:
     """Decides before a tick whether the node is ticked, and runs scripts after it.
-
-    Args:
-        scripts: The scripts by attribute.
 
     Attributes:
         scripts: The scripts by attribute.
@@ -46,36 +49,31 @@ class Guard:
 
     def __init__(self, scripts: Mapping[str, ParsedScript]) -> None:
         self.scripts = scripts
-        self._at_start = [
-            (scripts[name], result, f"{name}: {scripts[name].text}")
-            for name, result in _AT_START
-            if name in scripts
-        ]
-        self._while = scripts.get("_while")
+        self._in_front = [(name, scripts[name]) for name in GUARDS if name in scripts]
         self.pre_tick: PreTick | None = None
         self.post_tick: PostTick | None = None
 
     def before(self, node: "Node") -> NodeStatus | None:
         """Return the status that replaces the tick, or None."""
         status = node._node_status
-        if status is IDLE:
-            for script, result, text in self._at_start:
-                if is_true(script.evaluate(_environment(node))):
-                    if result is FAILURE:
-                        node._because(text)
-                    return result
-            if self._while is not None and not is_true(self._while.evaluate(_environment(node))):
-                return SKIPPED
-        elif status is RUNNING and self._while is not None:
-            if not is_true(self._while.evaluate(_environment(node))):
-                node.halt()
-                return SKIPPED
-        if self.pre_tick is not None and (status is IDLE or status is RUNNING):
-            state = _replaced(node, self.pre_tick(node))
-            if state is not None and status is RUNNING:
-                _abandon(node)
-            return state
-        return None
+        if status is not IDLE and status is not RUNNING:
+            return None
+        for name, script in self._in_front:
+            result, truth = GUARDS[name]
+            if status is RUNNING and name != "_while":
+                continue
+            if is_true(script.evaluate(_environment(node))) is truth:
+                if result is FAILURE:
+                    node._because(f"{name}: {script.text}")
+                if status is RUNNING:
+                    node.halt()
+                return result
+        if self.pre_tick is None:
+            return None
+        state = _replaced(node, self.pre_tick(node))
+        if state is not None and status is RUNNING:
+            _abandon(node)
+        return state
 
     def after(self, node: "Node", state: NodeStatus) -> NodeStatus:
         """Run the scripts that follow a completed tick, and return the final result."""

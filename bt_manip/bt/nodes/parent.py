@@ -22,13 +22,7 @@ class Parent(Node):
     _child_nodes: list[TreeNode] | None = None
 
     def _configure(self, args: tuple[Any, ...], more: Sequence[Any], ports: dict[str, Any]) -> None:
-        """Configure the node.
-
-        Args:
-            args: Optionally its name, then children and comments, each by itself or in lists.
-            more: More children and comments.
-            ports: As of every `Node`.
-        """
+        """Take an optional name, then children and comments, each by itself or in lists."""
         name: str | None = None
         if args and (args[0] is None or isinstance(args[0], str)):
             name, *args = args  # type: ignore[assignment]
@@ -38,10 +32,8 @@ class Parent(Node):
             for child in item if isinstance(item, list | tuple) else (item,):
                 if isinstance(child, Comment):
                     comments.append((len(children), child))
-                elif isinstance(child, Behaviour):
-                    children.append(child)
                 else:
-                    raise TypeError(f"expected a name and children; found {child!r}")
+                    children.append(child)
         if self.kind is not NodeKind.CONTROL and len(children) > 1:
             raise TypeError(f"{type(self).__name__} takes one child; found {len(children)}")
         Node.__init__(self, name, **ports)
@@ -51,7 +43,7 @@ class Parent(Node):
 
     def _adopt(self, child: Behaviour) -> None:
         if not isinstance(child, Behaviour):
-            raise TypeError(f"children must be behaviours; found {child!r}")
+            raise TypeError(f"expected a name and children; found {child!r}")
         if child.parent is not None:
             raise RuntimeError(f"'{child.name}' already has the parent '{child.parent.name}'")
         child.parent = self
@@ -201,11 +193,6 @@ class Decorator(Parent, PyTreesDecorator):
     def child_node(self) -> TreeNode:
         """The child as this node ticks it."""
         return (self._child_nodes or self.child_nodes)[0]
-
-    @property
-    def link(self) -> TreeNode:
-        """The former name of `child_node`."""
-        return self.child_node
 
     def execute(self) -> NodeStatus:
         """Tick the node and its child, and return the result."""

@@ -170,8 +170,11 @@ class PortAccess(TreeNode, Behaviour):
         if not type.strong:
             return text
         try:
-            if type.is_enum:
-                return parse_enum(type, text, self.runtime.enums)
+            if type.is_enum and type.python.__name__ != "NodeStatus":
+                if text in self.runtime.enums:
+                    return type.python(self.runtime.enums[text])
+                if text.removeprefix("-").isdecimal():
+                    return type.python(parse_integer(text))
             if type.parse is None:
                 raise ValueError(f"a text does not become a {type.name}")
             return type.parse(text)
@@ -192,10 +195,6 @@ class PortAccess(TreeNode, Behaviour):
 
     def write_port(self, name: str, value: Any) -> None:
         """Write a port's value to the blackboard entry that it points to.
-
-        Args:
-            name: The port.
-            value: The value.
 
         Raises:
             PortError: If the port points to no entry.
@@ -222,18 +221,3 @@ class PortAccess(TreeNode, Behaviour):
 
     def _port_error(self, name: str, text: str) -> PortError:
         return PortError(f"port '{name}' of {self.path or self.name}: {text}")
-
-
-def parse_enum(type: PortType, text: str, enums: Mapping[str, int]) -> Any:
-    """Read a member of an enumeration: a scripting enum's name, a number, or the member's name.
-
-    Raises:
-        ValueError: If it is none of these.
-    """
-    if type.python.__name__ != "NodeStatus":
-        if text in enums:
-            return type.python(enums[text])
-        if text.removeprefix("-").isdecimal():
-            return type.python(parse_integer(text))
-    assert type.parse is not None
-    return type.parse(text)

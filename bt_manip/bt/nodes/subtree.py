@@ -17,13 +17,10 @@ from bt_manip.exceptions import PortError
 class SubTree(Decorator):
     """Tick the root of another tree, in a blackboard scope of its own.
 
-    | child   | result              |
-    |---------|---------------------|
-    | SUCCESS | SUCCESS             |
-    | FAILURE | FAILURE             |
-    | RUNNING | RUNNING             |
-    | SKIPPED | SKIPPED             |
-    | halt    | the child is halted |
+    | child | result                                            |
+    |-------|---------------------------------------------------|
+    | any   | SUCCESS, FAILURE, RUNNING and SKIPPED as they are |
+    | halt  | the child is halted                               |
 
     The keys of the outer scope that the inner tree may see are given as remaps:
     ``target="{cube}"`` lets ``{target}`` inside mean ``{cube}`` outside; any other value is a

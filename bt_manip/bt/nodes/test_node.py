@@ -42,22 +42,11 @@ class TestNodeConfig:
 
 
 class TestNode(Action):
-    """Return a configured status, in place of another node.
+    """Return a configured status, in place of another node, whose ports and children it takes.
 
     | tick | RUNNING until async_delay has passed; then the asked status, after its scripts |
     |------|--------------------------------------------------------------------------------|
     | halt | the delay starts anew                                                          |
-
-    Args:
-        name: Its name.
-        config: Its behaviour.
-        replaced: The class that it replaces, whose ports it takes.
-        orphans: The children of the replaced node; they are never ticked.
-        **ports: As of every `Node`.
-
-    Raises:
-        ScriptError: If one of its scripts is invalid.
-        TreeError: If it is asked to return IDLE.
     """
 
     __test__: ClassVar = False

@@ -66,11 +66,6 @@ class TreeNode:
         return []
 
     @property
-    def links(self) -> list[Any]:
-        """The former name of `child_nodes`."""
-        return self.child_nodes
-
-    @property
     def engine_status(self) -> NodeStatus:
         """The engine's status of the node: idle again as soon as its parent has completed."""
         return self._node_status
@@ -104,11 +99,7 @@ class TreeNode:
 
 
 class ForeignNode(TreeNode):
-    """A stock py_trees behaviour, wrapped as a node for its parent and its tree.
-
-    Attributes:
-        behaviour: The py_trees behaviour.
-    """
+    """A stock py_trees `behaviour`, wrapped as a node for its parent and its tree."""
 
     def __init__(self, behaviour: Behaviour) -> None:
         self.behaviour = behaviour

@@ -39,11 +39,7 @@ Expression = Callable[[Environment], Value]
 
 
 def is_true(value: Value) -> bool:
-    """Return whether the value of a condition is true.
-
-    Raises:
-        ScriptError: If it is a text, a negative number, or an integer beside 0 and 1.
-    """
+    """Return whether the value of a condition is true; raise a `ScriptError` if it is neither."""
     content, type = value
     if content is EMPTY:
         raise ScriptError(f"the value of the condition {missing(value)}")
@@ -56,11 +52,7 @@ def is_true(value: Value) -> bool:
 
 
 def as_double(value: Value) -> float:
-    """Return a number as a double.
-
-    Raises:
-        ScriptError: If a double does not hold it exactly.
-    """
+    """Return a number as a double; raise a `ScriptError` if that does not hold it exactly."""
     try:
         return float(cast(value[0], value[1], DOUBLE))
     except ValueError as error:
@@ -68,11 +60,7 @@ def as_double(value: Value) -> float:
 
 
 def text_as_double(text: str, enums: Mapping[str, int]) -> float:
-    """Return the number that a text means: a truth value, an enumeration's name, or a number.
-
-    Raises:
-        ScriptError: If it is none of these.
-    """
+    """Return the number of a text: a truth value, an enumeration's name, or a number."""
     if text == "true":
         return 1.0
     if text == "false":
@@ -150,11 +138,7 @@ def chain(first: Expression, rest: list[tuple[str, Expression]]) -> Expression:
 
 
 def binary(symbol: str, left: Value, right: Value) -> Value:
-    """Apply an operator to two values.
-
-    Raises:
-        ScriptError: If the operator does not take them.
-    """
+    """Apply an operator to two values; raise a `ScriptError` if it does not take them."""
     _check_written(symbol, left, right)
     left_family, right_family = left[1].family, right[1].family
     if left_family in NUMBERS and right_family in NUMBERS:
@@ -169,11 +153,7 @@ def binary(symbol: str, left: Value, right: Value) -> Value:
 
 
 def calculate(symbol: str, left: Value, right: Value) -> Value:
-    """Apply an operator to two numbers.
-
-    Raises:
-        ScriptError: If the operator does not take them.
-    """
+    """Apply an operator to two numbers; raise a `ScriptError` if it does not take them."""
     a, b = as_double(left), as_double(right)
     if symbol in _ARITHMETIC:
         return _ARITHMETIC[symbol](a, b), DOUBLE
@@ -205,20 +185,12 @@ _BITS: Final = {"&": operator.and_, "|": operator.or_, "^": operator.xor}
 
 
 def as_text(value: Value) -> str:
-    """Return a value as the text that ``..`` joins.
-
-    Raises:
-        ValueError: If it has none.
-    """
+    """Return a value as the text that ``..`` joins; raise a `ValueError` if it has none."""
     return str(cast(value[0], value[1], STRING))
 
 
 def join(first: str, second: str) -> str:
-    """Join two texts.
-
-    Raises:
-        ScriptError: If the result is longer than `MAX_TEXT`.
-    """
+    """Join two texts; a result longer than `MAX_TEXT` is a `ScriptError`."""
     if len(first) + len(second) > MAX_TEXT:
         raise ScriptError(f"a text is longer than {MAX_TEXT} characters")
     return first + second
@@ -247,14 +219,12 @@ def _compare(symbol: str, left: Value, right: Value, enums: Mapping[str, int]) -
     if left_family == right_family == "string":
         a, b = left[0].encode(), right[0].encode()
         same = a == b
-    elif left_family in NUMBERS or right_family in NUMBERS:
-        if "object" in (left_family, right_family):
-            raise ScriptError(f"cannot compare {shown(left[0])} with {shown(right[0])}")
+    elif "object" in (left_family, right_family):
+        raise ScriptError(f"cannot compare {shown(left[0])} with {shown(right[0])}")
+    else:
         a = text_as_double(left[0], enums) if left_family == "string" else as_double(left)
         b = text_as_double(right[0], enums) if right_family == "string" else as_double(right)
         same = abs(a - b) <= EPSILON
-    else:
-        raise ScriptError(f"cannot compare {shown(left[0])} with {shown(right[0])}")
     if symbol == "==":
         return bool(same)
     if symbol == "!=":

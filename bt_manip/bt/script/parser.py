@@ -52,9 +52,8 @@ _PREFIX: Final = 20
 class ParsedScript:
     """A compiled script.
 
-    Args:
+    Attributes:
         text: Its source.
-        statements: Its compiled statements.
         reads: The names of the variables that it reads.
         writes: The names of the variables that it assigns.
     """
@@ -69,11 +68,7 @@ class ParsedScript:
         self._last = statements[-1]
 
     def evaluate(self, env: Environment) -> Value:
-        """Run the script, and give the value of its last statement.
-
-        Raises:
-            ScriptError: If a statement cannot be evaluated.
-        """
+        """Run the script, and give the value of its last statement; errors are `ScriptError`."""
         try:
             for statement in self._first:
                 statement(env)

@@ -42,11 +42,7 @@ _HEX_TAIL: Final = re.compile(r"[A-Za-z0-9_.][A-Za-z0-9_.]*")
 
 
 def tokenize(text: str, *, double_quotes: bool = False) -> list[Token]:
-    """Cut a script into tokens, ``end`` being the last one.
-
-    Raises:
-        ScriptError: If a piece is no token, or the script is longer than `MAX_SCRIPT`.
-    """
+    """Cut a script into tokens, ``end`` being the last one; errors are `ScriptError`."""
     if len(text) > MAX_SCRIPT:
         raise ScriptError(f"longer than {MAX_SCRIPT} characters")
     tokens: list[Token] = []

@@ -1,6 +1,6 @@
 """Making the nodes of a tree from the specifications that its elements were read to."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 from py_trees.behaviour import Behaviour
@@ -10,27 +10,21 @@ from bt_manip.bt.nodes.actions.script import ScriptPort
 from bt_manip.bt.nodes.binding import MAX_DEPTH
 from bt_manip.bt.nodes.declared import Declared
 from bt_manip.bt.nodes.guard import Guard
-from bt_manip.bt.nodes.node import Node, NodeKind
+from bt_manip.bt.nodes.node import Comment, Node, NodeKind
 from bt_manip.bt.nodes.parent import Parent
 from bt_manip.bt.nodes.test_node import TestNode, TestNodeConfig
 from bt_manip.bt.substitution import Substitutions, find_rule
-from bt_manip.bt.xml.context import ReadingContext
+from bt_manip.bt.xml.document import EXPLICIT, editor_attributes
 from bt_manip.bt.xml.problem import Place
-from bt_manip.bt.xml.source import Element
-from bt_manip.bt.xml.specs import NodeSpec, SubTreeUse, TreeSpec
+from bt_manip.bt.xml.source import Element, Text
+from bt_manip.bt.xml.specs import NodeSpec, ReadingContext, SubTreeUse, TreeSpec
 from bt_manip.exceptions import BtManipError, TreeError
 
 MAX_NODES = 65_535  # Groot2 counts nodes with 16 bits
 
 
 class _Position(NamedTuple):
-    """The position of a node in the tree that is built.
-
-    Attributes:
-        trees: The IDs of the trees around it, the main tree first.
-        prefix: The paths of the sub-trees around it.
-        depth: Its level, from 1, sub-trees included.
-    """
+    """The position of a node: the IDs of the trees and the path around it, and its level."""
 
     trees: tuple[str, ...] = ()
     prefix: str = ""
@@ -39,11 +33,6 @@ class _Position(NamedTuple):
 
 class Builder:
     """Makes nodes from their specifications, and collects the errors of those that it cannot make.
-
-    Args:
-        context: The document, and where errors are collected.
-        trees: The trees of the document that are built, and those that they name.
-        substitutions: Rules that replace nodes, for tests.
 
     Attributes:
         places: The element of each node that was made.
@@ -69,11 +58,7 @@ class Builder:
         self.is_too_deep = False
 
     def build(self, tree_id: str, place: Place) -> Behaviour | None:
-        """Make the nodes of a tree that was named at a place, those of its sub-trees included.
-
-        Returns:
-            The root; None if nothing could be made.
-        """
+        """Make the nodes of a tree and of its sub-trees; None, with errors, if that fails."""
         return self._tree(tree_id, place, _Position())
 
     def goal(self, tree_id: str) -> tuple[Node, ...]:
@@ -202,17 +187,28 @@ class Builder:
             return None
         node.registration, node.name = spec.registration, spec.label
         if isinstance(node, Declared):
-            text = f"{spec.registration} ({spec.kind}, {node.effect})"
+            kind = "SubTree" if spec.element.name == "SubTree" else spec.cls.kind
+            text = f"{spec.registration} ({kind}, {node.effect})"
             self.stubbed[text] = self.stubbed.get(text, 0) + 1
         if isinstance(node, ScriptPort):
             node.double_quotes = self._context.dialect.double_quotes
         node.conditions = {key: script.text for key, script in spec.scripts.items()}
         if spec.scripts:
             node._node_guard = Guard(spec.scripts)
-        node.attributes = dict(spec.attributes)
-        node._node_comments += spec.comments
-        if spec.tag is not None:
-            node._node_tag = spec.tag
+        node.attributes = editor_attributes(spec.element)
+        node._node_comments += _comments(spec.element)
+        if spec.element.name in EXPLICIT:
+            node._node_tag = spec.element.name
         self.places[id(node)] = spec.element
         node._node_place = spec.element.place
         return node
+
+
+def _comments(element: Element) -> Iterator[tuple[int, Comment]]:
+    """Yield comments and texts, each with the index of the child that follows."""
+    index = 0
+    for item in element.content:
+        if isinstance(item, Element):
+            index += 1
+        else:
+            yield index, Comment(item.text, "text" if isinstance(item, Text) else item.kind)

@@ -79,13 +79,7 @@ BTCPP: Final = Dialect("btcpp", "BehaviorTree.CPP 4")
 def choose_dialect(
     name: str, root: Element, known: Mapping[str, Dialect], problems: Problems
 ) -> Dialect:
-    """Return the dialect of a document.
-
-    Args:
-        name: ``btcpp``, ``auto`` to recognise it, or the name of a known one.
-        root: The ``<root>`` of the document.
-        known: The dialects by name.
-        problems: Takes what a dialect says of a document that it recognises.
+    """Return a known dialect by its name; ``auto`` for the one that recognises the ``<root>``.
 
     Raises:
         TreeError: If there is no such dialect.

@@ -95,12 +95,7 @@ class Sources:
         self._read: dict[Path, Source | XmlError] = {}
 
     def read(self, path: Path) -> Source:
-        """Return a parsed file.
-
-        Raises:
-            OSError: If it cannot be read.
-            XmlError: If it is no XML.
-        """
+        """Return a parsed file; raise an `OSError` or an `XmlError` if it cannot be read."""
         resolved = path.resolve()
         if resolved not in self._read:
             try:
@@ -120,16 +115,9 @@ def read_document(
     *,
     includes: bool = True,
 ) -> Document | None:
-    """Read a file and all files that it includes.
+    """Read a file and, with `includes`, all files that it includes; None if it is no XML.
 
-    Args:
-        path: The file.
-        problems: Collects errors and warnings.
-        sources: Files that were read before, and that are not read again.
-        includes: Whether to read the files that it includes.
-
-    Returns:
-        The document; None if not even its XML can be read.
+    Files in `sources` were read before, and are not read again.
 
     Raises:
         TreeError: If the file cannot be opened.

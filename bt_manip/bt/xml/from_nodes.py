@@ -99,11 +99,7 @@ class TreeDocument:
     after: Sequence[Comment] = ()
 
     def main_tree(self) -> TreeDefinition:
-        """Return the main tree.
-
-        Raises:
-            TreeError: If the document does not say which tree that is.
-        """
+        """Return the main tree; raise a `TreeError` if the document does not say which it is."""
         trees = [item for item in self.content if isinstance(item, TreeDefinition)]
         main = self.attributes.get("main_tree_to_execute")
         for tree in trees:
@@ -127,9 +123,6 @@ def tree_to_xml(
         registry: The names of the behaviours.
         tree_id: The ID of the main tree; by default the tree's own, or ``MainTree``.
         model: Whether to add the models of the behaviours, for Groot2's palette.
-
-    Returns:
-        The document.
 
     Raises:
         TreeError: If nodes have no form in XML; it names all of them. Also if a tree is deeper

@@ -7,15 +7,7 @@ from bt_manip.bt.xml.source import NOWHERE, Element, Text, make_element
 
 
 def tree_nodes_model(registry: BehaviourRegistry, *, built_in: bool = False) -> Element:
-    """Make the model of all registered behaviours.
-
-    Args:
-        registry: The behaviours.
-        built_in: Whether the nodes of the language are in it; editors know them already.
-
-    Returns:
-        A ``<TreeNodesModel>`` element.
-    """
+    """Make the ``<TreeNodesModel>`` of all behaviours, if wanted of those of the language, too."""
     model = make_element("TreeNodesModel")
     for name in registry.names(built_in=built_in):
         cls = registry.get(name)

@@ -10,22 +10,20 @@ from collections.abc import Iterable
 from bt_manip.bt.literals import parse_boolean
 from bt_manip.bt.nodes.binding import MAX_DEPTH
 from bt_manip.bt.nodes.declared import declare
-from bt_manip.bt.nodes.node import CONDITIONS, Comment, Node, NodeKind
+from bt_manip.bt.nodes.node import CONDITIONS, Node, NodeKind
 from bt_manip.bt.ports import Port
 from bt_manip.bt.registry import name_problem
 from bt_manip.bt.script.parser import parse_script
-from bt_manip.bt.xml.context import ReadingContext
 from bt_manip.bt.xml.document import (
     EXPLICIT,
     EXPLICIT_OR_SUBTREE,
-    editor_attributes,
     is_port_name,
     node_name,
     port_attributes,
 )
 from bt_manip.bt.xml.problem import Problems
-from bt_manip.bt.xml.source import Attribute, Element, Text
-from bt_manip.bt.xml.specs import NodeSpec, SubTreeUse, TreeSpec
+from bt_manip.bt.xml.source import Attribute, Element
+from bt_manip.bt.xml.specs import NodeSpec, ReadingContext, SubTreeUse, TreeSpec
 from bt_manip.bt.xml.static_checks import check_attributes, check_node
 from bt_manip.exceptions import ScriptError, shortened
 from bt_manip.packages import missing
@@ -36,12 +34,8 @@ SCRIPTS = tuple(CONDITIONS.values())
 def read_trees(context: ReadingContext, tree_ids: Iterable[str] = ()) -> dict[str, TreeSpec]:
     """Read all trees of a document, and check the form of its files.
 
-    Args:
-        context: The document; its problems are collected.
-        tree_ids: The IDs of the trees that are built.
-
     Returns:
-        These trees and those that they name as sub-trees, of libraries too, by their IDs.
+        The trees with `tree_ids`, and those that they name as sub-trees, of libraries too, by ID.
     """
     document = context.document
     own: dict[int, TreeSpec] = {}
@@ -89,12 +83,9 @@ def _check_root(root: Element, problems: Problems) -> None:
 
 
 class _TreeReader:
-    """Reads the elements of one tree.
+    """Reads the elements of one tree; the only one of its file (`is_single`) needs no ID.
 
-    Args:
-        context: The document and the names that it may use.
-        rules: Collects the violated rules of the engine, and the findings of the static checks.
-        is_single: Whether the tree is all that its file has; then it needs no ID.
+    `rules` collects the violated rules of the engine, and the findings of the static checks.
     """
 
     def __init__(self, context: ReadingContext, rules: Problems, is_single: bool = False) -> None:
@@ -237,7 +228,7 @@ class _TreeReader:
 
     def _spec_of(self, element: Element, cls: type[Node], registration: str) -> NodeSpec:
         """Read the part of an element that is the same for nodes and sub-trees."""
-        spec = NodeSpec(element, cls, registration, str(cls.kind), element.get("name"))
+        spec = NodeSpec(element, cls, registration, element.get("name"))
         if any((ord(c) < 32 and c not in "\t\n\r") or ord(c) == 127 for c in spec.name or ""):
             self._problems.error(
                 element.place_of("name"), "the name of a node cannot contain control characters"
@@ -251,15 +242,6 @@ class _TreeReader:
                     )
                 except ScriptError as error:
                     self._problems.error(attribute.value_place, f"{key}: {error}")
-        spec.tag = element.name if element.name in EXPLICIT else None
-        spec.attributes = editor_attributes(element)
-        index = 0
-        for item in element.content:
-            if isinstance(item, Element):
-                index += 1
-            else:
-                kind = "text" if isinstance(item, Text) else item.kind
-                spec.comments.append((index, Comment(item.text, kind)))
         return spec
 
     def _is_valid(self, port: Port, attribute: Attribute) -> bool:
@@ -328,7 +310,7 @@ class _TreeReader:
         if result:
             leaf = declare(tree_id, ports=list(remaps), result=result)
             keys = {key: f"{{{key}}}" for key in remaps}
-            use.stub = NodeSpec(element, leaf, tree_id, "SubTree", ports=keys)
+            use.stub = NodeSpec(element, leaf, tree_id, ports=keys)
         else:
             self._spec.subtrees.append(tree_id)
         return spec

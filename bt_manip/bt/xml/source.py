@@ -130,12 +130,7 @@ class Source:
 
 
 class XmlError(TreeError):
-    """A document that is not well-formed.
-
-    Attributes:
-        place: The place of the error.
-        reason: Why.
-    """
+    """A document that is not well-formed: the place of the error, and why."""
 
     def __init__(self, place: Place, reason: str) -> None:
         super().__init__(f"{place}: error: {reason}")
@@ -144,11 +139,7 @@ class XmlError(TreeError):
 
 
 def decode(data: bytes, file: str) -> str:
-    """Decode the bytes of a document.
-
-    Raises:
-        XmlError: If it is not UTF-8.
-    """
+    """Decode the bytes of a document; raise an `XmlError` if it is not UTF-8."""
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -162,8 +153,7 @@ def decode(data: bytes, file: str) -> str:
 def parse_source(text: str, file: str = "<text>") -> Source:
     """Parse a document to a tree of elements, with places in `file`.
 
-    Raises:
-        XmlError: If it is not well-formed, or larger or deeper than a tree document may be.
+    An `XmlError` is raised for what is not well-formed, or larger or deeper than it may be.
     """
     return _Parser(text.removeprefix("\ufeff"), file).parse()
 

@@ -1,24 +1,44 @@
-"""Specifications: trees and nodes as the elements of a document describe them."""
+"""The context of reading a document, and trees and nodes as its elements describe them."""
 
 from dataclasses import dataclass, field
 
-from bt_manip.bt.nodes.node import Comment, Node
+from bt_manip.bt.nodes.node import Node
+from bt_manip.bt.reading_options import ReadingOptions
+from bt_manip.bt.registry import BehaviourRegistry
 from bt_manip.bt.script.parser import ParsedScript
+from bt_manip.bt.xml.dialect import Dialect
+from bt_manip.bt.xml.document import Document
 from bt_manip.bt.xml.problem import Place, Problems
 from bt_manip.bt.xml.source import Element
 
 
 @dataclass
-class SubTreeUse:
-    """The tree that a ``<SubTree>`` names, and the entries that it hands to it.
+class ReadingContext:
+    """A document, its included files and libraries read, and the findings about it.
 
-    Attributes:
-        tree_id: The ID of the inner tree.
-        place: The place of the ID.
-        remaps: The meaning of the inner keys, defaults of the tree's model included.
-        autoremap: Whether all other keys mean the same outside, as text; False if not.
-        problems: Findings about the remaps; they count unless a test replaces the node.
-        stub: The placeholder of the inner tree, if it has one.
+    `known` are the behaviours that it may name; `registry` has stubs and the dialect's nodes, too.
+    """
+
+    document: Document
+    known: BehaviourRegistry
+    problems: Problems
+    dialect: Dialect
+    options: ReadingOptions
+    registry: BehaviourRegistry = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Add the nodes of the dialect, and declare the stubs."""
+        self.known = self.registry = self.known.of_dialect(self.dialect)
+        if self.options.stubs is not None:
+            self.registry = self.options.stubs.extend(self.document, self.known, self.problems)
+
+
+@dataclass
+class SubTreeUse:
+    """The tree that a ``<SubTree>`` names at a place, and the entries that it hands to it.
+
+    Remaps include the defaults of the tree's model; `autoremap` is its text, or False. Findings
+    about them count unless a test replaces the node. `stub` is the placeholder of the tree, if any.
     """
 
     tree_id: str
@@ -33,33 +53,18 @@ class SubTreeUse:
 class NodeSpec:
     """A node as its element describes it, with the class that is registered for it.
 
-    Attributes:
-        element: The element, for the places of problems.
-        cls: The class.
-        registration: The name under which the class is registered.
-        kind: Its kind, for the list of stubs.
-        name: The name that the element gives; None for that of its class or inner tree.
-        ports: The texts of its ports by name; invalid ones are left out.
-        scripts: The scripts around its tick by attribute; invalid ones are left out.
-        children: Its children; those that cannot be read are left out.
-        subtree: The inner tree of a ``<SubTree>``.
-        tag: The element's name, if that is not the registered one: ``Action``.
-        attributes: Attributes for editors only.
-        comments: Comments and texts, each with the index of the child that follows.
+    Invalid ports and scripts, and children that cannot be read, are left out. `name` is None for
+    the name of the class or of the inner tree, which a ``<SubTree>`` has as `subtree`.
     """
 
     element: Element
     cls: type[Node]
     registration: str
-    kind: str
     name: str | None = None
     ports: dict[str, str] = field(default_factory=dict)
     scripts: dict[str, ParsedScript] = field(default_factory=dict)
     children: "list[NodeSpec]" = field(default_factory=list)
     subtree: SubTreeUse | None = None
-    tag: str | None = None
-    attributes: dict[str, str] = field(default_factory=dict)
-    comments: list[tuple[int, Comment]] = field(default_factory=list)
 
     @property
     def default_name(self) -> str:
@@ -74,13 +79,9 @@ class NodeSpec:
 
 @dataclass
 class TreeSpec:
-    """A tree of a document.
+    """A tree of a document, without a root if that cannot be read, and the trees that it names.
 
-    Attributes:
-        root: Its root; None if it cannot be read.
-        subtrees: The IDs of the trees that it names.
-        problems: Findings about its elements; they count where the tree is built.
-        is_too_deep: Whether elements were left out because they are nested too deep.
+    Findings about its elements count where the tree is built.
     """
 
     root: NodeSpec | None = None

@@ -7,7 +7,7 @@ from bt_manip.bt.goal import CONTINUES, GOAL, RESULT_KEYS, TASK
 from bt_manip.bt.literals import parse_integer
 from bt_manip.bt.nodes.controls.branching import IfThenElse, WhileDoElse
 from bt_manip.bt.nodes.controls.parallel import Parallel, ParallelAll, threshold
-from bt_manip.bt.nodes.controls.switch import Switch2, Switch3, Switch4, Switch5, Switch6
+from bt_manip.bt.nodes.controls.switch import Switch
 from bt_manip.bt.nodes.node import CONDITIONS, Node
 from bt_manip.bt.ports import is_pointer
 from bt_manip.bt.xml.dialect import Dialect
@@ -17,7 +17,6 @@ from bt_manip.bt.xml.source import Element
 from bt_manip.exceptions import did_you_mean
 
 _BRANCHING: Final = (IfThenElse, WhileDoElse)
-_SWITCHES: Final = (Switch2, Switch3, Switch4, Switch5, Switch6)
 _OF_A_TREE: Final = (GOAL, TASK, RESULT_KEYS, CONTINUES)
 
 
@@ -59,7 +58,7 @@ def check_node(element: Element, name: str, cls: type[Node], problems: Problems)
         problems.error(
             element.place, f"{name} must have 2 or 3 children: a condition and 1 or 2 branches"
         )
-    elif issubclass(cls, _SWITCHES) and count not in (0, cls.most_children):
+    elif issubclass(cls, Switch) and count not in (0, cls.most_children):
         problems.error(
             element.place,
             f"{name} must have {cls.most_children} children, one for each case and one for all "

@@ -43,7 +43,7 @@ def _write_item(item: SourceComment | Text | Element, depth: int, lines: list[st
     if isinstance(item, SourceComment):
         lines.append(indent + (item.text if item.kind == "instruction" else f"<!--{item.text}-->"))
         return
-    content = [inner for inner in item.content if not _is_blank(inner)]
+    content = [inner for inner in item.content if not isinstance(inner, Text) or inner.text.strip()]
     tag = _start_tag(item, indent, ">" if content else "/>")
     if content and not any(isinstance(inner, Element) for inner in content):
         # On the same line: schemas allow no white space in an element without children.
@@ -68,15 +68,6 @@ def _start_tag(element: Element, indent: str, end: str) -> str:
     return tag
 
 
-def _is_blank(item: SourceComment | Text | Element) -> bool:
-    return isinstance(item, Text) and not item.text.strip()
-
-
 def escape(text: str, *, quotes: bool = True) -> str:
-    """Write special characters of XML as references.
-
-    Args:
-        text: The text.
-        quotes: Whether it stands in an attribute: quotes and line breaks are escaped too.
-    """
+    """Write special characters of XML as references, for attributes (`quotes`) or for text."""
     return text.translate(_IN_ATTRIBUTES if quotes else _IN_TEXT)

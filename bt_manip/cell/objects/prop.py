@@ -44,7 +44,7 @@ class ParametricEntity(composer.Entity):
         cls.declared = {
             name: replace(
                 given if isinstance(given, Parameter)
-                else known[name].with_default(given) if name in known
+                else replace(known[name], default=given) if name in known
                 else cls._like(given),
                 name=name,
             )

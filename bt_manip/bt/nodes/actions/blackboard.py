@@ -96,11 +96,7 @@ class Watching(Node):
     _seen = 0
 
     def check_ports(self) -> None:
-        """Check the ports before the first tick.
-
-        Raises:
-            PortError: If the entry is not named.
-        """
+        """Raise a `PortError` if the entry is not named."""
         if not self.given.get("entry"):
             raise self._port_error("entry", "nothing was given; expected {key}")
 

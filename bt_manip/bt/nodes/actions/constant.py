@@ -3,11 +3,8 @@
 from typing import ClassVar
 
 from bt_manip.bt.nodes.action import SyncAction
-from bt_manip.bt.nodes.node import Node
-from bt_manip.bt.status import FAILURE, SUCCESS, NodeStatus, Status
+from bt_manip.bt.status import FAILURE, SUCCESS, NodeStatus
 from bt_manip.bt.traits import SUCCEEDS, Traits
-
-_SUCCESS = Status.SUCCESS
 
 
 class AlwaysSuccess(SyncAction):
@@ -19,14 +16,6 @@ class AlwaysSuccess(SyncAction):
     """
 
     traits: ClassVar = SUCCEEDS
-
-    def execute(self) -> NodeStatus:
-        """Succeed."""
-        if self._node_guard is not None or self._node_observers:
-            return Node.execute(self)
-        self._node_status = SUCCESS
-        self.status = _SUCCESS
-        return SUCCESS
 
     def _tick(self) -> NodeStatus:
         return SUCCESS

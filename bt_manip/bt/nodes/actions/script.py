@@ -23,23 +23,14 @@ class ScriptPort(Node):
     _parsed: ParsedScript | None = None
 
     def check_ports(self) -> None:
-        """Check the ports before the first tick.
-
-        Raises:
-            PortError: If nothing was given.
-            ScriptError: If it is not a valid script.
-        """
+        """Raise a `PortError` if nothing was given, and a `ScriptError` if it is no script."""
         self._script()
 
     def _script(self) -> ParsedScript | None:
         return self.parsed(self.read_port(self.checked_port, STRING))
 
     def parsed(self, text: str) -> ParsedScript | None:
-        """Return the script of a text of the port.
-
-        Raises:
-            ScriptError: If it is not a valid script.
-        """
+        """Return the script of a text of the port; raise a `ScriptError` if it is none."""
         if text != self._source:
             self._parsed = parse_script(text, double_quotes=self.double_quotes)
             self._source = text

@@ -85,10 +85,7 @@ class AsyncSequence(Sequence):
     |---------|---------------------------------------------------------------------|
     | SUCCESS | in its first tick, and others remain: RUNNING, and the tree is      |
     |         | woken up to go on; else as Sequence                                 |
-    | FAILURE | as Sequence                                                         |
-    | RUNNING | as Sequence                                                         |
-    | SKIPPED | as Sequence                                                         |
-    | halt    | as Sequence                                                         |
+    | else    | FAILURE, RUNNING, SKIPPED and halt: as Sequence                     |
     """
 
     _yields = True
@@ -139,12 +136,9 @@ class AsyncFallback(Fallback):
 
     | child   | result                                                              |
     |---------|---------------------------------------------------------------------|
-    | SUCCESS | as Fallback                                                         |
     | FAILURE | in its first tick, and others remain: RUNNING, and the tree is      |
     |         | woken up to go on; else as Fallback                                 |
-    | RUNNING | as Fallback                                                         |
-    | SKIPPED | as Fallback                                                         |
-    | halt    | as Fallback                                                         |
+    | else    | SUCCESS, RUNNING, SKIPPED and halt: as Fallback                     |
     """
 
     _yields = True

@@ -7,10 +7,9 @@ from bt_manip.bt import literals
 from bt_manip.bt.nodes.parent import Control
 from bt_manip.bt.port_types import STRING
 from bt_manip.bt.ports import Input, Port
+from bt_manip.bt.script.evaluation import EPSILON
 from bt_manip.bt.status import RUNNING, SKIPPED, NodeStatus
 from bt_manip.exceptions import PortError, TreeError
-
-_EPSILON = 2.0**-23  # of single precision, as everywhere in the engine
 
 
 class Switch(Control):
@@ -83,7 +82,7 @@ def equal(value: str, other: str, enums: Mapping[str, int]) -> bool:
     reals = [float(enums[text]) if text in enums else _real(text) for text in (value, other)]
     if reals[0] is None or reals[1] is None:
         return False
-    return abs(reals[0] - reals[1]) <= _EPSILON
+    return abs(reals[0] - reals[1]) <= EPSILON
 
 
 def _integer(text: str) -> int | None:

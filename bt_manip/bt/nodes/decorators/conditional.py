@@ -14,14 +14,12 @@ from bt_manip.exceptions import PortError
 class Precondition(ScriptPort, Decorator):
     """Tick the child once a script was true, and then until the child has completed.
 
-    | child   | result                                                             |
-    |---------|--------------------------------------------------------------------|
-    | not yet | while the script is false: the status of the port else             |
-    | SUCCESS | SUCCESS; the next round asks the script again                      |
-    | FAILURE | FAILURE; the next round asks the script again                      |
-    | RUNNING | RUNNING; the script is not asked again                             |
-    | SKIPPED | SKIPPED; the script is not asked again                             |
-    | halt    | the child is halted; the script is not asked again                 |
+    | child   | result                                                              |
+    |---------|---------------------------------------------------------------------|
+    | not yet | while the script is false: the status of the port else              |
+    | ended   | SUCCESS or FAILURE as it is; the next round asks the script again   |
+    | others  | RUNNING and SKIPPED as they are; the script is not asked again      |
+    | halt    | the child is halted; the script is not asked again                  |
     """
 
     memory: ClassVar = ("_passed",)
@@ -51,12 +49,9 @@ class RunOnce(Decorator):
 
     | child     | result                                                         |
     |-----------|----------------------------------------------------------------|
-    | SUCCESS   | SUCCESS                                                        |
-    | FAILURE   | FAILURE                                                        |
-    | RUNNING   | RUNNING                                                        |
-    | SKIPPED   | SKIPPED; this does not count as its run                        |
+    | any       | SUCCESS, FAILURE, RUNNING and SKIPPED as they are              |
     | completed | SKIPPED, or with then_skip=false the status it had             |
-    | halt      | the child is halted; this does not count as its run            |
+    | halt      | the child is halted; like SKIPPED, that is no run              |
     """
 
     memory: ClassVar = ("_result",)
@@ -107,10 +102,8 @@ class SkipUnlessUpdated(_Updated):
     | child       | result                                                       |
     |-------------|--------------------------------------------------------------|
     | not written | SKIPPED; a missing entry was not written                     |
-    | SUCCESS     | SUCCESS                                                      |
-    | FAILURE     | FAILURE                                                      |
-    | RUNNING     | RUNNING; the next tick goes on with it without a check      |
-    | SKIPPED     | SKIPPED                                                      |
+    | RUNNING     | RUNNING; the next tick goes on with it without a check       |
+    | others      | SUCCESS, FAILURE and SKIPPED as they are                     |
     | halt        | the child is halted                                          |
     """
 
@@ -123,10 +116,8 @@ class WaitValueUpdate(_Updated):
     | child       | result                                                       |
     |-------------|--------------------------------------------------------------|
     | not written | RUNNING; a missing entry was not written                     |
-    | SUCCESS     | SUCCESS                                                      |
-    | FAILURE     | FAILURE                                                      |
-    | RUNNING     | RUNNING; the next tick goes on with it without a check      |
-    | SKIPPED     | SKIPPED                                                      |
+    | RUNNING     | RUNNING; the next tick goes on with it without a check       |
+    | others      | SUCCESS, FAILURE and SKIPPED as they are                     |
     | halt        | the child is halted                                          |
     """
 

@@ -26,13 +26,12 @@ class _Forcing(Decorator):
 class Inverter(_Forcing):
     """Turn success into failure and failure into success.
 
-    | child   | result              |
-    |---------|---------------------|
-    | SUCCESS | FAILURE             |
-    | FAILURE | SUCCESS             |
-    | RUNNING | RUNNING             |
-    | SKIPPED | SKIPPED             |
-    | halt    | the child is halted |
+    | child   | result                           |
+    |---------|----------------------------------|
+    | SUCCESS | FAILURE                          |
+    | FAILURE | SUCCESS                          |
+    | others  | RUNNING and SKIPPED as they are  |
+    | halt    | the child is halted              |
     """
 
     _on_success = FAILURE
@@ -42,13 +41,11 @@ class Inverter(_Forcing):
 class ForceSuccess(_Forcing):
     """Succeed when the child has completed, whatever its result.
 
-    | child   | result              |
-    |---------|---------------------|
-    | SUCCESS | SUCCESS             |
-    | FAILURE | SUCCESS             |
-    | RUNNING | RUNNING             |
-    | SKIPPED | SKIPPED             |
-    | halt    | the child is halted |
+    | child   | result                                   |
+    |---------|------------------------------------------|
+    | FAILURE | SUCCESS                                  |
+    | others  | SUCCESS, RUNNING and SKIPPED as they are |
+    | halt    | the child is halted                      |
     """
 
     _on_failure = SUCCESS
@@ -57,13 +54,11 @@ class ForceSuccess(_Forcing):
 class ForceFailure(_Forcing):
     """Fail when the child has completed, whatever its result.
 
-    | child   | result              |
-    |---------|---------------------|
-    | SUCCESS | FAILURE             |
-    | FAILURE | FAILURE             |
-    | RUNNING | RUNNING             |
-    | SKIPPED | SKIPPED             |
-    | halt    | the child is halted |
+    | child   | result                                   |
+    |---------|------------------------------------------|
+    | SUCCESS | FAILURE                                  |
+    | others  | FAILURE, RUNNING and SKIPPED as they are |
+    | halt    | the child is halted                      |
     """
 
     _on_success = FAILURE

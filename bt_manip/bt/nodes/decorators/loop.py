@@ -50,11 +50,7 @@ class Loop(Decorator):
         self._child_running = False
 
     def check_ports(self) -> None:
-        """Check the ports before the first tick.
-
-        Raises:
-            PortError: If the queue is missing, or is a text that holds something else.
-        """
+        """Raise a `PortError` if the queue is missing, or is a text that holds something else."""
         text = self.given.get("queue")
         if text is None:
             raise self._port_error("queue", "nothing was given")
@@ -81,7 +77,7 @@ class Loop(Decorator):
                     self._because("the queue is empty")
                 return result
             item = self._queue.popleft()
-            if self._is_writable():
+            if self.key_of("value") is not None:
                 self.write_port("value", item)
         if self._node_status is IDLE:
             self._enter()
@@ -90,10 +86,6 @@ class Loop(Decorator):
         if state is SUCCESS or state is FAILURE:
             self._reset_child()
         return FAILURE if state is FAILURE else RUNNING
-
-    def _is_writable(self) -> bool:
-        text = self.given.get("value")
-        return isinstance(text, str) and pointed_key("value", text) is not None
 
     def _look_up(self, key: str) -> None:
         entry = self.scope.entry(key)

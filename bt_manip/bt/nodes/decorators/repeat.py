@@ -1,5 +1,6 @@
 """Repeat and RetryUntilSuccessful: the child several times."""
 
+from contextlib import suppress
 from typing import ClassVar
 
 from bt_manip.bt.nodes.parent import Decorator
@@ -8,23 +9,18 @@ from bt_manip.bt.status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, NodeSta
 from bt_manip.exceptions import PortError
 
 
-class _Counting(Decorator):
+class Counting(Decorator):
     """Tick the child again each time it returns the counted status, up to a limit."""
 
     memory: ClassVar = ("_count",)
+    port: ClassVar[str]
     _counted: ClassVar[NodeStatus] = SUCCESS
     _count = 0
 
-    def _most(self) -> int:
-        """Read how many are enough; -1 for no end."""
-        raise NotImplementedError
-
-    def _most_now(self, most: int) -> int:
-        """Return how many are enough after one more was counted."""
-        return most
-
     def _tick(self) -> NodeStatus:
-        most = self._most()
+        most = self.read_port(self.port)
+        if most == 0 and self._counted is FAILURE:
+            self._because("no attempts are allowed")
         more = most == -1 or self._count < most
         self._enter()
         child = self.child_node
@@ -39,7 +35,9 @@ class _Counting(Decorator):
                 self._reset_child()
                 return state
             self._count += 1
-            most = self._most_now(most)
+            if self._counted is FAILURE:
+                with suppress(PortError):  # unset by the child: the limit from before holds
+                    most = self.read_port(self.port)
             more = most == -1 or self._count < most
             self._reset_child()
             if more and before is IDLE:
@@ -53,7 +51,7 @@ class _Counting(Decorator):
         super()._halt()
 
 
-class Repeat(_Counting):
+class Repeat(Counting):
     """Tick the child until it has succeeded a number of times.
 
     | child   | result                                                               |
@@ -68,13 +66,11 @@ class Repeat(_Counting):
     -1 cycles never end, 0 cycles succeed without a tick of the child.
     """
 
+    port = "num_cycles"
     num_cycles = Input(int, doc="how many successes; -1 for no end")
 
-    def _most(self) -> int:
-        return self.num_cycles
 
-
-class RetryUntilSuccessful(_Counting):
+class RetryUntilSuccessful(Counting):
     """Tick the child until it succeeds, a number of times at most.
 
     | child   | result                                                               |
@@ -90,17 +86,6 @@ class RetryUntilSuccessful(_Counting):
     -1 attempts never end, 0 attempts fail without a tick of the child.
     """
 
+    port = "num_attempts"
     num_attempts = Input(int, doc="how many attempts; -1 for no end")
     _counted = FAILURE
-
-    def _most(self) -> int:
-        attempts = self.num_attempts
-        if attempts == 0:
-            self._because("no attempts are allowed")
-        return attempts
-
-    def _most_now(self, most: int) -> int:
-        try:
-            return self._most()
-        except PortError:
-            return most  # it was there at the start of the tick: go on with the value of then
