@@ -54,9 +54,6 @@ SCHEMAS = "foxglove."
 SNAPSHOTS = "/snapshots"
 """Topic of the snapshots from which `Continuation` starts."""
 
-PATH_POINTS = 16
-"""Number of points of a drawn path: few, to keep recording cheap."""
-
 SNAPSHOT_INTERVAL = 5.0
 """Longest simulated time between two snapshots in a recording [s]."""
 
@@ -252,7 +249,7 @@ class McapRecorder(RunObserver):
         topic, trajectory = f"{TOPICS['motion']}/{name}", self._station.robots[name].arm.trajectory
         self._file.add_topic(topic, SceneUpdate)
         if moving and trajectory is not None:
-            points = tool_path(self._models[name], trajectory, PATH_POINTS)
+            points = tool_path(self._models[name], trajectory)
             self._file.add(topic, time, path_line(name, time, points))
         else:
             self._file.add(topic, time, removal())

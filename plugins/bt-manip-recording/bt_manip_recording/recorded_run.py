@@ -64,8 +64,8 @@ class RecordedRobot:
         """Feed the states after the ticks up to a simulated time [s]."""
         while self._ticks < len(self._states) and self._states[self._ticks][0] <= time:
             state = self._states[self._ticks][1]
-            gripped = state.get("gripped", ())  # older recordings have none
-            self._state = RobotState(state["grip_forces"], gripped, state["saturated_steps"])
+            of_gripper = state["grip_forces"], state["gripped"]
+            self._state = RobotState(*of_gripper, state["saturated_steps"])
             self.figures.gripped()
             self._ticks += 1
 

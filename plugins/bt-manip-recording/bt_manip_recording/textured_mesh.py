@@ -88,19 +88,31 @@ def _box(half: np.ndarray) -> tuple[np.ndarray, ...]:
 
 def _mesh(model: mujoco.MjModel, mesh: int) -> tuple[np.ndarray, ...]:
     """Return a mesh; a vertex is repeated for each of its normals and coordinates."""
-    first, count = model.mesh_faceadr[mesh], model.mesh_facenum[mesh]
-    corners = np.stack(
-        [
-            part[first : first + count].ravel()
-            for part in (model.mesh_face, model.mesh_facenormal, model.mesh_facetexcoord)
-        ],
-        axis=1,
-    )
-    unique, indices = np.unique(corners, axis=0, return_inverse=True)
-    vertices, normals, coordinates = unique.T
+    corners = model.mesh_face, model.mesh_facenormal, model.mesh_facetexcoord
+    (vertices, normals, coordinates), faces = mesh_corners(model, mesh, *corners)
     return (
         model.mesh_vert[model.mesh_vertadr[mesh] + vertices],
         model.mesh_normal[model.mesh_normaladr[mesh] + normals],
         model.mesh_texcoord[model.mesh_texcoordadr[mesh] + coordinates],
-        indices.reshape(-1, 3),
+        faces,
     )
+
+
+def mesh_corners(
+    model: mujoco.MjModel, mesh: int, *corners: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the different corners of a mesh and its faces.
+
+    Args:
+        model: The compiled model.
+        mesh: The mesh.
+        *corners: Indices of vertices, normals or texture coordinates, by face of the
+            model.  # (n, 3)
+
+    Returns:
+        The indices of each corner, and the corners of the faces.
+    """  # (len(corners), k), (m, 3)
+    first, count = model.mesh_faceadr[mesh], model.mesh_facenum[mesh]
+    rows = np.stack([part[first : first + count].ravel() for part in corners], axis=1)
+    unique, indices = np.unique(rows, axis=0, return_inverse=True)
+    return unique.T, indices.reshape(-1, 3)
