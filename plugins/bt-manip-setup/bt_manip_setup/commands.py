@@ -176,6 +176,29 @@ def show(name: str, picture: Path | None) -> None:
         _draw(robot, picture)
 
 
+@robot.command()
+@click.argument("name", metavar="ROBOT", shell_complete=complete_part("robots"))
+def measure(name: str) -> None:
+    """Measure the travel of a gripper's two fingers and write it into the description.
+
+    ROBOT is path.toml or a registered name. The model's fingers are moved over their range; the
+    result is the table [gripper.travel] of the file, or the file whose path a description in Python
+    has in its place. Repeat this after changes of the gripper's model.
+    """
+    os.environ.setdefault("MUJOCO_GL", "disable")
+    from bt_manip.scenes import find_robot
+    from bt_manip_setup.finger_travel import write_travel
+    from bt_manip_setup.gripper_keys import has_two_fingers
+
+    parts = load_chosen_plugins().parts
+    description = find_robot(name, parts.robots)
+    if not has_two_fingers(description, parts):
+        raise BtManipError(f"{description.where} has no gripper with two fingers")
+    path, travel = write_travel(description)
+    low, high = 1e3 * travel["min_width"], 1e3 * travel["open_width"]
+    click.echo(f"wrote {path}: the fingers open from {low:.4g} to {high:.4g} mm")
+
+
 @contextmanager
 def _progress(step: str) -> Iterator[Callable[[str], None]]:
     """Show the present step in a terminal while the context lasts; yield what changes it."""

@@ -1,7 +1,8 @@
 """Description of a robot from its model."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import NamedTuple
 
 import mujoco
@@ -20,6 +21,7 @@ from bt_manip.robots import (
     model_file,
     read_model,
 )
+from bt_manip.toml import toml_text, write_fields
 from bt_manip_setup.finger_travel import TRAVEL_NOTE, measured
 
 from .arm_chain import ArmChain, find_arm, find_mount
@@ -35,6 +37,23 @@ _FEW_JOINTS = Tolerance(position=1e-4, rotation=5e-3)
 """For arms with fewer than six joints, which cannot follow a gripped object that tilts."""
 
 _TOOL_LIMITS = ToolLimits(velocity=1.0, acceleration=5.0, jerk=500.0)
+
+
+def description_text(
+    description: RobotDescription, notes: Mapping[str, str], file: Path, head: str
+) -> str:
+    """Return a description as TOML that `bt_manip.robots.read_description` reads.
+
+    Args:
+        description: The description.
+        notes: Comments by key, such as ``"velocity"`` and ``"gripper.max_force"``.
+        file: The file, to whose folder paths of models are relative.
+        head: Comment at the beginning.
+    """
+    entries = write_fields(description, file.resolve().parent)
+    if description.name == file.stem:
+        del entries["name"]
+    return toml_text(entries, notes, head)
 
 
 class Draft(NamedTuple):

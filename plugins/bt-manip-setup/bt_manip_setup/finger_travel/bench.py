@@ -2,7 +2,6 @@
 
 import copy
 from collections.abc import Iterable, Sequence
-from itertools import pairwise
 from typing import NamedTuple
 
 import mujoco
@@ -58,6 +57,7 @@ class FingerBench:
         arm_joints: Full names of the arm's joints, from the base to the tool.
         joints: Ids of the moving joints: the hinges and slides beyond the arm's last link.
         body: Id of the arm's last link.
+        bodies: Ids of this link and of all bodies beyond it.
         frictionloss: Dry friction of the degrees of freedom of the model itself.  # (nv,)
     """
 
@@ -72,12 +72,13 @@ class FingerBench:
         model.dof_frictionloss[:] = 0.0
         arm = [int(model.joint(name).id) for name in arm_joints]
         self.body = int(model.jnt_bodyid[arm[-1]])
+        self.bodies = [b for b in range(model.nbody) if self.body in ancestors(model, b)]
         self.joints = [
             j
             for j in range(model.njnt)
             if j not in arm
             and int(model.jnt_type[j]) in (_SLIDE, _HINGE)
-            and self.body in ancestors(model, int(model.jnt_bodyid[j]))
+            and int(model.jnt_bodyid[j]) in self.bodies
         ]
         frozen = np.delete(np.arange(model.nv), model.jnt_dofadr[self.joints])
         model.dof_armature[frozen] += _HEAVY
@@ -192,14 +193,9 @@ class FingerBench:
         model, found = self.model, []
         for actuator in np.flatnonzero(model.actuator_trntype == _ON_TENDON).tolist():
             sites = self._wrapped(int(model.actuator_trnid[actuator, 0]), _SITE)
-            bodies = (int(model.site_bodyid[site]) for site in sites)
-            if any(self.body in ancestors(model, body)[1:] for body in bodies):
+            if {int(model.site_bodyid[site]) for site in sites} & {*self.bodies} - {self.body}:
                 found.append(actuator)
         return found
-
-    def coupled_to(self, body: int) -> set[int]:
-        """Return the joints that move a body."""
-        return set().union(*(self.coupled(joint) for joint in self.chain(body)))
 
     def tendon_joints(self, tendon: int) -> set[int]:
         """Return the joints of a fixed tendon; none for a spatial one and for -1."""
@@ -230,13 +226,3 @@ def ancestors(model: mujoco.MjModel, body: int) -> list[int]:
     while found[-1]:
         found.append(int(model.body_parentid[found[-1]]))
     return found
-
-
-def relative_motion(poses: Sequence[pin.SE3], point: np.ndarray) -> np.ndarray:
-    """Sum the displacements of the material points of a body that pass through a point [m].
-
-    Args:
-        poses: Successive poses of the body.
-        point: The point, in the same frame [m].  # (3,)
-    """  # (3,)
-    return np.array(sum(((b * a.inverse()).act(point) - point for a, b in pairwise(poses)), 0.0))

@@ -3,6 +3,7 @@
 import copy
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from typing import NamedTuple
 
 import mujoco
@@ -15,7 +16,7 @@ from bt_manip.grippers import BodySurface, FingerTravel, TwoFingerParameters, tr
 from bt_manip.robots import Robot, RobotDescription, RobotError, site_pose
 from bt_manip.toml import read_part, write_fields
 
-from .bench import BEHIND, STOPS, FingerBench, Sweep, ancestors, relative_motion
+from .bench import BEHIND, STOPS, FingerBench, Sweep, ancestors
 
 _TENDON = int(mujoco.mjtObj.mjOBJ_TENDON)
 _SLIDE = int(mujoco.mjtJoint.mjJNT_SLIDE)
@@ -49,25 +50,11 @@ def measured(description: RobotDescription) -> RobotDescription:
     gripper = description.gripper
     if gripper is None:
         raise RobotError(f"{description.where} has no gripper")
-    parameters = {key: value for key, value in gripper.parameters.items() if key != "travel"}
-    bare = replace(description, gripper=replace(gripper, parameters=parameters))
-    travel = write_fields(measure_gripper(bare))
-    return replace(bare, gripper=replace(gripper, parameters=parameters | {"travel": travel}))
-
-
-def measure_gripper(description: RobotDescription) -> FingerTravel:
-    """Measure the travel of a described gripper; names of joints are those of its model's file.
-
-    Args:
-        description: The description, without a travel.
-
-    Raises:
-        RobotError: If its gripper has no two fingers, or the model does not fit the description.
-    """
-    assert description.gripper is not None
-    parameters = read_part(TwoFingerParameters, description.gripper.read(description.name))
+    given = {key: value for key, value in gripper.parameters.items() if key != "travel"}
+    gripper = replace(gripper, parameters=given)
+    parameters = read_part(TwoFingerParameters, gripper.read(description.name))
     assert parameters is not None  # otherwise the table raises an error
-    robot, where = Robot(description), f"robot '{description.name}'"
+    robot, where = Robot(replace(description, gripper=gripper)), f"robot '{description.name}'"
     joints, fingers = (
         tuple(robot.find(kind, name).full_identifier for name in names)
         for kind, names in (("joint", parameters.joints), ("body", parameters.fingers))
@@ -92,12 +79,14 @@ def measure_gripper(description: RobotDescription) -> FingerTravel:
         T_bt=site_pose(robot.alone, site),
         where=where,
     )
-    return replace(
+    travel = replace(
         travel,
         motor=None if motor is None else local(motor),
         joints=tuple(map(local, travel.joints)),
         digests=travel_digests(robot, parameters),
     )
+    gripper = replace(gripper, parameters=given | {"travel": write_fields(travel)})
+    return replace(description, gripper=gripper)
 
 
 def _with_joints(
@@ -229,7 +218,7 @@ def _finger(
 
 def _closing(fingers: Sequence[_Finger]) -> np.ndarray:
     """Return the direction from the second to the first finger along their relative motion."""
-    first, second = (relative_motion(finger.poses, np.zeros(3))[:2] for finger in fingers)
+    first, second = (_motion_at_tool(finger.poses) for finger in fingers)
     axis = first + np.sign(first @ second) * second
     length = float(np.linalg.norm(axis))
     if length == 0.0:
@@ -237,6 +226,11 @@ def _closing(fingers: Sequence[_Finger]) -> np.ndarray:
     centres = [np.concatenate(finger.sections).mean(axis=0)[:2] for finger in fingers]
     sign = 1.0 if axis @ (centres[0] - centres[1]) > 0.0 else -1.0
     return np.array([*np.round(sign * axis / length, _DIGITS), 0.0]) + 0.0
+
+
+def _motion_at_tool(poses: Sequence[pin.SE3]) -> np.ndarray:
+    """Sum the displacements of a finger's material points that pass through the tool [m]."""
+    return np.sum([(b * a.inverse()).translation[:2] for a, b in pairwise(poses)], axis=0)
 
 
 def _monotonic(travel: np.ndarray) -> np.ndarray:

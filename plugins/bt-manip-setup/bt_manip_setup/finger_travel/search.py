@@ -1,6 +1,6 @@
 """Search for the two fingers of a gripper in a compiled model."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import combinations, product
 from typing import NamedTuple
@@ -116,7 +116,7 @@ def _measured_fingers(
     """Measure the fingers that some joints move."""
     model = bench.model
     pads = _find_pads(bench, sequences, where)
-    if len(joints) == 2 and joints[0] not in bench.coupled_to(pads.bodies[0]):
+    if len(joints) == 2 and not bench.coupled(joints[0]) & bench.chain(pads.bodies[0]):
         joints.reverse()
     motor = bench.motor_of(joints)
     names = FingerNames(
@@ -217,14 +217,9 @@ def _independent_joints(bench: FingerBench, where: str) -> list[int]:
 def _opening_joints(bench: FingerBench, joints: Sequence[int]) -> list[int]:
     """Return the joints that move surfaces towards others; others only decorate the gripper."""
     model, opened = bench.model, []
-    bodies = [b for b in range(model.nbody) if bench.body in ancestors(model, b)]
     for joint in joints:
-        moved = {b for b in bodies if bench.chain(b) & bench.coupled(joint)}
-        geoms = [
-            pair
-            for a, b in product(moved, set(bodies) - moved)
-            for pair in product(collision_geoms_of(model, a), collision_geoms_of(model, b))
-        ]
+        moved = {b for b in bench.bodies if bench.chain(b) & bench.coupled(joint)}
+        geoms = _geom_pairs(model, product(moved, set(bench.bodies) - moved))
         qpos = bench.sweep(joint, [j for j in joints if j != joint]).qpos
         distances = _distances(model, qpos, geoms)
         opened.append(float(np.ptp(distances, axis=0).max()) if geoms else 0.0)
@@ -251,23 +246,18 @@ def _sequences(bench: FingerBench, joints: Sequence[int]) -> list[np.ndarray]:
 def _find_pads(bench: FingerBench, sequences: Sequence[np.ndarray], where: str) -> _Pads:
     """Find the surfaces that are far apart when open and meet when closed."""
     model = bench.model
-    bodies = [b for b in range(model.nbody) if bench.body in ancestors(model, b)]
-    moving = [b for b in bodies if bench.chain(b)]
-    fixed = [b for b in bodies if b not in moving]
+    moving = [b for b in bench.bodies if bench.chain(b)]
+    fixed = [b for b in bench.bodies if b not in moving]
     for pairs in (combinations(moving, 2), product(moving, fixed)):
-        geoms = [
-            pair
-            for a, b in pairs
-            for pair in product(collision_geoms_of(model, a), collision_geoms_of(model, b))
-        ]
+        geoms = _geom_pairs(model, pairs)
         if not geoms:
             continue
         measured = [(sequence, _distances(model, sequence, geoms)) for sequence in sequences]
         sequence, distances = max(measured, key=lambda one: _opening(one[1]).max())
         if _opening(distances).max() > _OPENS:
             return _pads_of(bench, sequence, distances, geoms)
-    bare = [literal_name(model.body(b).name) for b in bodies if not collision_geoms_of(model, b)]
-    names = ", ".join(map(repr, bare))
+    bare = [b for b in bench.bodies if not collision_geoms_of(model, b)]
+    names = ", ".join(repr(literal_name(model.body(b).name)) for b in bare)
     lacking = f"; give a collision geometry to the bodies without one: {names}" if bare else ""
     raise RobotError(
         f"{where}: no two surfaces beyond the arm's last joint open and close by more than "
@@ -278,13 +268,8 @@ def _find_pads(bench: FingerBench, sequences: Sequence[np.ndarray], where: str) 
 def _overlapping(bench: FingerBench, sequences: Sequence[np.ndarray]) -> str:
     """Explain that a mesh overlaps another body at every opening; empty if none does."""
     model, mesh = bench.model, int(mujoco.mjtGeom.mjGEOM_MESH)
-    bodies = [b for b in range(model.nbody) if bench.body in ancestors(model, b)]
-    geoms = [
-        pair
-        for a, b in combinations(bodies, 2)
-        for pair in product(collision_geoms_of(model, a), collision_geoms_of(model, b))
-        if bench.chain(a) != bench.chain(b) and mesh in model.geom_type[list(pair)]
-    ]
+    moved = [(a, b) for a, b in combinations(bench.bodies, 2) if bench.chain(a) != bench.chain(b)]
+    geoms = [pair for pair in _geom_pairs(model, moved) if mesh in model.geom_type[list(pair)]]
     for sequence in sequences if geoms else ():
         for pair in np.flatnonzero((_distances(model, sequence, geoms) <= 0.0).all(axis=0)):
             first, second = (
@@ -296,6 +281,15 @@ def _overlapping(bench: FingerBench, sequences: Sequence[np.ndarray]) -> str:
                 f"{_AS_HULL}"
             )
     return ""
+
+
+def _geom_pairs(model: mujoco.MjModel, bodies: Iterable[tuple[int, int]]) -> list[tuple[int, int]]:
+    """Return the pairs of collision geoms of pairs of bodies."""
+    return [
+        pair
+        for a, b in bodies
+        for pair in product(collision_geoms_of(model, a), collision_geoms_of(model, b))
+    ]
 
 
 def _distances(
