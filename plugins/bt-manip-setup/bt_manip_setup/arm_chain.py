@@ -1,6 +1,7 @@
 """Kinematic chain of an arm in a model, from the base to the flange."""
 
 from collections.abc import Sequence
+from itertools import product
 from typing import NamedTuple
 
 import mujoco
@@ -157,18 +158,13 @@ def _is_jaw(model: mujoco.MjModel, joint: int) -> bool:
     parent = model.body_weldid[model.body_parentid[model.jnt_bodyid[joint]]]
     other = model.body_weldid[model.geom_bodyid] == parent
     collides = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
-    pairs = [
-        (a, b) for a in np.flatnonzero(own & collides) for b in np.flatnonzero(other & collides)
-    ]
-    data = mujoco.MjData(model)
-    distances = []
+    pairs = list(product(np.flatnonzero(own & collides), np.flatnonzero(other & collides)))
+    data, rows = mujoco.MjData(model), []
     lower, upper = model.jnt_range[joint].tolist()
     for q in np.linspace(lower, upper, _JAW_STEPS):
         data.qpos[model.jnt_qposadr[joint]] = q
         mujoco.mj_kinematics(model, data)
-        distances.append([mujoco.mj_geomDistance(model, data, a, b, 1.0, None) for a, b in pairs])
-    if not pairs:
-        return False
-    measured = np.array(distances)
-    opens = (measured.min(0) < _JAW_CLOSED) & (measured.max(0) > _JAW_OPENING)
+        rows.append([mujoco.mj_geomDistance(model, data, a, b, 1.0, None) for a, b in pairs])
+    distances = np.array(rows)
+    opens = (distances.min(0) < _JAW_CLOSED) & (distances.max(0) > _JAW_OPENING)
     return bool(opens.any())

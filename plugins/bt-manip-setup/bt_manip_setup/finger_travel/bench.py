@@ -8,6 +8,8 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 
+from bt_manip.collision import moved_bodies
+
 _SLIDE, _HINGE = int(mujoco.mjtJoint.mjJNT_SLIDE), int(mujoco.mjtJoint.mjJNT_HINGE)
 STOPS = 17  # simulated positions of a joint over its range
 _STOPS_ALONE = {_SLIDE: 5, _HINGE: 65}  # positions of a joint that moves its finger only
@@ -72,7 +74,7 @@ class FingerBench:
         model.dof_frictionloss[:] = 0.0
         arm = [int(model.joint(name).id) for name in arm_joints]
         self.body = int(model.jnt_bodyid[arm[-1]])
-        self.bodies = [b for b in range(model.nbody) if self.body in ancestors(model, b)]
+        self.bodies = np.flatnonzero(moved_bodies(model, model.jnt_dofadr[arm[-1:]])).tolist()
         self.joints = [
             j
             for j in range(model.njnt)
