@@ -172,15 +172,15 @@ def _best(
     width: float,
     rng: np.random.Generator,
 ) -> _Found | None:
-    """Return the best pair of a closed and an open posture.
+    """Return the best pair of a closed posture and an open one, of this width between the tips.
 
     Args:
         fingers: Postures of the fingers.
         thumb: Postures of the thumb.
         palm: Centre of the palm, in its frame [m].  # (3,)
         size: Sum of the radii of two tips [m].
-        width: Width of the open hand between the tips [m].
-        rng: Random generator for the selection of closed postures.
+        width: The width [m].
+        rng: Selects closed postures.
     """
     distance, nearest = np.array([_nearest(thumb.tips, tip) for tip in fingers.tips]).T
     near, far = (share * size for share in _MEETS)

@@ -5,8 +5,7 @@ from typing import Any
 
 import numpy as np
 import pinocchio as pin
-from dm_control import composer, mjcf
-from dm_control.composer.observation import observable
+from dm_control import mjcf
 
 from bt_manip.cell import entity_of
 from bt_manip.grippers import Solid
@@ -30,15 +29,6 @@ _SEAL_TIME = 0.05  # [s] of a seal until the grip is steady
 _SEAL_TIMEOUT = 0.5  # [s] within which a seal has to form
 _CHECK_INTERVAL = 10  # steps between two checks that the object covers the whole lip
 _MAX_INTERRUPTION = 5e-3  # [s] without contact after which a seal is broken
-
-
-class SuctionGripperObservables(composer.Observables):
-    """Force on the held object."""
-
-    @composer.observable
-    def forces(self) -> observable.Observable:
-        """Force of the lip on the held object in the last step [N]."""
-        return observable.Generic(lambda physics: np.array(self._entity.forces))
 
 
 class SuctionGripper(Gripper):
@@ -82,9 +72,6 @@ class SuctionGripper(Gripper):
     def check_parameters(cls, table: TomlTable) -> None:
         """Check the parameters, assuming that the model has a cup."""
         read_parameters(table, built=False)
-
-    def _build_observables(self) -> SuctionGripperObservables:
-        return SuctionGripperObservables(self)
 
     @property
     def max_force(self) -> float:
