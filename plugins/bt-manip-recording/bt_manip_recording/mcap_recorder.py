@@ -48,9 +48,6 @@ TOPICS = {
 CAMERAS = "/cameras"
 """Topic of the cameras."""
 
-SCHEMAS = "foxglove."
-"""Beginning of the names of Foxglove's schemas."""
-
 SNAPSHOTS = "/snapshots"
 """Topic of the snapshots from which `Continuation` starts."""
 
@@ -271,17 +268,7 @@ class McapRecorder(RunObserver):
             for name, one in self._station.robots.items()
         }
         leaves = {link.uid: link.name for link in self._tree.nodes if not link.children}
-        topics = self._file.topics
-
-        def of(*kinds: str) -> list[str]:
-            return [topic for topic, name in topics.items() if name.removeprefix(SCHEMAS) in kinds]
-
-        scene = of("SceneUpdate", "PointCloud")
-        images = {
-            topic: [one for one in of("ImageAnnotations") if Path(one).parent == Path(topic).parent]
-            for topic in of("CompressedImage")
-        }
-        layout = foxglove_layout(robots, leaves, scene, images)
+        layout = foxglove_layout(robots, leaves, self._file.topics)
         if layout != self._layout and not is_special(self._path):
             self._layout = layout
             path = self._path.with_suffix(".layout.json")

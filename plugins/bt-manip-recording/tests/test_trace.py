@@ -18,27 +18,6 @@ def block(first: int, n: int) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
     return t, tuple(100.0 * i + np.column_stack((t, -t)) for i in range(len(STEP_FIELDS)))
 
 
-def test_blocks_come_back_in_one_piece(tmp_path):
-    with closing(Trace(tmp_path / "run.npz")) as trace:
-        trace.append(*block(0, 256))
-        trace.append(*block(256, 3))
-    t, columns = block(0, 259)
-    with np.load(tmp_path / "run.npz") as read:
-        assert sorted(read.files) == sorted(("t", *STEP_FIELDS))
-        np.testing.assert_array_equal(read["t"], t)
-        for name, column in zip(STEP_FIELDS, columns, strict=True):
-            np.testing.assert_array_equal(read[name], column)
-
-
-def test_rows_are_copied(tmp_path):
-    t, columns = block(0, 4)
-    with closing(Trace(tmp_path / "run.npz")) as trace:
-        trace.append(t, columns)
-        columns[0][:] = np.nan
-    with np.load(tmp_path / "run.npz") as read:
-        assert np.isfinite(read["q"]).all()
-
-
 def test_a_trace_is_read_while_the_run_goes_on(tmp_path):
     path = tmp_path / "run.npz"
     trace = Trace(path)
