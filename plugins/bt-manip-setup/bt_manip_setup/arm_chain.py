@@ -24,17 +24,13 @@ _JAW_STEPS = 9  # joint positions at which a possible jaw is measured
 
 
 class ArmChain(NamedTuple):
-    """The joints of an arm, from the base to the tool, and the bodies beyond the last one.
-
-    Attributes:
-        joints: Ids of the joints.
-        flange: Ids of the last link and of the bodies fixed to it, the link first.
-        fingers: Ids of the joints beyond the last link.
-    """
+    """Ids of the joints of an arm, from the base to the tool, and of what is beyond."""
 
     joints: tuple[int, ...]
     flange: tuple[int, ...]
+    """The last link and the bodies fixed to it, the link first."""
     fingers: tuple[int, ...]
+    """The joints beyond the last link."""
 
 
 def find_arm(model: mujoco.MjModel, joints: Sequence[str] | None = None) -> ArmChain:

@@ -139,9 +139,9 @@ def _measured(
 ) -> tuple[RobotDescription, dict[str, str]]:
     """Return the description with the gripper and the tool frame, and comments on them."""
     names = [escaped_name(joint) for joint in description.arm_joints]
-    carried = None if model is None else GripperDescription(model=model, mount=mount)
-    assembled = assemble(replace(description, gripper=carried))
-    prefix = "" if model is None else assembled.gripper.full_identifier
+    carried = GripperDescription(model=model, mount=mount if model else None)
+    assembled = assemble(replace(description, gripper=carried if model else None))
+    prefix = assembled.gripper.full_identifier if model else ""
 
     def local(full: str) -> str:
         return literal_name(full.removeprefix(prefix))
@@ -156,8 +156,7 @@ def _measured(
                 "name the one at its lip whose z axis is the cup's (--tool-frame)"
             )
         frame = tool_frame or local(assembled.alone.site(sites[0]).name)
-        gripper = GripperDescription(kind=CUP, model=model, mount=mount if model else None)
-        return replace(description, tool_frame=frame, gripper=gripper), {}
+        return replace(description, tool_frame=frame, gripper=replace(carried, kind=CUP)), {}
     tool = None
     if tool_frame is not None:
         site = assembled.tool_site
@@ -176,16 +175,10 @@ def _measured(
             raise
         kind, hand = other
         known = {key: _renamed(value, local) for key, value in hand.parameters.items()}
-        gripper = GripperDescription(
-            kind=kind,
-            max_force=hand.max_force,
-            parameters=known,
-            model=model,
-            mount=mount if model else None,
-            T_mg=pin.SE3.Identity()
-            if model is None
-            else standing_pose(assembled.alone, description, hand),
-        )
+        gripper = replace(carried, kind=kind, max_force=hand.max_force, parameters=known)
+        if model is not None:
+            pose = standing_pose(assembled.alone, description, hand)
+            gripper = replace(gripper, T_mg=pose)
         described = replace(
             description, gripper=gripper, tool_frame=local(hand.body), T_ft=hand.T_bt
         )
@@ -224,7 +217,7 @@ def _measured(
         max_force=float(f"{force:.2g}"),
         pads=_PADS,
         model=model,
-        mount=mount if model else None,
+        mount=carried.mount,
         T_mg=None if model is None else _outwards(assembled.alone, description, mount, R_wt[:, 2]),
         **changes,
     )
@@ -271,10 +264,7 @@ def standing_pose(
 ) -> pin.SE3:
     """Return the pose in its mount of a gripper that stands on it, z outwards.
 
-    Args:
-        model: The gripper on the arm, compiled alone.
-        description: The arm's; its tool frame is the mount.
-        found: The gripper; what of its body is below the origin is lifted onto the mount.
+    What of its body is below the origin is lifted onto the mount, the description's tool frame.
     """
     low = 0.0
     for geom in collision_geoms_of(model, model.body(found.body).id):
@@ -294,14 +284,8 @@ def _outwards(
     """Return the rotation in a mount that turns a direction away from the arm.
 
     Away is along the axis of the last joint, from the last links to the mount. If the z axis of the
-    mount is not parallel to it, away is that z axis.
-
-    Args:
-        model: The arm, compiled alone.
-        description: Its description.
-        mount: Name of the mount.
-        approach: The direction in the world, approximately; default: the mount's z
-            axis.  # (3,)
+    mount is not parallel to it, away is that z axis. The direction is approximate and in the world;
+    by default it is the mount's z axis.
     """
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)

@@ -78,10 +78,6 @@ def make_robot(description: RobotDescription, parts: Parts) -> Robot:
 def robot_case(description: RobotDescription, parts: Parts) -> RobotCase:
     """Return a described robot with its kind of gripper, as its contract takes it.
 
-    Args:
-        description: The description.
-        parts: The registered parts, among them the kind of its gripper.
-
     Raises:
         BtManipError: If its gripper kind is not registered.
     """

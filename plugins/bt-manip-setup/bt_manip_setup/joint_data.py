@@ -63,11 +63,8 @@ def joint_data(model: mujoco.MjModel, joints: tuple[int, ...], file: Path) -> Jo
 
 
 def estimate_efforts(model: RobotModel) -> tuple[float, ...]:
-    """Return effort limits that let an arm hold and accelerate itself and a payload [N m].
-
-    Args:
-        model: The arm.
-    """  # (nv,)
+    """Return effort limits that let an arm hold and accelerate itself and a payload [N m]."""
+    # (nv,)
     rng, limits = np.random.default_rng(0), model.limits
     model = model.with_payload(Payload(_PAYLOAD_SHARE * pin.computeTotalMass(model.model)))
     lower, upper = limits.sampling_bounds()
@@ -89,14 +86,10 @@ def light_joints(model: RobotModel) -> np.ndarray:
 
 
 def chosen_armature(model: RobotModel, known: np.ndarray) -> tuple[float, ...] | None:
-    """Return armatures with which feedback holds all joints; None if those of the model do.
+    """Return armatures with which feedback holds all joints; None if the ``known`` ones do [kg m2].
 
     A joint that is too light gets 1e-3 kg m2 per N m of its effort limit, as geared motors of arms
     have; the limit counts up to ten times the effort that the arm requires.
-
-    Args:
-        model: The arm.
-        known: Armatures of the model, kept for the other joints [kg m2].  # (nv,)
     """
     light = light_joints(model)
     if not light.any():

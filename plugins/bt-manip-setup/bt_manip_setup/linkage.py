@@ -25,9 +25,6 @@ def touching_links(robot: Robot) -> list[tuple[str, str]]:
 
     Args:
         robot: The robot, compiled alone, with a gripper of two fingers.
-
-    Returns:
-        Names in `RobotDescription.exclude`.
     """
     assert robot.gripper is not None
     model, prefix = copy.copy(robot.mj_model), robot.mjcf_model.full_identifier
@@ -48,15 +45,7 @@ def touching_links(robot: Robot) -> list[tuple[str, str]]:
 
 
 def concave_bodies(model: mujoco.MjModel, last_joint: str) -> tuple[str, ...]:
-    """Return the names of bodies from an arm's last link on that collide by concave meshes.
-
-    Args:
-        model: The robot, compiled alone.
-        last_joint: Full name of the arm's last joint.
-
-    Returns:
-        Names in `RobotDescription.convex_parts`.
-    """
+    """Return the names of bodies beyond an arm's last joint that collide by concave meshes."""
     links = np.flatnonzero(moved_bodies(model, model.joint(last_joint).dofadr)).tolist()
     return tuple(
         literal_name(model.body(body).name)

@@ -31,21 +31,13 @@ class LowestPoint:
         )
 
     def of_links(self, q: np.ndarray) -> float:
-        """Return the height of the lowest point of all links but the last [m].
-
-        Args:
-            q: Configuration of the arm [rad].  # (nq,)
-        """
+        """Return the height of the lowest point of all links but the last [m]."""
         self._place(q)
         joints = self._data.xanchor[self._model.dof_jntid[self._robot.dof_adr], 2]
         return min(float(joints.min()), self._lowest(self._links))
 
     def below_tool(self, q: np.ndarray) -> float:
-        """Return the height of the tool above the lowest point of last link and gripper [m].
-
-        Args:
-            q: Configuration of the arm [rad].  # (nq,)
-        """
+        """Return the height of the tool above the lowest point of last link and gripper [m]."""
         self._place(q)
         tool = float(self._data.site_xpos[self._robot.tool_site_id, 2])
         return tool - min(tool, self._lowest(self._carried))
@@ -60,11 +52,8 @@ class LowestPoint:
 
 
 def foot_bodies(robot: Robot) -> np.ndarray:
-    """Return a mask of the bodies of constant height: fixed, or turning about the vertical only.
-
-    Args:
-        robot: The robot, compiled alone.
-    """  # (nbody,)
+    """Return a mask of the bodies of constant height: fixed, or turning about the vertical only."""
+    # (nbody,)
     model = robot.mj_model
     turning = model.jnt_type == int(mujoco.mjtJoint.mjJNT_HINGE)
     turning &= np.abs(robot.mj_data.xaxis[:, 2]) > _VERTICAL

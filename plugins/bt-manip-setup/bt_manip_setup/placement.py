@@ -29,26 +29,18 @@ _DIGITS = 3  # decimals of the base position [m]
 
 
 class Placement(NamedTuple):
-    """Pose and support of a robot's base.
-
-    Attributes:
-        T_rb: Pose of the base in the frame where the scene places the robot.
-        pedestal: Size of the block under the base [m]; None: no block.
-        share: Share of the positions of the pick and place task within reach.
-    """
+    """Pose and support of a robot's base."""
 
     T_rb: pin.SE3
+    """Pose of the base in the frame where the scene places the robot."""
     pedestal: tuple[float, float, float] | None
+    """Size of the block under the base [m]; None: no block."""
     share: float
+    """Share of the positions of the pick and place task within reach."""
 
 
 def place_base(robot: Robot, reach: RadialReach) -> Placement:
-    """Return the base pose that reaches the most of a table with the smallest offset.
-
-    Args:
-        robot: The robot, compiled alone.
-        reach: Its reach.
-    """
+    """Return the base pose that reaches the most of a table with the smallest offset."""
     lowest, footprint = measure_foot(robot)
     yaw = -round(2.0 * reach.front / np.pi) * np.pi / 2.0
     c, s = np.cos(yaw), np.sin(yaw)

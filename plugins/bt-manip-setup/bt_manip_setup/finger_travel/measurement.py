@@ -63,7 +63,7 @@ def measured(description: RobotDescription) -> RobotDescription:
     bench = FingerBench(_with_joints(robot.alone, joints, parameters), arm_joints)
     if parameters.motor is None:
         found = bench.motor_of([bench.model.joint(name).id for name in joints])
-        motor = None if found is None else found[1]
+        motor = found and found[1]
     else:
         tendon = robot.gripper_root.find("tendon", escaped_name(parameters.motor))
         motor = (tendon or robot.find("joint", parameters.motor)).full_identifier

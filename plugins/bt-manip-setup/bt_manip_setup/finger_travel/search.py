@@ -119,10 +119,9 @@ def _measured_fingers(
     if len(joints) == 2 and not bench.coupled(joints[0]) & bench.chain(pads.bodies[0]):
         joints.reverse()
     motor = bench.motor_of(joints)
+    first, second = (model.body(body).name for body in pads.bodies)
     names = FingerNames(
-        tuple(model.joint(j).name for j in joints),
-        (model.body(pads.bodies[0]).name, model.body(pads.bodies[1]).name),
-        None if motor is None else motor[1],
+        tuple(model.joint(j).name for j in joints), (first, second), motor and motor[1]
     )
     body = _carrier(bench, pads.bodies[0])
     T_bt = _tool(bench, pads, body)
@@ -133,10 +132,10 @@ def _measured_fingers(
     geoms = [geom for body in pads.bodies for geom in collision_geoms_of(model, body)]
     has_mesh = int(mujoco.mjtGeom.mjGEOM_MESH) in model.geom_type[geoms]
     if travel.open_width < 0.0 and tool is None and has_mesh:
-        first, second = map(literal_name, names.fingers)
         raise OverlappingHullsError(
-            f"{where}: the collision geometries of '{first}' and '{second}' overlap by "
-            f"{-1e3 * travel.open_width:.1f} mm where they are open: {_AS_HULL}"
+            f"{where}: the collision geometries of '{literal_name(first)}' and "
+            f"'{literal_name(second)}' overlap by {-1e3 * travel.open_width:.1f} mm where they are "
+            f"open: {_AS_HULL}"
         )
     if travel.open_width < _OPENS:
         raise RobotError(
@@ -228,18 +227,14 @@ def _opening_joints(bench: FingerBench, joints: Sequence[int]) -> list[int]:
 
 def _sequences(bench: FingerBench, joints: Sequence[int]) -> list[np.ndarray]:
     """Return the positions of all joints over the range: both fingers parallel and opposed."""
-    sweeps = []
-    for joint in joints:
-        sweeps.append(bench.sweep(joint, [j for j in joints if j != joint]).qpos)
+    sweeps = [bench.sweep(joint, [j for j in joints if j != joint]).qpos for joint in joints]
     if len(sweeps) == 1:
         return sweeps
     rows = np.linspace(0, [len(sweep) - 1 for sweep in sweeps], STOPS).round().astype(int)
     first, second = sweeps[0][rows[:, 0]], sweeps[1][rows[:, 1]]
     at = bench.model.jnt_qposadr[sorted(bench.coupled(joints[1]))]
-    found = []
-    for order in (1, -1):
-        found.append(first.copy())
-        found[-1][:, at] = second[::order][:, at]
+    found = [first.copy(), first.copy()]
+    found[0][:, at], found[1][:, at] = second[:, at], second[::-1, at]
     return found
 
 
@@ -296,11 +291,10 @@ def _distances(
     model: mujoco.MjModel, sequence: np.ndarray, geoms: Sequence[tuple[int, int]]
 ) -> np.ndarray:
     """Return the distances of pairs of geoms at positions of all joints [m]."""  # (m, len(geoms))
-    rows = []
-    for data in (_posed(model, qpos) for qpos in sequence):
-        rows.append(
-            [mujoco.mj_geomDistance(model, data, *g, _MAX_GEOM_DISTANCE, None) for g in geoms]
-        )
+    rows = [
+        [mujoco.mj_geomDistance(model, data, *pair, _MAX_GEOM_DISTANCE, None) for pair in geoms]
+        for data in (_posed(model, qpos) for qpos in sequence)
+    ]
     return np.array(rows)
 
 
@@ -321,14 +315,7 @@ def _pads_of(
     distances: np.ndarray,
     geoms: Sequence[tuple[int, int]],
 ) -> _Pads:
-    """Return the pads among pairs of geoms.
-
-    Args:
-        bench: The model.
-        sequence: Positions of all joints.  # (m, nq)
-        distances: Distances of the pairs at these [m].  # (m, len(geoms))
-        geoms: Pairs of geoms.
-    """
+    """Return the pads among pairs of geoms, by their distances at positions of all joints."""
     model, opens = bench.model, _opening(distances)
     wide = opens > _WIDE * opens.max()
     bodies = model.geom_bodyid[np.array(geoms)]
@@ -358,19 +345,13 @@ def _first_to_meet(bench: FingerBench, distances: np.ndarray, bodies: np.ndarray
     """Return the pair of geoms that close on an object: the first to meet, of the same kind.
 
     Bodies of one kind are as deep in the tree, on as many joints, with as many geoms: two pads, not
-    a pad and the link that carries the other one.
-
-    Args:
-        bench: The model.
-        distances: Distances of the pairs from open to closed, inf for those that are no pads [m].
-            # (m, n)
-        bodies: Bodies of each pair.  # (n, 2)
+    a pad and the link that carries the other one. The distances are from open to closed, inf for
+    pairs that are no pads.
     """
 
     def kind(body: int) -> tuple[int, int, int]:
-        model = bench.model
-        count = len(collision_geoms_of(model, body))
-        return len(ancestors(model, body)), len(bench.chain(body)), count
+        geoms = collision_geoms_of(bench.model, body)
+        return len(ancestors(bench.model, body)), len(bench.chain(body)), len(geoms)
 
     row = max(np.flatnonzero(distances.min(axis=1) > _APART), default=0)
     near = np.flatnonzero(distances[row] < distances[row].min() + _MEETS)
@@ -380,8 +361,7 @@ def _first_to_meet(bench: FingerBench, distances: np.ndarray, bodies: np.ndarray
 
 def _carrier(bench: FingerBench, finger: int) -> int:
     """Return the body that carries the mechanism of a finger."""
-    joints = bench.chain(finger)
-    first = min(int(bench.model.jnt_bodyid[j]) for j in joints)
+    first = min(int(bench.model.jnt_bodyid[j]) for j in bench.chain(finger))
     return int(bench.model.body_parentid[first])
 
 
