@@ -63,13 +63,11 @@ class Draft(NamedTuple):
         description: The description.
         notes: Comments by key.
         robot: The robot, compiled alone.
-        share: Share of the positions of the pick and place task within reach.
     """
 
     description: RobotDescription
     notes: dict[str, str]
     robot: Robot
-    share: float
 
 
 def describe_robot(
@@ -184,7 +182,7 @@ def describe_robot(
         notes["model"] = "CHOSEN where the model has none or an impossible one:\n" + "\n".join(
             robot.warnings
         )
-    return Draft(description, notes, robot, placement.share)
+    return Draft(description, notes, robot)
 
 
 def _middle(model: mujoco.MjModel, arm: ArmChain) -> np.ndarray:

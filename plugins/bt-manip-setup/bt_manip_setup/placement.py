@@ -35,8 +35,6 @@ class Placement(NamedTuple):
     """Pose of the base in the frame where the scene places the robot."""
     pedestal: tuple[float, float, float] | None
     """Size of the block under the base [m]; None: no block."""
-    share: float
-    """Share of the positions of the pick and place task within reach."""
 
 
 def place_base(robot: Robot, reach: RadialReach) -> Placement:
@@ -49,13 +47,12 @@ def place_base(robot: Robot, reach: RadialReach) -> Placement:
     for lift in _BASE_Z:
         for x in BASE_X:
             z = round(float(lift) - lowest, _DIGITS)
-            share, score = _covered(reach, np.array([x, 0.0]) + axis, z)
-            score -= _MOVED * float(x + lift)
+            score = _score(reach, np.array([x, 0.0]) + axis, z) - _MOVED * float(x + lift)
             if best is None or score > best[0] + 1e-9:
                 quat = (np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2))
                 T_rb = spatial.pose((round(float(x), _DIGITS), 0.0, z), quat)
                 size = (2.0 * footprint, 2.0 * footprint, round(float(lift), _DIGITS))
-                best = score, Placement(T_rb, size if lift > 0.0 else None, share)
+                best = score, Placement(T_rb, size if lift > 0.0 else None)
     assert best is not None
     return best[1]
 
@@ -98,8 +95,8 @@ def find_home(downward: DownwardReach, reach: RadialReach, base: pin.SE3) -> np.
     )
 
 
-def _covered(reach: RadialReach, axis: np.ndarray, z: float) -> tuple[float, float]:
-    """Return the share of reached task positions, and a score of the base pose."""
+def _score(reach: RadialReach, axis: np.ndarray, z: float) -> float:
+    """Return a score of a base pose by the shares of positions of the task that it reaches."""
 
     def share(x: Sequence[float], y: Sequence[float], height: float) -> float:
         points = np.array(np.meshgrid(x, y)).reshape(2, -1)
@@ -110,8 +107,7 @@ def _covered(reach: RadialReach, axis: np.ndarray, z: float) -> tuple[float, flo
     table = min(share(_TABLE_X, _TABLE_Y, height) for height in _PICK_HEIGHTS[:2])
     basket = [share([_BASKET_X], [0.0], height) for height in _BASKET_HEIGHTS]
     score = min(pick[:2]) + 0.3 * pick[2] + table
-    score += min(1.0, table / _LEAST_TABLE) * (2.0 * max(basket) + 0.3 * basket[0])
-    return 0.5 * (min(pick[:2]) + max(basket)), score
+    return score + min(1.0, table / _LEAST_TABLE) * (2.0 * max(basket) + 0.3 * basket[0])
 
 
 def measure_foot(robot: Robot) -> tuple[float, float]:

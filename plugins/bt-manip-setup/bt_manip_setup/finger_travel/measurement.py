@@ -184,7 +184,7 @@ def measure_travel(
     unlimited = [n for n, j in zip(names.joints, joints, strict=True) if not model.jnt_limited[j]]
     if unlimited:
         raise RobotError(f"{where}: gripper joints without a range: {', '.join(unlimited)}")
-    if names.motor is None and len(joints) == 2:
+    if names.motor is None:
         sweeps = [bench.sweep(joints[0], joints[1:]), bench.sweep(joints[1], joints[:1])]
     else:
         sweeps = [bench.sweep(joints[0])] * 2
@@ -220,9 +220,7 @@ def _closing(fingers: Sequence[_Finger]) -> np.ndarray:
     """Return the direction from the second to the first finger along their relative motion."""
     first, second = (_motion_at_tool(finger.poses) for finger in fingers)
     axis = first + np.sign(first @ second) * second
-    length = float(np.linalg.norm(axis))
-    if length == 0.0:
-        return np.array([1.0, 0.0, 0.0])
+    length = float(np.linalg.norm(axis)) or 1.0
     centres = [np.concatenate(finger.sections).mean(axis=0)[:2] for finger in fingers]
     sign = 1.0 if axis @ (centres[0] - centres[1]) > 0.0 else -1.0
     return np.array([*np.round(sign * axis / length, _DIGITS), 0.0]) + 0.0
@@ -238,9 +236,7 @@ def _monotonic(travel: np.ndarray) -> np.ndarray:
     signs = np.sign(np.diff(travel))
     parts = np.split(np.arange(len(signs)), np.flatnonzero(signs[1:] != signs[:-1]) + 1)
     moving = [part for part in parts if abs(signs[part[0]]) == 1.0]
-    if not moving:
-        return np.zeros(1, dtype=int)
-    best = max(moving, key=lambda part: (len(part), -signs[part[0]], part[0]))
+    best = max(moving, key=lambda part: (len(part), -signs[part[0]], part[0]), default=parts[0])
     rows = np.append(best, best[-1] + 1)
     return rows if signs[best[0]] > 0.0 else rows[::-1]
 
@@ -265,6 +261,7 @@ def _coupled(
             f"{where}: one motor moves both fingers, but nothing in the model couples joint "
             f"'{names.joints[1]}' to '{names.joints[0]}'; an equality does, or leave out 'motor'"
         )
+    assert names.motor is not None
     motor = _motor_positions(model, names.motor, sweep)[rows]
     ratios = np.ones(2)
     if np.ptp(motor) > 0.0:
@@ -283,10 +280,8 @@ def _coupled(
     )
 
 
-def _motor_positions(model: mujoco.MjModel, motor: str | None, sweep: Sweep) -> np.ndarray:
-    """Return the positions of a joint or tendon; zeros for None."""  # (m,)
-    if motor is None:
-        return np.zeros(len(sweep.qpos))
+def _motor_positions(model: mujoco.MjModel, motor: str, sweep: Sweep) -> np.ndarray:
+    """Return the positions of a joint or tendon."""  # (m,)
     tendon = mujoco.mj_name2id(model, _TENDON, motor)
     if tendon >= 0:
         return sweep.tendons[:, tendon]
