@@ -26,31 +26,22 @@ _LEVER = 5e-3  # [m] minimum lever of a considered joint
 
 
 class _Digit(NamedTuple):
-    """A finger or the thumb.
-
-    Attributes:
-        body: Its first body.
-        joints: Its joints, from the palm outwards.
-        geoms: Its collision geoms; the last one is the tip.
-    """
+    """First body, joints from the palm outwards, and collision geoms of a finger or the thumb."""
 
     body: int
     joints: list[int]
     geoms: list[int]
+    """The last one is the tip."""
 
 
 class _Postures(NamedTuple):
-    """Sampled postures, in the palm frame.
+    """Sampled postures, in the palm frame."""
 
-    Attributes:
-        q: Joint positions [rad].  # (n, nq)
-        tips: Mean position of the tips [m].  # (n, 3)
-        links: Centres of the geoms, the tips last [m].  # (n, ngeom, 3)
-    """
-
-    q: np.ndarray
+    q: np.ndarray  # (n, nq) [rad]
     tips: np.ndarray
+    """Mean position of the tips [m].  # (n, 3)"""
     links: np.ndarray
+    """Centres of the geoms, the tips last [m].  # (n, ngeom, 3)"""
 
 
 def find_hand(model: mujoco.MjModel, arm_joints: Sequence[str]) -> FoundGripper | None:
@@ -103,8 +94,7 @@ def _digits(model: mujoco.MjModel, arm_joints: Sequence[str]) -> tuple[int, list
             return palm, []  # a joint above the palm: a wrist
         first = path[path.index(palm) + 1]
         digit = digits.setdefault(first, _Digit(first, [], []))
-        start = int(model.body_jntadr[body])
-        digit.joints.extend(range(start, start + int(model.body_jntnum[body])))
+        digit.joints.extend(np.flatnonzero(model.jnt_bodyid == body).tolist())
     for geom in np.flatnonzero(_collides(model)).tolist():
         for first in set(_path(model, int(model.geom_bodyid[geom]))) & digits.keys():
             digits[first].geoms.append(geom)
@@ -172,15 +162,9 @@ def _best(
     width: float,
     rng: np.random.Generator,
 ) -> _Found | None:
-    """Return the best pair of a closed posture and an open one, of this width between the tips.
+    """Return the best pair of a closed posture and an open one, of a width between the tips [m].
 
-    Args:
-        fingers: Postures of the fingers.
-        thumb: Postures of the thumb.
-        palm: Centre of the palm, in its frame [m].  # (3,)
-        size: Sum of the radii of two tips [m].
-        width: The width [m].
-        rng: Selects closed postures.
+    ``size`` is the sum of the radii of two tips, and ``palm`` the centre of the palm [m].
     """
     distance, nearest = np.array([_nearest(thumb.tips, tip) for tip in fingers.tips]).T
     near, far = (share * size for share in _MEETS)

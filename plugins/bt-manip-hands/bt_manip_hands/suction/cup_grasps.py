@@ -174,11 +174,6 @@ def _hits(solid: Polyhedron, points: np.ndarray, directions: np.ndarray) -> np.n
     """Return the distances at which rays enter a solid [m]; inf where they miss it.
 
     Cyrus-Beck clipping against the planes of its faces.
-
-    Args:
-        solid: The solid.
-        points: Start of each ray [m].  # (n, 3)
-        directions: Unit directions.  # (n, 3)
     """  # (n,)
     slope = directions @ solid.normals.T
     ahead = solid.offsets - points @ solid.normals.T
@@ -191,12 +186,7 @@ def _hits(solid: Polyhedron, points: np.ndarray, directions: np.ndarray) -> np.n
 
 
 def _frame(z: np.ndarray, x: np.ndarray | None = None) -> np.ndarray:
-    """Return a rotation matrix with a z axis, and an x axis near a direction.
-
-    Args:
-        z: Its z axis; unit.  # (3,)
-        x: Direction of its x axis; any by default, and if it is parallel to z.  # (3,)
-    """  # (3, 3)
+    """Return a rotation with a z axis, and an x axis near a direction that is not parallel to z."""
     across = np.zeros(3) if x is None else x - (x @ z) * z
     if np.linalg.norm(across) < 1e-3:
         across = np.cross(z, np.eye(3)[int(np.argmin(np.abs(z)))])
