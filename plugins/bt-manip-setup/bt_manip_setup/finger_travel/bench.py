@@ -1,7 +1,8 @@
 """Quasi-static simulation of a gripper's mechanism over the range of its joints, without load."""
 
 import copy
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import NamedTuple
 
 import mujoco
@@ -9,6 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 from bt_manip.collision import moved_bodies
+from bt_manip.robots import RobotError
 
 _SLIDE, _HINGE = int(mujoco.mjtJoint.mjJNT_SLIDE), int(mujoco.mjtJoint.mjJNT_HINGE)
 STOPS = 17  # simulated positions of a joint over its range
@@ -213,6 +215,15 @@ class FingerBench:
         """Return the gripper's joints between the arm's last link and a body."""
         above = ancestors(self.model, body)
         return {j for j in self.joints if int(self.model.jnt_bodyid[j]) in above}
+
+
+@contextmanager
+def naming(robot: str) -> Iterator[None]:
+    """Let errors in the block begin with the name of a robot."""
+    try:
+        yield
+    except RobotError as error:
+        raise type(error)(f"{robot}: {error}") from error
 
 
 def body_poses(data: mujoco.MjData) -> list[pin.SE3]:

@@ -13,7 +13,7 @@ from bt_manip.cell import literal_name
 from bt_manip.grippers import BodySurface, FingerTravel, collision_geoms_of
 from bt_manip.robots import RobotError, effort_limit
 
-from .bench import BEHIND, STOPS, FingerBench, ancestors, body_poses
+from .bench import BEHIND, STOPS, FingerBench, ancestors, body_poses, naming
 from .measurement import FingerNames, measure_travel
 
 _OPENS = 2e-3  # [m] minimum change of distance of surfaces that open and close
@@ -93,17 +93,18 @@ def find_fingers(
             ``OverlappingHullsError`` where hulls of meshes overlap at every opening.
     """
     bench = FingerBench(mj_model, arm_joints)
-    joints = _independent_joints(bench, where)
-    sequences = _sequences(bench, joints)
-    try:
-        return _measured_fingers(bench, joints, sequences, tool, where)
-    except RobotError as error:
-        overlap = _overlapping(bench, sequences)
-        if not overlap:
-            raise
-        hidden = isinstance(error, OverlappingHullsError)
-        text = f"{where}: the fingers' opening is hidden" if hidden else error
-        raise OverlappingHullsError(f"{text}{overlap}") from None
+    with naming(where):
+        joints = _independent_joints(bench)
+        sequences = _sequences(bench, joints)
+        try:
+            return _measured_fingers(bench, joints, sequences, tool)
+        except RobotError as error:
+            overlap = _overlapping(bench, sequences)
+            if not overlap:
+                raise
+            hidden = isinstance(error, OverlappingHullsError)
+            text = "the fingers' opening is hidden" if hidden else error
+            raise OverlappingHullsError(f"{text}{overlap}") from None
 
 
 def _measured_fingers(
@@ -111,11 +112,10 @@ def _measured_fingers(
     joints: list[int],
     sequences: Sequence[np.ndarray],
     tool: tuple[str, pin.SE3] | None,
-    where: str,
 ) -> FoundFingers:
     """Measure the fingers that some joints move."""
     model = bench.model
-    pads = _find_pads(bench, sequences, where)
+    pads = _find_pads(bench, sequences)
     if len(joints) == 2 and not bench.coupled(joints[0]) & bench.chain(pads.bodies[0]):
         joints.reverse()
     motor = bench.motor_of(joints)
@@ -126,20 +126,20 @@ def _measured_fingers(
     body = _carrier(bench, pads.bodies[0])
     T_bt = _tool(bench, pads, body)
     if tool is not None:
-        T_bt = _given_tool(bench, body, T_bt, tool, where)
+        T_bt = _given_tool(bench, body, T_bt, tool)
     tool_body = model.body(body).name
-    travel = measure_travel(bench, names, tool_body=tool_body, T_bt=T_bt, where=where)
+    travel = measure_travel(bench, names, tool_body=tool_body, T_bt=T_bt)
     geoms = [geom for body in pads.bodies for geom in collision_geoms_of(model, body)]
     has_mesh = int(mujoco.mjtGeom.mjGEOM_MESH) in model.geom_type[geoms]
     if travel.open_width < 0.0 and tool is None and has_mesh:
         raise OverlappingHullsError(
-            f"{where}: the collision geometries of '{literal_name(first)}' and "
+            f"the collision geometries of '{literal_name(first)}' and "
             f"'{literal_name(second)}' overlap by {-1e3 * travel.open_width:.1f} mm where they are "
             f"open: {_AS_HULL}"
         )
     if travel.open_width < _OPENS:
         raise RobotError(
-            f"{where}: the tool frame is not between the fingers: they open to "
+            f"the tool frame is not between the fingers: they open to "
             f"{1e3 * travel.open_width:.0f} mm there (--tool-frame)"
         )
     moved = [("joint", name) for name in names.joints] if motor is None else [motor]
@@ -178,11 +178,11 @@ class _Pads(NamedTuple):
     normal: np.ndarray
 
 
-def _independent_joints(bench: FingerBench, where: str) -> list[int]:
+def _independent_joints(bench: FingerBench) -> list[int]:
     """Return one joint of each actuated group of coupled joints."""
     model, left, last = bench.model, list(bench.joints), bench.arm_joints[-1]
     if not left:
-        raise RobotError(f"{where} has no joints beyond the arm's last one, '{last}'")
+        raise RobotError(f"there are no joints beyond the arm's last one, '{last}'")
     groups = []
     while left:
         groups.append(bench.coupled(left[0]))
@@ -197,17 +197,17 @@ def _independent_joints(bench: FingerBench, where: str) -> list[int]:
     pulled = bench.pulling_actuators()
     if len(pulled) > _MOST_PULLED:
         raise RobotError(
-            f"{where}: {len(pulled)} actuators pull on tendons beyond '{last}'; a two-finger "
+            f"{len(pulled)} actuators pull on tendons beyond '{last}'; a two-finger "
             f"gripper has at most {_MOST_PULLED}"
         )
     if len(found) > 2:
         raise RobotError(
-            f"{where}: {len(found)} joints beyond '{last}' move independently: {names}; "
+            f"{len(found)} joints beyond '{last}' move independently: {names}; "
             "a two-finger gripper has one or two"
         )
     if not limited:
         raise RobotError(
-            f"{where}: gripper joints without a range: {names}; give them one in the model "
+            f"gripper joints without a range: {names}; give them one in the model "
             "(MJCF: range, URDF: <limit>)"
         )
     return found
@@ -238,7 +238,7 @@ def _sequences(bench: FingerBench, joints: Sequence[int]) -> list[np.ndarray]:
     return found
 
 
-def _find_pads(bench: FingerBench, sequences: Sequence[np.ndarray], where: str) -> _Pads:
+def _find_pads(bench: FingerBench, sequences: Sequence[np.ndarray]) -> _Pads:
     """Find the surfaces that are far apart when open and meet when closed."""
     model = bench.model
     moving = [b for b in bench.bodies if bench.chain(b)]
@@ -255,7 +255,7 @@ def _find_pads(bench: FingerBench, sequences: Sequence[np.ndarray], where: str) 
     names = ", ".join(repr(literal_name(model.body(b).name)) for b in bare)
     lacking = f"; give a collision geometry to the bodies without one: {names}" if bare else ""
     raise RobotError(
-        f"{where}: no two surfaces beyond the arm's last joint open and close by more than "
+        f"no two surfaces beyond the arm's last joint open and close by more than "
         f"{1e3 * _OPENS:.0f} mm{lacking}"
     )
 
@@ -412,16 +412,14 @@ def _section(surface: BodySurface, T_tb: pin.SE3, height: float) -> np.ndarray:
     return np.concatenate([part[part[:, 2] <= height + BEHIND], rest[cut]])
 
 
-def _given_tool(
-    bench: FingerBench, body: int, T_bt: pin.SE3, tool: tuple[str, pin.SE3], where: str
-) -> pin.SE3:
+def _given_tool(bench: FingerBench, body: int, T_bt: pin.SE3, tool: tuple[str, pin.SE3]) -> pin.SE3:
     """Return the pose of a given tool frame in the frame of the gripper's base."""
     model, (name, T) = bench.model, tool
     own = int(model.body(name).id)
     if model.body_weldid[own] != model.body_weldid[body]:
         carrier = literal_name(model.body(body).name)
         raise RobotError(
-            f"{where}: the tool frame moves with '{literal_name(name)}'; it has to be fixed to the "
+            f"the tool frame moves with '{literal_name(name)}'; it has to be fixed to the "
             f"body that carries the fingers, '{carrier}'"
         )
     T_wb = body_poses(_posed(model, model.qpos0))
