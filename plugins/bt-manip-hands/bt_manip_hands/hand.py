@@ -71,9 +71,6 @@ class Hand(Gripper):
     kind = "hand"
     memory = ("state", "_asked", "_s", "_force", "_time", "_idle")
 
-    state: str
-    """Control state: open, closing or stopped."""
-
     def _build(self, robot: Robot) -> None:
         """Initialize the control of a robot's hand.
 
@@ -154,9 +151,7 @@ class Hand(Gripper):
     @property
     def moving(self) -> bool:
         """Whether a command is still being executed."""
-        if self.state == OPEN:
-            return not self.is_open
-        return self.state == CLOSING and not (self.steady or self.closed_on_nothing)
+        return self.state != STOPPED and super().moving
 
     @property
     def is_open(self) -> bool:

@@ -44,13 +44,6 @@ class SuctionGripper(Gripper):
         "state", "_asked", "_force", "_pressing", "_object", "_time", "_interrupted", "_steps",
     )  # fmt: skip
 
-    state: str
-    """Control state: open, closing, sealed or lost."""
-    _force: float
-    _pressing: float
-    _interrupted: float
-    _steps: int
-
     def _build(self, robot: Robot) -> None:
         """Initialize the control of a robot's suction cup, and build the cup if it has none.
 
@@ -110,13 +103,6 @@ class SuctionGripper(Gripper):
             self.open()
 
     # Measurements
-
-    @property
-    def moving(self) -> bool:
-        """Whether a command is still being executed."""
-        if self.state == OPEN:
-            return self._force > 0.0
-        return self.state != LOST and not self.steady
 
     @property
     def is_open(self) -> bool:
