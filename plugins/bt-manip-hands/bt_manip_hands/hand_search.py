@@ -7,6 +7,7 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 
+from bt_manip.grippers import collision_geoms_of
 from bt_manip.robots import FoundGripper, effort_limit
 
 _WIDTHS = (0.09, 0.075, 0.06)  # [m] of the widest object; the first feasible one is used
@@ -66,11 +67,11 @@ def find_hand(model: mujoco.MjModel, arm_joints: Sequence[str]) -> FoundGripper 
     rng = np.random.default_rng(0)
     fingers = _sample(model, palm, digits, rng, alike=True)
     opposed = _sample(model, palm, [thumb], rng, alike=False)
-    own = (model.geom_bodyid == palm) & _collides(model)
-    centre = np.mean([_in_palm(data, palm, data.geom_xpos[g]) for g in np.flatnonzero(own)], axis=0)
+    own = collision_geoms_of(model, palm)
+    centre = _in_palm(data, palm, data.geom_xpos[own]).mean(axis=0) if own else np.zeros(3)
     size = float(model.geom_rbound[thumb.geoms[-1]] + model.geom_rbound[digits[0].geoms[-1]])
     for width in _WIDTHS:
-        found = _best(fingers, opposed, centre if own.any() else np.zeros(3), size, width, rng)
+        found = _best(fingers, opposed, centre, size, width, rng)
         if found is not None:
             return _describe(model, palm, thumb, digits, fingers, opposed, found, width)
     return None
@@ -95,9 +96,9 @@ def _digits(model: mujoco.MjModel, arm_joints: Sequence[str]) -> tuple[int, list
         first = path[path.index(palm) + 1]
         digit = digits.setdefault(first, _Digit(first, [], []))
         digit.joints.extend(np.flatnonzero(model.jnt_bodyid == body).tolist())
-    for geom in np.flatnonzero(_collides(model)).tolist():
-        for first in set(_path(model, int(model.geom_bodyid[geom]))) & digits.keys():
-            digits[first].geoms.append(geom)
+    for body in range(model.nbody):
+        for first in set(_path(model, body)) & digits.keys():
+            digits[first].geoms.extend(collision_geoms_of(model, body))
     return palm, [d for d in digits.values() if len(d.joints) > 1 and d.geoms]
 
 
@@ -107,10 +108,6 @@ def _path(model: mujoco.MjModel, body: int) -> list[int]:
     while found[0]:
         found.insert(0, int(model.body_parentid[found[0]]))
     return found
-
-
-def _collides(model: mujoco.MjModel) -> np.ndarray:
-    return np.array((model.geom_contype != 0) | (model.geom_conaffinity != 0))
 
 
 def _in_palm(data: mujoco.MjData, palm: int, point: np.ndarray) -> np.ndarray:
