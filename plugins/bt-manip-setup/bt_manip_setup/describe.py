@@ -5,7 +5,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
-import mujoco
 import numpy as np
 import pinocchio as pin
 
@@ -24,7 +23,7 @@ from bt_manip.robots import (
 from bt_manip.toml import toml_text, write_fields
 from bt_manip_setup.finger_travel import TRAVEL_NOTE, measured
 
-from .arm_chain import ArmChain, find_arm, find_mount
+from .arm_chain import find_arm, find_mount
 from .gripper_keys import CHOSEN, has_two_fingers, with_gripper
 from .inspection import make_robot, stands_on
 from .joint_data import chosen_armature, estimate_efforts, joint_data
@@ -105,13 +104,14 @@ def describe_robot(
             "a model of the arm without it"
         )
     data = joint_data(alone, arm.joints, model_file(model, model))
-    at = find_mount(alone, arm, mount)
+    at, joint_ids = find_mount(alone, arm, mount), list(arm.joints)
+    middle = np.where(alone.jnt_limited[joint_ids], alone.jnt_range[joint_ids].mean(axis=1), 0.0)
     description = RobotDescription(
         name=name,
         model=model,
         arm_joints=tuple(literal_name(alone.joint(j).name) for j in arm.joints),
         tool_frame=tool_frame or at,
-        home=tuple(_middle(alone, arm).tolist()),
+        home=tuple(middle.tolist()),
         velocity=data.velocity,
         acceleration=data.acceleration,
         jerk=data.jerk,
@@ -183,8 +183,3 @@ def describe_robot(
             robot.warnings
         )
     return Draft(description, notes, robot)
-
-
-def _middle(model: mujoco.MjModel, arm: ArmChain) -> np.ndarray:
-    joints = list(arm.joints)
-    return np.where(model.jnt_limited[joints], model.jnt_range[joints].mean(axis=1), 0.0)

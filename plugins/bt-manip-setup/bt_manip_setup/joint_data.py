@@ -51,15 +51,12 @@ def joint_data(model: mujoco.MjModel, joints: tuple[int, ...], file: Path) -> Jo
     slide = int(mujoco.mjtJoint.mjJNT_SLIDE)
     chosen = [_SLIDE if int(model.jnt_type[j]) == slide else _HINGE for j in joints]
     velocity, acceleration, jerk = zip(*chosen, strict=True)
-    known = _urdf_velocities(file)
-    names = [model.joint(j).name for j in joints]
-    if all(known.get(name, 0.0) > 0.0 for name in names):
-        velocity = tuple(known[name] for name in names)
-    else:
-        known = {}
+    given = _urdf_velocities(file)
+    found = tuple(given.get(model.joint(j).name, 0.0) for j in joints)
     bounds = [effort_limit(model, j) for j in joints]
     effort = tuple(bound if np.isfinite(bound) else None for bound in bounds)
-    return JointData(velocity, acceleration, jerk, effort, bool(known))
+    known = min(found) > 0.0
+    return JointData(found if known else velocity, acceleration, jerk, effort, known)
 
 
 def estimate_efforts(model: RobotModel) -> tuple[float, ...]:
@@ -109,12 +106,11 @@ def _rounded_up(value: float) -> float:
 
 
 def _urdf_velocities(file: Path) -> Mapping[str, float]:
-    found: dict[str, float] = {}
     root = read_xml(file)
-    if root.tag != "robot":
-        return found
-    for joint in root.iter("joint"):
-        limit = joint.find("limit")
-        if limit is not None and limit.get("velocity"):
-            found[joint.get("name", "")] = float(limit.get("velocity"))
-    return found
+    joints = root.iter("joint") if root.tag == "robot" else ()
+    limits = [(joint.get("name", ""), joint.find("limit")) for joint in joints]
+    return {
+        name: float(limit.get("velocity"))
+        for name, limit in limits  # those of transmissions have none
+        if limit is not None and limit.get("velocity")
+    }
