@@ -120,7 +120,7 @@ class Recording:
     def numbered_messages(self, *topics: str) -> Iterator[tuple[int, float, str, Any]]:
         """Iterate as `messages` does, with the number of ticks that had begun before each message.
 
-        Within a topic that is neither joints nor states of robots, this number never decreases.
+        Within a topic other than the joints of a robot, this number never decreases.
         """
         for topic in topics:
             if topic not in self.topics:
