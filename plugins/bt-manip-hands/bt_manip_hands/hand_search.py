@@ -52,10 +52,6 @@ def find_hand(model: mujoco.MjModel, arm_joints: Sequence[str]) -> FoundGripper 
     least parallel to those of the others. In the closed posture the tip of the thumb meets those of
     the fingers, which move alike. In the open posture the tips are on opposite sides of this point,
     in front and without links between them. Both postures are searched by sampling.
-
-    Args:
-        model: The robot, compiled alone.
-        arm_joints: Full names of the arm's joints, from the base to the tool.
     """
     palm, digits = _digits(model, arm_joints)
     if len(digits) < 3:

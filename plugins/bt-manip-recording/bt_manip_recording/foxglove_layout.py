@@ -13,10 +13,7 @@ def foxglove_layout(
 ) -> dict[str, Any]:
     """Return the layout as Foxglove imports it: scene, tree, plots, blackboard and log.
 
-    Args:
-        robots: Names of the joints, by robot.
-        leaves: Names of the tree's leaves, by uid.
-        topics: Names of the schemas, by topic.
+    It is made of the joints of robots, the names of leaves by uid, and the schemas of topics.
     """
 
     def of(*kinds: str) -> list[str]:

@@ -26,11 +26,7 @@ def textured_mesh(
 ) -> TexturedMesh | None:
     """Return a box, plane, or mesh with texture coordinates; None for other geoms.
 
-    Args:
-        model: The compiled model.
-        geom: The geom.
-        size: Full lengths of a box [m].
-        rgb: Factor on the colour of the texture.
+    A box is given by its full lengths [m]; ``rgb`` is a factor on the colour of the texture.
     """
     material = int(model.geom_matid[geom])
     texture = texture_of(model, material)
@@ -101,16 +97,9 @@ def _mesh(model: mujoco.MjModel, mesh: int) -> tuple[np.ndarray, ...]:
 def mesh_corners(
     model: mujoco.MjModel, mesh: int, *corners: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the different corners of a mesh and its faces.
+    """Return the different corners of a mesh, and its faces.
 
-    Args:
-        model: The compiled model.
-        mesh: The mesh.
-        *corners: Indices of vertices, normals or texture coordinates, by face of the
-            model.  # (n, 3)
-
-    Returns:
-        The indices of each corner, and the corners of the faces.
+    A corner has an index in each of some arrays: vertices, normals or texture coordinates.
     """  # (len(corners), k), (m, 3)
     first, count = model.mesh_faceadr[mesh], model.mesh_facenum[mesh]
     rows = np.stack([part[first : first + count].ravel() for part in corners], axis=1)

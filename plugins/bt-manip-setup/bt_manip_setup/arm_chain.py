@@ -36,11 +36,8 @@ class ArmChain(NamedTuple):
 def find_arm(model: mujoco.MjModel, joints: Sequence[str] | None = None) -> ArmChain:
     """Return the longest chain of hinges and slides from the base, without fingers.
 
-    The chain ends before short branches, or before a jaw that closes against the last link.
-
-    Args:
-        model: The model, compiled alone.
-        joints: Names of the arm's joints; None: found.
+    The chain ends before short branches, or before a jaw that closes against the last link. If the
+    names of its joints are given, they are looked up.
 
     Raises:
         RobotError: If there is no such chain, or the longest one is ambiguous.

@@ -23,30 +23,20 @@ _EFFORT_SAMPLES = 200  # configurations in which the required efforts are comput
 
 
 class JointData(NamedTuple):
-    """Limits of the joints of an arm, and their origin.
+    """Limits of the joints of an arm, and their origin."""
 
-    Attributes:
-        velocity: Velocity limits [rad/s] or [m/s].
-        acceleration: Acceleration limits [rad/s2] or [m/s2].
-        jerk: Jerk limits [rad/s3] or [m/s3].
-        effort: Effort limits [N m] or [N]; None where the model has none.
-        velocity_known: Whether the velocity limits are those of the model file.
-    """
-
-    velocity: tuple[float, ...]
-    acceleration: tuple[float, ...]
-    jerk: tuple[float, ...]
-    effort: tuple[float | None, ...]
+    velocity: tuple[float, ...]  # [rad/s] or [m/s]
+    acceleration: tuple[float, ...]  # [rad/s2] or [m/s2]
+    jerk: tuple[float, ...]  # [rad/s3] or [m/s3]
+    effort: tuple[float | None, ...]  # [N m] or [N]; None where the model has none
     velocity_known: bool
+    """Whether the velocity limits are those of the model file."""
 
 
 def joint_data(model: mujoco.MjModel, joints: tuple[int, ...], file: Path) -> JointData:
-    """Return the joint limits of a model, with conservative ones where it has none.
+    """Return the limits of joints in a model and its file, conservative ones where it has none.
 
-    Args:
-        model: The model, compiled alone.
-        joints: Ids of the joints.
-        file: The model file; URDF has velocity limits, MJCF does not.
+    URDF has velocity limits, MJCF does not.
     """
     slide = int(mujoco.mjtJoint.mjJNT_SLIDE)
     chosen = [_SLIDE if int(model.jnt_type[j]) == slide else _HINGE for j in joints]

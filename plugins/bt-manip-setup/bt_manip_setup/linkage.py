@@ -22,9 +22,6 @@ def touching_links(robot: Robot) -> list[tuple[str, str]]:
 
     Links are the bodies from the arm's last link on. As their makers built them they do not
     obstruct each other, but shapes that stand for them in a model do, such as convex hulls.
-
-    Args:
-        robot: The robot, compiled alone, with a gripper of two fingers.
     """
     assert robot.gripper is not None
     model, prefix = copy.copy(robot.mj_model), robot.mjcf_model.full_identifier

@@ -11,11 +11,7 @@ _VERTICAL = 0.999  # least cosine between a vertical hinge axis and the vertical
 
 
 class LowestPoint:
-    """Measures the lowest points of a robot with its gripper open; its foot does not count.
-
-    Args:
-        robot: The robot, compiled alone.
-    """
+    """Measures the lowest points of a robot with its gripper open; its foot does not count."""
 
     def __init__(self, robot: Robot) -> None:
         self._robot, self._model = robot, robot.mj_model

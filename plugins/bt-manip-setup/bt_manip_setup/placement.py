@@ -60,10 +60,8 @@ def place_base(robot: Robot, reach: RadialReach) -> Placement:
 def find_home(downward: DownwardReach, reach: RadialReach, base: pin.SE3) -> np.ndarray:
     """Return a configuration with the tool pointing down over the middle of the reach.
 
-    Args:
-        downward: Solver for the robot at its original base.
-        reach: Its reach.
-        base: Pose of the base relative to the table.
+    Solver and reach are those of the robot at its original base, whose pose relative to the table
+    is ``base``.
 
     Raises:
         RobotError: If no configuration free of self-collision has the tool pointing down.

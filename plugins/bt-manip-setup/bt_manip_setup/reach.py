@@ -74,15 +74,7 @@ class RadialReach(NamedTuple):
 
 
 class DownwardReach:
-    """Finds configurations without self-collision in which the tool points down.
-
-    Args:
-        robot: The robot, compiled alone.
-        model: Its model.
-
-    Attributes:
-        lowest: Measures the lowest points of the robot.
-    """
+    """Finds configurations without self-collision in which the tool points down."""
 
     def __init__(self, robot: Robot, model: RobotModel) -> None:
         self._robot, self._model = robot, model
@@ -97,10 +89,8 @@ class DownwardReach:
     def configuration(self, position: np.ndarray, floor: float) -> np.ndarray | None:
         """Return a configuration far from limits and singularities; None if there is none.
 
-        Args:
-            position: Position of the tool [m].  # (3,)
-            floor: Height above which the whole arm must be [m].
-        """  # (nq,)
+        The tool is at the position, and the whole arm above the floor [m].
+        """
         best, least = None, np.inf
         for result in self._ik.solutions(
             downward_problem(self._ik, position), self._middle, restarts=_MANY
@@ -146,10 +136,8 @@ class DownwardReach:
     def front(self, axis: np.ndarray, size: float) -> tuple[float, np.ndarray]:
         """Return the azimuth of the front of the arm [rad], and a configuration there [rad].
 
-        Args:
-            axis: Position of the first vertical hinge in the base [m].  # (2,)
-            size: The largest distance of the tool from it [m]; it is half of that there.
-        """  # float, (nq,)
+        The tool is at half of its largest distance, ``size``, from the first vertical hinge [m].
+        """
         best, front, nearest = self._middle, 0.0, np.inf
         for azimuth in _AZIMUTHS:
             radial = 0.5 * size * np.array([np.cos(azimuth), np.sin(azimuth)])

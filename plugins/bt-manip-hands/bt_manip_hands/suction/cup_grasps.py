@@ -59,9 +59,6 @@ class CupGraspGenerator:
     def candidates(self, down: np.ndarray) -> GraspCandidates:
         """Return the grasps that do not approach from below.
 
-        Args:
-            down: Straight down in the object's frame; unit.  # (3,)
-
         Raises:
             MotionError: If the object has no face for the cup.
         """
@@ -111,13 +108,9 @@ class CupGraspGenerator:
 
 
 def places_on(solid: Solid, com: np.ndarray, radius: float, up: np.ndarray) -> Iterator[Place]:
-    """Yield points for a cup on a solid: on faces near the centre of mass, and on round sides.
+    """Yield points and normals for a cup: on faces near the centre of mass, and on round sides.
 
-    Args:
-        solid: The solid.
-        com: The object's centre of mass [m].  # (3,)
-        radius: Radius of the cup's lip [m].
-        up: Straight up in the object's frame; unit.  # (3,)
+    All is in the object's frame, as is ``up``; the radius is that of the lip [m].
     """
     centre, R, size = solid.T_os.translation, solid.T_os.rotation, solid.size
     if solid.kind == "sphere":

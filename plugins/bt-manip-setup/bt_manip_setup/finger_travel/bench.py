@@ -89,12 +89,7 @@ class FingerBench:
         self._stepped = model
 
     def sweep(self, joint: int, held: Iterable[int] = ()) -> Sweep:
-        """Move a joint from its lower to its upper limit.
-
-        Args:
-            joint: Id of the joint.
-            held: Ids of joints that are kept at their positions.
-        """
+        """Move a joint from its lower to its upper limit, while others are held."""
         model, data = self.model, mujoco.MjData(self.model)
         driven = [joint, *held]
         targets = data.qpos[model.jnt_qposadr[driven]].copy()
@@ -165,9 +160,6 @@ class FingerBench:
 
     def motor_of(self, joints: Sequence[int]) -> tuple[str, str] | None:
         """Return the joint or tendon of the coupled joints' actuator; None if they are independent.
-
-        Args:
-            joints: Ids of one or two joints.
 
         Returns:
             ``"joint"`` or ``"tendon"``, and its name; the first joint if there is no actuator.
