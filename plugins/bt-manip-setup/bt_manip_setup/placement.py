@@ -10,8 +10,7 @@ from bt_manip import spatial
 from bt_manip.collision import hull_points
 from bt_manip.robots import Robot, RobotError
 
-from .lowest_point import foot_bodies
-from .reach import GRASP_HEIGHT, DownwardReach, RadialReach
+from .reach import GRASP_HEIGHT, DownwardReach, RadialReach, foot_bodies
 
 # Scene with a table and a basket, in the frame where it places the robot [m].
 _PICK_X, _PICK_Y = (0.3, 0.4, 0.5), (-0.3, -0.15, 0.0, 0.15, 0.3)
