@@ -1,7 +1,8 @@
 """A multi-finger hand that closes along a synergy."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any, TypeAlias, TypeVar
 
 import mujoco
 import numpy as np
@@ -11,11 +12,15 @@ from dm_control import mjcf
 from bt_manip.cell import entity_of
 from bt_manip.grippers import Solid
 from bt_manip.robots import FoundGripper, Gripper, Robot, ensure_motors
-from bt_manip.toml import TomlTable
+from bt_manip.toml import Key, TomlTable, documented, read_part
 
 from .hand_search import find_hand
-from .parameters import read_parameters
 from .wrap_grasps import WrapGraspGenerator, measure
+
+T = TypeVar("T", str, int)
+
+Names: TypeAlias = tuple[str, ...]
+Numbers: TypeAlias = tuple[float, ...]
 
 OPEN = "open"
 CLOSING = "closing"
@@ -29,6 +34,32 @@ _AT_POSTURE = 0.06  # [rad] largest deviation from the open posture of an open h
 _PATIENCE = 0.3  # [s] fully closed, or with thumb on finger, until it has closed on nothing
 
 
+@documented
+@dataclass(frozen=True)
+class HandParameters:
+    """Parameters of a hand, which are keys of ``[gripper]``."""
+
+    palm: Annotated[str, Key("Name of the body that carries the fingers")]
+    thumb: Annotated[str, Key("Name of the thumb's first body")]
+    fingers: Annotated[Names, Key("Names of the first bodies of the fingers that oppose the thumb")]
+    joints: Annotated[Names, Key("Names of all joints of the hand")]
+    open: Annotated[Numbers, Key("Joint positions of the open hand", "rad", size="joints")]
+    closed: Annotated[Numbers, Key("Joint positions of the closed hand", "rad", size="joints")]
+    effort: Annotated[Numbers, Key("Effort limits of the joints", "N m", above=0.0, size="joints")]
+    stiffness: Annotated[
+        Numbers,
+        Key(
+            "Torque of each joint per deviation from its reference",
+            "N m/rad",
+            above=0.0,
+            size="joints",
+        ),
+    ]
+    max_width: Annotated[
+        float, Key("Width of the widest object between thumb and fingers", "m", above=0.0)
+    ]
+
+
 class Hand(Gripper):
     """Wraps its fingers around an object, along a line between two postures (a synergy).
 
@@ -40,9 +71,6 @@ class Hand(Gripper):
     kind = "hand"
     memory = ("state", "_asked", "_s", "_force", "_time", "_idle")
 
-    state: str
-    """Control state: open, closing or stopped."""
-
     def _build(self, robot: Robot) -> None:
         """Initialize the control of a robot's hand.
 
@@ -51,7 +79,9 @@ class Hand(Gripper):
         """
         super()._build(robot)
         table = self._description.read(robot.description.name)
-        self._parameters = parameters = read_parameters(table)
+        parameters = read_part(HandParameters, table)
+        assert parameters is not None  # otherwise the table raises an error
+        self._max_width = parameters.max_width
         self._joints = [robot.find("joint", name) for name in parameters.joints]
         self._open, self._closed = np.array(parameters.open), np.array(parameters.closed)
         self._effort, self._stiffness = np.array(parameters.effort), np.array(parameters.stiffness)
@@ -72,7 +102,7 @@ class Hand(Gripper):
     @classmethod
     def check_parameters(cls, table: TomlTable) -> None:
         """Check the parameters."""
-        read_parameters(table)
+        read_part(HandParameters, table)
 
     @classmethod
     def found_in(cls, model: mujoco.MjModel, arm_joints: Sequence[str]) -> FoundGripper | None:
@@ -90,7 +120,7 @@ class Hand(Gripper):
     @property
     def max_object_width(self) -> float:
         """Width of the widest object that fits the open hand [m]."""
-        return self._parameters.max_width
+        return self._max_width
 
     def required_friction(self, weight: float, force: float) -> float:
         """Return the sliding friction at thumb and fingers that is needed to carry a weight [-]."""
@@ -121,9 +151,7 @@ class Hand(Gripper):
     @property
     def moving(self) -> bool:
         """Whether a command is still being executed."""
-        if self.state == OPEN:
-            return not self.is_open
-        return self.state == CLOSING and not (self.steady or self.closed_on_nothing)
+        return self.state != STOPPED and super().moving
 
     @property
     def is_open(self) -> bool:
@@ -155,11 +183,7 @@ class Hand(Gripper):
     def held(self) -> tuple[str, ...]:
         """Names of the entities that the thumb and a finger touch."""
         label = self.body_names.of_body
-        thumb, fingers = (
-            {entity_of(label[body]) for body in self._touching(ids)}
-            for ids in (self._thumb_ids, self._finger_ids)
-        )
-        return tuple(sorted(thumb & fingers))
+        return tuple(self._between(lambda body: entity_of(label[body])))
 
     @property
     def forces(self) -> tuple[float]:
@@ -180,13 +204,9 @@ class Hand(Gripper):
 
     def held_root(self) -> int:
         """Return the root body of the free object that the thumb and a finger touch; 0: none."""
-        root = self.robot.mj_model.body_rootid
-        thumb, fingers = (
-            {int(root[body]) for body in self._touching(ids)}
-            for ids in (self._thumb_ids, self._finger_ids)
-        )
-        free = self.robot.mj_model.body_dofnum == 6
-        return next((body for body in sorted(thumb & fingers) if free[body]), 0)
+        model = self.robot.mj_model
+        roots = self._between(lambda body: int(model.body_rootid[body]))
+        return next((root for root in roots if model.body_dofnum[root] == 6), 0)
 
     def set_opening(self, qpos: np.ndarray, share: float = 1.0) -> None:
         """Write the joint positions of a posture from closed (0) to open (1)."""
@@ -207,7 +227,7 @@ class Hand(Gripper):
             for ids in (self._thumb_ids, self._finger_ids)
         ]
         palm = [geom for geom in geom_poses if geom not in (*sides[0], *sides[1])]
-        shape = measure(model, geom_poses, *sides, palm, self._parameters.max_width)
+        shape = measure(model, geom_poses, *sides, palm, self._max_width)
         return WrapGraspGenerator(name, solids, shape, com)
 
     # Composer's hooks
@@ -269,6 +289,14 @@ class Hand(Gripper):
     def _posture(self, s: float) -> np.ndarray:
         """Return the joint positions at a position on the synergy [rad]."""  # (n,)
         return np.asarray(self._open + s * (self._closed - self._open))
+
+    def _between(self, of_body: Callable[[int], T]) -> list[T]:
+        """Return, in order, what bodies touched by the thumb and by a finger have in common."""
+        thumb, fingers = (
+            {of_body(body) for body in self._touching(ids)}
+            for ids in (self._thumb_ids, self._finger_ids)
+        )
+        return sorted(thumb & fingers)
 
     def _touching(self, bodies: set[int]) -> set[int]:
         """Return the bodies of other entities touched by given bodies of the hand."""

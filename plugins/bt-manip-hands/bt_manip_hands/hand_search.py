@@ -7,6 +7,7 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 
+from bt_manip.grippers import collision_geoms_of
 from bt_manip.robots import FoundGripper, effort_limit
 
 _WIDTHS = (0.09, 0.075, 0.06)  # [m] of the widest object; the first feasible one is used
@@ -26,31 +27,22 @@ _LEVER = 5e-3  # [m] minimum lever of a considered joint
 
 
 class _Digit(NamedTuple):
-    """A finger or the thumb.
-
-    Attributes:
-        body: Its first body.
-        joints: Its joints, from the palm outwards.
-        geoms: Its collision geoms; the last one is the tip.
-    """
+    """First body, joints from the palm outwards, and collision geoms of a finger or the thumb."""
 
     body: int
     joints: list[int]
     geoms: list[int]
+    """The last one is the tip."""
 
 
 class _Postures(NamedTuple):
-    """Sampled postures, in the palm frame.
+    """Sampled postures, in the palm frame."""
 
-    Attributes:
-        q: Joint positions [rad].  # (n, nq)
-        tips: Mean position of the tips [m].  # (n, 3)
-        links: Centres of the geoms, the tips last [m].  # (n, ngeom, 3)
-    """
-
-    q: np.ndarray
+    q: np.ndarray  # (n, nq) [rad]
     tips: np.ndarray
+    """Mean position of the tips [m].  # (n, 3)"""
     links: np.ndarray
+    """Centres of the geoms, the tips last [m].  # (n, ngeom, 3)"""
 
 
 def find_hand(model: mujoco.MjModel, arm_joints: Sequence[str]) -> FoundGripper | None:
@@ -60,10 +52,6 @@ def find_hand(model: mujoco.MjModel, arm_joints: Sequence[str]) -> FoundGripper 
     least parallel to those of the others. In the closed posture the tip of the thumb meets those of
     the fingers, which move alike. In the open posture the tips are on opposite sides of this point,
     in front and without links between them. Both postures are searched by sampling.
-
-    Args:
-        model: The robot, compiled alone.
-        arm_joints: Full names of the arm's joints, from the base to the tool.
     """
     palm, digits = _digits(model, arm_joints)
     if len(digits) < 3:
@@ -75,11 +63,11 @@ def find_hand(model: mujoco.MjModel, arm_joints: Sequence[str]) -> FoundGripper 
     rng = np.random.default_rng(0)
     fingers = _sample(model, palm, digits, rng, alike=True)
     opposed = _sample(model, palm, [thumb], rng, alike=False)
-    own = (model.geom_bodyid == palm) & _collides(model)
-    centre = np.mean([_in_palm(data, palm, data.geom_xpos[g]) for g in np.flatnonzero(own)], axis=0)
+    own = collision_geoms_of(model, palm)
+    centre = _in_palm(data, palm, data.geom_xpos[own]).mean(axis=0) if own else np.zeros(3)
     size = float(model.geom_rbound[thumb.geoms[-1]] + model.geom_rbound[digits[0].geoms[-1]])
     for width in _WIDTHS:
-        found = _best(fingers, opposed, centre if own.any() else np.zeros(3), size, width, rng)
+        found = _best(fingers, opposed, centre, size, width, rng)
         if found is not None:
             return _describe(model, palm, thumb, digits, fingers, opposed, found, width)
     return None
@@ -103,11 +91,10 @@ def _digits(model: mujoco.MjModel, arm_joints: Sequence[str]) -> tuple[int, list
             return palm, []  # a joint above the palm: a wrist
         first = path[path.index(palm) + 1]
         digit = digits.setdefault(first, _Digit(first, [], []))
-        start = int(model.body_jntadr[body])
-        digit.joints.extend(range(start, start + int(model.body_jntnum[body])))
-    for geom in np.flatnonzero(_collides(model)).tolist():
-        for first in set(_path(model, int(model.geom_bodyid[geom]))) & digits.keys():
-            digits[first].geoms.append(geom)
+        digit.joints.extend(np.flatnonzero(model.jnt_bodyid == body).tolist())
+    for body in range(model.nbody):
+        for first in set(_path(model, body)) & digits.keys():
+            digits[first].geoms.extend(collision_geoms_of(model, body))
     return palm, [d for d in digits.values() if len(d.joints) > 1 and d.geoms]
 
 
@@ -117,10 +104,6 @@ def _path(model: mujoco.MjModel, body: int) -> list[int]:
     while found[0]:
         found.insert(0, int(model.body_parentid[found[0]]))
     return found
-
-
-def _collides(model: mujoco.MjModel) -> np.ndarray:
-    return np.array((model.geom_contype != 0) | (model.geom_conaffinity != 0))
 
 
 def _in_palm(data: mujoco.MjData, palm: int, point: np.ndarray) -> np.ndarray:
@@ -172,15 +155,9 @@ def _best(
     width: float,
     rng: np.random.Generator,
 ) -> _Found | None:
-    """Return the best pair of a closed and an open posture.
+    """Return the best pair of a closed posture and an open one, of a width between the tips [m].
 
-    Args:
-        fingers: Postures of the fingers.
-        thumb: Postures of the thumb.
-        palm: Centre of the palm, in its frame [m].  # (3,)
-        size: Sum of the radii of two tips [m].
-        width: Width of the open hand between the tips [m].
-        rng: Random generator for the selection of closed postures.
+    ``size`` is the sum of the radii of two tips, and ``palm`` the centre of the palm [m].
     """
     distance, nearest = np.array([_nearest(thumb.tips, tip) for tip in fingers.tips]).T
     near, far = (share * size for share in _MEETS)

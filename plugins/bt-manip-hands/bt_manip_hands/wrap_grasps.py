@@ -42,16 +42,7 @@ def measure(
     palm: Sequence[int],
     max_width: float,
 ) -> HandShape:
-    """Return the dimensions of a hand.
-
-    Args:
-        model: The compiled model.
-        geom_poses: Pose in the tool frame of each geom that moves with the tool, hand open.
-        thumb: Ids of the thumb's geoms.
-        fingers: Ids of the fingers' geoms.
-        palm: Ids of all other geoms.
-        max_width: Width of the widest object between thumb and fingers [m].
-    """
+    """Return the dimensions of a hand by the geoms of its parts, posed in the tool frame."""
     first, second, back = (
         np.concatenate([_corners(model, geom, geom_poses[geom]) for geom in geoms])
         for geoms in (thumb, fingers, palm)
@@ -69,11 +60,6 @@ class WrapGraspGenerator:
 
     The box is aligned with the object's only solid, or with the object. The tool is at the centre
     of the box if the palm and the support allow it.
-
-    Args:
-        name: Name of the object, for messages.
-        solids: Its convex solids.
-        shape: The hand.
 
     Attributes:
         com: The object's centre of mass, in its frame [m].  # (3,)
@@ -93,9 +79,6 @@ class WrapGraspGenerator:
 
     def candidates(self, down: np.ndarray) -> GraspCandidates:
         """Return all grasps except those that approach from below.
-
-        Args:
-            down: Straight down in the object's frame; unit.  # (3,)
 
         Raises:
             MotionError: If the hand cannot wrap the object; the message has the reason.

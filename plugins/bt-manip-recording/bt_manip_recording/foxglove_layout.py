@@ -1,7 +1,7 @@
 """A layout of Foxglove that opens the panels for a recording."""
 
-from collections.abc import Iterable, Mapping, Sequence
-from types import MappingProxyType
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 MAX_STATES = 40
@@ -9,19 +9,16 @@ MAX_STATES = 40
 
 
 def foxglove_layout(
-    robots: Mapping[str, Sequence[str]],
-    leaves: Mapping[int, str],
-    scene: Iterable[str],
-    images: Mapping[str, Iterable[str]] = MappingProxyType({}),
+    robots: Mapping[str, Sequence[str]], leaves: Mapping[int, str], topics: Mapping[str, str]
 ) -> dict[str, Any]:
     """Return the layout as Foxglove imports it: scene, tree, plots, blackboard and log.
 
-    Args:
-        robots: Names of the joints, by robot.
-        leaves: Names of the tree's leaves, by uid.
-        scene: Topics of geometry, planned paths and points.
-        images: Topics of the annotations, by the topic of their image.
+    It is made of the joints of robots, the names of leaves by uid, and the schemas of topics.
     """
+
+    def of(*kinds: str) -> list[str]:
+        return [topic for topic, name in topics.items() if name.removeprefix("foxglove.") in kinds]
+
     states = [
         _series(f"/tree/status{{uid=={uid}}}.status", name)
         for uid, name in list(leaves.items())[:MAX_STATES]
@@ -30,7 +27,7 @@ def foxglove_layout(
         "3D!scene": {
             "followMode": "follow-none",
             "followTf": "world",
-            "topics": {topic: {"visible": True} for topic in scene},
+            "topics": {topic: {"visible": True} for topic in of("SceneUpdate", "PointCloud")},
             "cameraState": {
                 "distance": 3.0, "phi": 60.0, "thetaOffset": 45.0, "perspective": True,
                 "target": [0.0, 0.0, 0.0], "targetOffset": [0.3, 0.0, 0.8],
@@ -55,8 +52,9 @@ def foxglove_layout(
     tree = _split("column", "StateTransitions!tree", "RosOut!log", 70)
     plots = _split("row", "Plot!positions", _split("row", "Plot!torques", "Plot!wrist", 50), 34)
     view: Any = "3D!scene"
-    for topic, annotations in images.items():
-        panel, shown = f"Image!{topic}", {one: {"visible": True} for one in annotations}
+    for topic in of("CompressedImage"):
+        beside = [one for one in of("ImageAnnotations") if Path(one).parent == Path(topic).parent]
+        panel, shown = f"Image!{topic}", {one: {"visible": True} for one in beside}
         panels[panel] = {"imageMode": {"imageTopic": topic, "annotations": shown}}
         view = _split("column", view, panel, 60)
     above = _split("row", view, _split("column", tree, "RawMessages!blackboard", 75), 55)

@@ -48,14 +48,8 @@ TOPICS = {
 CAMERAS = "/cameras"
 """Topic of the cameras."""
 
-SCHEMAS = "foxglove."
-"""Beginning of the names of Foxglove's schemas."""
-
 SNAPSHOTS = "/snapshots"
 """Topic of the snapshots from which `Continuation` starts."""
-
-PATH_POINTS = 16
-"""Number of points of a drawn path: few, to keep recording cheap."""
 
 SNAPSHOT_INTERVAL = 5.0
 """Longest simulated time between two snapshots in a recording [s]."""
@@ -252,7 +246,7 @@ class McapRecorder(RunObserver):
         topic, trajectory = f"{TOPICS['motion']}/{name}", self._station.robots[name].arm.trajectory
         self._file.add_topic(topic, SceneUpdate)
         if moving and trajectory is not None:
-            points = tool_path(self._models[name], trajectory, PATH_POINTS)
+            points = tool_path(self._models[name], trajectory)
             self._file.add(topic, time, path_line(name, time, points))
         else:
             self._file.add(topic, time, removal())
@@ -274,17 +268,7 @@ class McapRecorder(RunObserver):
             for name, one in self._station.robots.items()
         }
         leaves = {link.uid: link.name for link in self._tree.nodes if not link.children}
-        topics = self._file.topics
-
-        def of(*kinds: str) -> list[str]:
-            return [topic for topic, name in topics.items() if name.removeprefix(SCHEMAS) in kinds]
-
-        scene = of("SceneUpdate", "PointCloud")
-        images = {
-            topic: [one for one in of("ImageAnnotations") if Path(one).parent == Path(topic).parent]
-            for topic in of("CompressedImage")
-        }
-        layout = foxglove_layout(robots, leaves, scene, images)
+        layout = foxglove_layout(robots, leaves, self._file.topics)
         if layout != self._layout and not is_special(self._path):
             self._layout = layout
             path = self._path.with_suffix(".layout.json")

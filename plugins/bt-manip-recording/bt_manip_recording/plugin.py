@@ -1,7 +1,7 @@
 """What the package brings; everything expensive is imported when it is needed."""
 
-import importlib
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -32,13 +32,11 @@ def register_commands(register: Callable[..., None]) -> None:
 def register_own_export_formats(register: Callable[[str, Callable[..., None]], None]) -> None:
     """Register tables, traces, and recordings with an end."""
     for name in FORMATS:
-        register(name, _writer(f"write_{name}"))
+        register(name, partial(_write, name))
 
 
-def _writer(name: str) -> Callable[[Any, Path], None]:
-    """Return a function of the package, which is imported when it is called."""
+def _write(name: str, recording: Any, path: Path) -> None:
+    """Write a recording in a format."""
+    import bt_manip_recording
 
-    def write(recording: Any, path: Path) -> None:
-        getattr(importlib.import_module("bt_manip_recording"), name)(recording, path)
-
-    return write
+    getattr(bt_manip_recording, f"write_{name}")(recording, path)

@@ -84,11 +84,7 @@ class NumberTemplate:
         assert -1 not in self._starts
 
     def serialize(self, numbers: np.ndarray) -> np.ndarray:
-        """Return the serialized messages of some doubles, in the order of ``build``.
-
-        Args:
-            numbers: The doubles of each message.  # (n, count)
-        """  # (n, bytes)
+        """Return serialized messages of doubles, in the order of ``build``; each has a row."""
         data = np.tile(np.frombuffer(self.data, dtype=np.uint8), (len(numbers), 1))
         wire = np.ascontiguousarray(numbers, dtype="<f8").view(np.uint8)
         for i, start in enumerate(self._starts):

@@ -1,8 +1,7 @@
 """Cycles, nodes, contacts and motion of a recorded run over time."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -15,79 +14,58 @@ from bt_manip.record import (
     RobotFigures,
     RobotState,
     RunFigures,
-    StepFigures,
 )
 from bt_manip_recording.recording import Recording
 
 
-class RobotSeries(NamedTuple):
-    """Motion and gripper of a robot over time."""
-
-    joints: list[str]
-    t: np.ndarray
-    """Times of the control steps [s].  # (n,)"""
-    error: np.ndarray
-    """Tracking error: position minus reference [rad].  # (n, nq)"""
-    free: np.ndarray
-    """Whether it moved, grippers and the entities they hold touching only each other.  # (n,)"""
-    use: np.ndarray
-    """Largest fraction of each kind of limit, as in `CycleLimitUse`.  # (n, 5)"""
-    tick_t: np.ndarray
-    """Times of the ticks [s].  # (m,)"""
-    grip_forces: np.ndarray
-    """Forces of the gripper's fingers [N].  # (m, fingers)"""
-    speed_scale: np.ndarray
-    """Speed scaling of the arm.  # (m,)"""
-
-
 class RecordedRobot:
-    """Feeds the figures of a robot from its recording.
+    """Motion and gripper of a robot over time, with the figures of its cycles.
 
     Args:
         recording: The recording.
         robot: Name of the robot.
+
+    Attributes:
+        joints: Names of its joints.
+        t: Times of the control steps [s].  # (n,)
+        error: Tracking error: position minus reference [rad].  # (n, nq)
+        use: Largest fraction of each kind of limit, as in `CycleLimitUse`.  # (n, 5)
+        tick_t: Times of the ticks [s].  # (m,)
+        grip_forces: Forces of the gripper's fingers [N].  # (m, fingers)
+        speed_scale: Speed scaling of the arm.  # (m,)
+        figures: Figures of the cycle so far.
     """
 
     def __init__(self, recording: Recording, robot: str) -> None:
-        self._joints, self._block = recording.joints[robot], recording.step_block(robot)
+        self.joints, self._block = recording.joints[robot], recording.step_block(robot)
         topic = f"/robots/{robot}/state"  # missing where only the states of a page were saved
-        states = recording.messages(topic) if topic in recording.topics else ()
-        self._states = [(t, state) for t, _, state in states]
-        dt = recording.identity["time_step_s"]
-        self._state = RobotState()
-        limits = recording.limits[robot]
-        self.figures = RobotFigures(self._joints, limits, dt, lambda: self._state)
-        self._parts: list[StepFigures] = []
+        found = list(recording.messages(topic)) if topic in recording.topics else []
+        self._states = [state for _, _, state in found]
+        self.t, self.tick_t = self._block.t, np.array([time for time, _, _ in found])
+        self.error, self.use = np.zeros_like(self._block.q), np.zeros((len(self.t), 5))
+        forces = [state["grip_forces"] for state in self._states]
+        self.grip_forces = np.array(forces) if forces else np.zeros((0, 0))
+        self.speed_scale = np.array([state["speed_scale"] for state in self._states])
+        dt, self._state = recording.identity["time_step_s"], RobotState()
+        self.figures = RobotFigures(self.joints, recording.limits[robot], dt, lambda: self._state)
         self._ticks = self._steps = 0  # that have been fed
 
     def feed_ticks(self, time: float) -> None:
         """Feed the states after the ticks up to a simulated time [s]."""
-        while self._ticks < len(self._states) and self._states[self._ticks][0] <= time:
-            state = self._states[self._ticks][1]
-            gripped = state.get("gripped", ())  # older recordings have none
-            self._state = RobotState(state["grip_forces"], gripped, state["saturated_steps"])
+        end = int(np.searchsorted(self.tick_t, time, side="right"))
+        for state in self._states[self._ticks : end]:
+            of_gripper = state["grip_forces"], state["gripped"]
+            self._state = RobotState(*of_gripper, state["saturated_steps"])
             self.figures.gripped()
-            self._ticks += 1
+        self._ticks = end
 
     def feed_steps(self, time: float) -> None:
         """Feed the control steps up to a simulated time [s]."""
         start = self._steps
-        self._steps = end = int(np.searchsorted(self._block.t, time, side="right"))
+        self._steps = end = int(np.searchsorted(self.t, time, side="right"))
         if end > start:
-            self._parts.append(self.figures.update(self._block.part(start, end)))
-
-    def series(self) -> RobotSeries:
-        """Return motion and gripper over time; all has been fed."""
-        nq, states = len(self._joints), [state for _, state in self._states]
-        none = StepFigures(np.zeros((0, nq)), np.zeros(0, dtype=bool), np.zeros((0, 5)))
-        error, free, use = map(np.concatenate, zip(none, *self._parts, strict=True))
-        forces = np.array([state["grip_forces"] for state in states])
-        return RobotSeries(
-            joints=self._joints, t=self._block.t, error=error, free=free, use=use,
-            tick_t=np.array([time for time, _ in self._states]),
-            grip_forces=forces if states else np.zeros((0, 0)),
-            speed_scale=np.array([state["speed_scale"] for state in states]),
-        )  # fmt: skip
+            part = self.figures.update(self._block.part(start, end))
+            self.error[start:end], self.use[start:end] = part.error, part.use
 
 
 class RecordedRun:
@@ -117,24 +95,23 @@ class RecordedRun:
         self.faults: list[tuple[float, str, str]] = []
         self.cycles: list[CycleFigures] = []
         with recording.decoding():
-            robots = {name: RecordedRobot(recording, name) for name in recording.limits}
-            self._read(robots)
-            self.robots = {name: robot.series() for name, robot in robots.items()}
+            self.robots = {name: RecordedRobot(recording, name) for name in recording.limits}
+            self._read()
 
     # Internal
 
-    def _read(self, robots: Mapping[str, RecordedRobot]) -> None:
+    def _read(self) -> None:
         """Feed the figures with the events, and with the robots' steps and states between them."""
 
         def ended(node: LoggedNode, interval: Interval) -> None:
             self.nodes[node.key].intervals.append(interval)
 
-        figures = RunFigures({n: one.figures for n, one in robots.items()}, ended=ended)
+        figures = RunFigures({n: one.figures for n, one in self.robots.items()}, ended=ended)
         touching: dict[tuple[str, str], float] = {}
         end, is_open = self.recording.end, False
         for event in self.recording.events():
             time, kind, data = event
-            for robot in robots.values():
+            for robot in self.robots.values():
                 robot.feed_ticks(time)
                 if kind == "cycle":
                     robot.feed_steps(time)
@@ -156,7 +133,7 @@ class RecordedRun:
                 is_open = data["status"] == "RUNNING"
                 if not is_open:
                     self.cycles.append(figures.cycle(time))
-        for robot in robots.values():
+        for robot in self.robots.values():
             robot.feed_ticks(end)
             robot.feed_steps(end)
         if is_open:

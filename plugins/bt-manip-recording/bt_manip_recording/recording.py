@@ -34,7 +34,6 @@ _READ: dict[int, Any] = {
     Opcode.SCHEMA: Schema, Opcode.CHANNEL: Channel, Opcode.METADATA: Metadata, Opcode.CHUNK: Chunk,
 }  # fmt: skip
 _TOUCHING = NO_CONTACTS._replace(free=False)
-_UNKNOWN = [np.nan] * 3
 
 MAX_CHUNK = 1 << 29
 """Largest size of a chunk, or of another record, that is read [bytes]; usual ones have 1 MB."""
@@ -49,12 +48,12 @@ class Recording:
     Attributes:
         path: The file.
         identity: What identifies the run: tree, seed, robot, scene, versions, ...
-        date: When the run started, UTC as in ISO 8601; empty in older recordings.
+        date: When the run started, UTC as in ISO 8601.
         tree_xml: The tree at the start, as `bt_manip.bt.instance_to_xml` writes it.
         complete: Whether the recording was closed at the end of its run.
         topics: The topics, with their encoding (``"json"`` or ``"protobuf"``).
         joints: Names of the joints, by robot.
-        limits: Their limits, by robot; older recordings have none.
+        limits: Their limits, by robot.
         end: Simulated time of the last message [s].
 
     Raises:
@@ -84,8 +83,7 @@ class Recording:
                         robot = record.topic.split("/")[2]
                         limits = {key: json.loads(text) for key, text in record.metadata.items()}
                         self.joints[robot] = limits.pop("joints")
-                        if limits:
-                            self.limits[robot] = MotionLimits(**limits)
+                        self.limits[robot] = MotionLimits(**limits)
                 elif isinstance(record, Chunk):
                     self.end = max(self.end, record.message_end_time / 1e9)
 
@@ -122,7 +120,7 @@ class Recording:
     def numbered_messages(self, *topics: str) -> Iterator[tuple[int, float, str, Any]]:
         """Iterate as `messages` does, with the number of ticks that had begun before each message.
 
-        Within a topic that is neither joints nor states of robots, this number never decreases.
+        Within a topic other than the joints of a robot, this number never decreases.
         """
         for topic in topics:
             if topic not in self.topics:
@@ -168,7 +166,7 @@ class Recording:
         """Return all control steps of a robot.
 
         Their contacts only tell whether grippers and the entities they hold touched only each
-        other. The tool's positions are NaN in older recordings.
+        other.
         """
         parse = control_step_class().FromString
         times, rows, tool, touches = [], [], [], []
@@ -177,7 +175,7 @@ class Recording:
                 step = parse(data)
                 times.append(time)
                 rows.append([list(getattr(step, name)) for name in STEP_FIELDS])
-                tool.append(list(step.tool) or _UNKNOWN)
+                tool.append(list(step.tool))
                 touches.append(NO_CONTACTS if step.free else _TOUCHING)
             n = len(rows)
             shape = n, len(STEP_FIELDS), len(self.joints[robot])
@@ -228,7 +226,7 @@ class Recording:
             if opcode == Opcode.DATA_END:
                 with self.decoding():
                     expected = DataEnd.read(ReadDataStream(BytesIO(data))).data_section_crc
-                if expected not in (0, checksum):  # 0: none, as in older recordings
+                if expected not in (0, checksum):  # 0: none
                     raise self._damaged("its checksum is wrong")
                 self.complete = closed
                 return

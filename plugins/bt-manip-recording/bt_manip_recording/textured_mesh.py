@@ -26,11 +26,7 @@ def textured_mesh(
 ) -> TexturedMesh | None:
     """Return a box, plane, or mesh with texture coordinates; None for other geoms.
 
-    Args:
-        model: The compiled model.
-        geom: The geom.
-        size: Full lengths of a box [m].
-        rgb: Factor on the colour of the texture.
+    A box is given by its full lengths [m]; ``rgb`` is a factor on the colour of the texture.
     """
     material = int(model.geom_matid[geom])
     texture = texture_of(model, material)
@@ -88,19 +84,24 @@ def _box(half: np.ndarray) -> tuple[np.ndarray, ...]:
 
 def _mesh(model: mujoco.MjModel, mesh: int) -> tuple[np.ndarray, ...]:
     """Return a mesh; a vertex is repeated for each of its normals and coordinates."""
-    first, count = model.mesh_faceadr[mesh], model.mesh_facenum[mesh]
-    corners = np.stack(
-        [
-            part[first : first + count].ravel()
-            for part in (model.mesh_face, model.mesh_facenormal, model.mesh_facetexcoord)
-        ],
-        axis=1,
-    )
-    unique, indices = np.unique(corners, axis=0, return_inverse=True)
-    vertices, normals, coordinates = unique.T
+    corners = model.mesh_face, model.mesh_facenormal, model.mesh_facetexcoord
+    (vertices, normals, coordinates), faces = mesh_corners(model, mesh, *corners)
     return (
         model.mesh_vert[model.mesh_vertadr[mesh] + vertices],
         model.mesh_normal[model.mesh_normaladr[mesh] + normals],
         model.mesh_texcoord[model.mesh_texcoordadr[mesh] + coordinates],
-        indices.reshape(-1, 3),
+        faces,
     )
+
+
+def mesh_corners(
+    model: mujoco.MjModel, mesh: int, *corners: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the different corners of a mesh, and its faces.
+
+    A corner has an index in each of some arrays: vertices, normals or texture coordinates.
+    """  # (len(corners), k), (m, 3)
+    first, count = model.mesh_faceadr[mesh], model.mesh_facenum[mesh]
+    rows = np.stack([part[first : first + count].ravel() for part in corners], axis=1)
+    unique, indices = np.unique(rows, axis=0, return_inverse=True)
+    return unique.T, indices.reshape(-1, 3)

@@ -5,16 +5,15 @@ from typing import Any
 import numpy as np
 
 PATH_SAMPLES = 50
-"""Usual number of points of a path."""
+"""Number of points of a path, at equal times."""
 
 
-def tool_path(model: Any, trajectory: Any, samples: int = PATH_SAMPLES) -> np.ndarray:
+def tool_path(model: Any, trajectory: Any) -> np.ndarray:
     """Return positions of the tool along a trajectory [m].
 
     Args:
         model: The `bt_manip.robots.RobotModel`; a copy, if the arm goes on meanwhile.
         trajectory: The trajectory.
-        samples: Number of positions, at equal times.
-    """  # (samples, 3)
-    positions, _, _ = trajectory.sample(np.linspace(0.0, trajectory.duration, samples))
+    """  # (PATH_SAMPLES, 3)
+    positions, _, _ = trajectory.sample(np.linspace(0.0, trajectory.duration, PATH_SAMPLES))
     return np.array([model.pose(q).translation for q in positions])

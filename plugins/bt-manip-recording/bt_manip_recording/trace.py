@@ -2,7 +2,6 @@
 
 import io
 import os
-import tempfile
 import zipfile
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
@@ -65,10 +64,9 @@ class Trace(RunObserver):
         if path is None:
             raise BtManipError("a trace needs a file to be written to: --record trace=FILE.npz")
         check_writable(path, "trace")
+        if is_special(path):
+            raise BtManipError(f"trace '{path}' cannot be written: a pipe or device cannot grow")
         self.path = path
-        # A pipe or a device cannot grow.
-        self._buffer = tempfile.NamedTemporaryFile() if is_special(path) else None  # noqa: SIM115
-        self._growing = Path(self._buffer.name if self._buffer else path)
         self._file: AppendedFile | None = None
         self._dtype = np.dtype([("t", float), *((name, float, (0,)) for name in STEP_FIELDS)])
         self._rows = 0
@@ -83,7 +81,7 @@ class Trace(RunObserver):
             FileInUseError: If another process is writing it.
         """
         with suppress(OSError):  # raised again with the first steps
-            self._file = self._file or AppendedFile(self._growing)
+            self._file = self._file or AppendedFile(self.path)
         robots = run.station.robots
         self._joints = joints_of({n: r.robot.description.arm_joints for n, r in robots.items()})
         run.log.steps(lambda blocks: self.append(*columns_of(blocks)))
@@ -101,7 +99,7 @@ class Trace(RunObserver):
         if self._problem:
             return
         try:
-            self._file = self._file or AppendedFile(self._growing)
+            self._file = self._file or AppendedFile(self.path)
             if not self._file.size:
                 widths = ((n, float, c.shape[1:]) for n, c in zip(names, columns, strict=True))
                 self._dtype = np.dtype([("t", float), *widths])
@@ -133,21 +131,18 @@ class Trace(RunObserver):
             if self._file is not None:
                 self._file.sync()
             if not self._problem:
-                self._write_archive()
+                table = (
+                    np.load(self.path, mmap_mode="r") if self._rows else np.empty(0, self._dtype)
+                )
+                columns = {name: table[name] for name in self._dtype.names or ()}
+                _write_archive(self.path, columns, self._joints)
         except OSError as error:
             self._problem = f"trace '{self.path}' cannot be completed: {error.strerror or error}"
         finally:
-            for file in (self._file, self._buffer):
-                if file is not None:
-                    file.close()
+            if self._file is not None:
+                self._file.close()
         if self._problem:
             raise RecordingError(self._problem)
-
-    def _write_archive(self) -> None:
-        table: np.ndarray = np.empty(0, self._dtype)
-        if self._rows:
-            table = np.load(self._growing, mmap_mode="r")
-        _write_archive(self.path, {n: table[n] for n in self._dtype.names or ()}, self._joints)
 
     def _header(self) -> bytes:
         """Return the header of an NPY file, whose length does not depend on the number of rows."""

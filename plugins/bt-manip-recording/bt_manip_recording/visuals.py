@@ -7,7 +7,13 @@ import mujoco
 import numpy as np
 
 from bt_manip.cell import WORLD, entity_of, literal_name
-from bt_manip_recording.textured_mesh import TexturedMesh, pixels_of, texture_of, textured_mesh
+from bt_manip_recording.textured_mesh import (
+    TexturedMesh,
+    mesh_corners,
+    pixels_of,
+    texture_of,
+    textured_mesh,
+)
 
 PLANE_SIZE = 10.0
 """Edge length of the square that represents an infinite plane [m]."""
@@ -201,15 +207,8 @@ def _shapes_of(model: mujoco.MjModel, geom: int) -> list[VisualShape]:
 
 
 def _triangles_of(model: mujoco.MjModel, mesh: int) -> Triangles:
-    first, count = model.mesh_faceadr[mesh], model.mesh_facenum[mesh]
-    corners = slice(first, first + count)
-    # Vertices with several normals, at sharp edges, are repeated.
-    faces, normals = model.mesh_face[corners], model.mesh_facenormal[corners]
-    base = int(normals.max(initial=0)) + 1
-    pairs = faces.ravel().astype(np.int64) * base + normals.ravel()  # numbers sort faster
-    unique, indices = np.unique(pairs, return_inverse=True)
-    vertices = model.mesh_vert[model.mesh_vertadr[mesh] + unique // base]
-    return Triangles(vertices, indices.reshape(-1, 3))
+    (vertices, _), faces = mesh_corners(model, mesh, model.mesh_face, model.mesh_facenormal)
+    return Triangles(model.mesh_vert[model.mesh_vertadr[mesh] + vertices], faces)
 
 
 def _with_texture(model: mujoco.MjModel, geom: int, shape: VisualShape) -> VisualShape:

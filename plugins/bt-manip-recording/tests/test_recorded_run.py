@@ -27,8 +27,6 @@ def test_cycles_have_the_figures_of_the_report(picked):
         assert round(cycle.end - cycle.start, 6) == expected["duration_s"]
         assert cycle.max_tracking_error_rad == expected["max_tracking_error_rad"]
         assert vars(cycle.limits) == expected["limits"]
-    free = run.robots["panda"].free
-    assert free.any() and not free.all()
 
 
 def test_the_first_tick_and_the_first_step_count(picked, monkeypatch):
@@ -43,8 +41,7 @@ def test_the_first_tick_and_the_first_step_count(picked, monkeypatch):
     cycle = robot.figures.cycle(0.0, lambda time: "")
     assert (cycle.picked, cycle.saturated_steps) == (("cube",), 3)
     robot.feed_steps(recording.end)
-    series = robot.series()
-    assert len(series.t) == len(series.error) == len(series.free) == len(series.use) > 1
+    assert len(robot.t) > 1 and robot.error[0].any() and robot.use[0].any()
 
 
 def test_nodes_run_when_the_phases_of_the_report_say(picked):

@@ -128,7 +128,7 @@ def test_a_pose_that_is_no_number_is_shown(picked, tmp_path):
 
 def test_a_constant_of_json_is_no_error_of_the_reader(picked, tmp_path):
     state = {"force": [float("nan")] * 3, "torque": [0.0] * 3, "grip_forces": [0.0, 0.0]}
-    state |= {"held": [], "saturated_steps": 0, "speed_scale": float("inf")}
+    state |= {"held": [], "gripped": [], "saturated_steps": 0, "speed_scale": float("inf")}
     data = json.dumps(state).encode()
     show(Recording(rewrite(picked, tmp_path / "run.mcap", "/robots/panda/state", data)))
 

@@ -8,7 +8,6 @@ from mcap.reader import make_reader
 
 from bt_manip.behaviours import MoveToConfiguration, RemoveObject, SpawnObject
 from bt_manip.bt import AlwaysFailure, Fallback, Script, Sequence, Sleep
-from bt_manip.exceptions import BtManipError
 from bt_manip.runner import RunObserver
 from bt_manip_recording import (
     CellScene,
@@ -198,10 +197,3 @@ def test_cameras_are_recorded(recorded, scene):
             np.testing.assert_array_equal(one.quat_wxyz, other.quat_wxyz)
     stat = states.cell.model.stat
     np.testing.assert_allclose([*scene.centre, scene.extent], [*stat.center, stat.extent])
-
-
-def test_a_recording_without_a_complete_chunk_has_no_scene(recorded, tmp_path):
-    path, _ = recorded
-    (tmp_path / "cut.mcap").write_bytes(path.read_bytes()[:1000])
-    with pytest.raises(BtManipError, match=r"cut.mcap has no complete chunk"):
-        RecordedScene(Recording(tmp_path / "cut.mcap"))

@@ -1,6 +1,7 @@
 """Kinematic chain of an arm in a model, from the base to the flange."""
 
 from collections.abc import Sequence
+from itertools import product
 from typing import NamedTuple
 
 import mujoco
@@ -23,27 +24,20 @@ _JAW_STEPS = 9  # joint positions at which a possible jaw is measured
 
 
 class ArmChain(NamedTuple):
-    """The joints of an arm, from the base to the tool, and the bodies beyond the last one.
-
-    Attributes:
-        joints: Ids of the joints.
-        flange: Ids of the last link and of the bodies fixed to it, the link first.
-        fingers: Ids of the joints beyond the last link.
-    """
+    """Ids of the joints of an arm, from the base to the tool, and of what is beyond."""
 
     joints: tuple[int, ...]
     flange: tuple[int, ...]
+    """The last link and the bodies fixed to it, the link first."""
     fingers: tuple[int, ...]
+    """The joints beyond the last link."""
 
 
 def find_arm(model: mujoco.MjModel, joints: Sequence[str] | None = None) -> ArmChain:
     """Return the longest chain of hinges and slides from the base, without fingers.
 
-    The chain ends before short branches, or before a jaw that closes against the last link.
-
-    Args:
-        model: The model, compiled alone.
-        joints: Names of the arm's joints; None: found.
+    The chain ends before short branches, or before a jaw that closes against the last link. If the
+    names of its joints are given, they are looked up.
 
     Raises:
         RobotError: If there is no such chain, or the longest one is ambiguous.
@@ -157,18 +151,13 @@ def _is_jaw(model: mujoco.MjModel, joint: int) -> bool:
     parent = model.body_weldid[model.body_parentid[model.jnt_bodyid[joint]]]
     other = model.body_weldid[model.geom_bodyid] == parent
     collides = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
-    pairs = [
-        (a, b) for a in np.flatnonzero(own & collides) for b in np.flatnonzero(other & collides)
-    ]
-    data = mujoco.MjData(model)
-    distances = []
+    pairs = list(product(np.flatnonzero(own & collides), np.flatnonzero(other & collides)))
+    data, rows = mujoco.MjData(model), []
     lower, upper = model.jnt_range[joint].tolist()
     for q in np.linspace(lower, upper, _JAW_STEPS):
         data.qpos[model.jnt_qposadr[joint]] = q
         mujoco.mj_kinematics(model, data)
-        distances.append([mujoco.mj_geomDistance(model, data, a, b, 1.0, None) for a, b in pairs])
-    if not pairs:
-        return False
-    measured = np.array(distances)
-    opens = (measured.min(0) < _JAW_CLOSED) & (measured.max(0) > _JAW_OPENING)
+        rows.append([mujoco.mj_geomDistance(model, data, a, b, 1.0, None) for a, b in pairs])
+    distances = np.array(rows)
+    opens = (distances.min(0) < _JAW_CLOSED) & (distances.max(0) > _JAW_OPENING)
     return bool(opens.any())

@@ -1,6 +1,6 @@
 """Checks of a robot description; each finding names a key and the change to make."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -128,35 +128,33 @@ def _read_parameters(path: Path, parts: Parts) -> None:
 def _unknown_names(description: RobotDescription) -> Iterator[str]:
     """Yield an error for each missing model, and for each name that the models lack."""
     where, gripper = description.where, description.gripper
-    roots = []
-    for model in (description.model, gripper.model if gripper else None):
-        if model is not None:
-            try:
-                roots.append(read_model(model, where)[0])
-            except BtManipError as error:
-                yield str(error)
-    if not roots or (gripper and gripper.model and len(roots) == 1):
+    models = [description.model, gripper.model if gripper else None]
+    try:
+        roots = [read_model(model, where)[0] for model in models if model is not None]
+    except BtManipError as error:
+        yield str(error)
         return
-    arm, hand = roots[0], roots[-1]
-    wanted: list[tuple[str, str, tuple[str, ...], tuple[Any, ...]]]
-    wanted = [("arm_joints", name, ("joint",), (arm,)) for name in description.arm_joints]
-    wanted += [("tool.frame", description.tool_frame, ("site", "body"), (arm, hand))]
-    bodies = [name for pair in description.exclude for name in pair if name != "pedestal"]
-    wanted += [("exclude", name, ("body",), (arm, hand)) for name in bodies]
-    parts = description.convex_parts
-    wanted += [("convex_parts", name, ("body",), (arm, hand)) for name in parts]
+    arm, both, hand = roots[:1], roots, roots[-1:]
+    excluded = [name for pair in description.exclude for name in pair if name != "pedestal"]
+    wanted: list[tuple[str, Sequence[str], tuple[str, ...], list[Any]]] = [
+        ("arm_joints", description.arm_joints, ("joint",), arm),
+        ("tool.frame", [description.tool_frame], ("site", "body"), both),
+        ("exclude", excluded, ("body",), both),
+        ("convex_parts", description.convex_parts, ("body",), both),
+    ]
     if gripper is not None:
-        if gripper.mount:
-            wanted += [("gripper.mount", gripper.mount, ("site", "body"), (arm,))]
+        mounts = [gripper.mount] if gripper.mount else []
+        wanted.append(("gripper.mount", mounts, ("site", "body"), arm))
         for key, kinds in _PARTS.items():
             names = gripper.parameters.get(key, ())
             names = [names] if isinstance(names, str) else names
-            wanted += [(f"gripper.{key}", name, kinds, (hand,)) for name in names]
-    for key, name, kinds, models in wanted:
-        known = {one for m in models for kind in kinds for one in element_names(m, kind)}
-        if name not in known and name.rpartition("/")[2] not in known:
-            what = " or ".join(kinds)
-            yield f"{where}: key '{key}': there is no {what} '{name}'{did_you_mean(name, known)}"
+            wanted.append((f"gripper.{key}", names, kinds, hand))
+    for key, names, kinds, searched in wanted:
+        known = {one for root in searched for kind in kinds for one in element_names(root, kind)}
+        for name in names:
+            if name not in known and name.rpartition("/")[2] not in known:
+                what = f"there is no {' or '.join(kinds)} '{name}'{did_you_mean(name, known)}"
+                yield f"{where}: key '{key}': {what}"
 
 
 def _home_findings(robot: Robot) -> Iterator[str]:

@@ -23,6 +23,7 @@ from bt_manip.files import replace_text
 
 if TYPE_CHECKING:
     from bt_manip.robots import Robot
+    from bt_manip_setup.describe import Draft
 
 _file = click.Path(dir_okay=False, path_type=Path)
 _cycles = click.option(
@@ -76,7 +77,7 @@ def new(
         raise click.UsageError(f"{output} exists: --overwrite replaces it, -o names another file")
     os.environ.setdefault("MUJOCO_GL", "disable")
     from bt_manip.record import check_writable
-    from bt_manip_setup import describe_robot, description_text, gripper_names, try_robot
+    from bt_manip_setup import describe_robot, gripper_names, try_robot
 
     check_writable(output, "description")
     parts = load_chosen_plugins().parts
@@ -92,16 +93,14 @@ def new(
         )
     carried = "" if gripper is None else f" with {gripper}"
     head = f"{model}{carried}\n\nWritten by bt-manip robot new."
-    text = description_text(draft.description, draft.notes, output, head)
-    _write(output, text)
+    _write(draft, output, head)
     for line in draft.robot.warnings:
         click.echo(line, err=True)
     if draft.description.gripper is None:
         names = ", ".join(gripper_names(parts))
         kinds = f"--gripper gives it one: {names}, or a model"
-        click.echo(f"wrote {output}; next:\n  bt-manip robot check {output}")
         click.echo(f"no gripper: the model has none, and {kinds}", err=True)
-        return SUCCESS
+        cycles = 0
     if not cycles:
         click.echo(f"wrote {output}, not tried; next:\n  bt-manip robot check {output}")
         return SUCCESS
@@ -114,7 +113,7 @@ def new(
         for line in trial.findings:
             click.echo(line)
         head += "\n\nIt does not pick the cube yet; to change:\n" + "\n".join(trial.findings)
-        _write(output, description_text(draft.description, draft.notes, output, head))
+        _write(draft, output, head)
         return FAILED
     click.echo(f"wrote {output}, ready:\n  bt-manip run pick_place --robot {output} --view")
     return SUCCESS
@@ -176,6 +175,29 @@ def show(name: str, picture: Path | None) -> None:
         _draw(robot, picture)
 
 
+@robot.command()
+@click.argument("name", metavar="ROBOT", shell_complete=complete_part("robots"))
+def measure(name: str) -> None:
+    """Measure the travel of a gripper's two fingers and write it into the description.
+
+    ROBOT is path.toml or a registered name. The model's fingers are moved over their range; the
+    result is the table [gripper.travel] of the file, or the file whose path a description in Python
+    has in its place. Repeat this after changes of the gripper's model.
+    """
+    os.environ.setdefault("MUJOCO_GL", "disable")
+    from bt_manip.scenes import find_robot
+    from bt_manip_setup.finger_travel import write_travel
+    from bt_manip_setup.gripper_keys import has_two_fingers
+
+    parts = load_chosen_plugins().parts
+    description = find_robot(name, parts.robots)
+    if not has_two_fingers(description, parts):
+        raise BtManipError(f"{description.where} has no gripper with two fingers")
+    path, travel = write_travel(description)
+    low, high = 1e3 * travel["min_width"], 1e3 * travel["open_width"]
+    click.echo(f"wrote {path}: the fingers open from {low:.4g} to {high:.4g} mm")
+
+
 @contextmanager
 def _progress(step: str) -> Iterator[Callable[[str], None]]:
     """Show the present step in a terminal while the context lasts; yield what changes it."""
@@ -185,11 +207,12 @@ def _progress(step: str) -> Iterator[Callable[[str], None]]:
         yield status.update
 
 
-def _write(path: Path, text: str) -> None:
-    try:
-        replace_text(path, text)
-    except OSError as error:
-        raise BtManipError(f"cannot write {path}: {error.strerror}") from error
+def _write(draft: "Draft", path: Path, head: str) -> None:
+    from bt_manip.record import writing
+    from bt_manip_setup import description_text
+
+    with writing(path, "description"):
+        replace_text(path, description_text(draft.description, draft.notes, path, head))
 
 
 def _draw(robot: "Robot", path: Path) -> None:

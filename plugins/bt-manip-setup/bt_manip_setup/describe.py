@@ -1,10 +1,10 @@
 """Description of a robot from its model."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import NamedTuple
 
-import mujoco
 import numpy as np
 import pinocchio as pin
 
@@ -20,9 +20,10 @@ from bt_manip.robots import (
     model_file,
     read_model,
 )
+from bt_manip.toml import toml_text, write_fields
 from bt_manip_setup.finger_travel import TRAVEL_NOTE, measured
 
-from .arm_chain import ArmChain, find_arm, find_mount
+from .arm_chain import find_arm, find_mount
 from .gripper_keys import CHOSEN, has_two_fingers, with_gripper
 from .inspection import make_robot, stands_on
 from .joint_data import chosen_armature, estimate_efforts, joint_data
@@ -37,6 +38,23 @@ _FEW_JOINTS = Tolerance(position=1e-4, rotation=5e-3)
 _TOOL_LIMITS = ToolLimits(velocity=1.0, acceleration=5.0, jerk=500.0)
 
 
+def description_text(
+    description: RobotDescription, notes: Mapping[str, str], file: Path, head: str
+) -> str:
+    """Return a description as TOML that `bt_manip.robots.read_description` reads.
+
+    Args:
+        description: The description.
+        notes: Comments by key, such as ``"velocity"`` and ``"gripper.max_force"``.
+        file: The file, to whose folder paths of models are relative.
+        head: Comment at the beginning.
+    """
+    entries = write_fields(description, file.resolve().parent)
+    if description.name == file.stem:
+        del entries["name"]
+    return toml_text(entries, notes, head)
+
+
 class Draft(NamedTuple):
     """The description of a robot, with comments on its keys.
 
@@ -44,13 +62,11 @@ class Draft(NamedTuple):
         description: The description.
         notes: Comments by key.
         robot: The robot, compiled alone.
-        share: Share of the positions of the pick and place task within reach.
     """
 
     description: RobotDescription
     notes: dict[str, str]
     robot: Robot
-    share: float
 
 
 def describe_robot(
@@ -88,13 +104,14 @@ def describe_robot(
             "a model of the arm without it"
         )
     data = joint_data(alone, arm.joints, model_file(model, model))
-    at = find_mount(alone, arm, mount)
+    at, joint_ids = find_mount(alone, arm, mount), list(arm.joints)
+    middle = np.where(alone.jnt_limited[joint_ids], alone.jnt_range[joint_ids].mean(axis=1), 0.0)
     description = RobotDescription(
         name=name,
         model=model,
         arm_joints=tuple(literal_name(alone.joint(j).name) for j in arm.joints),
         tool_frame=tool_frame or at,
-        home=tuple(_middle(alone, arm).tolist()),
+        home=tuple(middle.tolist()),
         velocity=data.velocity,
         acceleration=data.acceleration,
         jerk=data.jerk,
@@ -165,9 +182,4 @@ def describe_robot(
         notes["model"] = "CHOSEN where the model has none or an impossible one:\n" + "\n".join(
             robot.warnings
         )
-    return Draft(description, notes, robot, placement.share)
-
-
-def _middle(model: mujoco.MjModel, arm: ArmChain) -> np.ndarray:
-    joints = list(arm.joints)
-    return np.where(model.jnt_limited[joints], model.jnt_range[joints].mean(axis=1), 0.0)
+    return Draft(description, notes, robot)

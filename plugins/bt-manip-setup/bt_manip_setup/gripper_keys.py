@@ -12,7 +12,7 @@ import pinocchio as pin
 
 from bt_manip import spatial
 from bt_manip.cell import escaped_name, literal_name
-from bt_manip.grippers import TwoFingerGripper, two_finger_gripper
+from bt_manip.grippers import TwoFingerGripper, collision_geoms_of, two_finger_gripper
 from bt_manip.registry import Parts
 from bt_manip.robots import (
     MENAGERIE,
@@ -26,8 +26,8 @@ from bt_manip.robots import (
 )
 from bt_manip_setup.finger_travel import OverlappingHullsError, find_fingers
 
-from .concave import concave_bodies
 from .known_grippers import CUP, find_gripper
+from .linkage import concave_bodies
 
 CHOSEN = "CHOSEN, not in the model: replace by the data sheet's"
 """Begins the comment on a value that the model does not have."""
@@ -40,7 +40,7 @@ _FINGER_ARMATURE = 0.005  # [kg m2] in place of a larger armature
 _MIN_MASS = 0.3  # [kg] effective mass of a finger on hinges that control and grip need
 _LINK_ARMATURE = 1e-3  # [kg m2] of each hinge of a lighter linkage
 _CONVEX_NOTE = "Concave bodies of the gripper, whose hulls overlap at every opening."
-_CUP_DIAMETER, _CUP_LENGTH, _CUP_PRESSURE = 0.03, 0.05, 6e4  # [m], [m], [Pa] of a built cup
+_CUP = {"diameter": 0.03, "pressure": 6e4, "length": 0.05}  # [m], [Pa], [m] of a built cup
 _SAME = 1e-6  # largest difference of equal rotations
 _ALONG = 0.9  # least cosine of directions that count as parallel
 
@@ -102,29 +102,15 @@ def _built_cup(mount: str) -> dict[str, Any]:
     """Return the tool and a suction cup built at the mount."""
     return {
         "tool_frame": mount,
-        "T_ft": spatial.pose((0.0, 0.0, _CUP_LENGTH)),
-        "gripper": GripperDescription(
-            kind=CUP,
-            parameters={
-                "diameter": _CUP_DIAMETER,
-                "pressure": _CUP_PRESSURE,
-                "length": _CUP_LENGTH,
-            },
-        ),
+        "T_ft": spatial.pose((0.0, 0.0, _CUP["length"])),
+        "gripper": GripperDescription(kind=CUP, parameters=_CUP),
     }
 
 
 def _registered(
     model: mujoco.MjModel, description: RobotDescription, known: RobotDescription, given: str
 ) -> dict[str, Any]:
-    """Return the tool and the gripper of a registered robot, for the mount of another arm.
-
-    Args:
-        model: The arm, compiled alone.
-        description: Its description, with the mount as the tool frame.
-        known: The registered robot.
-        given: The gripper as given by the user: a name or a model.
-    """
+    """Return the tool and the gripper of a registered robot, for the mount of another arm."""
     gripper, mount = known.gripper, description.tool_frame
     assert gripper is not None and gripper.model is not None
     is_file = given.startswith(MENAGERIE) or Path(given).is_file()
@@ -153,9 +139,9 @@ def _measured(
 ) -> tuple[RobotDescription, dict[str, str]]:
     """Return the description with the gripper and the tool frame, and comments on them."""
     names = [escaped_name(joint) for joint in description.arm_joints]
-    carried = None if model is None else GripperDescription(model=model, mount=mount)
-    assembled = assemble(replace(description, gripper=carried))
-    prefix = "" if model is None else assembled.gripper.full_identifier
+    carried = GripperDescription(model=model, mount=mount if model else None)
+    assembled = assemble(replace(description, gripper=carried if model else None))
+    prefix = assembled.gripper.full_identifier if model else ""
 
     def local(full: str) -> str:
         return literal_name(full.removeprefix(prefix))
@@ -170,8 +156,7 @@ def _measured(
                 "name the one at its lip whose z axis is the cup's (--tool-frame)"
             )
         frame = tool_frame or local(assembled.alone.site(sites[0]).name)
-        gripper = GripperDescription(kind=CUP, model=model, mount=mount if model else None)
-        return replace(description, tool_frame=frame, gripper=gripper), {}
+        return replace(description, tool_frame=frame, gripper=replace(carried, kind=CUP)), {}
     tool = None
     if tool_frame is not None:
         site = assembled.tool_site
@@ -190,16 +175,10 @@ def _measured(
             raise
         kind, hand = other
         known = {key: _renamed(value, local) for key, value in hand.parameters.items()}
-        gripper = GripperDescription(
-            kind=kind,
-            max_force=hand.max_force,
-            parameters=known,
-            model=model,
-            mount=mount if model else None,
-            T_mg=pin.SE3.Identity()
-            if model is None
-            else standing_pose(assembled.alone, description, hand),
-        )
+        gripper = replace(carried, kind=kind, max_force=hand.max_force, parameters=known)
+        if model is not None:
+            pose = standing_pose(assembled.alone, description, hand)
+            gripper = replace(gripper, T_mg=pose)
         described = replace(
             description, gripper=gripper, tool_frame=local(hand.body), T_ft=hand.T_bt
         )
@@ -220,7 +199,9 @@ def _measured(
         notes["gripper.armature"] = (
             f"With the model's armature, the effective mass of a finger is {travel.mass:.0f} kg."
         )
-    elif 0.0 < travel.mass < _MIN_MASS and _on_hinges(assembled.alone, travel.joints):
+    elif 0.0 < travel.mass < _MIN_MASS and all(
+        assembled.alone.joint(name).type[0] == mujoco.mjtJoint.mjJNT_HINGE for name in travel.joints
+    ):
         changes["armature"] = _LINK_ARMATURE
         notes["gripper.armature"] = (
             "CHOSEN: with the model's inertia, the effective mass of a finger is "
@@ -236,7 +217,7 @@ def _measured(
         max_force=float(f"{force:.2g}"),
         pads=_PADS,
         model=model,
-        mount=mount if model else None,
+        mount=carried.mount,
         T_mg=None if model is None else _outwards(assembled.alone, description, mount, R_wt[:, 2]),
         **changes,
     )
@@ -249,12 +230,6 @@ def _measured(
             notes["tool"] = "The rotation makes z the direction of approach of the fingers."
             description = replace(description, T_ft=turn)
     return replace(description, gripper=gripper), notes
-
-
-def _on_hinges(model: mujoco.MjModel, joints: Sequence[str]) -> bool:
-    """Return whether hinges alone move the fingers."""
-    kinds = {int(model.joint(name).type[0]) for name in joints}
-    return kinds == {int(mujoco.mjtJoint.mjJNT_HINGE)}
 
 
 def _rotation(model: mujoco.MjModel, body: str, T: pin.SE3) -> np.ndarray:
@@ -289,20 +264,13 @@ def standing_pose(
 ) -> pin.SE3:
     """Return the pose in its mount of a gripper that stands on it, z outwards.
 
-    Args:
-        model: The gripper on the arm, compiled alone.
-        description: The arm's; its tool frame is the mount.
-        found: The gripper; what of its body is below the origin is lifted onto the mount.
+    What of its body is below the origin is lifted onto the mount, the description's tool frame.
     """
-    body = model.body(found.body).id
-    own = (model.geom_bodyid == body) & (model.geom_contype | model.geom_conaffinity != 0)
     low = 0.0
-    for geom in np.flatnonzero(own):
-        R = np.zeros(9)
-        mujoco.mju_quat2Mat(R, model.geom_quat[geom])
+    for geom in collision_geoms_of(model, model.body(found.body).id):
+        T = spatial.pose(model.geom_pos[geom], model.geom_quat[geom])
         middle, half = model.geom_aabb[geom, :3], model.geom_aabb[geom, 3:]
-        z = R.reshape(3, 3)[2]
-        low = min(low, float(model.geom_pos[geom, 2] + z @ middle - np.abs(z) @ half))
+        low = min(low, float(T.act(middle)[2] - np.abs(T.rotation[2]) @ half))
     turn = _outwards(model, description, description.tool_frame)
     return turn * spatial.pose((0.0, 0.0, round(-low, 3)))
 
@@ -316,14 +284,8 @@ def _outwards(
     """Return the rotation in a mount that turns a direction away from the arm.
 
     Away is along the axis of the last joint, from the last links to the mount. If the z axis of the
-    mount is not parallel to it, away is that z axis.
-
-    Args:
-        model: The arm, compiled alone.
-        description: Its description.
-        mount: Name of the mount.
-        approach: The direction in the world, approximately; default: the mount's z
-            axis.  # (3,)
+    mount is not parallel to it, away is that z axis. The direction is approximate and in the world;
+    by default it is the mount's z axis.
     """
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)

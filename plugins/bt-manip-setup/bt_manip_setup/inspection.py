@@ -1,6 +1,5 @@
 """Facts about a described robot: reach over a table, payload, an image."""
 
-import contextlib
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
@@ -78,10 +77,6 @@ def make_robot(description: RobotDescription, parts: Parts) -> Robot:
 
 def robot_case(description: RobotDescription, parts: Parts) -> RobotCase:
     """Return a described robot with its kind of gripper, as its contract takes it.
-
-    Args:
-        description: The description.
-        parts: The registered parts, among them the kind of its gripper.
 
     Raises:
         BtManipError: If its gripper kind is not registered.
@@ -198,17 +193,15 @@ def summary(robot: Robot) -> list[str]:
 
 def tool_findings(description: RobotDescription) -> Iterator[str]:
     """Yield differences of the tool frame from the fingers measured on the model."""
-    if description.gripper is not None:
-        with contextlib.suppress(BtManipError):  # other kinds of grippers
-            yield from _finger_findings(description)
-
-
-def _finger_findings(description: RobotDescription) -> Iterator[str]:
-    where, robot = description.where, Robot(description)
-    model = robot.alone
-    found = find_fingers(model, [escaped_name(name) for name in description.arm_joints])
+    if description.gripper is None:
+        return
+    try:
+        where, robot = description.where, Robot(description)
+        found = find_fingers(robot.alone, [escaped_name(name) for name in description.arm_joints])
+        compile_alone(robot)
+    except BtManipError:  # other kinds of grippers
+        return
     T_bt, body = found.T_bt, literal_name(found.body.rpartition("/")[2])
-    compile_alone(robot)
     data, ids = robot.mj_data, robot.mj_model
     at = next(b for b in range(ids.nbody) if ids.body(b).name.endswith(found.body))
     T_wb = pin.SE3(data.xmat[at].reshape(3, 3), data.xpos[at])

@@ -23,51 +23,35 @@ _EFFORT_SAMPLES = 200  # configurations in which the required efforts are comput
 
 
 class JointData(NamedTuple):
-    """Limits of the joints of an arm, and their origin.
+    """Limits of the joints of an arm, and their origin."""
 
-    Attributes:
-        velocity: Velocity limits [rad/s] or [m/s].
-        acceleration: Acceleration limits [rad/s2] or [m/s2].
-        jerk: Jerk limits [rad/s3] or [m/s3].
-        effort: Effort limits [N m] or [N]; None where the model has none.
-        velocity_known: Whether the velocity limits are those of the model file.
-    """
-
-    velocity: tuple[float, ...]
-    acceleration: tuple[float, ...]
-    jerk: tuple[float, ...]
-    effort: tuple[float | None, ...]
+    velocity: tuple[float, ...]  # [rad/s] or [m/s]
+    acceleration: tuple[float, ...]  # [rad/s2] or [m/s2]
+    jerk: tuple[float, ...]  # [rad/s3] or [m/s3]
+    effort: tuple[float | None, ...]  # [N m] or [N]; None where the model has none
     velocity_known: bool
+    """Whether the velocity limits are those of the model file."""
 
 
 def joint_data(model: mujoco.MjModel, joints: tuple[int, ...], file: Path) -> JointData:
-    """Return the joint limits of a model, with conservative ones where it has none.
+    """Return the limits of joints in a model and its file, conservative ones where it has none.
 
-    Args:
-        model: The model, compiled alone.
-        joints: Ids of the joints.
-        file: The model file; URDF has velocity limits, MJCF does not.
+    URDF has velocity limits, MJCF does not.
     """
     slide = int(mujoco.mjtJoint.mjJNT_SLIDE)
     chosen = [_SLIDE if int(model.jnt_type[j]) == slide else _HINGE for j in joints]
     velocity, acceleration, jerk = zip(*chosen, strict=True)
-    known = _urdf_velocities(file)
-    names = [model.joint(j).name for j in joints]
-    if all(known.get(name, 0.0) > 0.0 for name in names):
-        velocity = tuple(known[name] for name in names)
-    else:
-        known = {}
+    given = _urdf_velocities(file)
+    found = tuple(given.get(model.joint(j).name, 0.0) for j in joints)
     bounds = [effort_limit(model, j) for j in joints]
     effort = tuple(bound if np.isfinite(bound) else None for bound in bounds)
-    return JointData(velocity, acceleration, jerk, effort, bool(known))
+    known = min(found) > 0.0
+    return JointData(found if known else velocity, acceleration, jerk, effort, known)
 
 
 def estimate_efforts(model: RobotModel) -> tuple[float, ...]:
-    """Return effort limits that let an arm hold and accelerate itself and a payload [N m].
-
-    Args:
-        model: The arm.
-    """  # (nv,)
+    """Return effort limits that let an arm hold and accelerate itself and a payload [N m]."""
+    # (nv,)
     rng, limits = np.random.default_rng(0), model.limits
     model = model.with_payload(Payload(_PAYLOAD_SHARE * pin.computeTotalMass(model.model)))
     lower, upper = limits.sampling_bounds()
@@ -89,14 +73,10 @@ def light_joints(model: RobotModel) -> np.ndarray:
 
 
 def chosen_armature(model: RobotModel, known: np.ndarray) -> tuple[float, ...] | None:
-    """Return armatures with which feedback holds all joints; None if those of the model do.
+    """Return armatures with which feedback holds all joints; None if the ``known`` ones do [kg m2].
 
     A joint that is too light gets 1e-3 kg m2 per N m of its effort limit, as geared motors of arms
     have; the limit counts up to ten times the effort that the arm requires.
-
-    Args:
-        model: The arm.
-        known: Armatures of the model, kept for the other joints [kg m2].  # (nv,)
     """
     light = light_joints(model)
     if not light.any():
@@ -116,12 +96,11 @@ def _rounded_up(value: float) -> float:
 
 
 def _urdf_velocities(file: Path) -> Mapping[str, float]:
-    found: dict[str, float] = {}
     root = read_xml(file)
-    if root.tag != "robot":
-        return found
-    for joint in root.iter("joint"):
-        limit = joint.find("limit")
-        if limit is not None and limit.get("velocity"):
-            found[joint.get("name", "")] = float(limit.get("velocity"))
-    return found
+    joints = root.iter("joint") if root.tag == "robot" else ()
+    limits = [(joint.get("name", ""), joint.find("limit")) for joint in joints]
+    return {
+        name: float(limit.get("velocity"))
+        for name, limit in limits  # those of transmissions have none
+        if limit is not None and limit.get("velocity")
+    }

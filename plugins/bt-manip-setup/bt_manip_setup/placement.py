@@ -10,8 +10,7 @@ from bt_manip import spatial
 from bt_manip.collision import hull_points
 from bt_manip.robots import Robot, RobotError
 
-from .lowest_point import foot_bodies
-from .reach import GRASP_HEIGHT, DownwardReach, RadialReach
+from .reach import GRASP_HEIGHT, DownwardReach, RadialReach, foot_bodies
 
 # Scene with a table and a basket, in the frame where it places the robot [m].
 _PICK_X, _PICK_Y = (0.3, 0.4, 0.5), (-0.3, -0.15, 0.0, 0.15, 0.3)
@@ -29,26 +28,16 @@ _DIGITS = 3  # decimals of the base position [m]
 
 
 class Placement(NamedTuple):
-    """Pose and support of a robot's base.
-
-    Attributes:
-        T_rb: Pose of the base in the frame where the scene places the robot.
-        pedestal: Size of the block under the base [m]; None: no block.
-        share: Share of the positions of the pick and place task within reach.
-    """
+    """Pose and support of a robot's base."""
 
     T_rb: pin.SE3
+    """Pose of the base in the frame where the scene places the robot."""
     pedestal: tuple[float, float, float] | None
-    share: float
+    """Size of the block under the base [m]; None: no block."""
 
 
 def place_base(robot: Robot, reach: RadialReach) -> Placement:
-    """Return the base pose that reaches the most of a table with the smallest offset.
-
-    Args:
-        robot: The robot, compiled alone.
-        reach: Its reach.
-    """
+    """Return the base pose that reaches the most of a table with the smallest offset."""
     lowest, footprint = measure_foot(robot)
     yaw = -round(2.0 * reach.front / np.pi) * np.pi / 2.0
     c, s = np.cos(yaw), np.sin(yaw)
@@ -57,13 +46,12 @@ def place_base(robot: Robot, reach: RadialReach) -> Placement:
     for lift in _BASE_Z:
         for x in BASE_X:
             z = round(float(lift) - lowest, _DIGITS)
-            share, score = _covered(reach, np.array([x, 0.0]) + axis, z)
-            score -= _MOVED * float(x + lift)
+            score = _score(reach, np.array([x, 0.0]) + axis, z) - _MOVED * float(x + lift)
             if best is None or score > best[0] + 1e-9:
                 quat = (np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2))
                 T_rb = spatial.pose((round(float(x), _DIGITS), 0.0, z), quat)
                 size = (2.0 * footprint, 2.0 * footprint, round(float(lift), _DIGITS))
-                best = score, Placement(T_rb, size if lift > 0.0 else None, share)
+                best = score, Placement(T_rb, size if lift > 0.0 else None)
     assert best is not None
     return best[1]
 
@@ -71,10 +59,8 @@ def place_base(robot: Robot, reach: RadialReach) -> Placement:
 def find_home(downward: DownwardReach, reach: RadialReach, base: pin.SE3) -> np.ndarray:
     """Return a configuration with the tool pointing down over the middle of the reach.
 
-    Args:
-        downward: Solver for the robot at its original base.
-        reach: Its reach.
-        base: Pose of the base relative to the table.
+    Solver and reach are those of the robot at its original base, whose pose relative to the table
+    is ``base``.
 
     Raises:
         RobotError: If no configuration free of self-collision has the tool pointing down.
@@ -106,8 +92,8 @@ def find_home(downward: DownwardReach, reach: RadialReach, base: pin.SE3) -> np.
     )
 
 
-def _covered(reach: RadialReach, axis: np.ndarray, z: float) -> tuple[float, float]:
-    """Return the share of reached task positions, and a score of the base pose."""
+def _score(reach: RadialReach, axis: np.ndarray, z: float) -> float:
+    """Return a score of a base pose by the shares of positions of the task that it reaches."""
 
     def share(x: Sequence[float], y: Sequence[float], height: float) -> float:
         points = np.array(np.meshgrid(x, y)).reshape(2, -1)
@@ -118,8 +104,7 @@ def _covered(reach: RadialReach, axis: np.ndarray, z: float) -> tuple[float, flo
     table = min(share(_TABLE_X, _TABLE_Y, height) for height in _PICK_HEIGHTS[:2])
     basket = [share([_BASKET_X], [0.0], height) for height in _BASKET_HEIGHTS]
     score = min(pick[:2]) + 0.3 * pick[2] + table
-    score += min(1.0, table / _LEAST_TABLE) * (2.0 * max(basket) + 0.3 * basket[0])
-    return 0.5 * (min(pick[:2]) + max(basket)), score
+    return score + min(1.0, table / _LEAST_TABLE) * (2.0 * max(basket) + 0.3 * basket[0])
 
 
 def measure_foot(robot: Robot) -> tuple[float, float]:

@@ -7,11 +7,10 @@ import mujoco
 import numpy as np
 
 from bt_manip import spatial
-from bt_manip.collision import CollisionWorld
+from bt_manip.cell.objects import geom_box
+from bt_manip.collision import CollisionWorld, moved_bodies
 from bt_manip.kinematics import IKProblem, InverseKinematics, PoseTarget, manipulability
 from bt_manip.robots import Robot, RobotModel
-
-from .lowest_point import LowestPoint
 
 GRASP_HEIGHT = 0.04
 """Height of the tool over the table at a grasp in the pick and place task [m]."""
@@ -24,6 +23,7 @@ _HEIGHTS = np.linspace(-0.5, 0.8, 14)  # relative to the size of the arm
 _FEW, _MANY = 20, 60  # initial guesses of a search, besides the last solution or the middle
 _ROUNDING = 1e-3  # [m] tolerance of heights
 _SELF_CLEARANCE = 5e-3  # [m] self-clearance at home
+_VERTICAL = 0.999  # least cosine between a vertical hinge axis and the vertical
 
 
 class RadialReach(NamedTuple):
@@ -73,16 +73,54 @@ class RadialReach(NamedTuple):
         return inside
 
 
+class LowestPoint:
+    """Measures the lowest points of a robot with its gripper open; its foot does not count."""
+
+    def __init__(self, robot: Robot) -> None:
+        self._robot, self._model = robot, robot.mj_model
+        model = self._model
+        self._data = mujoco.MjData(model)
+        if robot.gripper is not None:
+            robot.gripper.set_opening(self._data.qpos)
+        collides = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
+        carried = moved_bodies(model, robot.dof_adr[-1:])
+        links = moved_bodies(model, robot.dof_adr) & ~carried & ~foot_bodies(robot)
+        self._carried, self._links = (
+            np.flatnonzero(collides & bodies[model.geom_bodyid]) for bodies in (carried, links)
+        )
+
+    def of_links(self, q: np.ndarray) -> float:
+        """Return the height of the lowest point of all links but the last [m]."""
+        self._place(q)
+        joints = self._data.xanchor[self._model.dof_jntid[self._robot.dof_adr], 2]
+        return min(float(joints.min()), self._lowest(self._links))
+
+    def below_tool(self, q: np.ndarray) -> float:
+        """Return the height of the tool above the lowest point of last link and gripper [m]."""
+        self._place(q)
+        tool = float(self._data.site_xpos[self._robot.tool_site_id, 2])
+        return tool - min(tool, self._lowest(self._carried))
+
+    def _place(self, q: np.ndarray) -> None:
+        self._data.qpos[self._robot.qpos_adr] = q
+        mujoco.mj_kinematics(self._model, self._data)
+
+    def _lowest(self, geoms: np.ndarray) -> float:
+        boxes = (geom_box(self._model, self._data, int(geom)) for geom in geoms)
+        return min((float(lower[2]) for lower, _ in boxes), default=np.inf)
+
+
+def foot_bodies(robot: Robot) -> np.ndarray:
+    """Return a mask of the bodies of constant height: fixed, or turning about the vertical only."""
+    # (nbody,)
+    model = robot.mj_model
+    turning = model.jnt_type == int(mujoco.mjtJoint.mjJNT_HINGE)
+    turning &= np.abs(robot.mj_data.xaxis[:, 2]) > _VERTICAL
+    return ~moved_bodies(model, np.flatnonzero(~turning[model.dof_jntid]))
+
+
 class DownwardReach:
-    """Finds configurations without self-collision in which the tool points down.
-
-    Args:
-        robot: The robot, compiled alone.
-        model: Its model.
-
-    Attributes:
-        lowest: Measures the lowest points of the robot.
-    """
+    """Finds configurations without self-collision in which the tool points down."""
 
     def __init__(self, robot: Robot, model: RobotModel) -> None:
         self._robot, self._model = robot, model
@@ -97,10 +135,8 @@ class DownwardReach:
     def configuration(self, position: np.ndarray, floor: float) -> np.ndarray | None:
         """Return a configuration far from limits and singularities; None if there is none.
 
-        Args:
-            position: Position of the tool [m].  # (3,)
-            floor: Height above which the whole arm must be [m].
-        """  # (nq,)
+        The tool is at the position, and the whole arm above the floor [m].
+        """
         best, least = None, np.inf
         for result in self._ik.solutions(
             downward_problem(self._ik, position), self._middle, restarts=_MANY
@@ -146,10 +182,8 @@ class DownwardReach:
     def front(self, axis: np.ndarray, size: float) -> tuple[float, np.ndarray]:
         """Return the azimuth of the front of the arm [rad], and a configuration there [rad].
 
-        Args:
-            axis: Position of the first vertical hinge in the base [m].  # (2,)
-            size: The largest distance of the tool from it [m]; it is half of that there.
-        """  # float, (nq,)
+        The tool is at half of its largest distance, ``size``, from the first vertical hinge [m].
+        """
         best, front, nearest = self._middle, 0.0, np.inf
         for azimuth in _AZIMUTHS:
             radial = 0.5 * size * np.array([np.cos(azimuth), np.sin(azimuth)])

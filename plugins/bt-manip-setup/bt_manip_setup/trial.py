@@ -171,19 +171,12 @@ class _Post(Box):
 
 
 class TrialWatch(RunObserver):
-    """Collects failures of arm behaviours, and tracking errors.
-
-    Attributes:
-        cycles: Number of ended cycles.
-        failed: Number of failed cycles.
-        retried: Number of cycles that succeeded after a failed action.
-        error: Largest tracking error in free motion [rad or m].
-    """
+    """Collects failures of arm behaviours, and the largest tracking error in free motion."""
 
     def __init__(self, begin: Callable[[int], None]) -> None:
         self._begin = begin
-        self.cycles = self.failed = self.retried = 0
-        self.error, self.joint = 0.0, ""
+        self.cycles = self.failed = self.retried = 0  # retried: succeeded after a failed action
+        self.error, self.joint = 0.0, ""  # [rad] or [m]
         self._reasons: Counter[str] = Counter()
         self._examples: dict[str, str] = {}
         self._in_cycle: list[str] = []

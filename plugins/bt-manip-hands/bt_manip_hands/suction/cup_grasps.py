@@ -59,9 +59,6 @@ class CupGraspGenerator:
     def candidates(self, down: np.ndarray) -> GraspCandidates:
         """Return the grasps that do not approach from below.
 
-        Args:
-            down: Straight down in the object's frame; unit.  # (3,)
-
         Raises:
             MotionError: If the object has no face for the cup.
         """
@@ -111,13 +108,9 @@ class CupGraspGenerator:
 
 
 def places_on(solid: Solid, com: np.ndarray, radius: float, up: np.ndarray) -> Iterator[Place]:
-    """Yield points for a cup on a solid: on faces near the centre of mass, and on round sides.
+    """Yield points and normals for a cup: on faces near the centre of mass, and on round sides.
 
-    Args:
-        solid: The solid.
-        com: The object's centre of mass [m].  # (3,)
-        radius: Radius of the cup's lip [m].
-        up: Straight up in the object's frame; unit.  # (3,)
+    All is in the object's frame, as is ``up``; the radius is that of the lip [m].
     """
     centre, R, size = solid.T_os.translation, solid.T_os.rotation, solid.size
     if solid.kind == "sphere":
@@ -174,11 +167,6 @@ def _hits(solid: Polyhedron, points: np.ndarray, directions: np.ndarray) -> np.n
     """Return the distances at which rays enter a solid [m]; inf where they miss it.
 
     Cyrus-Beck clipping against the planes of its faces.
-
-    Args:
-        solid: The solid.
-        points: Start of each ray [m].  # (n, 3)
-        directions: Unit directions.  # (n, 3)
     """  # (n,)
     slope = directions @ solid.normals.T
     ahead = solid.offsets - points @ solid.normals.T
@@ -191,12 +179,7 @@ def _hits(solid: Polyhedron, points: np.ndarray, directions: np.ndarray) -> np.n
 
 
 def _frame(z: np.ndarray, x: np.ndarray | None = None) -> np.ndarray:
-    """Return a rotation matrix with a z axis, and an x axis near a direction.
-
-    Args:
-        z: Its z axis; unit.  # (3,)
-        x: Direction of its x axis; any by default, and if it is parallel to z.  # (3,)
-    """  # (3, 3)
+    """Return a rotation with a z axis, and an x axis near a direction that is not parallel to z."""
     across = np.zeros(3) if x is None else x - (x @ z) * z
     if np.linalg.norm(across) < 1e-3:
         across = np.cross(z, np.eye(3)[int(np.argmin(np.abs(z)))])

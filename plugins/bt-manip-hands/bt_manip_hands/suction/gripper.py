@@ -5,8 +5,7 @@ from typing import Any
 
 import numpy as np
 import pinocchio as pin
-from dm_control import composer, mjcf
-from dm_control.composer.observation import observable
+from dm_control import mjcf
 
 from bt_manip.cell import entity_of
 from bt_manip.grippers import Solid
@@ -32,15 +31,6 @@ _CHECK_INTERVAL = 10  # steps between two checks that the object covers the whol
 _MAX_INTERRUPTION = 5e-3  # [s] without contact after which a seal is broken
 
 
-class SuctionGripperObservables(composer.Observables):
-    """Force on the held object."""
-
-    @composer.observable
-    def forces(self) -> observable.Observable:
-        """Force of the lip on the held object in the last step [N]."""
-        return observable.Generic(lambda physics: np.array(self._entity.forces))
-
-
 class SuctionGripper(Gripper):
     """Holds one object by the vacuum in a cup, modelled by MuJoCo's adhesion.
 
@@ -53,13 +43,6 @@ class SuctionGripper(Gripper):
     memory = (
         "state", "_asked", "_force", "_pressing", "_object", "_time", "_interrupted", "_steps",
     )  # fmt: skip
-
-    state: str
-    """Control state: open, closing, sealed or lost."""
-    _force: float
-    _pressing: float
-    _interrupted: float
-    _steps: int
 
     def _build(self, robot: Robot) -> None:
         """Initialize the control of a robot's suction cup, and build the cup if it has none.
@@ -82,9 +65,6 @@ class SuctionGripper(Gripper):
     def check_parameters(cls, table: TomlTable) -> None:
         """Check the parameters, assuming that the model has a cup."""
         read_parameters(table, built=False)
-
-    def _build_observables(self) -> SuctionGripperObservables:
-        return SuctionGripperObservables(self)
 
     @property
     def max_force(self) -> float:
@@ -123,13 +103,6 @@ class SuctionGripper(Gripper):
             self.open()
 
     # Measurements
-
-    @property
-    def moving(self) -> bool:
-        """Whether a command is still being executed."""
-        if self.state == OPEN:
-            return self._force > 0.0
-        return self.state != LOST and not self.steady
 
     @property
     def is_open(self) -> bool:

@@ -32,14 +32,9 @@ def ring(radius: float) -> np.ndarray:
 def seals(
     model: mujoco.MjModel, data: mujoco.MjData, site: int, radius: float, geoms: Sequence[int]
 ) -> bool:
-    """Return whether geoms cover the whole lip.
+    """Return whether geoms cover the whole lip of a radius [m].
 
-    Args:
-        model: The compiled model.
-        data: Its data.
-        site: Id of the tool's site: the centre of the lip, with the cup's axis as its z axis.
-        radius: Radius of the lip [m].
-        geoms: Ids of the geoms.
+    The tool's site is its centre, with the cup's axis as z axis.
     """
     R = data.site_xmat[site].reshape(3, 3)
     axis = R[:, 2].copy()

@@ -9,12 +9,6 @@ import pinocchio as pin
 from bt_manip.robots import GripperDescription
 from bt_manip.toml import Key, TomlTable, documented, read_part
 
-DEFAULT_LENGTH = 0.05
-"""Default length of a built cup with its stem [m]."""
-
-MIN_DIAMETER = 0.005
-"""Exclusive minimum of the diameter [m]."""
-
 
 @documented
 @dataclass(frozen=True)
@@ -23,7 +17,7 @@ class SuctionParameters:
 
     diameter: Annotated[
         float | None,
-        Key("Diameter of the lip; by default measured on the model", "m", above=MIN_DIAMETER),
+        Key("Diameter of the lip; by default measured on the model", "m", above=0.005),
     ] = None
     pressure: Annotated[
         float | None,
@@ -34,9 +28,7 @@ class SuctionParameters:
             above=0.0,
         ),
     ] = None
-    length: Annotated[float, Key("Length of a built cup with its stem", "m", above=0.0)] = (
-        DEFAULT_LENGTH
-    )
+    length: Annotated[float, Key("Length of a built cup with its stem", "m", above=0.0)] = 0.05
     actuator: Annotated[
         str | None, Key("Name of the adhesion actuator, if the model has several")
     ] = None

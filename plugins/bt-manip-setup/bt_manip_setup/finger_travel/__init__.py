@@ -1,4 +1,4 @@
-"""Fingers of grippers: found in a model, and measured for a robot's description.
+"""Fingers of grippers: found in a model, and measured for a robot's description."""
 
 Each name is imported on first use.
 """

@@ -1,13 +1,16 @@
 """Quasi-static simulation of a gripper's mechanism over the range of its joints, without load."""
 
 import copy
-from collections.abc import Iterable, Sequence
-from itertools import pairwise
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import NamedTuple
 
 import mujoco
 import numpy as np
 import pinocchio as pin
+
+from bt_manip.collision import moved_bodies
+from bt_manip.robots import RobotError
 
 _SLIDE, _HINGE = int(mujoco.mjtJoint.mjJNT_SLIDE), int(mujoco.mjtJoint.mjJNT_HINGE)
 STOPS = 17  # simulated positions of a joint over its range
@@ -58,6 +61,7 @@ class FingerBench:
         arm_joints: Full names of the arm's joints, from the base to the tool.
         joints: Ids of the moving joints: the hinges and slides beyond the arm's last link.
         body: Id of the arm's last link.
+        bodies: Ids of this link and of all bodies beyond it.
         frictionloss: Dry friction of the degrees of freedom of the model itself.  # (nv,)
     """
 
@@ -72,24 +76,20 @@ class FingerBench:
         model.dof_frictionloss[:] = 0.0
         arm = [int(model.joint(name).id) for name in arm_joints]
         self.body = int(model.jnt_bodyid[arm[-1]])
+        self.bodies = np.flatnonzero(moved_bodies(model, model.jnt_dofadr[arm[-1:]])).tolist()
         self.joints = [
             j
             for j in range(model.njnt)
             if j not in arm
             and int(model.jnt_type[j]) in (_SLIDE, _HINGE)
-            and self.body in ancestors(model, int(model.jnt_bodyid[j]))
+            and int(model.jnt_bodyid[j]) in self.bodies
         ]
         frozen = np.delete(np.arange(model.nv), model.jnt_dofadr[self.joints])
         model.dof_armature[frozen] += _HEAVY
         self._stepped = model
 
     def sweep(self, joint: int, held: Iterable[int] = ()) -> Sweep:
-        """Move a joint from its lower to its upper limit.
-
-        Args:
-            joint: Id of the joint.
-            held: Ids of joints that are kept at their positions.
-        """
+        """Move a joint from its lower to its upper limit, while others are held."""
         model, data = self.model, mujoco.MjData(self.model)
         driven = [joint, *held]
         targets = data.qpos[model.jnt_qposadr[driven]].copy()
@@ -161,9 +161,6 @@ class FingerBench:
     def motor_of(self, joints: Sequence[int]) -> tuple[str, str] | None:
         """Return the joint or tendon of the coupled joints' actuator; None if they are independent.
 
-        Args:
-            joints: Ids of one or two joints.
-
         Returns:
             ``"joint"`` or ``"tendon"``, and its name; the first joint if there is no actuator.
         """
@@ -192,14 +189,9 @@ class FingerBench:
         model, found = self.model, []
         for actuator in np.flatnonzero(model.actuator_trntype == _ON_TENDON).tolist():
             sites = self._wrapped(int(model.actuator_trnid[actuator, 0]), _SITE)
-            bodies = (int(model.site_bodyid[site]) for site in sites)
-            if any(self.body in ancestors(model, body)[1:] for body in bodies):
+            if {int(model.site_bodyid[site]) for site in sites} & {*self.bodies} - {self.body}:
                 found.append(actuator)
         return found
-
-    def coupled_to(self, body: int) -> set[int]:
-        """Return the joints that move a body."""
-        return set().union(*(self.coupled(joint) for joint in self.chain(body)))
 
     def tendon_joints(self, tendon: int) -> set[int]:
         """Return the joints of a fixed tendon; none for a spatial one and for -1."""
@@ -217,6 +209,15 @@ class FingerBench:
         return {j for j in self.joints if int(self.model.jnt_bodyid[j]) in above}
 
 
+@contextmanager
+def naming(robot: str) -> Iterator[None]:
+    """Let errors in the block begin with the name of a robot."""
+    try:
+        yield
+    except RobotError as error:
+        raise type(error)(f"{robot}: {error}") from error
+
+
 def body_poses(data: mujoco.MjData) -> list[pin.SE3]:
     """Return the pose of every body in the world."""
     return [
@@ -230,13 +231,3 @@ def ancestors(model: mujoco.MjModel, body: int) -> list[int]:
     while found[-1]:
         found.append(int(model.body_parentid[found[-1]]))
     return found
-
-
-def relative_motion(poses: Sequence[pin.SE3], point: np.ndarray) -> np.ndarray:
-    """Sum the displacements of the material points of a body that pass through a point [m].
-
-    Args:
-        poses: Successive poses of the body.
-        point: The point, in the same frame [m].  # (3,)
-    """  # (3,)
-    return np.array(sum(((b * a.inverse()).act(point) - point for a, b in pairwise(poses)), 0.0))

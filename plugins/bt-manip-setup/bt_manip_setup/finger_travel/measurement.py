@@ -3,6 +3,7 @@
 import copy
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from typing import NamedTuple
 
 import mujoco
@@ -15,7 +16,7 @@ from bt_manip.grippers import BodySurface, FingerTravel, TwoFingerParameters, tr
 from bt_manip.robots import Robot, RobotDescription, RobotError, site_pose
 from bt_manip.toml import read_part, write_fields
 
-from .bench import BEHIND, STOPS, FingerBench, Sweep, ancestors, relative_motion
+from .bench import BEHIND, STOPS, FingerBench, Sweep, ancestors, naming
 
 _TENDON = int(mujoco.mjtObj.mjOBJ_TENDON)
 _SLIDE = int(mujoco.mjtJoint.mjJNT_SLIDE)
@@ -49,25 +50,11 @@ def measured(description: RobotDescription) -> RobotDescription:
     gripper = description.gripper
     if gripper is None:
         raise RobotError(f"{description.where} has no gripper")
-    parameters = {key: value for key, value in gripper.parameters.items() if key != "travel"}
-    bare = replace(description, gripper=replace(gripper, parameters=parameters))
-    travel = write_fields(measure_gripper(bare))
-    return replace(bare, gripper=replace(gripper, parameters=parameters | {"travel": travel}))
-
-
-def measure_gripper(description: RobotDescription) -> FingerTravel:
-    """Measure the travel of a described gripper; names of joints are those of its model's file.
-
-    Args:
-        description: The description, without a travel.
-
-    Raises:
-        RobotError: If its gripper has no two fingers, or the model does not fit the description.
-    """
-    assert description.gripper is not None
-    parameters = read_part(TwoFingerParameters, description.gripper.read(description.name))
+    given = {key: value for key, value in gripper.parameters.items() if key != "travel"}
+    gripper = replace(gripper, parameters=given)
+    parameters = read_part(TwoFingerParameters, gripper.read(description.name))
     assert parameters is not None  # otherwise the table raises an error
-    robot, where = Robot(description), f"robot '{description.name}'"
+    robot = Robot(replace(description, gripper=gripper))
     joints, fingers = (
         tuple(robot.find(kind, name).full_identifier for name in names)
         for kind, names in (("joint", parameters.joints), ("body", parameters.fingers))
@@ -76,7 +63,7 @@ def measure_gripper(description: RobotDescription) -> FingerTravel:
     bench = FingerBench(_with_joints(robot.alone, joints, parameters), arm_joints)
     if parameters.motor is None:
         found = bench.motor_of([bench.model.joint(name).id for name in joints])
-        motor = None if found is None else found[1]
+        motor = found and found[1]
     else:
         tendon = robot.gripper_root.find("tendon", escaped_name(parameters.motor))
         motor = (tendon or robot.find("joint", parameters.motor)).full_identifier
@@ -85,19 +72,21 @@ def measure_gripper(description: RobotDescription) -> FingerTravel:
     def local(name: str) -> str:
         return literal_name(name.removeprefix(prefix))
 
-    travel = measure_travel(
-        bench,
-        FingerNames(joints, (fingers[0], fingers[1]), motor),
-        tool_body=site.parent.full_identifier,
-        T_bt=site_pose(robot.alone, site),
-        where=where,
-    )
-    return replace(
+    with naming(f"robot '{description.name}'"):
+        travel = measure_travel(
+            bench,
+            FingerNames(joints, (fingers[0], fingers[1]), motor),
+            tool_body=site.parent.full_identifier,
+            T_bt=site_pose(robot.alone, site),
+        )
+    travel = replace(
         travel,
         motor=None if motor is None else local(motor),
         joints=tuple(map(local, travel.joints)),
         digests=travel_digests(robot, parameters),
     )
+    gripper = replace(gripper, parameters=given | {"travel": write_fields(travel)})
+    return replace(description, gripper=gripper)
 
 
 def _with_joints(
@@ -175,7 +164,7 @@ class _Drive(NamedTuple):
 
 
 def measure_travel(
-    bench: FingerBench, names: FingerNames, *, tool_body: str, T_bt: pin.SE3, where: str
+    bench: FingerBench, names: FingerNames, *, tool_body: str, T_bt: pin.SE3
 ) -> FingerTravel:
     """Measure the travel of two fingers by moving the gripper over its range without load.
 
@@ -184,7 +173,6 @@ def measure_travel(
         names: The gripper's joints, fingers and motor.
         tool_body: Full name of the body that carries the tool.
         T_bt: Pose of the tool in that body; its z axis is the approach direction.
-        where: Name of the robot, for messages.
 
     Raises:
         RobotError: If the joints have no range or do not move the fingers, or an opening does not
@@ -194,8 +182,8 @@ def measure_travel(
     joints = [int(model.joint(name).id) for name in names.joints]
     unlimited = [n for n, j in zip(names.joints, joints, strict=True) if not model.jnt_limited[j]]
     if unlimited:
-        raise RobotError(f"{where}: gripper joints without a range: {', '.join(unlimited)}")
-    if names.motor is None and len(joints) == 2:
+        raise RobotError(f"gripper joints without a range: {', '.join(unlimited)}")
+    if names.motor is None:
         sweeps = [bench.sweep(joints[0], joints[1:]), bench.sweep(joints[1], joints[:1])]
     else:
         sweeps = [bench.sweep(joints[0])] * 2
@@ -203,15 +191,15 @@ def measure_travel(
     for name, joint, sweep in zip(names.fingers, (joints[0], joints[-1]), sweeps, strict=True):
         T_wt = [bodies[int(model.body(tool_body).id)] * T_bt for bodies in sweep.bodies]
         surface = BodySurface(model, int(model.body(name).id))
-        fingers.append(_finger(surface, name, joint, sweep, T_wt, where))
+        fingers.append(_finger(surface, name, joint, sweep, T_wt))
     closing = _closing(fingers)
     measure = _coupled if sweeps[0] is sweeps[1] else _independent
-    drive = measure(bench, fingers, closing, names, where)
+    drive = measure(bench, fingers, closing, names)
     return _travel(bench, names.motor, closing, drive)
 
 
 def _finger(
-    surface: BodySurface, name: str, joint: int, sweep: Sweep, T_wt: list[pin.SE3], where: str
+    surface: BodySurface, name: str, joint: int, sweep: Sweep, T_wt: list[pin.SE3]
 ) -> _Finger:
     """Return a finger in a sweep, given the poses of the tool in the world."""
     poses = [T.inverse() * b[surface.body] for T, b in zip(T_wt, sweep.bodies, strict=True)]
@@ -220,23 +208,26 @@ def _finger(
         return _Finger(joint, sweep, poses, sections)
     heights = np.concatenate([surface.beyond(T, -np.inf) for T in poses])[:, 2]
     if not len(heights):
-        raise RobotError(f"{where}: finger '{name}' has no geom that collides")
+        raise RobotError(f"finger '{name}' has no geom that collides")
     raise RobotError(
-        f"{where}: the tool frame is not between the fingers: along its z axis, '{name}' is "
+        f"the tool frame is not between the fingers: along its z axis, '{name}' is "
         f"{-1e3 * heights.max():.1f} mm behind it"
     )
 
 
 def _closing(fingers: Sequence[_Finger]) -> np.ndarray:
     """Return the direction from the second to the first finger along their relative motion."""
-    first, second = (relative_motion(finger.poses, np.zeros(3))[:2] for finger in fingers)
+    first, second = (_motion_at_tool(finger.poses) for finger in fingers)
     axis = first + np.sign(first @ second) * second
-    length = float(np.linalg.norm(axis))
-    if length == 0.0:
-        return np.array([1.0, 0.0, 0.0])
+    length = float(np.linalg.norm(axis)) or 1.0
     centres = [np.concatenate(finger.sections).mean(axis=0)[:2] for finger in fingers]
     sign = 1.0 if axis @ (centres[0] - centres[1]) > 0.0 else -1.0
     return np.array([*np.round(sign * axis / length, _DIGITS), 0.0]) + 0.0
+
+
+def _motion_at_tool(poses: Sequence[pin.SE3]) -> np.ndarray:
+    """Sum the displacements of a finger's material points that pass through the tool [m]."""
+    return np.sum([(b * a.inverse()).translation[:2] for a, b in pairwise(poses)], axis=0)
 
 
 def _monotonic(travel: np.ndarray) -> np.ndarray:
@@ -244,19 +235,13 @@ def _monotonic(travel: np.ndarray) -> np.ndarray:
     signs = np.sign(np.diff(travel))
     parts = np.split(np.arange(len(signs)), np.flatnonzero(signs[1:] != signs[:-1]) + 1)
     moving = [part for part in parts if abs(signs[part[0]]) == 1.0]
-    if not moving:
-        return np.zeros(1, dtype=int)
-    best = max(moving, key=lambda part: (len(part), -signs[part[0]], part[0]))
+    best = max(moving, key=lambda part: (len(part), -signs[part[0]], part[0]), default=parts[0])
     rows = np.append(best, best[-1] + 1)
     return rows if signs[best[0]] > 0.0 else rows[::-1]
 
 
 def _coupled(
-    bench: FingerBench,
-    fingers: Sequence[_Finger],
-    closing: np.ndarray,
-    names: FingerNames,
-    where: str,
+    bench: FingerBench, fingers: Sequence[_Finger], closing: np.ndarray, names: FingerNames
 ) -> _Drive:
     """Measure fingers with one motor."""
     model, sweep = bench.model, fingers[0].sweep
@@ -264,13 +249,14 @@ def _coupled(
     rows = _monotonic(first - second)
     first, second = first[rows], second[rows]
     opening = first - second
-    _check_opening(opening, names.joints[0], names.fingers, where)
+    _check_opening(opening, names.joints[0], names.fingers)
     q = sweep.qpos[rows][:, model.jnt_qposadr[[finger.joint for finger in fingers]]]
     if np.ptp(q[:, 1]) < _MOVES:
         raise RobotError(
-            f"{where}: one motor moves both fingers, but nothing in the model couples joint "
+            f"one motor moves both fingers, but nothing in the model couples joint "
             f"'{names.joints[1]}' to '{names.joints[0]}'; an equality does, or leave out 'motor'"
         )
+    assert names.motor is not None
     motor = _motor_positions(model, names.motor, sweep)[rows]
     ratios = np.ones(2)
     if np.ptp(motor) > 0.0:
@@ -282,17 +268,15 @@ def _coupled(
     return _Drive(
         opening,
         sweep.qpos[rows],
-        (_fit(q[:, 0], 0.5 * opening, where), _fit(q[:, 1], 0.5 * opening, where)),
+        (_fit(q[:, 0], 0.5 * opening), _fit(q[:, 1], 0.5 * opening)),
         (work, np.zeros(1)),
         ratios,
         (offset if fixed or abs(offset) > _CENTRED else 0.0, slope),
     )
 
 
-def _motor_positions(model: mujoco.MjModel, motor: str | None, sweep: Sweep) -> np.ndarray:
-    """Return the positions of a joint or tendon; zeros for None."""  # (m,)
-    if motor is None:
-        return np.zeros(len(sweep.qpos))
+def _motor_positions(model: mujoco.MjModel, motor: str, sweep: Sweep) -> np.ndarray:
+    """Return the positions of a joint or tendon."""  # (m,)
     tendon = mujoco.mj_name2id(model, _TENDON, motor)
     if tendon >= 0:
         return sweep.tendons[:, tendon]
@@ -300,11 +284,7 @@ def _motor_positions(model: mujoco.MjModel, motor: str | None, sweep: Sweep) -> 
 
 
 def _independent(
-    bench: FingerBench,
-    fingers: Sequence[_Finger],
-    closing: np.ndarray,
-    names: FingerNames,
-    where: str,
+    bench: FingerBench, fingers: Sequence[_Finger], closing: np.ndarray, names: FingerNames
 ) -> _Drive:
     """Measure fingers with one motor each."""
     model = bench.model
@@ -313,7 +293,7 @@ def _independent(
         face = finger.inner_face(sign * closing)
         rows.append(_monotonic(face))
         faces.append(sign * face[rows[-1]])
-        _check_opening(faces[-1], model.joint(finger.joint).name, [name], where)
+        _check_opening(faces[-1], model.joint(finger.joint).name, [name])
         qs.append(finger.sweep.qpos[rows[-1], model.jnt_qposadr[finger.joint]])
         holding.append(_spring_work(bench, finger.sweep, rows[-1], qs[-1]))
     first, second = faces
@@ -328,7 +308,7 @@ def _independent(
         lower, upper = np.sort(ends).T
         grid = np.array([lower.max(), upper.min()])
     else:
-        polynomials = [_fit(q, t, where) for q, t in zip(qs, s, strict=True)]
+        polynomials = [_fit(q, t) for q, t in zip(qs, s, strict=True)]
         grid = np.linspace(max(t[0] for t in s), min(t[-1] for t in s), STOPS)
     qpos = np.repeat(fingers[0].sweep.qpos[rows[0][:1]], len(grid), axis=0)
     for finger, row, t, polynomial in zip(fingers, rows, s, polynomials, strict=True):
@@ -389,10 +369,10 @@ def _numbers(values: Iterable[float]) -> tuple[float, ...]:
     return tuple(float(value) + 0.0 for value in values)
 
 
-def _check_opening(opening: np.ndarray, joint: str, fingers: Sequence[str], where: str) -> None:
+def _check_opening(opening: np.ndarray, joint: str, fingers: Sequence[str]) -> None:
     if len(opening) < 4 or np.ptp(opening) < _MIN_TRAVEL:
         raise RobotError(
-            f"{where}: joint '{joint}' does not open and close {' and '.join(fingers)}: over its "
+            f"joint '{joint}' does not open and close {' and '.join(fingers)}: over its "
             f"range, they move by {1e3 * np.ptp(opening):.1f} mm where the tool is"
         )
 
@@ -421,13 +401,13 @@ def _spring_work(bench: FingerBench, sweep: Sweep, rows: np.ndarray, q: np.ndarr
     return _polynomial(q, effort, _ACCURATE_EFFORT * largest)
 
 
-def _fit(q: np.ndarray, s: np.ndarray, where: str) -> np.ndarray:
+def _fit(q: np.ndarray, s: np.ndarray) -> np.ndarray:
     """Fit a polynomial to the travel s(q) of a finger [m]."""
     coefficients = _polynomial(q, s, _ACCURATE)
     residual = float(np.abs(np.polynomial.polynomial.polyval(q, coefficients) - s).max())
     if residual > _RESIDUAL:
         raise RobotError(
-            f"{where}: the travel of a finger is no smooth function of its joint: it differs by "
+            f"the travel of a finger is no smooth function of its joint: it differs by "
             f"{1e3 * residual:.2f} mm from a polynomial of degree {_DEGREES[-1]}"
         )
     return coefficients

@@ -1,6 +1,6 @@
 """Search for the two fingers of a gripper in a compiled model."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import combinations, product
 from typing import NamedTuple
@@ -13,7 +13,7 @@ from bt_manip.cell import literal_name
 from bt_manip.grippers import BodySurface, FingerTravel, collision_geoms_of
 from bt_manip.robots import RobotError, effort_limit
 
-from .bench import BEHIND, STOPS, FingerBench, ancestors, body_poses
+from .bench import BEHIND, STOPS, FingerBench, ancestors, body_poses, naming
 from .measurement import FingerNames, measure_travel
 
 _OPENS = 2e-3  # [m] minimum change of distance of surfaces that open and close
@@ -93,17 +93,18 @@ def find_fingers(
             ``OverlappingHullsError`` where hulls of meshes overlap at every opening.
     """
     bench = FingerBench(mj_model, arm_joints)
-    joints = _independent_joints(bench, where)
-    sequences = _sequences(bench, joints)
-    try:
-        return _measured_fingers(bench, joints, sequences, tool, where)
-    except RobotError as error:
-        overlap = _overlapping(bench, sequences)
-        if not overlap:
-            raise
-        hidden = isinstance(error, OverlappingHullsError)
-        text = f"{where}: the fingers' opening is hidden" if hidden else error
-        raise OverlappingHullsError(f"{text}{overlap}") from None
+    with naming(where):
+        joints = _independent_joints(bench)
+        sequences = _sequences(bench, joints)
+        try:
+            return _measured_fingers(bench, joints, sequences, tool)
+        except RobotError as error:
+            overlap = _overlapping(bench, sequences)
+            if not overlap:
+                raise
+            hidden = isinstance(error, OverlappingHullsError)
+            text = "the fingers' opening is hidden" if hidden else error
+            raise OverlappingHullsError(f"{text}{overlap}") from None
 
 
 def _measured_fingers(
@@ -111,36 +112,34 @@ def _measured_fingers(
     joints: list[int],
     sequences: Sequence[np.ndarray],
     tool: tuple[str, pin.SE3] | None,
-    where: str,
 ) -> FoundFingers:
     """Measure the fingers that some joints move."""
     model = bench.model
-    pads = _find_pads(bench, sequences, where)
-    if len(joints) == 2 and joints[0] not in bench.coupled_to(pads.bodies[0]):
+    pads = _find_pads(bench, sequences)
+    if len(joints) == 2 and not bench.coupled(joints[0]) & bench.chain(pads.bodies[0]):
         joints.reverse()
     motor = bench.motor_of(joints)
+    first, second = (model.body(body).name for body in pads.bodies)
     names = FingerNames(
-        tuple(model.joint(j).name for j in joints),
-        (model.body(pads.bodies[0]).name, model.body(pads.bodies[1]).name),
-        None if motor is None else motor[1],
+        tuple(model.joint(j).name for j in joints), (first, second), motor and motor[1]
     )
     body = _carrier(bench, pads.bodies[0])
     T_bt = _tool(bench, pads, body)
     if tool is not None:
-        T_bt = _given_tool(bench, body, T_bt, tool, where)
+        T_bt = _given_tool(bench, body, T_bt, tool)
     tool_body = model.body(body).name
-    travel = measure_travel(bench, names, tool_body=tool_body, T_bt=T_bt, where=where)
+    travel = measure_travel(bench, names, tool_body=tool_body, T_bt=T_bt)
     geoms = [geom for body in pads.bodies for geom in collision_geoms_of(model, body)]
     has_mesh = int(mujoco.mjtGeom.mjGEOM_MESH) in model.geom_type[geoms]
     if travel.open_width < 0.0 and tool is None and has_mesh:
-        first, second = map(literal_name, names.fingers)
         raise OverlappingHullsError(
-            f"{where}: the collision geometries of '{first}' and '{second}' overlap by "
-            f"{-1e3 * travel.open_width:.1f} mm where they are open: {_AS_HULL}"
+            f"the collision geometries of '{literal_name(first)}' and "
+            f"'{literal_name(second)}' overlap by {-1e3 * travel.open_width:.1f} mm where they are "
+            f"open: {_AS_HULL}"
         )
     if travel.open_width < _OPENS:
         raise RobotError(
-            f"{where}: the tool frame is not between the fingers: they open to "
+            f"the tool frame is not between the fingers: they open to "
             f"{1e3 * travel.open_width:.0f} mm there (--tool-frame)"
         )
     moved = [("joint", name) for name in names.joints] if motor is None else [motor]
@@ -179,11 +178,11 @@ class _Pads(NamedTuple):
     normal: np.ndarray
 
 
-def _independent_joints(bench: FingerBench, where: str) -> list[int]:
+def _independent_joints(bench: FingerBench) -> list[int]:
     """Return one joint of each actuated group of coupled joints."""
     model, left, last = bench.model, list(bench.joints), bench.arm_joints[-1]
     if not left:
-        raise RobotError(f"{where} has no joints beyond the arm's last one, '{last}'")
+        raise RobotError(f"there are no joints beyond the arm's last one, '{last}'")
     groups = []
     while left:
         groups.append(bench.coupled(left[0]))
@@ -198,17 +197,17 @@ def _independent_joints(bench: FingerBench, where: str) -> list[int]:
     pulled = bench.pulling_actuators()
     if len(pulled) > _MOST_PULLED:
         raise RobotError(
-            f"{where}: {len(pulled)} actuators pull on tendons beyond '{last}'; a two-finger "
+            f"{len(pulled)} actuators pull on tendons beyond '{last}'; a two-finger "
             f"gripper has at most {_MOST_PULLED}"
         )
     if len(found) > 2:
         raise RobotError(
-            f"{where}: {len(found)} joints beyond '{last}' move independently: {names}; "
+            f"{len(found)} joints beyond '{last}' move independently: {names}; "
             "a two-finger gripper has one or two"
         )
     if not limited:
         raise RobotError(
-            f"{where}: gripper joints without a range: {names}; give them one in the model "
+            f"gripper joints without a range: {names}; give them one in the model "
             "(MJCF: range, URDF: <limit>)"
         )
     return found
@@ -217,14 +216,9 @@ def _independent_joints(bench: FingerBench, where: str) -> list[int]:
 def _opening_joints(bench: FingerBench, joints: Sequence[int]) -> list[int]:
     """Return the joints that move surfaces towards others; others only decorate the gripper."""
     model, opened = bench.model, []
-    bodies = [b for b in range(model.nbody) if bench.body in ancestors(model, b)]
     for joint in joints:
-        moved = {b for b in bodies if bench.chain(b) & bench.coupled(joint)}
-        geoms = [
-            pair
-            for a, b in product(moved, set(bodies) - moved)
-            for pair in product(collision_geoms_of(model, a), collision_geoms_of(model, b))
-        ]
+        moved = {b for b in bench.bodies if bench.chain(b) & bench.coupled(joint)}
+        geoms = _geom_pairs(model, product(moved, set(bench.bodies) - moved))
         qpos = bench.sweep(joint, [j for j in joints if j != joint]).qpos
         distances = _distances(model, qpos, geoms)
         opened.append(float(np.ptp(distances, axis=0).max()) if geoms else 0.0)
@@ -233,44 +227,35 @@ def _opening_joints(bench: FingerBench, joints: Sequence[int]) -> list[int]:
 
 def _sequences(bench: FingerBench, joints: Sequence[int]) -> list[np.ndarray]:
     """Return the positions of all joints over the range: both fingers parallel and opposed."""
-    sweeps = []
-    for joint in joints:
-        sweeps.append(bench.sweep(joint, [j for j in joints if j != joint]).qpos)
+    sweeps = [bench.sweep(joint, [j for j in joints if j != joint]).qpos for joint in joints]
     if len(sweeps) == 1:
         return sweeps
     rows = np.linspace(0, [len(sweep) - 1 for sweep in sweeps], STOPS).round().astype(int)
     first, second = sweeps[0][rows[:, 0]], sweeps[1][rows[:, 1]]
     at = bench.model.jnt_qposadr[sorted(bench.coupled(joints[1]))]
-    found = []
-    for order in (1, -1):
-        found.append(first.copy())
-        found[-1][:, at] = second[::order][:, at]
+    found = [first.copy(), first.copy()]
+    found[0][:, at], found[1][:, at] = second[:, at], second[::-1, at]
     return found
 
 
-def _find_pads(bench: FingerBench, sequences: Sequence[np.ndarray], where: str) -> _Pads:
+def _find_pads(bench: FingerBench, sequences: Sequence[np.ndarray]) -> _Pads:
     """Find the surfaces that are far apart when open and meet when closed."""
     model = bench.model
-    bodies = [b for b in range(model.nbody) if bench.body in ancestors(model, b)]
-    moving = [b for b in bodies if bench.chain(b)]
-    fixed = [b for b in bodies if b not in moving]
+    moving = [b for b in bench.bodies if bench.chain(b)]
+    fixed = [b for b in bench.bodies if b not in moving]
     for pairs in (combinations(moving, 2), product(moving, fixed)):
-        geoms = [
-            pair
-            for a, b in pairs
-            for pair in product(collision_geoms_of(model, a), collision_geoms_of(model, b))
-        ]
+        geoms = _geom_pairs(model, pairs)
         if not geoms:
             continue
         measured = [(sequence, _distances(model, sequence, geoms)) for sequence in sequences]
         sequence, distances = max(measured, key=lambda one: _opening(one[1]).max())
         if _opening(distances).max() > _OPENS:
             return _pads_of(bench, sequence, distances, geoms)
-    bare = [literal_name(model.body(b).name) for b in bodies if not collision_geoms_of(model, b)]
-    names = ", ".join(map(repr, bare))
+    bare = [b for b in bench.bodies if not collision_geoms_of(model, b)]
+    names = ", ".join(repr(literal_name(model.body(b).name)) for b in bare)
     lacking = f"; give a collision geometry to the bodies without one: {names}" if bare else ""
     raise RobotError(
-        f"{where}: no two surfaces beyond the arm's last joint open and close by more than "
+        f"no two surfaces beyond the arm's last joint open and close by more than "
         f"{1e3 * _OPENS:.0f} mm{lacking}"
     )
 
@@ -278,13 +263,8 @@ def _find_pads(bench: FingerBench, sequences: Sequence[np.ndarray], where: str) 
 def _overlapping(bench: FingerBench, sequences: Sequence[np.ndarray]) -> str:
     """Explain that a mesh overlaps another body at every opening; empty if none does."""
     model, mesh = bench.model, int(mujoco.mjtGeom.mjGEOM_MESH)
-    bodies = [b for b in range(model.nbody) if bench.body in ancestors(model, b)]
-    geoms = [
-        pair
-        for a, b in combinations(bodies, 2)
-        for pair in product(collision_geoms_of(model, a), collision_geoms_of(model, b))
-        if bench.chain(a) != bench.chain(b) and mesh in model.geom_type[list(pair)]
-    ]
+    moved = [(a, b) for a, b in combinations(bench.bodies, 2) if bench.chain(a) != bench.chain(b)]
+    geoms = [pair for pair in _geom_pairs(model, moved) if mesh in model.geom_type[list(pair)]]
     for sequence in sequences if geoms else ():
         for pair in np.flatnonzero((_distances(model, sequence, geoms) <= 0.0).all(axis=0)):
             first, second = (
@@ -298,15 +278,23 @@ def _overlapping(bench: FingerBench, sequences: Sequence[np.ndarray]) -> str:
     return ""
 
 
+def _geom_pairs(model: mujoco.MjModel, bodies: Iterable[tuple[int, int]]) -> list[tuple[int, int]]:
+    """Return the pairs of collision geoms of pairs of bodies."""
+    return [
+        pair
+        for a, b in bodies
+        for pair in product(collision_geoms_of(model, a), collision_geoms_of(model, b))
+    ]
+
+
 def _distances(
     model: mujoco.MjModel, sequence: np.ndarray, geoms: Sequence[tuple[int, int]]
 ) -> np.ndarray:
     """Return the distances of pairs of geoms at positions of all joints [m]."""  # (m, len(geoms))
-    rows = []
-    for data in (_posed(model, qpos) for qpos in sequence):
-        rows.append(
-            [mujoco.mj_geomDistance(model, data, *g, _MAX_GEOM_DISTANCE, None) for g in geoms]
-        )
+    rows = [
+        [mujoco.mj_geomDistance(model, data, *pair, _MAX_GEOM_DISTANCE, None) for pair in geoms]
+        for data in (_posed(model, qpos) for qpos in sequence)
+    ]
     return np.array(rows)
 
 
@@ -327,14 +315,7 @@ def _pads_of(
     distances: np.ndarray,
     geoms: Sequence[tuple[int, int]],
 ) -> _Pads:
-    """Return the pads among pairs of geoms.
-
-    Args:
-        bench: The model.
-        sequence: Positions of all joints.  # (m, nq)
-        distances: Distances of the pairs at these [m].  # (m, len(geoms))
-        geoms: Pairs of geoms.
-    """
+    """Return the pads among pairs of geoms, by their distances at positions of all joints."""
     model, opens = bench.model, _opening(distances)
     wide = opens > _WIDE * opens.max()
     bodies = model.geom_bodyid[np.array(geoms)]
@@ -364,19 +345,13 @@ def _first_to_meet(bench: FingerBench, distances: np.ndarray, bodies: np.ndarray
     """Return the pair of geoms that close on an object: the first to meet, of the same kind.
 
     Bodies of one kind are as deep in the tree, on as many joints, with as many geoms: two pads, not
-    a pad and the link that carries the other one.
-
-    Args:
-        bench: The model.
-        distances: Distances of the pairs from open to closed, inf for those that are no pads [m].
-            # (m, n)
-        bodies: Bodies of each pair.  # (n, 2)
+    a pad and the link that carries the other one. The distances are from open to closed, inf for
+    pairs that are no pads.
     """
 
     def kind(body: int) -> tuple[int, int, int]:
-        model = bench.model
-        count = len(collision_geoms_of(model, body))
-        return len(ancestors(model, body)), len(bench.chain(body)), count
+        geoms = collision_geoms_of(bench.model, body)
+        return len(ancestors(bench.model, body)), len(bench.chain(body)), len(geoms)
 
     row = max(np.flatnonzero(distances.min(axis=1) > _APART), default=0)
     near = np.flatnonzero(distances[row] < distances[row].min() + _MEETS)
@@ -386,8 +361,7 @@ def _first_to_meet(bench: FingerBench, distances: np.ndarray, bodies: np.ndarray
 
 def _carrier(bench: FingerBench, finger: int) -> int:
     """Return the body that carries the mechanism of a finger."""
-    joints = bench.chain(finger)
-    first = min(int(bench.model.jnt_bodyid[j]) for j in joints)
+    first = min(int(bench.model.jnt_bodyid[j]) for j in bench.chain(finger))
     return int(bench.model.body_parentid[first])
 
 
@@ -438,16 +412,14 @@ def _section(surface: BodySurface, T_tb: pin.SE3, height: float) -> np.ndarray:
     return np.concatenate([part[part[:, 2] <= height + BEHIND], rest[cut]])
 
 
-def _given_tool(
-    bench: FingerBench, body: int, T_bt: pin.SE3, tool: tuple[str, pin.SE3], where: str
-) -> pin.SE3:
+def _given_tool(bench: FingerBench, body: int, T_bt: pin.SE3, tool: tuple[str, pin.SE3]) -> pin.SE3:
     """Return the pose of a given tool frame in the frame of the gripper's base."""
     model, (name, T) = bench.model, tool
     own = int(model.body(name).id)
     if model.body_weldid[own] != model.body_weldid[body]:
         carrier = literal_name(model.body(body).name)
         raise RobotError(
-            f"{where}: the tool frame moves with '{literal_name(name)}'; it has to be fixed to the "
+            f"the tool frame moves with '{literal_name(name)}'; it has to be fixed to the "
             f"body that carries the fingers, '{carrier}'"
         )
     T_wb = body_poses(_posed(model, model.qpos0))

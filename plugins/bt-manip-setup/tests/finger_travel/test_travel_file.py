@@ -5,12 +5,10 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
 
 from bt_manip.grippers import TwoFingerGripper, two_finger_gripper
 from bt_manip.robots import Robot, RobotError, panda, read_description
 from bt_manip_setup.finger_travel import TRAVEL_NOTE, measured, write_travel
-from bt_manip_setup.finger_travel.command import measure
 
 from .mechanisms import model_of
 
@@ -92,10 +90,9 @@ def test_a_description_in_python_names_the_file_to_write(file, tmp_path):
     Robot(described, gripper=TwoFingerGripper)
 
 
-def test_the_command_writes_and_says_what_it_measured(file):
-    result = CliRunner().invoke(measure, [str(file)])
-    assert result.exit_code == 0, result.output
-    assert result.output.endswith(f"wrote {file}: the fingers open from 0 to 83.02 mm\n")
+def test_the_command_writes_and_says_what_it_measured(bt_manip, file):
+    code, out, _ = bt_manip("robot", "measure", file)
+    assert (code, out) == (0, f"wrote {file}: the fingers open from 0 to 83.02 mm\n")
 
 
 def test_the_values_of_the_panda_are_up_to_date():
