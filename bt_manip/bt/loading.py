@@ -88,6 +88,9 @@ def load_tree(
         options: How it is read.
         **changes: Other values for some of the options: ``clock=...``.
 
+    Returns:
+        A tree that can run.
+
     Raises:
         TreeError: If the document has errors; it lists them with file, line and column.
     """
@@ -103,10 +106,18 @@ def parse_tree(
     base: Path | None = None,
     **changes: Any,
 ) -> Tree:
-    """Read a tree from a text, as `load_tree` does from a file.
+    """Read a tree from a text.
 
-    Its problems name `file` in their places; relative includes start at `base`, by default the
-    current folder.
+    Args:
+        text: The document.
+        registry: The behaviours that it may name.
+        options: How it is read.
+        file: The file name in places of problems.
+        base: The folder of relative includes; the current one if none is given.
+        **changes: Other values for some of the options: ``clock=...``.
+
+    Returns:
+        A tree that can run.
 
     Raises:
         TreeError: If the document has errors; it lists them with line and column.

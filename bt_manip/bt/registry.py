@@ -130,7 +130,11 @@ class BehaviourRegistry:
             ) from None
 
     def names(self, *, built_in: bool = True) -> list[str]:
-        """Return all names, sorted, if wanted without the nodes of the language."""
+        """Return all names, sorted.
+
+        Args:
+            built_in: Whether the nodes of the language are among them.
+        """
         return sorted(n for n in self._classes if built_in or n not in self._built_in)
 
     def is_built_in(self, name: str) -> bool:

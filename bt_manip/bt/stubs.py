@@ -60,8 +60,12 @@ class Stubs:
     ) -> BehaviourRegistry:
         """Return a registry in which the nodes that a document uses are declared.
 
-        The document includes its libraries; the models of sub-trees are added to it. Ports that the
-        model of a stub does not declare are warnings.
+        The models of sub-trees are added to the document's.
+
+        Args:
+            document: The document, its libraries included.
+            registry: The behaviours that are known.
+            problems: Takes warnings of ports that the model of a stub does not declare.
 
         Raises:
             TreeError: If a result asked for does not suit the node.

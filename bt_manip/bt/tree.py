@@ -188,7 +188,14 @@ class Tree:
         raise NodeError(node.path, node.registration, text) from TreeError(text)
 
     def tick_exactly_once(self) -> NodeStatus:
-        """Tick the tree once, as `tick` does; wake-ups are ignored."""
+        """Tick the tree once; wake-ups are ignored.
+
+        Returns:
+            The status of the root; when it has completed, the root is idle afterwards.
+
+        Raises:
+            NodeError: If a node raised an exception.
+        """
         self._runtime.fire_timers()
         status = self._root.execute()
         if status is SUCCESS or status is FAILURE:
@@ -294,10 +301,14 @@ class Tree:
     # ------------------------------------------------------------------ replacing
 
     def replace(self, other: "Tree") -> None:
-        """Become a tree that has not run: running nodes are halted, blackboard and clock stay.
+        """Become another tree: running nodes are halted, the blackboard and the clock stay.
 
         The entries of every scope that both trees have stay, with those that only the new tree
-        declares added. Observers and infrastructure stay. The new one is not to be used otherwise.
+        declares added. Observers and infrastructure stay.
+
+        Args:
+            other: A tree that was just built and has not run, perhaps set up; it must not be used
+                afterwards.
 
         Raises:
             NodeError: If a node raised an exception while it was halted or set up; this tree is

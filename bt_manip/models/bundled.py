@@ -24,7 +24,11 @@ def bundled_root(kind: str) -> Path:
 
 
 def bundled_path(name: str, kind: str = "models") -> Path:
-    """Return the path of a file in the bundle of a kind, such as ``"panda/panda.xml"``.
+    """Return the path of a bundled file.
+
+    Args:
+        name: Path inside the bundle, such as ``"panda/panda.xml"``.
+        kind: ``"models"`` or ``"trees"``.
 
     Raises:
         BtManipError: If there is no such file, with suggestions.

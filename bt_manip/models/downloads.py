@@ -63,7 +63,9 @@ class ModelCache:
     def addresses(self, everything: bool) -> Iterable[str]:
         """Return the addresses of the cached models.
 
-        With `everything` also known models that would be downloaded, with the suffix ``" *"``.
+        Args:
+            everything: Whether to add known models that would be downloaded, with the suffix ``"
+                *"``.
         """
         raise NotImplementedError
 

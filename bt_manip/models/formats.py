@@ -31,9 +31,11 @@ class ModelFormat:
     find_in: Callable[[Path], Path | None] | None = None
 
     def find(self, path: Path, tag: str) -> Path | None:
-        """Return the file of an existing file or folder; None if it has another format.
+        """Return the file of a path, which may be a folder, or None if it has another format.
 
-        `tag` is the root element of a file that ends in ``.xml``, else empty.
+        Args:
+            path: An existing file or folder.
+            tag: Root element of a file that ends in ``.xml``, else empty.
         """
         if path.is_dir():
             return None if self.find_in is None else self.find_in(path)

@@ -22,9 +22,14 @@ def read_png(path: Path) -> bytes | None:
 
 
 def image_of_obj(mesh: Path, root: Path | None) -> Path | None:
-    """Return the image in the material file of an OBJ (``map_Kd``), if all parts have the same.
+    """Return the image in the material file of an OBJ (``map_Kd``).
 
-    Files outside a given folder are not read.
+    Args:
+        mesh: The OBJ file.
+        root: Folder outside which no file is read, if any.
+
+    Returns:
+        The image; None without one, or if parts have different images.
     """
     images = set()
     for name in _values(mesh, "mtllib"):

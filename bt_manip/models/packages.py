@@ -15,8 +15,12 @@ PACKAGE_VARIABLES = ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH", "GZ_SIM_RESOURCE_P
 def find_package_file(uri: str, near: Path | None = None) -> Path:
     """Return the file of ``package://NAME/PATH`` or ``model://NAME/PATH``.
 
-    Packages are searched in the parent folders of the file `near` that contains the URI, in the
-    folders of the environment variables, and in the current folder.
+    Packages are searched in the parent folders of the referring file, in the folders of the
+    environment variables, and in the current folder.
+
+    Args:
+        uri: The URI.
+        near: The file that contains the URI.
 
     Raises:
         ModelError: If there is no such package, or no such file in it.

@@ -18,6 +18,10 @@ def parameters_of(
     An argument is declared by its annotation, ``fps: Annotated[float, Parameter("Frames per
     second", above=0.0)] = 25.0``, and a field of a dataclass also by its metadata, of any key.
     Otherwise its type is that of its annotation or default.
+
+    Args:
+        declaring: The function or class.
+        keyword_only: Whether to return keyword-only arguments alone.
     """
     try:
         signature = inspect.signature(declaring, eval_str=True)
@@ -46,11 +50,14 @@ def read_words(
 ) -> dict[str, Any]:
     """Return the values of parameters that are given as words ``KEY=VALUE``.
 
-    Truth values are ``true`` or ``false``, ``yes`` or ``no``, 1 or 0.
+    Args:
+        words: The words; truth values are ``true`` or ``false``, ``yes`` or ``no``, 1 or 0.
+        parameters: All parameters that there are, by name.
+        owner: Owner of the parameters, for messages.
+        error: Class of the error.
 
     Raises:
-        BtManipError: Of the type `error`, if a parameter of the `owner` is unknown, given twice, or
-            invalid.
+        BtManipError: If a parameter is unknown, given twice, or invalid.
     """
     values: dict[str, Any] = {}
     for word in words:

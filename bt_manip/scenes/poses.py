@@ -50,7 +50,11 @@ class PoseSource(abc.ABC):
         """
 
     def taken(self, name: str) -> None:
-        """Note that an object was taken away, by its name in the scene."""
+        """Note that an object was taken away.
+
+        Args:
+            name: Its name in the scene.
+        """
         del name
 
 
@@ -95,6 +99,10 @@ class OperatorPoses(PoseSource):
 class ExpectedObjects:
     """The expected objects of a run, added to the cell one after the other.
 
+    Args:
+        cell: The cell.
+        models: Creates the objects.
+
     Attributes:
         source: Source of their poses.
         physics: The cell in which objects that the tree adds appear, to be expected from then on;
@@ -109,7 +117,10 @@ class ExpectedObjects:
         self._made: dict[str, composer.Entity] = {}
 
     def next(self, model: str = "") -> SceneObject:
-        """Return the next unused object of the scene, of a model if one is given; mark it as used.
+        """Return the next unused object of the scene, and mark it as used.
+
+        Args:
+            model: Model of the object; empty for any.
 
         Raises:
             CellError: If there is none left.

@@ -60,7 +60,11 @@ class SceneFile(TomlFile):
 def find_robot(
     robot: str | RobotDescription, robots: Registry[RobotDescription]
 ) -> RobotDescription:
-    """Return the description of a robot by its registered name or the path of its file.
+    """Return the description of a robot.
+
+    Args:
+        robot: A registered name, the path of a description file, or a description.
+        robots: The registered descriptions.
 
     Raises:
         BtManipError: If there is no such robot, or its file is invalid.

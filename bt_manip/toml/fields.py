@@ -145,7 +145,9 @@ def read_part(cls: type[T], table: TomlTable, **defaults: Any) -> T | None:
 def write_fields(value: Any, folder: Path | None = None) -> dict[str, Any]:
     """Return the keys of a dataclass that differ from their defaults, as plain data by table.
 
-    Paths are made relative to a folder, if one is given.
+    Args:
+        value: The dataclass.
+        folder: Folder of the file, to which paths are made relative; None keeps paths.
 
     Raises:
         TypeError: If a value is of another type than its key, with the key.

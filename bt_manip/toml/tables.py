@@ -79,7 +79,10 @@ class PythonSource(NamedTuple):
 class TomlTable:
     """A table of a file, read key by key; `finish` rejects keys that were not read.
 
-    The root table of a file has an empty place.
+    Args:
+        file: Source of the table.
+        entries: Content of the table.
+        place: Path of the table in the file; empty for the root table.
     """
 
     def __init__(
@@ -149,7 +152,11 @@ class TomlTable:
     ) -> tuple[float, ...] | None:
         """Return a list of finite numbers within bounds, or None if missing.
 
-        With `spread` a single number is accepted, too, and repeated if there is a `size`.
+        Args:
+            key: The key.
+            size: Required length; None for any.
+            spread: Whether to accept a single number, repeated if there is a length.
+            bounds: Bounds of each of them.
         """
         value = self._get(key)
         if value is None:
@@ -191,7 +198,12 @@ class TomlTable:
         return quat or (1.0, 0.0, 0.0, 0.0)
 
     def require(self, key: str, what: str) -> bool:
-        """Return whether the table has a required key; reject it with its type if not."""
+        """Return whether the table has a required key, and reject it if not.
+
+        Args:
+            key: The key.
+            what: Its type, for the message.
+        """
         if key not in self._entries:
             self._asked.append(key)
             near = [k for k in self._entries if k not in self._asked]

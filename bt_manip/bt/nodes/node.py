@@ -242,7 +242,12 @@ class Node(PortAccess):
     def set_tick_hooks(
         self, pre_tick: PreTick | None = None, post_tick: PostTick | None = None
     ) -> None:
-        """Set the functions around the tick, as of `Guard`, for debuggers; None removes one."""
+        """Set the functions around the node's tick, for debuggers; None removes one.
+
+        Args:
+            pre_tick: As `Guard.pre_tick`.
+            post_tick: As `Guard.post_tick`.
+        """
         if self._node_guard is None:
             if pre_tick is None and post_tick is None:
                 return

@@ -124,6 +124,9 @@ def tree_to_xml(
         tree_id: The ID of the main tree; by default the tree's own, or ``MainTree``.
         model: Whether to add the models of the behaviours, for Groot2's palette.
 
+    Returns:
+        The document.
+
     Raises:
         TreeError: If nodes have no form in XML; it names all of them. Also if a tree is deeper
             than 256 levels.
