@@ -1,5 +1,7 @@
 """A cabinet with a drawer."""
 
+from dataclasses import replace
+
 import numpy as np
 import pinocchio as pin
 from dm_control import mjcf
@@ -31,7 +33,7 @@ class Drawer(ParametricEntity):
         "resistance": Parameter(
             "Friction of the slide: force that moves the drawer slowly", "N", 5.0, above=0.0
         ),
-        "colour": PrimitiveProp.declared["colour"].with_default((0.72, 0.53, 0.33)),
+        "colour": replace(PrimitiveProp.declared["colour"], default=(0.72, 0.53, 0.33)),
     }
 
     def _make_model(self, name: str) -> None:

@@ -1,6 +1,7 @@
 """A push button."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -35,7 +36,7 @@ class PushButton(ParametricEntity):
     defaults = {
         "travel": Parameter("Travel of the cap", "m", 0.008, above=0.0, at_most=HOUSING),
         "force": Parameter("Force at the end of the travel", "N", 10.0, above=0.0),
-        "colour": PrimitiveProp.declared["colour"].with_default((0.8, 0.1, 0.1)),
+        "colour": replace(PrimitiveProp.declared["colour"], default=(0.8, 0.1, 0.1)),
     }
 
     def _make_model(self, name: str) -> None:
