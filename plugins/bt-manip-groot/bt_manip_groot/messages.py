@@ -42,26 +42,6 @@ def field_of(data: Any, name: str, kind: type[Any], below: int = 0) -> Any:
     return value
 
 
-def pack(value: Any) -> bytes:
-    """Encode a value as MessagePack as the engine does: sorted keys, the shortest exact numbers."""
-    import msgpack
-
-    if isinstance(value, dict):
-        items = sorted(value.items())
-        header: bytes = msgpack.Packer().pack_map_header(len(items))
-        return header + b"".join(pack(key) + pack(item) for key, item in items)
-    if isinstance(value, float):
-        try:
-            single = struct.pack(">f", value)
-        except OverflowError:
-            single = b""
-        if single and struct.unpack(">f", single)[0] == value:
-            return b"\xca" + single
-    if isinstance(value, int) and not -(1 << 63) <= value < 1 << 64:
-        value = str(value)
-    return msgpack.packb(value, unicode_errors="replace")
-
-
 def transition(microseconds: int, uid: int, status: int) -> bytes:
     """Return a change of a status, as Groot2 and its log files encode it."""
     return microseconds.to_bytes(6, "little") + struct.pack("<HB", uid, status)

@@ -19,7 +19,6 @@ from bt_manip_groot.messages import (
     HIGHEST_UID,
     PROTOCOL_VERSION,
     RequestError,
-    pack,
     read_json,
     transition,
 )
@@ -140,21 +139,15 @@ class GrootPublisher(RunView):
     def run_ended(self) -> None:
         """Remove the hooks, and close the sockets unless it stays."""
         if not self._stays:
-            self._stop_answering()
+            self.close()
         self._hooks.clear()
-        self._hooks.apply(self._image.nodes, self._run.interventions)
-        if not self._stays:
-            self._context.destroy()
 
     def close(self) -> None:
         """Stop answering requests, and close the sockets."""
-        self._stop_answering()
-        self._context.destroy()
-
-    def _stop_answering(self) -> None:
         self._closing = True
         if self._thread.is_alive():
             self._thread.join()
+        self._context.destroy()
 
     # The thread of the run
 
@@ -220,28 +213,24 @@ class GrootPublisher(RunView):
         return bound
 
     def _serve(self) -> None:
+        """Answer requests, and tell which breakpoints were reached, until the run ends."""
+        last, number = time.monotonic(), 0
         try:
-            self._serve_until_closing()
+            while not self._closing:
+                if self._replies.poll(POLL):
+                    self._hooks.suspend(False)
+                    self._replies.send_multipart(self._answer(self._request()))
+                    last = time.monotonic()
+                    time.sleep(REST)
+                elif time.monotonic() - last > HEARTBEAT:
+                    self._hooks.suspend(True)
+                while self._hooks.reached:
+                    number += 1
+                    header = PROTOCOL_VERSION + b"N" + struct.pack("<I", number)
+                    uid = str(self._hooks.reached.popleft()).encode()
+                    self._notifications.send_multipart([header, uid])
         finally:
             self._hooks.suspend(True)  # nobody could unlock a breakpoint any more
-
-    def _serve_until_closing(self) -> None:
-        """Answer requests, and tell which breakpoints were reached, until the run ends."""
-        last = time.monotonic()
-        number = 0
-        while not self._closing:
-            if self._replies.poll(POLL):
-                self._hooks.suspend(False)
-                self._replies.send_multipart(self._answer(self._request()))
-                last = time.monotonic()
-                time.sleep(REST)
-            elif time.monotonic() - last > HEARTBEAT:
-                self._hooks.suspend(True)
-            while self._hooks.reached:
-                number += 1
-                header = PROTOCOL_VERSION + b"N" + struct.pack("<I", number)
-                uid = str(self._hooks.reached.popleft()).encode()
-                self._notifications.send_multipart([header, uid])
 
     def _request(self) -> list[bytes]:
         """Receive a request; of more than three parts the rest is dropped."""
@@ -309,7 +298,10 @@ class GrootPublisher(RunView):
                 found[name] = self._values.get(path) or None
                 if path:
                     found["ROOT"] = self._values.get("") or None
-        return pack(found or None)
+        import msgpack
+
+        packed: bytes = msgpack.packb(found or None, default=str, unicode_errors="replace")
+        return packed
 
     def _toggle_recording(self, command: bytes) -> bytes | None:
         if command == b"start":

@@ -38,6 +38,8 @@ def decoded(request, parts):
     elif kind == b"t":
         assert len(body[0]) % 9 == 0
         body = [[struct.unpack("<HB", body[0][i + 6 : i + 9]) for i in range(0, len(body[0]), 9)]]
+    elif kind == b"B":
+        body = [msgpack.unpackb(body[0])]
     elif kind == b"D":
         body = [json.loads(body[0])]
     elif kind == b"r" and body:
