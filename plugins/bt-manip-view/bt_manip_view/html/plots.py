@@ -102,10 +102,10 @@ class Plots:
         options = {"height": 220, "min_border_left": LABEL_WIDTH, **options}
         plot = self._figure(y_axis_label=unit, **options)
         for i, name in enumerate(names):
-            x, y = thin(t, columns[:, i])
+            x, y = thin(np.column_stack([t, columns[:, i]])).T.astype(np.float32)
             plot.line(
-                x.astype(np.float32), y.astype(np.float32), color=PALETTE[i % len(PALETTE)],
-                line_width=1.5, legend_label=plain_text(name), name=plain_text(name),
+                x, y, color=PALETTE[i % len(PALETTE)], line_width=1.5,
+                legend_label=plain_text(name), name=plain_text(name),
             )  # fmt: skip
         plot.legend.click_policy = "hide"
         plot.legend.label_text_font_size = "12px"

@@ -14,7 +14,7 @@ from bt_manip_recording import RecordedRun, Recording
 from .markup import html_list, html_page, html_rows, html_section, html_tiles
 from .plots import LABEL_WIDTH, LONGEST_REASON, ROW_HEIGHT, BarRow, Plots
 from .replay import replay_html
-from .thinning import LINE_SAMPLES
+from .thinning import SAMPLES
 
 SHOWN_REASONS = 50
 """Largest number of listed failure reasons, most frequent first."""
@@ -199,8 +199,8 @@ def _resolution(run: RecordedRun, rate: float, gap: float) -> str:
     """Return how the data were downsampled to keep the file small."""
     steps = max((len(robot.t) for robot in run.robots.values()), default=0)
     parts = [f"The replay has {rate:.3g} poses per second."]
-    if steps > LINE_SAMPLES:
-        each = 2 * steps / LINE_SAMPLES * run.recording.identity["time_step_s"]
+    if steps > SAMPLES:
+        each = 2 * steps / SAMPLES * run.recording.identity["time_step_s"]
         parts.append(
             f"Downsampled: lines show the smallest and largest value of each {each * 1e3:.3g} ms."
         )

@@ -6,29 +6,29 @@ import numpy as np
 
 from bt_manip.record import Interval
 
-LINE_SAMPLES = 4000
-"""Samples of a line that are kept: several per pixel of a wide screen."""
+SAMPLES = 4000
+"""Samples of a plot that are kept: several per pixel of a wide screen."""
 
 BARS = 4000
 """Bars of a timeline that are kept."""
 
 
-def thin(t: np.ndarray, values: np.ndarray, samples: int = LINE_SAMPLES) -> tuple[np.ndarray, ...]:
-    """Downsample a line to the smallest and the largest sample of equal sections.
+def thin(rows: np.ndarray, samples: int = SAMPLES) -> np.ndarray:
+    """Downsample lines to the samples with the smallest and largest values of equal sections.
 
     Peaks keep their values and times.
 
     Args:
-        t: Times [s].  # (n,)
-        values: Values at these times.  # (n,)
-        samples: Largest number of samples to return.
+        rows: Times [s], then the values of each line.  # (n, 1 + k)
+        samples: Largest number of rows to return.
     """
-    if len(t) <= samples:
-        return t, values
-    sections = np.array_split(np.arange(len(t)), samples // 2)
-    kept = [part[[values[part].argmin(), values[part].argmax()]] for part in sections]
-    indices = np.unique(kept)
-    return t[indices], values[indices]
+    if len(rows) <= samples:
+        return rows
+    lines = max(rows.shape[1] - 1, 1)
+    sections = np.array_split(np.nan_to_num(rows[:, 1:]), samples // (2 * lines))
+    starts = np.cumsum([0, *map(len, sections[:-1])])
+    extremes = [np.stack([one.argmin(axis=0), one.argmax(axis=0)]) for one in sections]
+    return rows[np.unique([start + at for start, at in zip(starts, extremes, strict=True)])]
 
 
 def merge(rows: Iterable[list[Interval]], bars: int = BARS) -> tuple[list[list[Interval]], float]:

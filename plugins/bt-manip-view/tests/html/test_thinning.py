@@ -7,19 +7,21 @@ from bt_manip_view.html.thinning import merge, thin
 
 
 def test_a_short_line_stays_as_it_is():
-    t = np.arange(100.0)
-    np.testing.assert_array_equal(thin(t, t**2, 100), (t, t**2))
+    rows = np.arange(200.0).reshape(100, 2)
+    np.testing.assert_array_equal(thin(rows, 100), rows)
 
 
-def test_a_peak_of_a_single_step_survives_with_its_time():
+def test_peaks_of_a_single_step_survive_with_their_times():
     t = np.arange(60_000) / 1e3
-    values = 1e-4 * np.sin(t)
-    values[34_567], values[45_678] = 1.0, -2.0
-    thinned_t, thinned = thin(t, values, 400)
-    assert len(thinned) <= 400
-    assert (np.diff(thinned_t) > 0.0).all()
-    assert (thinned.max(), thinned_t[thinned.argmax()]) == (1.0, t[34_567])
-    assert (thinned.min(), thinned_t[thinned.argmin()]) == (-2.0, t[45_678])
+    rows = np.column_stack([t, 1e-4 * np.sin(t), np.full(60_000, np.nan)])
+    rows[34_567, 1:], rows[45_678, 1] = (1.0, -2.0), -2.0
+    kept = thin(rows, 400)
+    assert len(kept) <= 400
+    assert (np.diff(kept[:, 0]) > 0.0).all()
+    times, first, second = kept.T
+    assert (first.max(), times[first.argmax()]) == (1.0, t[34_567])
+    assert (first.min(), times[first.argmin()]) == (-2.0, t[45_678])
+    assert times[second == -2.0] == t[34_567]
 
 
 def test_few_intervals_stay_as_they_are():
