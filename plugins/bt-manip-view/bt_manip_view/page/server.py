@@ -146,7 +146,7 @@ def _checked_connections(site: Site | None) -> Iterator[None]:
             headers = request.headers
             asked = headers.get_all("Sec-WebSocket-Protocol")
             if is_local(headers) and site is not None and "Upgrade" not in headers:
-                return site.response(request.path, "gzip" in headers.get("Accept-Encoding", ""))
+                return site.response(request.path)
             if is_local(headers) and len(asked) == 1 and asked[0] in protocols:
                 return process_request(connection, request)
             connection.transport.abort()
