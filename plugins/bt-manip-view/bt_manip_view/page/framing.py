@@ -2,7 +2,6 @@
 
 import time
 from collections import deque
-from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -76,11 +75,6 @@ class Framing:
         self._own.append(np.array(first.position))  # viser may move a new client there, late
         self._bring_back(self._points)
 
-    def forget(self, bodies: Iterable[str]) -> None:
-        """Frame some bodies no longer: they are not in the scene now."""
-        for body in bodies:
-            self._corners.pop(body, None)
-
     def update(self, source: SceneSource) -> None:
         """Move back cameras whose image some arm or object has left, at most once a second.
 
@@ -97,13 +91,12 @@ class Framing:
 
     def _now(self, source: SceneSource) -> np.ndarray:
         """Return the present corners of all boxes in the world [m]."""  # (n, 3)
-        poses = dict(zip(source.frames, source.poses(), strict=True))
         found = [
-            rotated(poses[body][3:], corners) + poses[body][:3]
-            for body, corners in self._corners.items()
-            if body in poses
+            rotated(pose[3:], self._corners[body]) + pose[:3]
+            for body, pose in zip(source.frames, source.poses(), strict=True)
+            if body in self._corners and np.isfinite(pose).all()  # it is in the scene now
         ]
-        return np.concatenate(found) if found else np.empty((0, 3))
+        return np.concatenate([np.empty((0, 3)), *found])
 
     def _placed(self, aspect: float) -> tuple[np.ndarray, np.ndarray]:
         """Return the nearest position that shows all points, and the point to look at [m].

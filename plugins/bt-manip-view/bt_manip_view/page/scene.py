@@ -143,7 +143,6 @@ class SceneView:
     def _remove(self, name: str) -> None:
         if self._shown.pop(name, None) is not None:
             self._nodes.pop(name).remove()
-            self._framing.forget(self._frames[name])
             del self._frames[name], self._digests[name], self._shapes[name], self._meshes[name]
             self._clickable.discard(name)
 

@@ -13,7 +13,7 @@ from .gui import Gui
 from .panel import Panel
 from .plot_panel import PLOT_SAMPLES
 from .scene import SceneView
-from .server import HOST, close_server, open_server, processor_time
+from .server import HOST, close_server, open_server
 from .site import Site
 from .viser_internals import connections
 
@@ -24,7 +24,7 @@ PANEL_PERIOD = 1.0 / 10.0
 """Wall time between two updates of panels [s]."""
 
 UPDATE_SHARE = 0.04
-"""Largest share of wall time for updates; with more browsers, updates are rarer."""
+"""Largest share of wall time for updates; where they take long, they are rarer."""
 
 LONGEST_PERIOD = 2.0
 """Longest wall time between two updates [s]."""
@@ -75,7 +75,7 @@ class ScenePage:
         self._entities: Mapping[str, Any] = {}  # that the scene shows of the past
         for name, make in panels.items():
             self._add_panel(name, make)
-        self._next = self._next_panels = self._served = 0.0
+        self._next = self._next_panels = 0.0
 
     def close(self) -> None:
         """Stop the server."""
@@ -120,8 +120,7 @@ class ScenePage:
                 for panel in self._panels:
                     panel.draw()
                 self._publish()
-        served, self._served = self._served, processor_time(self.server)
-        used = time.thread_time() - start + self._served - served
+        used = time.thread_time() - start
         self._next = time_now + max(POSE_PERIOD, min(used / UPDATE_SHARE, LONGEST_PERIOD))
 
     # For subclasses

@@ -7,7 +7,6 @@ import io
 import logging
 import math
 import threading
-import time
 import warnings
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -18,13 +17,7 @@ import viser
 import websockets.asyncio.server
 
 from .site import PROTOCOL, Site
-from .viser_internals import (
-    check_message,
-    connections,
-    ignore_unused_messages,
-    protocol,
-    thread_of,
-)
+from .viser_internals import check_message, connections, ignore_unused_messages, protocol
 
 HOST = "127.0.0.1"
 """The only address on which the page is served."""
@@ -71,15 +64,6 @@ def open_server(port: int = PORT, site: Site | None = None) -> viser.ViserServer
     # Valid messages that fail would print a traceback.
     server.get_event_loop().set_exception_handler(lambda loop, context: None)
     return server
-
-
-def processor_time(server: viser.ViserServer) -> float:
-    """Return the processor time of the server's thread [s]; 0 if it cannot be measured."""
-    thread = thread_of(server)
-    measurable = hasattr(time, "pthread_getcpuclockid")
-    if thread is None or thread.ident is None or not thread.is_alive() or not measurable:
-        return 0.0
-    return time.clock_gettime(time.pthread_getcpuclockid(thread.ident))
 
 
 def close_server(server: viser.ViserServer) -> None:

@@ -3,7 +3,6 @@
 Dependencies pin the minor version of viser; a test names the version that this was checked against.
 """
 
-import threading
 from collections.abc import Collection
 from pathlib import Path
 from typing import Any
@@ -37,11 +36,6 @@ def ignore_unused_messages(server: viser.ViserServer) -> None:
     """Let the `UNUSED` messages have no effect."""
     for kind in UNUSED:
         server._websock_server.unregister_handler(kind)
-
-
-def thread_of(server: viser.ViserServer) -> threading.Thread | None:
-    """Return the thread that serves."""
-    return server._websock_server._server_thread
 
 
 def connections(server: viser.ViserServer) -> Collection[Any]:
