@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from bt_manip_recording import RecordedScene, Recording, running_leaves
+from bt_manip_view.page.framing import view_axes
 from bt_manip_view.page.scene import SceneView
 from bt_manip_view.page.server import close_server, open_server
 
@@ -52,7 +53,5 @@ def replay_html(recording: Recording) -> tuple[str, float, float]:
 
 def _top(camera: Any) -> np.ndarray:
     """Return the point at the top of a camera's image, at the depth of its centre [m]."""
-    forward = np.subtract(camera.look_at, camera.position)
-    right = np.cross(forward, (1e-6, 0.0, 1.0))  # not zero where the camera looks straight down
-    up = np.cross(right, forward) / np.linalg.norm(right)
+    up = view_axes(np.subtract(camera.look_at, camera.position))[:, 1]
     return camera.look_at + LABEL_HEIGHT * np.tan(camera.fov / 2.0) * up

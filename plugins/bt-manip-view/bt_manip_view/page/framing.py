@@ -2,9 +2,11 @@
 
 import time
 from collections import deque
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+import pinocchio as pin
 import trimesh
 
 from bt_manip.cell import OVERVIEW, WORLD
@@ -183,27 +185,23 @@ def _line_of_sight(source: SceneSource) -> tuple[np.ndarray, float]:
         if camera.name == OVERVIEW:
             pose = source.poses()[list(source.frames).index(camera.frame)]
             forward = rotated(pose[3:], rotated(camera.quat_wxyz, np.array([[0.0, 0.0, -1.0]])))
-            return _axes(forward[0]), float(np.deg2rad(camera.fovy))
+            return view_axes(forward[0]), float(np.deg2rad(camera.fovy))
     azimuth, elevation = np.deg2rad(FREE_CAMERA)
     level = np.cos(elevation)
-    return _axes(
-        np.array([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)])
-    ), float(FOV)
+    forward = np.array([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)])
+    return view_axes(forward), float(FOV)
 
 
-def _axes(forward: np.ndarray) -> np.ndarray:
-    """Return the axes of a camera without roll, as columns."""  # (3, 3)
+def view_axes(forward: np.ndarray) -> np.ndarray:
+    """Return the axes of a camera without roll, as columns; up is as long as forward."""  # (3, 3)
     right = np.cross(forward, UP + (1e-6, 0.0, 0.0))  # not zero when looking straight down
     right /= np.linalg.norm(right)
     return np.column_stack([right, np.cross(right, forward), forward])
 
 
-def rotated(quat_wxyz: np.ndarray, points: np.ndarray) -> np.ndarray:
+def rotated(quat_wxyz: Sequence[float] | np.ndarray, points: np.ndarray) -> np.ndarray:
     """Rotate points by a quaternion."""  # (n, 3)
-    w, axis = quat_wxyz[0], np.broadcast_to(quat_wxyz[1:], points.shape)
-    twice = 2.0 * np.cross(axis, points)
-    rotated: np.ndarray = points + w * twice + np.cross(axis, twice)
-    return rotated
+    return points @ pin.Quaternion(*map(float, quat_wxyz)).matrix().T
 
 
 def _corners(shape: VisualShape) -> np.ndarray:

@@ -3,7 +3,7 @@
 import contextlib
 import time
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any
+from typing import Any, TypeVar
 
 from bt_manip.runner import RunEvent
 
@@ -31,6 +31,8 @@ LONGEST_PERIOD = 2.0
 
 MakePanel = Callable[[Any], Panel]
 """Factory of a panel of a page; see the hook ``register_panels``."""
+
+P = TypeVar("P", bound=Panel)
 
 
 class ScenePage:
@@ -125,16 +127,17 @@ class ScenePage:
 
     # For subclasses
 
-    def _add_panel(self, name: str, make: MakePanel) -> None:
-        """Add a panel in its container."""
+    def _add_panel(self, name: str, make: Callable[[Any], P]) -> P:
+        """Add a panel in its container; return it."""
         container = self._places.get(getattr(make, "place", Panel.place))
         if container is None:
             with self.tabs:
                 container = self.gui.add("tab", label=name.replace("_", " ").capitalize())
         with container:
-            self._panels.append(make(self))
+            self._panels.append(panel := make(self))
         if getattr(make, "needs_run", False) or getattr(make, "whole_run", False):
-            self._present.append(self._panels[-1])
+            self._present.append(panel)
+        return panel
 
     def _show_tree(self, name: str) -> None:
         """Show the name of the running tree, and clear the panels."""

@@ -27,8 +27,8 @@ class SessionPanel(Panel):
 
     Args:
         page: The page.
-        names: The offered trees, scenes and robots, by ``tree``, ``scene``, ``robot``.
-        first: The initial selection.
+        names: The registered trees, scenes and robots, by ``tree``, ``scene``, ``robot``.
+        first: The initial selection, which is offered, too.
         scene_of: Returns the default scene of a tree.
         seed_of: Returns the default seed of a scene.
     """
@@ -52,7 +52,9 @@ class SessionPanel(Panel):
         self._folder = gui.add_folder("")
         with self._folder:
             self._inputs = [
-                gui.add_dropdown(kind.capitalize(), names[kind], initial_value=getattr(first, kind))
+                gui.add_dropdown(
+                    kind.capitalize(), list(dict.fromkeys([getattr(first, kind), *names[kind]]))
+                )
                 for kind in ("tree", "scene", "robot")
             ]
             self._seed = gui.add_number("Seed", first.seed, low=0, step=1)
