@@ -51,7 +51,6 @@ class Page(ScenePage, RunObserver):
         self._source: CellScene | None = None  # None: the scene has changed
         self._looked: CellScene | None = None  # the last one that the past has
         self._bound: CellScene | None = None  # what the scene shows; None: the past
-        self._wanted: float | None = None  # past time to show [s]
         self._steps: dict[str, Step] = {}  # the last control step of each robot
         self._lines: dict[str, int] = {}  # number in each file of the tree when it was read
         self._sampled = 0  # number of states that the panels have
@@ -69,10 +68,6 @@ class Page(ScenePage, RunObserver):
         while not self.server.get_clients() and time.monotonic() < end and not stop():
             time.sleep(PAUSE_POLL)
         return bool(self.server.get_clients())
-
-    def show_time(self, time: float | None) -> None:
-        """Show a past time of the run in all browsers [s]; None: the present."""
-        self._wanted = time
 
     @property
     def span(self) -> tuple[float, float | None]:

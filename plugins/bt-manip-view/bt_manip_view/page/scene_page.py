@@ -5,8 +5,6 @@ import time
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, TypeVar
 
-from bt_manip.runner import RunEvent
-
 from .controls import Controls
 from .findings import Findings
 from .gui import Gui
@@ -73,6 +71,7 @@ class ScenePage:
             self.controls = make_controls(self.gui)
         self._panels: list[Panel] = [self.controls]
         self._present: list[Panel] = []  # those that do not follow the shown time
+        self._wanted: float | None = None  # past time to show [s]
         self._index = -1  # number of the state that the others show
         self._entities: Mapping[str, Any] = {}  # that the scene shows of the past
         for name, make in panels.items():
@@ -105,7 +104,8 @@ class ScenePage:
         return float(self.past.times[0]), float(self.past.times[-1])
 
     def show_time(self, time: float | None) -> None:
-        """Show another simulated time [s]; None: the present."""
+        """Show another simulated time in all browsers [s]; None: the present."""
+        self._wanted = time
 
     def refresh(self, *, now: bool = False) -> None:
         """Update scene and panels where the last update is old enough, or at once (`now`)."""
@@ -144,11 +144,6 @@ class ScenePage:
         self.controls.task = name.rpartition("/")[2]
         for panel in self._panels:
             panel.reset()
-
-    def handle(self, event: RunEvent) -> None:
-        """Pass an event to the panels."""
-        for panel in self._panels:
-            panel.handle(event)
 
     def _go_to(self, index: int) -> None:
         """Bring the scene, and the panels that follow the shown time, to a state of the past."""
