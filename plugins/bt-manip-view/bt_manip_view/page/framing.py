@@ -2,7 +2,7 @@
 
 import time
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -55,7 +55,9 @@ class Framing:
         server.on_client_connect(self._connected)
         server.on_client_disconnect(lambda client: self._cameras.pop(client.client_id, None))
 
-    def show(self, source: SceneSource, entities: dict[str, dict[str, list[VisualShape]]]) -> None:
+    def show(
+        self, source: SceneSource, entities: Mapping[str, Mapping[str, Sequence[VisualShape]]]
+    ) -> None:
         """Frame all entities of a scene.
 
         Args:

@@ -115,13 +115,13 @@ def test_only_changed_poses_are_sent_when_objects_come_and_go(page, connect):
 
 def test_a_page_that_nobody_has_opened_is_drawn_once_at_the_end(make_run, page, monkeypatch):
     calls = []
-    for name in ("bind", "show"):
+    for name in ("bind", "update"):
         shown = getattr(SceneView, name)
         monkeypatch.setattr(
             SceneView, name, lambda *args, shown=shown, n=name: (calls.append(n), shown(*args))
         )
     make_run(picking(), cycles=2).execute([page])
-    assert calls == ["bind", "show", "show"]  # `bind` shows, too
+    assert calls == ["bind", "update", "update"]  # `bind` updates, too
 
 
 def test_a_page_that_is_opened_during_the_run_shows_what_came_before(make_run, page, connect):
