@@ -245,12 +245,7 @@ class PageView(Page, RunView):
 
 
 def command_of(options: RunOptions, seed: int) -> list[str]:
-    """Return the words of the command that records the run of some options.
-
-    Args:
-        options: The options.
-        seed: Its seed.
-    """
+    """Return the words of the command that records the run of some options with a seed."""
     selected = chosen()
     plugins = [["--block", name] for name in sorted(selected.blocked)]
     plugins += [["--plugins-dir", str(folder)] for folder in selected.folders]

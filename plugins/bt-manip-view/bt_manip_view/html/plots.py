@@ -90,15 +90,8 @@ class Plots:
     def lines(
         self, unit: str, t: np.ndarray, columns: np.ndarray, names: Sequence[str], **options: Any
     ) -> Any:
-        """Return a plot with a line for each column.
-
-        Args:
-            unit: Unit of the values.
-            t: Times [s].  # (n,)
-            columns: Values.  # (n, k)
-            names: Names of the columns.
-            options: Further options of Bokeh's ``figure``.
-        """
+        """Return a plot over time [s] with a line for each named column; `options` are Bokeh's."""
+        # t: (n,), columns: (n, k)
         options = {"height": 220, "min_border_left": LABEL_WIDTH, **options}
         plot = self._figure(y_axis_label=unit, **options)
         for i, name in enumerate(names):

@@ -19,29 +19,19 @@ MAP_BINS = 5
 
 
 class MapCell(NamedTuple):
-    """A success rate where two quantities are in a bin each.
-
-    Attributes:
-        left: Lower bound of the first one.
-        right: Its upper bound.
-        bottom: Lower bound of the second one.
-        top: Its upper bound.
-        rate: The success rate.
-    """
+    """A success rate where two quantities are in a bin each."""
 
     left: float
-    right: float
+    right: float  # bounds of the first one
     bottom: float
-    top: float
+    top: float  # bounds of the second one
     rate: SuccessRate
 
 
 def map_axes(quantities: Mapping[str, Sequence[Any]], asked: Sequence[str]) -> Sequence[str]:
     """Return the names of two quantities that are numbers in all episodes; empty if there are none.
 
-    Args:
-        quantities: The quantities by name.
-        asked: The names that are wanted, or none: the first two.
+    They are those asked for, or else the first two.
 
     Raises:
         BtManipError: If one that is wanted is not among them.

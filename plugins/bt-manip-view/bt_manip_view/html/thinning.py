@@ -32,11 +32,7 @@ def thin(rows: np.ndarray, samples: int = SAMPLES) -> np.ndarray:
 
 
 def merge(rows: Iterable[list[Interval]], bars: int = BARS) -> tuple[list[list[Interval]], float]:
-    """Merge neighbouring intervals of the same status until at most `bars` are left.
-
-    Args:
-        rows: Intervals of each row.
-        bars: Number of intervals to keep in all rows together.
+    """Merge neighbouring intervals of the same status until about `bars` are left.
 
     Returns:
         The intervals of each row, and the largest gap between merged intervals [s].

@@ -37,13 +37,7 @@ class Breakpoints:
         self._seen = defaultdict[str, set[Key]](set)  # of names and documents, by tree
 
     def show(self, tree: str, nodes: Sequence[Mapping[str, Any]], marked: Iterable[str]) -> None:
-        """Take up the breakpoints of a tree.
-
-        Args:
-            tree: Its name.
-            nodes: Its nodes, each with ``path`` and ``name``.
-            marked: Paths of the nodes that its document marks.
-        """
+        """Take up the breakpoints of a tree, whose document marks some nodes by their paths."""
         counts = Counter[str]()
         self._tree, self._keys = tree, {}
         for path in (node["path"] for node in nodes):

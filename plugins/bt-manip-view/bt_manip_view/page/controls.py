@@ -24,10 +24,6 @@ class Controls(Panel):
 
     Callbacks of the inputs only set attributes that the thread of the run reads between ticks.
 
-    Args:
-        gui: The inputs of the page.
-        speed: Initial speed, simulated seconds per second of wall time; None: no limit.
-
     Attributes:
         paused: Whether the run waits before its next tick.
         stopped: Whether the run shall end.
@@ -112,11 +108,7 @@ class Controls(Panel):
         self._pacing.start(run.station.cell.time)
 
     def wait(self, refresh: Callable[[], None]) -> None:
-        """Block until the next tick is due.
-
-        Args:
-            refresh: Called regularly while the run is paused.
-        """
+        """Wait while the run is paused; call `refresh` regularly meanwhile."""
         while self.paused and not self._run.stop():
             if self.take_step():
                 break

@@ -17,7 +17,7 @@ def findings_at_nodes(tree: Tree, problems: Iterable[Any]) -> Findings:
     Findings in no element of a node are at the root, with their places.
 
     Args:
-        tree: A tree that was read from the document.
+        tree: The tree.
         problems: The findings, as of `Tree.warnings`: of the document as it was read, or edited
             with all lines where they were.
     """

@@ -38,11 +38,7 @@ UP = np.array([0.0, 0.0, 1.0])
 
 
 class Framing:
-    """Places the camera of each browser, until its user moves it.
-
-    Args:
-        server: The ``viser.ViserServer``.
-    """
+    """Places the camera of each browser, until its user moves it."""
 
     def __init__(self, server: Any) -> None:
         self._server = server
@@ -58,12 +54,7 @@ class Framing:
     def show(
         self, source: SceneSource, entities: Mapping[str, Mapping[str, Sequence[VisualShape]]]
     ) -> None:
-        """Frame all entities of a scene.
-
-        Args:
-            source: The scene, in its present state.
-            entities: The shapes of its entities, by their bodies.
-        """
+        """Frame all entities of a scene in its present state, by the shapes of their bodies."""
         shown = {n: bodies for n, bodies in entities.items() if n not in NOT_FRAMED} or entities
         self._corners = {
             body: np.concatenate([_corners(shape) for shape in shapes])
@@ -80,11 +71,7 @@ class Framing:
         self._bring_back(self._points)
 
     def update(self, source: SceneSource) -> None:
-        """Move back cameras whose image some arm or object has left, at most once a second.
-
-        Args:
-            source: The scene, in its present state.
-        """
+        """Move back cameras whose image some arm or object has left, at most once a second."""
         now = time.monotonic()
         if now < self._next or all(camera.moved for camera in list(self._cameras.values())):
             return

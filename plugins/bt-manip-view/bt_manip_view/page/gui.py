@@ -129,12 +129,7 @@ class Gui:
         self._changes: dict[tuple[int, str], tuple[Any, ...] | None] = {}
 
     def add(self, kind: str, **props: Any) -> GuiElement:
-        """Add an element to the current container.
-
-        Args:
-            kind: Its kind, known to the script of the page.
-            props: Its properties.
-        """
+        """Add an element, of a kind that the script of the page knows, to the current container."""
         with self._lock:
             self._last += 1
             props = {"visible": True, "disabled": False, **props}

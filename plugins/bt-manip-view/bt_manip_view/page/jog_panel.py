@@ -27,6 +27,7 @@ EDITING = 1.0
 """Wall time after a change during which a slider does not follow its joint [s]."""
 
 Save = Callable[[str, Sequence[float]], str]
+"""Saves a configuration under a name; returns a message."""
 
 
 class JogPanel(Panel):
@@ -34,10 +35,6 @@ class JogPanel(Panel):
 
     Callbacks of the inputs only store requests. Between two ticks, the thread of the cell executes
     the last request of each input.
-
-    Args:
-        page: The page.
-        save: Saves a configuration under a name; returns a message.
 
     Attributes:
         moved: Whether an arm or gripper has been jogged since the last run or reset.
@@ -158,8 +155,7 @@ class _RobotJog:
     def follow(self, *, present: bool) -> None:
         """Show the present configuration, except in inputs that are being edited.
 
-        Args:
-            present: Whether the scene shows the present, in which the tool has a handle.
+        The tool has a handle where the scene shows the present.
         """
         if self._handle.visible != (self._active and present):
             self._handle.visible = self._active and present

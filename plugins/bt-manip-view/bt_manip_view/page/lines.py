@@ -33,7 +33,7 @@ class Lines:
 
     Args:
         scene: Viser's scene.
-        name: Name of the scene node.
+        name: Name of the node.
         colour: Red, green and blue, from 0 to 255.
         thickness: Line width [pixels].
     """
@@ -68,10 +68,6 @@ class GraspLines:
     """Draws grasps as gripper outlines: fingers at the gripped width and the approach direction.
 
     Grasps move with their object.
-
-    Args:
-        scene: Viser's scene.
-        robot: Name of the robot.
     """
 
     def __init__(self, scene: Any, robot: str) -> None:
@@ -83,12 +79,7 @@ class GraspLines:
         self._T_wo = NO_POSE
 
     def show(self, checked: CheckedGrasps | None, T_wo: pin.SE3 = NO_POSE) -> None:
-        """Draw checked grasps, or none.
-
-        Args:
-            checked: The grasps.
-            T_wo: Pose of the object in the world.
-        """
+        """Draw checked grasps at the pose of their object in the world, or none."""
         if checked is self._drawn and (
             checked is None or self._T_wo.actInv(T_wo).isIdentity(SAME_POSE)
         ):

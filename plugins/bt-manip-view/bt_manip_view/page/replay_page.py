@@ -18,14 +18,7 @@ LONGEST_ADVANCE = 0.5
 
 
 class ReplayControls(Controls):
-    """Plays a recording: play and pause, single ticks, speed.
-
-    Args:
-        gui: The inputs of the page.
-        speed: Initial speed, simulated seconds per second of wall time.
-        scene: The recorded scene, whose time is shown.
-        note: A note beside the state.
-    """
+    """Plays a recording: play and pause, single ticks, speed; a note is beside the state."""
 
     texts = ("playing", "Play")
     speeds = SPEEDS
@@ -112,12 +105,7 @@ class ReplayPage(ScenePage):
     # Internal
 
     def _act(self, position: float, elapsed: float) -> float:
-        """Execute commands of the controls, or play; return the simulated time reached.
-
-        Args:
-            position: The simulated time reached so far [s].
-            elapsed: Wall time since then [s].
-        """
+        """Execute commands of the controls, or play for some wall time; return the time reached."""
         controls, times = self.controls, self.past.scene.times
         last = len(times) - 1
         wanted, self._wanted = self._wanted, None

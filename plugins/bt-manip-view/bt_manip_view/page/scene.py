@@ -54,9 +54,6 @@ class SceneView:
 
     Geometry is sent once per entity: `bind` adds and removes only nodes of changed entities, and
     `update` sends only changed poses.
-
-    Args:
-        server: The ``viser.ViserServer``.
     """
 
     def __init__(self, server: Any) -> None:
@@ -103,12 +100,7 @@ class SceneView:
         self.update()
 
     def on_click(self, entity: str, call: Callable[[], None]) -> None:
-        """Call a function when an entity is clicked; call this again when it was added anew.
-
-        Args:
-            entity: Its name.
-            call: The function, called by another thread.
-        """
+        """Call a function when an entity is clicked; call this again when it was added anew."""
         shown = self._shown.get(entity)
         if shown is not None and not shown.clickable:
             shown.clickable = True

@@ -36,18 +36,12 @@ P = TypeVar("P", bound=Panel)
 class ScenePage:
     """Scene, controls and panels in the browser, served by a separate thread.
 
-    Args:
-        make_controls: Makes the controls in the `Gui`.
-        panels: Factories of the panels by name.
-        port: The first port to try; 0: chosen by the system.
-
     Attributes:
         url: Address of the page.
         gui: The inputs and texts around the scene.
         bar: The container at the top.
         tabs: The container of the tabs.
         server: The ``viser.ViserServer`` of the scene.
-        controls: The controls.
         shown_time: The displayed simulated time [s]; None: the present.
         findings: Findings of the check of the tree, at its nodes; a recording has none.
     """

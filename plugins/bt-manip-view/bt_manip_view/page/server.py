@@ -79,9 +79,6 @@ def is_local(headers: Any) -> bool:
 
     A page of another site can reach the server by address, with its own Origin, or by a name that
     resolves to loopback, with that name as Host (DNS rebinding).
-
-    Args:
-        headers: The ``websockets.Headers`` of the request.
     """
     hosts, origins = headers.get_all("Host"), headers.get_all("Origin")
     if len(hosts) != 1 or len(origins) > 1:

@@ -82,12 +82,7 @@ class SessionPanel(Panel):
         self._message.content = message_html(message, error=error)
 
     def show_result(self, status: str, text: str) -> None:
-        """Show the result of a run in front of the other tabs.
-
-        Args:
-            status: Its status.
-            text: Its lines: reason, table of cycles, next step.
-        """
+        """Show status and text of the result of a run in front of the other tabs."""
         self._tab.visible = True
         self._result.status, self._result.text = status, text
         self._tab.front += 1

@@ -54,9 +54,6 @@ class Site:
 
     For a browser that reads slowly, pending messages are replaced by one with the whole state.
 
-    Args:
-        gui: The elements of the page.
-
     Attributes:
         downloads: Makers of files by path: each returns the name and the content, or None, in a
             thread of its own.

@@ -137,12 +137,8 @@ def write_video(
 
 
 def frame_times(times: np.ndarray, fps: float) -> np.ndarray:
-    """Return the times of the shown ticks: the last tick before each frame is due.
-
-    Args:
-        times: Times of the ticks [s].  # (n,)
-        fps: Frames per second.
-    """  # (m,)
+    """Return the times of the shown ticks [s]: the last tick before each frame is due."""
+    # times: (n,); returned: (m,)
     elapsed = times - times[0]
     first = np.ceil((elapsed - SAME_TIME) * fps)  # number of the first frame that may show a tick
     return times[np.diff(first, append=np.floor(elapsed[-1] * fps + 1e-6) + 1.0) > 0.0]
