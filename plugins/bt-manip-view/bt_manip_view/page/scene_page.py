@@ -16,15 +16,12 @@ from .site import Site
 from .viser_internals import connections
 
 POSE_PERIOD = 1.0 / 20.0
-"""Wall time between two updates of poses [s]."""
-
-PANEL_PERIOD = 1.0 / 10.0
-"""Wall time between two updates of panels [s]."""
+"""Wall time between two updates of poses [s]; panels are drawn with each second one."""
 
 UPDATE_SHARE = 0.04
 """Largest share of wall time for updates; where they take long, they are rarer."""
 
-LONGEST_PERIOD = 2.0
+LONGEST_PERIOD = 1.0
 """Longest wall time between two updates [s]."""
 
 MakePanel = Callable[[Any], Panel]
@@ -70,7 +67,7 @@ class ScenePage:
         self._entities: Mapping[str, Any] = {}  # that the scene shows of the past
         for name, make in panels.items():
             self._add_panel(name, make)
-        self._next = self._next_panels = 0.0
+        self._next, self._has_drawn = 0.0, False
 
     def close(self) -> None:
         """Stop the server."""
@@ -102,22 +99,22 @@ class ScenePage:
         self._wanted = time
 
     def refresh(self, *, now: bool = False) -> None:
-        """Update scene and panels where the last update is old enough, or at once (`now`)."""
-        time_now = time.perf_counter()
-        if not now and time_now < self._next:
+        """Update the scene where the last update is old enough, or at once (`now`)."""
+        if not now and time.perf_counter() < self._next:
             return
         start = time.thread_time()
         with self.server.atomic():  # wakes the server's thread once
             self._catch_up()
-            self._show_scene()
-            if now or time_now >= self._next_panels:
-                late = min(max(time_now - self._next_panels, 0.0), PANEL_PERIOD)
-                self._next_panels = time_now - late + PANEL_PERIOD
+            self._scene.update()
+            self._has_drawn = now or not self._has_drawn
+            if self._has_drawn:
                 for panel in self._panels:
                     panel.draw()
-                self._publish()
+                with contextlib.suppress(RuntimeError):  # the server is being stopped
+                    self.server.get_event_loop().call_soon_threadsafe(self.site.publish)
         used = time.thread_time() - start
-        self._next = time_now + max(POSE_PERIOD, min(used / UPDATE_SHARE, LONGEST_PERIOD))
+        period = max(POSE_PERIOD, min(used / UPDATE_SHARE, LONGEST_PERIOD))
+        self._next = time.perf_counter() + period
 
     # For subclasses
 
@@ -165,11 +162,3 @@ class ScenePage:
 
     def _catch_up(self) -> None:
         """Bring scene and panels to the present state before drawing."""
-
-    def _show_scene(self) -> None:
-        """Send the changed poses."""
-        self._scene.update()
-
-    def _publish(self) -> None:
-        with contextlib.suppress(RuntimeError):  # the server is being stopped
-            self.server.get_event_loop().call_soon_threadsafe(self.site.publish)
