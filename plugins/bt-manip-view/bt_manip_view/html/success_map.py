@@ -11,6 +11,7 @@ from bokeh.transform import linear_cmap
 
 from bt_manip.evaluation import EpisodeResult, SuccessRate
 from bt_manip.exceptions import BtManipError, did_you_mean
+from bt_manip_view.page.gui import is_number
 
 from .plots import plain_text
 
@@ -36,7 +37,7 @@ def map_axes(quantities: Mapping[str, Sequence[Any]], asked: Sequence[str]) -> S
     Raises:
         BtManipError: If one that is wanted is not among them.
     """
-    names = [name for name, values in quantities.items() if all(map(_is_number, values))]
+    names = [name for name, values in quantities.items() if all(map(is_number, values))]
     for name in asked:
         if name not in names:
             raise BtManipError(
@@ -84,10 +85,6 @@ def map_plot(x: str, y: str, found: Sequence[MapCell]) -> Any:
     ]  # fmt: skip
     plot.add_tools(HoverTool(tooltips=tips, renderers=[drawn]))
     return plot
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _bins(values: Sequence[float]) -> tuple[np.ndarray, list[float]]:

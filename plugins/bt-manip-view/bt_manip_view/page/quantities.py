@@ -10,6 +10,7 @@ import numpy as np
 
 from bt_manip.runner import Run, RunEvent
 from bt_manip_view.html.thinning import SAMPLES, thin
+from bt_manip_view.page.gui import is_number
 
 if TYPE_CHECKING:
     from bt_manip_recording import Recording, Timeline
@@ -89,7 +90,7 @@ class LiveQuantities:
         """Store a number of the blackboard."""
         if event.kind == "blackboard":
             key, value = event.data["key"], event.data["value"]
-            if is_plotted(value):
+            if is_number(value):
                 self._numbers[key] = value
             else:
                 self._numbers.pop(key, None)
@@ -165,7 +166,7 @@ class RecordedQuantities:
         self._read[HEIGHTS] = self._heights
         with recording.decoding():
             for event in recording.events("blackboard"):
-                if is_plotted(event.data["value"]):
+                if is_number(event.data["value"]):
                     key = event.data["key"]
                     self._read[f"Blackboard {key}"] = partial(self._numbers, key)
         self._tables: dict[str, Table] = {}
@@ -234,14 +235,9 @@ class RecordedQuantities:
         for event in self._recording.events("blackboard"):
             if event.data["key"] == key:
                 value = event.data["value"]
-                number = float(value) if is_plotted(value) else np.nan
+                number = float(value) if is_number(value) else np.nan
                 if rows:
                     rows.append((event.time, rows[-1][1]))
                 rows.append((event.time, number))
         rows.append((float(self._timeline.times[-1]), rows[-1][1]))
         return Table("", (key,), np.array(rows))
-
-
-def is_plotted(value: Any) -> bool:
-    """Return whether an entry of the blackboard is a number."""
-    return isinstance(value, int | float) and not isinstance(value, bool)
