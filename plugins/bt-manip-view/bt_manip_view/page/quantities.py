@@ -205,13 +205,10 @@ class RecordedQuantities:
         scene = self._timeline.scene
         robots, before = set(self._recording.joints), scene.index
         names = {event.data["name"] for event in self._recording.events("entity")} - robots
-        frames = [
-            (name, i)
-            for name in sorted(names)
-            for i, frame in enumerate(scene.frames)
-            if frame.partition("/")[0] == name
-        ]
-        roots = {name: i for name, i in reversed(frames)}  # its first body
+        roots: dict[str, int] = {}  # frame of the first body of each object
+        for i, frame in enumerate(scene.frames):
+            if (name := frame.partition("/")[0]) in names:
+                roots.setdefault(name, i)
         count = len(scene.times)
         ticks = np.unique(np.linspace(0, count - 1, min(count, SAMPLES)).astype(int))
         rows = np.full((len(ticks), 1 + len(roots)), np.nan)
@@ -221,13 +218,11 @@ class RecordedQuantities:
             values = [poses[i, 2] if name in present else np.nan for name, i in roots.items()]
             row[:] = scene.times[index], *values
         scene.index = before
-        moving = [
-            i for i in range(1, rows.shape[1])
-            if np.nanmax(rows[:, i], initial=-np.inf) - np.nanmin(rows[:, i], initial=np.inf)
-            > SAME_HEIGHT
-        ]  # fmt: skip
-        labels = list(roots)
-        return Table("m", tuple(labels[i - 1] for i in moving), rows[:, [0, *moving]])
+        heights = rows[:, 1:]
+        lowest = np.nanmin(heights, axis=0, initial=np.inf)
+        moving = np.nanmax(heights, axis=0, initial=-np.inf) - lowest > SAME_HEIGHT
+        labels = tuple(name for name, moves in zip(roots, moving, strict=True) if moves)
+        return Table("m", labels, rows[:, [True, *moving]])
 
     def _numbers(self, key: str) -> Table:
         """Return the values of an entry of the blackboard, as steps."""
