@@ -206,25 +206,6 @@ def test_the_clock_stands_still_after_a_run_and_that_of_a_second_one_begins_at_z
     assert (start, end) == pytest.approx((0.0, 0.05), abs=0.011)
 
 
-def test_one_can_look_back_while_the_run_is_paused(in_thread, page, connect):
-    page.controls.breakpoints = frozenset(["second"])
-    root = Sequence("root", Sleep("first", msec=300), Sleep("second", msec=50))
-    connect()
-    client = connect("page")
-    wait_until(lambda: page.site.is_open)
-    run, thread = in_thread(root)
-    wait_until(lambda: page.controls.paused)
-    client.see()
-    line = client.uid("timeline")
-    client.send(line, "seek", 0.0)
-    wait_until(lambda: client.see().find("timeline")["shown"] is not None)
-    assert client.find("timeline")["shown"] < run.station.cell.time
-    client.send(line, "seek", None)
-    wait_until(lambda: client.see().find("timeline")["shown"] is None)
-    client.toggle()
-    thread.join(30)
-
-
 def test_the_wait_for_a_browser_ends_when_there_is_none(page):
     start = time.monotonic()
     assert not page.wait_until_open(0.2, lambda: False)

@@ -63,23 +63,6 @@ def test_breakpoints_are_set_and_removed_in_the_margin(make_run, page, connect):
     assert page.controls.breakpoints == {"rest"}
 
 
-def test_errors_of_an_edited_tree_are_shown_until_they_are_gone(make_run, page, client):
-    seen = []
-
-    class Editor(RunObserver):
-        def run_started(self, run):
-            self.emit = run.events.emit
-
-        def after_tick(self):
-            problem = "task.xml:3:7: error: unknown node '<Slep>'"
-            self.emit("edit", {"problems": [problem] if len(seen) < 2 else []})
-            page.refresh(now=True)
-            seen.append(client.see().find("tree")["problems"])
-
-    make_run(Sleep("rest", msec=30)).execute([page, Editor()])
-    assert seen[1] == ["task.xml:3:7: error: unknown node '<Slep>'"] and seen[-1] == []
-
-
 CHECKED = """<root BTCPP_format="4"><BehaviorTree ID="Main"><Sequence>
   <Sleep name="rest" msec="30"/>
   <Sleep name="never" _skipIf="true" msec="1"/>
