@@ -15,7 +15,7 @@ from .breakpoints import marked_paths
 from .controls import PAUSE_POLL, Controls
 from .findings import findings_at_nodes
 from .history import History, Step
-from .plot_panel import PLOT_SAMPLES
+from .panel import Panel
 from .scene_page import MakePanel, ScenePage
 from .server import PORT
 
@@ -48,10 +48,8 @@ class Page(ScenePage, RunObserver):
         self._cell: Any = None
         self.past = History()
         self._source: CellScene | None = None  # None: the scene has changed
-        self._looked: CellScene | None = None  # the last one that the past has
         self._bound: CellScene | None = None  # what the scene shows; None: the past
         self._steps: dict[str, Step] = {}  # the last control step of each robot
-        self._sampled = 0  # number of states that the panels have
         ScenePage.__init__(self, lambda gui: Controls(gui, speed), panels or {}, port)
         self._present.append(self.controls)
 
@@ -85,7 +83,7 @@ class Page(ScenePage, RunObserver):
             event = event._replace(time=event.time - self.controls.start_time)
         if event.kind != "tick":
             self.past.add(event)
-        for panel in self._panels if self.shown_time is None else self._present:
+        for panel in self._of_present():
             panel.handle(event)
 
     @property
@@ -129,8 +127,7 @@ class Page(ScenePage, RunObserver):
     def after_tick(self) -> None:
         """Update the page if it is open and an update is due."""
         self._keep_state()
-        if self.past.last - self._sampled >= PLOT_SAMPLES:
-            self._hand_over_samples()
+        self._sample(self.past.last, self.past.last + 1, self._of_present())
         for panel in self._panels:
             panel.end_tick()
         if self.is_open:
@@ -199,7 +196,6 @@ class Page(ScenePage, RunObserver):
     def _catch_up(self) -> None:
         """Show the selected past time, else the present."""
         past, wanted = self.past, self._wanted
-        self._hand_over_samples()
         if wanted is not None and past.times:
             if self.shown_time is None:
                 self._index, self._entities, self._bound = past.last, {}, None
@@ -217,16 +213,15 @@ class Page(ScenePage, RunObserver):
             self._scene.bind(source)
 
     def _present_scene(self) -> CellScene:
+        """Return the scene of the cell, which the past has, too."""
         if self._source is None:
             self._source = CellScene(self._cell.model, self._cell.data, self._cell.entities)
+            self.past.look(self._source)
         return self._source
 
     def _keep_state(self) -> None:
         """Add the present state to the past."""
-        source = self._present_scene()
-        if source is not self._looked:
-            self._looked = source
-            self.past.look(source)
+        self._present_scene()
         for name, log in self._logs.items():
             self._keep_step(name, log.pending)
         data, time = self._cell.data, self._cell.time - self.controls.start_time
@@ -238,13 +233,11 @@ class Page(ScenePage, RunObserver):
         if steps.touches:
             self._steps[robot] = steps.rows[-1], steps.touches[-1].free
 
-    def _hand_over_samples(self) -> None:
-        """Give panels that show the present the new states."""
-        end = self.past.last + 1
-        self._sample(self._sampled, end, self._panels if self.shown_time is None else self._present)
-        self._sampled = end
+    def _of_present(self) -> list[Panel]:
+        """Return the panels that show the present now."""
+        return self._panels if self.shown_time is None else self._present
 
     def _forget_past(self) -> None:
         self.past = History()
-        self._source = self._looked = self._bound = self._wanted = self.shown_time = None
-        self._steps, self._sampled = {}, 0
+        self._source = self._bound = self._wanted = self.shown_time = None
+        self._steps = {}

@@ -55,9 +55,8 @@ class ScenePage:
         self.server = open_server(port, self.site)
         self.url = f"http://{HOST}:{self.server.get_port()}"
         self._scene = SceneView(self.server)
-        self.bar, self.tabs = self.gui.add("bar"), self.gui.add("tabs")
-        self._places = {"bar": self.bar, "left": self.gui.add("left")}
-        self._places |= {name: self.gui.add(name) for name in ("below", "over")}
+        self._places = {name: self.gui.add(name) for name in ("bar", "left", "below", "over")}
+        self.bar, self.tabs = self._places["bar"], self.gui.add("tabs")
         with self.bar:
             self.controls = make_controls(self.gui)
         self._panels: list[Panel] = [self.controls]
