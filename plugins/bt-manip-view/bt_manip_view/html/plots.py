@@ -77,13 +77,10 @@ class Plots:
     Args:
         run: The run.
         start: Simulated time at the start of the replay [s].
-
-    Attributes:
-        gap: Largest gap between bars that are merged into one [s].
     """
 
     def __init__(self, run: RecordedRun, start: float) -> None:
-        self._run, self._start, self.gap = run, start, 0.0
+        self._run, self._start = run, start
         end = max(run.recording.end, 1e-3)
         self._range = Range1d(start=0.0, end=end, bounds=(0.0, end), min_interval=1e-3)
 
@@ -112,8 +109,7 @@ class Plots:
 
     def bars(self, rows: Sequence[BarRow]) -> tuple[Any, str]:
         """Return a timeline, and the names of its rows as HTML."""
-        merged, gap = merge(row.intervals for row in rows)
-        self.gap = max(self.gap, gap)
+        merged = merge(row.intervals for row in rows)
         plot = self._figure(
             frame_height=ROW_HEIGHT * len(rows), min_border_left=0,
             y_range=Range1d(start=len(rows) - 0.5, end=-0.5),

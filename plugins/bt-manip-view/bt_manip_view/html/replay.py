@@ -19,8 +19,8 @@ LABEL_HEIGHT = 0.9
 """Height of the label over the centre of the image; 1 is the upper edge."""
 
 
-def replay_html(recording: Recording) -> tuple[str, float, float]:
-    """Return the replay of a recording as HTML, its rate [1/s] and its start time [s]."""
+def replay_html(recording: Recording) -> tuple[str, float]:
+    """Return the replay of a recording as HTML, and its start time [s]."""
     scene = RecordedScene(recording)
     first, last = float(scene.times[0]), float(scene.times[-1])
     duration = last - first
@@ -46,7 +46,7 @@ def replay_html(recording: Recording) -> tuple[str, float, float]:
             else:
                 view.update()
             label.text = f"{time:.2f} s  {', '.join(leaf.name for leaf in leaves)}"
-        return serializer.as_html(), rate, first
+        return serializer.as_html(), first
     finally:
         close_server(server)
 

@@ -31,17 +31,13 @@ def thin(rows: np.ndarray, samples: int = SAMPLES) -> np.ndarray:
     return rows[np.unique([start + at for start, at in zip(starts, extremes, strict=True)])]
 
 
-def merge(rows: Iterable[list[Interval]], bars: int = BARS) -> tuple[list[list[Interval]], float]:
-    """Merge neighbouring intervals of the same status until about `bars` are left.
-
-    Returns:
-        The intervals of each row, and the largest gap between merged intervals [s].
-    """
+def merge(rows: Iterable[list[Interval]], bars: int = BARS) -> list[list[Interval]]:
+    """Merge neighbouring intervals of the same status of each row until about `bars` are left."""
     kept, gap = [sorted(row) for row in rows], 0.0
     while sum(map(len, kept)) > max(bars, len(kept) * 10):
         gap = max(2.0 * gap, 0.02)
         kept = [_join(row, gap) for row in kept]
-    return kept, gap
+    return kept
 
 
 def _join(row: list[Interval], gap: float) -> list[Interval]:

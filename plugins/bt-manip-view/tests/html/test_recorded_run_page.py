@@ -124,12 +124,6 @@ def test_an_incomplete_recording_gives_a_report_that_says_so(page, picked, tmp_p
     assert "This recording is incomplete" in text and "NOT ENDED" in text
 
 
-def test_thinned_lines_say_so(page):
-    assert re.search(
-        r"Downsampled: lines show the smallest and largest value of each 3\.\d+ ms", shown(page)
-    )
-
-
 @pytest.mark.soak
 def test_a_minute_is_thinned_below_five_megabytes(tmp_path):
     path = tmp_path / "minute.mcap"
