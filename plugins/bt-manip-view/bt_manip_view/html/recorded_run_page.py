@@ -169,9 +169,7 @@ def _reasons(run: RecordedRun) -> str:
     ]
     found = sorted([*found, *run.faults])
     counts = Counter((where, reason) for _, where, reason in found)
-    first: dict[tuple[str, str], float] = {}
-    for time, where, reason in found:
-        first.setdefault((where, reason), time)
+    first = {(where, reason): time for time, where, reason in reversed(found)}
     common = counts.most_common(SHOWN_REASONS)
     rows = [
         [f"{first[key]:.2f} s", str(count), escape(key[0]), escape(key[1][:LONGEST_REASON])]

@@ -16,8 +16,6 @@ SHOWN_CHARACTERS = 200
 REPEATED = 0.05
 """Simulated time after which a leaf may repeat a line [s]."""
 
-LEVELS = {"INFO": "info", "WARNING": "warning", "ERROR": "error"}
-
 
 class LogPanel(Panel):
     """Logs results and messages of leaves, failures, cycles, and added and removed objects.
@@ -54,8 +52,9 @@ class LogPanel(Panel):
         elif event.kind == "status":
             self._note_status(event)
         elif (line := log_line(event)) is not None:
-            kind = "cycle" if line[0] == "INFO" and event.kind == "cycle" else LEVELS[line[0]]
-            self._new.append([event.time, kind, line[1], 0])
+            level, text = line
+            kind = "cycle" if level == "INFO" and event.kind == "cycle" else level.lower()
+            self._new.append([event.time, kind, text, 0])
 
     def draw(self) -> None:
         """Send the new lines."""
