@@ -81,13 +81,12 @@ class PageView(Page, RunView):
         Raises:
             BtManipError: If the tree has no node of a breakpoint.
         """
-        if not self._is_looked_at and (problem := problem_of(self._named, nodes_of(run.tree))):
+        if self._is_looked_at:
+            return
+        if problem := problem_of(self._named, nodes_of(run.tree)):
             raise BtManipError(problem)
-        if not self._is_looked_at:
-            self._session.tell(
-                f"The run begins when it is open, at the latest in {FIRST_LOOK:.0f} s."
-            )
-            self.wait_until_open(FIRST_LOOK, lambda: self._session.interrupted)
+        self._session.tell(f"The run begins when it is open, at the latest in {FIRST_LOOK:.0f} s.")
+        self.wait_until_open(FIRST_LOOK, lambda: self._session.interrupted)
         self._is_looked_at = True
 
     def serve(self, session: Session) -> None:

@@ -3,6 +3,7 @@
 import time
 from collections import deque
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -46,7 +47,7 @@ class Framing:
         self._axes, self._fov = np.eye(3), float(FOV)
         self._corners: dict[str, np.ndarray] = {}  # of the boxes around shapes, by body
         self._cameras: dict[int, _Camera] = {}  # by client
-        self._own: deque[np.ndarray] = deque(maxlen=100)  # latest positions set by this class
+        self._own: deque[np.ndarray] = deque(maxlen=100)  # latest positions not set by a user
         self._next = 0.0
         server.on_client_connect(self._connected)
         server.on_client_disconnect(lambda client: self._cameras.pop(client.client_id, None))
@@ -73,10 +74,9 @@ class Framing:
     def update(self, source: SceneSource) -> None:
         """Move back cameras whose image some arm or object has left, at most once a second."""
         now = time.monotonic()
-        if now < self._next or all(camera.moved for camera in list(self._cameras.values())):
-            return
-        self._next = now + PERIOD
-        self._bring_back(self._now(source))
+        if now >= self._next:
+            self._next = now + PERIOD
+            self._bring_back(self._now(source))
 
     # Internal
 
@@ -139,14 +139,14 @@ class Framing:
 
     def _connected(self, client: Any) -> None:
         camera = self._cameras[client.client_id] = _Camera(client.camera.position)
+        self._own.append(camera.position)
         size = [client.camera.image_width, client.camera.image_height]
 
         @client.camera.on_update
         def _(_: Any) -> None:
             now = [client.camera.image_width, client.camera.image_height]
             position = client.camera.position
-            known = (camera.first, *self._own)
-            camera.moved |= all(np.abs(position - own).max() > SAME for own in known)
+            camera.moved |= all(np.abs(position - own).max() > SAME for own in [*self._own])
             if size != now or np.abs(position - camera.position).max() > SAME:
                 size[:] = now
                 self._place(client, camera)
@@ -154,18 +154,12 @@ class Framing:
         self._place(client, camera)
 
 
+@dataclass
 class _Camera:
-    """The camera of a client.
+    """The camera of a client: its position when it was placed, and whether its user moved it."""
 
-    Attributes:
-        first: Its position when the client connected.
-        position: The last position set by `Framing`.
-        moved: Whether the user has moved it.
-    """
-
-    def __init__(self, first: np.ndarray) -> None:
-        self.first = self.position = first
-        self.moved = False
+    position: np.ndarray
+    moved: bool = False
 
 
 def _line_of_sight(source: SceneSource) -> tuple[np.ndarray, float]:
