@@ -172,12 +172,7 @@ class HookTable:
     # The run
 
     def apply(self, nodes: Mapping[int, Node], interventions: Interventions) -> None:
-        """Let the nodes of new hooks look for them, between two ticks.
-
-        Args:
-            nodes: The nodes by their uid.
-            interventions: Those of the run, which emit the statuses that hooks set.
-        """
+        """Let the nodes of new hooks look for them, between two ticks."""
         with self._condition:
             new = {uid for uid, _ in self._hooks if uid in nodes} - self._applied
             self._applied |= new

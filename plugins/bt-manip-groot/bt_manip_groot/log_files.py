@@ -138,13 +138,7 @@ class TransitionLog(RunObserver):
 
     @abstractmethod
     def _open(self, xml: str, nodes: Sequence[tuple[str, int]], now: int) -> None:
-        """Open the file and write its header.
-
-        Args:
-            xml: The tree.
-            nodes: Path and uid of each node.
-            now: Microseconds since 1970.
-        """
+        """Open the file; write the tree, path and uid of its nodes, and microseconds since 1970."""
 
     @abstractmethod
     def _write(self, rows: Sequence[tuple[int, int, NodeStatus]]) -> None:
