@@ -7,7 +7,6 @@ import time
 import uuid
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from bt_manip.bt import Node, NodeStatus, Tree, instance_to_xml, tree_instances
@@ -50,7 +49,6 @@ HEARTBEAT = 5.0
 """Time without a request after which hooks have no effect, as in the engine [s]."""
 
 
-@dataclass(frozen=True)
 class TreeImage:
     """Description of a tree that stays the same while it runs.
 
@@ -62,24 +60,14 @@ class TreeImage:
         offsets: Positions of all nodes in the statuses, by uid.
     """
 
-    uuid: bytes
-    xml: bytes
-    scopes: dict[str, str]
-    nodes: dict[int, Node]
-    offsets: dict[int, int]
-
-    @classmethod
-    def of(cls, tree: Tree) -> "TreeImage":
-        """Return the image of a tree."""
+    def __init__(self, tree: Tree) -> None:
         instances = tree_instances(tree)
         links = [n for i in instances for n in i.nodes if n.uid <= HIGHEST_UID]
-        return cls(
-            uuid.uuid4().bytes,
-            instance_to_xml(tree).encode(errors="replace"),
-            {tree.tree_id: ""} | {i.path: i.path for i in instances[1:]},
-            {link.uid: link for link in links if isinstance(link, Node)},
-            {link.uid: 3 * index + 2 for index, link in enumerate(links)},
-        )
+        self.uuid = uuid.uuid4().bytes
+        self.xml = instance_to_xml(tree).encode(errors="replace")
+        self.scopes = {tree.tree_id: ""} | {i.path: i.path for i in instances[1:]}
+        self.nodes = {link.uid: link for link in links if isinstance(link, Node)}
+        self.offsets = {link.uid: 3 * index + 2 for index, link in enumerate(links)}
 
 
 class GrootPublisher(RunView):
@@ -101,6 +89,8 @@ class GrootPublisher(RunView):
 
     kinds = ("tree", "status", "blackboard", "cycle", "tick")
 
+    _image: TreeImage  # from the first event of a tree on
+
     def __init__(
         self,
         port: int = 1667,
@@ -118,7 +108,6 @@ class GrootPublisher(RunView):
         self._notifications = self._bind(zmq.PUB, port + 1)
         self._thread = threading.Thread(target=self._serve, name="groot2", daemon=True)
         self._closing = False
-        self._image = TreeImage(b"", b"", {}, {}, {})
         self._statuses = bytearray()
         self._published = b""
         self._values: dict[str, dict[str, Any]] = {}  # entries by the path of their scope
@@ -171,7 +160,7 @@ class GrootPublisher(RunView):
                 self._values[path] = values
             case "tree":
                 self._hooks.clear()
-                image = TreeImage.of(self._tree)
+                image = TreeImage(self._tree)
                 self._statuses = bytearray(
                     b"".join(struct.pack("<HB", uid, 0) for uid in image.offsets)
                 )
