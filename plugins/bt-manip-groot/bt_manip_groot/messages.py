@@ -1,6 +1,5 @@
 """Requests and replies of the protocol between Groot2 and BehaviorTree.CPP, version 2."""
 
-import json
 import struct
 from typing import Any
 
@@ -15,18 +14,6 @@ HIGHEST_UID = 0xFFFF
 
 class RequestError(Exception):
     """A request that is answered by its message."""
-
-
-def read_json(payload: bytes) -> Any:
-    """Return the content of a JSON document.
-
-    Raises:
-        RequestError: If it is none.
-    """
-    try:
-        return json.loads(payload)
-    except (ValueError, RecursionError) as error:
-        raise RequestError(f"invalid JSON: {error}") from None
 
 
 def field_of(data: Any, name: str, kind: type[Any], below: int = 0) -> Any:

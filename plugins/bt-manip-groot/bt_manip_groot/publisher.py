@@ -18,7 +18,6 @@ from bt_manip_groot.messages import (
     HIGHEST_UID,
     PROTOCOL_VERSION,
     RequestError,
-    read_json,
     transition,
 )
 
@@ -260,11 +259,11 @@ class GrootPublisher(RunView):
             case b"D":
                 return json.dumps(self._hooks.dump(), separators=(",", ":")).encode()
             case b"I":
-                self._hooks.insert(read_json(payload), image.offsets, image.nodes)
+                self._hooks.insert(json.loads(payload), image.offsets, image.nodes)
             case b"R":
-                self._hooks.remove(key_of(read_json(payload)))
+                self._hooks.remove(key_of(json.loads(payload)))
             case b"U":
-                self._hooks.unlock(read_json(payload))
+                self._hooks.unlock(json.loads(payload))
             case b"A":
                 self._hooks.clear()
             case b"X":
