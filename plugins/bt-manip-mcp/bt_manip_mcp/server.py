@@ -147,16 +147,18 @@ class Tools:
 
         The same seed gives the same run.
         """
-        return await self._run(*self._words(tree, seed, cycles, scene, robot, settings, report))
+        words = [f"--seed={seed}", f"--cycles={self._limits.number('cycles', cycles)}"]
+        if report:
+            words.append(f"--report={self._limits.file(report, '.json')}")
+        return await self._run("run", *words, *self._cell(tree, scene, robot, settings))
 
     async def evaluate_tree(
         self, tree: Tree, episodes: int = 10, seed: int = 0, scene: Scene = "", robot: Robot = "",
         settings: Settings = None,
     ) -> str:  # fmt: skip
         """Measure how often a tree succeeds, on randomized episodes, with a 95 % interval."""
-        number = self._limits.number("episodes", episodes)
-        chosen = [f"--episodes={number}", f"--seed={seed}", *self._limits.settings(settings or {})]
-        return await self._run("evaluate", *chosen, *self._cell(tree, scene, robot))
+        words = [f"--episodes={self._limits.number('episodes', episodes)}", f"--seed={seed}"]
+        return await self._run("evaluate", *words, *self._cell(tree, scene, robot, settings))
 
     async def stress_tree(
         self, tree: Tree, seeds: int = 1, faults: str = "", phases: str = "", scene: Scene = "",
@@ -181,10 +183,10 @@ class Tools:
         """Run a tree once, and draw the cell at its end, which is where it failed, if it did."""
         if not all(letter.isalnum() or letter in "_/-" for letter in camera):
             raise ToolError(f"refused: '{camera}' is no name of a camera")
-        words = self._words(tree, seed, 1, scene, robot, settings, "")
         file = self._pictures.folder / f"{uuid4().hex}.png"
-        words.insert(1, f"--record=picture={file} cameras={camera}")
-        found = await self._run(*words, process=self._pictures)
+        words = [f"--seed={seed}", "--cycles=1", f"--record=picture={file} cameras={camera}"]
+        words += self._cell(tree, scene, robot, settings)
+        found = await self._run("run", *words, process=self._pictures)
         if not file.exists():
             return [found]
         data = file.read_bytes()
@@ -193,19 +195,10 @@ class Tools:
 
     # ------------------------------------------------------------------ commands
 
-    def _cell(self, tree: str, scene: str, robot: str) -> list[str]:
-        part = self._limits.part
-        return [*part("--scene", scene), *part("--robot", robot), "--", self._limits.tree(tree)]
-
-    def _words(
-        self, tree: str, seed: int, cycles: int, scene: str, robot: str,
-        settings: dict[str, Any] | None, report: str,
-    ) -> list[str]:  # fmt: skip
-        words = ["run", f"--seed={seed}", f"--cycles={self._limits.number('cycles', cycles)}"]
-        words += self._limits.settings(settings or {})
-        if report:
-            words.append(f"--report={self._limits.file(report, '.json')}")
-        return [*words, *self._cell(tree, scene, robot)]
+    def _cell(self, tree: str, scene: str, robot: str, settings: Settings = None) -> list[str]:
+        limits = self._limits
+        words = limits.part("--scene", scene) + limits.part("--robot", robot)
+        return [*words, *limits.settings(settings or {}), "--", limits.tree(tree)]
 
     async def _run(self, *words: str, process: WarmProcess | None = None) -> str:
         process = process or self._commands
