@@ -74,9 +74,7 @@ class PlotPanel(Panel):
         if quantities is None:
             return
         known = quantities.names()
-        options = (ADD, *(name for name in known if name not in chosen))
-        if self._list.options != options:
-            self._list.options = options
+        self._list.options = (ADD, *(name for name in known if name not in chosen))
         for name in chosen:
             if name in known:
                 if name not in self._plots:
