@@ -114,7 +114,7 @@ class Framing:
             (client, camera)
             for client in self._server.get_clients().values()
             if (camera := self._cameras.get(client.client_id)) is not None
-            and not self._sees(points, camera.position, client.camera.aspect)
+            and not (camera.moved or self._sees(points, camera.position, client.camera.aspect))
         ]
         if lost:
             self._points = np.concatenate([self._points, points])[-MAX_FRAMED_POINTS:]
