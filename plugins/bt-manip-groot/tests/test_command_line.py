@@ -63,9 +63,3 @@ def test_a_port_that_is_taken_is_bad_input(bt_manip, path):
         done = bt_manip("run", path, "--groot", "--groot-port", port)
     assert done.code == 2
     assert f"port {port + 1} of 127.0.0.1 cannot be used: Address already in use" in done.err
-
-
-def test_help_lists_the_options_of_the_view(bt_manip):
-    done = bt_manip("run", "--help")
-    assert "Let Groot2 on this computer monitor the run" in done.out
-    assert "--groot-port PORT" in done.out

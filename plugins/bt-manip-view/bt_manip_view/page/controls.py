@@ -156,8 +156,8 @@ class Controls(Panel):
     def begin_idle(self, station: Station) -> None:
         """Hide the controls of a run; in a new cell no time has passed."""
         if station.cell is not self._cell:
-            self._cell, self._cycle, self._state = station.cell, "", "ready"
-            self.end_time, self._note = 0.0, ""
+            self._cell, self._note = station.cell, ""
+            self.show_ready()
         for control in self._in_run:
             control.visible = False
 
