@@ -43,7 +43,7 @@ class OverlayPanel(Panel):
         self._with_frames = page.gui.add_checkbox(
             "Frames", False, hint="Draw the axes of all bodies: x red, y green, z blue"
         )
-        self._with_frames.on_update(lambda event: page.show_frames(event.value))
+        self._with_frames.on_update(lambda event: page.view.show_frames(event.value))
         self._html = page.gui.add_html("")
         self._forces = Lines(self._server.scene, "/contact forces", FORCE_COLOUR)
         self._lines: dict[str, Lines] = {}  # by robot

@@ -210,7 +210,7 @@ class Page(ScenePage, RunObserver):
             self.shown_time = None
         if self._bound is not (source := self._present_scene()):
             self._bound = source
-            self._scene.bind(source)
+            self.view.bind(source)
 
     def _present_scene(self) -> CellScene:
         """Return the scene of the cell, which the past has, too."""

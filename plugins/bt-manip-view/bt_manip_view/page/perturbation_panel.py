@@ -81,7 +81,7 @@ class PerturbationPanel(Panel):
         movable = tuple(filter(self._is_movable, self._cell.entities))
         self._choice.options = (NO_OBJECT, *movable)
         for name in movable:  # those that were added since the last time
-            self._page.on_click(name, partial(self._choose, name))
+            self._page.view.on_click(name, partial(self._choose, name))
         name = self._choice.value
         if name == NO_OBJECT or name not in self._cell.entities:
             self._remove()

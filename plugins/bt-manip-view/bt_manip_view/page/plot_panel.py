@@ -46,8 +46,8 @@ class PlotPanel(Panel):
     def reset(self) -> None:
         """Forget the samples of a run."""
         self._live = None
-        for plot in self._plots.values():
-            plot.clear()
+        while self._plots:
+            self._plots.popitem()[1].remove()
 
     def handle(self, event: RunEvent) -> None:
         """Store a number of the blackboard."""
@@ -99,12 +99,6 @@ class _Plot:
         self._gui, self._container, self._name, self._remove = gui, container, name, remove
         self._element: GuiElement | None = None
         self._last = -np.inf
-
-    def clear(self) -> None:
-        """Forget the samples."""
-        self._last = -np.inf
-        if self._element is not None:
-            self._element.samples = []
 
     def remove(self) -> None:
         """Remove the plot from the page."""

@@ -100,7 +100,7 @@ class SceneView:
         self.update()
 
     def on_click(self, entity: str, call: Callable[[], None]) -> None:
-        """Call a function when an entity is clicked; call this again when it was added anew."""
+        """Call a function, from another thread, at clicks on an entity until it is added anew."""
         shown = self._shown.get(entity)
         if shown is not None and not shown.clickable:
             shown.clickable = True

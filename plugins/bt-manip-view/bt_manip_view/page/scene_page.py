@@ -39,6 +39,7 @@ class ScenePage:
         bar: The container at the top.
         tabs: The container of the tabs.
         server: The ``viser.ViserServer`` of the scene.
+        view: Shows the cell in the scene.
         shown_time: The displayed simulated time [s]; None: the present.
         findings: Findings of the check of the tree, at its nodes; a recording has none.
     """
@@ -54,7 +55,7 @@ class ScenePage:
         self.site = Site(self.gui)
         self.server = open_server(port, self.site)
         self.url = f"http://{HOST}:{self.server.get_port()}"
-        self._scene = SceneView(self.server)
+        self.view = SceneView(self.server)
         self._places = {name: self.gui.add(name) for name in ("bar", "left", "below", "over")}
         self.bar, self.tabs = self._places["bar"], self.gui.add("tabs")
         with self.bar:
@@ -80,14 +81,6 @@ class ScenePage:
         """Whether any browser shows the page."""
         return self.site.is_open or bool(connections(self.server))
 
-    def on_click(self, entity: str, call: Callable[[], None]) -> None:
-        """Call a function, from another thread, when an entity of the scene is clicked."""
-        self._scene.on_click(entity, call)
-
-    def show_frames(self, shown: bool) -> None:
-        """Show or hide the axes of all bodies of the scene."""
-        self._scene.show_frames(shown)
-
     @property
     def span(self) -> tuple[float, float | None]:
         """Times of start and end of the past that can be shown [s]; no end while a run goes on."""
@@ -104,7 +97,7 @@ class ScenePage:
         start = time.thread_time()
         with self.server.atomic():  # wakes the server's thread once
             self._catch_up()
-            self._scene.update()
+            self.view.update()
             self._has_drawn = now or not self._has_drawn
             if self._has_drawn:
                 for panel in self._panels:
@@ -150,7 +143,7 @@ class ScenePage:
         self._index = past.scene.index = index
         if self._entities != (present := past.scene.entities()):
             self._entities = present
-            self._scene.bind(past.scene)
+            self.view.bind(past.scene)
 
     def _sample(self, first: int, end: int, panels: Iterable[Panel]) -> None:
         """Give panels the states from ``first`` to before ``end``; state 0 has no samples."""
