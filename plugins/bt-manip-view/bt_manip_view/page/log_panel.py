@@ -104,17 +104,13 @@ class BlackboardPanel(Panel):
     def handle(self, event: RunEvent) -> None:
         """Store the value."""
         if event.kind == "blackboard":
-            value = event.data["value"]
-            self._changed[event.data["key"]] = None if value is None else short(value)
+            value, text = event.data["value"], str(event.data["value"])
+            if len(text) > SHOWN_CHARACTERS:
+                text = f"{text[:SHOWN_CHARACTERS]}…"
+            self._changed[event.data["key"]] = None if value is None else text
 
     def draw(self) -> None:
         """Send the changed entries."""
         if self._changed:
             self._board.merge("values", self._changed)
             self._changed = {}
-
-
-def short(value: Any) -> str:
-    """Return a value as text, cut to `SHOWN_CHARACTERS` characters."""
-    text = str(value)
-    return text if len(text) <= SHOWN_CHARACTERS else f"{text[:SHOWN_CHARACTERS]}…"

@@ -23,11 +23,8 @@ GROUND_SIZE, GROUND_OPACITY = 4.0, 0.35
 The sky shows through it: it is light or dark like the page of each browser.
 """
 
-AXES_LENGTH = 0.08
-"""Length of body axes [m]."""
-
-AXES_RADIUS = 0.003
-"""Radius of body axes [m]."""
+AXES = {"axes_length": 0.08, "axes_radius": 0.003}
+"""Length and radius of body axes [m]."""
 
 LARGEST_TEXTURE = (1024, 1024)
 """Size to which larger textures are reduced [pixels]."""
@@ -146,9 +143,7 @@ class SceneView:
         for body, of_body in shapes.items():
             # Poses are in the world: bodies are not children of each other.
             path = f"{root}/{body.replace('/', ':')}"
-            added.frames[body] = scene.add_frame(
-                path, show_axes=self._with_axes, axes_length=AXES_LENGTH, axes_radius=AXES_RADIUS
-            )
+            added.frames[body] = scene.add_frame(path, show_axes=self._with_axes, **AXES)
             added.meshes += [self._add_shape(f"{path}/shape{i}", s) for i, s in enumerate(of_body)]
         return added
 
