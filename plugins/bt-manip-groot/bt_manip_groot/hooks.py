@@ -2,10 +2,9 @@
 
 from collections import deque
 from collections.abc import Callable, Container, Mapping
-from dataclasses import asdict, dataclass
 from functools import partial
 from threading import Condition
-from typing import Any
+from typing import Any, NamedTuple
 
 from bt_manip.bt import Node, NodeStatus
 from bt_manip.runner import Interventions
@@ -23,25 +22,24 @@ RECHECK = 0.05
 Key = tuple[int, int]
 
 
-@dataclass(eq=False)
-class Hook:
+class Hook(NamedTuple):
     """A breakpoint before or after the tick of a node, or a status that replaces the tick's.
 
     Attributes:
-        uid: The node.
-        position: `PRE` or `POST`.
-        mode: `BREAKPOINT` or `REPLACE`.
-        enabled: Whether it has an effect.
-        once: Whether it is removed when it has had its effect.
         desired_status: SUCCESS or FAILURE replaces the status of the tick; else the node is ticked.
+        enabled: Whether it has an effect.
+        mode: `BREAKPOINT` or `REPLACE`.
+        once: Whether it is removed when it has had its effect.
+        position: `PRE` or `POST`.
+        uid: The node.
     """
 
-    uid: int
-    position: int
-    mode: int
-    enabled: bool
-    once: bool
     desired_status: str
+    enabled: bool
+    mode: int
+    once: bool
+    position: int
+    uid: int
 
 
 def key_of(data: Any) -> Key:
@@ -75,11 +73,10 @@ class HookTable:
         self._paused, self._stop = paused, stop
         self._condition = Condition()
         self._hooks: dict[Key, Hook] = {}
-        self._unlocked: set[Key] = set()
-        self._waiting: Key | None = None
+        self._waiting: Key | None = None  # of the breakpoint at which the run waits
+        self._unlocked: Hook | None = None  # that breakpoint, when the run may go on
         self._suspended = False
-        self._changed = False
-        self._applied: set[int] = set()
+        self._applied: set[int] = set()  # uids of the nodes that look for hooks
         self.reached: deque[int] = deque()
         """Uids of the nodes at whose breakpoints the run waited."""
 
@@ -98,22 +95,22 @@ class HookTable:
         """
         hooks: dict[Key, Hook] = {}
         for one in data if isinstance(data, list) else [data]:
-            key = key_of(one)
+            uid, position = key_of(one)
             hook = Hook(
-                *key,
-                mode=field_of(one, "mode", int, 2),
-                enabled=field_of(one, "enabled", bool),
-                once=field_of(one, "once", bool),
-                desired_status=status_of(one),
+                status_of(one),
+                field_of(one, "enabled", bool),
+                field_of(one, "mode", int, 2),
+                field_of(one, "once", bool),
+                position,
+                uid,
             )
-            if key[0] in uids:
-                if key[0] not in nodes:
-                    raise RequestError(f"node {key[0]} is of py_trees and cannot have a hook")
-                hooks[key] = hook
+            if uid in uids:
+                if uid not in nodes:
+                    raise RequestError(f"node {uid} is of py_trees and cannot have a hook")
+                hooks[uid, position] = hook
         with self._condition:
-            for key, hook in hooks.items():
-                vars(self._hooks.setdefault(key, hook)).update(vars(hook))
-            self._notify()
+            self._hooks |= hooks
+            self._condition.notify_all()
 
     def remove(self, key: Key) -> None:
         """Remove a hook.
@@ -124,20 +121,20 @@ class HookTable:
         with self._condition:
             self._find(key)
             del self._hooks[key]
-            self._notify()
+            self._condition.notify_all()
 
     def clear(self) -> None:
         """Remove all hooks."""
         with self._condition:
             self._hooks.clear()
-            self._notify()
+            self._applied.clear()
+            self._condition.notify_all()
 
     def disable(self) -> None:
         """Disable all hooks; inserting one again enables it."""
         with self._condition:
-            for hook in self._hooks.values():
-                hook.enabled = False
-            self._notify()
+            self._hooks = {key: one._replace(enabled=False) for key, one in self._hooks.items()}
+            self._condition.notify_all()
 
     def unlock(self, data: Any) -> None:
         """Let a run go on that waits at a breakpoint.
@@ -152,50 +149,36 @@ class HookTable:
         key = key_of(data)
         with self._condition:
             hook = self._find(key)
-            hook.desired_status = status
-            hook.once |= once
+            hook = hook._replace(desired_status=status, once=hook.once or once)
+            self._hooks[key] = hook
             if self._waiting == key:
-                self._unlocked.add(key)
-                if hook.once:  # at once, and not only when the run's thread wakes up
+                self._unlocked = hook
+                if hook.once:
                     del self._hooks[key]
-            self._notify()
+            self._condition.notify_all()
 
     def dump(self) -> list[dict[str, Any]]:
         """Return all hooks as JSON objects, with sorted keys."""
         with self._condition:
-            return [dict(sorted(asdict(hook).items())) for _, hook in sorted(self._hooks.items())]
+            return [hook._asdict() for _, hook in sorted(self._hooks.items())]
 
     def suspend(self, suspended: bool) -> None:
         """Disable hooks while no client is connected: nobody could release them."""
         if suspended != self._suspended:
             with self._condition:
                 self._suspended = suspended
-                self._notify()
+                self._condition.notify_all()
 
     # The run
 
     def apply(self, nodes: Mapping[int, Node], interventions: Interventions) -> None:
-        """Set the hooks on their nodes, between two ticks.
-
-        Args:
-            nodes: The nodes by their uid.
-            interventions: Those of the run, which emit the statuses that hooks set.
-        """
-        if not self._changed:
-            return
+        """Let the nodes of new hooks look for them, between two ticks."""
         with self._condition:
-            self._changed = False
-            hooks = dict(self._hooks)
-        uids = {uid for uid, _ in hooks}
-        for uid in (uids | self._applied) & nodes.keys():
-            before, after = hooks.get((uid, PRE)), hooks.get((uid, POST))
-            interventions.set_tick_hooks(
-                self,
-                nodes[uid],
-                partial(self._reach, before) if before else None,
-                partial(self._reach, after) if after else None,
-            )
-        self._applied = uids
+            new = {uid for uid, _ in self._hooks if uid in nodes} - self._applied
+            self._applied |= new
+        for uid in new:
+            before, after = (partial(self._reach, (uid, position)) for position in (PRE, POST))
+            interventions.set_tick_hooks(self, nodes[uid], before, after)
 
     # Internal
 
@@ -204,34 +187,29 @@ class HookTable:
             raise RequestError("Node ID not found")
         return self._hooks[key]
 
-    def _notify(self) -> None:
-        self._changed = True
-        self._condition.notify_all()
-
-    def _reach(self, hook: Hook, node: Node, state: NodeStatus | None = None) -> NodeStatus | None:
-        """Obey a hook; return the status that replaces the tick's, if one does."""
-        key = hook.uid, hook.position
+    def _reach(self, key: Key, node: Node, _: NodeStatus | None = None) -> NodeStatus | None:
+        """Obey the hook of a node, if any; return the status that replaces the tick's."""
         with self._condition:
-            if not self._has_effect(hook):
-                return None
-            if hook.mode == BREAKPOINT:
-                self._waiting = key
-                self._paused(node)
-                self.reached.append(hook.uid)
-                while hook.mode == BREAKPOINT and self._has_effect(hook):
-                    if key in self._unlocked or self._stop():
-                        break
-                    self._condition.wait(RECHECK)
-                self._waiting = None
-                if key in self._unlocked:
-                    self._unlocked.remove(key)
-                elif hook.mode == BREAKPOINT or not self._has_effect(hook):
-                    return None
-            if hook.once and self._hooks.get(key) is hook:
+            hook = self._effective(key)
+            if hook is not None and hook.mode == BREAKPOINT:
+                hook = self._wait(key, node)
+            elif hook is not None and hook.once:
                 del self._hooks[key]
-                self._changed = True
-            return NodeStatus[hook.desired_status]
+            return None if hook is None else NodeStatus[hook.desired_status]
 
-    def _has_effect(self, hook: Hook) -> bool:
-        found = self._hooks.get((hook.uid, hook.position))
-        return found is hook and hook.enabled and not self._suspended
+    def _wait(self, key: Key, node: Node) -> Hook | None:
+        """Wait at a breakpoint; return it when it was unlocked, None when the run has to go on."""
+        self._waiting, self._unlocked = key, None
+        self._paused(node)
+        self.reached.append(node.uid)
+        while self._unlocked is None and not self._stop():
+            hook = self._effective(key)
+            if hook is None or hook.mode != BREAKPOINT:
+                break
+            self._condition.wait(RECHECK)
+        self._waiting = None
+        return self._unlocked
+
+    def _effective(self, key: Key) -> Hook | None:
+        hook = self._hooks.get(key)
+        return hook if hook is not None and hook.enabled and not self._suspended else None

@@ -64,17 +64,16 @@ class TransitionLog(RunObserver):
 
     def run_started(self, run: Run) -> None:
         """Open the file and write the tree."""
-        self._start = run.station.cell.time
-        self._flushed = time.monotonic()
         nodes = [(node.path, node.uid) for node in run.tree.nodes]
-        self._begin(instance_to_xml(run.tree), nodes)
+        self._begin(run.station.cell.time, instance_to_xml(run.tree), nodes)
 
     def after_tick(self) -> None:
         """Write the changes of the last half second."""
         if time.monotonic() - self._flushed > FLUSH:
             self._flush()
 
-    def write_recording(self, recording: "Recording") -> None:
+    @classmethod
+    def export(cls, recording: "Recording", path: Path) -> None:
         """Write the statuses of a recording; the file's time of its start is the present time.
 
         Raises:
@@ -83,14 +82,15 @@ class TransitionLog(RunObserver):
         events = [event for event in recording.events() if event.kind in ("tree", "status")]
         if not events or not recording.tree_xml:
             raise BtManipError(f"{recording.path} has no tree")
-        self._start = events[0].time
         nodes = [(node["path"], node["uid"]) for node in events[0].data["nodes"]]
-        self._begin(recording.tree_xml, nodes)
+        log = cls(path)
+        log._begin(events[0].time, recording.tree_xml, nodes)
         for event in events:
-            self.handle(event)
-        self.run_ended()
+            log.handle(event)
+        log.run_ended()
 
-    def _begin(self, xml: str, nodes: Sequence[tuple[str, int]]) -> None:
+    def _begin(self, start: float, xml: str, nodes: Sequence[tuple[str, int]]) -> None:
+        self._start, self._flushed = start, time.monotonic()
         with self._errors_named():
             self._open(xml, nodes, time.time_ns() // 1000)
             self._is_open = True
@@ -138,13 +138,7 @@ class TransitionLog(RunObserver):
 
     @abstractmethod
     def _open(self, xml: str, nodes: Sequence[tuple[str, int]], now: int) -> None:
-        """Open the file and write its header.
-
-        Args:
-            xml: The tree.
-            nodes: Path and uid of each node.
-            now: Microseconds since 1970.
-        """
+        """Open the file; write the tree, path and uid of its nodes, and microseconds since 1970."""
 
     @abstractmethod
     def _write(self, rows: Sequence[tuple[int, int, NodeStatus]]) -> None:
@@ -214,13 +208,3 @@ class SqliteRecorder(TransitionLog):
     def _close(self) -> None:
         self._database.close()
         self._file.close()
-
-
-def write_btlog(recording: "Recording", path: Path) -> None:
-    """Write the changes of statuses of a recording to a ``.btlog`` file."""
-    BtlogRecorder(path).write_recording(recording)
-
-
-def write_sqlite(recording: "Recording", path: Path) -> None:
-    """Write the changes of statuses of a recording to an SQLite database."""
-    SqliteRecorder(path).write_recording(recording)

@@ -1,6 +1,5 @@
 """Requests and replies of the protocol between Groot2 and BehaviorTree.CPP, version 2."""
 
-import json
 import struct
 from typing import Any
 
@@ -17,18 +16,6 @@ class RequestError(Exception):
     """A request that is answered by its message."""
 
 
-def read_json(payload: bytes) -> Any:
-    """Return the content of a JSON document.
-
-    Raises:
-        RequestError: If it is none.
-    """
-    try:
-        return json.loads(payload)
-    except (ValueError, RecursionError) as error:
-        raise RequestError(f"invalid JSON: {error}") from None
-
-
 def field_of(data: Any, name: str, kind: type[Any], below: int = 0) -> Any:
     """Return a field of a JSON object; an integer is from 0 to less than `below`.
 
@@ -40,26 +27,6 @@ def field_of(data: Any, name: str, kind: type[Any], below: int = 0) -> Any:
         limits = f" from 0 to {below - 1}" if kind is int else ""
         raise RequestError(f"'{name}' must be of type {kind.__name__}{limits}")
     return value
-
-
-def pack(value: Any) -> bytes:
-    """Encode a value as MessagePack as the engine does: sorted keys, the shortest exact numbers."""
-    import msgpack
-
-    if isinstance(value, dict):
-        items = sorted(value.items())
-        header: bytes = msgpack.Packer().pack_map_header(len(items))
-        return header + b"".join(pack(key) + pack(item) for key, item in items)
-    if isinstance(value, float):
-        try:
-            single = struct.pack(">f", value)
-        except OverflowError:
-            single = b""
-        if single and struct.unpack(">f", single)[0] == value:
-            return b"\xca" + single
-    if isinstance(value, int) and not -(1 << 63) <= value < 1 << 64:
-        value = str(value)
-    return msgpack.packb(value, unicode_errors="replace")
 
 
 def transition(microseconds: int, uid: int, status: int) -> bytes:

@@ -49,7 +49,7 @@ def register_recorders(register: Callable[[str, Callable[..., Any]], None]) -> N
 @hookimpl(optionalhook=True)
 def register_export_formats(register: Callable[[str, Callable[..., None]], None]) -> None:
     """Bring the log files of recordings."""
-    from bt_manip_groot.log_files import write_btlog, write_sqlite
+    from bt_manip_groot.log_files import BtlogRecorder, SqliteRecorder
 
-    register("btlog", write_btlog)
-    register("db3", write_sqlite)
+    register("btlog", BtlogRecorder.export)
+    register("db3", SqliteRecorder.export)

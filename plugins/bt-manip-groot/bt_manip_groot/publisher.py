@@ -7,7 +7,6 @@ import time
 import uuid
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from bt_manip.bt import Node, NodeStatus, Tree, instance_to_xml, tree_instances
@@ -19,8 +18,6 @@ from bt_manip_groot.messages import (
     HIGHEST_UID,
     PROTOCOL_VERSION,
     RequestError,
-    pack,
-    read_json,
     transition,
 )
 
@@ -51,7 +48,6 @@ HEARTBEAT = 5.0
 """Time without a request after which hooks have no effect, as in the engine [s]."""
 
 
-@dataclass(frozen=True)
 class TreeImage:
     """Description of a tree that stays the same while it runs.
 
@@ -63,24 +59,14 @@ class TreeImage:
         offsets: Positions of all nodes in the statuses, by uid.
     """
 
-    uuid: bytes
-    xml: bytes
-    scopes: dict[str, str]
-    nodes: dict[int, Node]
-    offsets: dict[int, int]
-
-    @classmethod
-    def of(cls, tree: Tree) -> "TreeImage":
-        """Return the image of a tree."""
+    def __init__(self, tree: Tree) -> None:
         instances = tree_instances(tree)
         links = [n for i in instances for n in i.nodes if n.uid <= HIGHEST_UID]
-        return cls(
-            uuid.uuid4().bytes,
-            instance_to_xml(tree).encode(errors="replace"),
-            {tree.tree_id: ""} | {i.path: i.path for i in instances[1:]},
-            {link.uid: link for link in links if isinstance(link, Node)},
-            {link.uid: 3 * index + 2 for index, link in enumerate(links)},
-        )
+        self.uuid = uuid.uuid4().bytes
+        self.xml = instance_to_xml(tree).encode(errors="replace")
+        self.scopes = {tree.tree_id: ""} | {i.path: i.path for i in instances[1:]}
+        self.nodes = {link.uid: link for link in links if isinstance(link, Node)}
+        self.offsets = {link.uid: 3 * index + 2 for index, link in enumerate(links)}
 
 
 class GrootPublisher(RunView):
@@ -102,6 +88,8 @@ class GrootPublisher(RunView):
 
     kinds = ("tree", "status", "blackboard", "cycle", "tick")
 
+    _image: TreeImage  # from the first event of a tree on
+
     def __init__(
         self,
         port: int = 1667,
@@ -119,7 +107,6 @@ class GrootPublisher(RunView):
         self._notifications = self._bind(zmq.PUB, port + 1)
         self._thread = threading.Thread(target=self._serve, name="groot2", daemon=True)
         self._closing = False
-        self._image = TreeImage(b"", b"", {}, {}, {})
         self._statuses = bytearray()
         self._published = b""
         self._values: dict[str, dict[str, Any]] = {}  # entries by the path of their scope
@@ -140,21 +127,15 @@ class GrootPublisher(RunView):
     def run_ended(self) -> None:
         """Remove the hooks, and close the sockets unless it stays."""
         if not self._stays:
-            self._stop_answering()
+            self.close()
         self._hooks.clear()
-        self._hooks.apply(self._image.nodes, self._run.interventions)
-        if not self._stays:
-            self._context.destroy()
 
     def close(self) -> None:
         """Stop answering requests, and close the sockets."""
-        self._stop_answering()
-        self._context.destroy()
-
-    def _stop_answering(self) -> None:
         self._closing = True
         if self._thread.is_alive():
             self._thread.join()
+        self._context.destroy()
 
     # The thread of the run
 
@@ -178,7 +159,7 @@ class GrootPublisher(RunView):
                 self._values[path] = values
             case "tree":
                 self._hooks.clear()
-                image = TreeImage.of(self._tree)
+                image = TreeImage(self._tree)
                 self._statuses = bytearray(
                     b"".join(struct.pack("<HB", uid, 0) for uid in image.offsets)
                 )
@@ -220,28 +201,24 @@ class GrootPublisher(RunView):
         return bound
 
     def _serve(self) -> None:
+        """Answer requests, and tell which breakpoints were reached, until the run ends."""
+        last, number = time.monotonic(), 0
         try:
-            self._serve_until_closing()
+            while not self._closing:
+                if self._replies.poll(POLL):
+                    self._hooks.suspend(False)
+                    self._replies.send_multipart(self._answer(self._request()))
+                    last = time.monotonic()
+                    time.sleep(REST)
+                elif time.monotonic() - last > HEARTBEAT:
+                    self._hooks.suspend(True)
+                while self._hooks.reached:
+                    number += 1
+                    header = PROTOCOL_VERSION + b"N" + struct.pack("<I", number)
+                    uid = str(self._hooks.reached.popleft()).encode()
+                    self._notifications.send_multipart([header, uid])
         finally:
             self._hooks.suspend(True)  # nobody could unlock a breakpoint any more
-
-    def _serve_until_closing(self) -> None:
-        """Answer requests, and tell which breakpoints were reached, until the run ends."""
-        last = time.monotonic()
-        number = 0
-        while not self._closing:
-            if self._replies.poll(POLL):
-                self._hooks.suspend(False)
-                self._replies.send_multipart(self._answer(self._request()))
-                last = time.monotonic()
-                time.sleep(REST)
-            elif time.monotonic() - last > HEARTBEAT:
-                self._hooks.suspend(True)
-            while self._hooks.reached:
-                number += 1
-                header = PROTOCOL_VERSION + b"N" + struct.pack("<I", number)
-                uid = str(self._hooks.reached.popleft()).encode()
-                self._notifications.send_multipart([header, uid])
 
     def _request(self) -> list[bytes]:
         """Receive a request; of more than three parts the rest is dropped."""
@@ -282,11 +259,11 @@ class GrootPublisher(RunView):
             case b"D":
                 return json.dumps(self._hooks.dump(), separators=(",", ":")).encode()
             case b"I":
-                self._hooks.insert(read_json(payload), image.offsets, image.nodes)
+                self._hooks.insert(json.loads(payload), image.offsets, image.nodes)
             case b"R":
-                self._hooks.remove(key_of(read_json(payload)))
+                self._hooks.remove(key_of(json.loads(payload)))
             case b"U":
-                self._hooks.unlock(read_json(payload))
+                self._hooks.unlock(json.loads(payload))
             case b"A":
                 self._hooks.clear()
             case b"X":
@@ -309,7 +286,10 @@ class GrootPublisher(RunView):
                 found[name] = self._values.get(path) or None
                 if path:
                     found["ROOT"] = self._values.get("") or None
-        return pack(found or None)
+        import msgpack
+
+        packed: bytes = msgpack.packb(found or None, default=str, unicode_errors="replace")
+        return packed
 
     def _toggle_recording(self, command: bytes) -> bytes | None:
         if command == b"start":

@@ -140,7 +140,7 @@ def test_a_paused_run_goes_on_when_the_publisher_fails(counted, monkeypatch):
     def fail(data):
         raise SystemExit
 
-    monkeypatch.setattr(publisher_module, "read_json", fail)
-    client.requests.send_multipart([b"\x02U\0\0\0\0", b"{}"])
+    monkeypatch.setattr(publisher_module, "key_of", fail)
+    client.requests.send_multipart([b"\x02R\0\0\0\0", b"{}"])
     steps.wait()
     assert counted.count.ticks == 1

@@ -10,7 +10,6 @@ import os
 import sys
 import sysconfig
 from collections.abc import Collection
-from pathlib import Path
 from typing import Any, Final
 
 CODE: Final = (".py", ".pyc", ".pyo", ".so", ".pyd", ".pth")
@@ -25,11 +24,7 @@ _DEVICES: Final = ("/dev/null", "/dev/urandom", "/dev/shm")
 
 
 def guard_files(
-    folder: Path,
-    readable: Collection[Path] = (),
-    writable: Collection[Path] = (),
-    *,
-    allow_python: bool = False,
+    folder: str, readable: Collection[str], writable: Collection[str], *, allow_python: bool
 ) -> None:
     """Refuse, from now on, files outside of a folder, code in it, and the network.
 
@@ -42,9 +37,8 @@ def guard_files(
     installed = [sys.prefix, sys.base_prefix, sys.exec_prefix, *filter(None, sys.path)]
     for packages in {sysconfig.get_path("purelib"), sysconfig.get_path("platlib")}:
         installed += [entry.path for entry in os.scandir(packages) if entry.is_symlink()]
-    code = {os.path.realpath(path) for path in (*installed, *map(str, readable))}
-    code = {path for path in code if path != os.sep}
-    owned = {os.path.realpath(path) for path in map(str, (folder, *writable, *_DEVICES))}
+    code = {os.path.realpath(path) for path in (*installed, *readable)} - {os.sep}
+    owned = {os.path.realpath(path) for path in (folder, *writable, *_DEVICES)}
 
     def check(path: Any, *, writes: bool) -> None:
         if not isinstance(path, str | bytes | os.PathLike):

@@ -9,6 +9,7 @@ from typing import Final
 from mcp.server.mcpserver.exceptions import ToolError
 
 _NAME: Final = re.compile(r"\w[\w .+-]*")
+_DOCUMENT: Final = re.compile(rf"(.*?\.(?:xml|py))(:{_NAME.pattern})?")
 _KEY: Final = re.compile(r"\w[\w.]*")
 
 
@@ -55,16 +56,14 @@ class Limits:
         """
         if _NAME.fullmatch(text) and not text.endswith((".xml", ".py")):
             return text
-        path, colon, name = text.rpartition(":")
-        if not path.endswith((".xml", ".py")):
-            path, colon, name = text, "", ""
-        if name and not _NAME.fullmatch(name):
-            raise ToolError(f"refused: '{name}' is no name of a tree")
+        if (document := _DOCUMENT.fullmatch(text)) is None:
+            raise ToolError(f"refused: {text!r} is no name of a tree, and no .xml or .py file")
+        path, name = document.groups("")
         if path.endswith(".py") and not self.allow_python:
             raise ToolError(f"refused: '{text}' is Python code, which needs --allow-python")
-        return f"{self.file(path, '.xml', '.py')}{colon}{name}"
+        return self.file(path, ".xml", ".py") + name
 
-    def part(self, option: str, text: str, suffix: str = ".toml") -> list[str]:
+    def part(self, option: str, text: str) -> list[str]:
         """Return the option of a registered part or of a file of the folder; none for no text.
 
         Raises:
@@ -72,19 +71,17 @@ class Limits:
         """
         if not text:
             return []
-        is_name = _NAME.fullmatch(text) and not text.endswith(suffix)
-        return [f"{option}={text if is_name else self.file(text, suffix)}"]
+        is_name = _NAME.fullmatch(text) and not text.endswith(".toml")
+        return [f"{option}={text if is_name else self.file(text, '.toml')}"]
 
-    def number(self, what: str, value: int, least: int = 1) -> str:
+    def number(self, what: str, value: int) -> str:
         """Return a number of cycles, episodes or seeds as text.
 
         Raises:
             ToolError: If there are too few or too many.
         """
-        if not least <= value <= self.episodes:
-            raise ToolError(
-                f"refused: {what} is {value}; this server takes {least} to {self.episodes}"
-            )
+        if not 1 <= value <= self.episodes:
+            raise ToolError(f"refused: {what} is {value}; this server takes 1 to {self.episodes}")
         return str(value)
 
     def settings(self, values: Mapping[str, str | int | float | bool]) -> list[str]:

@@ -1,5 +1,6 @@
 """A recorder that draws the cell as a run leaves it: at the moment of its failure, if it fails."""
 
+from contextlib import closing
 from pathlib import Path
 from typing import Annotated
 
@@ -8,6 +9,9 @@ from bt_manip.parameters import Parameter
 from bt_manip.record import writing
 from bt_manip.runner import Run, RunObserver
 
+SIZE = (800, 600)
+"""Width and height of the picture [pixels]."""
+
 
 class PictureRecorder(RunObserver):
     """Draw the end of a run as a PNG.
@@ -15,8 +19,6 @@ class PictureRecorder(RunObserver):
     Args:
         path: The file; None: ``end.png``.
         cameras: Full name of the camera.
-        width: Width of the picture [pixels].
-        height: Height of the picture [pixels].
     """
 
     suffix = ".png"
@@ -26,11 +28,8 @@ class PictureRecorder(RunObserver):
         path: Path | None,
         *,
         cameras: Annotated[str, Parameter("Full name of the camera.")] = "overview",
-        width: Annotated[int, Parameter("Width [pixels].", at_least=16, at_most=1920)] = 800,
-        height: Annotated[int, Parameter("Height [pixels].", at_least=16, at_most=1200)] = 600,
     ) -> None:
-        self._path = path or Path("end.png")
-        self._camera, self._width, self._height = cameras, width, height
+        self._path, self._camera = path or Path("end.png"), cameras
 
     def run_started(self, run: Run) -> None:
         """Keep the cell."""
@@ -46,10 +45,8 @@ class PictureRecorder(RunObserver):
         from PIL import Image
 
         cell = self._cell
-        renderer = FrameRenderer(cell.model, self._width, self._height)
-        try:
+        renderer = FrameRenderer(cell.model, *SIZE)
+        with closing(renderer):
             pixels = renderer.frame(cell.data, camera_number(cell.model, self._camera))
-        finally:
-            renderer.close()
         with writing(self._path, "picture"):
             Image.fromarray(pixels).save(self._path)

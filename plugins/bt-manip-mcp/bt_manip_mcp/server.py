@@ -2,9 +2,8 @@
 
 import importlib.util
 import json
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from functools import partial
+from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from typing import Annotated, Any, Final
 from uuid import uuid4
@@ -60,30 +59,15 @@ Document = Annotated[str, Field(description="Path of an .xml file in the folder.
 
 def serve(limits: Limits) -> None:
     """Serve the client at standard input and output until it closes the connection."""
-    with _processes(limits) as (commands, pictures):
-        make_server(limits, commands, pictures).run("stdio")
+    with (
+        closing(WarmProcess(limits)) as commands,
+        closing(WarmProcess(limits, draws=True)) as pictures,
+    ):
+        _make_server(Tools(limits, commands, pictures)).run("stdio")
 
 
-@contextmanager
-def _processes(limits: Limits) -> Iterator[tuple[WarmProcess, WarmProcess]]:
-    commands, pictures = WarmProcess(limits), WarmProcess(limits, draws=True)
-    try:
-        yield commands, pictures
-    finally:
-        commands.close()
-        pictures.close()
-
-
-def make_server(limits: Limits, commands: WarmProcess, pictures: WarmProcess) -> MCPServer:
-    """Make a server.
-
-    Args:
-        limits: What a client may ask for.
-        commands: Runs commands.
-        pictures: Runs those that draw.
-    """
+def _make_server(tools: "Tools") -> MCPServer:
     server = MCPServer("bt-manip", instructions=INSTRUCTIONS, log_level="WARNING")
-    tools = Tools(limits, commands, pictures)
     offered: list[Callable[..., Any]] = [
         tools.list_parts, tools.list_tasks, tools.read_tree, tools.write_tree, tools.check_tree,
         tools.run_tree, tools.evaluate_tree, tools.read_report, tools.picture_of_end,
@@ -107,7 +91,13 @@ def make_server(limits: Limits, commands: WarmProcess, pictures: WarmProcess) ->
 
 
 class Tools:
-    """The tools of a server; their docstrings are what the client reads."""
+    """The tools of a server; their docstrings are what the client reads.
+
+    Args:
+        limits: What a client may ask for.
+        commands: Runs commands.
+        pictures: Runs those that draw.
+    """
 
     def __init__(self, limits: Limits, commands: WarmProcess, pictures: WarmProcess) -> None:
         self._limits, self._commands, self._pictures = limits, commands, pictures
@@ -157,16 +147,18 @@ class Tools:
 
         The same seed gives the same run.
         """
-        return await self._run(*self._words(tree, seed, cycles, scene, robot, settings, report))
+        words = [f"--seed={seed}", f"--cycles={self._limits.number('cycles', cycles)}"]
+        if report:
+            words.append(f"--report={self._limits.file(report, '.json')}")
+        return await self._run("run", *words, *self._cell(tree, scene, robot, settings))
 
     async def evaluate_tree(
         self, tree: Tree, episodes: int = 10, seed: int = 0, scene: Scene = "", robot: Robot = "",
         settings: Settings = None,
     ) -> str:  # fmt: skip
         """Measure how often a tree succeeds, on randomized episodes, with a 95 % interval."""
-        number = self._limits.number("episodes", episodes)
-        chosen = [f"--episodes={number}", f"--seed={seed}", *self._limits.settings(settings or {})]
-        return await self._run("evaluate", *chosen, *self._cell(tree, scene, robot))
+        words = [f"--episodes={self._limits.number('episodes', episodes)}", f"--seed={seed}"]
+        return await self._run("evaluate", *words, *self._cell(tree, scene, robot, settings))
 
     async def stress_tree(
         self, tree: Tree, seeds: int = 1, faults: str = "", phases: str = "", scene: Scene = "",
@@ -181,12 +173,7 @@ class Tools:
         self, path: Annotated[str, Field(description="Path of a .json file in the folder.")]
     ) -> str:
         """Return a report that run_tree or bt-manip run --report has written."""
-        text = self._file(path, ".json").read_text(encoding="utf-8")
-        try:
-            json.loads(text)
-        except ValueError as error:
-            raise ToolError(f"'{path}' is no JSON: {error}") from None
-        return text
+        return self._file(path, ".json").read_text(encoding="utf-8")
 
     async def picture_of_end(
         self, tree: Tree, seed: int = 0, scene: Scene = "", robot: Robot = "",
@@ -196,10 +183,10 @@ class Tools:
         """Run a tree once, and draw the cell at its end, which is where it failed, if it did."""
         if not all(letter.isalnum() or letter in "_/-" for letter in camera):
             raise ToolError(f"refused: '{camera}' is no name of a camera")
-        words = self._words(tree, seed, 1, scene, robot, settings, "")
         file = self._pictures.folder / f"{uuid4().hex}.png"
-        words.insert(1, f"--record=picture={file} cameras={camera}")
-        found = await self._run(*words, process=self._pictures)
+        words = [f"--seed={seed}", "--cycles=1", f"--record=picture={file} cameras={camera}"]
+        words += self._cell(tree, scene, robot, settings)
+        found = await self._run("run", *words, process=self._pictures)
         if not file.exists():
             return [found]
         data = file.read_bytes()
@@ -208,25 +195,16 @@ class Tools:
 
     # ------------------------------------------------------------------ commands
 
-    def _cell(self, tree: str, scene: str, robot: str) -> list[str]:
-        part = self._limits.part
-        return [*part("--scene", scene), *part("--robot", robot), "--", self._limits.tree(tree)]
-
-    def _words(
-        self, tree: str, seed: int, cycles: int, scene: str, robot: str,
-        settings: dict[str, Any] | None, report: str,
-    ) -> list[str]:  # fmt: skip
-        words = ["run", f"--seed={seed}", f"--cycles={self._limits.number('cycles', cycles)}"]
-        words += self._limits.settings(settings or {})
-        if report:
-            words.append(f"--report={self._limits.file(report, '.json')}")
-        return [*words, *self._cell(tree, scene, robot)]
+    def _cell(self, tree: str, scene: str, robot: str, settings: Settings = None) -> list[str]:
+        limits = self._limits
+        words = limits.part("--scene", scene) + limits.part("--robot", robot)
+        return [*words, *limits.settings(settings or {}), "--", limits.tree(tree)]
 
     async def _run(self, *words: str, process: WarmProcess | None = None) -> str:
         process = process or self._commands
-        before = list(words)
-        before.insert(before.index("--"), "--json")
-        found = await anyio.to_thread.run_sync(partial(process.run, before), abandon_on_cancel=True)
+        at = words.index("--")
+        arguments = [*words[:at], "--json", *words[at:]]
+        found = await anyio.to_thread.run_sync(process.run, arguments, abandon_on_cancel=True)
         return json.dumps(found, indent=1)
 
     def _file(self, path: str, suffix: str) -> Path:

@@ -15,6 +15,7 @@ from typing import Any, Final
 
 import platformdirs
 
+from bt_manip.cli import findings_of
 from bt_manip_mcp.limits import Limits
 from bt_manip_mcp.worker import VARIABLE
 
@@ -59,7 +60,7 @@ class WarmProcess:
             process = self._started()
             assert process.stdin is not None
             with suppress(BrokenPipeError):
-                process.stdin.write(json.dumps({"arguments": arguments}).encode() + b"\n")
+                process.stdin.write(json.dumps(arguments).encode() + b"\n")
                 process.stdin.flush()
             answer = self._receive(self._limits.seconds)
             if answer is not None:
@@ -73,8 +74,8 @@ class WarmProcess:
             if answer is None:
                 self._kill()
                 text = "killed" if stopped else f"its process died (exit {process.returncode})"
-                finding = {"code": "error", "severity": "error", "file": "", "line": 0, "column": 0}
-                answer = {"exit_code": None, "findings": [{**finding, "message": text}]}
+                findings = [finding.plain() for finding in findings_of([text])]
+                answer = {"exit_code": None, "findings": findings}
             return answer | stopped
 
     def close(self) -> None:

@@ -9,8 +9,6 @@ import contextlib
 import io
 import json
 import os
-import re
-from pathlib import Path
 from typing import Any, Final
 
 VARIABLE: Final = "BT_MANIP_MCP_GUARD"
@@ -34,8 +32,8 @@ def main() -> None:
         with contextlib.suppress(ImportError, AttributeError):  # drawing will tell what is missing
             import mujoco.gl_context  # noqa: F401  # searches libraries of the system
     _guard()
-    first = {"arguments": ["list", "trees", "--json"]}  # imports what runs need
-    print(json.dumps(_answer(first)), file=answers, flush=True)
+    first = _answer(["list", "trees", "--json"])  # imports what runs need
+    print(json.dumps(first), file=answers, flush=True)
     for line in requests:
         print(json.dumps(_answer(json.loads(line))), file=answers, flush=True)
 
@@ -43,16 +41,10 @@ def main() -> None:
 def _guard() -> None:
     from bt_manip_mcp.file_guard import guard_files
 
-    given = json.loads(os.environ[VARIABLE])
-    guard_files(
-        Path(given["folder"]),
-        [Path(path) for path in given["readable"]],
-        [Path(path) for path in given["writable"]],
-        allow_python=given["allow_python"],
-    )  # fmt: skip
+    guard_files(**json.loads(os.environ[VARIABLE]))
 
 
-def _answer(request: dict[str, Any]) -> dict[str, Any]:
+def _answer(arguments: list[str]) -> dict[str, Any]:
     """Run a command, and return the object that it prints, with its exit code.
 
     A command that prints none has failed: its error is the only finding.
@@ -63,7 +55,7 @@ def _answer(request: dict[str, Any]) -> dict[str, Any]:
     interrupt = Interrupt()
     interrupt.install()
     with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(errors):
-        code = run_app(interrupt, request["arguments"])
+        code = run_app(interrupt, arguments)
     found = last_object(printed.getvalue())
     if found is None or (code == 3 and not found["findings"]):
         text = errors.getvalue()[-MAX_ERROR:].strip() or "the command printed no result"
@@ -72,14 +64,11 @@ def _answer(request: dict[str, Any]) -> dict[str, Any]:
 
 
 def last_object(text: str) -> dict[str, Any] | None:
-    """Return the last object with findings in a text, as commands print it; None without one."""
-    for start in reversed([found.start() for found in re.finditer(r"^\{$", text, re.MULTILINE)]):
-        with contextlib.suppress(ValueError):
-            found, _ = json.JSONDecoder().raw_decode(text, start)
-            if "findings" in found:
-                assert isinstance(found, dict)
-                return found
-    return None
+    """Return the object with findings that a command has printed last; None without one."""
+    found: dict[str, Any] = {}
+    with contextlib.suppress(ValueError):
+        found, _ = json.JSONDecoder().raw_decode(text, f"\n{text}".rindex("\n{\n"))
+    return found if "findings" in found else None
 
 
 if __name__ == "__main__":

@@ -67,19 +67,11 @@ class PageView(Page, RunView):
             self._selection = _selection(page, session)
             return self._selection
 
-        def make_jog(page: Any) -> JogPanel:
-            self._jog = JogPanel(page, self._save)
-            return self._jog
-
-        def make_keep(page: Any) -> KeepPanel:
-            self._keep = KeepPanel(page)
-            return self._keep
-
         make_selection.place = SessionPanel.place  # type: ignore[attr-defined]
-        make_keep.place = KeepPanel.place  # type: ignore[attr-defined]
         panels = {"run": make_selection, **page_panels(session.plugins)}
-        panels |= {"jog": make_jog, "keep": make_keep}
         super().__init__(panels, port=port, speed=session.options.speed or None)
+        self._jog = self._add_panel("jog", lambda page: JogPanel(page, self._save))
+        self._keep = self._add_panel("keep", KeepPanel)
         self.controls.breakpoints, self.watches = self._named, session.options.watch
         session.tell(f"The page of the run: {self.url}")
 
@@ -89,13 +81,12 @@ class PageView(Page, RunView):
         Raises:
             BtManipError: If the tree has no node of a breakpoint.
         """
-        if not self._is_looked_at and (problem := problem_of(self._named, nodes_of(run.tree))):
+        if self._is_looked_at:
+            return
+        if problem := problem_of(self._named, nodes_of(run.tree)):
             raise BtManipError(problem)
-        if FIRST_LOOK and not self._is_looked_at:
-            self._session.tell(
-                f"The run begins when it is open, at the latest in {FIRST_LOOK:.0f} s."
-            )
-            self.wait_until_open(FIRST_LOOK, lambda: self._session.interrupted)
+        self._session.tell(f"The run begins when it is open, at the latest in {FIRST_LOOK:.0f} s.")
+        self.wait_until_open(FIRST_LOOK, lambda: self._session.interrupted)
         self._is_looked_at = True
 
     def serve(self, session: Session) -> None:
@@ -253,12 +244,7 @@ class PageView(Page, RunView):
 
 
 def command_of(options: RunOptions, seed: int) -> list[str]:
-    """Return the words of the command that records the run of some options.
-
-    Args:
-        options: The options.
-        seed: Its seed.
-    """
+    """Return the words of the command that records the run of some options with a seed."""
     selected = chosen()
     plugins = [["--block", name] for name in sorted(selected.blocked)]
     plugins += [["--plugins-dir", str(folder)] for folder in selected.folders]
@@ -274,13 +260,9 @@ def _selection(page: Any, session: Session) -> SessionPanel:
     first = RunChoice(
         session.options.tree, str(request.scene), str(request.robot), request.seed, request.cycles
     )
-    known = {
+    names = {
         "tree": parts.trees.names(), "scene": parts.scenes.names(), "robot": parts.robots.names()
     }  # fmt: skip
-    names = {
-        kind: tuple(dict.fromkeys([getattr(first, kind), *registered]))
-        for kind, registered in known.items()
-    }
 
     def scene_of(tree: str) -> str:
         return str(session.request(tree=tree).scene)

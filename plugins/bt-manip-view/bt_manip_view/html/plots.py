@@ -77,35 +77,25 @@ class Plots:
     Args:
         run: The run.
         start: Simulated time at the start of the replay [s].
-
-    Attributes:
-        gap: Largest gap between bars that are merged into one [s].
     """
 
     def __init__(self, run: RecordedRun, start: float) -> None:
-        self._run, self._start, self.gap = run, start, 0.0
+        self._run, self._start = run, start
         end = max(run.recording.end, 1e-3)
         self._range = Range1d(start=0.0, end=end, bounds=(0.0, end), min_interval=1e-3)
 
     def lines(
         self, unit: str, t: np.ndarray, columns: np.ndarray, names: Sequence[str], **options: Any
     ) -> Any:
-        """Return a plot with a line for each column.
-
-        Args:
-            unit: Unit of the values.
-            t: Times [s].  # (n,)
-            columns: Values.  # (n, k)
-            names: Names of the columns.
-            options: Further options of Bokeh's ``figure``.
-        """
+        """Return a plot over time [s] with a line for each named column; `options` are Bokeh's."""
+        # t: (n,), columns: (n, k)
         options = {"height": 220, "min_border_left": LABEL_WIDTH, **options}
         plot = self._figure(y_axis_label=unit, **options)
         for i, name in enumerate(names):
-            x, y = thin(t, columns[:, i])
+            x, y = thin(np.column_stack([t, columns[:, i]])).T.astype(np.float32)
             plot.line(
-                x.astype(np.float32), y.astype(np.float32), color=PALETTE[i % len(PALETTE)],
-                line_width=1.5, legend_label=plain_text(name), name=plain_text(name),
+                x, y, color=PALETTE[i % len(PALETTE)], line_width=1.5,
+                legend_label=plain_text(name), name=plain_text(name),
             )  # fmt: skip
         plot.legend.click_policy = "hide"
         plot.legend.label_text_font_size = "12px"
@@ -119,8 +109,7 @@ class Plots:
 
     def bars(self, rows: Sequence[BarRow]) -> tuple[Any, str]:
         """Return a timeline, and the names of its rows as HTML."""
-        merged, gap = merge(row.intervals for row in rows)
-        self.gap = max(self.gap, gap)
+        merged = merge(row.intervals for row in rows)
         plot = self._figure(
             frame_height=ROW_HEIGHT * len(rows), min_border_left=0,
             y_range=Range1d(start=len(rows) - 0.5, end=-0.5),

@@ -14,7 +14,6 @@ from bt_manip_recording import RecordedRun, Recording
 from .markup import html_list, html_page, html_rows, html_section, html_tiles
 from .plots import LABEL_WIDTH, LONGEST_REASON, ROW_HEIGHT, BarRow, Plots
 from .replay import replay_html
-from .thinning import LINE_SAMPLES
 
 SHOWN_REASONS = 50
 """Largest number of listed failure reasons, most frequent first."""
@@ -24,6 +23,11 @@ CYCLE_ROWS = 200
 
 USED_LIMITS = ("position", "velocity", "acceleration", "torque")
 """Limits whose use is plotted; most motions reach the jerk limit."""
+
+RESOLUTION = (
+    "Of long runs, the replay has fewer poses per second, lines show the smallest and largest "
+    "values of short sections, and bars of one status that are close together are merged."
+)
 
 
 def run_page(recording: Recording) -> str:
@@ -35,7 +39,7 @@ def run_page(recording: Recording) -> str:
         BtManipError: If the recording is not one of a run.
     """
     run = RecordedRun(recording)
-    replay, rate, start = replay_html(recording)
+    replay, start = replay_html(recording)
     plots = Plots(run, start)
     nodes = [node for node in run.nodes.values() if node.intervals]
     tree = [BarRow(n.name, n.path, n.intervals, n.depth, not n.is_leaf) for n in nodes]
@@ -81,7 +85,7 @@ def run_page(recording: Recording) -> str:
         f'<p class="narrow">{hint}</p>',
         *sections,
         html_section("Run", _identity(recording)),
-        f'<p class="narrow">{_resolution(run, rate, plots.gap)}</p>',
+        f'<p class="narrow">{RESOLUTION}</p>',
     )
     style = f".names{{width:{LABEL_WIDTH}px}}.names div{{height:{ROW_HEIGHT}px}}"
     return html_page(title, parts, script, style)
@@ -165,9 +169,7 @@ def _reasons(run: RecordedRun) -> str:
     ]
     found = sorted([*found, *run.faults])
     counts = Counter((where, reason) for _, where, reason in found)
-    first: dict[tuple[str, str], float] = {}
-    for time, where, reason in found:
-        first.setdefault((where, reason), time)
+    first = {(where, reason): time for time, where, reason in reversed(found)}
     common = counts.most_common(SHOWN_REASONS)
     rows = [
         [f"{first[key]:.2f} s", str(count), escape(key[0]), escape(key[1][:LONGEST_REASON])]
@@ -193,17 +195,3 @@ def _identity(recording: Recording) -> str:
         elif value not in ("", None, []):
             lines[names.get(key, key)] = str(value)
     return html_list(lines)
-
-
-def _resolution(run: RecordedRun, rate: float, gap: float) -> str:
-    """Return how the data were downsampled to keep the file small."""
-    steps = max((len(robot.t) for robot in run.robots.values()), default=0)
-    parts = [f"The replay has {rate:.3g} poses per second."]
-    if steps > LINE_SAMPLES:
-        each = 2 * steps / LINE_SAMPLES * run.recording.identity["time_step_s"]
-        parts.append(
-            f"Downsampled: lines show the smallest and largest value of each {each * 1e3:.3g} ms."
-        )
-    if gap:
-        parts.append(f"Downsampled: bars of one status less than {gap:.2g} s apart are merged.")
-    return " ".join(parts)

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from bt_manip_recording import RecordedScene, Recording, running_leaves
+from bt_manip_view.page.framing import view_axes
 from bt_manip_view.page.scene import SceneView
 from bt_manip_view.page.server import close_server, open_server
 
@@ -18,8 +19,8 @@ LABEL_HEIGHT = 0.9
 """Height of the label over the centre of the image; 1 is the upper edge."""
 
 
-def replay_html(recording: Recording) -> tuple[str, float, float]:
-    """Return the replay of a recording as HTML, its rate [1/s] and its start time [s]."""
+def replay_html(recording: Recording) -> tuple[str, float]:
+    """Return the replay of a recording as HTML, and its start time [s]."""
     scene = RecordedScene(recording)
     first, last = float(scene.times[0]), float(scene.times[-1])
     duration = last - first
@@ -45,14 +46,12 @@ def replay_html(recording: Recording) -> tuple[str, float, float]:
             else:
                 view.update()
             label.text = f"{time:.2f} s  {', '.join(leaf.name for leaf in leaves)}"
-        return serializer.as_html(), rate, first
+        return serializer.as_html(), first
     finally:
         close_server(server)
 
 
 def _top(camera: Any) -> np.ndarray:
     """Return the point at the top of a camera's image, at the depth of its centre [m]."""
-    forward = np.subtract(camera.look_at, camera.position)
-    right = np.cross(forward, (1e-6, 0.0, 1.0))  # not zero where the camera looks straight down
-    up = np.cross(right, forward) / np.linalg.norm(right)
+    up = view_axes(np.subtract(camera.look_at, camera.position))[:, 1]
     return camera.look_at + LABEL_HEIGHT * np.tan(camera.fov / 2.0) * up

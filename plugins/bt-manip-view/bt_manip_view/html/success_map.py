@@ -11,6 +11,7 @@ from bokeh.transform import linear_cmap
 
 from bt_manip.evaluation import EpisodeResult, SuccessRate
 from bt_manip.exceptions import BtManipError, did_you_mean
+from bt_manip_view.page.gui import is_number
 
 from .plots import plain_text
 
@@ -19,34 +20,24 @@ MAP_BINS = 5
 
 
 class MapCell(NamedTuple):
-    """A success rate where two quantities are in a bin each.
-
-    Attributes:
-        left: Lower bound of the first one.
-        right: Its upper bound.
-        bottom: Lower bound of the second one.
-        top: Its upper bound.
-        rate: The success rate.
-    """
+    """A success rate where two quantities are in a bin each."""
 
     left: float
-    right: float
+    right: float  # bounds of the first one
     bottom: float
-    top: float
+    top: float  # bounds of the second one
     rate: SuccessRate
 
 
 def map_axes(quantities: Mapping[str, Sequence[Any]], asked: Sequence[str]) -> Sequence[str]:
     """Return the names of two quantities that are numbers in all episodes; empty if there are none.
 
-    Args:
-        quantities: The quantities by name.
-        asked: The names that are wanted, or none: the first two.
+    They are those asked for, or else the first two.
 
     Raises:
         BtManipError: If one that is wanted is not among them.
     """
-    names = [name for name, values in quantities.items() if all(map(_is_number, values))]
+    names = [name for name, values in quantities.items() if all(map(is_number, values))]
     for name in asked:
         if name not in names:
             raise BtManipError(
@@ -94,10 +85,6 @@ def map_plot(x: str, y: str, found: Sequence[MapCell]) -> Any:
     ]  # fmt: skip
     plot.add_tools(HoverTool(tooltips=tips, renderers=[drawn]))
     return plot
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _bins(values: Sequence[float]) -> tuple[np.ndarray, list[float]]:

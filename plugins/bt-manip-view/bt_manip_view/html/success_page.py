@@ -30,16 +30,10 @@ LISTED_FAILURES = 50
 
 
 class RateAt(NamedTuple):
-    """A success rate where a quantity has a value, or is in a bin.
+    """A success rate where a quantity has a value, or is in a bin."""
 
-    Attributes:
-        x: The value, or the mean of the bin.
-        label: The value or the bounds of the bin, as text.
-        rate: The success rate.
-    """
-
-    x: Any
-    label: str
+    x: Any  # the value, or the mean of the bin
+    label: str  # the value or the bounds of the bin
     rate: SuccessRate
 
 

@@ -6,46 +6,38 @@ import numpy as np
 
 from bt_manip.record import Interval
 
-LINE_SAMPLES = 4000
-"""Samples of a line that are kept: several per pixel of a wide screen."""
+SAMPLES = 4000
+"""Samples of a plot that are kept: several per pixel of a wide screen."""
 
 BARS = 4000
 """Bars of a timeline that are kept."""
 
 
-def thin(t: np.ndarray, values: np.ndarray, samples: int = LINE_SAMPLES) -> tuple[np.ndarray, ...]:
-    """Downsample a line to the smallest and the largest sample of equal sections.
+def thin(rows: np.ndarray, samples: int = SAMPLES) -> np.ndarray:
+    """Downsample lines to the samples with the smallest and largest values of equal sections.
 
     Peaks keep their values and times.
 
     Args:
-        t: Times [s].  # (n,)
-        values: Values at these times.  # (n,)
-        samples: Largest number of samples to return.
+        rows: Times [s], then the values of each line.  # (n, 1 + k)
+        samples: Largest number of rows to return.
     """
-    if len(t) <= samples:
-        return t, values
-    sections = np.array_split(np.arange(len(t)), samples // 2)
-    kept = [part[[values[part].argmin(), values[part].argmax()]] for part in sections]
-    indices = np.unique(kept)
-    return t[indices], values[indices]
+    if len(rows) <= samples:
+        return rows
+    lines = max(rows.shape[1] - 1, 1)
+    sections = np.array_split(np.nan_to_num(rows[:, 1:]), samples // (2 * lines))
+    starts = np.cumsum([0, *map(len, sections[:-1])])
+    extremes = [np.stack([one.argmin(axis=0), one.argmax(axis=0)]) for one in sections]
+    return rows[np.unique([start + at for start, at in zip(starts, extremes, strict=True)])]
 
 
-def merge(rows: Iterable[list[Interval]], bars: int = BARS) -> tuple[list[list[Interval]], float]:
-    """Merge neighbouring intervals of the same status until at most `bars` are left.
-
-    Args:
-        rows: Intervals of each row.
-        bars: Number of intervals to keep in all rows together.
-
-    Returns:
-        The intervals of each row, and the largest gap between merged intervals [s].
-    """
+def merge(rows: Iterable[list[Interval]], bars: int = BARS) -> list[list[Interval]]:
+    """Merge neighbouring intervals of the same status of each row until about `bars` are left."""
     kept, gap = [sorted(row) for row in rows], 0.0
     while sum(map(len, kept)) > max(bars, len(kept) * 10):
         gap = max(2.0 * gap, 0.02)
         kept = [_join(row, gap) for row in kept]
-    return kept, gap
+    return kept
 
 
 def _join(row: list[Interval], gap: float) -> list[Interval]:

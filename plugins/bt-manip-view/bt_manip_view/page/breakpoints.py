@@ -1,7 +1,7 @@
 """Breakpoints: set on the page, named by an option, or marked in the file of a tree."""
 
 import re
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
@@ -33,17 +33,11 @@ class Breakpoints:
         self.paths: frozenset[str] = frozenset()
         self._tree = ""
         self._keys: dict[str, Key] = {}
-        self._set: dict[str, set[Key]] = {}  # by tree
-        self._seen: dict[str, set[Key]] = {}  # of names and documents, by tree
+        self._set = defaultdict[str, set[Key]](set)  # by tree
+        self._seen = defaultdict[str, set[Key]](set)  # of names and documents, by tree
 
     def show(self, tree: str, nodes: Sequence[Mapping[str, Any]], marked: Iterable[str]) -> None:
-        """Take up the breakpoints of a tree.
-
-        Args:
-            tree: Its name.
-            nodes: Its nodes, each with ``path`` and ``name``.
-            marked: Paths of the nodes that its document marks.
-        """
+        """Take up the breakpoints of a tree, whose document marks some nodes by their paths."""
         counts = Counter[str]()
         self._tree, self._keys = tree, {}
         for path in (node["path"] for node in nodes):
@@ -52,9 +46,8 @@ class Breakpoints:
             counts[plain] += 1
         paths = {path for name in self.names for path in paths_of(name, nodes)}
         given = {self._keys[path] for path in paths.union(marked)}
-        seen = self._seen.setdefault(tree, set())
-        self._present |= given - seen
-        seen |= given
+        self._set[tree] |= given - self._seen[tree]
+        self._seen[tree] |= given
         self._find_paths()
 
     def choose(self, paths: Collection[str]) -> None:
@@ -65,16 +58,8 @@ class Breakpoints:
         else:
             self.names, self.paths = tuple(paths), frozenset(paths)
 
-    @property
-    def _present(self) -> "set[Key]":
-        return self._set.setdefault(self._tree, set())
-
-    @_present.setter
-    def _present(self, keys: "set[Key]") -> None:
-        self._set[self._tree] = keys
-
     def _find_paths(self) -> None:
-        present = self._present
+        present = self._set[self._tree]
         self.paths = frozenset(path for path, key in self._keys.items() if key in present)
 
 
@@ -83,8 +68,7 @@ def paths_of(name: str, nodes: Iterable[Mapping[str, Any]]) -> set[str]:
     return {
         path
         for path, own in ((node["path"], node["name"]) for node in nodes)
-        for plain in (_NUMBER.sub("", path),)
-        if name in (path, own, plain) or plain.endswith(f"/{name}")
+        if name in (path, own) or f"/{_NUMBER.sub('', path)}".endswith(f"/{name}")
     }
 
 

@@ -2,7 +2,7 @@
 
 import math
 import threading
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
 from bt_manip.exceptions import BtManipError
@@ -15,9 +15,6 @@ from .panel import Panel
 SPEEDS = {"1/10": 0.1, "1/4": 0.25, "1/2": 0.5, "1": 1.0, "2": 2.0, "5": 5.0}
 """Options of the speed: simulated seconds per second of wall time."""
 
-UNLIMITED = "as fast as possible"
-"""Option for no speed limit."""
-
 PAUSE_POLL = 0.05
 """Wall time between two checks of a paused run [s]."""
 
@@ -27,13 +24,10 @@ class Controls(Panel):
 
     Callbacks of the inputs only set attributes that the thread of the run reads between ticks.
 
-    Args:
-        gui: The inputs of the page.
-        speed: Initial speed, simulated seconds per second of wall time; None: no limit.
-
     Attributes:
         paused: Whether the run waits before its next tick.
         stopped: Whether the run shall end.
+        speed: Simulated seconds per second of wall time; None: no limit.
         task: Name of the tree.
         marked: Paths of the nodes at which the tree's document sets breakpoints.
         edited: Whether the file of the tree was edited since the run pauses.
@@ -46,6 +40,8 @@ class Controls(Panel):
 
     texts = ("running", "Continue")
     """State shown while time advances, and label of the button when paused."""
+    speeds: Mapping[str, float | None] = {**SPEEDS, "as fast as possible": None}
+    """Offered speeds."""
 
     def __init__(self, gui: Gui, speed: float | None) -> None:
         if speed is not None and not 0.0 < speed < math.inf:
@@ -62,11 +58,10 @@ class Controls(Panel):
         self._cell: Any = None  # has the time
         self.start_time = 0.0
         self.end_time: float | None = None
-        speeds = dict(SPEEDS)
-        if speed is not None and speed not in speeds.values():
-            speeds[f"{speed:g}"] = speed
-        self._speeds: dict[str, float | None] = {**speeds, UNLIMITED: None}
-        self._speed = speed
+        self._speeds = dict(self.speeds)
+        if speed not in self._speeds.values():
+            self._speeds[f"{speed:g}"] = speed
+        self.speed = speed
         self._pacing = Pacing(speed)
         self._status = gui.add("status", task="", look="", text="", note="")
         self._pause = gui.add_button("Pause", style="primary", hint="Pause or go on (space)")
@@ -77,7 +72,7 @@ class Controls(Panel):
         self._stop.on_click(self._end)
         chosen = next(name for name, value in self._speeds.items() if value == speed)
         self._choice = gui.add_dropdown(
-            "Speed", self._offered(), initial_value=chosen,
+            "Speed", list(self._speeds), initial_value=chosen,
             hint="Simulated seconds per second of wall time",
         )  # fmt: skip
         self._choice.on_update(self._set_speed)
@@ -113,20 +108,13 @@ class Controls(Panel):
         self._pacing.start(run.station.cell.time)
 
     def wait(self, refresh: Callable[[], None]) -> None:
-        """Block until the next tick is due.
-
-        Args:
-            refresh: Called regularly while the run is paused.
-        """
-        waited = False
+        """Wait while the run is paused; call `refresh` regularly meanwhile."""
         while self.paused and not self._run.stop():
             if self.take_step():
                 break
-            waited = True
             refresh()
             self._changed.wait(PAUSE_POLL)
             self._changed.clear()
-        if waited:
             self._pacing.start(self._run.station.cell.time)
 
     def take_step(self) -> bool:
@@ -152,9 +140,8 @@ class Controls(Panel):
 
     def end_tick(self) -> None:
         """Wait as the selected speed requires."""
-        speed = self._speed
-        if speed is not self._pacing.factor:
-            self._pacing = Pacing(speed)
+        if self.speed is not self._pacing.factor:
+            self._pacing = Pacing(self.speed)
             self._pacing.start(self._run.station.cell.time)
         self._pacing.wait(self._run.station.cell.time)
 
@@ -169,8 +156,8 @@ class Controls(Panel):
     def begin_idle(self, station: Station) -> None:
         """Hide the controls of a run; in a new cell no time has passed."""
         if station.cell is not self._cell:
-            self._cell, self._cycle, self._state = station.cell, "", "ready"
-            self.end_time, self._note = 0.0, ""
+            self._cell, self._note = station.cell, ""
+            self.show_ready()
         for control in self._in_run:
             control.visible = False
 
@@ -192,11 +179,6 @@ class Controls(Panel):
         self._status.look, self._status.task, self._status.note = look, self.task, self._note
         self._pause.label = go_on if self.paused else "Pause"
 
-    # For subclasses
-
-    def _offered(self) -> tuple[str, ...]:
-        return tuple(self._speeds)
-
     # Callbacks
 
     def _toggle(self, _: Any) -> None:
@@ -210,7 +192,7 @@ class Controls(Panel):
         self._changed.set()
 
     def _set_speed(self, _: Any) -> None:
-        self._speed = self._speeds[self._choice.value]
+        self.speed = self._speeds[self._choice.value]
 
     def _end(self, _: Any) -> None:
         self.stopped = True

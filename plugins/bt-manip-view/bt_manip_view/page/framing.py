@@ -2,10 +2,12 @@
 
 import time
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import pinocchio as pin
 import trimesh
 
 from bt_manip.cell import OVERVIEW, WORLD
@@ -37,11 +39,7 @@ UP = np.array([0.0, 0.0, 1.0])
 
 
 class Framing:
-    """Places the camera of each browser, until its user moves it.
-
-    Args:
-        server: The ``viser.ViserServer``.
-    """
+    """Places the camera of each browser, until its user moves it."""
 
     def __init__(self, server: Any) -> None:
         self._server = server
@@ -49,18 +47,15 @@ class Framing:
         self._axes, self._fov = np.eye(3), float(FOV)
         self._corners: dict[str, np.ndarray] = {}  # of the boxes around shapes, by body
         self._cameras: dict[int, _Camera] = {}  # by client
-        self._own: deque[np.ndarray] = deque(maxlen=100)  # latest positions set by this class
+        self._own: deque[np.ndarray] = deque(maxlen=100)  # latest positions not set by a user
         self._next = 0.0
         server.on_client_connect(self._connected)
         server.on_client_disconnect(lambda client: self._cameras.pop(client.client_id, None))
 
-    def show(self, source: SceneSource, entities: dict[str, dict[str, list[VisualShape]]]) -> None:
-        """Frame all entities of a scene.
-
-        Args:
-            source: The scene, in its present state.
-            entities: The shapes of its entities, by their bodies.
-        """
+    def show(
+        self, source: SceneSource, entities: Mapping[str, Mapping[str, Sequence[VisualShape]]]
+    ) -> None:
+        """Frame all entities of a scene in its present state, by the shapes of their bodies."""
         shown = {n: bodies for n, bodies in entities.items() if n not in NOT_FRAMED} or entities
         self._corners = {
             body: np.concatenate([_corners(shape) for shape in shapes])
@@ -76,34 +71,23 @@ class Framing:
         self._own.append(np.array(first.position))  # viser may move a new client there, late
         self._bring_back(self._points)
 
-    def forget(self, bodies: Iterable[str]) -> None:
-        """Frame some bodies no longer: they are not in the scene now."""
-        for body in bodies:
-            self._corners.pop(body, None)
-
     def update(self, source: SceneSource) -> None:
-        """Move back cameras whose image some arm or object has left, at most once a second.
-
-        Args:
-            source: The scene, in its present state.
-        """
+        """Move back cameras whose image some arm or object has left, at most once a second."""
         now = time.monotonic()
-        if now < self._next or all(camera.moved for camera in list(self._cameras.values())):
-            return
-        self._next = now + PERIOD
-        self._bring_back(self._now(source))
+        if now >= self._next:
+            self._next = now + PERIOD
+            self._bring_back(self._now(source))
 
     # Internal
 
     def _now(self, source: SceneSource) -> np.ndarray:
         """Return the present corners of all boxes in the world [m]."""  # (n, 3)
-        poses = dict(zip(source.frames, source.poses(), strict=True))
         found = [
-            rotated(poses[body][3:], corners) + poses[body][:3]
-            for body, corners in self._corners.items()
-            if body in poses
+            rotated(pose[3:], self._corners[body]) + pose[:3]
+            for body, pose in zip(source.frames, source.poses(), strict=True)
+            if body in self._corners and np.isfinite(pose).all()  # it is in the scene now
         ]
-        return np.concatenate(found) if found else np.empty((0, 3))
+        return np.concatenate([np.empty((0, 3)), *found])
 
     def _placed(self, aspect: float) -> tuple[np.ndarray, np.ndarray]:
         """Return the nearest position that shows all points, and the point to look at [m].
@@ -130,7 +114,7 @@ class Framing:
             (client, camera)
             for client in self._server.get_clients().values()
             if (camera := self._cameras.get(client.client_id)) is not None
-            and not self._sees(points, camera.position, client.camera.aspect)
+            and not (camera.moved or self._sees(points, camera.position, client.camera.aspect))
         ]
         if lost:
             self._points = np.concatenate([self._points, points])[-MAX_FRAMED_POINTS:]
@@ -155,14 +139,14 @@ class Framing:
 
     def _connected(self, client: Any) -> None:
         camera = self._cameras[client.client_id] = _Camera(client.camera.position)
+        self._own.append(camera.position)
         size = [client.camera.image_width, client.camera.image_height]
 
         @client.camera.on_update
         def _(_: Any) -> None:
             now = [client.camera.image_width, client.camera.image_height]
             position = client.camera.position
-            known = (camera.first, *self._own)
-            camera.moved |= all(np.abs(position - own).max() > SAME for own in known)
+            camera.moved |= all(np.abs(position - own).max() > SAME for own in [*self._own])
             if size != now or np.abs(position - camera.position).max() > SAME:
                 size[:] = now
                 self._place(client, camera)
@@ -170,18 +154,12 @@ class Framing:
         self._place(client, camera)
 
 
+@dataclass
 class _Camera:
-    """The camera of a client.
+    """The camera of a client: its position when it was placed, and whether its user moved it."""
 
-    Attributes:
-        first: Its position when the client connected.
-        position: The last position set by `Framing`.
-        moved: Whether the user has moved it.
-    """
-
-    def __init__(self, first: np.ndarray) -> None:
-        self.first = self.position = first
-        self.moved = False
+    position: np.ndarray
+    moved: bool = False
 
 
 def _line_of_sight(source: SceneSource) -> tuple[np.ndarray, float]:
@@ -190,27 +168,23 @@ def _line_of_sight(source: SceneSource) -> tuple[np.ndarray, float]:
         if camera.name == OVERVIEW:
             pose = source.poses()[list(source.frames).index(camera.frame)]
             forward = rotated(pose[3:], rotated(camera.quat_wxyz, np.array([[0.0, 0.0, -1.0]])))
-            return _axes(forward[0]), float(np.deg2rad(camera.fovy))
+            return view_axes(forward[0]), float(np.deg2rad(camera.fovy))
     azimuth, elevation = np.deg2rad(FREE_CAMERA)
     level = np.cos(elevation)
-    return _axes(
-        np.array([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)])
-    ), float(FOV)
+    forward = np.array([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)])
+    return view_axes(forward), float(FOV)
 
 
-def _axes(forward: np.ndarray) -> np.ndarray:
-    """Return the axes of a camera without roll, as columns."""  # (3, 3)
+def view_axes(forward: np.ndarray) -> np.ndarray:
+    """Return the axes of a camera without roll, as columns; up is as long as forward."""  # (3, 3)
     right = np.cross(forward, UP + (1e-6, 0.0, 0.0))  # not zero when looking straight down
     right /= np.linalg.norm(right)
     return np.column_stack([right, np.cross(right, forward), forward])
 
 
-def rotated(quat_wxyz: np.ndarray, points: np.ndarray) -> np.ndarray:
+def rotated(quat_wxyz: Sequence[float] | np.ndarray, points: np.ndarray) -> np.ndarray:
     """Rotate points by a quaternion."""  # (n, 3)
-    w, axis = quat_wxyz[0], np.broadcast_to(quat_wxyz[1:], points.shape)
-    twice = 2.0 * np.cross(axis, points)
-    rotated: np.ndarray = points + w * twice + np.cross(axis, twice)
-    return rotated
+    return points @ pin.Quaternion(*map(float, quat_wxyz)).matrix().T
 
 
 def _corners(shape: VisualShape) -> np.ndarray:

@@ -37,7 +37,9 @@ class GuiElement:
         """Set a property."""
         if name not in self.props:
             raise AttributeError(f"the {self.kind} has no property '{name}'")
-        self._gui._set(self, name, value)
+        with self._gui._lock:
+            if self.props[name] != value:
+                self._gui._change(self, name, value)
 
     def __enter__(self) -> "GuiElement":
         """Enter the container: further elements are added to it."""
@@ -50,11 +52,17 @@ class GuiElement:
 
     def merge(self, name: str, values: dict[str, Any]) -> None:
         """Update entries of a property that is a dict; only these are sent."""
-        self._gui._merge(self, name, values)
+        with self._gui._lock:
+            _, waiting = self._gui._changes.get((self.uid, name)) or ("merge", {})
+            merged = {**self.props[name], **values}
+            self._gui._change(self, name, merged, "merge", {**waiting, **values})
 
     def append(self, name: str, values: Sequence[Any], keep: int) -> None:
         """Append to a property that is a list, and keep its latest `keep` values."""
-        self._gui._append(self, name, values, keep)
+        with self._gui._lock:
+            _, waiting, _ = self._gui._changes.get((self.uid, name)) or ("append", [], keep)
+            appended = [*self.props[name], *values][-keep:]
+            self._gui._change(self, name, appended, "append", [*waiting, *values][-keep:], keep)
 
     def on(self, event: str, call: Callable[[GuiEvent], None], accepts: Any = None) -> None:
         """Call a function with each event of a kind.
@@ -72,7 +80,7 @@ class GuiElement:
 
     def on_update(self, call: Callable[[GuiEvent], None]) -> None:
         """Call a function when the value is changed in a browser."""
-        self._calls.setdefault("value", []).append((call, self.accepts))
+        self.on("value", call, self.accepts)
 
     def remove(self) -> None:
         """Remove the element and its content."""
@@ -121,12 +129,7 @@ class Gui:
         self._changes: dict[tuple[int, str], tuple[Any, ...] | None] = {}
 
     def add(self, kind: str, **props: Any) -> GuiElement:
-        """Add an element to the current container.
-
-        Args:
-            kind: Its kind, known to the script of the page.
-            props: Its properties.
-        """
+        """Add an element, of a kind that the script of the page knows, to the current container."""
         with self._lock:
             self._last += 1
             props = {"visible": True, "disabled": False, **props}
@@ -251,7 +254,7 @@ class Gui:
             if event == "value":
                 if not element.accepts(value):
                     return False
-                self._set(element, "value", value)
+                element.value = value
             called = [call for call, accepts in element._calls.get(event, ()) if accepts(value)]
         for call in called:
             call(GuiEvent(element, value))
@@ -266,23 +269,6 @@ class Gui:
         if element.uid not in self._new and element.uid in self._elements:
             if not change or self._changes.get(key, change) is not None:
                 self._changes[key] = change or None
-
-    def _set(self, element: GuiElement, name: str, value: Any) -> None:
-        with self._lock:
-            if element.props[name] != value:
-                self._change(element, name, value)
-
-    def _merge(self, element: GuiElement, name: str, values: dict[str, Any]) -> None:
-        with self._lock:
-            _, waiting = self._changes.get((element.uid, name)) or ("merge", {})
-            merged = {**element.props[name], **values}
-            self._change(element, name, merged, "merge", {**waiting, **values})
-
-    def _append(self, element: GuiElement, name: str, values: Sequence[Any], keep: int) -> None:
-        with self._lock:
-            _, waiting, _ = self._changes.get((element.uid, name)) or ("append", [], keep)
-            appended = [*element.props[name], *values][-keep:]
-            self._change(element, name, appended, "append", [*waiting, *values][-keep:], keep)
 
     def _remove(self, element: GuiElement) -> None:
         with self._lock:

@@ -16,11 +16,8 @@ from .scene import shapes_digest
 KEPT_BYTES = 200_000_000
 """Memory for the past [bytes]: half an hour of ``pick_place``, a quarter of two arms."""
 
-EVENT_BYTES = 500
-"""Estimated memory of an event [bytes]."""
-
-STATE_BYTES = 500
-"""Estimated memory of a state beside its numbers [bytes]."""
+ITEM_BYTES = 500
+"""Estimated memory of an event, and of a state beside its numbers [bytes]."""
 
 TOOL = 3
 """Numbers at the end of a control step: the tool's position [m]."""
@@ -102,7 +99,7 @@ class History:
     def add(self, event: RunEvent) -> None:
         """Add an event."""
         self._events.append(event)
-        self.size += EVENT_BYTES
+        self.size += ITEM_BYTES
 
     def begin_tick(self) -> None:
         """Let further events lead to the next state."""
@@ -249,7 +246,7 @@ class History:
         self._events[: len(past)] = kept
         gone = len(past) - len(kept)
         self._ends = [end - gone for end in self._ends[count:]]
-        self.size -= gone * EVENT_BYTES
+        self.size -= gone * ITEM_BYTES
         self.size -= sum(map(_bytes, self._poses[:count], self._steps[:count]))
         for states in (self.times, self._poses, self._steps):
             del states[:count]
@@ -263,7 +260,7 @@ class History:
 
 def _bytes(poses: np.ndarray, steps: Mapping[str, Step]) -> int:
     """Return the estimated memory of a state."""
-    return STATE_BYTES + poses.nbytes + sum(len(row) for row, _ in steps.values())
+    return ITEM_BYTES + poses.nbytes + sum(len(row) for row, _ in steps.values())
 
 
 def _array(steps: Sequence[Step]) -> np.ndarray:

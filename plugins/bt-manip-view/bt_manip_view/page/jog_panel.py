@@ -27,6 +27,7 @@ EDITING = 1.0
 """Wall time after a change during which a slider does not follow its joint [s]."""
 
 Save = Callable[[str, Sequence[float]], str]
+"""Saves a configuration under a name; returns a message."""
 
 
 class JogPanel(Panel):
@@ -34,10 +35,6 @@ class JogPanel(Panel):
 
     Callbacks of the inputs only store requests. Between two ticks, the thread of the cell executes
     the last request of each input.
-
-    Args:
-        page: The page.
-        save: Saves a configuration under a name; returns a message.
 
     Attributes:
         moved: Whether an arm or gripper has been jogged since the last run or reset.
@@ -65,7 +62,7 @@ class JogPanel(Panel):
         for robot in self._robots:
             for key in list(robot.requests):
                 try:
-                    self._tell(robot.requests.pop(key)())
+                    self._tell(robot.requests.pop(key)() or "")
                     self.moved |= key != "save"
                 except (BtManipError, TypeError, ValueError) as error:  # also if not numbers
                     self._tell(str(error), error=True)
@@ -100,11 +97,11 @@ class _RobotJog:
     """The inputs of one robot.
 
     Attributes:
-        requests: Requests since the last tick, by input; each call returns a message.
+        requests: Requests since the last tick, by input; a call may return a message.
     """
 
     def __init__(self, page: Any, robot: CommandedRobot, save: Save) -> None:
-        self.requests: dict[Any, Callable[[], str]] = {}
+        self.requests: dict[Any, Callable[[], str | None]] = {}
         self._robot, self._arm, self._save = robot, robot.arm, save
         self._edited = np.full(self._arm.model.nq, -np.inf)  # wall time of the last change [s]
         self._dragging = self._active = False
@@ -114,13 +111,10 @@ class _RobotJog:
         self._folder = gui.add_folder(robot.name)
         with self._folder:
             self._sliders = [
-                gui.add_slider(
-                    f"{name} [{unit}]", low, high, SLIDER_STEP, min(max(round(q, 3), low), high)
-                )
-                for name, unit, low, high, q in zip(
+                gui.add_slider(f"{name} [{unit}]", low, high, SLIDER_STEP, low)
+                for name, unit, low, high in zip(
                     robot.robot.description.arm_joints, self._arm.model.units,
-                    self._lower.tolist(), self._upper.tolist(), robot.robot.q.tolist(),
-                    strict=True,
+                    self._lower.tolist(), self._upper.tolist(), strict=True,
                 )
             ]  # fmt: skip
             self._others = []
@@ -158,8 +152,7 @@ class _RobotJog:
     def follow(self, *, present: bool) -> None:
         """Show the present configuration, except in inputs that are being edited.
 
-        Args:
-            present: Whether the scene shows the present, in which the tool has a handle.
+        The tool has a handle where the scene shows the present.
         """
         if self._handle.visible != (self._active and present):
             self._handle.visible = self._active and present
@@ -182,12 +175,12 @@ class _RobotJog:
 
     # The thread of the cell
 
-    def _move_joint(self, i: int, value: float) -> str:
+    def _move_joint(self, i: int, value: float) -> None:
         q = self._arm.target
-        q[i] = np.clip(value, self._arm.model.limits.lower[i], self._arm.model.limits.upper[i])
-        return self._move(q)
+        q[i] = value
+        self._move(q)
 
-    def _move_tool(self, position: Any, quat_wxyz: Any) -> str:
+    def _move_tool(self, position: Any, quat_wxyz: Any) -> None:
         T_wt = spatial.pose(position, quat_wxyz)
         ik, q = self._arm.ik, self._arm.target
         found = ik.follow(T_wt, q)
@@ -195,13 +188,12 @@ class _RobotJog:
             found = ik.nearest(T_wt, q)
         if not found.solved:
             raise MotionError(f"the pose is unreachable: {found.reason}", reason="unreachable")
-        return self._move(found.q)
+        self._move(found.q)
 
-    def _move(self, q: np.ndarray) -> str:
+    def _move(self, q: np.ndarray) -> None:
         self._arm.move_to_configuration(q, JOG_SPEED, planner=_NoDetour())
-        return ""
 
-    def _grip(self, command: str) -> str:
+    def _grip(self, command: str) -> None:
         gripper = self._robot.robot.needed_gripper
         if command == "Open":
             gripper.open()
@@ -209,7 +201,6 @@ class _RobotJog:
                 self._arm.payload = None
         else:
             gripper.close(min(GRIP_FORCE, gripper.max_force))
-        return ""
 
     def _save_as(self, name: str) -> str:
         q = tuple(self._arm.q_ref.tolist())

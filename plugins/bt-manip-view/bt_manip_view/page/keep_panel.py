@@ -1,7 +1,6 @@
 """Buttons that save the run on the page: its recording and its report."""
 
 import tempfile
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -29,10 +28,8 @@ class KeepPanel(Panel):
         self._page = page
         self._run: Run | None = None
         self.report: RunReport | None = None
-        needed = "" if find_spec("bt_manip_recording") else "(needs bt-manip-recording)"
-        self._is_possible = not needed
         self._recording = page.gui.add(
-            "download", label=f"Save recording {needed}".rstrip(), path=RECORDING,
+            "download", label="Save recording", path=RECORDING,
             hint="Save scene, joints and tree at each tick so far, for bt-manip replay and report",
         )  # fmt: skip
         self._report = page.gui.add(
@@ -47,17 +44,17 @@ class KeepPanel(Panel):
 
     def draw(self) -> None:
         """Enable the buttons for what there is."""
-        self._recording.disabled = not (self._is_possible and self._page.past.times)
+        self._recording.disabled = not self._page.past.times
         self._report.disabled = self.report is None or not self._page.past.times
 
     # Downloads, in a thread of their own
 
     def _record(self) -> tuple[str, bytes] | None:
+        from bt_manip_recording import record_states
+
         run, past = self._run, self._page.past.copy()
         if run is None or not past.times:
             return None
-        from bt_manip_recording import record_states
-
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder, "run.mcap")
             record_states(run, past, path)

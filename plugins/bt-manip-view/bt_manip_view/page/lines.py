@@ -11,15 +11,16 @@ from bt_manip.robots import GraspCandidate
 THICKNESS = 4.0
 """Thickness of lines [pixels]."""
 
-GRASP_THICKNESS = {"chosen": 8.0, "clear": 3.0, "blocked": 3.0}
-"""Thickness of the lines of grasps [pixels], different because grasps may coincide."""
-
 NO_LINES = np.empty((0, 2, 3))
 
 NO_POSE = pin.SE3.Identity()
 
-GRASP_COLOURS = {"chosen": (47, 158, 68), "clear": (240, 140, 0), "blocked": (224, 49, 49)}
-"""Colours of the chosen grasp, and of other grasps with and without clearance."""
+GRASPS = {
+    "chosen": ((47, 158, 68), 8.0),
+    "clear": ((240, 140, 0), 3.0),
+    "blocked": ((224, 49, 49), 3.0),
+}
+"""Colour and thickness [pixels] of the chosen grasp, and of others with and without clearance."""
 
 FINGER, STEM = 0.03, 0.06
 """Lengths of the lines of a grasp along the approach direction [m]."""
@@ -33,7 +34,7 @@ class Lines:
 
     Args:
         scene: Viser's scene.
-        name: Name of the scene node.
+        name: Name of the node.
         colour: Red, green and blue, from 0 to 255.
         thickness: Line width [pixels].
     """
@@ -68,33 +69,24 @@ class GraspLines:
     """Draws grasps as gripper outlines: fingers at the gripped width and the approach direction.
 
     Grasps move with their object.
-
-    Args:
-        scene: Viser's scene.
-        robot: Name of the robot.
     """
 
     def __init__(self, scene: Any, robot: str) -> None:
         self._lines = {
-            kind: Lines(scene, f"/grasps of {robot}/{kind}", colour, GRASP_THICKNESS[kind])
-            for kind, colour in GRASP_COLOURS.items()
+            kind: Lines(scene, f"/grasps of {robot}/{kind}", colour, thickness)
+            for kind, (colour, thickness) in GRASPS.items()
         }
         self._drawn: CheckedGrasps | None = None
         self._T_wo = NO_POSE
 
     def show(self, checked: CheckedGrasps | None, T_wo: pin.SE3 = NO_POSE) -> None:
-        """Draw checked grasps, or none.
-
-        Args:
-            checked: The grasps.
-            T_wo: Pose of the object in the world.
-        """
+        """Draw checked grasps at the pose of their object in the world, or none."""
         if checked is self._drawn and (
             checked is None or self._T_wo.actInv(T_wo).isIdentity(SAME_POSE)
         ):
             return
         self._drawn, self._T_wo = checked, T_wo
-        found: dict[str, list[np.ndarray]] = {kind: [] for kind in GRASP_COLOURS}
+        found: dict[str, list[np.ndarray]] = {kind: [] for kind in GRASPS}
         if checked is not None:
             for grasp, clear in checked.grasps:
                 if grasp is not checked.chosen:

@@ -16,8 +16,6 @@ SHOWN_CHARACTERS = 200
 REPEATED = 0.05
 """Simulated time after which a leaf may repeat a line [s]."""
 
-LEVELS = {"INFO": "info", "WARNING": "warning", "ERROR": "error"}
-
 
 class LogPanel(Panel):
     """Logs results and messages of leaves, failures, cycles, and added and removed objects.
@@ -54,8 +52,9 @@ class LogPanel(Panel):
         elif event.kind == "status":
             self._note_status(event)
         elif (line := log_line(event)) is not None:
-            kind = "cycle" if line[0] == "INFO" and event.kind == "cycle" else LEVELS[line[0]]
-            self._new.append([event.time, kind, line[1], 0])
+            level, text = line
+            kind = "cycle" if level == "INFO" and event.kind == "cycle" else level.lower()
+            self._new.append([event.time, kind, text, 0])
 
     def draw(self) -> None:
         """Send the new lines."""
@@ -105,17 +104,13 @@ class BlackboardPanel(Panel):
     def handle(self, event: RunEvent) -> None:
         """Store the value."""
         if event.kind == "blackboard":
-            value = event.data["value"]
-            self._changed[event.data["key"]] = None if value is None else short(value)
+            value, text = event.data["value"], str(event.data["value"])
+            if len(text) > SHOWN_CHARACTERS:
+                text = f"{text[:SHOWN_CHARACTERS]}…"
+            self._changed[event.data["key"]] = None if value is None else text
 
     def draw(self) -> None:
         """Send the changed entries."""
         if self._changed:
             self._board.merge("values", self._changed)
             self._changed = {}
-
-
-def short(value: Any) -> str:
-    """Return a value as text, cut to `SHOWN_CHARACTERS` characters."""
-    text = str(value)
-    return text if len(text) <= SHOWN_CHARACTERS else f"{text[:SHOWN_CHARACTERS]}…"

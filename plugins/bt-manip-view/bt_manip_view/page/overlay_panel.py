@@ -43,13 +43,12 @@ class OverlayPanel(Panel):
         self._with_frames = page.gui.add_checkbox(
             "Frames", False, hint="Draw the axes of all bodies: x red, y green, z blue"
         )
-        self._with_frames.on_update(lambda event: page.show_frames(event.value))
+        self._with_frames.on_update(lambda event: page.view.show_frames(event.value))
         self._html = page.gui.add_html("")
         self._forces = Lines(self._server.scene, "/contact forces", FORCE_COLOUR)
         self._lines: dict[str, Lines] = {}  # by robot
         self._grasps: dict[str, GraspLines] = {}  # by robot
-        self._texts: dict[str, str] = {}
-        self._drawn: dict[str, Any] = {}  # trajectories
+        self._drawn: dict[str, tuple[Any, str]] = {}  # trajectory and text, by robot
         self._robots: dict[str, Any] = {}
 
     def start(self, run: Run) -> None:
@@ -82,11 +81,11 @@ class OverlayPanel(Panel):
             trajectory = robot.arm.trajectory
             if not shown or not robot.arm.busy:
                 self._remove(name)
-            elif trajectory is not None and trajectory is not self._drawn.get(name):
+            elif trajectory is not None and trajectory is not self._drawn.get(name, (None,))[0]:
                 self._add(name, trajectory)
             self._draw_grasps(name, robot.grasp_planner.checked if is_open else None)
-        html = "".join(f"<div>{escape(self._texts[name])}</div>" for name in sorted(self._texts))
-        self._html.content = html
+        texts = sorted(text for _, text in self._drawn.values())
+        self._html.content = "".join(f"<div>{escape(text)}</div>" for text in texts)
         if self._robots:
             wanted = self._with_forces.value and is_open
             self._forces.show(self._force_lines() if wanted else NO_LINES)
@@ -120,11 +119,9 @@ class OverlayPanel(Panel):
         points = tool_path(self._models[name], trajectory)
         segments = np.stack([points[:-1], points[1:]], axis=1)
         length = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
-        self._texts[name] = f"{name}: {length:.2f} m in {trajectory.duration:.2f} s"
-        self._drawn[name] = trajectory
+        self._drawn[name] = trajectory, f"{name}: {length:.2f} m in {trajectory.duration:.2f} s"
         self._lines[name].show(segments)
 
     def _remove(self, name: str) -> None:
         self._drawn.pop(name, None)
-        self._texts.pop(name, None)
         self._lines[name].show(NO_LINES)

@@ -8,15 +8,14 @@ from typing import Any
 import numpy as np
 
 from bt_manip.bt import NodeStatus
-from bt_manip.cli import findings_of
 from bt_manip.runner import KINDS, EventStream, PendingSteps, Run, RunEvent, RunObserver, Station
 from bt_manip_recording import CellScene
 
 from .breakpoints import marked_paths
 from .controls import PAUSE_POLL, Controls
-from .findings import count_lines, findings_at_nodes
+from .findings import findings_at_nodes
 from .history import History, Step
-from .plot_panel import PLOT_SAMPLES
+from .panel import Panel
 from .scene_page import MakePanel, ScenePage
 from .server import PORT
 
@@ -49,12 +48,8 @@ class Page(ScenePage, RunObserver):
         self._cell: Any = None
         self.past = History()
         self._source: CellScene | None = None  # None: the scene has changed
-        self._looked: CellScene | None = None  # the last one that the past has
         self._bound: CellScene | None = None  # what the scene shows; None: the past
-        self._wanted: float | None = None  # past time to show [s]
         self._steps: dict[str, Step] = {}  # the last control step of each robot
-        self._lines: dict[str, int] = {}  # number in each file of the tree when it was read
-        self._sampled = 0  # number of states that the panels have
         ScenePage.__init__(self, lambda gui: Controls(gui, speed), panels or {}, port)
         self._present.append(self.controls)
 
@@ -70,10 +65,6 @@ class Page(ScenePage, RunObserver):
             time.sleep(PAUSE_POLL)
         return bool(self.server.get_clients())
 
-    def show_time(self, time: float | None) -> None:
-        """Show a past time of the run in all browsers [s]; None: the present."""
-        self._wanted = time
-
     @property
     def span(self) -> tuple[float, float | None]:
         """Start of the kept past, and end of a run that has ended [s]."""
@@ -87,16 +78,12 @@ class Page(ScenePage, RunObserver):
         """
         if event.kind == "tree":
             self.controls.marked = marked_paths(self._tree)
-            self._lines = count_lines(self._tree)
             self.findings = findings_at_nodes(self._tree, self._tree.warnings)
-        elif event.kind == "edit" and self._lines == count_lines(self._tree):
-            errors = findings_of(event.data["problems"])
-            self.findings = findings_at_nodes(self._tree, (*self._tree.warnings, *errors))
         if self.controls.start_time:
             event = event._replace(time=event.time - self.controls.start_time)
         if event.kind != "tick":
             self.past.add(event)
-        for panel in self._panels if self.shown_time is None else self._present:
+        for panel in self._of_present():
             panel.handle(event)
 
     @property
@@ -140,8 +127,7 @@ class Page(ScenePage, RunObserver):
     def after_tick(self) -> None:
         """Update the page if it is open and an update is due."""
         self._keep_state()
-        if self.past.last - self._sampled >= PLOT_SAMPLES:
-            self._hand_over_samples()
+        self._sample(self.past.last, self.past.last + 1, self._of_present())
         for panel in self._panels:
             panel.end_tick()
         if self.is_open:
@@ -153,12 +139,7 @@ class Page(ScenePage, RunObserver):
         self.refresh(now=True)
 
     def show_prepared(self, run: Run, errors: Iterable[Any] = ()) -> None:
-        """Show the tree of a run that has not begun, so that breakpoints can be set.
-
-        Args:
-            run: The run.
-            errors: Errors of its tree in this cell.
-        """
+        """Show the tree of a run that has not begun, with its errors in this cell."""
         self._tree = run.tree
         self._forget_past()
         self._show_tree(run.request.tree.name)
@@ -170,12 +151,7 @@ class Page(ScenePage, RunObserver):
         self.refresh(now=True)
 
     def show_errors(self, name: str, errors: Iterable[Any]) -> None:
-        """Show the errors of a tree that cannot be built, in place of its nodes.
-
-        Args:
-            name: Its name.
-            errors: The errors.
-        """
+        """Show the errors of a tree that cannot be built, in place of its nodes."""
         self._forget_past()
         self._show_tree(name)
         self.findings = {}
@@ -220,7 +196,6 @@ class Page(ScenePage, RunObserver):
     def _catch_up(self) -> None:
         """Show the selected past time, else the present."""
         past, wanted = self.past, self._wanted
-        self._hand_over_samples()
         if wanted is not None and past.times:
             if self.shown_time is None:
                 self._index, self._entities, self._bound = past.last, {}, None
@@ -235,19 +210,18 @@ class Page(ScenePage, RunObserver):
             self.shown_time = None
         if self._bound is not (source := self._present_scene()):
             self._bound = source
-            self._scene.bind(source)
+            self.view.bind(source)
 
     def _present_scene(self) -> CellScene:
+        """Return the scene of the cell, which the past has, too."""
         if self._source is None:
             self._source = CellScene(self._cell.model, self._cell.data, self._cell.entities)
+            self.past.look(self._source)
         return self._source
 
     def _keep_state(self) -> None:
         """Add the present state to the past."""
-        source = self._present_scene()
-        if source is not self._looked:
-            self._looked = source
-            self.past.look(source)
+        self._present_scene()
         for name, log in self._logs.items():
             self._keep_step(name, log.pending)
         data, time = self._cell.data, self._cell.time - self.controls.start_time
@@ -259,13 +233,11 @@ class Page(ScenePage, RunObserver):
         if steps.touches:
             self._steps[robot] = steps.rows[-1], steps.touches[-1].free
 
-    def _hand_over_samples(self) -> None:
-        """Give panels that show the present the new states."""
-        end = self.past.last + 1
-        self._sample(self._sampled, end, self._panels if self.shown_time is None else self._present)
-        self._sampled = end
+    def _of_present(self) -> list[Panel]:
+        """Return the panels that show the present now."""
+        return self._panels if self.shown_time is None else self._present
 
     def _forget_past(self) -> None:
         self.past = History()
-        self._source = self._looked = self._bound = self._wanted = self.shown_time = None
-        self._steps, self._sampled = {}, 0
+        self._source = self._bound = self._wanted = self.shown_time = None
+        self._steps = {}

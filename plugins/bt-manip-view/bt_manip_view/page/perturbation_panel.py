@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from bt_manip.exceptions import BtManipError
-from bt_manip.runner import MAX_FORCE, Run, RunEvent, Station
+from bt_manip.runner import MAX_FORCE, Run, Station
 
 from .lines import NO_LINES, Lines
 from .panel import HANDLE_SIZE, Panel
@@ -42,7 +42,6 @@ class PerturbationPanel(Panel):
         self._line = Lines(self._scene, "/pull", PULL_COLOUR)
         self._target: list[float] | None = None  # position of the dragged handle [m]
         self._pulled: tuple[str, list[float], float] | None = None  # the last request
-        self._has_new_objects = False
 
     def start(self, run: Run) -> None:
         """Prepare to pull objects of the run's cell."""
@@ -55,11 +54,7 @@ class PerturbationPanel(Panel):
 
     def reset(self) -> None:
         """Release the object."""
-        self._target, self._has_new_objects = None, True
-
-    def handle(self, event: RunEvent) -> None:
-        """Note added and removed objects."""
-        self._has_new_objects |= event.kind == "entity"
+        self._target = None
 
     def end_tick(self) -> None:
         """Request a perturbation if the handle was moved, or released."""
@@ -82,14 +77,11 @@ class PerturbationPanel(Panel):
             return
         if self._page.shown_time is not None:  # the past cannot be pulled
             self._remove()
-            self._has_new_objects = True  # the scene may add them anew
             return
-        if self._has_new_objects:
-            self._has_new_objects = False
-            movable = tuple(filter(self._is_movable, self._cell.entities))
-            self._choice.options = (NO_OBJECT, *movable)
-            for name in movable:
-                self._page.on_click(name, partial(self._choose, name))
+        movable = tuple(filter(self._is_movable, self._cell.entities))
+        self._choice.options = (NO_OBJECT, *movable)
+        for name in movable:  # those that were added since the last time
+            self._page.view.on_click(name, partial(self._choose, name))
         name = self._choice.value
         if name == NO_OBJECT or name not in self._cell.entities:
             self._remove()

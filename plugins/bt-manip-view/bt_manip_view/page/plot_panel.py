@@ -9,7 +9,7 @@ from bt_manip.runner import Run, RunEvent
 
 from .gui import GuiElement, GuiEvent, rows_of
 from .panel import Panel
-from .quantities import MAX_TICKS, TRACKING_ERROR, LiveQuantities, Quantities
+from .quantities import MAX_TICKS, TRACKING_ERROR, LiveQuantities, RecordedQuantities
 
 PLOT_SAMPLES = 1000
 """Largest number of ticks that panels get at once."""
@@ -31,8 +31,8 @@ class PlotPanel(Panel):
 
     def __init__(self, page: Any) -> None:
         self._page, self._gui = page, page.gui
-        self._recorded: Quantities | None = getattr(page, "quantities", None)
-        self._quantities = self._recorded
+        self._recorded: RecordedQuantities | None = getattr(page, "quantities", None)
+        self._live: LiveQuantities | None = None
         self._chosen: dict[str, None] = {TRACKING_ERROR: None}
         self._list = page.gui.add_dropdown("Quantity", (ADD,), hint="Adds a plot")
         self._list.on_update(self._add)
@@ -41,47 +41,44 @@ class PlotPanel(Panel):
 
     def start(self, run: Run) -> None:
         """Sample the quantities of a run."""
-        self._quantities = LiveQuantities(run, lambda: self._page.controls.time)
+        self._live = LiveQuantities(run, lambda: self._page.controls.time)
 
     def reset(self) -> None:
         """Forget the samples of a run."""
-        if self._recorded is None:
-            self._quantities = None
-            for plot in self._plots.values():
-                plot.clear()
+        self._live = None
+        while self._plots:
+            self._plots.popitem()[1].remove()
 
     def handle(self, event: RunEvent) -> None:
         """Store a number of the blackboard."""
-        if isinstance(self._quantities, LiveQuantities):
-            self._quantities.handle(event)
+        if self._live is not None:
+            self._live.handle(event)
 
     def sample(
         self, times: np.ndarray, joints: Mapping[str, tuple[np.ndarray, np.ndarray]]
     ) -> None:
         """Store positions and tracking errors."""
-        if isinstance(self._quantities, LiveQuantities):
-            self._quantities.add_joints(times, joints)
+        if self._live is not None:
+            self._live.add_joints(times, joints)
 
     def end_tick(self) -> None:
         """Sample the quantities."""
-        if isinstance(self._quantities, LiveQuantities):
-            self._quantities.sample(self._chosen)
+        if self._live is not None:
+            self._live.sample()
 
     def draw(self) -> None:
         """Add and remove plots, and send new samples."""
-        quantities, chosen = self._quantities, list(self._chosen)
+        quantities, chosen = self._live or self._recorded, list(self._chosen)
         for name in [name for name in self._plots if name not in chosen]:
             self._plots.pop(name).remove()
         if quantities is None:
             return
         known = quantities.names()
-        options = (ADD, *(name for name in known if name not in chosen))
-        if self._list.options != options:
-            self._list.options = options
+        self._list.options = (ADD, *(name for name in known if name not in chosen))
         for name in chosen:
-            if name not in self._plots and name in known:
-                self._plots[name] = _Plot(self._gui, self._container, name, self._remove)
-            if name in self._plots:
+            if name in known:
+                if name not in self._plots:
+                    self._plots[name] = _Plot(self._gui, self._container, name, self._remove)
                 self._plots[name].draw(quantities)
 
     # Callbacks
@@ -103,36 +100,25 @@ class _Plot:
         self._element: GuiElement | None = None
         self._last = -np.inf
 
-    def clear(self) -> None:
-        """Forget the samples."""
-        self._last = -np.inf
-        if self._element is not None:
-            self._element.samples = []
-
     def remove(self) -> None:
         """Remove the plot from the page."""
         if self._element is not None:
             self._element.remove()
             self._element = None
 
-    def draw(self, quantities: Quantities) -> None:
+    def draw(self, quantities: LiveQuantities | RecordedQuantities) -> None:
         """Send the samples since the last call."""
         unit, labels, rows = quantities.table(self._name, self._last)
-        element = self._element
-        if element is not None and (not len(rows) or labels == element.names):
-            if len(rows):
-                element.append("samples", rows_of(rows), MAX_TICKS)
-        elif element is None or not set(labels) <= set(element.names):
+        if self._element is not None and not len(rows):
+            return
+        if self._element is None or labels != self._element.names:
             unit, labels, rows = quantities.table(self._name)
             self.remove()
             with self._container:
                 self._element = self._gui.add_plot(self._name, unit, labels, removable=True)
             self._element.samples = rows_of(rows)
             self._element.on("remove", lambda _: self._remove(self._name))
-        else:  # some lines have no values at present
-            table = np.full((len(rows), 1 + len(element.names)), np.nan)
-            table[:, 0] = rows[:, 0]
-            table[:, [1 + element.names.index(label) for label in labels]] = rows[:, 1:]
-            element.append("samples", rows_of(table), MAX_TICKS)
+        else:
+            self._element.append("samples", rows_of(rows), MAX_TICKS)
         if len(rows):
             self._last = float(rows[-1, 0])

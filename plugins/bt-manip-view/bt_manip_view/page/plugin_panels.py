@@ -14,9 +14,6 @@ def page_panels(plugins: Plugins) -> dict[str, Callable[[Any], Any]]:
     """Return the makers of the panels of the page, those of this package first.
 
     Exceptions in a panel do not end the run.
-
-    Args:
-        plugins: All plugins.
     """
     registered = plugins.parts.of("panels").in_order()
     names = sorted(registered, key=lambda name: name not in PANELS)

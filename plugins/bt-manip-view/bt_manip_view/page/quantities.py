@@ -1,7 +1,7 @@
 """Quantities over time that the page plots: of a run, or of a recording."""
 
 from collections import deque
-from collections.abc import Callable, Container, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from itertools import takewhile
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from bt_manip.runner import Run, RunEvent
+from bt_manip_view.html.thinning import SAMPLES, thin
+from bt_manip_view.page.gui import is_number
 
 if TYPE_CHECKING:
     from bt_manip_recording import Recording, Timeline
@@ -16,13 +18,11 @@ if TYPE_CHECKING:
 MAX_TICKS = 6000
 """Number of ticks of a run that are kept: a minute, at the usual 10 ms."""
 
-MAX_ROWS = 4000
-"""Largest number of plotted rows of a recording; the extremes of each line are kept."""
-
 SAME_HEIGHT = 1e-3
 """Range of the height of a recorded object that counts as at rest [m]."""
 
 TRACKING_ERROR, POSITIONS = "Tracking error", "Joint positions"
+HEIGHTS = "Height of objects"
 WRIST = (("Wrist force", "N"), ("Wrist torque", "N m"))
 
 
@@ -36,20 +36,8 @@ class Table(NamedTuple):
     """Simulated time [s], then the values; NaN where there is none.  # (n, 1 + labels)"""
 
 
-class Quantities:
-    """Quantities by name, in the order in which they are offered."""
-
-    def names(self) -> list[str]:
-        """Return the names of all quantities."""
-        raise NotImplementedError
-
-    def table(self, name: str, after: float = -np.inf) -> Table:
-        """Return the values of a quantity after a simulated time [s]."""
-        raise NotImplementedError
-
-
-class LiveQuantities(Quantities):
-    """Quantities of a run, sampled after each tick.
+class LiveQuantities:
+    """Quantities of a run, sampled after each tick, by name in the order in which they are offered.
 
     Args:
         run: The run.
@@ -60,57 +48,28 @@ class LiveQuantities(Quantities):
         self._clock = clock
         self._cell, robots = run.station.cell, run.station.robots
         self._units: dict[str, str] = {}
-        self._rows: dict[str, deque[tuple[float, tuple[str, ...], Any]]] = {}
-        self._readers: dict[str, tuple[tuple[str, ...], Callable[[], Any]]] = {}
-        self._expensive: set[str] = set()  # names
+        self._labels: dict[str, dict[str, None]] = {}  # all labels so far
+        self._rows: dict[str, deque[tuple[float, Sequence[str], Any]]] = {}
+        self._readers: list[tuple[Sequence[str], Sequence[str], Callable[[], Iterable[Any]]]] = []
         self._numbers: dict[str, float] = {}  # of the blackboard
-        self._objects: tuple[tuple[str, ...], list[int]] = (), []
-        self._hands: list[tuple[list[str], list[int]]] = []  # joints, their addresses
-        self._generation: int | None = None
         self._joints = {name: one.robot.description.arm_joints for name, one in robots.items()}
         self._offer(TRACKING_ERROR, "mrad")
         for name, one in robots.items():
             self._read_robot(one, f" of {name}" if len(robots) > 1 else "", run)
+        self._offer(HEIGHTS, "m")
 
     def _read_robot(self, one: Any, of: str, run: Run) -> None:
         """Add the quantities of a robot."""
-        robot, joints = one.robot, tuple(one.robot.description.arm_joints)
+        robot, gripper, joints = one.robot, one.gripper, one.robot.description.arm_joints
         self._offer(f"{POSITIONS}{of}", "rad")
-        self._read(f"Joint velocities{of}", "rad/s", joints, lambda: robot.v)
-        self._read(f"Joint torques{of}", "N m", joints, lambda: one.controller.tau.copy())
-        if (gripper := one.gripper) is not None:
-            fingers = tuple(f"finger {i + 1}" for i in range(len(gripper.forces)))
-            self._read(f"Grip force{of}", "N", fingers, lambda: gripper.forces)
-            self._read_hand(one, of)
+        self._read({f"Joint velocities{of}": "rad/s"}, joints, lambda: [robot.v])
+        self._read({f"Joint torques{of}": "N m"}, joints, lambda: [one.controller.tau.copy()])
+        if gripper is not None:
+            fingers = [f"finger {i + 1}" for i in range(len(gripper.forces))]
+            self._read({f"Grip force{of}": "N"}, fingers, lambda: [gripper.forces])
         if not run.request.backend:  # a simulated wrench means nothing for a real arm
-            for i, (name, unit) in enumerate(WRIST):
-                read = lambda i=i: robot.wrist_wrench()[i]  # noqa: E731
-                self._read(f"{name}{of}", unit, ("x", "y", "z"), read)
-                self._expensive.add(f"{name}{of}")
-
-    def _read_hand(self, one: Any, of: str) -> None:
-        """Add the positions of the joints of a gripper."""
-        model, arm = one.robot.mj_model, {int(i) for i in one.robot.qpos_adr}
-        own = [
-            joint
-            for joint in (model.joint(i) for i in range(model.njnt))
-            if joint.name.startswith(f"{one.name}/") and len(joint.qpos0) == 1
-        ]
-        hand = [joint for joint in own if int(joint.qposadr[0]) not in arm]
-        if hand:
-            labels = tuple(joint.name.rpartition("/")[2] for joint in hand)
-            addresses: list[int] = []
-            self._hands.append(([joint.name for joint in hand], addresses))
-            read = lambda: self._cell.data.qpos[addresses]  # noqa: E731
-            self._read(f"Gripper joints{of}", "m, rad", labels, read)
-
-    def _bind(self) -> None:
-        """Find joints and objects in the present model."""
-        cell = self._cell
-        free = tuple(name for name in cell.objects if cell.is_free(name))
-        self._objects = free, [cell.body_id(name) for name in free]
-        for joints, addresses in self._hands:
-            addresses[:] = [int(cell.model.joint(name).qposadr[0]) for name in joints]
+            wrench = {f"{name}{of}": unit for name, unit in WRIST}
+            self._read(wrench, ("x", "y", "z"), robot.wrist_wrench)
 
     def names(self) -> list[str]:
         """Return the names of all quantities."""
@@ -118,41 +77,32 @@ class LiveQuantities(Quantities):
 
     def table(self, name: str, after: float = -np.inf) -> Table:
         """Return the values of a quantity after a simulated time [s]."""
-        rows = list(takewhile(lambda row: row[0] > after, reversed(self._rows.get(name, ()))))[::-1]
-        labels = tuple(dict.fromkeys(label for _, some, _ in rows for label in some))
+        rows = list(takewhile(lambda row: row[0] > after, reversed(self._rows[name])))[::-1]
+        labels = tuple(self._labels[name])
         column = {label: i for i, label in enumerate(labels, 1)}
         values = np.full((len(rows), 1 + len(labels)), np.nan)
         for row, (time, some, numbers) in zip(values, rows, strict=True):
             row[0] = time
             row[[column[label] for label in some]] = numbers
-        return Table(self._units.get(name, ""), labels, values)
+        return Table(self._units[name], labels, values)
 
     def handle(self, event: RunEvent) -> None:
         """Store a number of the blackboard."""
         if event.kind == "blackboard":
             key, value = event.data["key"], event.data["value"]
-            if is_plotted(value):
+            if is_number(value):
                 self._numbers[key] = value
             else:
                 self._numbers.pop(key, None)
 
-    def sample(self, plotted: Container[str]) -> None:
-        """Store the values after a tick.
-
-        Args:
-            plotted: Names of the quantities that are plotted; wrist forces are computed for these.
-        """
+    def sample(self) -> None:
+        """Store the values after a tick."""
         time, cell = self._clock(), self._cell
-        if cell.generation != self._generation:
-            self._generation = cell.generation
-            self._bind()
-        for name, (labels, read) in self._readers.items():
-            if name in plotted or name not in self._expensive:
-                self._add(name, time, labels, read())
-        labels, bodies = self._objects
-        if bodies:
-            self._units["Height of objects"] = "m"
-            self._add("Height of objects", time, labels, cell.data.xpos[bodies, 2])
+        for names, labels, read in self._readers:
+            for name, values in zip(names, read(), strict=True):
+                self._add(name, time, labels, values)
+        if free := [name for name in cell.objects if cell.is_free(name)]:
+            self._add(HEIGHTS, time, free, cell.data.xpos[[*map(cell.body_id, free)], 2])
         for key, number in self._numbers.items():
             self._add(f"Blackboard {key}", time, (key,), [number])
 
@@ -169,19 +119,25 @@ class LiveQuantities(Quantities):
                 self._add(f"{POSITIONS}{of}", time, self._joints[name], q[i])
 
     def _offer(self, name: str, unit: str) -> None:
-        self._units[name], self._rows[name] = unit, deque(maxlen=MAX_TICKS)
+        self._units[name], self._labels[name] = unit, {}
+        self._rows[name] = deque(maxlen=MAX_TICKS)
 
-    def _read(self, name: str, unit: str, labels: tuple[str, ...], read: Callable[[], Any]) -> None:
-        self._readers[name] = labels, read
-        self._offer(name, unit)
+    def _read(
+        self, units: dict[str, str], labels: Sequence[str], read: Callable[[], Iterable[Any]]
+    ) -> None:
+        """Add quantities, by name, whose values ``read`` returns."""
+        self._readers.append((tuple(units), labels, read))
+        for name, unit in units.items():
+            self._offer(name, unit)
 
-    def _add(self, name: str, time: float, labels: tuple[str, ...], values: Any) -> None:
+    def _add(self, name: str, time: float, labels: Sequence[str], values: Any) -> None:
         if name not in self._rows:
-            self._rows[name] = deque(maxlen=MAX_TICKS)
+            self._offer(name, "")
+        self._labels[name].update(dict.fromkeys(labels))
         self._rows[name].append((time, labels, values))
 
 
-class RecordedQuantities(Quantities):
+class RecordedQuantities:
     """Quantities of a recording; each is read when it is asked for.
 
     Args:
@@ -207,10 +163,10 @@ class RecordedQuantities(Quantities):
                     ("Wrist torque", "N m", "torque", ("x", "y", "z")),
                 ):
                     self._read[f"{name}{of}"] = partial(self._states, robot, key, unit, labels)
-        self._read["Height of objects"] = self._heights
+        self._read[HEIGHTS] = self._heights
         with recording.decoding():
             for event in recording.events("blackboard"):
-                if is_plotted(event.data["value"]):
+                if is_number(event.data["value"]):
                     key = event.data["key"]
                     self._read[f"Blackboard {key}"] = partial(self._numbers, key)
         self._tables: dict[str, Table] = {}
@@ -223,7 +179,7 @@ class RecordedQuantities(Quantities):
         """Return the values of a quantity after a simulated time [s]."""
         if name not in self._tables:
             unit, labels, rows = self._read[name]()
-            self._tables[name] = Table(unit, labels, thinned(rows))
+            self._tables[name] = Table(unit, labels, thin(rows))
         unit, labels, rows = self._tables[name]
         return Table(unit, labels, rows[rows[:, 0] > after])
 
@@ -249,15 +205,12 @@ class RecordedQuantities(Quantities):
         scene = self._timeline.scene
         robots, before = set(self._recording.joints), scene.index
         names = {event.data["name"] for event in self._recording.events("entity")} - robots
-        frames = [
-            (name, i)
-            for name in sorted(names)
-            for i, frame in enumerate(scene.frames)
-            if frame.partition("/")[0] == name
-        ]
-        roots = {name: i for name, i in reversed(frames)}  # its first body
+        roots: dict[str, int] = {}  # frame of the first body of each object
+        for i, frame in enumerate(scene.frames):
+            if (name := frame.partition("/")[0]) in names:
+                roots.setdefault(name, i)
         count = len(scene.times)
-        ticks = np.unique(np.linspace(0, count - 1, min(count, MAX_ROWS)).astype(int))
+        ticks = np.unique(np.linspace(0, count - 1, min(count, SAMPLES)).astype(int))
         rows = np.full((len(ticks), 1 + len(roots)), np.nan)
         for row, index in zip(rows, ticks.tolist(), strict=True):
             scene.index = index
@@ -265,13 +218,11 @@ class RecordedQuantities(Quantities):
             values = [poses[i, 2] if name in present else np.nan for name, i in roots.items()]
             row[:] = scene.times[index], *values
         scene.index = before
-        moving = [
-            i for i in range(1, rows.shape[1])
-            if np.nanmax(rows[:, i], initial=-np.inf) - np.nanmin(rows[:, i], initial=np.inf)
-            > SAME_HEIGHT
-        ]  # fmt: skip
-        labels = list(roots)
-        return Table("m", tuple(labels[i - 1] for i in moving), rows[:, [0, *moving]])
+        heights = rows[:, 1:]
+        lowest = np.nanmin(heights, axis=0, initial=np.inf)
+        moving = np.nanmax(heights, axis=0, initial=-np.inf) - lowest > SAME_HEIGHT
+        labels = tuple(name for name, moves in zip(roots, moving, strict=True) if moves)
+        return Table("m", labels, rows[:, [True, *moving]])
 
     def _numbers(self, key: str) -> Table:
         """Return the values of an entry of the blackboard, as steps."""
@@ -279,26 +230,9 @@ class RecordedQuantities(Quantities):
         for event in self._recording.events("blackboard"):
             if event.data["key"] == key:
                 value = event.data["value"]
-                number = float(value) if is_plotted(value) else np.nan
+                number = float(value) if is_number(value) else np.nan
                 if rows:
                     rows.append((event.time, rows[-1][1]))
                 rows.append((event.time, number))
         rows.append((float(self._timeline.times[-1]), rows[-1][1]))
         return Table("", (key,), np.array(rows))
-
-
-def is_plotted(value: Any) -> bool:
-    """Return whether an entry of the blackboard is a number."""
-    return isinstance(value, int | float) and not isinstance(value, bool)
-
-
-def thinned(rows: np.ndarray) -> np.ndarray:
-    """Return at most about `MAX_ROWS` rows, with the smallest and largest values of each line."""
-    lines = rows.shape[1] - 1 if rows.ndim == 2 else 0
-    if len(rows) <= MAX_ROWS or not lines:
-        return rows
-    kept: set[int] = {0, len(rows) - 1}
-    for part in np.array_split(np.arange(len(rows)), max(MAX_ROWS // (2 * lines), 1)):
-        values = np.nan_to_num(rows[part, 1:])
-        kept.update(part[values.argmin(axis=0)].tolist(), part[values.argmax(axis=0)].tolist())
-    return rows[sorted(kept)]

@@ -7,7 +7,7 @@ from bt_manip.exceptions import BtManipError
 from bt_manip_recording import RecordedScene, Recording, Timeline
 
 from .breakpoints import problem_of
-from .controls import UNLIMITED, Controls
+from .controls import SPEEDS, Controls
 from .gui import Gui
 from .quantities import RecordedQuantities
 from .scene_page import POSE_PERIOD, MakePanel, ScenePage
@@ -18,45 +18,19 @@ LONGEST_ADVANCE = 0.5
 
 
 class ReplayControls(Controls):
-    """Plays a recording: play and pause, single ticks, speed.
-
-    Args:
-        gui: The inputs of the page.
-        speed: Initial speed, simulated seconds per second of wall time.
-        scene: The recorded scene, whose time is shown.
-        note: A note beside the state.
-    """
+    """Plays a recording: play and pause, single ticks, speed; a note is beside the state."""
 
     texts = ("playing", "Play")
+    speeds = SPEEDS
 
     def __init__(self, gui: Gui, speed: float, scene: RecordedScene, note: str) -> None:
         super().__init__(gui, speed)
         self.paused, self._cell, self._note = True, scene, note
-        self._wanted: float | None = None
         self._stop.visible = False
-
-    @property
-    def speed(self) -> float:
-        """Simulated seconds per second of wall time."""
-        assert self._speed is not None
-        return self._speed
-
-    def want(self, time: float) -> None:
-        """Request another time [s]."""
-        self._wanted = time
-        self._changed.set()
 
     def leave_breakpoint(self, paused: bool) -> None:
         """Undo the effect of breakpoints passed by a seek: pause or play as before."""
         self.paused, self._broken = paused, ""
-
-    def take_time(self) -> float | None:
-        """Return the requested time and clear the request; None without one [s]."""
-        wanted, self._wanted = self._wanted, None
-        return wanted
-
-    def _offered(self) -> tuple[str, ...]:
-        return tuple(name for name in self._speeds if name != UNLIMITED)
 
 
 class ReplayPage(ScenePage):
@@ -109,11 +83,6 @@ class ReplayPage(ScenePage):
                 panel.handle(event)
         self.seek(float(scene.times[0]) if start is None else start)
 
-    def show_time(self, time: float | None) -> None:
-        """Request the state at another time [s]."""
-        if time is not None:
-            self.controls.want(time)
-
     def seek(self, time: float) -> None:
         """Show the state after the last tick that ended at or before a time [s]."""
         scene, paused = self.past.scene, self.controls.paused
@@ -136,15 +105,11 @@ class ReplayPage(ScenePage):
     # Internal
 
     def _act(self, position: float, elapsed: float) -> float:
-        """Execute commands of the controls, or play; return the simulated time reached.
-
-        Args:
-            position: The simulated time reached so far [s].
-            elapsed: Wall time since then [s].
-        """
+        """Execute commands of the controls, or play for some wall time; return the time reached."""
         controls, times = self.controls, self.past.scene.times
         last = len(times) - 1
-        if (wanted := controls.take_time()) is not None:
+        wanted, self._wanted = self._wanted, None
+        if wanted is not None:
             self.seek(wanted)
         elif controls.take_step():
             self._go_to(min(self._index + 1, last))
@@ -152,6 +117,7 @@ class ReplayPage(ScenePage):
             if self._index == last:  # play again
                 self.seek(times[0])
                 position = times[0]
+            assert controls.speed is not None
             position += elapsed * controls.speed
             while not controls.paused and self._index < last and times[self._index + 1] <= position:
                 self._go_to(self._index + 1)

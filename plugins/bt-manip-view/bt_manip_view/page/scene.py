@@ -3,6 +3,7 @@
 import hashlib
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -22,11 +23,8 @@ GROUND_SIZE, GROUND_OPACITY = 4.0, 0.35
 The sky shows through it: it is light or dark like the page of each browser.
 """
 
-AXES_LENGTH = 0.08
-"""Length of body axes [m]."""
-
-AXES_RADIUS = 0.003
-"""Radius of body axes [m]."""
+AXES = {"axes_length": 0.08, "axes_radius": 0.003}
+"""Length and radius of body axes [m]."""
 
 LARGEST_TEXTURE = (1024, 1024)
 """Size to which larger textures are reduced [pixels]."""
@@ -35,29 +33,33 @@ SMALLEST_MOTION = 1e-5
 """Smallest change of a pose that is sent, in position [m] and quaternion."""
 
 
+@dataclass
+class _Shown:
+    """An entity in the scene."""
+
+    appearance: Any
+    shapes: Mapping[str, Sequence[VisualShape]]
+    digest: str  # of its shapes, which may be equal in another cell
+    node: Any
+    frames: dict[str, Any]  # by body
+    meshes: list[Any]
+    clickable: bool = False
+
+
 class SceneView:
     """Shows a cell in viser: a node per entity, with a node per body and its geoms.
 
     Geometry is sent once per entity: `bind` adds and removes only nodes of changed entities, and
     `update` sends only changed poses.
-
-    Args:
-        server: The ``viser.ViserServer``.
     """
 
     def __init__(self, server: Any) -> None:
         self._server = server
         server.scene.configure_environment_map(environment_intensity=BRIGHTNESS)
-        self._shown: dict[str, Any] = {}  # appearance of the entities, by name
-        self._digests: dict[str, str] = {}  # of shapes, which may be equal in another cell
-        self._nodes: dict[str, Any] = {}  # by entity
-        self._meshes: dict[str, list[Any]] = {}  # by entity
-        self._clickable: set[str] = set()  # entities
+        self._shown: dict[str, _Shown] = {}  # by name
         self._added = Counter[str]()  # additions of each entity
-        self._frames: dict[str, dict[str, Any]] = {}  # by entity and body
         self._bound: list[Any] = []  # nodes of the bodies
         self._sent = np.empty((0, 7))  # the poses sent last
-        self._shapes: dict[str, Any] = {}  # by entity
         self._framing = Framing(server)
         self._with_axes = False
 
@@ -69,18 +71,20 @@ class SceneView:
             for name in [name for name in self._shown if name not in present]:
                 self._remove(name)
             for name, appearance in present.items():
-                if self._shown.get(name) != appearance:
-                    shapes = source.shapes(name)
-                    digest = shapes_digest(shapes)
-                    if self._digests.get(name) != digest:
-                        self._remove(name)
-                        self._add(name, shapes)
-                        changed = True
-                    self._shown[name], self._digests[name] = appearance, digest
-                    self._shapes[name] = shapes
+                before = self._shown.get(name)
+                if before is not None and before.appearance == appearance:
+                    continue
+                shapes = source.shapes(name)
+                digest = shapes_digest(shapes)
+                if before is None or before.digest != digest:
+                    self._remove(name)
+                    self._shown[name] = self._add(name, appearance, shapes, digest)
+                    changed = True
+                else:
+                    before.appearance = appearance
         self._source = source
         index = {name: i for i, name in enumerate(source.frames)}
-        frames = {body: node for bodies in self._frames.values() for body, node in bodies.items()}
+        frames = {body: node for one in self._shown.values() for body, node in one.frames.items()}
         sent = {id(node): pose for node, pose in zip(self._bound, self._sent, strict=True)}
         unknown = np.full(7, np.nan)
         self._sent = np.array([sent.get(id(node), unknown) for node in frames.values()]).reshape(
@@ -89,45 +93,28 @@ class SceneView:
         self._bound = list(frames.values())
         self._ids = np.array([index[body] for body in frames], dtype=int)
         if changed:
-            self._framing.show(source, self._shapes)
+            self._framing.show(source, {name: one.shapes for name, one in self._shown.items()})
         self.update()
 
-    def update(self) -> None:
-        """Send the changed poses."""
-        self.show(self._source.poses())
-
     def on_click(self, entity: str, call: Callable[[], None]) -> None:
-        """Call a function when an entity is clicked; call this again when it was added anew.
-
-        Args:
-            entity: Its name.
-            call: The function, called by another thread.
-        """
-        if entity not in self._clickable:
-            self._clickable.add(entity)
-            for mesh in self._meshes.get(entity, ()):
+        """Call a function, from another thread, at clicks on an entity until it is added anew."""
+        shown = self._shown.get(entity)
+        if shown is not None and not shown.clickable:
+            shown.clickable = True
+            for mesh in shown.meshes:
                 mesh.on_click(lambda _: call())
 
     def show_frames(self, shown: bool) -> None:
         """Show or hide the axes of all bodies."""
         self._with_axes = shown
-        for frames in list(self._frames.values()):
-            for frame in list(frames.values()):
+        for one in list(self._shown.values()):
+            for frame in one.frames.values():
                 frame.show_axes = shown
 
-    @property
-    def source(self) -> SceneSource:
-        """The scene that is shown."""
-        return self._source
-
-    def show(self, poses: np.ndarray) -> None:
-        """Send the poses that differ from those sent last.
-
-        Args:
-            poses: Poses of the frames of the source.  # (n, 7)
-        """
+    def update(self) -> None:
+        """Send the poses that differ from those sent last."""
         self._framing.update(self._source)
-        poses = poses[self._ids]
+        poses = self._source.poses()[self._ids]
         still = np.all(np.abs(poses - self._sent) < SMALLEST_MOTION, axis=1)  # NaN: not sent yet
         moved = np.flatnonzero(~still).tolist()
         if not moved:
@@ -141,38 +128,33 @@ class SceneView:
     # Internal
 
     def _remove(self, name: str) -> None:
-        if self._shown.pop(name, None) is not None:
-            self._nodes.pop(name).remove()
-            self._framing.forget(self._frames[name])
-            del self._frames[name], self._digests[name], self._shapes[name], self._meshes[name]
-            self._clickable.discard(name)
+        if name in self._shown:
+            self._shown.pop(name).node.remove()
 
-    def _add(self, name: str, bodies: Mapping[str, Sequence[VisualShape]]) -> None:
+    def _add(
+        self, name: str, appearance: Any, shapes: Mapping[str, Sequence[VisualShape]], digest: str
+    ) -> _Shown:
         scene, root = self._server.scene, f"/{name}"
         self._added[name] += 1
         if (count := self._added[name]) > 1:
             # viser's page and player confuse poses of successive nodes with the same name.
             root += f" ({count})"
-        self._nodes[name] = scene.add_frame(root, show_axes=False)
-        frames, meshes = self._frames[name], self._meshes[name] = {}, []
-        for body, shapes in bodies.items():
+        added = _Shown(appearance, shapes, digest, scene.add_frame(root, show_axes=False), {}, [])
+        for body, of_body in shapes.items():
             # Poses are in the world: bodies are not children of each other.
             path = f"{root}/{body.replace('/', ':')}"
-            frames[body] = scene.add_frame(
-                path, show_axes=self._with_axes, axes_length=AXES_LENGTH, axes_radius=AXES_RADIUS
-            )
-            meshes += [self._add_shape(f"{path}/shape{i}", shape) for i, shape in enumerate(shapes)]
+            added.frames[body] = scene.add_frame(path, show_axes=self._with_axes, **AXES)
+            added.meshes += [self._add_shape(f"{path}/shape{i}", s) for i, s in enumerate(of_body)]
+        return added
 
     def _add_shape(self, path: str, shape: VisualShape) -> Any:
         *rgb, alpha = shape.rgba
         if shape.kind == "box" and shape.size[2] < 1e-3 and min(shape.size[:2]) > GROUND_SIZE:
             alpha *= GROUND_OPACITY
         if shape.textured is not None:
+            data = _glb(shape.textured, alpha)
             return self._server.scene.add_glb(
-                path,
-                _glb(shape.textured, alpha),
-                position=shape.position,
-                wxyz=shape.quat_wxyz,
+                path, data, position=shape.position, wxyz=shape.quat_wxyz
             )
         vertices, faces = triangles_of(shape)
         return self._server.scene.add_mesh_simple(

@@ -3,9 +3,7 @@
 import contextlib
 import time
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any
-
-from bt_manip.runner import RunEvent
+from typing import Any, TypeVar
 
 from .controls import Controls
 from .findings import Findings
@@ -13,33 +11,27 @@ from .gui import Gui
 from .panel import Panel
 from .plot_panel import PLOT_SAMPLES
 from .scene import SceneView
-from .server import HOST, close_server, open_server, processor_time
+from .server import HOST, close_server, open_server
 from .site import Site
 from .viser_internals import connections
 
 POSE_PERIOD = 1.0 / 20.0
-"""Wall time between two updates of poses [s]."""
-
-PANEL_PERIOD = 1.0 / 10.0
-"""Wall time between two updates of panels [s]."""
+"""Wall time between two updates of poses [s]; panels are drawn with each second one."""
 
 UPDATE_SHARE = 0.04
-"""Largest share of wall time for updates; with more browsers, updates are rarer."""
+"""Largest share of wall time for updates; where they take long, they are rarer."""
 
-LONGEST_PERIOD = 2.0
+LONGEST_PERIOD = 1.0
 """Longest wall time between two updates [s]."""
 
 MakePanel = Callable[[Any], Panel]
 """Factory of a panel of a page; see the hook ``register_panels``."""
 
+P = TypeVar("P", bound=Panel)
+
 
 class ScenePage:
     """Scene, controls and panels in the browser, served by a separate thread.
-
-    Args:
-        make_controls: Makes the controls in the `Gui`.
-        panels: Factories of the panels by name.
-        port: The first port to try; 0: chosen by the system.
 
     Attributes:
         url: Address of the page.
@@ -47,7 +39,7 @@ class ScenePage:
         bar: The container at the top.
         tabs: The container of the tabs.
         server: The ``viser.ViserServer`` of the scene.
-        controls: The controls.
+        view: Shows the cell in the scene.
         shown_time: The displayed simulated time [s]; None: the present.
         findings: Findings of the check of the tree, at its nodes; a recording has none.
     """
@@ -63,19 +55,19 @@ class ScenePage:
         self.site = Site(self.gui)
         self.server = open_server(port, self.site)
         self.url = f"http://{HOST}:{self.server.get_port()}"
-        self._scene = SceneView(self.server)
-        self.bar, self.tabs = self.gui.add("bar"), self.gui.add("tabs")
-        self._places = {"bar": self.bar, "left": self.gui.add("left")}
-        self._places |= {name: self.gui.add(name) for name in ("below", "over")}
+        self.view = SceneView(self.server)
+        self._places = {name: self.gui.add(name) for name in ("bar", "left", "below", "over")}
+        self.bar, self.tabs = self._places["bar"], self.gui.add("tabs")
         with self.bar:
             self.controls = make_controls(self.gui)
         self._panels: list[Panel] = [self.controls]
         self._present: list[Panel] = []  # those that do not follow the shown time
+        self._wanted: float | None = None  # past time to show [s]
         self._index = -1  # number of the state that the others show
         self._entities: Mapping[str, Any] = {}  # that the scene shows of the past
         for name, make in panels.items():
             self._add_panel(name, make)
-        self._next = self._next_panels = self._served = 0.0
+        self._next, self._has_drawn = 0.0, False
 
     def close(self) -> None:
         """Stop the server."""
@@ -89,64 +81,52 @@ class ScenePage:
         """Whether any browser shows the page."""
         return self.site.is_open or bool(connections(self.server))
 
-    def on_click(self, entity: str, call: Callable[[], None]) -> None:
-        """Call a function, from another thread, when an entity of the scene is clicked."""
-        self._scene.on_click(entity, call)
-
-    def show_frames(self, shown: bool) -> None:
-        """Show or hide the axes of all bodies of the scene."""
-        self._scene.show_frames(shown)
-
     @property
     def span(self) -> tuple[float, float | None]:
         """Times of start and end of the past that can be shown [s]; no end while a run goes on."""
         return float(self.past.times[0]), float(self.past.times[-1])
 
     def show_time(self, time: float | None) -> None:
-        """Show another simulated time [s]; None: the present."""
+        """Show another simulated time in all browsers [s]; None: the present."""
+        self._wanted = time
 
     def refresh(self, *, now: bool = False) -> None:
-        """Update scene and panels where the last update is old enough, or at once (`now`)."""
-        time_now = time.perf_counter()
-        if not now and time_now < self._next:
+        """Update the scene where the last update is old enough, or at once (`now`)."""
+        if not now and time.perf_counter() < self._next:
             return
         start = time.thread_time()
         with self.server.atomic():  # wakes the server's thread once
             self._catch_up()
-            self._show_scene()
-            if now or time_now >= self._next_panels:
-                late = min(max(time_now - self._next_panels, 0.0), PANEL_PERIOD)
-                self._next_panels = time_now - late + PANEL_PERIOD
+            self.view.update()
+            self._has_drawn = now or not self._has_drawn
+            if self._has_drawn:
                 for panel in self._panels:
                     panel.draw()
-                self._publish()
-        served, self._served = self._served, processor_time(self.server)
-        used = time.thread_time() - start + self._served - served
-        self._next = time_now + max(POSE_PERIOD, min(used / UPDATE_SHARE, LONGEST_PERIOD))
+                with contextlib.suppress(RuntimeError):  # the server is being stopped
+                    self.server.get_event_loop().call_soon_threadsafe(self.site.publish)
+        used = time.thread_time() - start
+        period = max(POSE_PERIOD, min(used / UPDATE_SHARE, LONGEST_PERIOD))
+        self._next = time.perf_counter() + period
 
     # For subclasses
 
-    def _add_panel(self, name: str, make: MakePanel) -> None:
-        """Add a panel in its container."""
+    def _add_panel(self, name: str, make: Callable[[Any], P]) -> P:
+        """Add a panel in its container; return it."""
         container = self._places.get(getattr(make, "place", Panel.place))
         if container is None:
             with self.tabs:
                 container = self.gui.add("tab", label=name.replace("_", " ").capitalize())
         with container:
-            self._panels.append(make(self))
+            self._panels.append(panel := make(self))
         if getattr(make, "needs_run", False) or getattr(make, "whole_run", False):
-            self._present.append(self._panels[-1])
+            self._present.append(panel)
+        return panel
 
     def _show_tree(self, name: str) -> None:
         """Show the name of the running tree, and clear the panels."""
         self.controls.task = name.rpartition("/")[2]
         for panel in self._panels:
             panel.reset()
-
-    def handle(self, event: RunEvent) -> None:
-        """Pass an event to the panels."""
-        for panel in self._panels:
-            panel.handle(event)
 
     def _go_to(self, index: int) -> None:
         """Bring the scene, and the panels that follow the shown time, to a state of the past."""
@@ -163,7 +143,7 @@ class ScenePage:
         self._index = past.scene.index = index
         if self._entities != (present := past.scene.entities()):
             self._entities = present
-            self._scene.bind(past.scene)
+            self.view.bind(past.scene)
 
     def _sample(self, first: int, end: int, panels: Iterable[Panel]) -> None:
         """Give panels the states from ``first`` to before ``end``; state 0 has no samples."""
@@ -174,11 +154,3 @@ class ScenePage:
 
     def _catch_up(self) -> None:
         """Bring scene and panels to the present state before drawing."""
-
-    def _show_scene(self) -> None:
-        """Send the changed poses."""
-        self._scene.update()
-
-    def _publish(self) -> None:
-        with contextlib.suppress(RuntimeError):  # the server is being stopped
-            self.server.get_event_loop().call_soon_threadsafe(self.site.publish)

@@ -7,7 +7,6 @@ import io
 import logging
 import math
 import threading
-import time
 import warnings
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -17,14 +16,9 @@ import msgspec
 import viser
 import websockets.asyncio.server
 
+from .gui import Gui
 from .site import PROTOCOL, Site
-from .viser_internals import (
-    check_message,
-    connections,
-    ignore_unused_messages,
-    protocol,
-    thread_of,
-)
+from .viser_internals import SCENE_PROTOCOL, check_message, connections, ignore_unused_messages
 
 HOST = "127.0.0.1"
 """The only address on which the page is served."""
@@ -58,28 +52,23 @@ def open_server(port: int = PORT, site: Site | None = None) -> viser.ViserServer
 
     Args:
         port: The first port to try; 0: chosen by the system.
-        site: The page around the scene; without one, nothing is sent to browsers.
+        site: The page around the scene; default: an empty one.
     """
     # viser prints a line, and websockets a traceback, for each unusable connection.
     logging.getLogger("websockets.server").setLevel(logging.CRITICAL)
     # viser warns if a browser disconnects while its camera is being moved.
     warnings.filterwarnings("ignore", "Queued a .* on a closed connection", UserWarning)
     # viser prints its addresses.
-    with _serving, _checked_connections(site), contextlib.redirect_stdout(io.StringIO()):
+    with (
+        _serving,
+        _checked_connections(site or Site(Gui())),
+        contextlib.redirect_stdout(io.StringIO()),
+    ):
         server = viser.ViserServer(host=HOST, port=port, verbose=False)
     ignore_unused_messages(server)
     # Valid messages that fail would print a traceback.
     server.get_event_loop().set_exception_handler(lambda loop, context: None)
     return server
-
-
-def processor_time(server: viser.ViserServer) -> float:
-    """Return the processor time of the server's thread [s]; 0 if it cannot be measured."""
-    thread = thread_of(server)
-    measurable = hasattr(time, "pthread_getcpuclockid")
-    if thread is None or thread.ident is None or not thread.is_alive() or not measurable:
-        return 0.0
-    return time.clock_gettime(time.pthread_getcpuclockid(thread.ident))
 
 
 def close_server(server: viser.ViserServer) -> None:
@@ -95,9 +84,6 @@ def is_local(headers: Any) -> bool:
 
     A page of another site can reach the server by address, with its own Origin, or by a name that
     resolves to loopback, with that name as Host (DNS rebinding).
-
-    Args:
-        headers: The ``websockets.Headers`` of the request.
     """
     hosts, origins = headers.get_all("Host"), headers.get_all("Origin")
     if len(hosts) != 1 or len(origins) > 1:
@@ -130,11 +116,11 @@ def _is_finite(value: Any) -> bool:
 
 
 @contextlib.contextmanager
-def _checked_connections(site: Site | None) -> Iterator[None]:
+def _checked_connections(site: Site) -> Iterator[None]:
     """Make servers started meanwhile check connections; viser has no option for this."""
     module: Any = websockets.asyncio.server
     serve = module.serve
-    protocols = [protocol()] + ([PROTOCOL] if site else [])
+    protocols = SCENE_PROTOCOL, PROTOCOL
 
     def checked(
         handler: Callable[..., Any],
@@ -145,8 +131,8 @@ def _checked_connections(site: Site | None) -> Iterator[None]:
         def process(connection: Any, request: Any) -> Any:
             headers = request.headers
             asked = headers.get_all("Sec-WebSocket-Protocol")
-            if is_local(headers) and site is not None and "Upgrade" not in headers:
-                return site.response(request.path, "gzip" in headers.get("Accept-Encoding", ""))
+            if is_local(headers) and "Upgrade" not in headers:
+                return site.response(request.path)
             if is_local(headers) and len(asked) == 1 and asked[0] in protocols:
                 return process_request(connection, request)
             connection.transport.abort()
@@ -171,7 +157,7 @@ def _checked_connections(site: Site | None) -> Iterator[None]:
                     raise
 
             connection.recv, connection.send = receive_valid, send_in_time
-            if site is not None and of_page:
+            if of_page:
                 await site.serve(connection)
             else:
                 await handler(connection)

@@ -27,8 +27,8 @@ class SessionPanel(Panel):
 
     Args:
         page: The page.
-        names: The offered trees, scenes and robots, by ``tree``, ``scene``, ``robot``.
-        first: The initial selection.
+        names: The registered trees, scenes and robots, by ``tree``, ``scene``, ``robot``.
+        first: The initial selection, which is offered, too.
         scene_of: Returns the default scene of a tree.
         seed_of: Returns the default seed of a scene.
     """
@@ -52,7 +52,9 @@ class SessionPanel(Panel):
         self._folder = gui.add_folder("")
         with self._folder:
             self._inputs = [
-                gui.add_dropdown(kind.capitalize(), names[kind], initial_value=getattr(first, kind))
+                gui.add_dropdown(
+                    kind.capitalize(), list(dict.fromkeys([getattr(first, kind), *names[kind]]))
+                )
                 for kind in ("tree", "scene", "robot")
             ]
             self._seed = gui.add_number("Seed", first.seed, low=0, step=1)
@@ -80,12 +82,7 @@ class SessionPanel(Panel):
         self._message.content = message_html(message, error=error)
 
     def show_result(self, status: str, text: str) -> None:
-        """Show the result of a run in front of the other tabs.
-
-        Args:
-            status: Its status.
-            text: Its lines: reason, table of cycles, next step.
-        """
+        """Show status and text of the result of a run in front of the other tabs."""
         self._tab.visible = True
         self._result.status, self._result.text = status, text
         self._tab.front += 1

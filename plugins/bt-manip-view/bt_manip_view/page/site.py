@@ -2,8 +2,6 @@
 
 import asyncio
 import contextlib
-import functools
-import gzip
 import http
 from collections import deque
 from collections.abc import Awaitable, Callable
@@ -32,7 +30,11 @@ FILES = {
 }  # fmt: skip
 """Files by path."""
 
-TYPES = {".html": "text/html", ".css": "text/css", ".js": "text/javascript"}
+TYPES = {
+    ".html": "text/html; charset=utf-8",
+    ".css": "text/css; charset=utf-8",
+    ".js": "text/javascript; charset=utf-8",
+}
 
 PAGE_POLICY = (
     "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; "
@@ -40,7 +42,7 @@ PAGE_POLICY = (
 )
 """Content security policy of the page, which no other page may frame."""
 
-FRAMED = "frame-ancestors 'self'"
+SCENE_POLICY = "frame-ancestors 'self'"
 """Content security policy of the scene: only the page may frame it."""
 
 LONGEST_QUEUE = 1 << 20
@@ -51,9 +53,6 @@ class Site:
     """Serves a `Gui` to browsers, in the thread of the server.
 
     For a browser that reads slowly, pending messages are replaced by one with the whole state.
-
-    Args:
-        gui: The elements of the page.
 
     Attributes:
         downloads: Makers of files by path: each returns the name and the content, or None, in a
@@ -79,31 +78,17 @@ class Site:
         for connection in list(self._browsers):
             connection.transport.abort()
 
-    def response(self, path: str, compressed: bool) -> Response | Awaitable[Response]:
-        """Return the response to a request.
-
-        Args:
-            path: The path, with or without a query.
-            compressed: Whether the browser accepts gzip.
-        """
+    def response(self, path: str) -> Response | Awaitable[Response]:
+        """Return the response to a request of a path, with or without a query."""
         path = urlsplit(path).path
         if path in self.downloads:
             return asyncio.to_thread(_download, self.downloads[path])
-        path = "/" if path == "/index.html" else path
-        headers = Headers({"Cache-Control": "no-cache", "X-Content-Type-Options": "nosniff"})
-        headers["Content-Security-Policy"] = FRAMED if path == SCENE_PATH else PAGE_POLICY
         if path == SCENE_PATH:
-            name, data = "scene.html", _scene()
-        elif (name := FILES.get(path, "")) != "":
-            data = _packed((STATIC / name).read_bytes())
-        else:
-            return Response(http.HTTPStatus.NOT_FOUND, "Not Found", headers)
-        body = data if compressed else gzip.decompress(data)
-        headers["Content-Type"] = f"{TYPES[Path(name).suffix]}; charset=utf-8"
-        headers["Content-Length"] = str(len(body))
-        if compressed:
-            headers["Content-Encoding"] = "gzip"
-        return Response(http.HTTPStatus.OK, "OK", headers, body)
+            return _response(client_html().encode(), TYPES[".html"], SCENE_POLICY)
+        if path not in FILES:
+            return _response(None, "text/plain", PAGE_POLICY)
+        file = STATIC / FILES[path]
+        return _response(file.read_bytes(), TYPES[file.suffix], PAGE_POLICY)
 
     async def serve(self, connection: Any) -> None:
         """Serve a browser until it disconnects."""
@@ -149,14 +134,19 @@ class Site:
 
 
 def _download(make: Callable[[], tuple[str, bytes] | None]) -> Response:
+    name, body = make() or ("", None)
+    response = _response(body, "application/octet-stream", PAGE_POLICY)
+    response.headers["Content-Disposition"] = f'attachment; filename="{name}"'
+    return response
+
+
+def _response(body: bytes | None, kind: str, policy: str) -> Response:
+    """Return the response with a body of a media type; Not Found for None."""
+    status = http.HTTPStatus.NOT_FOUND if body is None else http.HTTPStatus.OK
     headers = Headers({"Cache-Control": "no-store", "X-Content-Type-Options": "nosniff"})
-    if (made := make()) is None:
-        return Response(http.HTTPStatus.NOT_FOUND, "Not Found", headers)
-    name, body = made
-    headers["Content-Type"] = "application/octet-stream"
-    headers["Content-Disposition"] = f'attachment; filename="{name}"'
-    headers["Content-Length"] = str(len(body))
-    return Response(http.HTTPStatus.OK, "OK", headers, body)
+    headers["Content-Security-Policy"], headers["Content-Type"] = policy, kind
+    headers["Content-Length"] = str(len(body or b""))
+    return Response(status, status.phrase, headers, body or b"")
 
 
 class _Browser:
@@ -167,13 +157,3 @@ class _Browser:
         self.size = 0
         self.wake = asyncio.Event()
         self.wake.set()
-
-
-def _packed(data: bytes) -> bytes:
-    return gzip.compress(data, 5, mtime=0)
-
-
-@functools.cache
-def _scene() -> bytes:
-    """Return viser's client without its panel, compressed."""
-    return _packed(client_html().encode())

@@ -84,8 +84,7 @@ class TreePanel(Panel):
     def _forget_states(self) -> None:
         self._states.clear()
         self._changed.clear()
-        if self._tree.states:
-            self._tree.states = {}
+        self._tree.states = {}
 
     def _is_path(self, value: Any) -> bool:
         return isinstance(value, str) and value in self._paths | self._controls.breakpoints

@@ -3,7 +3,6 @@
 Dependencies pin the minor version of viser; a test names the version that this was checked against.
 """
 
-import threading
 from collections.abc import Collection
 from pathlib import Path
 from typing import Any
@@ -30,6 +29,9 @@ canvas[data-engine]{background:linear-gradient(#d6e2f0,#f6f8fa)}
 </style>"""
 """Hides viser's own panel, as the page has the inputs; sky behind the scene, light or dark."""
 
+SCENE_PROTOCOL = f"viser-v{viser.__version__}"
+"""Subprotocol of the scene's sockets."""
+
 CLIENT = Path(viser.__file__).parent / "client" / "build" / "index.html"
 
 
@@ -39,19 +41,9 @@ def ignore_unused_messages(server: viser.ViserServer) -> None:
         server._websock_server.unregister_handler(kind)
 
 
-def thread_of(server: viser.ViserServer) -> threading.Thread | None:
-    """Return the thread that serves."""
-    return server._websock_server._server_thread
-
-
 def connections(server: viser.ViserServer) -> Collection[Any]:
     """Return the open connections of browsers."""
     return server._websock_server._live_connections.values()
-
-
-def protocol() -> str:
-    """Return the subprotocol of the scene's sockets."""
-    return f"viser-v{viser.__version__}"
 
 
 def check_message(message: Any) -> None:

@@ -1,6 +1,5 @@
 """Videos rendered from a recording."""
 
-import itertools
 from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -41,27 +40,20 @@ class SceneModel:
             spec.delete(camera)
         # Without their names, since one of them is "world", too.
         bodies = {name: spec.worldbody.add_body(mocap=True) for name in scene.frames}
-        appearances: list[tuple[str, int]] = []
-        for time in (*scene.times[[0, -1]], *scene.times[1:-1]):
+        geoms: dict[tuple[str, int], list[mujoco.MjsGeom]] = {}  # by entity and its appearance
+        for time in scene.times.tolist():
             scene.seek(time)
             for one in scene.cameras:
                 if spec.camera(one.name) is None:
                     bodies[one.frame].add_camera(
                         name=one.name, pos=one.position, quat=one.quat_wxyz, fovy=one.fovy
                     )
-            for entity, number in scene.entities().items():
-                if (entity, number) not in appearances:
-                    appearances.append((entity, number))
-                    self._add(spec, bodies, entity, len(appearances) - 1)
+            for appearance in scene.entities().items():
+                if appearance not in geoms:
+                    geoms[appearance] = self._add(spec, bodies, appearance[0])
         self.model = spec.compile()
         self.data = mujoco.MjData(self.model)
-        names = [self.model.geom(i).name for i in range(self.model.ngeom)]
-        self._geoms = {
-            appearance: [
-                i for i, name in enumerate(names) if name.startswith(f"appearance{number}/")
-            ]
-            for number, appearance in enumerate(appearances)
-        }
+        self._geoms = {appearance: [one.id for one in some] for appearance, some in geoms.items()}
         self._alpha = self.model.geom_rgba[:, 3].copy()
 
     def update(self) -> None:
@@ -73,17 +65,15 @@ class SceneModel:
             self.model.geom_rgba[geoms, 3] = self._alpha[geoms] if shown else 0.0
 
     def _add(
-        self, spec: mujoco.MjSpec, bodies: dict[str, mujoco.MjsBody], entity: str, appearance: int
-    ) -> None:
+        self, spec: mujoco.MjSpec, bodies: dict[str, mujoco.MjsBody], entity: str
+    ) -> list[mujoco.MjsGeom]:
         """Add the present shapes of an entity."""
-        number = itertools.count()
+        added = []
         for frame, shapes in self._scene.shapes(entity).items():
             for shape in shapes:
                 if entity == WORLD and shape.size[2] == PLANE_THICKNESS:
                     continue  # the arena has a floor, with its texture
-                name = f"appearance{appearance}/{next(number)}"
                 geom = bodies[frame].add_geom(
-                    name=name,
                     type=GEOM_TYPES[shape.kind],
                     pos=shape.position,
                     quat=shape.quat_wxyz,
@@ -95,13 +85,15 @@ class SceneModel:
                     x, y, z = np.array(shape.size) / 2.0
                     geom.size = (x, z, 0.0) if shape.kind == "cylinder" else (x, y, z)
                 else:
+                    geom.meshname = f"mesh {len(spec.meshes)}"
                     spec.add_mesh(
-                        name=name,
+                        name=geom.meshname,
                         uservert=shape.triangles.vertices.ravel(),
                         userface=shape.triangles.faces.ravel(),
                         inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,  # they may be flat
                     )
-                    geom.meshname = name
+                added.append(geom)
+        return added
 
 
 def write_video(
@@ -126,10 +118,7 @@ def write_video(
     Raises:
         BtManipError: If something of this is impossible, or the video cannot be written.
     """
-    from bt_manip_recording import (  # slow, and plugins load this module
-        RecordedScene,
-        running_leaves,
-    )
+    from bt_manip_recording import RecordedScene, running_leaves  # slow, and plugins load this
 
     _, extent = check_video(path, size, fps)
     scene = RecordedScene(recording)
@@ -148,12 +137,8 @@ def write_video(
 
 
 def frame_times(times: np.ndarray, fps: float) -> np.ndarray:
-    """Return the times of the shown ticks: the last tick before each frame is due.
-
-    Args:
-        times: Times of the ticks [s].  # (n,)
-        fps: Frames per second.
-    """  # (m,)
+    """Return the times of the shown ticks [s]: the last tick before each frame is due."""
+    # times: (n,); returned: (m,)
     elapsed = times - times[0]
     first = np.ceil((elapsed - SAME_TIME) * fps)  # number of the first frame that may show a tick
     return times[np.diff(first, append=np.floor(elapsed[-1] * fps + 1e-6) + 1.0) > 0.0]

@@ -44,7 +44,7 @@ class VideoFile:
     Args:
         path: The file; its suffix chooses the format.
         width: Width of the images [pixels].
-        height: Height of the images [pixels].
+        height: Their height [pixels].
         fps: Usual number of frames per second.
 
     Raises:

@@ -50,12 +50,3 @@ def test_clicks_and_keys_on_the_time_line_show_the_tree_of_each_time(replay, pic
     window.page.keyboard.press("PageDown")
     wait_until(lambda: window.time() == pytest.approx(start + 1.0, abs=0.02))
     assert not window.log
-
-
-@pytest.mark.soak
-def test_the_robot_is_drawn(replay, open_window):
-    window = open_window(replay.url)
-    window.wait_for_scene()
-    with_robot = window.scene("replay")
-    without = window.scene_without("/panda")
-    assert (abs(with_robot - without).max(axis=2) > 40).mean() > 0.02

@@ -189,19 +189,6 @@ def _robot(model):
     return [geom for geom, name in enumerate(names) if name.startswith("panda/")]
 
 
-def test_things_have_their_textures(window):
-    script = """
-        name => {
-            let width = 0;
-            __viserMutable.nodeRefFromName[name].traverse((mesh) => {
-                width = Math.max(width, mesh.material?.map?.image?.width ?? 0);
-            });
-            return width;
-        }
-    """
-    wait_until(lambda: window.evaluate(script, "/table") == 256)
-
-
 def test_the_picture_of_a_chosen_camera_is_over_the_scene(opengl, window):
     picture = window.page.locator("img.picture")
     assert not picture.is_visible()

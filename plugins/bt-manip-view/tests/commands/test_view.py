@@ -63,11 +63,6 @@ def test_ctrl_c_ends_a_page_that_is_prepared():
         process.kill()
 
 
-def test_a_mistyped_tree_is_bad_input(bt_manip):
-    done = bt_manip("view", "pick_plaze")
-    assert done.code == 2 and "did you mean 'pick_place'" in done.err
-
-
 def test_a_breakpoint_at_an_unknown_node_is_bad_input(bt_manip, tmp_path):
     tree = tmp_path / "tree.xml"
     tree.write_text(

@@ -119,15 +119,9 @@ def test_text_of_the_recording_stays_text(make_run, tmp_path):
 def test_an_incomplete_recording_gives_a_report_that_says_so(page, picked, tmp_path):
     assert "without an end" not in shown(page)
     cut = tmp_path / "cut.mcap"
-    cut.write_bytes(picked.read_bytes()[: picked.stat().st_size // 2])
+    cut.write_bytes(picked.read_bytes()[: picked.stat().st_size * 3 // 4])  # in the second cycle
     text = shown(html.document_fromstring(run_page(Recording(cut))))
     assert "This recording is incomplete" in text and "NOT ENDED" in text
-
-
-def test_thinned_lines_say_so(page):
-    assert re.search(
-        r"Downsampled: lines show the smallest and largest value of each 3\.\d+ ms", shown(page)
-    )
 
 
 @pytest.mark.soak

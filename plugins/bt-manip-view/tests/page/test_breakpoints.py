@@ -42,10 +42,6 @@ def test_an_attribute_of_a_node_marks_it_in_each_use_of_its_tree_without_a_warni
     assert marked_paths(reading.usable_tree()) == {"left/marked", "right/marked", "last"}
 
 
-def test_a_tree_in_python_marks_nothing(make_run):
-    assert marked_paths(make_run(Sleep(msec=10)).tree) == set()
-
-
 @pytest.mark.parametrize(
     ("name", "paths"),
     [

@@ -101,7 +101,7 @@ def test_an_object_that_is_not_yet_in_a_past_state_does_not_move_the_camera(part
         past.end_tick(cell.time, source.poses(), {})
         cell.add(Cube(), spatial.pose((x, 0.0, 0.5)))
     for past.index in (1, 0):
-        page._scene.bind(past.scene)
-        page._scene._framing._next = 0.0  # it looks once a second
-        page._scene.update()
+        page.view.bind(past.scene)
+        page.view._framing._next = 0.0  # it looks once a second
+        page.view.update()
     assert all(np.isfinite(value).all() for value in report(image_width=500))

@@ -115,13 +115,13 @@ def test_only_changed_poses_are_sent_when_objects_come_and_go(page, connect):
 
 def test_a_page_that_nobody_has_opened_is_drawn_once_at_the_end(make_run, page, monkeypatch):
     calls = []
-    for name in ("bind", "show"):
+    for name in ("bind", "update"):
         shown = getattr(SceneView, name)
         monkeypatch.setattr(
             SceneView, name, lambda *args, shown=shown, n=name: (calls.append(n), shown(*args))
         )
     make_run(picking(), cycles=2).execute([page])
-    assert calls == ["bind", "show", "show"]  # `bind` shows, too
+    assert calls == ["bind", "update", "update"]  # `bind` updates, too
 
 
 def test_a_page_that_is_opened_during_the_run_shows_what_came_before(make_run, page, connect):
@@ -204,25 +204,6 @@ def test_the_clock_stands_still_after_a_run_and_that_of_a_second_one_begins_at_z
     assert client.find("plot")["samples"][0][0] == pytest.approx(0.01)
     (_, _, start, end) = next(iter(client.find("tree")["states"].values()))
     assert (start, end) == pytest.approx((0.0, 0.05), abs=0.011)
-
-
-def test_one_can_look_back_while_the_run_is_paused(in_thread, page, connect):
-    page.controls.breakpoints = frozenset(["second"])
-    root = Sequence("root", Sleep("first", msec=300), Sleep("second", msec=50))
-    connect()
-    client = connect("page")
-    wait_until(lambda: page.site.is_open)
-    run, thread = in_thread(root)
-    wait_until(lambda: page.controls.paused)
-    client.see()
-    line = client.uid("timeline")
-    client.send(line, "seek", 0.0)
-    wait_until(lambda: client.see().find("timeline")["shown"] is not None)
-    assert client.find("timeline")["shown"] < run.station.cell.time
-    client.send(line, "seek", None)
-    wait_until(lambda: client.see().find("timeline")["shown"] is None)
-    client.toggle()
-    thread.join(30)
 
 
 def test_the_wait_for_a_browser_ends_when_there_is_none(page):

@@ -61,8 +61,3 @@ def test_a_panel_that_cannot_be_made_is_left_out(watched_run):
     kinds, (warning,) = watched_run("def __init__(self, page): raise ValueError('too hot')")
     assert "is left out: panel 'broken' cannot be made: ValueError: too hot" in warning
     assert kinds >= {"tree", "timeline", "log", "blackboard", "plot"}
-
-
-def test_a_panel_that_is_none_is_left_out(watched_run):
-    _, (warning,) = watched_run("def __new__(cls, page): return 5")
-    assert "its factory gave a int, which has no 'start'; expected a Panel" in warning

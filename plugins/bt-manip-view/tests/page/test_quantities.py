@@ -8,7 +8,7 @@ from bt_manip.behaviours import CloseGripper, MoveToConfiguration, RemoveObject,
 from bt_manip.bt import Script, Sequence, Sleep
 from bt_manip.runner import RunObserver
 from bt_manip_recording import McapRecorder, Recording, Timeline
-from bt_manip_view.page.quantities import MAX_ROWS, LiveQuantities, RecordedQuantities, thinned
+from bt_manip_view.page.quantities import LiveQuantities, RecordedQuantities
 
 RECORDED = (
     "Tracking error", "Joint positions", "Joint velocities", "Joint torques", "Grip force",
@@ -24,20 +24,19 @@ class Sampler(RunObserver):
     def run_started(self, run):
         self.run = run
         self.quantities = LiveQuantities(run, lambda: run.station.cell.time)
-        self.times, self.heights, self.openings = [], [], []
+        self.times, self.heights = [], []
 
     def handle(self, event):
         self.quantities.handle(event)
 
     def after_tick(self):
         cell, robot = self.run.station.cell, self.run.station.robot
-        self.quantities.sample(RECORDED)
+        self.quantities.sample()
         arm = self.run.station.arm
         joints = {"panda": (robot.q[None], arm.q_ref[None])}
         self.quantities.add_joints(np.array([cell.time]), joints)
         self.times.append(cell.time)
         self.heights.append(cell.pose("cube").translation[2] if "cube" in cell.objects else np.nan)
-        self.openings.append(cell.data.joint(f"{robot.mjcf_model.model}/finger_joint1").qpos[0])
         if len(self.times) == 20:
             cell.move("cube", spatial.pose((0.5, -0.3, 1.3)))  # from where it falls
 
@@ -86,12 +85,6 @@ def test_heights_are_those_of_the_cell(sampled):
     np.testing.assert_allclose(present, live.rows, atol=1e-5)
 
 
-def test_positions_of_the_fingers_are_those_of_the_physics(sampled):
-    table = sampled[0].quantities.table("Gripper joints")
-    assert table.labels == ("finger_joint1", "finger_joint2")
-    np.testing.assert_allclose(table.rows[:, 1], sampled[0].openings)
-
-
 def test_numbers_of_the_blackboard_are_plotted_and_texts_are_not(sampled):
     live, recorded = sampled[0].quantities, sampled[1]
     for quantities in (live, recorded):
@@ -99,14 +92,6 @@ def test_numbers_of_the_blackboard_are_plotted_and_texts_are_not(sampled):
         assert "Blackboard name" not in quantities.names()
         values = quantities.table("Blackboard count").rows[:, 1]
         assert values[0] == 2.0 and values[-1] == 5.0 and set(values) == {2.0, 5.0}
-
-
-def test_peaks_of_a_long_line_stay():
-    rows = np.column_stack([np.arange(100_000.0), np.zeros((100_000, 2))])
-    rows[12_345, 1], rows[54_321, 2] = 7.0, -3.0
-    kept = thinned(rows)
-    assert len(kept) <= MAX_ROWS + 2
-    assert [12_345.0, 7.0, 0.0] in kept.tolist() and [54_321.0, 0.0, -3.0] in kept.tolist()
 
 
 def test_plots_are_chosen_from_the_list_and_removed(make_run, page, connect):

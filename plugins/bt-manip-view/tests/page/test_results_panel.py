@@ -28,22 +28,6 @@ def test_each_cycle_has_its_results_the_present_one_first(make_run, page, connec
     ]
 
 
-def test_results_of_the_present_cycle_are_shown_while_it_runs(make_run, page, connect):
-    shown = []
-    root = Sequence("root", Script(code="left := 2"), Sleep(msec=30))
-    run = make_run(root)
-    run.tree.results = ("left",)
-    client = connect("page")
-
-    def look():
-        page.refresh(now=True)
-        shown.append(table_of(client)[1])
-        return False
-
-    run.execute([page], stop=lambda: run.station.cell.time > 0.015 and look())
-    assert shown[0] == ["cycle 1", "2"]
-
-
 def test_a_tree_without_results_has_no_table(make_run, page, connect):
     make_run(Sleep(msec=20)).execute([page])
     tables = [one for one in connect("page").see().elements.values() if one["kind"] == "html"]

@@ -1,8 +1,5 @@
 """A video of a recording shows what was recorded."""
 
-from pathlib import Path
-
-import av
 import numpy as np
 import pytest
 
@@ -13,6 +10,8 @@ from bt_manip_view.video.export_video import SceneModel, frame_times
 from tests.support.recorded import coming_and_going
 from tests.support.recorded import recorded as recorded
 
+from .test_video import frames_of
+
 
 @pytest.fixture(scope="module")
 def videos(opengl, recorded, make_run):
@@ -22,14 +21,6 @@ def videos(opengl, recorded, make_run):
     write_video(recording, exported, size="160x100", fps=4.0)
     make_run(coming_and_going()).execute([VideoRecorder(live, size="160x100", fps=4.0)])
     return exported, live
-
-
-def frames_of(path: Path) -> tuple[np.ndarray, np.ndarray]:
-    """Give the times of the frames and their images."""
-    with av.open(path) as video:
-        frames = list(video.decode(video=0))
-    times = [float(frame.pts * frame.time_base) for frame in frames]
-    return np.array(times), np.array([frame.to_ndarray(format="rgb24") for frame in frames])
 
 
 def test_a_rendered_recording_looks_like_the_run(videos):
