@@ -44,6 +44,7 @@ class CameraPanel(Panel):
         self._message = page.gui.add_html("")
         self._renderer: FrameRenderer | None = None
         self._cell: Any = None
+        self._model: Any = None  # whose cameras are offered
         self._next = 0.0
 
     def start(self, run: Run) -> None:
@@ -73,7 +74,9 @@ class CameraPanel(Panel):
         if self._cell is None:
             return
         model = self._cell.model
-        self._choice.options = (NO_CAMERA, *(model.camera(i).name for i in range(model.ncam)))
+        if model is not self._model:
+            self._model = model
+            self._choice.options = (NO_CAMERA, *(model.camera(i).name for i in range(model.ncam)))
         if self._renderer is None:
             self.end_tick()
         self._picture.visible = self._renderer is not None

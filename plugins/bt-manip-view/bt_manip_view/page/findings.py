@@ -5,6 +5,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from bt_manip.bt import Tree
+from bt_manip.files import read_text
 
 Findings = dict[str, list[tuple[str, str]]]
 """Severity and message of each finding at a node, by the uid of the node."""
@@ -17,7 +18,8 @@ def findings_at_nodes(tree: Tree, problems: Iterable[Any]) -> Findings:
 
     Args:
         tree: The tree.
-        problems: The findings of the document as it was read, as of `Tree.warnings`.
+        problems: The findings, as of `Tree.warnings`: of the document as it was read, or edited
+            with all lines where they were.
     """
     found: Findings = {}
     if not (problems := tuple(problems)) or tree.document is None:
@@ -32,3 +34,14 @@ def findings_at_nodes(tree: Tree, problems: Iterable[Any]) -> Findings:
         for uid in uids or [str(tree.nodes[0].uid)]:
             found.setdefault(uid, []).append((problem.severity, text))
     return found
+
+
+def count_lines(tree: Tree) -> dict[str, int]:
+    """Return the number of lines in each file of a tree, as far as it can be read now."""
+    counts = {}
+    for path in [] if tree.document is None else tree.document.files:
+        try:
+            counts[str(path)] = read_text(path).count("\n")
+        except (OSError, UnicodeDecodeError):
+            counts[str(path)] = -1
+    return counts

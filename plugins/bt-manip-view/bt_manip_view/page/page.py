@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 
 from bt_manip.bt import NodeStatus
+from bt_manip.cli import findings_of
 from bt_manip.runner import KINDS, EventStream, PendingSteps, Run, RunEvent, RunObserver, Station
 from bt_manip_recording import CellScene
 
 from .breakpoints import marked_paths
 from .controls import PAUSE_POLL, Controls
-from .findings import findings_at_nodes
+from .findings import count_lines, findings_at_nodes
 from .history import History, Step
 from .panel import Panel
 from .scene_page import MakePanel, ScenePage
@@ -50,6 +51,7 @@ class Page(ScenePage, RunObserver):
         self._source: CellScene | None = None  # None: the scene has changed
         self._bound: CellScene | None = None  # what the scene shows; None: the past
         self._steps: dict[str, Step] = {}  # the last control step of each robot
+        self._lines: dict[str, int] = {}  # number in each file of the tree when it was read
         ScenePage.__init__(self, lambda gui: Controls(gui, speed), panels or {}, port)
         self._present.append(self.controls)
 
@@ -78,7 +80,11 @@ class Page(ScenePage, RunObserver):
         """
         if event.kind == "tree":
             self.controls.marked = marked_paths(self._tree)
+            self._lines = count_lines(self._tree)
             self.findings = findings_at_nodes(self._tree, self._tree.warnings)
+        elif event.kind == "edit" and self._lines == count_lines(self._tree):
+            errors = findings_of(event.data["problems"])
+            self.findings = findings_at_nodes(self._tree, (*self._tree.warnings, *errors))
         if self.controls.start_time:
             event = event._replace(time=event.time - self.controls.start_time)
         if event.kind != "tick":

@@ -26,13 +26,14 @@ class TimelinePanel(Panel):
         self._nodes: dict[int, Any] = {}
         self._parents: set[int] = set()
         self._running: dict[int, str] = {}  # robots of the running leaves, the latest last
+        self._robots: list[str] = []
         self._new: dict[str, list[Any]] = {"leaves": [], "marks": []}
 
     def reset(self) -> None:
         """Clear the past."""
         self._running.clear()
-        for values in self._new.values():
-            values.clear()
+        self._robots = []
+        self._new = {"leaves": [], "marks": []}
         self._line.leaves, self._line.marks, self._line.robots = [], [], []
 
     def handle(self, event: RunEvent) -> None:
@@ -46,8 +47,8 @@ class TimelinePanel(Panel):
             self._running.clear()
         elif event.kind == "status":
             self._note_status(event)
-        elif event.kind == "controller" and data["robot"] not in self._line.robots:
-            self._line.robots = [*self._line.robots, data["robot"]]
+        elif event.kind == "controller" and data["robot"] not in self._robots:
+            self._robots.append(data["robot"])
         elif event.kind == "cycle":
             failed = data["status"] == "FAILURE"
             if failed or data["status"] == "RUNNING":
@@ -60,8 +61,8 @@ class TimelinePanel(Panel):
         for name, values in self._new.items():
             if values:
                 self._line.append(name, values, KEPT_CHANGES)
-                values.clear()
-        self._line.start, self._line.end = self._page.span
+        self._new = {"leaves": [], "marks": []}
+        self._line.robots, (self._line.start, self._line.end) = [*self._robots], self._page.span
         self._line.time = round(self._controls.time, 6)
         self._line.shown = self._page.shown_time
 

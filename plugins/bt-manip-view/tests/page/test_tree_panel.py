@@ -95,6 +95,29 @@ def test_warnings_are_shown_at_their_nodes_before_a_run_and_in_it(page, connect,
     assert findings_of(client) == {}
 
 
+@pytest.mark.parametrize("above", ["", "<!-- its lines are not those of the nodes -->\n"])
+def test_an_error_of_an_edit_is_shown_at_its_node_unless_lines_moved(
+    page, connect, parts, tmp_path, above
+):
+    path, emitted = tmp_path / "task.xml", []
+    run, client = prepared(path, parts), connect("page")
+
+    class Editor(RunObserver):
+        def run_started(self, run):
+            self.emit = run.events.emit
+
+        def after_tick(self):
+            path.write_text(above + CHECKED.replace('msec="30"', 'msec="x"'))
+            problem = f"{path}:{3 if above else 2}:28: error: port 'msec': 'x' is not an integer"
+            self.emit("edit", {"problems": [problem]})
+            page.refresh(now=True)
+            emitted.append(findings_of(client))
+
+    run.execute([page, Editor()])
+    found = {name: [severity for severity, _ in found] for name, found in emitted[0].items()}
+    assert found == ({"never": ["warning"]} | ({} if above else {"rest": ["error"]}))
+
+
 def test_a_tree_with_errors_is_shown_by_them(page, connect, parts):
     page.begin_idle(build_station(parts))
     page.show_errors("task", ["task.xml:3:7: error: unknown node '<Slep>'"])
