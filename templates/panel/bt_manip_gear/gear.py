@@ -8,9 +8,9 @@ class Gear(Panel):
     """Shows the running node and the largest tracking error of a joint."""
 
     def __init__(self, page):
-        """Add the texts to the page."""
-        self.shown_node = page.server.gui.add_text("Node", "", disabled=True)
-        self.shown_error = page.server.gui.add_number("Error [mrad]", 0.0, disabled=True)
+        """Add a text and a number to the page."""
+        self.shown_node = page.gui.add_text("Node", "")
+        self.shown_error = page.gui.add_number("Error [mrad]", 0.0, disabled=True)
         self.reset()
 
     def start(self, run):

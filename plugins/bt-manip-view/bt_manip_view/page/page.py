@@ -145,7 +145,12 @@ class Page(ScenePage, RunObserver):
         self.refresh(now=True)
 
     def show_prepared(self, run: Run, errors: Iterable[Any] = ()) -> None:
-        """Show the tree of a run that has not begun, with its errors in this cell."""
+        """Show the tree of a run that has not begun, so that breakpoints can be set.
+
+        Args:
+            run: The run.
+            errors: Errors of its tree in this cell.
+        """
         self._tree = run.tree
         self._forget_past()
         self._show_tree(run.request.tree.name)
@@ -157,7 +162,12 @@ class Page(ScenePage, RunObserver):
         self.refresh(now=True)
 
     def show_errors(self, name: str, errors: Iterable[Any]) -> None:
-        """Show the errors of a tree that cannot be built, in place of its nodes."""
+        """Show the errors of a tree that cannot be built, in place of its nodes.
+
+        Args:
+            name: Its name.
+            errors: The errors.
+        """
         self._forget_past()
         self._show_tree(name)
         self.findings = {}
