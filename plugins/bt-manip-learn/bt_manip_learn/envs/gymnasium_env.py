@@ -73,8 +73,8 @@ class GymnasiumEnvironment(gymnasium.Env[dict[str, np.ndarray], Any]):
         robots, bounds = self.task.episodes.station.robots, dict[str, Any](BOUNDS)
         for name, one in robots.items():
             label, limits = name if len(robots) > 1 else "robot", one.arm.model.limits
-            found = limits.lower - JOINT_MARGIN, limits.upper + JOINT_MARGIN
-            bounds[f"{label}_joint_positions"] = found
+            widened = limits.lower - JOINT_MARGIN, limits.upper + JOINT_MARGIN
+            bounds[f"{label}_joint_positions"] = widened
         boxes: dict[str, spaces.Space[Any]] = {
             name: _box(name, spec, last, bounds) for name, spec in observations.specs.items()
         }
