@@ -77,6 +77,8 @@ def test_a_stop_has_enough_steps_for_its_shape_but_a_bounded_number(speed, steps
 def test_where_the_path_ends_before_a_stop_there_is_none():
     model = pendulum(acceleration=5.0)  # a stop takes 0.1 rad
     assert not list(stop_profiles(straight(model), (0.95, 1.0, 0.0)))
+    soft = pendulum(acceleration=5.0, jerk=50.0)  # the jerk takes 0.05 rad more
+    assert not list(stop_profiles(straight(soft), (0.87, 1.0, 0.0)))
 
 
 @pytest.mark.parametrize(
@@ -169,14 +171,14 @@ def test_bounds_of_path_acceleration_and_jerk_are_those_of_all_coordinates(rng, 
 
     one = np.ones(3)
     joints = MotionLimits(-9 * one, 9 * one, 9 * one, bound, jerk, one)
-    limits = DecelerationLimits(
-        LimitedPath(evaluate, PathLimits(joints, np.empty((3, 0))), 1.0), 0.2, 0.01, None
-    )
+    path = LimitedPath(evaluate, PathLimits(joints, np.empty((3, 0))), 1.0)
+    limits, fresh = (DecelerationLimits(path, 0.2, 0.01, None) for _ in range(2))
     limits.margin = margin
     assert limits.extend(20) and limits.extend(500) and not limits.extend(500)
     assert len(limits.nodes()) == 82  # from 0.2 to 1, and one beyond the end
     s, v, u = 0.2 + np.array([0.07, 0.303, 0.618]), np.array([0.4, 0.9, 1.3]), np.array([-2, 0, 1])
     rows = limits.at(s)
+    assert np.array_equal(fresh.at(s), rows)
     assert limits.at(np.array([1.05])) == pytest.approx(limits.nodes(81))
     _, d1, d2, *steps = evaluate(s) + evaluate(s - 0.005, [3]) + evaluate(s + 0.005, [3])
 
