@@ -194,13 +194,15 @@ ARGUED = {
     "_RESTARTS = (0, 2, 8)": "tried in turn: a few, and then more",
     "fastest = s_dot + (s_ddot)": "how finely the limits along a stop are tabulated",
     "wanted = max(2 * GUESS_EVERY": "how many rows are computed at once",
-    "GUESS_LEVELS = ": "a first guess, which is improved",
+    "GUESS_LEVELS = 9": "a first guess, which is improved",
+    "GUESS_LEVELS = 7": "a first guess, which is improved",
     "GUESS_EVERY = 3": "a first guess, which is improved",
     "there = lowest(rows[n + 1], ": "a first guess, which is improved",
     "DYNAMICS_EVERY = 5": "efforts change little from node to node",
     "np.where(curved, curvature, ": "the quotient is left out where nothing is curved",
-    "MAX_S_DDOT = ": "a change at half of it takes less than 20 ms, and 10 ms of them are for smoothing",
-    "MAX_CHANGE_STEPS = ": "how many pieces a profile has at most",
+    "MAX_S_DDOT = 200.0": "half of it changes the whole speed within 20 ms",
+    "MAX_S_DDOT = 50.0": "it changes the whole speed within 20 ms",
+    "MAX_CHANGE_STEPS = 200": "how many pieces a profile has at most",
 }
 """Changes that cannot matter, by a part of the line before or after them, and why."""
 
