@@ -204,7 +204,7 @@ ARGUED = {
     "MAX_S_DDOT = 50.0": "it changes the whole speed within 20 ms",
     "MAX_CHANGE_STEPS = 200": "how many pieces a profile has at most",
     "for i in range(0, len(q) - 1)": "the first joint does not change the distance",
-    "best + before < _MIN_IMPROVEMENT": "more iterations of a converged search change time, not the result",
+    "best + before < _MIN_IMPROVEMENT": "more iterations of a converged search",
 }
 """Changes that cannot matter, by a part of the line before or after them, and why."""
 
