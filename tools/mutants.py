@@ -205,6 +205,10 @@ ARGUED = {
     "MAX_CHANGE_STEPS = 200": "how many pieces a profile has at most",
     "for i in range(0, len(q) - 1)": "the first joint does not change the distance",
     "best + before < _MIN_IMPROVEMENT": "more iterations of a converged search",
+    "np.repeat(setpoints[-1:], 2": "two rows of rest after the last setpoint have all differences",
+    "np.repeat(setpoints[-1:], 4": "two rows of rest after the last setpoint have all differences",
+    "q[3::_BOX_STEPS]": "any row of every 20 does",
+    "DAMPING_ITERATIONS = 9": "more iterations of a converged search change time, not the result",
 }
 """Changes that cannot matter, by a part of the line before or after them, and why."""
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bt_manip.robots import MotionLimits, Robot, sampling_bounds
+from bt_manip.robots import LimitUse, MotionLimits, Robot, sampling_bounds
 from tests.robot_fixtures import described
 from tests.trajectories.pendulum import pendulum
 
@@ -55,21 +55,36 @@ def test_a_joint_beyond_its_limit_may_stay_there_but_not_go_out_again():
 
 
 @pytest.mark.parametrize(
-    ("kind", "distance", "seconds"),
-    [  # of the quintic from rest to rest: 15/8 d/T, 10/sqrt(3) d/T^2, 60 d/T^3
-        ("velocity", 2.5, 15 / 8 * 2.5 / 2.0),
-        ("acceleration", 0.5, np.sqrt(10 / np.sqrt(3) * 0.5 / 5.0)),
-        ("jerk", 0.05, np.cbrt(60 * 0.05 / 100.0)),
+    ("kind", "accepted", "refused"),
+    [  # beyond limits of 2, 5 and 100 by 0.01 %, 0.5 % and 0.5 %, and by 1e-6, 1e-4 and 0.1
+        ("velocity", 2.000199, 2.000203),
+        ("acceleration", 5.02505, 5.02515),
+        ("jerk", 100.55, 100.65),
     ],
 )
-def test_setpoints_may_use_a_limit_up_to_its_end(kind, distance, seconds):
-    power = ("velocity", "acceleration", "jerk").index(kind) + 1
-    still = np.zeros((3, 2))
-    for use, refused in ((0.95, False), (1.05, True)):
-        s = np.linspace(0.0, 1.0, round(1e3 * seconds / use ** (1 / power)) + 1)[:, np.newaxis]
-        setpoints = s**3 * (10.0 - 15.0 * s + 6.0 * s**2) * np.array([0.0, distance])
-        problem = LIMITS.setpoints_problem(still, setpoints)
-        assert problem.startswith(f"{kind} of joint 2") if refused else not problem
+def test_differences_of_setpoints_may_exceed_a_limit_by_its_tolerance(kind, accepted, refused):
+    kinds = ("velocity", "acceleration", "jerk")
+    order, unlimited = kinds.index(kind) + 1, dict.fromkeys(kinds, 1e15 * ONE)
+    signs = [[1.0] * 9, [1.0] * 4 + [-1.0] * 4, [1.0] * 3 + [-1.0] * 6 + [1.0] * 3][order - 1]
+    limits = replace(LIMITS, **{**unlimited, kind: getattr(LIMITS, kind)})
+    for size, refusing in ((accepted, False), (refused, True)):
+        q = size * np.array(signs)
+        for _ in range(order):
+            q = np.cumsum(q) * 1e-3
+        for rest, where in ((5, f"in setpoint {5 - order}"), (0, "where it joins the present one")):
+            setpoints = np.outer(np.r_[np.zeros(rest), q], [0.0, -1.0])
+            problem = limits.setpoints_problem(np.zeros((3, 2)), setpoints)
+            assert problem == (f"{kind} of joint 2 {where}" if refusing else "")
+
+
+def test_a_range_and_a_use_have_a_tolerance_and_the_tool_counts_with_its_arm_only():
+    for q in (np.array([1.0, 3.001]), np.array([-3.001, 1.0])):
+        assert not LIMITS.contain(q) and LIMITS.contain(q, 0.002)
+    for i in range(4):
+        uses = (LimitUse(*(1.0 + beyond * (np.arange(4) == i))) for beyond in (5e-7, 2e-6))
+        assert [use.inside for use in uses] == [True, False]
+    alone = replace(LIMITS, tool_speed=0.5)
+    assert not alone.limits_tool and alone.at_scale(0.5) is alone
 
 
 def test_every_kind_of_limit_counts_over_all_joints_and_steps(rng):
@@ -93,7 +108,7 @@ def test_the_tool_keeps_its_speed_and_its_box():
     box = np.array([[-2.0, -1.0, -0.5], [2.0, 1.0, 0.3]])
     model = pendulum(velocity=50.0, jerk=1e9, acceleration=1e6)
     limits = replace(model.limits, box=box, tool_speed=0.4, arm=model)
-    for speed, problem in ((0.398, ""), (-0.402, "speed of the tool, 0.402 m/s")):
+    for speed, problem in ((0.4003, ""), (-0.4006, "speed of the tool, 0.401 m/s")):
         q = speed * 1e-3 * np.arange(1, 400)[:, np.newaxis]
         assert limits.tool_use(q, 1e-3) == pytest.approx(abs(speed) / 0.4)
         assert limits.setpoints_problem(np.zeros((3, 1)), q) == problem
@@ -104,6 +119,10 @@ def test_the_tool_keeps_its_speed_and_its_box():
     out = limits.leaving(0.8 * s)  # 0.46 is inside, 0.57 the next that is checked
     assert out == "z of the tool is -0.541 m, its bounds are -0.5 to 0.3 m"
     assert limits.leaving(0.525 * s, 0.002) == "" and "is 0.301 m" in limits.leaving(-0.306 * s)
+    slow = np.linspace(0.0, 1.0, 3000)[:, np.newaxis] ** 2 * np.linspace(3.0, 1.0, 3000)[:, None]
+    for depth, problem in ((0.5009, ""), (0.5011, "z of the tool is -0.501 m")):
+        found = limits.setpoints_problem(np.zeros((3, 1)), slow * np.arcsin(depth))
+        assert found.startswith(problem) and bool(found) is bool(problem)
     assert limits.leaving(0.56 + 0.1 * s[::-1]) == ""  # from outside towards the box
 
 
