@@ -29,14 +29,6 @@ def test_a_pose_beyond_the_reach_is_refused_without_a_search(model, ik):
     assert found.position_error == pytest.approx(1.7, abs=0.02)
 
 
-def test_no_configuration_reaches_farther_than_the_maximum_reach(model, ik, reach, rng):
-    farthest = 0.0
-    for q in random_configurations(model, rng, 1000):
-        assert ik.solve(model.pose(q), q, restarts=0).solved
-        farthest = max(farthest, reach.distance_at(q))
-    assert 0.97 * reach.distance < farthest <= reach.distance + 1e-9
-
-
 def test_no_target_with_free_rotations_that_the_arm_reaches_is_refused(model, reach, rng):
     refused = 0
     for q in random_configurations(model, rng, 200):

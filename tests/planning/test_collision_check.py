@@ -46,12 +46,6 @@ def test_a_goal_in_collision_is_refused_by_name_and_nothing_moves(walled, arm):
     assert arm.get_state() == before
 
 
-def test_a_line_through_the_wall_is_refused_with_its_free_share(walled, arm):
-    with pytest.raises(MotionError, match=r"blocked after \d+ % .* touch 'wall'") as raised:
-        arm.move_linear(walled.right)
-    assert raised.value.reason == "collision" and not arm.moving
-
-
 def test_a_blocked_tool_path_is_refused_with_its_free_share(walled):
     arm = Arm(walled.robot, ik=walled.ik, world=walled.world)
     arm.reset(arm.ik.nearest(walled.left, arm.model.home).q)

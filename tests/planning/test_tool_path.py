@@ -33,17 +33,16 @@ def test_a_line_is_straight_and_turns_at_a_constant_rate():
         assert turned == pytest.approx(0.5 * s, abs=1e-9)
 
 
-@pytest.mark.parametrize("side", [-1.0, 1.0])
-def test_an_arc_passes_its_via_point_on_a_circle(side):
-    via = np.array([0.5, side * 0.12, 0.35])
+@pytest.mark.parametrize("via", [(0.5, -0.12, 0.35), (0.5, 0.12, 0.35), (0.4, -0.3, 0.3)])
+def test_an_arc_passes_its_via_point_on_a_circle(via):
     (path,) = tool_paths(START, [ArcTo(via, END)])
     points = positions(path)
     assert points[0] == pytest.approx(START.translation) and points[-1] == pytest.approx(
         END.translation
     )
-    assert np.linalg.norm(points - via, axis=1).min() < 1e-3
+    assert np.linalg.norm(points - np.array(via), axis=1).min() < 1e-3
     # The centre is as far from three points as from all others, which are in one plane with it.
-    a, b, c = points[0], via, points[-1]
+    a, b, c = points[0], np.array(via), points[-1]
     rows = np.array([b - a, c - a, np.cross(b - a, c - a)])
     right = [(b @ b - a @ a) / 2.0, (c @ c - a @ a) / 2.0, np.cross(b - a, c - a) @ a]
     centre = np.linalg.solve(rows, right)
@@ -53,12 +52,6 @@ def test_an_arc_passes_its_via_point_on_a_circle(side):
     assert path.length == pytest.approx(
         np.linalg.norm(np.diff(points, axis=0), axis=1).sum(), rel=1e-5
     )
-
-
-def test_an_arc_with_a_via_point_on_the_far_side_is_longer_than_half_a_circle():
-    end = pin.SE3(START.rotation, START.translation + [0.1, 0.0, 0.0])
-    (path,) = tool_paths(START, [ArcTo(START.translation + [0.05, 0.2, 0.0], end)])
-    assert path.length > np.pi * 0.1
 
 
 def test_a_turn_about_an_axis_carries_the_tool_with_it():
@@ -78,14 +71,6 @@ def test_a_turn_about_an_axis_through_the_tool_keeps_its_position():
     assert path.progress(0.25) == (0.25, "25 % (0.250 rad of 1.000 rad)")
     assert positions(path) == pytest.approx(np.tile(START.translation, (2001, 1)))
     assert path.angle == pytest.approx(1.0) and path.length < 1e-12
-
-
-def test_without_a_blend_the_tool_stops_in_each_corner():
-    paths = tool_paths(START, [LineTo(CORNER), LineTo(END)])
-    assert [np.round(path.pose(1.0).translation, 9).tolist() for path in paths] == [
-        CORNER.translation.tolist(),
-        END.translation.tolist(),
-    ]
 
 
 def test_a_blended_corner_leaves_the_lines_only_within_the_blend():

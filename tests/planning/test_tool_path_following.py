@@ -15,7 +15,7 @@ from bt_manip.planning.tool_path_following import limit_error
 from bt_manip.robots import ToolLimits
 from bt_manip.trajectories import SplinePath, effort_use, limit_use
 
-from .test_tool_path import BLEND, CORNER, END, START
+from .test_tool_path import CORNER, END, START
 
 
 def tool_motion(arm, trajectory, step=1e-3):
@@ -80,15 +80,6 @@ def test_the_tool_keeps_its_limits(at_start, blend, monkeypatch):
     assert np.linalg.norm(angular, axis=1).max() <= 1.001 * 0.6
     acceleration = np.linalg.norm(np.gradient(linear, 1e-3, axis=0), axis=1)
     assert acceleration.max() <= 1.02 * 1.5
-
-
-def test_half_the_speed_takes_twice_the_time(at_start):
-    steps = [LineTo(CORNER), LineTo(END)]
-    at_start.move_path(steps, blend=BLEND)
-    fast = planned(at_start).duration
-    at_start.reset(at_start.ik.nearest(START, at_start.model.home).q)
-    at_start.move_path(steps, 0.5, blend=BLEND)
-    assert planned(at_start).duration == pytest.approx(2.0 * fast, rel=0.02)
 
 
 def test_a_blended_corner_is_passed_without_a_stop_and_sooner(at_start):

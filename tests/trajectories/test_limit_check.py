@@ -7,13 +7,11 @@ import pytest
 
 from bt_manip.robots import JointLimits
 from bt_manip.trajectories import (
-    JointTrajectory,
-    MotionProfile,
     PathLimits,
     limit_use,
     tool_use,
 )
-from bt_manip.trajectories.limit_check import effort_times, motor_efforts, sampled_effort_use
+from bt_manip.trajectories.limit_check import motor_efforts, sampled_effort_use
 
 from .pendulum import pendulum
 
@@ -28,14 +26,6 @@ class Motion:
 
     def __init__(self, sample):
         self.sample = lambda times: sample(times[:, np.newaxis])
-
-
-def test_a_jump_of_the_position_is_outside_the_limits():
-    def jump(t):
-        q = np.where(t > 0.05, 1.0, 0.0) * ONE
-        return q, 0 * q, 0 * q
-
-    assert not limit_use(Motion(jump), LIMITS).inside
 
 
 def test_a_jump_of_the_acceleration_at_the_very_end_counts_as_jerk():
@@ -88,15 +78,3 @@ def test_the_speed_of_the_tool_is_found_between_coarse_steps():
     for start, most in ((0.0, 0.29998), (0.03, 0.284484)):  # at first, or just after the start
         assert tool_use(motion, limits, start) == pytest.approx(most / (0.995 * 0.3), rel=1e-4)
     assert tool_use(motion, model.limits) == 0.0
-
-
-def test_efforts_are_sampled_where_the_jerk_changes_and_every_16_ms_where_it_seldom_does():
-    short = [0.03, 0.032, 0.01]
-    starts = np.cumsum([0.0, *short])
-    for rest, seldom in ((0.031, False), (0.04, True)):
-        segments = [[start, 0.0, 0.0, 0.0, 1.0] for start in starts]
-        motion = JointTrajectory([MotionProfile(segments, starts[-1] + rest, 0.0)])
-        times, breakpoints = effort_times(motion), motion.breakpoints()
-        assert np.isin(breakpoints, times).all() and (np.diff(times) >= 0.0).all()
-        assert len(times) == len(breakpoints) + seldom * (2 + np.ceil(motion.duration / 0.016))
-        assert not seldom or np.diff(times).max() <= 0.016 + 1e-9

@@ -40,12 +40,6 @@ def test_joints_that_move_by_different_distances_arrive_together():
         )
 
 
-def test_a_long_motion_takes_the_time_of_the_textbook():
-    # Rest to rest over d with v, a, j all reached: d / v + v / a + a / j.
-    profile = profile_to_position((0.0, 0.0, 0.0), 10.0, (2.0, 5.0, 100.0))
-    assert profile.duration == pytest.approx(10 / 2 + 2 / 5 + 5 / 100)
-
-
 def test_braking_takes_the_time_and_the_distance_of_the_textbook():
     # From speed v: ramp to a, hold, ramp back: v / a + a / j, over half of it at v.
     profile = profile_to_velocity((1.0, 2.0, 0.0), 0.0, (5.0, 100.0))

@@ -56,15 +56,6 @@ def test_while_the_speed_changes_a_limit_is_in_use_at_all_times(now, new, accele
     assert change.near_optimal and 0.94 < middle.min() and middle.max() < 1.025
 
 
-def test_damping_leaves_less_effort_for_a_change_of_the_speed():
-    # 95 % of the effort, less the damping at 1 rad/s, turn 2 kg m2 by 4 rad/s2.
-    model = pendulum(acceleration=1e3, effort=(2.0 * 4.0 + 5.0) / 0.95, damping=5.0, jerk=1e4)
-    change = change_speed_scale(TURNING, (1.0, 0.2, 0.0), 1.0, model)
-    t = np.linspace(0.0, 0.5, 5001)
-    s_ddot = change.trajectory.time_scaling.sample(t)[2]
-    assert change.near_optimal and np.abs(s_ddot).max() == pytest.approx(4.0, rel=0.01)
-
-
 @pytest.mark.parametrize(
     ("jerk", "time"),
     [(900, 0.1), (240, 0.2), (60, 0.4), (15, 0.8), (4, 1.6), (1, 3.2)],

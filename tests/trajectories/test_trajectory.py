@@ -16,7 +16,6 @@ from bt_manip.trajectories import (
     StraightPath,
     TailTrajectory,
     TimeScaledTrajectory,
-    limit_use,
     trajectory_from_state,
 )
 from bt_manip.trajectories.motion_profile import (
@@ -113,14 +112,6 @@ def test_restored_from_plain_data_it_is_the_same_bit_for_bit(trajectory):
     times = np.linspace(0.0, 1.1 * trajectory.duration, 50)
     for before, after in zip(trajectory.sample(times), again.sample(times), strict=True):
         assert np.array_equal(before, after)
-
-
-@pytest.mark.parametrize("target", [(1.0, 1.2), (-0.4, 0.1), (0.1, -0.2)])
-def test_a_trajectory_from_a_moving_state_starts_there_and_keeps_the_limits(target):
-    trajectory = joint_trajectory(MOVING, target)
-    for now, then in zip(MOVING, trajectory.sample(np.zeros(1)), strict=True):
-        assert np.abs(then[0] - now).max() < 1e-12
-    assert limit_use(trajectory, LIMITS).inside
 
 
 def test_the_active_part_of_a_sequence_moves_as_the_sequence_does():
