@@ -209,6 +209,8 @@ ARGUED = {
     "np.repeat(setpoints[-1:], 4": "two rows of rest after the last setpoint have all differences",
     "q[3::_BOX_STEPS]": "any row of every 20 does",
     "DAMPING_ITERATIONS = 9": "more iterations of a converged search change time, not the result",
+    "float((upper))": "beyond a full turn the same angles come again",
+    "geom_aabb[geom, :3] - _BOX": "the corners are symmetrical",
 }
 """Changes that cannot matter, by a part of the line before or after them, and why."""
 
