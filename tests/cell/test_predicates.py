@@ -19,6 +19,7 @@ from bt_manip.cell import (
     why_not_on,
 )
 from bt_manip.cell.objects import Bottle, Box, ModelObject, Tray
+from bt_manip.cell.predicates import surrounds
 from bt_manip.spatial import pose
 
 TOP = 1.015  # [m] height of the table
@@ -272,3 +273,21 @@ def test_a_support_carries_at_least_a_quarter_of_the_weight(share, carried):
         cell.add(Box(size=(0.4, 0.04, 0.01)), at, name="plank", free=True)
     cell.step(500)
     assert is_on(cell, "plank", "left") == carried and is_on(cell, "plank", "right")
+
+
+@pytest.mark.parametrize("missing", [None, 0, 1, 2, 3])
+def test_four_walls_surround_a_place_and_three_do_not(missing, tmp_path):
+    walls = "".join(
+        f'<geom type="box" size=".003 .06 .04" pos="{0.05 * np.cos(a):.4f} {0.05 * np.sin(a):.4f} '
+        f'0" euler="0 0 {90 * i}"/>'
+        for i, a in enumerate(np.arange(4) * np.pi / 2.0)
+        if i != missing
+    )
+    file = tmp_path / "walls.xml"
+    file.write_text(f"<mujoco><worldbody><body>{walls}</body></worldbody></mujoco>")
+    cell, T = Cell(), pose((0.3, 0.2, 1.0), (0.9, 0.3, -0.2, 0.1))
+    cell.add(ModelObject(str(file)), T, name="walls", free=False)
+    place, axis = T.act(np.array([0.01, -0.02, 0.01]))[np.newaxis], T.rotation[:, 2]
+    assert surrounds(cell, "walls", place, axis) is (missing is None)
+    assert not surrounds(cell, "walls", place, axis, within=0.06)  # in a corner it is 0.077
+    assert surrounds(cell, "walls", place, axis, within=0.08) is (missing is None)

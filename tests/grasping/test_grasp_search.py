@@ -16,6 +16,7 @@ from bt_manip.exceptions import MotionError
 from bt_manip.grasping import GraspPlanner, GripperClearance, grasp_planner
 from bt_manip.grasping.grasp_search import GraspSearch, standoff_of
 from bt_manip.grasping.gripper_clearance import Clearance
+from bt_manip.grasping.ranking import RankedGrasp
 from bt_manip.grasping.rejections import Rejections
 from bt_manip.runner import Station
 
@@ -110,6 +111,9 @@ class Search(GraspSearch):
     def plan_from(self, *given):
         return self._plan_from(*given)
 
+    def plan(self, *given):
+        return self._plan(*given)
+
     def can_lift(self, *given):
         return self._can_lift(*given)
 
@@ -154,6 +158,13 @@ def test_the_first_configuration_far_from_joint_limits_or_else_the_farthest_is_t
     assert [tuple(given.values()) for given in search.given] == searches[: 1 if chosen else 4]
     search.rejections.approaches = 24
     assert search.nearest_plan() is None
+
+
+def test_all_grasps_of_a_group_that_no_configuration_reaches_are_counted():
+    search, grasp = Search([]), RankedGrasp(None, pin.SE3.Identity(), 1.0, {}, 0.0, 0.0)
+    for count in (3, 2):
+        assert search.plan([grasp] * count, 0.1, np.zeros(3)) is None
+    assert search.rejections.unreachable == 5
 
 
 def test_a_pre_grasp_configuration_in_collision_is_counted_by_its_bodies():
