@@ -135,15 +135,6 @@ def test_a_path_that_leaves_a_collision_in_one_direction_is_not_known_to_be_free
     assert checked > 30
 
 
-def test_few_checks_are_needed_where_nothing_is_near(walled, monkeypatch):
-    space = FreeSpace(walled.world, HOME)
-    path = discretize_segment(HOME, HOME + [0.4, 0.1, -0.1, 0.2, 0.0, 0.1, 0.3], 2e-3)
-    checks, collide = [], walled.world.collide
-    monkeypatch.setattr(walled.world, "collide", lambda q: checks.append(1) or collide(q))
-    assert space.path_is_free(path)
-    assert len(checks) < len(path) / 10
-
-
 def test_the_first_blocked_configuration_is_that_of_checking_each(walled):
     end = walled.ik.solve(walled.left, HOME).q
     path = discretize_segment(end, walled.ik.solve(walled.right, end).q, 2e-3)

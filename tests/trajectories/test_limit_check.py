@@ -45,18 +45,11 @@ def test_unlimited_joints_use_no_position_limit():
 
 
 def test_of_joints_and_other_coordinates_the_one_nearest_each_limit_counts(rng):
-    others = np.array([[0.5], [2.0], [50.0]])
-    limits, every = (
-        PathLimits(LIMITS, others),
-        [np.r_[2, 2, 0.5], np.r_[5, 5, 2], np.r_[100, 100, 50]],
-    )
+    limits = PathLimits(LIMITS, np.array([[0.5], [2.0], [50.0]]))
     for size in ([3, 1, 0.1], [0.1, 3, 1], [0.1, 0.1, 3]):  # of each coordinate
         x, v, a = rng.normal(size=(3, 6, 3)) * size
-        uses = (
-            np.abs(v) / every[0],
-            np.abs(a) / every[1],
-            np.abs(np.diff(a, axis=0)) / every[2] * 1e3,
-        )
+        steps = np.diff(a, axis=0) / 1e-3
+        uses = np.abs(v) / [2, 2, 0.5], np.abs(a) / [5, 5, 2], np.abs(steps) / [100, 100, 50]
         assert limits.use(x, v, a) == pytest.approx([use.max() for use in uses])
 
 
