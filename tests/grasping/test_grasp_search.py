@@ -259,21 +259,3 @@ def test_a_lift_from_the_side_goes_up_5_cm_and_may_touch_the_object_only(monkeyp
     hits.append(("panda/hand", "wall", -0.1))
     assert not search.can_lift(candidate, np.zeros(1))
     assert search.rejections.collisions == {("panda/hand", "wall"): 1}
-
-
-def test_checked_grasps_say_where_the_gripper_has_no_clearance(five):
-    cell = five.cell
-    thing = Cube()
-    position = np.array([0.4, -0.2, TABLE + thing.rest_height])
-    cell.add(thing, spatial.pose(position, (1.0, 0.0, 0.0, 0.0)), name="it")
-    beside = spatial.pose(position + (0.055, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0))
-    cell.add(Cube(), beside, name="cube")
-    planner = GraspPlanner(cell, five.arm)
-    planner.plan("it", (0.15,), position)
-    checked = planner.checked
-    assert checked.object == "it" and checked.chosen is not None
-    across = {clear: set() for _, clear in checked.grasps}
-    for grasp, clear in checked.grasps:
-        closing = grasp.T_ot.rotation @ checked.closing
-        across[clear].add(int(np.abs(closing).argmax()))
-    assert across == {False: {0}, True: {1}}  # no finger fits between the cubes, along x

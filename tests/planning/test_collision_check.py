@@ -64,6 +64,9 @@ def test_an_arc_keeps_a_millimetre_of_clearance(arm):
     with pytest.raises(MotionError, match="finger' would touch 'top'"):
         arm.move_path([ArcTo([0.5, 0.3, 0.0095 + 0.7e-3], end)])
     arm.move_path([ArcTo([0.5, 0.3, 0.0095 + 1.3e-3], end)])
+    assert arm.moving
+    arm.reset(arm.target)
+    arm.move_linear(spatial.pointing_down((0.5, 0.35, 0.0095 + 0.5e-3), 0.0))  # to nearer by
 
 
 def test_a_check_at_the_knots_agrees_with_the_fine_check(walled, rng):

@@ -73,6 +73,7 @@ def test_slowed_by_two_it_is_the_same_in_twice_the_time():
     assert twice.duration == profile.duration + 0.5 and twice.end == 1.125
     assert twice.breakpoints()[-2:] == pytest.approx([profile.duration, twice.duration])
     assert twice.at(profile.duration + 0.1) == pytest.approx((1.001, 0.03, 0.6))
+    assert MotionProfile([], 2.0, 0.7).at(1.5) == (0.7, 0.0, 0.0)  # it stays
     assert slow.slowed(600.0 / slow.duration).duration == pytest.approx(600.0)
     with pytest.raises(MotionError, match="would take 601 s .*; at most 600 s"):
         slow.slowed(601.0 / slow.duration)

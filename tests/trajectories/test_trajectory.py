@@ -19,6 +19,7 @@ from bt_manip.trajectories import (
     trajectory_from_state,
 )
 from bt_manip.trajectories.motion_profile import (
+    MotionProfile,
     joint_profiles,
     profile_to_position,
     profile_to_velocity,
@@ -105,6 +106,14 @@ def test_the_rest_of_a_trajectory_takes_as_much_less_as_it_begins_later():
     whole = spline_trajectory()
     assert tail().duration == pytest.approx(whole.duration - 0.4)
     assert TailTrajectory(whole, whole.duration + 1.0).duration == 0.0
+
+
+def test_a_time_scaling_that_passes_the_end_of_a_trajectory_ends_there():
+    nominal, accelerating = straight_trajectory(), MotionProfile([[0.0, 0.1, 0.5, 0.4, 0.0]], 9, 20)
+    scaled = TimeScaledTrajectory(nominal, accelerating)  # s = 0.1 + 0.5 t + 0.2 t^2
+    passed = (-0.5 + np.sqrt(0.25 + 0.8 * (nominal.duration - 0.1))) / 0.4
+    assert scaled.complete and scaled.duration == pytest.approx(passed)
+    assert np.array_equal(scaled.end, nominal.end)
 
 
 def test_restored_from_plain_data_it_is_the_same_bit_for_bit(trajectory):
