@@ -124,11 +124,11 @@ def test_where_no_path_jerk_suits_both_joints_a_stop_inside_all_limits_is_found(
     assert fastest <= inside[0] <= 1.11 * fastest
 
 
-@pytest.mark.parametrize("seed", [2, 5, 8, 10, 15, 17, 31, 54])
+@pytest.mark.parametrize("seed", [5, 9, 18, 21, 37, 54])
 def test_a_search_converges_in_four_profiles_to_a_stop_that_uses_a_limit_at_all_times(seed):
     # Three joints on random polynomials, moving and accelerating inside their limits.
     rng, one = np.random.default_rng(seed), np.ones(3)
-    c, now = rng.normal(size=(5, 3)), rng.uniform(-1.0, 0.5)
+    c, now = rng.normal(size=(5, 3)), 2.0
     bound = 2.0 * np.abs(c[2]) + rng.uniform(4.0, 8.0, 3) * np.abs(c[1]).max()
     jerk = bound * rng.uniform(30.0, 80.0, 3)
     joints = MotionLimits(-99 * one, 99 * one, 99 * one, bound, jerk, one)
