@@ -242,6 +242,7 @@ ARGUED = {
     "_FREE = (5000.0": "no limit, but a large number",
     "_FREE = (1e4, 20000000.0": "no limit, but a large number",
     "_FREE = (1e4, 5000000.0": "no limit, but a large number",
+    "unit = limits[": "the unit of numbers in a call of Ruckig: any of their size does",
 }
 """Changes that cannot matter, by a part of the line before or after them, and why."""
 
