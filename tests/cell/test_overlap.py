@@ -29,7 +29,4 @@ def test_the_deepest_overlap_with_what_can_touch_it_is_found(floor, fixed, free,
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     found = deepest_overlap(model, data, BodyNames(model), "it")
-    if expected is None:
-        assert found is None
-    else:
-        assert found[:2] == ("it", expected[0]) and found.depth == pytest.approx(expected[1])
+    assert found == (expected and ("it", expected[0], pytest.approx(expected[1])))

@@ -80,10 +80,9 @@ def test_the_maximum_reach_is_that_of_a_search_with_mujoco(ranges, rng):
     limited = chain.jnt_limited.astype(bool)[:, np.newaxis]
     lower, upper = np.where(limited, chain.jnt_range, [-np.inf, np.inf]).T
     limits = MotionLimits(lower, upper, one, one, one, one)
-    names = [str(i) for i in range(5)]
     arm = RobotModel(
         chain,
-        joints=names,
+        joints=list("01234"),
         tool_frame="tip",
         limits=limits,
         home=[0.0] * 5,
