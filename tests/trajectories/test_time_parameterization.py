@@ -40,7 +40,7 @@ def test_with_scarce_jerk_and_effort_it_is_nearly_as_fast_as_both_allow():
     duration = time_parameterize(path, model).duration
     a, r = 16.0, 16.0 / 500.0
     optimum = r + np.sqrt(r**2 + 4 * 5.0 / a)
-    assert optimum < duration < 1.05 * optimum
+    assert optimum < duration < 1.045 * optimum
 
 
 def test_a_curved_path_is_followed_inside_all_limits_and_close_to_one(model, rng):
@@ -52,10 +52,10 @@ def test_a_curved_path_is_followed_inside_all_limits_and_close_to_one(model, rng
         use, effort = trajectory.kinematic_use(model.limits), effort_use(trajectory, model)
         assert max(use) <= 1.0 and effort <= 0.9501
         # Something binds: a velocity, an acceleration or an effort.
-        assert max(use[0], use[1], effort / 0.95) > 0.93
+        assert max(use[0], use[1], effort / 0.95) > 0.998
 
 
-@pytest.mark.parametrize(("jerk", "longer"), [(1.0, 1.06), (0.05, 1.12)])
+@pytest.mark.parametrize(("jerk", "longer"), [(1.0, 1.017), (0.05, 1.107)])
 def test_a_tight_corner_does_not_slow_the_rest_of_a_path(model, jerk, longer):
     pytest.importorskip("toppra")
     model = model.copy()
