@@ -38,7 +38,7 @@ def never_colliding_pairs(
     weld, body = model.body_weldid, model.jnt_bodyid[joints]
     links = np.concatenate([[weld[model.body_parentid[body[0]]]], weld[body]])
     rigid = weld[model.geom_bodyid] == links[link]  # not moved by the gripper
-    rigid &= (link > 0) | (model.body_rootid[model.geom_bodyid] == model.body_rootid[body[0]])
+    rigid &= model.body_rootid[model.geom_bodyid] == model.body_rootid[body[0]]
     adjacent = pairs & rigid & rigid[:, np.newaxis] & (link[:, np.newaxis] + 1 == link)
     data, least = mujoco.MjData(model), pair_margins(model) + QUERY_ERROR
     found = np.zeros_like(pairs)

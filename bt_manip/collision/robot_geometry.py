@@ -36,7 +36,7 @@ class RobotGeometry:
         self.robot = robot
         self._kinematics = model.copy()
         self._source: mujoco.MjModel | None = None
-        self.held_root = 0
+        self.held_root: int
         self.refresh()
 
     def refresh(self, *, empty: bool = False) -> None:

@@ -39,7 +39,7 @@ class LimitedPath(NamedTuple):
     def sample(self, profile: MotionProfile, times: np.ndarray) -> tuple[np.ndarray, ...]:
         """Return coordinates, velocities and accelerations of a profile of s."""  # (n, m) each
         s, s_dot, s_ddot = (column[:, np.newaxis] for column in profile.sample(times))
-        x, d1, d2 = self.evaluate(np.minimum(s[:, 0], self.end))
+        x, d1, d2 = self.evaluate(s[:, 0])
         return x, d1 * s_dot, d2 * (s_dot * s_dot) + d1 * s_ddot
 
 
@@ -148,7 +148,7 @@ class DecelerationLimits:
             mass, coriolis, damping, rest = np.split(rows[:, 4 * m :, np.newaxis], 4, axis=1)
             effort = STOP_EFFORT_FRACTION * self._model.limits.effort
             low = np.maximum(low, self._lowest(mass, coriolis * x + damping * s_dot + rest, effort))
-        return np.minimum(low, 0.0)  # (n, j)
+        return low  # (n, j)
 
     def _lowest(self, factor: np.ndarray, rest: np.ndarray, limit: np.ndarray) -> np.ndarray:
         """Return the lowest u with ``|factor u + rest| <= limit`` for all coordinates."""
@@ -172,5 +172,5 @@ class DecelerationLimits:
         lowest = (-(limit + forward_low + by_acceleration) / size).max(axis=1)
         highest = ((limit - forward_high - by_acceleration) / size).min(axis=1)
         left = limit + np.where(factor > 0.0, low, -high)  # s_ddot < 0 acts towards this side
-        constant = -(np.maximum(left, 0.0) / np.maximum(np.abs(factor), TINY)).min(axis=1)
+        constant = -(left / np.maximum(np.abs(factor), TINY)).min(axis=1)
         return JerkBounds(lowest, highest, (limit / size).min(axis=1), constant)

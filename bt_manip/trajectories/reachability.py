@@ -31,7 +31,7 @@ def time_optimal_velocities(
     # The constraints as lowest <= u - slope x <= highest.
     moves = np.abs(a) > TINY
     divisor = np.where(moves, a, 1.0)
-    slope = np.where(moves, -b / divisor, 0.0)
+    slope = -b / divisor
     ends = above / divisor, -below / divisor
     highest = np.where(moves, np.maximum(*ends), np.inf)
     lowest = np.where(moves, np.minimum(*ends), -np.inf)
@@ -45,7 +45,7 @@ def time_optimal_velocities(
     # u is constant between two points, and the constraints of both points hold for it.
     leaving, arriving = 1.0 + 2.0 * h * slope[:-1], 1.0 - 2.0 * h * slope[1:]
     low, high = 2.0 * h * lowest, 2.0 * h * highest
-    back_gain = np.hstack([_inverse(leaving), np.maximum(arriving, 0.0)])
+    back_gain = np.hstack([_inverse(leaving), arriving])
     back_rest = np.hstack([_ratio(-low[:-1], leaving), np.where(arriving > 0.0, -low[1:], np.inf)])
     gain = np.hstack([leaving, _inverse(arriving)])
     rest = np.hstack([high[:-1], _ratio(high[1:], arriving)])
@@ -53,7 +53,7 @@ def time_optimal_velocities(
     x, least = 0.0, np.minimum.reduce
     for i, bound_x in zip(range(n - 2, -1, -1), max_x[-2::-1].tolist(), strict=True):
         reached = float(least(x * back_gain[i] + back_rest[i]))
-        x = controllable[i] = max(0.0, min(reached, bound_x))
+        x = controllable[i] = min(reached, bound_x)
     greatest = np.zeros(n)
     x = 0.0
     for i, bound_x in enumerate(controllable[1:].tolist()):

@@ -99,8 +99,8 @@ def _first_guess(
     limits: DecelerationLimits, start: ScalarState, shortest: float, end: float
 ) -> _Samples | None:
     """Integrate the greatest deceleration, ignoring jerk; None when the path ends before."""
-    s, s_dot, _ = start
-    levels = np.linspace(0.0, max(s_dot, TINY), GUESS_LEVELS + 1)
+    s, fastest = start[0], max(start[1], TINY)
+    levels = np.linspace(0.0, fastest, GUESS_LEVELS + 1)
     apart = float(levels[1])
 
     def lowest(row: list[float], velocity: float) -> float:
@@ -108,7 +108,7 @@ def _first_guess(
         return row[k] + (velocity / apart - k) * (row[k + 1] - row[k])
 
     rows: list[list[float]] = []
-    velocities, spacing = [s_dot], GUESS_EVERY * limits.spacing
+    velocities, spacing = [fastest], GUESS_EVERY * limits.spacing
     while velocities[-1] > 0.0:
         n, velocity = len(velocities) - 1, velocities[-1]
         if n + 1 >= len(rows):

@@ -52,14 +52,6 @@ def test_a_pose_inside_another_object_is_refused_and_nothing_changes(cell, free)
     cell.add(Cube(), pose((0.35, 0, SURFACE + HALF)), free=free)  # face to face
 
 
-def test_a_fixed_thing_inside_another_fixed_thing_is_refused(cell):
-    with pytest.raises(OverlapError, match="'basket'.*inside 'table'"):
-        cell.add(Basket(), pose((0, 0, SURFACE - 0.01)))
-    with pytest.raises(OverlapError, match="'basket'.*inside 'world'"):
-        cell.add(Basket(), pose((1, 1, -0.01)))
-    cell.add(Basket(), pose((0, 0, SURFACE)))
-
-
 def test_an_overlap_can_be_asked_for_and_what_nothing_touches_may_stand_anywhere(cell):
     cell.add(Cube(), pose((0, 0, SURFACE + HALF - 0.01)), overlap=np.inf)
     cell.add(Ghost(), pose((0.5, 0, SURFACE)))

@@ -135,13 +135,17 @@ def test_a_path_that_leaves_a_collision_in_one_direction_is_not_known_to_be_free
     assert checked > 30
 
 
-def test_few_checks_are_needed_where_nothing_is_near(walled, monkeypatch):
-    space = FreeSpace(walled.world, HOME)
-    path = discretize_segment(HOME, HOME + [0.4, 0.1, -0.1, 0.2, 0.0, 0.1, 0.3], 2e-3)
-    checks, collide = [], walled.world.collide
-    monkeypatch.setattr(walled.world, "collide", lambda q: checks.append(1) or collide(q))
-    assert space.path_is_free(path)
-    assert len(checks) < len(path) / 10
+def test_boxes_nearer_than_the_clearance_corner_to_corner_and_an_error_are_unknown(walled):
+    for clearance, gap, known in (
+        (0.0, 3e-4, False),
+        (0.0, 5e-4, True),
+        (2e-3, 3.75e-3, False),
+        (2e-3, 4e-3, True),
+    ):
+        T = spatial.pointing_down((0.5, 0.3, 0.0095 + gap), 0.0)  # the fingers over the table
+        path = np.tile(walled.ik.solve(T, HOME).q, (40, 1))
+        least = np.where(walled.world.checked_pairs & ~walled.world.self_pairs, clearance, -np.inf)
+        assert walled.world.known_free(path, least).all() == known
 
 
 def test_the_first_blocked_configuration_is_that_of_checking_each(walled):

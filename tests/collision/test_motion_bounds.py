@@ -56,22 +56,28 @@ def test_no_point_of_the_arm_is_displaced_by_more_than_the_bound(chain, rng):
     assert np.mean(shares[:50]) > 0.5  # the bound is tight for short motions
 
 
-def test_no_link_is_displaced_relative_to_another_by_more_than_the_bound(chain, rng):
-    data, link = chain.data, chain.link
-
-    def positions(q, base):
-        """Positions of the geoms in the frame of a body."""
-        chain.move(q)
-        return (data.geom_xpos - data.xpos[base]) @ data.xmat[base].reshape(3, 3)
-
-    for size in np.geomspace(1e-2, 1.0, 20):
-        q, dq = rng.uniform(*chain.range), rng.uniform(-size, size, 7)
-        bound = chain.bounds.relative_displacement(np.abs(dq)[np.newaxis])[0]
-        for before in range(1, 7):
-            base = int(chain.model.jnt_bodyid[chain.joints[before - 1]])
-            moved = np.linalg.norm(positions(q + dq, base) - positions(q, base), axis=1)
-            for later in range(before + 1, 8):
-                assert moved[link == later].max() <= bound[before - 1, later - 1] + 1e-12
+def test_the_bounds_of_a_stretched_arm_with_parallel_axes_are_those_of_its_lengths():
+    x, r = np.array([0.0, 0.3, 0.7, 0.9]), np.array([0.05, 0.04, 0.03, 0.06])  # joints, spheres
+    centre, end = x + 0.12, x + 0.12 + r
+    links = "".join(
+        f'<body pos="{step} 0 0"><joint/><geom size="{radius}" pos=".12 0 0"/>'
+        for step, radius in zip(np.diff(x, prepend=0.0), r, strict=True)
+    )
+    base = f'<body pos=".3 -.2 .5" quat=".8 .3 -.1 .5">{links}{"</body>" * 5}'
+    model = mujoco.MjModel.from_xml_string(f"<mujoco><worldbody>{base}</worldbody></mujoco>")
+    data, joints = mujoco.MjData(model), np.arange(4)
+    mujoco.mj_kinematics(model, data)
+    bounds = MotionBounds(model, data, joints, link_of_body(model, joints)[model.geom_bodyid])
+    dq = np.array([0.1, -0.3, 0.25, 0.15])
+    found = bounds.displacement([bounds.frames(data)], dq[np.newaxis, np.newaxis])[0, 0]
+    relative = bounds.relative_displacement(np.abs(dq)[np.newaxis])[0]
+    for k in range(4):
+        moved, size = dq[: k + 1], np.abs(dq[: k + 1])
+        lever = end[k] - np.maximum.outer(x[: k + 1], x[: k + 1])
+        first = abs(moved @ (centre[k] - x[: k + 1])) + r[k] * abs(moved.sum())
+        assert found[k] == pytest.approx(first + 0.5 * size @ lever @ size)
+        sums = [size[b + 1 :] @ (end[k] - x[b + 1 : k + 1]) for b in range(4)]
+        assert relative[:, k] == pytest.approx(sums)
 
 
 def test_arms_that_are_not_a_chain_of_hinges_have_no_links():

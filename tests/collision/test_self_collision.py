@@ -70,12 +70,6 @@ def world_of(description: RobotDescription) -> CollisionWorld:
     return CollisionWorld(robot, robot.make_model())
 
 
-def test_bodies_that_touch_are_named_as_in_the_model_file(description):
-    (one,) = self_collisions(world_of(description), np.array(description.home))
-    assert one[:2] == OVERLAP
-    assert one.depth == pytest.approx(0.02, abs=1e-3)
-
-
 def test_bodies_that_touch_at_some_configurations_are_not_permanent(description):
     world = world_of(description)
     touching = {one[:2] for one in self_collisions(world, np.array(FOLDED))}

@@ -60,22 +60,6 @@ def test_a_fast_reference_is_followed_to_a_milliradian(make_arm):
     assert control.saturated_steps == 0
 
 
-def test_without_a_reference_the_measured_configuration_is_held(make_arm):
-    cell, robot, control = make_arm(ComputedTorque)
-    cell.step(500)
-    np.testing.assert_allclose(robot.q, robot.description.home, atol=1e-4)
-
-
-def test_torques_are_clipped_to_the_limits_and_saturated_steps_are_counted(make_arm):
-    cell, robot, control = make_arm(ComputedTorque)
-    control.reference.q = robot.q + np.array([0.0, 2.0])
-    cell.step(10)
-    assert control.saturated_steps == 10
-    assert control.saturated.tolist() == [True, True]
-    np.testing.assert_array_equal(np.abs(control.tau), robot.limits.effort)
-    np.testing.assert_array_equal(cell.data.ctrl[robot.ctrl_adr], control.tau)
-
-
 def test_the_integral_does_not_wind_up_while_a_joint_is_saturated(make_arm):
     """After a tenth of a second of saturation the arm returns without a large overshoot."""
     cell, robot, control = make_arm(ComputedTorque)

@@ -116,7 +116,7 @@ def test_the_torques_of_a_saturating_controller_are_clipped(make_arm):
     control.answer = np.array([50.0, 1.0])
     cell.step()
     assert cell.data.ctrl.tolist() == [40.0, 1.0]
-    assert control.saturated.tolist() == [True, False]
+    assert control.saturated.tolist() == [True, False] and control.saturated_steps == 1
     control.answer = np.array([np.nan, 1.0])
     with pytest.raises(ControllerFault, match="returned nan"):
         cell.step()

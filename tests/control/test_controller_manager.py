@@ -137,14 +137,6 @@ def test_only_the_active_controller_commands_and_others_are_made_when_needed(mak
     assert manager.controller is first
 
 
-def test_switching_to_the_active_controller_changes_nothing(make):
-    cell, _, manager = make(load=LOAD)
-    cell.step(100)
-    before = manager.get_state()
-    manager.switch("computed_torque")
-    assert manager.get_state() == before
-
-
 @pytest.mark.parametrize("steps", [0, 40], ids=lambda n: f"{n} steps after the switch")
 def test_from_a_state_during_a_transfer_it_continues_bit_for_bit(make, steps):
     cell, robot, manager = make(load=LOAD)

@@ -101,6 +101,20 @@ def in_python(**parameters: object) -> RobotDescription:
     return replace(panda(), gripper=replace(gripper, parameters=gripper.parameters | parameters))
 
 
+def test_the_openings_of_the_description_limit_those_of_the_model(file):
+    def openings(**given):
+        travel = Robot(in_python(**given), gripper=TwoFingerGripper).gripper.mechanism.travel
+        return pytest.approx((travel.min_width, travel.open_width))
+
+    assert openings(min_width=0.02, open_width=0.07) == (0.02, 0.07)
+    assert openings(open_width=0.0819) == (0.0, 0.08)  # 2 mm of tolerance
+    for width, message in ((0.0821, "82.1 mm, but .* open to 80.0"), (0.0519, "close to 50.0 mm")):
+        with pytest.raises(RobotError, match=message):
+            openings(min_width=0.05, open_width=width)
+    change(file, "min_width = 0.0", "min_width = 0.01")
+    assert make(file).gripper.mechanism.travel.min_width == 0.01
+
+
 def test_a_description_in_python_names_the_file_of_its_travel(tmp_path):
     file = tmp_path / "travel.toml"
     missing = rf"'gripper.travel' is missing \(no file {file}\): 'bt-manip robot measure panda'"

@@ -2,15 +2,19 @@
 
 from dataclasses import replace
 
+import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
+from scipy.optimize import minimize
 
 from bt_manip import spatial
 from bt_manip.kinematics import PoseTarget
 from bt_manip.kinematics.initial_guesses import InitialGuesses
 from bt_manip.kinematics.maximum_reach import MaximumReach
+from bt_manip.robots import MotionLimits, RobotModel, Tolerance
 from tests.measuring.kinematics import random_configurations
+from tests.trajectories.pendulum import pendulum
 
 
 @pytest.fixture
@@ -23,14 +27,6 @@ def test_a_pose_beyond_the_reach_is_refused_without_a_search(model, ik):
     assert not found.solved and found.iterations == 0
     assert "m out of reach" in found.reason
     assert found.position_error == pytest.approx(1.7, abs=0.02)
-
-
-def test_no_configuration_reaches_farther_than_the_maximum_reach(model, ik, reach, rng):
-    farthest = 0.0
-    for q in random_configurations(model, rng, 1000):
-        assert ik.solve(model.pose(q), q, restarts=0).solved
-        farthest = max(farthest, reach.distance_at(q))
-    assert 0.97 * reach.distance < farthest <= reach.distance + 1e-9
 
 
 def test_no_target_with_free_rotations_that_the_arm_reaches_is_refused(model, reach, rng):
@@ -59,7 +55,60 @@ def test_free_rotations_and_tolerances_widen_the_reach(reach):
     for target, height, free in (
         (T, 0.2104, 0.0),
         (beside, 0.0, 0.2104 + 0.05),
+        (replace(tilted, cone=2.0), 0.05, 0.1604 + 0.05),
         (tilted, 0.05 + 0.1604 * np.cos(0.4), 0.1604 * np.sin(0.4) + 0.05),
     ):
         expected = np.hypot(2.0, 0.3 + height - 0.333) - reach.distance - free
         assert reach.excess(target) == pytest.approx(expected, abs=1e-6)
+
+
+CHAIN = """<mujoco><compiler angle="radian"/><worldbody>
+<body pos=".3 -.2 .5" quat=".8 .2 -.4 .4"><joint name="0" pos=".02 .03 0" axis=".2 .1 1"/>{0}
+<body pos=".1 .2 .3"><joint name="1" axis="0 1 .3" range="{1}"/>{0}
+<body pos=".3 0 .1"><joint name="2" axis="1 .2 0" range="{2}"/>{0}
+<body pos=".1 -.3 0"><joint name="3" axis=".1 1 .5"/>{0}
+<body pos="0 .2 .25"><joint name="4" axis="1 0 1"/>{0}
+<site name="tip" pos=".1 .05 .2" quat=".5 .1 -.7 .2"/></body></body></body></body></body>
+</worldbody></mujoco>"""
+
+
+@pytest.mark.parametrize("ranges", [("-.5 .6", "3.5 9"), ("-9 -4", "-2 1"), ("-1 3", "-8 -3.3")])
+def test_the_maximum_reach_is_that_of_a_search_with_mujoco(ranges, rng):
+    sphere = '<geom size=".02" mass="1"/>'
+    chain = mujoco.MjModel.from_xml_string(CHAIN.format(sphere, *ranges))
+    data, one = mujoco.MjData(chain), np.ones(5)
+    limited = chain.jnt_limited.astype(bool)[:, np.newaxis]
+    lower, upper = np.where(limited, chain.jnt_range, [-np.inf, np.inf]).T
+    limits = MotionLimits(lower, upper, one, one, one, one)
+    arm = RobotModel(
+        chain,
+        joints=list("01234"),
+        tool_frame="tip",
+        limits=limits,
+        home=[0.0] * 5,
+        tolerance=Tolerance(),
+        qpos=chain.qpos0,
+    )
+
+    def place(q):
+        data.qpos[:] = q
+        mujoco.mj_kinematics(chain, data)
+        axis, first = data.xaxis[0], data.xanchor[0]
+        foot = first + axis * (axis @ (data.xanchor[1] - first))
+        return data.xanchor[-1] - foot
+
+    bounds = np.where(limited, chain.jnt_range, [-np.pi, np.pi])
+    starts = rng.uniform(*bounds.T, (15, 5))
+    searches = [
+        minimize(lambda q: -np.linalg.norm(place(q)), q, bounds=bounds, tol=1e-12) for q in starts
+    ]
+    farthest = -min(found.fun for found in searches)
+    reach = MaximumReach(arm, rng.uniform(*bounds.T, (60, 5)))
+    assert reach.distance == pytest.approx(farthest, abs=1e-6)
+    offset = place(starts[0])
+    assert reach.distance_at(starts[0]) == pytest.approx(np.linalg.norm(offset))
+    for beyond, excess in ((2.0, 2.0), (6e-4, 6e-4), (4e-4, 0.0), (-0.2, 0.0)):  # [m]
+        moved = offset * ((reach.distance + beyond) / np.linalg.norm(offset) - 1.0)
+        T = pin.SE3(data.site_xmat[0].reshape(3, 3), data.site_xpos[0] + moved)
+        assert reach.excess(T) == pytest.approx(excess)
+    assert MaximumReach(pendulum(), np.zeros((1, 1))).excess(T) == 0.0

@@ -39,8 +39,3 @@ def test_smooth_paths_keep_the_ends_and_approach_the_corners():
     # on average. The windows are a quarter of 0.5, 0.3, 0.18, 0.1 and 0.06 of 384, rounded to odd.
     windows = np.array([49, 29, 19, 11, 7]) / 384
     assert heights == pytest.approx((-1.0 - 7.0 / 15.0 * 2.0 * windows).tolist(), abs=5e-4)
-
-
-def test_two_waypoints_give_a_straight_path():
-    (path,) = smooth_paths(np.array([[0.0, 0.0], [1.0, 2.0]]))
-    assert np.allclose(path.evaluate(np.array([0.25]), 0)[0], [[0.25, 0.5]])

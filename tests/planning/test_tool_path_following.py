@@ -15,7 +15,7 @@ from bt_manip.planning.tool_path_following import limit_error
 from bt_manip.robots import ToolLimits
 from bt_manip.trajectories import SplinePath, effort_use, limit_use
 
-from .test_tool_path import BLEND, CORNER, END, START
+from .test_tool_path import CORNER, END, START
 
 
 def tool_motion(arm, trajectory, step=1e-3):
@@ -77,30 +77,11 @@ def test_the_tool_keeps_its_limits(at_start, blend, monkeypatch):
     linear, angular = tool_motion(arm, planned(arm))
     speed = np.linalg.norm(linear, axis=1)
     assert 0.95 * 0.25 < speed.max() <= 1.001 * 0.25
+    slowest = speed[60:-60].min()  # it stops in corners that are not blended
+    assert slowest > 0.03 if blend else slowest < 1e-3
     assert np.linalg.norm(angular, axis=1).max() <= 1.001 * 0.6
     acceleration = np.linalg.norm(np.gradient(linear, 1e-3, axis=0), axis=1)
     assert acceleration.max() <= 1.02 * 1.5
-
-
-def test_half_the_speed_takes_twice_the_time(at_start):
-    steps = [LineTo(CORNER), LineTo(END)]
-    at_start.move_path(steps, blend=BLEND)
-    fast = planned(at_start).duration
-    at_start.reset(at_start.ik.nearest(START, at_start.model.home).q)
-    at_start.move_path(steps, 0.5, blend=BLEND)
-    assert planned(at_start).duration == pytest.approx(2.0 * fast, rel=0.02)
-
-
-def test_a_blended_corner_is_passed_without_a_stop_and_sooner(at_start):
-    durations = []
-    for blend in (0.0, 0.08):
-        at_start.reset(at_start.ik.nearest(START, at_start.model.home).q)
-        at_start.move_path([LineTo(CORNER), LineTo(END)], blend=blend)
-        speed = np.linalg.norm(tool_motion(at_start, planned(at_start))[0], axis=1)
-        durations.append(planned(at_start).duration)
-        slowest = speed[60:-60].min()
-        assert slowest < 1e-3 if blend == 0.0 else slowest > 0.1
-    assert durations[1] < durations[0]
 
 
 @pytest.mark.parametrize("blend", [0.0, 0.03])

@@ -40,12 +40,6 @@ def test_joints_that_move_by_different_distances_arrive_together():
         )
 
 
-def test_a_long_motion_takes_the_time_of_the_textbook():
-    # Rest to rest over d with v, a, j all reached: d / v + v / a + a / j.
-    profile = profile_to_position((0.0, 0.0, 0.0), 10.0, (2.0, 5.0, 100.0))
-    assert profile.duration == pytest.approx(10 / 2 + 2 / 5 + 5 / 100)
-
-
 def test_braking_takes_the_time_and_the_distance_of_the_textbook():
     # From speed v: ramp to a, hold, ramp back: v / a + a / j, over half of it at v.
     profile = profile_to_velocity((1.0, 2.0, 0.0), 0.0, (5.0, 100.0))
@@ -56,10 +50,12 @@ def test_braking_takes_the_time_and_the_distance_of_the_textbook():
 
 def test_velocities_are_reached_after_the_duration_and_then_rest_as_soon_as_possible():
     # Linear in jerk: half the final velocity on average, whether it rises or falls.
-    rest, velocity = np.zeros(2), np.array([1.0, -0.5])
-    profiles = velocity_profiles((np.array([0.3, -0.3]), rest, rest), velocity, 2.0, *LIMITS[1:])
+    rest, velocity = np.zeros(3), np.array([1.0, -0.5, 0.0])
+    profiles = velocity_profiles(
+        (np.array([0.3, -0.3, 0.9]), rest, rest), velocity, 2.0, 5 * np.ones(3), 100 * np.ones(3)
+    )
     stop = 1.0 / 5 + 5 / 100
-    for profile, begin, v in zip(profiles, (0.3, -0.3), velocity, strict=True):
+    for profile, begin, v in zip(profiles, (0.3, -0.3, 0.9), velocity, strict=True):
         assert profile.duration == pytest.approx(2.0 + stop)
         assert profile.at(2.0)[1] == pytest.approx(v)
         assert profile.end == pytest.approx(begin + v * (2.0 + stop) / 2.0)
@@ -79,6 +75,9 @@ def test_slowed_by_two_it_is_the_same_in_twice_the_time():
     assert twice.duration == profile.duration + 0.5 and twice.end == 1.125
     assert twice.breakpoints()[-2:] == pytest.approx([profile.duration, twice.duration])
     assert twice.at(profile.duration + 0.1) == pytest.approx((1.001, 0.03, 0.6))
+    before = [profile.at(-1e-3)[0], *profile.sample(np.full(1, -1e-3))[0]]
+    assert before == pytest.approx([0.0, 0.0], abs=1e-7)
+    assert MotionProfile([], 2.0, 0.7).at(1.5) == (0.7, 0.0, 0.0)  # it stays
     assert slow.slowed(600.0 / slow.duration).duration == pytest.approx(600.0)
     with pytest.raises(MotionError, match="would take 601 s .*; at most 600 s"):
         slow.slowed(601.0 / slow.duration)

@@ -10,30 +10,14 @@ from bt_manip.trajectories import (
     SplinePath,
     StraightPath,
     effort_use,
-    sample_times,
     scale_to_effort_limits,
     time_parameterize,
     time_parameterize_segment,
 )
-from bt_manip.trajectories.limit_check import sampled_effort_use
 from tests.measuring.time_optimal_duration import time_optimal_duration
 
 from .pendulum import pendulum
 from .test_topp import bent
-
-
-def test_with_gravity_it_uses_the_effort_that_gravity_leaves():
-    model = pendulum(gravity=-9.81, effort=25.0)
-    trajectory = time_parameterize_segment(np.array([-0.5]), np.array([0.5]), model)
-    fine = trajectory.sample(sample_times(trajectory.duration, 1e-3))
-    assert 0.9 < sampled_effort_use(model, *fine) <= 0.9501
-
-
-def test_a_path_on_which_the_arm_cannot_hold_itself_is_refused():
-    model = pendulum(gravity=-9.81, effort=19.0)  # 19.62 N m hold the bar level
-    with pytest.raises(MotionError, match="joint 1 needs 19.6. N m to hold") as raised:
-        time_parameterize_segment(np.array([-1.0]), np.array([1.0]), model)
-    assert raised.value.reason == "effort"
 
 
 def test_friction_counts_in_the_direction_of_the_motion():
@@ -42,10 +26,10 @@ def test_friction_counts_in_the_direction_of_the_motion():
     # The bar is level at 0. At 0.5 gravity needs 17.2 N m, and friction adds to it on the way up.
     high, low = np.array([0.5]), np.array([1.0])
     assert effort_use(time_parameterize_segment(high, low, model), model) <= 0.9501
-    with pytest.raises(
-        MotionError, match="17.22 N m for gravity and 2 N m for friction; 18.05 N m"
-    ):
+    parts = "joint 1 needs 19.2. N m .*, 17.22 N m for gravity and 2 N m for friction; 18.05 N m"
+    with pytest.raises(MotionError, match=parts) as raised:
         time_parameterize_segment(low, high, model)
+    assert raised.value.reason == "effort"
 
 
 def test_with_scarce_jerk_and_effort_it_is_nearly_as_fast_as_both_allow():
@@ -56,7 +40,7 @@ def test_with_scarce_jerk_and_effort_it_is_nearly_as_fast_as_both_allow():
     duration = time_parameterize(path, model).duration
     a, r = 16.0, 16.0 / 500.0
     optimum = r + np.sqrt(r**2 + 4 * 5.0 / a)
-    assert optimum < duration < 1.05 * optimum
+    assert optimum < duration < 1.045 * optimum
 
 
 def test_a_curved_path_is_followed_inside_all_limits_and_close_to_one(model, rng):
@@ -68,10 +52,10 @@ def test_a_curved_path_is_followed_inside_all_limits_and_close_to_one(model, rng
         use, effort = trajectory.kinematic_use(model.limits), effort_use(trajectory, model)
         assert max(use) <= 1.0 and effort <= 0.9501
         # Something binds: a velocity, an acceleration or an effort.
-        assert max(use[0], use[1], effort / 0.95) > 0.93
+        assert max(use[0], use[1], effort / 0.95) > 0.998
 
 
-@pytest.mark.parametrize(("jerk", "longer"), [(1.0, 1.06), (0.05, 1.12)])
+@pytest.mark.parametrize(("jerk", "longer"), [(1.0, 1.017), (0.05, 1.107)])
 def test_a_tight_corner_does_not_slow_the_rest_of_a_path(model, jerk, longer):
     pytest.importorskip("toppra")
     model = model.copy()
@@ -79,31 +63,6 @@ def test_a_tight_corner_does_not_slow_the_rest_of_a_path(model, jerk, longer):
     trajectory = time_parameterize(bent(model, 5), model)
     assert max(trajectory.kinematic_use(model.limits)) <= 1.0
     assert trajectory.duration <= longer * time_optimal_duration(trajectory, model)
-
-
-def test_at_a_tenth_of_the_speed_a_path_takes_ten_times_the_time(model):
-    path = StraightPath(model.home, model.home + 0.4)
-    fast, slow = (time_parameterize(path, model, speed).duration for speed in (1.0, 0.1))
-    assert slow == pytest.approx(10 * fast, rel=0.02)
-
-
-def test_where_damping_would_take_all_effort_at_full_speed_it_moves_more_slowly():
-    # At 100 rad/s the damping alone needs 500 N m; 10 N m allow at most 2 rad/s.
-    model = pendulum(damping=5.0)
-    trajectory = time_parameterize_segment(np.zeros(1), np.ones(1), model)
-    assert effort_use(trajectory, model) <= 0.95
-    assert 0.5 < trajectory.duration < 2.0
-
-
-def test_a_trajectory_inside_the_effort_limits_keeps_all_its_accelerations(model):
-    factors = []
-
-    def plan(factor):
-        factors.append(factor)
-        return time_parameterize_segment(model.home, model.home + 0.01, model)
-
-    scale_to_effort_limits(plan, model)
-    assert factors == [1.0]
 
 
 @pytest.mark.parametrize(("tool_speed", "speed"), [(0.5, 1.0), (0.5, 0.5), (2.1, 1.0), (30.0, 1.0)])
@@ -135,6 +94,9 @@ def test_the_greatest_scale_inside_the_effort_limits_is_found():
     found = scale_to_effort_limits(plan, model)
     assert 0.97 * 0.95 <= effort_use(found, model) <= 0.95
     assert len(factors) < 12 and factors[:2] == [1.0, 0.7]
+    factors.clear()
+    scale_to_effort_limits(plan, pendulum(effort=1e3))
+    assert factors == [1.0]  # inside the limits it keeps all its accelerations
     heavy = pendulum(gravity=-9.81, effort=15.0)
     with pytest.raises(MotionError, match="needs 131 % of an effort limit even when slow; 95 %"):
         scale_to_effort_limits(plan, heavy)

@@ -36,13 +36,17 @@ def parameterization(path, model, loads):
         ({"effort": 1e4, "acceleration": 4.0}, 1.5, 2 * np.sqrt(1.5 / 4.0)),
         # 95 % of 10 N m turn 2 kg m2 by 4.75 rad/s2.
         ({"effort": 10.0}, 1.5, 2 * np.sqrt(1.5 / 4.75)),
+        # v(t) = 1.9 (1 - exp(-2.5 t)), up to 90 % of it; it cruises, and brakes in 0.257 s.
+        ({"effort": 10.0, "damping": 5.0}, 1.5, 1.317),
         # It cruises: d / v + v / a.
         ({"effort": 1e4, "acceleration": 4.0, "velocity": 1.0}, 3.0, 3.0 / 1.0 + 1.0 / 4.0),
     ],
-    ids=["acceleration", "effort", "velocity"],
+    ids=["acceleration", "effort", "damping", "velocity"],
 )
 def test_the_duration_under_one_limit_is_that_of_the_textbook(limits, end, duration):
-    assert timed(pendulum(**limits), end=end).duration == pytest.approx(duration, rel=0.03)
+    plan = timed(pendulum(**limits), end=end)
+    assert plan.duration == pytest.approx(duration, rel=0.024)
+    assert plan.profile.at(plan.duration - 1e-9)[0] == pytest.approx(1.0)
 
 
 def test_a_load_that_changes_between_grid_points_does_not_exceed_the_effort_limit():
@@ -50,7 +54,7 @@ def test_a_load_that_changes_between_grid_points_does_not_exceed_the_effort_limi
     model = pendulum(gravity=-9.81, effort=25.0, acceleration=20.0)
     plan = timed(model, -5.0, 0.1)
     fine = plan.sample(sample_times(plan.duration, 1e-3))
-    assert sampled_effort_use(model, *fine) <= 0.951
+    assert 0.9 < sampled_effort_use(model, *fine) <= 0.951
 
 
 def bent(model, sharpness):
@@ -80,8 +84,8 @@ def tightened(model, order):
 
 def test_tightening_slows_a_profile_only_where_it_exceeded_a_limit(model):
     plan, again, (first, second) = tightened(model, 1)
-    assert first > 1.5 and second < 1.2
-    assert again.duration < 1.05 * plan.duration
+    assert first > 1.5 and second < 1.195
+    assert 1.01 * plan.duration < again.duration < 1.02 * plan.duration
     behind = np.linspace(0.6, 0.98, 30)  # the corner is at 0.4
     speeds = (
         np.interp(behind, *profile.sample(np.arange(0.0, profile.duration, 1e-3))[:2])
@@ -94,5 +98,5 @@ def test_where_the_jerk_is_exceeded_tightening_slows_the_motion_there(model):
     model = model.copy()
     model.limits = replace(model.limits, jerk=0.05 * model.limits.jerk)
     plan, again, (first, second) = tightened(model, 2)
-    assert first > 2.0 and second < 1.25
-    assert again.duration < 1.05 * plan.duration
+    assert first > 2.0 and second < 1.165
+    assert 1.03 * plan.duration < again.duration < 1.045 * plan.duration

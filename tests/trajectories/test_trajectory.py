@@ -16,10 +16,10 @@ from bt_manip.trajectories import (
     StraightPath,
     TailTrajectory,
     TimeScaledTrajectory,
-    limit_use,
     trajectory_from_state,
 )
 from bt_manip.trajectories.motion_profile import (
+    MotionProfile,
     joint_profiles,
     profile_to_position,
     profile_to_velocity,
@@ -108,19 +108,19 @@ def test_the_rest_of_a_trajectory_takes_as_much_less_as_it_begins_later():
     assert TailTrajectory(whole, whole.duration + 1.0).duration == 0.0
 
 
+def test_a_time_scaling_that_passes_the_end_of_a_trajectory_ends_there():
+    nominal, accelerating = straight_trajectory(), MotionProfile([[0.0, 0.1, 0.5, 0.4, 0.0]], 9, 20)
+    scaled = TimeScaledTrajectory(nominal, accelerating)  # s = 0.1 + 0.5 t + 0.2 t^2
+    passed = (-0.5 + np.sqrt(0.25 + 0.8 * (nominal.duration - 0.1))) / 0.4
+    assert scaled.complete and scaled.duration == pytest.approx(passed)
+    assert np.array_equal(scaled.end, nominal.end)
+
+
 def test_restored_from_plain_data_it_is_the_same_bit_for_bit(trajectory):
     again = trajectory_from_state(json.loads(json.dumps(trajectory.get_state())))
     times = np.linspace(0.0, 1.1 * trajectory.duration, 50)
     for before, after in zip(trajectory.sample(times), again.sample(times), strict=True):
         assert np.array_equal(before, after)
-
-
-@pytest.mark.parametrize("target", [(1.0, 1.2), (-0.4, 0.1), (0.1, -0.2)])
-def test_a_trajectory_from_a_moving_state_starts_there_and_keeps_the_limits(target):
-    trajectory = joint_trajectory(MOVING, target)
-    for now, then in zip(MOVING, trajectory.sample(np.zeros(1)), strict=True):
-        assert np.abs(then[0] - now).max() < 1e-12
-    assert limit_use(trajectory, LIMITS).inside
 
 
 def test_the_active_part_of_a_sequence_moves_as_the_sequence_does():

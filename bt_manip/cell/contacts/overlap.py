@@ -83,8 +83,7 @@ def _static_pairs(
 ) -> list[tuple[int, int]]:
     """Return pairs of fixed geoms with overlapping bounds; MuJoCo does not check these."""
     fixed = model.body_weldid[model.geom_bodyid] == 0
-    solid = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
-    own, others = (np.flatnonzero(fixed & solid & side) for side in (mine, ~mine))
+    own, others = (np.flatnonzero(fixed & side) for side in (mine, ~mine))
     pairs = []
     for a in own:
         touch = (model.geom_contype[a] & model.geom_conaffinity[others]) | (
