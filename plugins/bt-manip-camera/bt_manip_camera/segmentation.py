@@ -126,7 +126,7 @@ def surface_height(z: np.ndarray) -> float | None:
         return None
     bins = np.arange(z.min(), z.max() + 0.01, 0.005)
     counts, edges = np.histogram(z, bins)
-    if not len(counts) or counts.max() < FEWEST:
+    if counts.max() < FEWEST:
         return None
     near = edges[counts.argmax()] + 0.0025
     return float(np.median(z[np.abs(z - near) < 0.0075]))

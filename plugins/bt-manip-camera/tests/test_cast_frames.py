@@ -110,6 +110,8 @@ def test_rectangles_and_circles_are_those_of_their_points_but_for_a_few(yaw):
         assert gaps.min(axis=0).max() < 2.0 * length and gaps.min(axis=1).max() < 2.0 * length
         away = np.linalg.norm(circle.corners() - centre, axis=1)
         np.testing.assert_allclose(away, 0.03, atol=2.0 * length)
+        sides = np.linalg.norm(np.diff(circle.corners(), axis=0), axis=1)
+        np.testing.assert_allclose(sides, 0.06 * np.sin(np.pi / 24), atol=length)
         stray = ends[:1].repeat(40 * len(stray) // 4, axis=0)  # of known sizes, any number
         points, off = rng.permutation(np.vstack([inside, stray])) @ turn.T + centre, (2e-3, -3e-3)
         moved = segmentation.Rectangle(np.add(centre, off), yaw + 0.06, (0.08, 0.04))
