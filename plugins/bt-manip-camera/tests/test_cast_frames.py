@@ -163,15 +163,15 @@ def test_a_top_is_exact_where_the_surface_around_it_tells_the_error_of_the_depth
     error = 0.012 + 1e-5 * u - 5e-6 * v
     error[70:75, 60:68] += 4e-3  # and a few that lie
     strips = [((100 + a, 100 + b), (120, 160), z) for a, b, z in (
-        (0, 12, 0.05), (12, 21, 0.0436), (21, 30, 0.0424),  # 1.2 mm more than counts as its top
+        (0, 12, 0.05), (12, 26, 0.0436), (26, 35, 0.0424),  # 1.2 mm more than counts as its top
     )]  # fmt: skip
     frame = painted(*strips, ((150, 180), (220, 240), 0.11), turn=0.7, error=error)
-    frame.colour[100:121, 120:160] = (200, 30, 60)
+    frame.colour[100:126, 120:160] = (200, 30, 60)
     first, second = find_clusters(frame, 1.0)
     assert first.height == pytest.approx(0.05, abs=1e-9) and not first.at_border
     found = second.height, second.surface, second.pixel
     assert found == pytest.approx((0.11, 1.0, 0.69 / 400.0), abs=1e-9)
-    rows, columns = np.mgrid[100:121, 120:160].reshape(2, -1)
+    rows, columns = np.mgrid[100:126, 120:160].reshape(2, -1)
     depth = np.where(rows < 112, 0.75, 0.7564)
     local = np.column_stack([columns - 159.5, 119.5 - rows]) * depth[:, None] / 400.0
     expected = local @ [[np.cos(0.7), np.sin(0.7)], [-np.sin(0.7), np.cos(0.7)]] + (0.3, -0.2)
@@ -213,6 +213,8 @@ def test_things_are_8_to_250_mm_high_and_apart_and_cut_at_the_border_only():
     things = ((20, 220), (5, 60), 0.05), ((100, 110), (300, 310), 0.03)  # 0.5 m apart
     for turn in (0.0, np.pi):
         assert len(find_clusters(painted(*things, turn=turn), 1.0)) == 2
+    coarse = painted(((100, 120), (140, 160), 0.05))._replace(focal_length=200.0)
+    assert len(find_clusters(coarse, 1.0)) == 1  # of pixels of 4 mm
     for near, cut in ((0, True), (1, False)):
         for rows in ((near, 30), (100, 130), (200, HEIGHT - near)):
             for columns in ((near, 30), (140, 170), (290, WIDTH - near)):
