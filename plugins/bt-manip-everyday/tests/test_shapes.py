@@ -1,0 +1,91 @@
+"""Shapes of everyday objects, and where they are gripped, as MuJoCo's rays find them."""
+
+import mujoco
+import numpy as np
+import pytest
+
+from bt_manip_everyday import Bowl, CoffeeMug
+
+
+@pytest.fixture
+def met():
+    """Return a function that gives the distance from a point to an object along a direction."""
+
+    def make(entity):
+        root = entity.mjcf_model
+        model = mujoco.MjModel.from_xml_string(root.to_xml_string(), root.get_assets())
+        data = mujoco.MjData(model)
+        mujoco.mj_forward(model, data)
+
+        def distance(point, along):
+            geom, along = np.zeros(1, np.int32), np.array(along, float)
+            return mujoco.mj_ray(model, data, np.array(point, float), along, None, 1, -1, geom)
+
+        return distance
+
+    return make
+
+
+def check_grasp(met, grasp, depth):
+    """Check that fingers close on a wall as wide as declared, and how far the tool is over it."""
+    T = grasp.T_og
+    for side in (1.0, -1.0):
+        begin = T.translation + 0.02 * side * T.rotation[:, 1]
+        gap = met(begin, -side * T.rotation[:, 1])
+        assert gap == pytest.approx(0.02 - 0.5 * grasp.width, abs=2e-4)
+    begin = T.translation - 0.04 * T.rotation[:, 2]
+    assert met(begin, T.rotation[:, 2]) == pytest.approx(0.04 - depth, abs=1e-3)
+
+
+def test_a_mug_is_gripped_at_the_bar_of_its_handle_steeply_at_the_top_and_flatter(met):
+    radius, height, handle, grip = 0.045, 0.11, 0.04, 0.009
+    mug = CoffeeMug(radius=radius, height=height, handle=handle)
+    ray, out = met(mug), radius + handle
+    assert ray((0.2, 0, height / 2), (-1, 0, 0)) == pytest.approx(0.2 - out)
+    middle = radius + handle / 2
+    assert ray((middle, 0, height / 2), (1, 0, 0)) == pytest.approx(handle / 2 - grip)
+    assert ray((middle, 0, height / 2), (-1, 0, 0)) == pytest.approx(handle / 2, abs=1e-3)
+    for sign, z in ((-1.0, 0.8 * height), (1.0, 0.2 * height)):  # the arms of the handle
+        for x in (radius + 1e-3, middle, out - 1e-3):
+            assert ray((x, 0, z - 0.1 * sign), (0, 0, sign)) == pytest.approx(0.1 - grip / 2)
+        assert ray((middle, 0.1, z), (0, -1, 0)) == pytest.approx(0.1 - grip / 2)
+    for angle, part, grasp in zip((60, 45, 30), (0.68, 0.5, 0.5), mug.grasps, strict=True):
+        T, a = grasp.T_og, np.radians(angle)
+        assert T.translation == pytest.approx((out - grip / 2, 0.0, part * height))
+        assert T.rotation[:, 1:].T.ravel() == pytest.approx([0, 1, 0, -np.cos(a), 0, -np.sin(a)])
+        assert np.linalg.det(T.rotation) == pytest.approx(1.0)
+        check_grasp(ray, grasp, grip / 2 / np.cos(a))
+    floor = mug.parameters["wall"]
+    assert ray((0, 0, 0.2), (0, 0, -1)) == pytest.approx(0.2 - floor)
+    assert ray((0, 0, -0.1), (0, 0, 1)) == pytest.approx(0.1)
+    for angle in np.arange(0.05, 2 * np.pi, 0.1):
+        along = np.array([np.cos(angle), np.sin(angle), 0.0])
+        assert 0.0 <= ray((0, 0, 0.9 * height), along) - (radius - floor) < 1.5e-3
+    edge = np.array([0.0, radius - floor / 2, 0.2])
+    assert ray(edge, (0, 0, -1)) == pytest.approx(0.2 - height)
+
+
+def test_a_bowl_has_no_gaps_and_is_gripped_12_mm_below_its_rim_across_its_wall(met):
+    radius, height, wall = 0.08, 0.06, 0.005
+    bowl, foot = Bowl(radius=radius, height=height, wall=wall), 0.6 * 0.08
+    ray, slope = met(bowl), np.arctan2(radius - foot, height)
+    assert bowl.centre_offset == pytest.approx((0.0, 0.0, height))
+    assert ray((0, 0, 0.2), (0, 0, -1)) == pytest.approx(0.2 - wall)
+    assert ray((0, 0, -0.1), (0, 0, 1)) == pytest.approx(0.1)
+    for z in np.linspace(0.2, 0.9, 5) * height:
+        for angle in np.arange(0.05, 2 * np.pi, 0.1):
+            side = np.array([np.cos(angle), np.sin(angle), 0.0])
+            inner = ray((0, 0, z), side)
+            outer = 0.2 - ray(0.2 * side + (0, 0, z), -side)
+            assert -3e-4 < (outer - inner) * np.cos(slope) - wall < 2e-3  # more at a corner
+            expected = foot + (radius - foot) * z / height
+            assert -1e-3 < outer - expected < 0.03 * expected
+    assert len(bowl.grasps) == 8
+    for i, grasp in enumerate(bowl.grasps):
+        T, angle = grasp.T_og, i * np.pi / 4
+        side = np.array([np.cos(angle), np.sin(angle), 0.0])
+        into = -np.sin(slope) * side - np.cos(slope) * np.array([0, 0, 1])
+        assert T.rotation[:, 2] == pytest.approx(into)
+        assert abs(T.rotation[:, 1] @ side) == pytest.approx(np.cos(slope))
+        assert np.linalg.det(T.rotation) == pytest.approx(1.0) and grasp.width == wall
+        check_grasp(ray, grasp, 0.012)
