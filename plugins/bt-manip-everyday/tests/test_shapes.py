@@ -78,8 +78,8 @@ def test_a_bowl_has_no_gaps_and_is_gripped_12_mm_below_its_rim_across_its_wall(m
             inner = ray((0, 0, z), side)
             outer = 0.2 - ray(0.2 * side + (0, 0, z), -side)
             assert -3e-4 < (outer - inner) * np.cos(slope) - wall < 2e-3  # more at a corner
-            expected = foot + (radius - foot) * z / height
-            assert -1e-3 < outer - expected < 0.03 * expected
+            expected = foot + (radius - foot) * z / height - wall / np.cos(slope)
+            assert expected - 1e-3 < inner < 1.02 * (expected + 1e-3)  # of 16 sides
     assert len(bowl.grasps) == 8
     for i, grasp in enumerate(bowl.grasps):
         T, angle = grasp.T_og, i * np.pi / 4
