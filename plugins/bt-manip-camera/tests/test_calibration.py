@@ -212,7 +212,8 @@ def test_the_commands_print_the_keys_of_the_camera_and_say_whether_they_fit(libr
 
 
 @pytest.mark.parametrize(
-    ("distance", "degrees", "fits"), [(1e-3, 0.2, True), (3e-3, 0.2, False), (1e-3, 0.7, False)]
+    ("distance", "degrees", "fits"),
+    [(1.9e-3, 0.49, True), (2.1e-3, 0.2, False), (1e-3, 0.51, False)],
 )
 def test_a_description_fits_within_2_mm_and_half_a_degree(monkeypatch, distance, degrees, fits):
     off = pin.SE3(pin.exp3(np.array([0.0, np.radians(degrees), 0.0])), np.array([distance, 0, 0]))

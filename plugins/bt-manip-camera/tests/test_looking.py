@@ -1,5 +1,6 @@
 """What behaviours do with frames, and when; nothing is drawn."""
 
+import contextlib
 from itertools import chain, repeat
 from types import SimpleNamespace
 
@@ -104,6 +105,31 @@ def test_a_rendered_frame_begins_at_the_next_period_and_arrives_after_the_delay(
     assert (*taken, time) == pytest.approx((0.105, 0.355))
 
 
+@pytest.mark.parametrize(
+    ("real", "sources", "reason", "drawn"),
+    [
+        (False, (True, False), "", 1),
+        (False, (True, True), "", 0),
+        (True, (True, False), "camera 'b': a real robot needs frames of a real camera", 0),
+        (True, (False, True), "", 0),
+        (True, (False, False), "^a real robot needs frames of a real camera: --camera", 0),
+    ],
+)
+def test_a_real_arm_needs_frames_of_a_camera_and_a_simulated_one_opengl_without_them(
+    monkeypatch, real, sources, reason, drawn
+):
+    checked, leaf = [], EstimatePose(object="cube", camera="b")
+    monkeypatch.setattr(behaviours, "check_opengl", lambda: checked.append(1))
+    connection = SimpleNamespace(arm=SimpleNamespace(connection=object() if real else None))
+    cameras = {name: DepthCamera() for name in "ab"}
+    for camera, has in zip(cameras.values(), sources, strict=True):
+        camera.source = (lambda: CUBE[:2]) if has else None
+    given = {"cell": None, "rng": None, "models": None, "sensors": {**cameras, "force": None}}
+    with pytest.raises(CellError, match=reason) if reason else contextlib.nullcontext():
+        leaf.setup(robots={"arm": connection}, **given)
+    assert len(checked) == drawn
+
+
 def test_frames_of_a_moving_camera_are_not_used_and_not_waited_for_longer_than_1_s(
     cell, until_done, monkeypatch
 ):
@@ -165,13 +191,19 @@ def test_what_is_seen_within_half_a_millimetre_stays_where_it_is_believed(cell, 
         believed(0.0, 0.0, -0.02)  # into the table
 
 
-def test_a_thing_is_gone_where_what_is_seen_is_lower_than_a_quarter_of_it(cell, poses, models):
+def test_a_thing_is_gone_where_what_is_seen_is_lower_than_a_quarter_of_it(
+    cell, poses, models, until_done
+):
     perception = Perception(cell, poses, {}, models)
     T_wo = pose((0.25, -0.25, 1.05))  # 0.75 m below the camera of the frames
     perception.believe(Estimate("box", T_wo, 1e-3, 0.0, 0.2), "eye")
     for height, gone in ((0.0, True), (0.024, True), (0.026, False)):
         seen = perception.see(painted(((50, 130), (60, 170), height)), 1.0)
         assert seen.gone == ({"box"} if gone else set()) and not seen.found
+    perception.believe(Estimate("box", pose((0.32, 0.03, 1.05)), 1e-3, 0.0, 0.2), "eye")
+    cell.find("eye").source = lambda: EMPTY[:2]
+    assert not poses.source.lost and until_done(SeeObjects())[0] is NodeStatus.SUCCESS
+    assert poses.source.lost == {"box"} and not poses.source.seen
 
 
 def test_the_latest_detections_are_shown_and_beliefs_beside_the_truth(cell, poses):

@@ -201,11 +201,6 @@ def test_a_real_arm_knows_what_the_frames_of_a_server_show_and_not_what_is_old(
     assert (x, y) == pytest.approx((0.32, 0.03), abs=2e-3) and 0.2 < error < 3.0
 
 
-def test_a_real_arm_without_frames_of_a_real_camera_is_refused(prepare_real):
-    with pytest.raises(BtManipError, match=r"a real robot needs frames of a real camera: --camera"):
-        prepare_real()
-
-
 def test_what_cannot_be_a_source_is_refused_before_the_run(serve, tmp_path):
     cell = SimpleNamespace(entities={"eye": DepthCamera(width=40, height=30), "table": None})
     run = SimpleNamespace(station=SimpleNamespace(cell=cell))
