@@ -28,6 +28,11 @@ Images = tuple[np.ndarray, np.ndarray]
 """Depth [m] and colour, as of a `Frame`."""
 
 
+def depth_cameras(entities: Mapping[str, Any]) -> dict[str, "DepthCamera"]:
+    """Return the cameras among entities, by name."""
+    return {name: one for name, one in entities.items() if isinstance(one, DepthCamera)}
+
+
 class DepthCamera(ParametricEntity):
     """A camera with depth and colour images that have the errors of a real one.
 

@@ -9,6 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from bt_manip.exceptions import BtManipError
+from bt_manip.spatial import pose, quat_wxyz
 
 from .frame import Frame
 from .segmentation import (
@@ -71,13 +72,14 @@ class Estimate:
 
     Attributes:
         name: Name of the object.
-        T_wo: Pose of its centre in the world, upright. The yaw of a cylinder is 0; that of a box
-            is known up to the half turn, or the quarter turn of a square one, under which it
-            looks the same: it is the one nearest to 0.
+        T_wo: Pose of its centre in the world, or of its origin, upright. The yaw of a cylinder is
+            0; that of a box is known up to the half turn, or the quarter turn of a square one,
+            under which it looks the same: it is the one nearest to 0.
         position_error: Estimated standard deviation of its position: 0.75 pixels, and a quarter of
             the difference of the seen size from the known one [m].
         yaw_error: Estimated standard deviation of its yaw, 0 for a cylinder [rad].
         time: Simulated time of the exposure [s].
+        camera: Name of the camera; empty where it is not known.
     """
 
     name: str
@@ -85,6 +87,17 @@ class Estimate:
     position_error: float
     yaw_error: float
     time: float
+    camera: str = ""
+
+    def plain(self) -> list[Any]:
+        """Return it as plain data."""
+        T_wo, rest = self.T_wo, (self.position_error, self.yaw_error, self.time, self.camera)
+        return [self.name, *T_wo.translation.tolist(), *quat_wxyz(T_wo).tolist(), *rest]
+
+
+def estimate_of(plain: Sequence[Any]) -> Estimate:
+    """Return the estimate of which `Estimate.plain` returned this."""
+    return Estimate(plain[0], pose(plain[1:4], plain[4:8]), *plain[8:])
 
 
 def describe(cluster: Cluster) -> str:

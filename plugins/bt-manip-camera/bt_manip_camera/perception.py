@@ -124,7 +124,7 @@ class Perception:
         if source is None:
             return
         assert self._poses is not None
-        source.report(name, found.T_wo, found, camera)
+        source.report(replace(found, camera=camera))
         if name not in self._cell.entities:
             self._poses.add(name)
         elif not self._is_held(name):  # else it moves with the hand

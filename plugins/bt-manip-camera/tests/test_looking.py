@@ -220,7 +220,7 @@ def test_the_latest_detections_are_shown_and_beliefs_beside_the_truth(cell, pose
     believed = SimpleNamespace(
         poses=poses, cell=SimpleNamespace(entities=("box",), pose=lambda name: T_wo)
     )
-    poses.source.report("box", T_wo, Estimate("box", T_wo, 3e-3, 0.1, 0.9), "eye")
+    poses.source.report(Estimate("box", T_wo, 3e-3, 0.1, 0.9, "eye"))
     rows = beliefs(SimpleNamespace(believed=believed, cell=physics))
     for row, number in zip(rows.values(), (1, 2), strict=True):
         quats = [row.pop(key) for key in ("true_quat_wxyz", "quat_wxyz")[:number]]
