@@ -133,9 +133,9 @@ class LookingBehaviour(CellBehaviour):
         """
         seen = self.perception.see(self.frame(), self.surface, names)
         self.show(seen.detections)
-        missing = [reason for name in names if (reason := seen.why_not(name))]
+        missing = [seen.missing[name] for name in names if name in seen.missing]
         if not names:
-            missing = [*dict.fromkeys(seen.refused.values())]
+            missing = [*dict.fromkeys(seen.missing.values())]
         return [missing, sorted(seen.gone), *(one.plain() for one in seen.found.values())]
 
     def believe(self, result: list[Any]) -> dict[str, Estimate]:

@@ -253,7 +253,7 @@ class BelievedCell(Believed):
                 self._source.report(replace(seen.found[name], camera=label))
                 self._awaited = ""
                 return
-            reasons.append(seen.why_not(name))
+            reasons.append(seen.missing[name])
         if now > self._since + PATIENCE and reasons:
             self._awaited = ""
             raise CellError(

@@ -8,7 +8,7 @@ from typing import Any
 import mujoco
 import numpy as np
 import pinocchio as pin
-from dm_control import composer, mjcf
+from dm_control import mjcf
 
 from bt_manip.cell import CellError, ParametricEntity
 from bt_manip.parameters import Parameter
@@ -84,14 +84,6 @@ class DepthCamera(ParametricEntity):
         self._worker: ThreadPoolExecutor | None = None
         self._asked: tuple[Future[Images], pin.SE3, float] | None = None
 
-    def _build_observables(self) -> composer.Observables:
-        return composer.Observables(self)
-
-    @property
-    def mass(self) -> float:
-        """Mass: none [kg]."""
-        return 0.0
-
     @property
     def focal_length(self) -> float:
         """Focal length of both axes [pixels]."""
@@ -102,11 +94,7 @@ class DepthCamera(ParametricEntity):
         return float(np.ceil(now * self.rate - 1e-6) / self.rate)
 
     def request(self, robots: Mapping[str, Any] | None = None) -> None:
-        """Ask `source`, if there is one, for the frame that `expose` returns next.
-
-        Args:
-            robots: As for `expose`.
-        """
+        """Ask `source`, if there is one, for the frame that `expose` returns next."""
         if self.source is None:
             return
         if self._worker is None:
@@ -145,11 +133,7 @@ class DepthCamera(ParametricEntity):
         )  # fmt: skip
 
     def moved(self, robots: Mapping[str, Any] | None = None) -> bool:
-        """Return whether it has moved since it asked `source` for a frame.
-
-        Args:
-            robots: As for `expose`.
-        """
+        """Return whether it has moved since it asked `source` for a frame."""
         if self._asked is None:
             return False
         return max(difference(self._asked[1], self._pose(robots)[0])) > MOVED

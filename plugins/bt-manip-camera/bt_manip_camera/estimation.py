@@ -113,6 +113,12 @@ def sides_of(cluster: Cluster) -> str:
     return f"{' x '.join(f'{1e3 * side:.0f}' for side in sides)} mm"
 
 
+def instead(clusters: Sequence[Cluster], known: KnownObject) -> str:
+    """Return what is seen, and why it is not an object."""
+    seen = (f"{describe(one)} ({why_not(one, known)})" for one in clusters)
+    return f"'{known.name}' is not seen; seen is {'; '.join(seen) or 'nothing'}"
+
+
 def why_not(cluster: Cluster, known: KnownObject) -> str:
     """Return why a cluster cannot be an object; empty if it can.
 
@@ -290,8 +296,7 @@ def estimate_pose(
     if known.name in refused:
         raise NotSeenError(refused[known.name])
     if known.name not in found:
-        seen = "; ".join(f"{describe(one)} ({why_not(one, known)})" for one in clusters)
-        raise NotSeenError(f"'{known.name}' is not seen; seen is {seen or 'nothing'}")
+        raise NotSeenError(instead(clusters, known))
     return fit_pose(found[known.name], known, frame.time)
 
 

@@ -13,7 +13,7 @@ from bt_manip.runner import CommandedRobot
 from bt_manip.scenes import ExpectedObjects
 
 from .detections import Detections
-from .estimation import Estimate, KnownObject, describe, fit_pose, name_clusters, why_not
+from .estimation import Estimate, KnownObject, fit_pose, instead, name_clusters
 from .frame import Frame
 from .segmentation import find_clusters
 
@@ -27,23 +27,15 @@ class Sighting:
 
     Attributes:
         found: The estimated poses, by name. They are those of the objects' origins.
-        refused: Why objects are not named that could be there, by name.
-        seen: The clusters, for messages, with the reasons why none is an object, by name.
+        missing: Why wanted objects are not seen, and why others that could be there are not named.
         gone: Names of those that are not any more where they were seen before.
         detections: The same, to be shown.
     """
 
     found: Mapping[str, Estimate]
-    refused: Mapping[str, str]
-    seen: Mapping[str, str]
+    missing: Mapping[str, str]
     gone: frozenset[str]
     detections: Detections
-
-    def why_not(self, name: str) -> str:
-        """Return why an object was not found; empty if it was."""
-        if name in self.found:
-            return ""
-        return self.refused.get(name) or f"'{name}' is not seen; seen is {self.seen[name]}"
 
 
 class Perception:
@@ -103,15 +95,10 @@ class Perception:
             fits.append((fitted, known[name]))
             origin = centre_of(entities[name], known[name]).inverse()
             found[name] = replace(fitted, T_wo=fitted.T_wo * origin)
-        seen = {
-            name: "; ".join(f"{describe(one)} ({why_not(one, known[name])})" for one in clusters)
-            or "nothing"
-            for name in wanted
-            if name not in found
-        }
+        missing = {n: instead(clusters, known[n]) for n in wanted if n not in found} | refused
         nameless = [one for one in clusters if not any(one is other for other in named.values())]
         shown = Detections(frame, nameless, fits)
-        return Sighting(found, refused, seen, frozenset(gone - found.keys()), shown)
+        return Sighting(found, missing, frozenset(gone - found.keys()), shown)
 
     def believe(self, found: Estimate, camera: str) -> None:
         """Let an object be where it was seen in what the tree knows.

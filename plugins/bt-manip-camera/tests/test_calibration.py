@@ -51,7 +51,7 @@ def views(number, noise=0.0, turns=1.0):
 
 
 def test_exact_motions_give_the_exact_camera():
-    seen = views(6)
+    seen = views(5)
     T_gc = park_martin([one.T_wg for one in seen], [one.T_ct for one in seen])
     assert difference(T_gc, T_GC) == pytest.approx((0.0, 0.0), abs=1e-9)
     found = calibrate(seen, SIZE)
@@ -193,7 +193,7 @@ def test_a_fixed_camera_is_found_from_a_tag_on_the_hand(library, parts, monkeypa
     distance, angle = difference(found.T_gc, T_WC)
     assert found.views == 8 and distance < 1e-3 and np.degrees(angle) < 0.2
     assert difference(believed, T_WC) == pytest.approx((5e-3, 0.0), abs=1e-9)
-    assert found.T_wt.isApprox(pose((0.07, 0.0, -0.05), (0.5,) * 4), 2e-3)
+    assert found.T_wt.isApprox(pose((0.07, 0.0, -0.05), (0.5,) * 4), 5e-3)
     assert pixels == pytest.approx(found.residual * 240.0 / np.tan(np.radians(25.0)))
     assert pixels < 1.0 and held[0][1:] == (0, 0.06)
 

@@ -15,13 +15,21 @@ from bt_manip.exceptions import MotionError
 from bt_manip.scenes import ExpectedObjects, SceneObject
 from bt_manip.spatial import pose
 from bt_manip_camera import behaviours
-from bt_manip_camera.behaviours import EstimatePose, LookAt, SeeObjects, WaitUntilSeen
+from bt_manip_camera.behaviours import (
+    DetectTags,
+    EstimatePose,
+    IsSeen,
+    LookAt,
+    SeeObjects,
+    WaitUntilSeen,
+)
 from bt_manip_camera.beliefs import beliefs, latest_detections
 from bt_manip_camera.camera import DepthCamera
 from bt_manip_camera.detections import Detections
 from bt_manip_camera.estimation import Estimate
 from bt_manip_camera.perception import Perception
 from bt_manip_camera.seen import SeenPoses
+from bt_manip_camera.tags import SeenTag
 
 from .test_cast_frames import EYE, FOVY, HEIGHT, TARGET, WIDTH, cast, painted
 
@@ -61,7 +69,7 @@ def until_done(cell, poses, models):
 
     def play(leaf):
         camera = cell.find("eye")
-        tree = Tree(leaf)
+        play.tree = tree = Tree(leaf)
         tree.setup(
             cell=cell, poses=poses, robots={}, rng=np.random.default_rng(0), models=models,
             sensors={"eye": camera},
@@ -94,15 +102,36 @@ def test_a_thing_is_looked_for_in_each_frame_until_it_is_seen_or_the_time_is_ove
         assert "'cube' is not seen; seen is " in leaf.feedback_message
 
 
+@pytest.mark.parametrize(("wanted", "succeeds"), [([7], True), ([7, 8], False)])
+def test_tags_are_written_by_their_numbers_and_wanted_ones_must_be_seen(
+    cell, until_done, monkeypatch, wanted, succeeds
+):
+    asked, quat = [], (0.6, 0.0, 0.0, 0.8)
+    tags = [SeenTag(n, pose((n, 2, 1), quat), np.zeros(2), np.ones((4, 2))) for n in (3, 7)]
+    monkeypatch.setattr(behaviours, "tag_detector", lambda: None)
+    monkeypatch.setattr(behaviours, "detect_tags", lambda *given: asked.append(given[1:]) or tags)
+    cell.find("eye").source = lambda: CUBE[:2]
+    leaf = DetectTags(size=0.05, wanted=wanted, numbers="{n}", poses="{p}")
+    assert (until_done(leaf)[0] is NodeStatus.SUCCESS) == succeeds
+    written = until_done.tree.blackboard
+    assert written["n"] == [3, 7] and asked == [(0.05, None)]
+    for T_wt, tag in zip(written["p"], tags, strict=True):
+        assert T_wt.isApprox(tag.T_wt)
+    assert leaf.feedback_message == ("tags: 3, 7" if succeeds else "tag 8 is not seen; seen: 3, 7")
+    assert cell.find("eye").detections.tags == tags
+
+
 def test_a_rendered_frame_begins_at_the_next_period_and_arrives_after_the_delay(
-    cell, until_done, monkeypatch
+    cell, poses, until_done, monkeypatch
 ):
     taken = []
     monkeypatch.setattr(behaviours, "check_opengl", lambda: None)
     monkeypatch.setattr(DepthCamera, "expose", lambda *_: taken.append(cell.time) or CUBE)
-    status, time = until_done(EstimatePose(object="cube"))
+    status, time = until_done(leaf := EstimatePose(object="cube"))
     assert status is NodeStatus.SUCCESS
     assert (*taken, time) == pytest.approx((0.105, 0.355))
+    error = 1e3 * poses.source.seen["cube"].position_error
+    assert leaf.feedback_message == f"'cube' at (0.320, 0.030) m, within {error:.1f} mm"
 
 
 @pytest.mark.parametrize(
@@ -171,6 +200,9 @@ def test_a_camera_is_by_default_as_the_readme_says():
     wrong = camera.errors
     assert (wrong.noise, wrong.smooth_noise, wrong.dropout) == (1.5e-3, 2e-3, 0.5)
     assert camera.miscalibration.isApprox(pin.SE3.Identity(), 1e-12) and wrong.bias == 0.0
+    assert WaitUntilSeen().timeout == SeeObjects().timeout == 1.0 and DetectTags().size == 0.032
+    assert (LookAt().distance, *LookAt().point) == (0.5, 0.3, 0.0, 1.015)
+    assert (IsSeen().max_age, IsSeen().max_error) == (1e6, 5e-3)
 
 
 def test_what_is_seen_within_half_a_millimetre_stays_where_it_is_believed(cell, poses):
