@@ -236,6 +236,10 @@ def test_a_thing_is_gone_where_what_is_seen_is_lower_than_a_quarter_of_it(
     cell.find("eye").source = lambda: EMPTY[:2]
     assert not poses.source.lost and until_done(SeeObjects())[0] is NodeStatus.SUCCESS
     assert poses.source.lost == {"box"} and not poses.source.seen
+    poses.source.lost.clear()
+    holding = {"arm": SimpleNamespace(gripper=SimpleNamespace(held=("box",)))}
+    Perception(cell, poses, holding, models).lose(["box", "cube"])
+    assert poses.source.lost == {"cube"}  # the box is in the hand
 
 
 def test_the_latest_detections_are_shown_and_beliefs_beside_the_truth(cell, poses):
