@@ -214,9 +214,19 @@ def test_rows_of_a_tray_are_where_it_says():
     (lower,), (upper,) = tray.row_box("red")
     assert lower == pytest.approx([-0.06, -0.085, 0.005])
     assert upper == pytest.approx([0.06, 0.0, 0.017])
-    walls = {geom.name: geom.pos for geom in tray.mjcf_model.find_all("geom")}
-    assert walls["wall_left"][1] == -walls["wall_right"][1] == pytest.approx(0.0875)
-    assert walls["wall_front"][0] == -walls["wall_back"][0] == pytest.approx(0.0625)
+    geoms = {geom.name: geom for geom in tray.mjcf_model.find_all("geom")}
+    for name, corner, end in (
+        ("floor_yellow", (-0.06, 0.0, 0.0), (0.06, 0.085, 0.005)),
+        ("floor_red", (-0.06, -0.085, 0.0), (0.06, 0.0, 0.005)),
+        ("wall_left", (-0.065, 0.085, 0.0), (0.065, 0.09, 0.017)),
+        ("wall_right", (-0.065, -0.09, 0.0), (0.065, -0.085, 0.017)),
+        ("wall_front", (0.06, -0.085, 0.0), (0.065, 0.085, 0.017)),
+        ("wall_back", (-0.065, -0.085, 0.0), (-0.06, 0.085, 0.017)),
+    ):
+        one = geoms.pop(name)
+        found = *(one.pos - one.size), *(one.pos + one.size), one.mass
+        assert found == pytest.approx((*corner, *end, 0.05), abs=1e-9)
+    assert not geoms
     over, on = np.array([0.06, -0.08, 0.0]), np.array([0.0, 0.0, 1e-6])
     assert (tray.row_at(over), tray.row_at(over - on)) == ("red", None)
     # At blocks in the corners and 10 cm over them, at any eighth of a turn.
