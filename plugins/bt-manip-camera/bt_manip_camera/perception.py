@@ -159,17 +159,13 @@ def known_object(name: str, entity: Any) -> KnownObject:
     geoms = getattr(entity, "collision_geoms", None)
     if geoms is None:
         geoms = entity.mjcf_model.find_all("geom", exclude_attachments=True)
-    kind = geoms[0].type if len(geoms) == 1 else ""
-    if kind not in ("box", "cylinder"):
+    if [geom.type for geom in geoms] not in (["box"], ["cylinder"]):
         raise CellError(f"'{name}' is no single box or cylinder, and nothing else is recognised")
-    rgba = geoms[0].rgba
-    opaque = rgba is not None and geoms[0].material is None and rgba[3] == 1.0
-    seen = tuple(float(part) for part in rgba[:3]) if opaque else None
-    if kind == "box":
-        x, y, z = (2.0 * float(half) for half in geoms[0].size)
-        return KnownObject(name, "box", (x, y, z), cast(Any, seen))
-    radius, half = (float(part) for part in geoms[0].size[:2])
-    return KnownObject(name, "cylinder", (2.0 * radius,) * 2 + (2.0 * half,), cast(Any, seen))
+    (geom,) = geoms
+    opaque = geom.rgba is not None and geom.material is None and geom.rgba[3] == 1.0
+    seen = tuple(float(part) for part in geom.rgba[:3]) if opaque else None
+    x, *y, z = (2.0 * float(half) for half in geom.size[: 3 if geom.type == "box" else 2])
+    return KnownObject(name, geom.type, cast(Any, (x, *(y or [x]), z)), cast(Any, seen))
 
 
 def centre_of(entity: Any, known: KnownObject) -> pin.SE3:

@@ -144,7 +144,7 @@ def test_a_place_is_free_where_all_pixels_around_it_show_what_is_behind():
     seen = [[free(u, v) for u in range(16)] for v in range(12)]
     expected = np.pad(np.ones((8, 12), bool), 2)  # 5 x 5 pixels
     np.testing.assert_array_equal(seen, expected)
-    assert free(8, 6, 1.94) and not free(8, 6, 1.96) and not free(8, 6, -1.0)
+    assert free(8, 6, 1.94) and not free(8, 6, 1.96) and not free(8, 6, -0.5)
     depth[4, 4] = 0.0
     assert not free(6, 6) and free(7, 7)
 

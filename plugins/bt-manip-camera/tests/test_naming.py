@@ -147,6 +147,9 @@ def test_what_is_known_of_a_thing_is_its_whole_size_which_it_is_outlined_by():
     sides = 0.06, 0.04, 0.05
     found = known_object("box", box := Box(size=sides, colour=(0.1, 0.2, 0.9)))
     assert (*found.size, *found.colour) == pytest.approx((*sides, 0.1, 0.2, 0.9))
+    for rgba, material in ((None, None), ((1, 1, 1, 0.5), None), ((1, 1, 1, 1), "wood")):
+        geom = SimpleNamespace(type="box", size=sides, rgba=rgba, material=material)
+        assert known_object("box", SimpleNamespace(collision_geoms=[geom])).colour is None
     ends = edges("box", SimpleNamespace(entities={"box": box}))
     off = np.sort(np.abs(ends[:, 1] - ends[:, 0]), axis=0)
     np.testing.assert_allclose(off, np.outer(np.arange(12) > 7, sides), atol=1e-9)
