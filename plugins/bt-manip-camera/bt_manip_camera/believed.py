@@ -14,14 +14,7 @@ from bt_manip.cell import Cell, CellError, as_object
 from bt_manip.control import MeasuredArm
 from bt_manip.registry import Parts
 from bt_manip.robots import Gripper, GripperState, Robot
-from bt_manip.runner import (
-    Believed,
-    CommandedRobot,
-    FilledCell,
-    Hardware,
-    RobotBuilder,
-    make_robot,
-)
+from bt_manip.runner import Believed, CommandedRobot, FilledCell, Hardware, RobotBuilder, make_robot
 from bt_manip.scenes import ExpectedObjects, Scene, SceneObject, SceneRobot
 
 from .camera import depth_cameras

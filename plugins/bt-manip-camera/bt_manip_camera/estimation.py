@@ -12,14 +12,7 @@ from bt_manip.exceptions import BtManipError
 from bt_manip.spatial import pose, quat_wxyz
 
 from .frame import Frame
-from .segmentation import (
-    Circle,
-    Cluster,
-    Rectangle,
-    find_clusters,
-    refine_circle,
-    refine_rectangle,
-)
+from .segmentation import Circle, Cluster, Rectangle, find_clusters, refine_circle, refine_rectangle
 
 SIZE_TOLERANCE = 6e-3
 """Largest difference of a measured size from that of an object at 0.65 m and closer [m]."""

@@ -16,14 +16,7 @@ from bt_manip.exceptions import MotionError
 from bt_manip.scenes import SceneObject
 from bt_manip.spatial import pose
 from bt_manip_camera import calibration, commands
-from bt_manip_camera.calibration import (
-    HELD,
-    View,
-    calibrate,
-    park_martin,
-    take_views,
-    view_of,
-)
+from bt_manip_camera.calibration import HELD, View, calibrate, park_martin, take_views, view_of
 from bt_manip_camera.frame import Frame, difference
 from bt_manip_camera.tags import SeenTag
 

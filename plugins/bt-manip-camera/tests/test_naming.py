@@ -59,12 +59,7 @@ def test_objects_that_look_alike_are_told_apart_by_their_places(case):
 # Farther away than a block is wide, or half as wide where others look alike, it may be another.
 @pytest.mark.parametrize(
     ("names", "away", "known"),
-    [
-        ("a", 0.045, False),
-        ("a", 0.035, True),
-        ("ab", 0.025, False),
-        ("ab", 0.015, True),
-    ],
+    [("a", 0.045, False), ("a", 0.035, True), ("ab", 0.025, False), ("ab", 0.015, True)],
 )
 def test_an_oblong_object_is_known_by_its_place_within_its_shorter_side(names, away, known):
     side = np.linspace(-0.03, 0.03, 61)
@@ -116,11 +111,7 @@ def test_the_nearest_colour_decides_and_nothing_where_two_are_as_near():
 
 @pytest.mark.parametrize(
     ("model", "parameters"),
-    [
-        ("box", {"size": (0.06, 0.04, 0.09)}),
-        ("can", {}),
-        ("coloured_block", {"colour": "green"}),
-    ],
+    [("box", {"size": (0.06, 0.04, 0.09)}), ("can", {}), ("coloured_block", {"colour": "green"})],
 )
 def test_an_object_is_where_it_stands_whatever_its_origin_is(parts, opengl, model, parameters):
     from bt_manip.cell import Cell, as_object, looking_at

@@ -18,17 +18,6 @@ from bt_manip_camera.behaviours import IsSeen
 from bt_manip_camera.seen import SeenPoses
 
 
-def test_an_object_is_not_there_until_it_was_seen(run):
-    station = run.station
-    given = station.infrastructure
-    assert "cube" in station.cell.entities
-    assert "cube" not in given["cell"].entities
-    assert given["judged"]["cell"] is station.cell
-    assert given["cell"] is not station.cell
-    assert given["arm"] is station.arm
-    assert given["arm"].robot is not station.robot
-
-
 class Beliefs(RunObserver):
     """Compares the believed cell with the physics after each tick."""
 

@@ -5,7 +5,7 @@ import pytest
 
 from bt_manip.behaviours import Grasp, Hover, Lift, Reach
 from bt_manip.bt import Sequence
-from bt_manip.cell import CellError, extent
+from bt_manip.cell import CellError
 from bt_manip.spatial import pose
 from bt_manip_everyday import Bowl, CoffeeMug
 
@@ -25,17 +25,6 @@ def test_it_is_held_by_its_handle_or_by_its_rim(station, trial, make, held_at):
     assert station.gripper.width < 0.012
     x, y, _ = T_wo.actInv(station.robot.tool_pose.translation)
     assert np.hypot(x, y) == pytest.approx(held_at, abs=3e-3)
-
-
-def test_a_bowl_of_any_size_stands_on_its_foot_and_is_as_wide_as_it_says(station):
-    cell = station.cell
-    for radius, height in ((0.05, 0.03), (0.09, 0.08)):
-        name = cell.add(Bowl(radius=radius, height=height), pose((0.3, 0.0, SURFACE + 1e-4)))
-        cell.step(100)
-        lower, upper = extent(cell, name)
-        assert upper - lower == pytest.approx([2 * radius, 2 * radius, height], abs=4e-3)
-        assert cell.pose(name).translation == pytest.approx([0.3, 0.0, SURFACE], abs=1e-3)
-        cell.remove(name)
 
 
 def test_a_handle_without_room_for_a_finger_is_refused():

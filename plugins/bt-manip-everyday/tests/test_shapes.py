@@ -38,37 +38,35 @@ def check_grasp(met, grasp, depth):
 
 
 def test_a_mug_is_gripped_at_the_bar_of_its_handle_steeply_at_the_top_and_flatter(met):
-    radius, height, handle, grip = 0.045, 0.11, 0.04, 0.009
-    mug = CoffeeMug(radius=radius, height=height, handle=handle)
-    ray, out = met(mug), radius + handle
+    radius, height, handle, grip = 0.038, 0.095, 0.036, 0.009
+    ray, out = met(mug := CoffeeMug()), radius + handle
     assert ray((0.2, 0, height / 2), (-1, 0, 0)) == pytest.approx(0.2 - out)
-    middle = radius + handle / 2
+    middle, wall = radius + handle / 2, 0.004
     assert ray((middle, 0, height / 2), (1, 0, 0)) == pytest.approx(handle / 2 - grip)
     assert ray((middle, 0, height / 2), (-1, 0, 0)) == pytest.approx(handle / 2, abs=1e-3)
     for sign, z in ((-1.0, 0.8 * height), (1.0, 0.2 * height)):  # the arms of the handle
         for x in (radius + 1e-3, middle, out - 1e-3):
             assert ray((x, 0, z - 0.1 * sign), (0, 0, sign)) == pytest.approx(0.1 - grip / 2)
         assert ray((middle, 0.1, z), (0, -1, 0)) == pytest.approx(0.1 - grip / 2)
+        assert ray((0, 0, z), (1, 0, 0)) == pytest.approx(radius - wall, abs=1e-3)
     for angle, part, grasp in zip((60, 45, 30), (0.68, 0.5, 0.5), mug.grasps, strict=True):
         T, a = grasp.T_og, np.radians(angle)
         assert T.translation == pytest.approx((out - grip / 2, 0.0, part * height))
         assert T.rotation[:, 1:].T.ravel() == pytest.approx([0, 1, 0, -np.cos(a), 0, -np.sin(a)])
         assert np.linalg.det(T.rotation) == pytest.approx(1.0)
         check_grasp(ray, grasp, grip / 2 / np.cos(a))
-    floor = mug.parameters["wall"]
-    assert ray((0, 0, 0.2), (0, 0, -1)) == pytest.approx(0.2 - floor)
+    assert ray((0, 0, 0.2), (0, 0, -1)) == pytest.approx(0.2 - wall)
     assert ray((0, 0, -0.1), (0, 0, 1)) == pytest.approx(0.1)
     for angle in np.arange(0.05, 2 * np.pi, 0.1):
         along = np.array([np.cos(angle), np.sin(angle), 0.0])
-        assert 0.0 <= ray((0, 0, 0.9 * height), along) - (radius - floor) < 1.5e-3
-    edge = np.array([0.0, radius - floor / 2, 0.2])
+        assert 0.0 <= ray((0, 0, 0.9 * height), along) - (radius - wall) < 1.5e-3
+    edge = np.array([0.0, radius - wall / 2, 0.2])
     assert ray(edge, (0, 0, -1)) == pytest.approx(0.2 - height)
 
 
 def test_a_bowl_has_no_gaps_and_is_gripped_12_mm_below_its_rim_across_its_wall(met):
-    radius, height, wall = 0.08, 0.06, 0.005
-    bowl, foot = Bowl(radius=radius, height=height, wall=wall), 0.6 * 0.08
-    ray, slope = met(bowl), np.arctan2(radius - foot, height)
+    radius, height, wall, foot = 0.07, 0.055, 0.004, 0.042
+    ray, slope = met(bowl := Bowl()), np.arctan2(radius - foot, height)
     assert bowl.centre_offset == pytest.approx((0.0, 0.0, height))
     assert ray((0, 0, 0.2), (0, 0, -1)) == pytest.approx(0.2 - wall)
     assert ray((0, 0, -0.1), (0, 0, 1)) == pytest.approx(0.1)

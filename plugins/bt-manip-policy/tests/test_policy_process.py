@@ -160,14 +160,6 @@ def test_an_interrupt_kills_the_process(in_python, process):
     assert not is_alive(number)
 
 
-def test_the_process_ends_with_its_owner(load, process):
-    load(onnx.linear(np.ones(7), {"robot_joint_positions": (7,)}))
-    number = process.pid
-    assert is_alive(number)
-    process.close()
-    assert not is_alive(number)
-
-
 PARENT = """
 import sys
 import numpy as np

@@ -1,8 +1,6 @@
 """A policy acts as a leaf: what it moves, what stops it, and why it fails."""
 
 import json
-import os
-import signal
 import subprocess
 import sys
 from dataclasses import replace
@@ -12,8 +10,8 @@ import onnx_files as onnx
 import pytest
 
 from bt_manip import build_station
-from bt_manip.behaviours import Hover, SpawnObject
-from bt_manip.bt import AlwaysSuccess, Fallback, NodeStatus, Sequence, Sleep, Tree
+from bt_manip.behaviours import Hover
+from bt_manip.bt import Fallback, NodeStatus, Sleep, Tree
 from bt_manip.cell import CellError
 from bt_manip.exceptions import NodeError
 from bt_manip.plugins import load_plugins
@@ -232,22 +230,6 @@ def test_a_policy_that_cannot_act_is_refused_before_the_run(station, tmp_path):
         Acting(station, model=str(path), policy_kind="quick")
 
 
-def test_a_policy_that_hangs_at_a_tick_fails_and_the_tree_goes_on(station, tmp_path):
-    """The file acts when it is checked, and computes without end once there is a cube."""
-    path = tmp_path / "policy.onnx"
-    path.write_bytes(onnx.endless("cube_position"))
-    leaf = RunPolicy("policy", model=str(path), policy_kind="quick")
-    spawn = SpawnObject(model="cube", region="0.3;0.3;0;0", object="{cube}")
-    tree = Tree(Fallback("or", [Sequence("all", [spawn, leaf]), AlwaysSuccess()]))
-    tree.setup(**station.infrastructure)
-    status = NodeStatus.RUNNING
-    while status is NodeStatus.RUNNING:
-        status = tree.tick()
-        station.cell.step(10)
-    assert status is NodeStatus.SUCCESS
-    assert "takes longer than 0.5 s" in leaf.feedback_message
-
-
 def test_the_report_says_that_a_policy_that_fails_at_once_did_nothing(station, policy):
     shares = []
     for offset in (np.zeros(7), [0.0, np.nan, 0, 0, 0, 0, 0]):
@@ -262,16 +244,6 @@ def test_the_report_says_that_a_policy_that_fails_at_once_did_nothing(station, p
     assert shares[0].share == pytest.approx(0.5, abs=0.03) and shares[1].share == 0.0
     assert "has not been halted" in shares[0].reasons[0]
     assert "not finite" in shares[1].reasons[0]
-
-
-def test_a_policy_whose_process_is_killed_fails_and_acts_again(station, policy):
-    acting = Acting(station, model=policy(np.zeros(7))).run(0.2)
-    os.kill(policy_process.shared_process(ONNX.memory).pid, signal.SIGKILL)
-    acting.run(0.2)
-    assert acting.status is NodeStatus.FAILURE
-    assert "ended its process (SIGKILL)" in acting.leaf.feedback_message
-    acting.status = acting.tree.tick()
-    assert acting.run(0.2).status is NodeStatus.RUNNING
 
 
 def test_a_policy_goes_on_in_another_leaf(station, policy):
