@@ -10,13 +10,13 @@ import numpy as np
 import pinocchio as pin
 from dm_control import mjcf
 
-from bt_manip.cell import CellError, ParametricEntity
+from bt_manip.cell import CellError, ParametricEntity, camera_number
 from bt_manip.parameters import Parameter
 
 from .detections import Detections
 from .frame import Frame, difference, focal_length
 from .noise import PARAMETERS, DepthErrors
-from .renderer import KeptRenderer, camera_id
+from .renderer import KeptRenderer
 
 MAX_PIXELS = 8192
 """Maximum width and height of images, a common limit of graphics cards."""
@@ -155,24 +155,17 @@ class DepthCamera(ParametricEntity):
         """Render colour and depth without errors; return them and the pose of the camera.
 
         The pose follows from the measured joint positions where it is mounted on a robot, the
-        images from the true ones.
-
-        Args:
-            robots: As for `expose`.
+        images from the true ones. Arguments and errors are those of `expose`.
 
         Returns:
             Red, green and blue from 0 to 255, the distance along the camera's axis [m], and the
             pose in the world.  # (height, width, 3) uint8, (height, width)
-
-        Raises:
-            CellError: If it is not in a cell, or its robot is not.
-            NoOpenGLError: If no OpenGL backend works.
         """
         T_wc, site = self._pose(robots)
         assert self._model is not None
         if self._renderer is None:
             self._renderer = KeptRenderer(self.width, self.height)
-        number = camera_id(self._model, self.eye.full_identifier)
+        number = camera_number(self._model, self.eye.full_identifier)
         colour, depth = self._renderer.render(self._model, self._data, number, site)
         return colour, depth, T_wc
 
@@ -181,7 +174,7 @@ class DepthCamera(ParametricEntity):
         model = self._model
         if model is None:
             raise CellError(f"camera '{self._mjcf_root.model}' is not in a cell yet")
-        number = camera_id(model, self.eye.full_identifier)
+        number = camera_number(model, self.eye.full_identifier)
         body = model.cam_bodyid[number]  # fixed in the world, which no state moves
         T_c = pin.SE3(self._data.xmat[body].reshape(3, 3).copy(), self._data.xpos[body].copy())
         if not self.mount:

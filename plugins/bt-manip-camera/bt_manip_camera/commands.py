@@ -49,8 +49,20 @@ def calibrate(**options: Any) -> int:
     The arm looks at the tag from several configurations, or holds one before a fixed camera. Prints
     the keys of the camera for the scene file, with the residual.
     """
+    import numpy as np
+    import pinocchio as pin
+
+    from .frame import difference
+
     found, believed, pixels = find_calibration(**options)
-    _print(found, believed, pixels)
+    distance, angle = difference(found.T_gc, believed)
+    x, y, z = found.T_gc.translation
+    rpy = ", ".join(f"{value:.6f}" for value in pin.rpy.matrixToRpy(found.T_gc.rotation))
+    click.echo(
+        f"position = [{x:.6f}, {y:.6f}, {z:.6f}]   # residual {pixels:.2f} pixels in "
+        f"{found.views} views\nrpy = [{rpy}]\n"
+        f"# {1e3 * distance:.1f} mm and {np.degrees(angle):.2f} degrees from the description"
+    )
     return SUCCESS
 
 
@@ -109,19 +121,3 @@ def find_calibration(
         commanded = station.robots[one.mount]
         believed = commanded.arm.model.pose(commanded.robot.q).actInv(believed)
     return found, believed, found.residual * one.focal_length
-
-
-def _print(found: "HandEye", believed: "pin.SE3", pixels: float) -> None:
-    import numpy as np
-    import pinocchio as pin
-
-    from .frame import difference
-
-    distance, angle = difference(found.T_gc, believed)
-    x, y, z = found.T_gc.translation
-    rpy = ", ".join(f"{value:.6f}" for value in pin.rpy.matrixToRpy(found.T_gc.rotation))
-    click.echo(
-        f"position = [{x:.6f}, {y:.6f}, {z:.6f}]   # residual {pixels:.2f} pixels in "
-        f"{found.views} views\nrpy = [{rpy}]\n"
-        f"# {1e3 * distance:.1f} mm and {np.degrees(angle):.2f} degrees from the description"
-    )

@@ -77,9 +77,9 @@ class SeenMessages:
                 )
                 T_wo = cell.pose(name)
                 line.pose.orientation.w = 1.0
-                for x, y, z in edges(name, cell).reshape(-1, 3) @ T_wo.rotation.T:
-                    at = T_wo.translation
-                    line.points.add(x=x + at[0], y=y + at[1], z=z + at[2])
+                ends = edges(name, cell).reshape(-1, 3) @ T_wo.rotation.T + T_wo.translation
+                for x, y, z in ends:
+                    line.points.add(x=x, y=y, z=z)
         return update
 
 

@@ -72,7 +72,8 @@ class Perception:
             CellError: If a wanted object is not known, or has a shape that is not recognised.
         """
         entities, known = {}, {}
-        for name in dict.fromkeys((*wanted, *self._expected())):
+        expected = () if self._poses is None else self._poses.source.expected
+        for name in dict.fromkeys((*wanted, *(one.name for one in expected))):
             if name not in wanted and self._is_held(name):
                 continue
             entities[name] = self.entity(name)
@@ -129,9 +130,6 @@ class Perception:
     def _is_held(self, name: str) -> bool:
         grippers = (one.gripper for one in self._robots.values() if one.gripper is not None)
         return any(name in gripper.held for gripper in grippers)
-
-    def _expected(self) -> list[str]:
-        return [] if self._poses is None else [one.name for one in self._poses.source.expected]
 
     def entity(self, name: str) -> Any:
         """Return the object of the cell, or an expected one as it is described.

@@ -78,6 +78,10 @@ def test_a_bowl_has_no_gaps_and_is_gripped_12_mm_below_its_rim_across_its_wall(m
             assert -3e-4 < (outer - inner) * np.cos(slope) - wall < 2e-3  # more at a corner
             expected = foot + (radius - foot) * z / height - wall / np.cos(slope)
             assert expected - 1e-3 < inner < 1.02 * (expected + 1e-3)  # of 16 sides
+    top = ray((radius - wall / 2, 0, 0.2), (0, 0, -1))  # the edge is square to the wall
+    assert top == pytest.approx(0.2 - height + wall / 2 * np.sin(slope), abs=5e-4)
+    assert bowl.mass == pytest.approx(0.2)
+    assert {geom.friction[0] for geom in bowl.collision_geoms} == {0.7}
     assert len(bowl.grasps) == 8
     for i, grasp in enumerate(bowl.grasps):
         T, angle = grasp.T_og, i * np.pi / 4
