@@ -1,6 +1,5 @@
 """What behaviours do with frames, and when; nothing is drawn."""
 
-import contextlib
 from itertools import chain, repeat
 from types import SimpleNamespace
 
@@ -15,14 +14,8 @@ from bt_manip.exceptions import MotionError
 from bt_manip.scenes import ExpectedObjects, SceneObject
 from bt_manip.spatial import pose
 from bt_manip_camera import behaviours
-from bt_manip_camera.behaviours import (
-    DetectTags,
-    EstimatePose,
-    IsSeen,
-    LookAt,
-    SeeObjects,
-    WaitUntilSeen,
-)
+from bt_manip_camera.behaviours import DetectTags, EstimatePose, IsSeen, LookAt, SeeObjects
+from bt_manip_camera.behaviours import WaitUntilSeen as Wait
 from bt_manip_camera.beliefs import beliefs, latest_detections
 from bt_manip_camera.camera import DepthCamera
 from bt_manip_camera.detections import Detections
@@ -84,14 +77,14 @@ def until_done(cell, poses, models):
     return play
 
 
-@pytest.mark.parametrize("make", [WaitUntilSeen, SeeObjects])
+@pytest.mark.parametrize("make", [Wait, SeeObjects])
 @pytest.mark.parametrize(("empty", "ended"), [(3, 0.405), (99, 0.605)])
 def test_a_thing_is_looked_for_in_each_frame_until_it_is_seen_or_the_time_is_over(
     cell, poses, until_done, make, empty, ended
 ):
     frames = chain(repeat(EMPTY, empty), repeat(CUBE))
     cell.find("eye").source = lambda: next(frames)[:2]
-    leaf = make(**{"object" if make is WaitUntilSeen else "objects": "cube"}, timeout=0.48)
+    leaf = make(**{"object" if make is Wait else "objects": "cube"}, timeout=0.48)
     status, time = until_done(leaf)
     assert time == pytest.approx(ended)
     assert (status is NodeStatus.SUCCESS) == ("cube" in cell.entities) == (empty == 3)
@@ -102,23 +95,22 @@ def test_a_thing_is_looked_for_in_each_frame_until_it_is_seen_or_the_time_is_ove
         assert "'cube' is not seen; seen is " in leaf.feedback_message
 
 
-@pytest.mark.parametrize(("wanted", "succeeds"), [([7], True), ([7, 8], False)])
 def test_tags_are_written_by_their_numbers_and_wanted_ones_must_be_seen(
-    cell, until_done, monkeypatch, wanted, succeeds
+    cell, until_done, monkeypatch
 ):
-    asked, quat = [], (0.6, 0.0, 0.0, 0.8)
-    tags = [SeenTag(n, pose((n, 2, 1), quat), np.zeros(2), np.ones((4, 2))) for n in (3, 7)]
+    tags = [SeenTag(n, pose((n, 2, 1)), np.zeros(2), np.ones((4, 2))) for n in (3, 7)]
     monkeypatch.setattr(behaviours, "tag_detector", lambda: None)
-    monkeypatch.setattr(behaviours, "detect_tags", lambda *given: asked.append(given[1:]) or tags)
+    monkeypatch.setattr(
+        behaviours, "detect_tags", lambda *given: tags * (given[1:] == (0.05, None))
+    )
     cell.find("eye").source = lambda: CUBE[:2]
-    leaf = DetectTags(size=0.05, wanted=wanted, numbers="{n}", poses="{p}")
-    assert (until_done(leaf)[0] is NodeStatus.SUCCESS) == succeeds
+    leaf = DetectTags(size=0.05, wanted=[7], numbers="{n}", poses="{p}")
+    assert until_done(leaf)[0] is NodeStatus.SUCCESS and leaf.feedback_message == "tags: 3, 7"
     written = until_done.tree.blackboard
-    assert written["n"] == [3, 7] and asked == [(0.05, None)]
-    for T_wt, tag in zip(written["p"], tags, strict=True):
-        assert T_wt.isApprox(tag.T_wt)
-    assert leaf.feedback_message == ("tags: 3, 7" if succeeds else "tag 8 is not seen; seen: 3, 7")
-    assert cell.find("eye").detections.tags == tags
+    assert written["n"] == [3, 7] and [T.translation[0] for T in written["p"]] == [3.0, 7.0]
+    leaf = DetectTags(size=0.05, wanted=[7, 8])
+    assert until_done(leaf)[0] is NodeStatus.FAILURE
+    assert leaf.feedback_message == "tag 8 is not seen; seen: 3, 7"
 
 
 def test_a_rendered_frame_begins_at_the_next_period_and_arrives_after_the_delay(
@@ -134,29 +126,23 @@ def test_a_rendered_frame_begins_at_the_next_period_and_arrives_after_the_delay(
     assert leaf.feedback_message == f"'cube' at (0.320, 0.030) m, within {error:.1f} mm"
 
 
-@pytest.mark.parametrize(
-    ("real", "sources", "reason", "drawn"),
-    [
-        (False, (True, False), "", 1),
-        (False, (True, True), "", 0),
-        (True, (True, False), "camera 'b': a real robot needs frames of a real camera", 0),
-        (True, (False, True), "", 0),
-        (True, (False, False), "^a real robot needs frames of a real camera: --camera", 0),
-    ],
-)
-def test_a_real_arm_needs_frames_of_a_camera_and_a_simulated_one_opengl_without_them(
-    monkeypatch, real, sources, reason, drawn
-):
-    checked, leaf = [], EstimatePose(object="cube", camera="b")
-    monkeypatch.setattr(behaviours, "check_opengl", lambda: checked.append(1))
-    connection = SimpleNamespace(arm=SimpleNamespace(connection=object() if real else None))
-    cameras = {name: DepthCamera() for name in "ab"}
-    for camera, has in zip(cameras.values(), sources, strict=True):
-        camera.source = (lambda: CUBE[:2]) if has else None
-    given = {"cell": None, "rng": None, "models": None, "sensors": {**cameras, "force": None}}
-    with pytest.raises(CellError, match=reason) if reason else contextlib.nullcontext():
-        leaf.setup(robots={"arm": connection}, **given)
-    assert len(checked) == drawn
+def test_a_real_arm_needs_frames_of_a_camera_and_a_simulated_one_opengl_without_them(monkeypatch):
+    drawn, cameras = [], {name: DepthCamera() for name in "ab"}
+    monkeypatch.setattr(behaviours, "check_opengl", lambda: drawn.append(1))
+
+    def setup(camera, connection=None, **sources):
+        for name, one in cameras.items():
+            one.source = sources.get(name)
+        robots = {"arm": SimpleNamespace(arm=SimpleNamespace(connection=connection))}
+        rest = {"cell": None, "rng": None, "models": None, "sensors": cameras}
+        EstimatePose(object="cube", camera=camera).setup(robots=robots, **rest)
+        return len(drawn)
+
+    assert (setup("b", a=next), setup("b", a=next, b=next), setup("a", "real", a=next)) == (1, 1, 1)
+    with pytest.raises(CellError, match="camera 'b': a real robot needs frames of a real camera"):
+        setup("b", "real", a=next)
+    with pytest.raises(CellError, match="^a real robot needs frames of a real camera: --camera"):
+        setup("b", "real")
 
 
 def test_frames_of_a_moving_camera_are_not_used_and_not_waited_for_longer_than_1_s(
@@ -200,7 +186,7 @@ def test_a_camera_is_by_default_as_the_readme_says():
     wrong = camera.errors
     assert (wrong.noise, wrong.smooth_noise, wrong.dropout) == (1.5e-3, 2e-3, 0.5)
     assert camera.miscalibration.isApprox(pin.SE3.Identity(), 1e-12) and wrong.bias == 0.0
-    assert WaitUntilSeen().timeout == SeeObjects().timeout == 1.0 and DetectTags().size == 0.032
+    assert Wait().timeout == SeeObjects().timeout == 1.0 and DetectTags().size == 0.032
     assert (LookAt().distance, *LookAt().point) == (0.5, 0.3, 0.0, 1.015)
     assert (IsSeen().max_age, IsSeen().max_error) == (1e6, 5e-3)
 
