@@ -33,22 +33,13 @@ def check_widths(kind, found):
         assert sum(map(polyval, q, travel.polynomials)) == pytest.approx(width, abs=2e-4)
 
 
-def ancestors(model, body):
-    """Give a body and all that carry it."""
-    return {body} | (ancestors(model, model.body_parentid[body]) if body else set())
-
-
 @pytest.mark.parametrize("kind", MECHANISMS)
 def test_fingers_of_every_kind_are_found(kind):
     mechanism = MECHANISMS[kind]
-    model = mujoco.MjModel.from_xml_string(model_of(kind))
-    found = find_fingers(model, ARM)
+    found = find_fingers(mujoco.MjModel.from_xml_string(model_of(kind)), ARM)
     assert set(found.fingers) == set(mechanism.fingers)
     assert found.body == "palm" and found.motor == mechanism.motor
     assert len(found.joints) == (1 if found.motor else 2)
-    for joint, finger in zip(found.joints, found.fingers, strict=False):
-        moved = model.jnt_bodyid[model.joint(joint).id]
-        assert found.motor or moved in ancestors(model, model.body(finger).id), (joint, finger)
     # Half way along pads of 20 mm whose tips are 120 mm from the palm; they close along y.
     assert found.T_bt.translation == pytest.approx((0.0, mechanism.centre, 0.11), abs=1e-3)
     assert found.T_bt.rotation[:, 2] == pytest.approx((0, 0, 1), abs=1e-9)
