@@ -157,6 +157,8 @@ def test_a_block_belongs_on_the_highest_tower_and_those_of_the_tower_where_they_
     ):  # fmt: skip
         middle = 0.5 * (places[name].lower + places[name].upper)
         assert middle == pytest.approx(np.array([[x, y, SURFACE + height]]), abs=2e-3)
+        span = (places[name].upper - places[name].lower)[0]
+        assert span == pytest.approx([0.02, 0.02, 0.0])  # 1 cm to each side
     station.cell.move("green", spatial.pose((0.5, -0.1, SURFACE + 0.02)))
     station.cell.step(30)
     assert len(condition.places()["blue"].lower) == 2  # on either of the others

@@ -167,8 +167,8 @@ def test_inputs_and_metadata_are_the_specification(read):
 
 @pytest.mark.parametrize(
     ("key", "values"),
-    [("rate", ("0", "nan", "1e9", "often")), ("history", ("0", "2.5", "1000")),
-     ("execute", ("-1",)), ("ensemble", ("-0.1", "nan", "much"))],
+    [("rate", ("0", "nan", "1001", "often")), ("history", ("0", "2.5", "65")),
+     ("execute", ("-1", "1000001")), ("ensemble", ("-0.1", "nan", "1001"))],
 )  # fmt: skip
 def test_metadata_without_a_sense_are_rejected(read, key, values):
     for value in values:

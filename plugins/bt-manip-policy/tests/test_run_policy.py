@@ -103,6 +103,12 @@ def test_cartesian_deltas_add_up_and_then_time_is_up(station, policy):
     acting.check_limits()
 
 
+def test_a_gripper_closes_later_in_the_step_for_a_smaller_number(station, policy):
+    acting = Acting(station, model=policy([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.4]))  # 20 Hz
+    closing = [acting.run(0.01) and station.gripper.gripping for _ in range(6)]
+    assert closing == [False] * 3 + [True] * 3
+
+
 def test_joint_targets_are_reached(station, policy):
     target = station.arm.q_ref + 0.1
     model = policy([*target, 1.0], action="joint_targets")
@@ -194,6 +200,9 @@ def test_a_policy_that_cannot_act_at_a_tick_fails(
         (np.zeros(7), {"object_position": (3,)}, {}, "'object_position', which the station"),
         (np.zeros(7), {"cube_positions": (3,)}, {}, "'cube_positions', which the station"),
         (np.zeros(7), {"cube_position": (4,)}, {}, "size 4, the station's has 3"),
+        (np.zeros(7), {"cube_rotation": (5,)}, {}, "size 5, the station's has 6"),
+        (np.zeros(7), {"cube_velocity": (7,)}, {}, "size 7, the station's has 6"),
+        (np.zeros(7), {"cube_contact_wrench": (3,)}, {}, "size 3, the station's has 6"),
         (np.zeros(7), {"overview_rgb": (24, 32, 3), "overview_depth": (1, 16)}, {},
          "images of several sizes"),
     ],
