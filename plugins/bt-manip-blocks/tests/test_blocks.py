@@ -49,7 +49,7 @@ def test_blocks_lie_in_the_region_and_keep_their_distance(station, trial):
     assert np.linalg.norm(x.mean(axis=0)) < 0.8  # turned at random: one direction would give 1
 
 
-@pytest.mark.parametrize("region", ["0.3;0.6;0.2;-0.2", "0.3;0.6;0.2"])
+@pytest.mark.parametrize("region", ["0.3;0.6;0.2;-0.2", "0.6;0.3;-0.2;0.2", "0.3;0.6;0.2"])
 def test_a_region_whose_corners_are_swapped_is_refused(trial, region):
     scattering = trial(ScatterBlocks(each=1, blocks="{blocks}", region=region))
     assert scattering.fails_with("a region is x_min;x_max;y_min;y_max")
