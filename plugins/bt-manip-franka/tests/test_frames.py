@@ -14,10 +14,9 @@ def test_the_payload_is_that_in_the_frame_of_the_flange(monkeypatch):
     T_ft = pin.SE3(pin.utils.rotate("z", -np.pi / 4), np.array([0.0, 0.0, 0.1034]))  # by the manual
     loads, limits, rows = [], [], np.arange(28.0).reshape(4, 7)
     names = "q", "dq", "tau_J", "q_d"
-    state = SimpleNamespace(
-        robot_mode=SimpleNamespace(name="Idle"), current_errors=(), tau_ext_hat_filtered=rows[0],
-        time=SimpleNamespace(to_sec=lambda: 1.25), **dict(zip(names, rows, strict=True)),
-    )  # fmt: skip
+    state = SimpleNamespace(**dict(zip(names, rows, strict=True)), tau_ext_hat_filtered=rows[0])
+    state.robot_mode, state.current_errors = SimpleNamespace(name="Idle"), ()
+    state.time = SimpleNamespace(to_sec=lambda: 1.25)
     robot = SimpleNamespace(
         read_once=lambda: state,
         set_collision_behavior=lambda *given: limits.extend(given),
