@@ -215,6 +215,7 @@ ARGUED = {
     "), _NO_YAW)": "only x and y of the samples are used",
     "(math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)),": "a random number, from which blocks turn",
     "FOOT * radius, 32": "more sides of what stands for a circle",
+    "max(behind, 0.1)": "it orders postures that are all far enough from the palm",
     "POLL = ": "how often it looks whether something has come",
     "STEP = 0.02  # [rad] between": "more checks than needed",
     "samples: int = 3000000": "when a search without success ends",
