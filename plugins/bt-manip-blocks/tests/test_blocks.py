@@ -226,15 +226,16 @@ def test_rows_of_a_tray_are_where_it_says():
         ("wall_back", (-0.065, -0.085, 0.0), (-0.06, 0.085, 0.017)),
     ):
         one = geoms.pop(name)
-        found = *(one.pos - one.size), *(one.pos + one.size), one.mass
-        assert found == pytest.approx((*corner, *end, 0.05), abs=1e-9)
+        found = *(one.pos - one.size), *(one.pos + one.size), one.mass, one.friction[0]
+        assert found == pytest.approx((*corner, *end, 0.05, 0.8), abs=1e-9)
     assert not geoms
     over, on = np.array([0.06, -0.08, 0.0]), np.array([0.0, 0.0, 1e-6])
     assert (tray.row_at(over), tray.row_at(over - on)) == ("red", None)
     # At blocks in the corners and 10 cm over them, at any eighth of a turn.
+    tray = SortingTray(colours=("yellow", "blue", "red"), slots=2)
     targets = [{tuple(np.round(T.translation, 6)) for T in turned} for turned in tray.tool_targets]
-    assert targets == [{(x, y, z)} for y in (0.0425, -0.0425) for x in (-0.03, 0.03)
-                       for z in (0.035, 0.135)]  # fmt: skip
+    corners = itertools.product((0.085, -0.085), (-0.03, 0.03), (0.035, 0.135))
+    assert targets == [{(x, y, z)} for y, x, z in corners]
     for k, T in enumerate(tray.tool_targets[-1]):
         assert T.rotation[:, 0] == pytest.approx([np.cos(k * np.pi / 4), np.sin(k * np.pi / 4), 0])
         assert T.rotation[2, 2] == -1.0
