@@ -95,7 +95,7 @@ def test_cartesian_deltas_add_up_and_then_time_is_up(station, policy):
     acting = Acting(station, model=model, time_limit=0.5).run(1.5)
     moved, turned = tool(station).translation - start.translation, tool(station).rotation
     assert acting.status is NodeStatus.FAILURE
-    assert "0.5 s" in acting.leaf.feedback_message
+    assert "0.5 s" in acting.leaf.feedback_message and RunPolicy("policy").time_limit == 10.0
     # Ten actions, and the stop after the last one.
     assert np.allclose(moved, [0.05, 0.0, -0.03], atol=4e-3)
     assert np.allclose(turned, pointing_down([0, 0, 0], 0.2).rotation, atol=0.02)
