@@ -9,7 +9,6 @@ import pytest
 
 from bt_manip.bt import NodeStatus, Tree
 from bt_manip.cell import Cell, CellError, looking_at
-from bt_manip.cell.objects import Catalogue
 from bt_manip.exceptions import MotionError
 from bt_manip.scenes import ExpectedObjects, SceneObject
 from bt_manip.spatial import pose
@@ -43,7 +42,7 @@ def cell(parts):
 
 @pytest.fixture
 def models(parts):
-    return Catalogue(parts.objects)
+    return SimpleNamespace(create=parts.objects.create, nominal=parts.objects.create)
 
 
 @pytest.fixture
