@@ -216,6 +216,8 @@ ARGUED = {
     "(math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)),": "a random number, from which blocks turn",
     "FOOT * radius, 32": "more sides of what stands for a circle",
     "max(behind, 0.1)": "it orders postures that are all far enough from the palm",
+    "now < self._due - 1e-6": "against rounding of times",
+    "max(map(len, towers), default=": "without towers there is none of any height",
     "pale = ": "a colour",
     "grey, height = (": "a colour",
     "POLL = ": "how often it looks whether something has come",
