@@ -218,6 +218,8 @@ ARGUED = {
     "max(behind, 0.1)": "it orders postures that are all far enough from the palm",
     "now < self._due - 1e-6": "against rounding of times",
     "max(map(len, towers), default=": "without towers there is none of any height",
+    "[group[-1] for group in groups]": "all objects of a group look the same",
+    "away.get(k, 1.0) < limit": "the limit is at least 8 degrees",
     "pale = ": "a colour",
     "grey, height = (": "a colour",
     "POLL = ": "how often it looks whether something has come",

@@ -235,7 +235,7 @@ def _listed(names: Sequence[str]) -> str:
     return " and ".join(f"'{name}'" for name in names)
 
 
-def fit_pose(cluster: Cluster, known: KnownObject, time: float = 0.0) -> Estimate:
+def fit_pose(cluster: Cluster, known: KnownObject, time: float) -> Estimate:
     """Return the pose of an object whose cluster is known.
 
     Args:

@@ -80,6 +80,7 @@ def test_an_oblong_object_is_known_by_its_place_within_its_shorter_side(names, a
         (([0.2, 0.35, 0.5], "abc", {"a": 0.2, "b": 0.27, "c": 0.4}, {"b", "c"}), "b",
          "'b' and 'c' look alike, and may have been exchanged"),
         (([0.4], "a", {"a": 0.2}), "a", "'a' may be what looks the same elsewhere"),
+        (([0.2], "ab", {"a": 0.195, "b": 0.205}), "b", "'a' and 'b' may be what looks the same"),
         (([0.2, 0.4], "a", {"a": 0.2}), "a", "2 things look like 'a'"),
     ],
 )  # fmt: skip
