@@ -220,6 +220,8 @@ ARGUED = {
     "max(map(len, towers), default=": "without towers there is none of any height",
     "[group[-1] for group in groups]": "all objects of a group look the same",
     "away.get(k, 1.0) < limit": "the limit is at least 8 degrees",
+    "(new is not self._written.get(name))": "no camera forgets what it has detected",
+    "quality.offsamples = 16, 1": "one sample for each pixel is as none",
     "pale = ": "a colour",
     "grey, height = (": "a colour",
     "POLL = ": "how often it looks whether something has come",

@@ -165,6 +165,8 @@ def test_a_recording_has_picture_outlines_points_and_beliefs_beside_the_truth(ru
         for names in ("xyz", ("red", "green", "blue"))
     )
     check_points(run, points, colours)
+    frame = run.station.cell.find("eye").detections.frame
+    assert len(rows) == np.count_nonzero(frame.depth[::4, ::4]) and (rows["alpha"] == 255).all()
     cube = json.loads(last["/believed"][1])["cube"]
     np.testing.assert_allclose(cube["position"], believed)
     np.testing.assert_allclose(cube["true_position"], true, atol=1e-6)

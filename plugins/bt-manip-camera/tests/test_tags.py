@@ -37,6 +37,7 @@ def test_each_tag_has_its_number(library, opengl):
 
 def test_the_picture_of_a_tag_is_on_its_plate_and_its_top_is_the_frame():
     cell, tag = Cell(), Tag(size=0.032)
+    assert tag.rest_height == pytest.approx(2.1e-3)
     cell.add(tag, pose((0.0, 0.0, 1.0)), name="tag", free=False)
     plate, picture = (cell.model.geom(f"tag/{name}").id for name in ("plate", "picture"))
     for geom, bottom, top in ((plate, -tag.rest_height, -1e-4), (picture, -1e-4, 0.0)):
