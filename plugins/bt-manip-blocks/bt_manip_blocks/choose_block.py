@@ -95,5 +95,5 @@ class ChooseBlock(CellBehaviour):
         return pin.SE3(T_wo.rotation, bottom)
 
     def _gap(self, name: str) -> float:
-        offset = self.cell.pose(name).translation - self.cell.pose(self.base).translation
-        return float(np.linalg.norm(offset[:2]))
+        at, base = self.cell.pose(name).translation, self.cell.pose(self.base).translation
+        return float(np.linalg.norm(at - base))

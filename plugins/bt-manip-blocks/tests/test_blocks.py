@@ -49,7 +49,7 @@ def test_blocks_lie_in_the_region_and_keep_their_distance(station, trial):
     assert np.linalg.norm(x.mean(axis=0)) < 0.8  # turned at random: one direction would give 1
 
 
-@pytest.mark.parametrize("region", ["0.3;0.6;0.2;-0.2", "0.3;0.6;0.2"])
+@pytest.mark.parametrize("region", ["0.3;0.6;0.2;-0.2", "0.6;0.3;-0.2;0.2", "0.3;0.6;0.2"])
 def test_a_region_whose_corners_are_swapped_is_refused(trial, region):
     scattering = trial(ScatterBlocks(each=1, blocks="{blocks}", region=region))
     assert scattering.fails_with("a region is x_min;x_max;y_min;y_max")
@@ -157,6 +157,8 @@ def test_a_block_belongs_on_the_highest_tower_and_those_of_the_tower_where_they_
     ):  # fmt: skip
         middle = 0.5 * (places[name].lower + places[name].upper)
         assert middle == pytest.approx(np.array([[x, y, SURFACE + height]]), abs=2e-3)
+        span = (places[name].upper - places[name].lower)[0]
+        assert span == pytest.approx([0.02, 0.02, 0.0])  # 1 cm to each side
     station.cell.move("green", spatial.pose((0.5, -0.1, SURFACE + 0.02)))
     station.cell.step(30)
     assert len(condition.places()["blue"].lower) == 2  # on either of the others
@@ -214,15 +216,26 @@ def test_rows_of_a_tray_are_where_it_says():
     (lower,), (upper,) = tray.row_box("red")
     assert lower == pytest.approx([-0.06, -0.085, 0.005])
     assert upper == pytest.approx([0.06, 0.0, 0.017])
-    walls = {geom.name: geom.pos for geom in tray.mjcf_model.find_all("geom")}
-    assert walls["wall_left"][1] == -walls["wall_right"][1] == pytest.approx(0.0875)
-    assert walls["wall_front"][0] == -walls["wall_back"][0] == pytest.approx(0.0625)
+    geoms = {geom.name: geom for geom in tray.mjcf_model.find_all("geom")}
+    for name, corner, end in (
+        ("floor_yellow", (-0.06, 0.0, 0.0), (0.06, 0.085, 0.005)),
+        ("floor_red", (-0.06, -0.085, 0.0), (0.06, 0.0, 0.005)),
+        ("wall_left", (-0.065, 0.085, 0.0), (0.065, 0.09, 0.017)),
+        ("wall_right", (-0.065, -0.09, 0.0), (0.065, -0.085, 0.017)),
+        ("wall_front", (0.06, -0.085, 0.0), (0.065, 0.085, 0.017)),
+        ("wall_back", (-0.065, -0.085, 0.0), (-0.06, 0.085, 0.017)),
+    ):
+        one = geoms.pop(name)
+        found = *(one.pos - one.size), *(one.pos + one.size), one.mass, one.friction[0]
+        assert found == pytest.approx((*corner, *end, 0.05, 0.8), abs=1e-9)
+    assert not geoms
     over, on = np.array([0.06, -0.08, 0.0]), np.array([0.0, 0.0, 1e-6])
     assert (tray.row_at(over), tray.row_at(over - on)) == ("red", None)
     # At blocks in the corners and 10 cm over them, at any eighth of a turn.
+    tray = SortingTray(colours=("yellow", "blue", "red"), slots=2)
     targets = [{tuple(np.round(T.translation, 6)) for T in turned} for turned in tray.tool_targets]
-    assert targets == [{(x, y, z)} for y in (0.0425, -0.0425) for x in (-0.03, 0.03)
-                       for z in (0.035, 0.135)]  # fmt: skip
+    corners = itertools.product((0.085, -0.085), (-0.03, 0.03), (0.035, 0.135))
+    assert targets == [{(x, y, z)} for y, x, z in corners]
     for k, T in enumerate(tray.tool_targets[-1]):
         assert T.rotation[:, 0] == pytest.approx([np.cos(k * np.pi / 4), np.sin(k * np.pi / 4), 0])
         assert T.rotation[2, 2] == -1.0

@@ -7,10 +7,7 @@ from bt_manip_contracts import Example, contracts_of
 
 from .end_states import a_tower_of_four_stands, every_block_is_in_its_row
 
-END_STATES = {
-    "stack_blocks": a_tower_of_four_stands,
-    "sort_blocks": every_block_is_in_its_row,
-}
+END_STATES = {"stack_blocks": a_tower_of_four_stands, "sort_blocks": every_block_is_in_its_row}
 
 EXAMPLES = {
     "ScatterBlocks": Example(

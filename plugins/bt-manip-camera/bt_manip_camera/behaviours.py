@@ -22,9 +22,9 @@ from bt_manip.runner import CommandedRobot
 from bt_manip.scenes import ExpectedObjects
 from bt_manip.spatial import pose, quat_wxyz
 
-from .camera import DepthCamera
+from .camera import DepthCamera, depth_cameras
 from .detections import Detections
-from .estimation import Estimate
+from .estimation import Estimate, estimate_of
 from .frame import Frame
 from .perception import Perception
 from .renderer import check_opengl
@@ -70,10 +70,7 @@ class LookingBehaviour(CellBehaviour):
         self._rng: np.random.Generator = infrastructure["rng"]
         poses: ExpectedObjects | None = infrastructure.get("poses")
         self.perception = Perception(self.cell, poses, self._robots, infrastructure["models"])
-        self._cameras = {
-            name: one for name, one in infrastructure["sensors"].items()
-            if isinstance(one, DepthCamera)
-        }  # fmt: skip
+        self._cameras = depth_cameras(infrastructure["sensors"])
         self._real = any(one.arm.connection is not None for one in self._robots.values())
         sources = [one.source for one in self._cameras.values()]
         if self._real and not any(sources):
@@ -136,25 +133,18 @@ class LookingBehaviour(CellBehaviour):
         """
         seen = self.perception.see(self.frame(), self.surface, names)
         self.show(seen.detections)
-        missing = [reason for name in names if (reason := seen.why_not(name))]
+        missing = [seen.missing[name] for name in names if name in seen.missing]
         if not names:
-            missing = [*dict.fromkeys(seen.refused.values())]
-        return [missing, sorted(seen.gone), *(
-            [
-                one.name, *one.T_wo.translation.tolist(), *quat_wxyz(one.T_wo).tolist(),
-                one.position_error, one.yaw_error, one.time,
-            ]
-            for one in seen.found.values()
-        )]  # fmt: skip
+            missing = [*dict.fromkeys(seen.missing.values())]
+        return [missing, sorted(seen.gone), *(one.plain() for one in seen.found.values())]
 
     def believe(self, result: list[Any]) -> dict[str, Estimate]:
         """Let the objects of `sighting` be where they were seen; return the estimates by name."""
         camera, _ = self.chosen_camera()
         self.perception.lose(result[1])
-        found = {}
-        for name, *values in result[2:]:
-            found[name] = Estimate(name, pose(values[:3], values[3:7]), *values[7:])
-            self.perception.believe(found[name], camera)
+        found = {plain[0]: estimate_of(plain) for plain in result[2:]}
+        for one in found.values():
+            self.perception.believe(one, camera)
         return found
 
     def look(self) -> Any:
@@ -382,10 +372,7 @@ class LookAt(MotionBehaviour):
             CellError: If there is no such camera, or it is not on a robot.
         """
         super().setup(**infrastructure)
-        self._cameras = {
-            name: one for name, one in infrastructure["sensors"].items()
-            if isinstance(one, DepthCamera)
-        }  # fmt: skip
+        self._cameras = depth_cameras(infrastructure["sensors"])
         with contextlib.suppress(PortError):  # the entry is not written yet
             self._on_tool()
 

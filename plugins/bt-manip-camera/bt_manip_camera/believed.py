@@ -14,17 +14,10 @@ from bt_manip.cell import Cell, CellError, as_object
 from bt_manip.control import MeasuredArm
 from bt_manip.registry import Parts
 from bt_manip.robots import Gripper, GripperState, Robot
-from bt_manip.runner import (
-    Believed,
-    CommandedRobot,
-    FilledCell,
-    Hardware,
-    RobotBuilder,
-    make_robot,
-)
+from bt_manip.runner import Believed, CommandedRobot, FilledCell, Hardware, RobotBuilder, make_robot
 from bt_manip.scenes import ExpectedObjects, Scene, SceneObject, SceneRobot
 
-from .camera import DepthCamera
+from .camera import depth_cameras
 from .perception import Perception
 from .renderer import check_opengl
 
@@ -208,7 +201,7 @@ class BelievedCell(Believed):
         robots: Mapping[str, CommandedRobot], source: Any, parts: Parts,
         catalogue: Any, seed: int,
     ) -> None:  # fmt: skip
-        if not any(isinstance(one, DepthCamera) for one in cell.entities.values()):
+        if not depth_cameras(cell.entities):
             raise CellError("--poses seen needs a scene with a depth_camera")
         check_opengl()
         pairs = zip(chosen, robots.values(), strict=True)
@@ -243,18 +236,17 @@ class BelievedCell(Believed):
             self._awaited, self._since = name, now
         surface = float(T_wo.translation[2]) - as_object(self._perception.entity(name)).rest_height
         reasons: list[str] = []
-        for label, one in self._physics.entities.items():
-            if not isinstance(one, DepthCamera) or one.next_exposure(now) > now + 1e-6:
+        for label, one in depth_cameras(self._physics.entities).items():
+            if one.next_exposure(now) > now + 1e-6:
                 continue
             rng = np.random.default_rng((self._seed, round(1e6 * now), len(reasons)))
             seen = self._perception.see(one.expose(rng, self._robots), surface, [name])
             one.detections = seen.detections
             if name in seen.found:
-                found = seen.found[name]
-                self._source.report(name, found.T_wo, found, label)
+                self._source.report(replace(seen.found[name], camera=label))
                 self._awaited = ""
                 return
-            reasons.append(seen.why_not(name))
+            reasons.append(seen.missing[name])
         if now > self._since + PATIENCE and reasons:
             self._awaited = ""
             raise CellError(

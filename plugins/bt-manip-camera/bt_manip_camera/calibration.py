@@ -84,7 +84,8 @@ def calibrate(views: Sequence[View], size: float) -> HandEye:
         raise CellError(f"a calibration needs at least {FEWEST} views of the tag, not {len(views)}")
     T_gc = park_martin([one.T_wg for one in views], [one.T_ct for one in views])
     poses = [one.T_wg * T_gc * one.T_ct for one in views]
-    T_wt = poses[int(np.argmin([_spread(T, poses) for T in poses]))]
+    at = np.array([T.translation for T in poses])
+    T_wt = poses[int(np.linalg.norm(at[:, None] - at, axis=2).sum(axis=1).argmin())]
     square = 0.5 * size * np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
 
     def residuals(x: np.ndarray) -> np.ndarray:
@@ -211,7 +212,3 @@ def view_of(one: SeenTag, frame: Any, T_wg: pin.SE3) -> View:
     height, width = frame.depth.shape
     corners = (one.corners - (width / 2.0, height / 2.0)) / frame.focal_length
     return View(T_wg, frame.T_wc.actInv(one.T_wt), corners * (1.0, -1.0))
-
-
-def _spread(T: pin.SE3, poses: Sequence[pin.SE3]) -> float:
-    return sum(float(np.linalg.norm(T.translation - other.translation)) for other in poses)

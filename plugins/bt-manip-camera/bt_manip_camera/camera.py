@@ -8,15 +8,15 @@ from typing import Any
 import mujoco
 import numpy as np
 import pinocchio as pin
-from dm_control import composer, mjcf
+from dm_control import mjcf
 
-from bt_manip.cell import CellError, ParametricEntity
+from bt_manip.cell import CellError, ParametricEntity, camera_number
 from bt_manip.parameters import Parameter
 
 from .detections import Detections
 from .frame import Frame, difference, focal_length
 from .noise import PARAMETERS, DepthErrors
-from .renderer import KeptRenderer, camera_id
+from .renderer import KeptRenderer
 
 MAX_PIXELS = 8192
 """Maximum width and height of images, a common limit of graphics cards."""
@@ -26,6 +26,11 @@ MOVED = 2e-3
 
 Images = tuple[np.ndarray, np.ndarray]
 """Depth [m] and colour, as of a `Frame`."""
+
+
+def depth_cameras(entities: Mapping[str, Any]) -> dict[str, "DepthCamera"]:
+    """Return the cameras among entities, by name."""
+    return {name: one for name, one in entities.items() if isinstance(one, DepthCamera)}
 
 
 class DepthCamera(ParametricEntity):
@@ -79,14 +84,6 @@ class DepthCamera(ParametricEntity):
         self._worker: ThreadPoolExecutor | None = None
         self._asked: tuple[Future[Images], pin.SE3, float] | None = None
 
-    def _build_observables(self) -> composer.Observables:
-        return composer.Observables(self)
-
-    @property
-    def mass(self) -> float:
-        """Mass: none [kg]."""
-        return 0.0
-
     @property
     def focal_length(self) -> float:
         """Focal length of both axes [pixels]."""
@@ -97,11 +94,7 @@ class DepthCamera(ParametricEntity):
         return float(np.ceil(now * self.rate - 1e-6) / self.rate)
 
     def request(self, robots: Mapping[str, Any] | None = None) -> None:
-        """Ask `source`, if there is one, for the frame that `expose` returns next.
-
-        Args:
-            robots: As for `expose`.
-        """
+        """Ask `source`, if there is one, for the frame that `expose` returns next."""
         if self.source is None:
             return
         if self._worker is None:
@@ -140,11 +133,7 @@ class DepthCamera(ParametricEntity):
         )  # fmt: skip
 
     def moved(self, robots: Mapping[str, Any] | None = None) -> bool:
-        """Return whether it has moved since it asked `source` for a frame.
-
-        Args:
-            robots: As for `expose`.
-        """
+        """Return whether it has moved since it asked `source` for a frame."""
         if self._asked is None:
             return False
         return max(difference(self._asked[1], self._pose(robots)[0])) > MOVED
@@ -166,24 +155,17 @@ class DepthCamera(ParametricEntity):
         """Render colour and depth without errors; return them and the pose of the camera.
 
         The pose follows from the measured joint positions where it is mounted on a robot, the
-        images from the true ones.
-
-        Args:
-            robots: As for `expose`.
+        images from the true ones. Arguments and errors are those of `expose`.
 
         Returns:
             Red, green and blue from 0 to 255, the distance along the camera's axis [m], and the
             pose in the world.  # (height, width, 3) uint8, (height, width)
-
-        Raises:
-            CellError: If it is not in a cell, or its robot is not.
-            NoOpenGLError: If no OpenGL backend works.
         """
         T_wc, site = self._pose(robots)
         assert self._model is not None
         if self._renderer is None:
             self._renderer = KeptRenderer(self.width, self.height)
-        number = camera_id(self._model, self.eye.full_identifier)
+        number = camera_number(self._model, self.eye.full_identifier)
         colour, depth = self._renderer.render(self._model, self._data, number, site)
         return colour, depth, T_wc
 
@@ -192,7 +174,7 @@ class DepthCamera(ParametricEntity):
         model = self._model
         if model is None:
             raise CellError(f"camera '{self._mjcf_root.model}' is not in a cell yet")
-        number = camera_id(model, self.eye.full_identifier)
+        number = camera_number(model, self.eye.full_identifier)
         body = model.cam_bodyid[number]  # fixed in the world, which no state moves
         T_c = pin.SE3(self._data.xmat[body].reshape(3, 3).copy(), self._data.xpos[body].copy())
         if not self.mount:

@@ -25,43 +25,19 @@ def camera() -> None:
 
 
 def _options(command: Callable[..., Any]) -> Callable[..., Any]:
-    for option in reversed(
-        (
-            click.option(
-                "--scene",
-                default="table_with_tag",
-                show_default=True,
-                metavar="S",
-                shell_complete=complete_part("scenes"),
-                help="Scene with the camera, and an april_tag if it is on a hand: a name, or path.",
-            ),
-            click.option(
-                "--robot",
-                default="panda",
-                show_default=True,
-                metavar="R",
-                shell_complete=complete_part("robots"),
-                help="Robot to use.",
-            ),
-            click.option(
-                "--camera",
-                "name",
-                default="",
-                metavar="C",
-                help="Name of the camera.  [default: the only one]",
-            ),
-            click.option(
-                "--views",
-                type=click.IntRange(min=5),
-                default=12,
-                show_default=True,
-                metavar="N",
-                help="Number of configurations from which the tag is looked at.",
-            ),
-            click.option("--seed", default=0, show_default=True, metavar="S", help="Seed."),
-        )  # fmt: skip
+    scene = "Scene with the camera, and an april_tag if it is on a hand: a name, or path."
+    scenes, robots = (complete_part(kind) for kind in ("scenes", "robots"))
+    only = "Name of the camera.  [default: the only one]"
+    views = "Number of configurations from which the tag is looked at."
+    for name, default, more in (
+        ("--seed", 0, {"metavar": "S", "help": "Seed."}),
+        ("--views", 12, {"metavar": "N", "type": click.IntRange(min=5), "help": views}),
+        ("--camera name", "", {"metavar": "C", "help": only}),
+        ("--robot", "panda", {"metavar": "R", "shell_complete": robots, "help": "Robot to use."}),
+        ("--scene", "table_with_tag", {"metavar": "S", "shell_complete": scenes, "help": scene}),
     ):
-        command = option(command)
+        given: dict[str, Any] = {"default": default, "show_default": default != "", **more}
+        command = click.option(*name.split(), **given)(command)
     return command
 
 
@@ -73,8 +49,20 @@ def calibrate(**options: Any) -> int:
     The arm looks at the tag from several configurations, or holds one before a fixed camera. Prints
     the keys of the camera for the scene file, with the residual.
     """
+    import numpy as np
+    import pinocchio as pin
+
+    from .frame import difference
+
     found, believed, pixels = find_calibration(**options)
-    _print(found, believed, pixels)
+    distance, angle = difference(found.T_gc, believed)
+    x, y, z = found.T_gc.translation
+    rpy = ", ".join(f"{value:.6f}" for value in pin.rpy.matrixToRpy(found.T_gc.rotation))
+    click.echo(
+        f"position = [{x:.6f}, {y:.6f}, {z:.6f}]   # residual {pixels:.2f} pixels in "
+        f"{found.views} views\nrpy = [{rpy}]\n"
+        f"# {1e3 * distance:.1f} mm and {np.degrees(angle):.2f} degrees from the description"
+    )
     return SUCCESS
 
 
@@ -109,14 +97,13 @@ def find_calibration(
 
     from .behaviours import chosen_camera
     from .calibration import calibrate, hold_tag, take_views
-    from .camera import DepthCamera
+    from .camera import depth_cameras
     from .tags import Tag
 
     station = build_station(load_chosen_plugins().parts, scene=scene, robot=robot, seed=seed)
-    entities = station.cell.entities.items()
-    cameras = {key: one for key, one in entities if isinstance(one, DepthCamera)}
-    tags = {key: one for key, one in entities if isinstance(one, Tag)}
-    _, one = chosen_camera(name, cameras)
+    entities = station.cell.entities
+    tags = {key: one for key, one in entities.items() if isinstance(one, Tag)}
+    _, one = chosen_camera(name, depth_cameras(entities))
     number, size, at = 0, HELD_SIZE, None
     if one.mount:
         if len(tags) != 1:
@@ -134,19 +121,3 @@ def find_calibration(
         commanded = station.robots[one.mount]
         believed = commanded.arm.model.pose(commanded.robot.q).actInv(believed)
     return found, believed, found.residual * one.focal_length
-
-
-def _print(found: "HandEye", believed: "pin.SE3", pixels: float) -> None:
-    import numpy as np
-    import pinocchio as pin
-
-    from .frame import difference
-
-    distance, angle = difference(found.T_gc, believed)
-    x, y, z = found.T_gc.translation
-    rpy = ", ".join(f"{value:.6f}" for value in pin.rpy.matrixToRpy(found.T_gc.rotation))
-    click.echo(
-        f"position = [{x:.6f}, {y:.6f}, {z:.6f}]   # residual {pixels:.2f} pixels in "
-        f"{found.views} views\nrpy = [{rpy}]\n"
-        f"# {1e3 * distance:.1f} mm and {np.degrees(angle):.2f} degrees from the description"
-    )

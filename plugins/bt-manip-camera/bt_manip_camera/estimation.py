@@ -9,16 +9,10 @@ import numpy as np
 import pinocchio as pin
 
 from bt_manip.exceptions import BtManipError
+from bt_manip.spatial import pose, quat_wxyz
 
 from .frame import Frame
-from .segmentation import (
-    Circle,
-    Cluster,
-    Rectangle,
-    find_clusters,
-    refine_circle,
-    refine_rectangle,
-)
+from .segmentation import Circle, Cluster, Rectangle, find_clusters, refine_circle, refine_rectangle
 
 SIZE_TOLERANCE = 6e-3
 """Largest difference of a measured size from that of an object at 0.65 m and closer [m]."""
@@ -71,13 +65,14 @@ class Estimate:
 
     Attributes:
         name: Name of the object.
-        T_wo: Pose of its centre in the world, upright. The yaw of a cylinder is 0; that of a box
-            is known up to the half turn, or the quarter turn of a square one, under which it
-            looks the same: it is the one nearest to 0.
+        T_wo: Pose of its centre in the world, or of its origin, upright. The yaw of a cylinder is
+            0; that of a box is known up to the half turn, or the quarter turn of a square one,
+            under which it looks the same: it is the one nearest to 0.
         position_error: Estimated standard deviation of its position: 0.75 pixels, and a quarter of
             the difference of the seen size from the known one [m].
         yaw_error: Estimated standard deviation of its yaw, 0 for a cylinder [rad].
         time: Simulated time of the exposure [s].
+        camera: Name of the camera; empty where it is not known.
     """
 
     name: str
@@ -85,6 +80,17 @@ class Estimate:
     position_error: float
     yaw_error: float
     time: float
+    camera: str = ""
+
+    def plain(self) -> list[Any]:
+        """Return it as plain data."""
+        T_wo, rest = self.T_wo, (self.position_error, self.yaw_error, self.time, self.camera)
+        return [self.name, *T_wo.translation.tolist(), *quat_wxyz(T_wo).tolist(), *rest]
+
+
+def estimate_of(plain: Sequence[Any]) -> Estimate:
+    """Return the estimate of which `Estimate.plain` returned this."""
+    return Estimate(plain[0], pose(plain[1:4], plain[4:8]), *plain[8:])
 
 
 def describe(cluster: Cluster) -> str:
@@ -98,6 +104,12 @@ def sides_of(cluster: Cluster) -> str:
     """Return the size of a cluster as text."""
     sides = *cluster.rectangle.size, cluster.height
     return f"{' x '.join(f'{1e3 * side:.0f}' for side in sides)} mm"
+
+
+def instead(clusters: Sequence[Cluster], known: KnownObject) -> str:
+    """Return what is seen, and why it is not an object."""
+    seen = (f"{describe(one)} ({why_not(one, known)})" for one in clusters)
+    return f"'{known.name}' is not seen; seen is {'; '.join(seen) or 'nothing'}"
 
 
 def why_not(cluster: Cluster, known: KnownObject) -> str:
@@ -223,7 +235,7 @@ def _listed(names: Sequence[str]) -> str:
     return " and ".join(f"'{name}'" for name in names)
 
 
-def fit_pose(cluster: Cluster, known: KnownObject, time: float = 0.0) -> Estimate:
+def fit_pose(cluster: Cluster, known: KnownObject, time: float) -> Estimate:
     """Return the pose of an object whose cluster is known.
 
     Args:
@@ -277,8 +289,7 @@ def estimate_pose(
     if known.name in refused:
         raise NotSeenError(refused[known.name])
     if known.name not in found:
-        seen = "; ".join(f"{describe(one)} ({why_not(one, known)})" for one in clusters)
-        raise NotSeenError(f"'{known.name}' is not seen; seen is {seen or 'nothing'}")
+        raise NotSeenError(instead(clusters, known))
     return fit_pose(found[known.name], known, frame.time)
 
 

@@ -10,7 +10,7 @@ import pinocchio as pin
 from bt_manip.cell import CellError, as_object
 from bt_manip_stress import Fault, FaultError, parameter
 
-from .camera import DepthCamera
+from .camera import DepthCamera, depth_cameras
 
 NEAR = 0.12
 """Depth of what covers a camera [m]."""
@@ -28,11 +28,8 @@ class _CameraFault(Fault):
         Raises:
             FaultError: If there is none.
         """
-        entities = self.context.cell.entities.items()
-        found = [
-            one for name, one in entities
-            if isinstance(one, DepthCamera) and self.camera in ("", name)
-        ]  # fmt: skip
+        cameras = depth_cameras(self.context.cell.entities).items()
+        found = [one for name, one in cameras if self.camera in ("", name)]
         if not found:
             raise FaultError(f"there is no camera '{self.camera}'" if self.camera else "no camera")
         return found

@@ -54,7 +54,9 @@ class SeenMessages:
             new = getattr(one, "detections", None)
             if new is not None and new is not self._written.get(name):
                 self._written[name] = new
-                self._add(f"/seen/{name}/image", image(name, new.frame))
+                stamp, data = _stamp(new.frame.time), jpeg(new.frame.colour)
+                image = CompressedImage(timestamp=stamp, frame_id=name, format="jpeg", data=data)
+                self._add(f"/seen/{name}/image", image)
                 self._add(f"/seen/{name}/outlines", annotations(new))
                 self._add(f"/seen/{name}/points", cloud(new.frame))
         now = self._station.cell.time
@@ -77,16 +79,10 @@ class SeenMessages:
                 )
                 T_wo = cell.pose(name)
                 line.pose.orientation.w = 1.0
-                for x, y, z in edges(name, cell).reshape(-1, 3) @ T_wo.rotation.T:
-                    at = T_wo.translation
-                    line.points.add(x=x + at[0], y=y + at[1], z=z + at[2])
+                ends = edges(name, cell).reshape(-1, 3) @ T_wo.rotation.T + T_wo.translation
+                for x, y, z in ends:
+                    line.points.add(x=x, y=y, z=z)
         return update
-
-
-def image(name: str, frame: Frame) -> CompressedImage:
-    """Return the colour image of a camera."""
-    data = jpeg(frame.colour)
-    return CompressedImage(timestamp=_stamp(frame.time), frame_id=name, format="jpeg", data=data)
 
 
 def annotations(detections: Detections) -> ImageAnnotations:

@@ -1,7 +1,6 @@
 """Panel: what cameras see, and where the tree believes objects, beside where they are."""
 
 import base64
-from collections.abc import Iterator
 from html import escape
 from typing import Any
 
@@ -126,25 +125,23 @@ class SeenPanel(Panel):
 
 def picture(camera: str, detections: Detections) -> str:
     """Return the picture of a camera with outlines of what was detected, as HTML."""
-    frame = detections.frame
+    frame, shapes = detections.frame, []
     height, width = frame.depth.shape
-    data = base64.b64encode(jpeg(frame.colour)).decode()
-    shapes = "".join(_shapes(detections))
-    return (
-        f'<svg class="seen" viewBox="0 0 {width} {height}" style="width:100%" fill="none" '
-        f'stroke-width="{width / 250:g}" font-size="{width / 30:g}">'
-        f'<image href="data:image/jpeg;base64,{data}" width="{width}" height="{height}"/>'
-        f'{shapes}</svg><div class="note">{escape(camera)}, {frame.time:.2f} s</div>'
-    )
-
-
-def _shapes(detections: Detections) -> Iterator[str]:
     for one in detections.outlines():
         colour = f"rgb{COLOUR if one.named else GREY}"
         corners = " ".join(f"{u:.1f},{v:.1f}" for u, v in one.pixels)
         u, v = one.pixels.min(axis=0)
-        yield f'<polygon points="{corners}" stroke="{colour}"/>'
-        yield f'<text x="{u:.1f}" y="{v - 4.0:.1f}" fill="{colour}">{escape(one.label)}</text>'
+        shapes += [
+            f'<polygon points="{corners}" stroke="{colour}"/>'
+            f'<text x="{u:.1f}" y="{v - 4.0:.1f}" fill="{colour}">{escape(one.label)}</text>'
+        ]
+    data = base64.b64encode(jpeg(frame.colour)).decode()
+    return (
+        f'<svg class="seen" viewBox="0 0 {width} {height}" style="width:100%" fill="none" '
+        f'stroke-width="{width / 250:g}" font-size="{width / 30:g}">'
+        f'<image href="data:image/jpeg;base64,{data}" width="{width}" height="{height}"/>'
+        f'{"".join(shapes)}</svg><div class="note">{escape(camera)}, {frame.time:.2f} s</div>'
+    )
 
 
 def _values(name: str, row: dict[str, Any]) -> list[str]:

@@ -13,7 +13,7 @@ from bt_manip.runner import CommandedRobot
 from bt_manip.scenes import ExpectedObjects
 
 from .detections import Detections
-from .estimation import Estimate, KnownObject, describe, fit_pose, name_clusters, why_not
+from .estimation import Estimate, KnownObject, fit_pose, instead, name_clusters
 from .frame import Frame
 from .segmentation import find_clusters
 
@@ -27,23 +27,15 @@ class Sighting:
 
     Attributes:
         found: The estimated poses, by name. They are those of the objects' origins.
-        refused: Why objects are not named that could be there, by name.
-        seen: The clusters, for messages, with the reasons why none is an object, by name.
+        missing: Why wanted objects are not seen, and why others that could be there are not named.
         gone: Names of those that are not any more where they were seen before.
         detections: The same, to be shown.
     """
 
     found: Mapping[str, Estimate]
-    refused: Mapping[str, str]
-    seen: Mapping[str, str]
+    missing: Mapping[str, str]
     gone: frozenset[str]
     detections: Detections
-
-    def why_not(self, name: str) -> str:
-        """Return why an object was not found; empty if it was."""
-        if name in self.found:
-            return ""
-        return self.refused.get(name) or f"'{name}' is not seen; seen is {self.seen[name]}"
 
 
 class Perception:
@@ -80,7 +72,8 @@ class Perception:
             CellError: If a wanted object is not known, or has a shape that is not recognised.
         """
         entities, known = {}, {}
-        for name in dict.fromkeys((*wanted, *self._expected())):
+        expected = () if self._poses is None else self._poses.source.expected
+        for name in dict.fromkeys((*wanted, *(one.name for one in expected))):
             if name not in wanted and self._is_held(name):
                 continue
             entities[name] = self.entity(name)
@@ -103,15 +96,10 @@ class Perception:
             fits.append((fitted, known[name]))
             origin = centre_of(entities[name], known[name]).inverse()
             found[name] = replace(fitted, T_wo=fitted.T_wo * origin)
-        seen = {
-            name: "; ".join(f"{describe(one)} ({why_not(one, known[name])})" for one in clusters)
-            or "nothing"
-            for name in wanted
-            if name not in found
-        }
+        missing = {n: instead(clusters, known[n]) for n in wanted if n not in found} | refused
         nameless = [one for one in clusters if not any(one is other for other in named.values())]
         shown = Detections(frame, nameless, fits)
-        return Sighting(found, refused, seen, frozenset(gone - found.keys()), shown)
+        return Sighting(found, missing, frozenset(gone - found.keys()), shown)
 
     def believe(self, found: Estimate, camera: str) -> None:
         """Let an object be where it was seen in what the tree knows.
@@ -124,7 +112,7 @@ class Perception:
         if source is None:
             return
         assert self._poses is not None
-        source.report(name, found.T_wo, found, camera)
+        source.report(replace(found, camera=camera))
         if name not in self._cell.entities:
             self._poses.add(name)
         elif not self._is_held(name):  # else it moves with the hand
@@ -142,9 +130,6 @@ class Perception:
     def _is_held(self, name: str) -> bool:
         grippers = (one.gripper for one in self._robots.values() if one.gripper is not None)
         return any(name in gripper.held for gripper in grippers)
-
-    def _expected(self) -> list[str]:
-        return [] if self._poses is None else [one.name for one in self._poses.source.expected]
 
     def entity(self, name: str) -> Any:
         """Return the object of the cell, or an expected one as it is described.
@@ -172,17 +157,13 @@ def known_object(name: str, entity: Any) -> KnownObject:
     geoms = getattr(entity, "collision_geoms", None)
     if geoms is None:
         geoms = entity.mjcf_model.find_all("geom", exclude_attachments=True)
-    kind = geoms[0].type if len(geoms) == 1 else ""
-    if kind not in ("box", "cylinder"):
+    if [geom.type for geom in geoms] not in (["box"], ["cylinder"]):
         raise CellError(f"'{name}' is no single box or cylinder, and nothing else is recognised")
-    rgba = geoms[0].rgba
-    opaque = rgba is not None and geoms[0].material is None and rgba[3] == 1.0
-    seen = tuple(float(part) for part in rgba[:3]) if opaque else None
-    if kind == "box":
-        x, y, z = (2.0 * float(half) for half in geoms[0].size)
-        return KnownObject(name, "box", (x, y, z), cast(Any, seen))
-    radius, half = (float(part) for part in geoms[0].size[:2])
-    return KnownObject(name, "cylinder", (2.0 * radius,) * 2 + (2.0 * half,), cast(Any, seen))
+    (geom,) = geoms
+    opaque = geom.rgba is not None and geom.material is None and geom.rgba[3] == 1.0
+    seen = tuple(float(part) for part in geom.rgba[:3]) if opaque else None
+    x, *y, z = (2.0 * float(half) for half in geom.size[: 3 if geom.type == "box" else 2])
+    return KnownObject(name, geom.type, cast(Any, (x, *(y or [x]), z)), cast(Any, seen))
 
 
 def centre_of(entity: Any, known: KnownObject) -> pin.SE3:

@@ -55,13 +55,9 @@ def register_behaviours(register: Callable[[type[Any]], None]) -> None:
     """Register what looks."""
     from bt_manip_camera import behaviours as ours
 
-    register(ours.DetectTags)
-    register(ours.EstimatePose)
-    register(ours.IsSeen)
-    register(ours.LookAt)
-    register(ours.SeeObjects)
-    register(ours.SegmentTable)
-    register(ours.WaitUntilSeen)
+    names = "DetectTags EstimatePose IsSeen LookAt SeeObjects SegmentTable WaitUntilSeen"
+    for name in names.split():
+        register(getattr(ours, name))
 
 
 @hookimpl
@@ -77,11 +73,8 @@ def register_scenes(register: Callable[..., None]) -> None:
     """Register the scenes of the trees."""
     from bt_manip.scenes import scene_of
 
-    for name in (
-        "table_seen",
-        "table_with_tag",
-        *(["table_and_tray_seen"] if find_spec(BLOCKS) else []),
-    ):
+    blocks = ["table_and_tray_seen"] if find_spec(BLOCKS) else []
+    for name in ("table_seen", "table_with_tag", *blocks):
         register(name, scene_of(HERE / "scenes" / f"{name}.toml"))
 
 
@@ -100,10 +93,8 @@ def register_faults(register: Callable[[str, type], None]) -> None:
     """Register the faults of cameras."""
     from bt_manip_camera import faults
 
-    register("camera_covered", faults.CameraCovered)
-    register("camera_delay", faults.CameraDelay)
-    register("camera_dropout", faults.CameraDropout)
-    register("camera_moved", faults.CameraMoved)
+    for name in ("Covered", "Delay", "Dropout", "Moved"):
+        register(f"camera_{name.lower()}", getattr(faults, f"Camera{name}"))
     register("lights_out", faults.LightsOut)
     register("look_alike", faults.LookAlike)
 

@@ -10,7 +10,7 @@ from contextlib import contextmanager, suppress
 import mujoco
 import numpy as np
 
-from bt_manip.cell import CellError, NoOpenGLError
+from bt_manip.cell import NoOpenGLError
 
 _OFF = ("disable", "disabled", "off", "false", "0")  # values of MUJOCO_GL
 _UPLOADED = (
@@ -172,15 +172,3 @@ def _metres(model: mujoco.MjModel, buffer: np.ndarray) -> np.ndarray:
     near = model.vis.map.znear * model.stat.extent
     far = model.vis.map.zfar * model.stat.extent
     return near * far / (near + buffer.astype(float) * (far - near))
-
-
-def camera_id(model: mujoco.MjModel, name: str) -> int:
-    """Return the number of a camera of a model.
-
-    Raises:
-        CellError: If there is none of this name.
-    """
-    number = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_CAMERA, name)
-    if number < 0:
-        raise CellError(f"there is no camera '{name}'")
-    return int(number)

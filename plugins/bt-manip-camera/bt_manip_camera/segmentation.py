@@ -76,9 +76,8 @@ class Cluster:
     @cached_property
     def is_round(self) -> bool:
         """Whether its top is as wide in all directions; a square is 1.41 times as wide in some."""
-        few = _outliers(len(self.top))
-        along = np.partition(self.top @ _DIRECTIONS.T, [few, len(self.top) - 1 - few], axis=0)
-        widths = along[-1 - few] - along[few]
+        low, high = _bounds(self.top @ _DIRECTIONS.T)
+        widths = high - low
         return bool(widths.max() < 1.2 * widths.min())
 
 
@@ -127,7 +126,7 @@ def surface_height(z: np.ndarray) -> float | None:
         return None
     bins = np.arange(z.min(), z.max() + 0.01, 0.005)
     counts, edges = np.histogram(z, bins)
-    if not len(counts) or counts.max() < FEWEST:
+    if counts.max() < FEWEST:
         return None
     near = edges[counts.argmax()] + 0.0025
     return float(np.median(z[np.abs(z - near) < 0.0075]))
@@ -176,7 +175,7 @@ def _groups(points: np.ndarray, above: np.ndarray) -> list[tuple[np.ndarray, np.
     np.add.at(counts, (at[:, 0], at[:, 1]), 1)
     labels, number = ndimage.label(counts >= 2, structure=np.ones((3, 3)))
     label = labels[at[:, 0], at[:, 1]]
-    sizes = np.bincount(label, minlength=number + 1)
+    sizes = np.bincount(label)
     chosen = [k for k in range(1, number + 1) if sizes[k] >= FEWEST]
     return [(rows[label == k], columns[label == k]) for k in chosen]
 
@@ -189,14 +188,11 @@ def _cluster(
     eye = frame.T_wc.translation
     depth, xy = frame.depth[rows, columns], points[rows, columns, :2]
     low, high = xy.min(0) - PLANE_WINDOW, xy.max(0) + PLANE_WINDOW
-    r0, r1 = max(rows.min() - 120, 0), rows.max() + 121
-    c0, c1 = max(columns.min() - 120, 0), columns.max() + 121
-    part = points[r0:r1:2, c0:c1:2]
-    plane = np.abs(height[r0:r1:2, c0:c1:2]) < SURFACE_BAND
-    plane &= np.all((part[..., :2] > low) & (part[..., :2] < high), axis=-1)
+    near = points[::2, ::2, :2]
+    plane = np.abs(height[::2, ::2]) < SURFACE_BAND
+    plane &= np.all((near > low) & (near < high), axis=-1)
     if plane.sum() >= FEWEST:
-        v, u = np.nonzero(plane)
-        v, u = r0 + 2 * v, c0 + 2 * u
+        v, u = 2 * np.array(np.nonzero(plane))
         error = frame.depth[v, u] - (surface - eye[2]) / rays[v, u, 2]
         centred = np.column_stack([np.ones(len(u)), u - columns.mean(), v - rows.mean()])
         fit = np.linalg.lstsq(centred, error, rcond=None)[0]
@@ -257,14 +253,11 @@ def fit_circle(points: np.ndarray) -> Circle:
         points: The points, x and y [m].  # (n, 2)
     """
     points = _fewer(points)
-    along = points @ _DIRECTIONS.T
-    few = _outliers(len(points))
-    along = np.partition(along, [few, len(points) - 1 - few], axis=0)
-    middles = (along[few] + along[-1 - few]) / 2.0
-    centre = np.linalg.lstsq(_DIRECTIONS, middles, rcond=None)[0]
+    low, high = _bounds(points @ _DIRECTIONS.T)
+    centre = np.linalg.lstsq(_DIRECTIONS, (low + high) / 2.0, rcond=None)[0]
     # Of a disc, a part q of the area is beyond cos(a) of the radius with a^3 = 1.5 pi q.
-    within = np.cos(np.cbrt(1.5 * np.pi * few / len(points)))
-    return Circle(centre, float(np.median(along[-1 - few] - along[few]) / within))
+    within = np.cos(np.cbrt(1.5 * np.pi * _outliers(len(points)) / len(points)))
+    return Circle(centre, float(np.median(high - low) / within))
 
 
 def refine_rectangle(points: np.ndarray, start: Rectangle) -> Rectangle:
@@ -313,7 +306,7 @@ def _minimum(cost, start, steps) -> list[float]:  # type: ignore[no-untyped-def]
 
 def _fewer(points: np.ndarray) -> np.ndarray:
     """Return at most `MOST_POINTS` of the points, evenly spread over their order."""
-    return points[:: max(1, -(-len(points) // MOST_POINTS))]
+    return points[:: 1 + len(points) // MOST_POINTS]
 
 
 def _outliers(number: int) -> int:
@@ -321,12 +314,17 @@ def _outliers(number: int) -> int:
     return min(max(3, number // 200), (number - 1) // 2)
 
 
+def _bounds(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the bounds of the columns of an array, but for outliers."""
+    few = _outliers(len(values))
+    ordered = np.partition(values, [few, len(values) - 1 - few], axis=0)
+    return ordered[few], ordered[-1 - few]
+
+
 def _extent(points: np.ndarray, angle: float) -> tuple[float, np.ndarray, np.ndarray]:
-    """Return an angle, and the bounds of points along axes turned by it, but for outliers."""
+    """Return an angle, and the bounds of points along axes turned by it."""
     c, s = np.cos(angle), np.sin(angle)
-    local, few = points @ np.array([[c, -s], [s, c]]), _outliers(len(points))
-    local = np.partition(local, [few, len(points) - 1 - few], axis=0)
-    return float(angle), local[few], local[-1 - few]
+    return float(angle), *_bounds(points @ np.array([[c, -s], [s, c]]))
 
 
 def _area(extent: tuple[float, np.ndarray, np.ndarray]) -> float:

@@ -14,7 +14,7 @@ from bt_manip.cell import CellError
 from bt_manip.exceptions import BtManipError, did_you_mean
 from bt_manip.runner import Run, RunModifier
 
-from .camera import DepthCamera
+from .camera import DepthCamera, depth_cameras
 
 HEADER = struct.Struct("<4sHHdd")
 """Header of a message: `MAGIC`, width and height [pixels], focal length [pixels], age [s]."""
@@ -165,8 +165,7 @@ def connect(run: Run, texts: Sequence[str]) -> RunModifier:
     Raises:
         BtManipError: If there is no such camera, or there are no frames of it.
     """
-    entities = run.station.cell.entities.items()
-    cameras = {name: one for name, one in entities if isinstance(one, DepthCamera)}
+    cameras = depth_cameras(run.station.cell.entities)
     for text in texts:
         name, _, where = text.partition("=")
         if name not in cameras:

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pinocchio as pin
-from dm_control import composer, mjcf
+from dm_control import mjcf
 
 from bt_manip.cell import ParametricEntity, png
 from bt_manip.exceptions import BtManipError
@@ -145,9 +145,6 @@ class Tag(ParametricEntity):
             pos=[0.0, 0.0, -5e-5],
             contype=0, conaffinity=0, mass=0.0,
         )  # fmt: skip
-
-    def _build_observables(self) -> composer.Observables:
-        return composer.Observables(self)
 
     @property
     def rest_height(self) -> float:

@@ -114,9 +114,9 @@ def believe_off(monkeypatch):
     report = SeenPoses.report
 
     def off(*distance):
-        def wrong(self, name, T_wo, found, camera):
-            T_wo.translation += distance
-            report(self, name, T_wo, found, camera)
+        def wrong(self, found):
+            found.T_wo.translation += distance
+            report(self, found)
 
         monkeypatch.setattr(SeenPoses, "report", wrong)
 

@@ -2,6 +2,7 @@
 
 import time
 from dataclasses import dataclass
+from itertools import pairwise
 
 import mujoco
 import numpy as np
@@ -37,7 +38,6 @@ class Trial:
     distance: float
     refused: str
     position: float = np.nan
-    height: float = np.nan
     yaw: float = np.nan
     expected: float = np.nan
     seconds: float = np.nan
@@ -98,38 +98,35 @@ def trials(number, seed=0, errors=None, colours=False, surface=1.0, width=640, h
         off = (np.arctan2(rotation[1, 0], rotation[0, 0]) - yaw + turn / 2) % turn - turn / 2
         gap = found.T_wo.translation - at
         yield Trial(
-            kind, smallest, distance, "", 1e3 * np.linalg.norm(gap), 1e3 * abs(gap[2]),
+            kind, smallest, distance, "", 1e3 * np.linalg.norm(gap),
             np.degrees(abs(off)) if kind == "box" else 0.0, 1e3 * found.position_error, seconds,
         )  # fmt: skip
 
 
 def table(results):
     """Give the lines of a table: by shape, size and distance."""
-    groups = {"all": lambda one: True}
+    groups = {"all": results}
     for kind in ("box", "cylinder"):
-        groups[kind] = lambda one, kind=kind: one.kind == kind
-    for low, high in ((0.03, 0.04), (0.04, 0.06), (0.06, 0.08)):
-        groups[f"smallest side {1e3 * low:.0f} to {1e3 * high:.0f} mm"] = (
-            lambda one, low=low, high=high: low <= one.smallest < high
-        )
-    for low, high in ((0.4, 0.55), (0.55, 0.75), (0.75, 0.9)):
-        groups[f"distance {low} to {high} m"] = lambda one, low=low, high=high: (
-            low <= one.distance < high
-        )
-    yield "| group | poses | refused | wrong | position median / 95 % | yaw median / 95 % | time |"
+        groups[kind] = [one for one in results if one.kind == kind]
+    for key, bounds in (
+        ("smallest", (0.03, 0.04, 0.06, 0.08)),
+        ("distance", (0.4, 0.55, 0.75, 0.9)),
+    ):
+        for low, high in pairwise(bounds):
+            name = f"{key.replace('smallest', 'smallest side')} {low} to {high} m"
+            groups[name] = [one for one in results if low <= getattr(one, key) < high]
+    yield "| group | poses | refused | wrong | position median / 95 % [mm] | yaw [deg] | ms |"
     yield "|---|---|---|---|---|---|---|"
-    for name, chosen in groups.items():
-        group = [one for one in results if chosen(one)]
+    for name, group in groups.items():
         seen = [one for one in group if not one.refused]
-        position = np.percentile([one.position for one in seen], (50, 95))
         boxes = [one.yaw for one in seen if one.kind == "box"] or [0.0]
-        yaw = np.percentile(boxes, (50, 95))
-        seconds = 1e3 * np.percentile([one.seconds for one in seen], 95)
-        yield (
-            f"| {name} | {len(seen)} | {len(group) - len(seen)} | {sum(o.wrong for o in seen)} | "
-            f"{position[0]:.2f} / {position[1]:.2f} mm | {yaw[0]:.2f} / {yaw[1]:.2f} deg | "
-            f"{seconds:.0f} ms |"
+        position = [one.position for one in seen]
+        shown = (
+            " / ".join(f"{x:.2f}" for x in np.percentile(v, (50, 95))) for v in (position, boxes)
         )
+        counts = len(seen), len(group) - len(seen), sum(one.wrong for one in seen)
+        seconds = 1e3 * np.percentile([one.seconds for one in seen], 95)
+        yield f"| {name} | {' | '.join(map(str, (*counts, *shown)))} | {seconds:.0f} |"
 
 
 def test_poses_are_accurate_and_no_other_object_is_taken(opengl):

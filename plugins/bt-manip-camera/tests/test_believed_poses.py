@@ -76,7 +76,7 @@ def believe(station):
     def look(name, T_wo):
         seen = station.cell.pose(name)
         seen.translation += OFF
-        poses.source.report(name, seen, Estimate(name, seen, 1e-3, 0.0, station.cell.time), "eye")
+        poses.source.report(Estimate(name, seen, 1e-3, 0.0, station.cell.time, "eye"))
 
     poses.source.look = look
     assert all(poses.add(poses.next().name) for _ in range(2))

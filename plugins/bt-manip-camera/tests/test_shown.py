@@ -59,7 +59,12 @@ def test_the_page_lists_what_is_believed_and_outlines_it(run, shown):
     until_seen(run, loop)
     panel.draw()
     place, true = (c.pose("cube").translation for c in (believed, run.station.cell))
-    assert f"<td>{1e3 * np.linalg.norm(place - true):.1f}</td>" in panel.table.content
+    seen, now = run.station.believed.poses.source.seen["cube"], run.station.cell.time
+    at = " ".join(f"{1e3 * value:.0f}" for value in place)
+    off = 1e3 * np.linalg.norm(place - true)
+    values = f"{1e3 * seen.position_error:.1f}", f"{off:.1f}", f"{now - seen.time:.1f}", "eye"
+    row = "".join(f"<td>{value}</td>" for value in ("cube", at, *values))
+    assert f"<tr>{row}</tr>" in panel.table.content
     outline = panel.outlines["cube"]
     np.testing.assert_allclose(outline.position, place)
     sides = np.linalg.norm(np.diff(outline.points, axis=1), axis=2)
@@ -127,10 +132,11 @@ def test_a_recording_has_picture_outlines_points_and_beliefs_beside_the_truth(ru
             loop.advance()
         cells = run.station.believed.cell, run.station.cell
         believed, true = (cell.pose("cube").translation for cell in cells)
-    last = {}
+    last, times = {}, []
     with path.open("rb") as file:
         for schema, channel, message in make_reader(file, validate_crcs=True).iter_messages():
             last[channel.topic] = schema.name, message.data
+            times += [message.log_time] if channel.topic == "/believed" else []
 
     def read(topic, kind):
         name, data = last[topic]
@@ -140,6 +146,9 @@ def test_a_recording_has_picture_outlines_points_and_beliefs_beside_the_truth(ru
     image = read("/seen/eye/image", CompressedImage)
     picture = np.asarray(Image.open(io.BytesIO(image.data)))
     assert (picture.shape, image.format) == ((240, 320, 3), "jpeg")
+    seen = run.station.believed.poses.source.seen["cube"]
+    assert image.timestamp.ToNanoseconds() == pytest.approx(1e9 * seen.time)
+    assert len(times) > 3 and np.diff(times) == pytest.approx(1e8)  # [ns]
     drawn = read("/seen/eye/outlines", ImageAnnotations)
     number = [text.text for text in drawn.texts].index("cube")
     check_outline(np.array([(one.x, one.y) for one in drawn.points[number].points]), expected)
@@ -156,6 +165,8 @@ def test_a_recording_has_picture_outlines_points_and_beliefs_beside_the_truth(ru
         for names in ("xyz", ("red", "green", "blue"))
     )
     check_points(run, points, colours)
+    frame = run.station.cell.find("eye").detections.frame
+    assert len(rows) == np.count_nonzero(frame.depth[::4, ::4]) and (rows["alpha"] == 255).all()
     cube = json.loads(last["/believed"][1])["cube"]
     np.testing.assert_allclose(cube["position"], believed)
     np.testing.assert_allclose(cube["true_position"], true, atol=1e-6)

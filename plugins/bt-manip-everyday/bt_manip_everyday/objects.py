@@ -66,7 +66,8 @@ class Bowl(PrimitiveProp):
         "radius": Parameter("Outer radius of the rim", "m", 0.07, above=0.0),
         "height": Parameter("Height", "m", 0.055, above=0.0),
         "wall": Parameter("Thickness of wall and bottom", "m", 0.004, above=0.0),
-        "mass": 0.2, "friction": 0.7, "colour": (0.88, 0.84, 0.74),
+        "mass": 0.2, "friction": 0.7,
+        "colour": (0.88, 0.84, 0.74),
     }  # fmt: skip
 
     def _add_shapes(self, radius: float, height: float, wall: float) -> None:

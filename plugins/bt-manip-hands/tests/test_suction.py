@@ -111,7 +111,8 @@ def test_a_built_cup_is_as_wide_and_long_as_described_with_its_lip_at_the_tool(s
     assert np.diff(angles) == pytest.approx(2.0 * np.pi / len(lip))
     round_ = [g for g in cup.geoms if g not in lip]
     ends = np.array([T.actInv(data.geom_xpos[g])[2] for g in round_])
-    half = model.geom_size[round_, 1]
+    radius, half, _ = model.geom_size[round_].T
+    assert radius == pytest.approx((np.hypot(*at[0, :2]), 0.015, 0.0045))  # a thin stem
     skirt, bell, stem = zip(ends + half, ends - half, strict=True)
     assert skirt == pytest.approx((-0.0015, bell[0]))  # no gaps down to the length of 6 cm
     assert (bell[1], stem[1]) == pytest.approx((stem[0], -0.06))

@@ -37,6 +37,8 @@ def test_a_drawer_is_open_after_it_has_been_pulled(parts):
     station.cell.step(300)
     assert station.run(IsOpen("open", object="drawer")).status is NodeStatus.SUCCESS
     assert 0.15 <= station.cell.find("drawer").opening < 0.17
+    station.cell.data.joint("drawer/slide").qvel = -0.1
+    assert is_open.why_not() == "'drawer' moves at -100 mm/s"
     assert station.controllers.active == "computed_torque"
 
 

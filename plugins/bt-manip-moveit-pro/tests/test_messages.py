@@ -90,14 +90,14 @@ def test_frames_that_are_in_each_other_are_refused():
 
 def test_a_coverage_path_goes_back_and_forth_in_lanes():
     leaf = poses.GenerateCoveragePath(
-        bottom_right_corner="{c}", width="0.5", height="0.2", stride_distance="0.1",
+        bottom_right_corner="{c}", width="0.5", height="0.3", stride_distance="0.1",
         vector_of_poses="{path}",
     )  # fmt: skip
     turned = (0.0, 0.0, np.sqrt(0.5), np.sqrt(0.5))  # x and y of the corner are y and -x
     path = run(leaf, c=PoseStamped("base", (1.0, 2.0, 0.3), turned)).blackboard["path"]
-    expected = [(1.0, 2.0), (0.5, 2.0), (0.5, 2.1), (1.0, 2.1), (1.0, 2.2), (0.5, 2.2)]
+    expected = np.column_stack([[1.0, 0.5, 0.5, 1.0] * 2, np.repeat([2.0, 2.1, 2.2, 2.3], 2)])
     np.testing.assert_allclose([one.position for one in path], [(*p, 0.3) for p in expected])
-    np.testing.assert_allclose([one.orientation for one in path], [turned] * 6, atol=1e-12)
+    np.testing.assert_allclose([one.orientation for one in path], [turned] * 8, atol=1e-12)
     assert {one.frame for one in path} == {"base"}
 
 

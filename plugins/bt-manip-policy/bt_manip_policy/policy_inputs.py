@@ -1,7 +1,7 @@
 """The observations of a policy: observations of the station by their names in the policy."""
 
 from collections.abc import Iterator, Mapping
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
@@ -133,4 +133,4 @@ def _images(policy: LoadedPolicy, cell: Cell) -> Images | None:
     if len(sizes) > 1 or None in next(iter(sizes)):
         raise policy.error("expects images of several sizes, or of any size")
     ((height, width),) = sizes
-    return Images(tuple(kinds), tuple(cameras), int(width or 0), int(height or 0))
+    return Images(tuple(kinds), tuple(cameras), cast(int, width), cast(int, height))

@@ -1,13 +1,17 @@
 """Paths of a roadmap are free, short, and the same for the same seed."""
 
+from itertools import combinations, pairwise
+
 import numpy as np
 import pytest
+from scipy.sparse import csgraph
 
 from bt_manip import build_station
-from bt_manip.planning import PlanningProblem, RRTConnect
+from bt_manip.planning import PlanningProblem
 from bt_manip.plugins import load_plugins
 from bt_manip.robots import JointLimits
 from bt_manip_roadmap import LazyRoadmap
+from bt_manip_roadmap.lazy_roadmap import shortest
 
 LIMITS = JointLimits(*(np.full(2, x) for x in (-2.0, 2.0, 1.0, 1.0, 1.0, 1.0)))
 RADIUS = 0.5
@@ -38,12 +42,24 @@ def test_a_path_is_free_and_nearly_the_shortest(seed):
     assert length(path) < 1.15 * SHORTEST
 
 
-def test_on_average_it_is_shorter_than_the_first_path_found():
-    def mean(planner):
-        seeds = range(10)
-        return np.mean([length(planner.plan(problem(outside_the_disc, s)).path) for s in seeds])
-
-    assert mean(LazyRoadmap()) < mean(RRTConnect())
+@pytest.mark.parametrize("seed", range(10))
+def test_a_path_in_the_roadmap_is_the_shortest_one_without_blocked_edges(seed):
+    rng = np.random.default_rng(seed)
+    nodes, graph = rng.uniform(-1.0, 1.0, (40, 3)), np.zeros((40, 40))
+    near, known = [set() for _ in nodes], {}
+    for i, j in rng.permutation([*combinations(range(40), 2)])[:120].tolist():
+        near[i].add(j), near[j].add(i)
+        if rng.random() < 0.5:
+            known[i, j] = bool(rng.random() < 0.5)
+        graph[i, j] = np.linalg.norm(nodes[i] - nodes[j]) * known.get((i, j), True)
+    expected = csgraph.dijkstra(graph, directed=False, indices=0)[1:4].min()
+    path = shortest(nodes, near, range(1, 4), known)
+    if not path:
+        assert np.isinf(expected)
+        return
+    assert path[0] == 0 and path[-1] in (1, 2, 3)
+    assert sum(graph[min(e), max(e)] for e in pairwise(path)) == pytest.approx(expected)
+    assert all(graph[min(e), max(e)] for e in pairwise(path))
 
 
 def test_a_free_segment_needs_no_sample():
@@ -63,9 +79,13 @@ def test_the_same_seed_gives_the_same_path():
 
 
 def test_without_a_path_it_gives_up_after_a_number_of_samples():
-    result = LazyRoadmap(samples=300).plan(problem(lambda q: q[0] < 0.0 or q[0] > 0.9))
-    assert result.path.size == 0 and result.samples == 300
-    assert "300 samples" in result.reason
+    given = problem(lambda q: q[0] < 0.0 or q[0] > 0.9)
+    result = LazyRoadmap(samples=320).plan(given)
+    assert result.path.size == 0 and result.samples == 320
+    assert "320 samples" in result.reason
+    state = np.random.default_rng(0)
+    state.uniform(size=(320, 2))
+    assert given.rng.random() == state.random()  # so many were drawn
 
 
 def test_an_arm_can_be_told_to_use_it():

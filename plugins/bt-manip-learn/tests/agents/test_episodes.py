@@ -132,6 +132,7 @@ def test_the_progress_of_several_objects_counts_reaching_and_holding_one_of_them
 def test_a_commanded_pose_that_the_arm_could_not_follow_is_forgotten(episodes, lag):
     episodes.reset(0)
     kind = action_kind("cartesian_deltas", episodes)
+    assert kind.space.units == ("m", "m", "m", "rad", "rad", "rad", "-")
     (reference,) = kind.take_over()
     model = episodes.station.arm.model
     T = model.pose(reference.q).copy()

@@ -60,6 +60,8 @@ def test_images_show_the_entities(station, opengl):
     numbers = {name: i for i, name in enumerate(observations.entities)}
     seen = found["overview_segmentation"]
     assert {numbers["cube"], numbers["table"], numbers["panda"]} <= set(np.unique(seen).tolist())
+    away = found["overview_depth"] > 20.0  # nothing is there
+    assert away.sum() > 1000 and not seen[away].any()
     cell, camera = station.cell, station.cell.model.camera("overview").id
     axis = cell.data.cam_xmat[camera].reshape(3, 3)[:, 2]
     depth = -axis @ (cell.pose("cube").translation - cell.data.cam_xpos[camera])

@@ -54,6 +54,16 @@ def test_fingers_of_every_kind_are_found(kind):
         assert found.max_force == pytest.approx(mechanism.force, rel=0.05)
 
 
+def test_the_first_joint_moves_the_first_finger_also_where_a_gear_of_the_second_comes_before():
+    gear = (
+        '<body name="gear"><joint name="gear"/><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>'
+    )
+    tie = '<equality><joint joint1="gear" joint2="right_joint"/></equality><actuator>'
+    xml = model_of("slides").replace('<body name="left"', f'{gear}</body><body name="left"')
+    found = find_fingers(mujoco.MjModel.from_xml_string(xml.replace("<actuator>", tie)), ARM)
+    assert found.joints == ("left_joint", "right_joint") and found.fingers == ("left", "right")
+
+
 def test_the_measured_openings_do_not_depend_on_the_pose_of_the_arm():
     turned = model_of("coupled_slides").replace('pos="0 0 1"', 'pos="0 0 1" euler="30 20 10"')
     found, other = (
