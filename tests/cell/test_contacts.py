@@ -57,3 +57,11 @@ def test_nothing_touches_in_the_air():
 def test_an_unknown_body_offers_the_nearest(cell):
     with pytest.raises(CellError, match="did you mean 'heavy'"):
         cell.contacts.wrench("heavi")
+
+
+def test_the_wrench_of_a_resting_object_is_its_weight(cell):
+    wrench = cell.contacts.wrench("light")
+    np.testing.assert_allclose(wrench.force, (0, 0, 0.5 * G), rtol=1e-3, atol=1e-3)
+    np.testing.assert_allclose(wrench.torque, 0, atol=1e-3)
+    both_sides = cell.contacts.wrench("heavy")  # table up, light cube down
+    np.testing.assert_allclose(both_sides.force, (0, 0, 2.0 * G), rtol=1e-3, atol=1e-3)

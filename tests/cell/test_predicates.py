@@ -282,3 +282,31 @@ def test_four_walls_surround_a_place_and_three_do_not(missing, tmp_path):
     assert surrounds(cell, "walls", place, axis) is (missing is None)
     assert not surrounds(cell, "walls", place, axis, within=0.06)  # in a corner it is 0.077
     assert surrounds(cell, "walls", place, axis, within=0.08) is (missing is None)
+
+
+def test_a_cube_on_a_loose_board_beside_the_basket_is_not_in_it(cell):
+    _, upper = extent(cell, "basket")
+    put(cell, Box(size=(0.1, 0.1, 0.02)), upper[0] + 0.051, 0.0, 0.011, "board", settle=200)
+    put(cell, Cube(), upper[0] + 0.026, 0.0, 0.046, "cube")
+    assert is_on(cell, "cube", "board")
+    assert "is not inside 'basket'" in why_not_in(cell, "cube", "basket")
+
+
+def test_a_rod_that_leans_on_the_outer_wall_is_not_in_the_basket(cell):
+    lower, upper = extent(cell, "basket")
+    rod = Box(size=(0.02, 0.02, 0.3))
+    cell.add(rod, turned(lower[0] - 0.09, 0.0, 0.16, np.radians(25)), name="rod", overlap=0.01)
+    cell.step(1000)
+    partners = {label.partition("/")[0] for label in cell.contacts.partners("rod")}
+    assert partners >= {"table"}
+    assert "touches 'table'" in why_not_in(cell, "rod", "basket")
+    assert not is_on(cell, "rod", "basket") or "basket" in partners
+
+
+def test_at_the_turning_point_of_a_bounce_nothing_is_at_rest(cell):
+    cell.add(Cube(), pose((-0.3, 0.0, TOP + 0.05)), name="cube")
+    steps = []
+    for _ in range(600):
+        cell.step()
+        steps.append(is_on(cell, "cube", "table"))
+    assert steps[-1] and False not in steps[steps.index(True) :]

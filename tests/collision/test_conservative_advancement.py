@@ -201,3 +201,12 @@ def test_the_configurations_known_to_be_free_do_not_depend_on_paths_before():
         return [found[i] for i in range(24)]
 
     assert known(range(24)) == known(reversed(range(24)))
+
+
+def test_few_checks_are_needed_where_nothing_is_near(walled, monkeypatch):
+    space = FreeSpace(walled.world, HOME)
+    path = discretize_segment(HOME, HOME + [0.4, 0.1, -0.1, 0.2, 0.0, 0.1, 0.3], 2e-3)
+    checks, collide = [], walled.world.collide
+    monkeypatch.setattr(walled.world, "collide", lambda q: checks.append(1) or collide(q))
+    assert space.path_is_free(path)
+    assert len(checks) < len(path) / 10

@@ -224,3 +224,11 @@ def test_the_models_of_controllers_have_no_overrides(make, default):
     assert robot.make_model().friction.tolist() == [5.0, 5.0]
     for name in (default, "unclipped"):
         assert manager.get(name).model.friction.tolist() == bare.friction.tolist()
+
+
+def test_switching_to_the_active_controller_changes_nothing(make):
+    cell, _, manager = make(load=LOAD)
+    cell.step(100)
+    before = manager.get_state()
+    manager.switch("computed_torque")
+    assert manager.get_state() == before

@@ -70,3 +70,8 @@ def test_multi_turn_joints_are_sampled_near_start_and_goals():
     lower, upper = problem.bounds()
     assert lower == pytest.approx([-1.0, -2 * np.pi, -np.pi])
     assert upper == pytest.approx([1.0, 0.5 + np.pi, 1.0 + np.pi])
+
+
+def test_the_same_problem_gives_the_same_path():
+    first, second = (RRTConnect().plan(plane(beside_the_wall, seed=5)) for _ in range(2))
+    assert np.array_equal(first.path, second.path) and first.samples == second.samples

@@ -128,3 +128,10 @@ def test_a_camera_outside_a_cell_and_without_opengl_says_so(monkeypatch, rng):
     cell.add(camera, pose((0.0, 0.0, 1.0)), name="camera", free=False)
     with pytest.raises(NoOpenGLError, match="nothing with MUJOCO_GL disable; .*MUJOCO_GL=egl"):
         camera.expose(rng)
+
+
+def test_the_same_seed_gives_the_same_bits(see):
+    _, camera = see(width=160, height=120)
+    one, other, third = (camera.expose(np.random.default_rng(s)) for s in (3, 3, 4))
+    np.testing.assert_array_equal(one.depth, other.depth)
+    assert not np.array_equal(one.depth, third.depth)

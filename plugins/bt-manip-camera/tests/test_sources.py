@@ -216,3 +216,8 @@ def test_what_cannot_be_a_source_is_refused_before_the_run(serve, tmp_path):
     }.items():
         with pytest.raises(BtManipError, match=why):
             connect(run, [text])
+
+
+def test_a_real_arm_without_frames_of_a_real_camera_is_refused(prepare_real):
+    with pytest.raises(BtManipError, match=r"a real robot needs frames of a real camera: --camera"):
+        prepare_real()

@@ -1,6 +1,10 @@
 """A policy acts as a leaf: what it moves, what stops it, and why it fails."""
 
 import json
+import os
+import signal
+import subprocess
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -8,11 +12,13 @@ import onnx_files as onnx
 import pytest
 
 from bt_manip import build_station
-from bt_manip.behaviours import Hover
-from bt_manip.bt import NodeStatus, Tree
+from bt_manip.behaviours import Hover, SpawnObject
+from bt_manip.bt import AlwaysSuccess, Fallback, NodeStatus, Sequence, Sleep, Tree
 from bt_manip.cell import CellError
 from bt_manip.exceptions import NodeError
 from bt_manip.plugins import load_plugins
+from bt_manip.record import Recorder
+from bt_manip.runner import Run, RunRequest, TreeSource
 from bt_manip.spatial import pointing_down
 from bt_manip.viewer import render
 from bt_manip_policy import PolicyKind, RunPolicy, policy_process
@@ -214,6 +220,16 @@ def test_a_policy_that_does_not_fit_is_refused_before_the_run(
         Acting(station, model=policy(offset, inputs, **metadata))
 
 
+# Runs a command and prints its peak memory [KB]. A process counts the peak of the one that started
+# it as its own, so that a large test process must not start the command itself.
+PEAK_MEMORY = """
+import resource, subprocess, sys
+code = subprocess.run(sys.argv[1:]).returncode
+print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)
+sys.exit(code)
+"""
+
+
 def test_a_policy_that_cannot_act_is_refused_before_the_run(station, tmp_path):
     path = tmp_path / "policy.onnx"
     with pytest.raises(NodeError, match="No such file"):
@@ -225,17 +241,71 @@ def test_a_policy_that_cannot_act_is_refused_before_the_run(station, tmp_path):
         Acting(station, model=str(path), policy_kind="quick")
 
 
+def test_a_policy_that_hangs_at_a_tick_fails_and_the_tree_goes_on(station, tmp_path):
+    """The file acts when it is checked, and computes without end once there is a cube."""
+    path = tmp_path / "policy.onnx"
+    path.write_bytes(onnx.endless("cube_position"))
+    leaf = RunPolicy("policy", model=str(path), policy_kind="quick")
+    spawn = SpawnObject(model="cube", region="0.3;0.3;0;0", object="{cube}")
+    tree = Tree(Fallback("or", [Sequence("all", [spawn, leaf]), AlwaysSuccess()]))
+    tree.setup(**station.infrastructure)
+    status = NodeStatus.RUNNING
+    while status is NodeStatus.RUNNING:
+        status = tree.tick()
+        station.cell.step(10)
+    assert status is NodeStatus.SUCCESS
+    assert "takes longer than 0.5 s" in leaf.feedback_message
+
+
+def test_the_report_says_that_a_policy_that_fails_at_once_did_nothing(station, policy):
+    shares = []
+    for offset in (np.zeros(7), [0.0, np.nan, 0, 0, 0, 0, 0]):
+        leaf = RunPolicy("policy", model=policy(offset), time_limit=0.3)
+        tree = Tree(Fallback("or", [leaf, Sleep("script", msec=300)]), clock=station.clock)
+        tree.setup(**station.infrastructure)
+        recorder = Recorder("test", 0)
+        Run(RunRequest(TreeSource("test", "python")), tree, station).execute([recorder])
+        (cycle,) = recorder.report().cycles
+        assert cycle.status == "SUCCESS"
+        shares.append(cycle.leaf_times["RunPolicy"])
+    assert shares[0].share == pytest.approx(0.5, abs=0.03) and shares[1].share == 0.0
+    assert "has not been halted" in shares[0].reasons[0]
+    assert "not finite" in shares[1].reasons[0]
+
+
+def test_a_policy_whose_process_is_killed_fails_and_acts_again(station, policy):
+    acting = Acting(station, model=policy(np.zeros(7))).run(0.2)
+    os.kill(policy_process.shared_process(ONNX.memory).pid, signal.SIGKILL)
+    acting.run(0.2)
+    assert acting.status is NodeStatus.FAILURE
+    assert "ended its process (SIGKILL)" in acting.leaf.feedback_message
+    acting.status = acting.tree.tick()
+    assert acting.run(0.2).status is NodeStatus.RUNNING
+
+
 def test_a_policy_goes_on_in_another_leaf(station, policy):
     """The state of a leaf, as in a snapshot, is enough for another one to act as it would."""
     model = policy(np.tile([[0.004], [-0.002]], (1, 7)) * [1, 1, 1, 0, 0, 0, -200])
     acting = Acting(station, model=model).run(0.27)
-    states = json.loads(json.dumps(acting.tree.get_state())), station.get_state()
+    states = acting.tree.get_state(), station.get_state()
     acting.run(0.5)
     other = Acting(station, model=model)
     station.set_state(states[1])
     other.tree.set_state(states[0])
     other.run(0.5)
     assert np.array_equal(np.array(acting.rows[-500:]), np.array(other.rows))
+
+
+def test_the_command_refuses_files_of_strangers_in_time(tmp_path):
+    """Exit code 2, below 1 GB; the seconds of the limit and of the start are not measured here."""
+    path = tmp_path / "policy.onnx"
+    path.write_bytes(onnx.product(40_000))
+    command = "-m", "bt_manip", "run", "pick_place_policy", "--set", f"policy={path}"
+    measured = [sys.executable, "-c", PEAK_MEMORY, sys.executable, *command]
+    done = subprocess.run(measured, capture_output=True, text=True)
+    assert done.returncode == 2
+    assert done.stderr.startswith("Error: ") and str(path) in done.stderr.replace("\n", "")
+    assert int(done.stdout) < 1 << 20  # of the largest of its processes; nothing else is printed
 
 
 # Images, history, states, chunks, policies in Python
@@ -301,6 +371,17 @@ def test_a_chunk_is_left_early(station, policy, described):
     Acting(station, model=policy(there, **described)).run(0.4)
     gone = tool(station).translation[0] - start
     assert gone > 0.02 if "execute" in described else abs(gone) < 0.02
+
+
+def test_a_run_continues_from_the_state_of_a_policy_with_memory(station, tmp_path):
+    path = tmp_path / "counting.onnx"
+    path.write_bytes(onnx.counting())
+    acting = Acting(station, model=str(path)).run(0.2)
+    saved = json.loads(json.dumps(acting.leaf.get_state()))
+    other = RunPolicy("policy", model=str(path))
+    other.set_state(saved)
+    assert count_of(other) == count_of(acting.leaf)
+    assert json.dumps(other.get_state()) == json.dumps(saved)
 
 
 PYTHON = """
