@@ -60,6 +60,10 @@ class _RecordByDefault(click.Group):
             args = ["record", *args]
         return super().parse_args(ctx, args)
 
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Return a command; that of a tree is ``record``."""
+        return self.commands.get(cmd_name, self.commands["record"])
+
 
 @click.group(cls=_RecordByDefault)
 def demos() -> None:
