@@ -99,10 +99,11 @@ def _entry(key: str, state: Mapping[str, Any], types: Mapping[str, PortType]) ->
 
 
 def _known_types(nodes: list[TreeNode]) -> dict[str, PortType]:
+    types = {
+        value.name: value for value in vars(port_types).values() if isinstance(value, PortType)
+    }
+    of_ports = (port.type for node in nodes for port in node.ports.values())
     of_values = map(port_types.port_type, (list, type(None)))  # of what a program wrote
-    known = (*vars(port_types).values(), *of_values)
-    types = {value.name: value for value in known if isinstance(value, PortType)}
-    for node in nodes:
-        for port in node.ports.values():
-            types.setdefault(port.type.name, port.type)
+    for one in (*of_ports, *of_values):
+        types.setdefault(one.name, one)
     return types

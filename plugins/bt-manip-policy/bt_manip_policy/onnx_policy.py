@@ -16,8 +16,8 @@ ACTION, RATE = "bt_manip.action", "bt_manip.rate"
 NUMBERS = {
     RATE: Parameter(unit="Hz", type=float, above=0.0, at_most=1000.0),
     "bt_manip.history": Parameter(default=1, at_least=1, at_most=64),
-    "bt_manip.execute": Parameter(default=0, at_least=0),
-    "bt_manip.ensemble": Parameter(default=None, type=float, at_least=0.0),
+    "bt_manip.execute": Parameter(default=0, at_least=0, at_most=1_000_000),
+    "bt_manip.ensemble": Parameter(default=None, type=float, at_least=0.0, at_most=1000.0),
 }
 """Numbers in the metadata, by key; `OnnxPolicy` has their meanings."""
 
