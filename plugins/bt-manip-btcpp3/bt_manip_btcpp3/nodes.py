@@ -109,7 +109,7 @@ def _threshold(count: int, children: int) -> int:
 
 def _tick_rounds(self: Any) -> NodeStatus:
     """Tick the child until it was counted often enough, or ends otherwise."""
-    most = self._most()
+    most = self.read_port(self.port)
     self._enter()
     while most == -1 or self._count < most:
         before = self.child_node.engine_status
