@@ -278,6 +278,12 @@ ARGUED = {
     "POLL = ": "how often it looks whether something has come",
     "STEP = 0.02  # [rad] between": "more checks than needed",
     "samples: int = 3000000": "when a search without success ends",
+    'name="case", type="box"': "the drawn case of a camera, which does not collide",
+    "between = ((lower <= middle)": "the rays below decide; this only spares them",
+    "marks = 1e300 *": "any numbers that are distinct and not zero",
+    "settimeout(max(end": "it is against a timeout of zero or less",
+    "s.full_identifier).adr[-1]": "a sensor has one address",
+    "rng.uniform(-0.04, 0.04, 2)": "drawn as often to one side as to the other",
 }
 """Changes that cannot matter, by a part of the line before or after them, and why."""
 

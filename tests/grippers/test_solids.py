@@ -104,3 +104,10 @@ def test_the_surface_of_a_body_above_a_plane_is_that_of_its_colliding_geoms():
             < 5e-4
         )
     assert len(geom_surface(model, 1)) == 0  # a plane
+
+
+def test_a_capsule_is_as_wide_at_both_ends_of_its_cylinder():
+    model = mujoco.MjModel.from_xml_string(MESHES)
+    points = geom_surface(model, 3).reshape(-1, 3)
+    wide = points[np.hypot(points[:, 0], points[:, 1]) > 0.01 - 1e-9]
+    assert {*np.round(wide[:, 2], 9)} == {-0.03, 0.03}

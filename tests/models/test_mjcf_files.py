@@ -3,9 +3,10 @@
 import os
 import time
 
+import mujoco
 import pytest
 
-from bt_manip.models import ModelError, check_mjcf, read_mesh
+from bt_manip.models import ModelError, check_mjcf, exact_xml, read_mesh
 
 GOOD = '<mujoco>{}<worldbody><geom type="box" size=".1 .1 .1"/></worldbody></mujoco>'
 
@@ -97,3 +98,15 @@ def test_an_obj_file_of_absurdly_many_groups_has_no_parts(tmp_path):
     path.write_text(corners + solid * 20_000)
     assert read_mesh(path).convex_parts == ()
     assert time.monotonic() - start < 4.0
+
+
+def test_each_shape_of_a_body_is_written_with_all_its_digits():
+    spec = mujoco.MjSpec.from_string(
+        '<mujoco><worldbody><body><geom size=".1234567891" pos=".2345678912 0 0"/>'
+        '<geom type="box" size=".1 .2 .3456789123" quat=".8 .1 .2 .3"/><geom size=".2"/>'
+        "</body></worldbody></mujoco>"
+    )
+    model, found = spec.compile(), mujoco.MjModel.from_xml_string(exact_xml(spec))
+    assert found.geom_size == pytest.approx(model.geom_size, abs=1e-12)
+    assert found.geom_pos == pytest.approx(model.geom_pos, abs=1e-12)
+    assert found.geom_quat == pytest.approx(model.geom_quat, abs=1e-12)
