@@ -284,6 +284,12 @@ ARGUED = {
     "settimeout(max(end": "it is against a timeout of zero or less",
     "s.full_identifier).adr[-1]": "a sensor has one address",
     "rng.uniform(-0.04, 0.04, 2)": "drawn as often to one side as to the other",
+    "np.linspace(*area.x, 6)": "how many places of a base are tried",
+    "* rng.uniform() ** 2": "how pieces of a random search are spread",
+    "if (rng.uniform() < LOCAL_SHARE)": "how samples of a random search are spread",
+    "half, light = 0.5 * WALL": "a colour",
+    "reshape(-2, 3, 3)": "NumPy takes any negative length for the one that is left",
+    "np.maximum(radius, 1e-12)": "it is against a division by zero only",
 }
 """Changes that cannot matter, by a part of the line before or after them, and why."""
 
