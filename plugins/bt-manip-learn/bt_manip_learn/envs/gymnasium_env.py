@@ -27,6 +27,9 @@ class GymnasiumEnvironment(gymnasium.Env[dict[str, np.ndarray], Any]):
     ``episode_number``, which identify the episode. For a tree that declares results, ``results``
     has those that were written, numbers as floats.
 
+    Unless it is recorded or observed, an environment can be pickled, and copied by
+    ``copy.deepcopy``; the copy continues the episode in its own station.
+
     Args:
         tree: The tree, as in ``bt-manip run``.
         render_mode: ``"rgb_array"``; None: `render` returns no images.
@@ -193,6 +196,10 @@ class GymnasiumEnvironment(gymnasium.Env[dict[str, np.ndarray], Any]):
         self.task.set_state(state)
         self._seed, self._episode = self.task.episodes.seed, self.task.episodes.episode
         self._results = self._read_results()
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return the attributes without the renderer, which is made again."""
+        return {**vars(self), "_rendered": None}
 
     def _observe(self) -> dict[str, np.ndarray]:
         found = self.task.observe()

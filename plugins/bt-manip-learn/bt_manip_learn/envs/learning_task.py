@@ -108,6 +108,11 @@ class LearningTask:
             reward
         )
         refuse_unknown("an environment has no option", request, OPTIONS)
+        self._arguments: dict[str, Any] = {
+            "tree": tree, "action": action, "reward": reward, "discount": discount,
+            "images": images, "step_time": step_time, "faults": faults, "vary": vary,
+            "parts": parts, **request,
+        }  # fmt: skip
         if parts is None:
             parts = load_plugins().parts
         self._record, self._observers, self._parts = record, tuple(observers), parts
@@ -240,6 +245,21 @@ class LearningTask:
         if (outcome.success or outcome.failure) and not self.episodes.ended:
             self.episodes.finish(outcome.failure)
         return outcome
+
+    def __reduce__(self) -> Any:
+        """Pickle or copy the arguments and the state of the environment.
+
+        Raises:
+            BtManipError: If it is recorded or observed.
+        """
+        if self._recorded or self._observers:
+            raise BtManipError(
+                "an environment with 'record' or 'observers' cannot be copied or pickled: both "
+                "would write the same files; make another one and give it the state of get_state()"
+            )
+        return partial(LearningTask, **self._arguments), (), self.get_state()
+
+    __setstate__ = set_state
 
     def _make_observers(self, run: Run, episode: int) -> list[RunObserver]:
         """Return the observers of an episode."""

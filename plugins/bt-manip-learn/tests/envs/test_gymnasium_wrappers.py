@@ -1,5 +1,8 @@
 """Gymnasium's own wrappers and vector environments take the environments as they are."""
 
+import copy
+import pickle
+
 import gymnasium
 import numpy as np
 import pytest
@@ -131,6 +134,30 @@ def test_ids_exist_for_trees_that_need_no_arguments_only():
     ids = [one for one in gymnasium.registry if one.startswith("bt_manip/")]
     assert ID in ids
     assert "bt_manip/PickPlacePolicy-v0" not in ids  # the file of the policy has no default
+
+
+# Copies
+
+
+def test_a_copy_continues_the_episode_and_those_after_it():
+    env = make()
+    env.reset(seed=4)
+    env.action_space.seed(4)
+    env.step(env.action_space.sample())
+    other = pickle.loads(pickle.dumps(env))
+    for _ in range(2):
+        action = env.action_space.sample()
+        assert (other.action_space.sample() == action).all()
+        (a, *rest), (b, *others) = env.step(action), other.step(action)
+        assert rest == others and all(np.array_equal(a[name], b[name]) for name in a)
+    assert rest[2]  # truncated: the wrapper's count of steps is copied too
+    assert env.reset()[1] == other.reset()[1]
+
+
+def test_an_environment_that_records_says_why_it_cannot_be_copied(tmp_path):
+    env = GymnasiumEnvironment("pick_place", record=str(tmp_path / "run.mcap"))
+    with pytest.raises(BtManipError, match="would write the same files"):
+        copy.deepcopy(env)
 
 
 # Goals
