@@ -74,6 +74,11 @@ class DmEnvironment(dm_env.Environment):
         name = "\t".join(space.names)  # as dm_control names the numbers of an action
         return specs.BoundedArray(space.shape, space.dtype, space.low, space.high, name)
 
+    def reward_spec(self) -> specs.BoundedArray:
+        """Return the bounds of rewards."""
+        low, high = self.task.reward_bounds
+        return specs.BoundedArray((), float, low, high, "reward")
+
     def close(self) -> None:
         """End recordings, and free the renderers."""
         self.task.close()

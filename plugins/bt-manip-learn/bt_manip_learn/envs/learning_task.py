@@ -73,6 +73,7 @@ class LearningTask:
         episodes: The episodes of the tree in its station.
         observations: The observations.
         action: The kind of actions.
+        reward_bounds: Smallest and largest reward of a step.
         observed: Whether episodes are recorded, observed or modified by faults.
         progress: Progress towards the goal after the last step, from 0 to 1 where the goal holds;
             see `goal_progress`.
@@ -124,9 +125,11 @@ class LearningTask:
             raise BtManipError(
                 f"the tree '{tree}' declares no goal, so that success is not defined"
             )
+        self.reward_bounds = (0.0, 1.0)
         if self._discount is not None:
             if not 0.0 <= self._discount <= 1.0:
                 raise BtManipError(f"the discount is from 0 to 1, got {self._discount:g}")
+            self.reward_bounds = (-1.0, 1.0 + self._discount)
             if names := without_progress(self.episodes.run.tree.goal):
                 raise BtManipError(
                     f"the reward '{reward}' needs the progress of the goal, but its condition "

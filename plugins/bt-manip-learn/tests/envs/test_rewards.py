@@ -15,6 +15,7 @@ from bt_manip_learn.envs import LearningTask
 def test_the_shaping_of_an_episode_telescopes_to_its_first_and_last_progress():
     """Ng, Harada and Russell 1999: shaping adds a constant to the discounted sparse return."""
     task = LearningTask("pick_place", reward="shaped", discount=0.9)
+    assert task.reward_bounds == (-1.0, 1.9)  # all progress lost; all made at once, with success
     task.reset(0)
     start = goal_progress(task.episodes)
     total, n, success = 0.0, 0, False
