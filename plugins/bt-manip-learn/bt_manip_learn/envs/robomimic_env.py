@@ -14,6 +14,9 @@ from bt_manip.record import reading
 
 from .gymnasium_env import GymnasiumEnvironment
 
+IGNORED = ("render", "render_offscreen", "use_image_obs", "postprocess_visual_obs")
+"""Options of robomimic's environments without effect; ``images`` replaces them."""
+
 
 class RobomimicEnvironment(EnvBase):
     """The environment of exported demonstrations, with the methods for robomimic's rollouts.
@@ -33,8 +36,9 @@ class RobomimicEnvironment(EnvBase):
     """
 
     def __init__(self, env_name: str, **options: Any) -> None:
-        self._name, self._options = env_name, options
-        self.env = GymnasiumEnvironment(**options)
+        self._name = env_name
+        self._options = {key: value for key, value in options.items() if key not in IGNORED}
+        self.env = GymnasiumEnvironment(**self._options)
         self._next_seed: int | None = None
         self._observation: dict[str, np.ndarray] = {}
         self._reward, self._done, self._success = 0.0, False, False
@@ -52,9 +56,12 @@ class RobomimicEnvironment(EnvBase):
         return cls(name, **options)
 
     @classmethod
-    def create_for_data_processing(cls, *arguments: Any, **options: Any) -> Any:
-        """Refuse: an exported file has its observations and rewards."""
-        raise NotImplementedError
+    def create_for_data_processing(
+        cls, env_name: str, *cameras: Any, **options: Any
+    ) -> "RobomimicEnvironment":
+        """Return an environment whose options determine cameras and reward."""
+        ignored = ("camera_names", "camera_height", "camera_width", "reward_shaping")
+        return cls(env_name, **{k: v for k, v in options.items() if k not in ignored})
 
     def seed(self, seed: int) -> None:
         """Set the seed of the next episode."""
