@@ -121,6 +121,7 @@ def record(
     from bt_manip.cell import parse_size
     from bt_manip.cli import run_tracked
     from bt_manip.evaluation import call_in_process, parse_point
+    from bt_manip.record import RecordingError
     from bt_manip_learn.demonstrations import DemonstrationRecorder, DemonstrationStore
 
     load_chosen_plugins()  # warns of broken ones
@@ -142,6 +143,9 @@ def record(
         left = sorted({*range(episodes)}.difference(store.episodes()))
         _, code = run_tracked("demos", make_recorder, left, workers, store.write_lost)
         outcomes = store.write_outcomes()
+    missing = len({*left}.difference(one["episode"] for one in outcomes))
+    if missing and not code:
+        raise RecordingError(f"{missing} episodes in '{folder}' were deleted during the recording")
     failed = [one for one in outcomes if not one["success"]]
     for one in failed:
         click.echo(f"episode {one['episode']} failed: {one['reason']}")
