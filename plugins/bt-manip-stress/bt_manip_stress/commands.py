@@ -29,6 +29,9 @@ from bt_manip.cli import (
 if TYPE_CHECKING:
     from bt_manip_stress import StressEpisode, StressTable, StressTester
 
+BEGIN, END = "<!-- stress -->", "<!-- /stress -->"
+"""Lines of a page between which its table is."""
+
 
 @click.command(
     cls=GroupedCommand,
@@ -52,7 +55,8 @@ if TYPE_CHECKING:
 @workers_option
 @click.option(
     "--markdown", type=click.Path(path_type=Path), metavar="FILE",
-    help="Write the whole table to a page.",
+    help="Write the whole table to a page: between the lines <!-- stress --> and <!-- /stress -->, "
+    "where it has them.",
 )  # fmt: skip
 @json_option
 @takes(StationOptions)
@@ -75,7 +79,7 @@ def stress(
     os.environ.setdefault("MUJOCO_GL", "disable")
     from bt_manip.cli import run_tracked
     from bt_manip.evaluation import call_in_process
-    from bt_manip.record import check_writable, whole_file, writing
+    from bt_manip.record import check_writable
     from bt_manip_stress import StressTable, StressTester, lost_stress
 
     if markdown is not None:
@@ -101,8 +105,7 @@ def stress(
             word for key, value in given.items() if value for word in (f"--{key}", str(value))
         ]
         command = shlex.join(["bt-manip", "stress", tree, *words])
-        with writing(markdown, "table"), whole_file(markdown) as file:
-            file.write(table.markdown(command).encode())
+        _write_page(markdown, table.markdown(command))
     return code or (SUCCESS if all(one.acceptable for one in results) else FAILED)
 
 
@@ -155,3 +158,16 @@ def _blocks(rows: list[list[str]], width: int) -> Iterator[list[list[str]]]:
             end += 1
         yield [[row[0], *row[start:end]] for row in rows]
         start = end
+
+
+def _write_page(path: Path, text: str) -> None:
+    """Write the table to a file, or between the marks of a page."""
+    from bt_manip.record import whole_file, writing
+
+    if path.exists():
+        before, begin, rest = path.read_text().partition(BEGIN)
+        _, end, after = rest.partition(END)
+        if begin and end:
+            text = f"{before}{BEGIN}\n{text}{END}{after}"
+    with writing(path, "table"), whole_file(path) as file:
+        file.write(text.encode())

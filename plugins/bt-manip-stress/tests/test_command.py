@@ -57,14 +57,18 @@ def stress(bt_manip, tmp_path):
 
 def test_a_table_and_its_page_are_written(stress, in_this_process, tmp_path):
     page = tmp_path / "page.md"
+    page.write_text("# Stress\n\n<!-- stress -->\nold\n<!-- /stress -->\n\nAfter.\n")
     code, out, err = stress("--faults", "heavy, push", "--markdown", page)
     assert (code, err) == (0, "")
     assert "heavy  R1" in out and "2 faults: 2 recovered, 0 failed" in out
     text = page.read_text()
-    assert text.startswith("Made by `bt-manip stress") and "| push | R1 |" in text
+    assert text.startswith("# Stress\n\n<!-- stress -->\nMade by `bt-manip stress")
+    assert "| push | R1 |" in text and text.endswith("<!-- /stress -->\n\nAfter.\n")
 
 
-def test_the_episodes_are_printed_as_json(stress, in_this_process, tmp_path):
+def test_the_episodes_are_printed_as_json_and_a_new_page_holds_the_table_alone(
+    stress, in_this_process, tmp_path
+):
     page = tmp_path / "page.md"
     options = "--tool-speed", "0.9", "--faults", "heavy, push", "--phases", "work"
     code, out, err = stress(*options, "--markdown", page, "--json")
@@ -72,8 +76,10 @@ def test_the_episodes_are_printed_as_json(stress, in_this_process, tmp_path):
     found = json.loads(out)
     assert [case["outcome"] for case in found["episodes"]] == ["recovered"] * 2
     assert found["findings"] == []
+    first, *_ = page.read_text().splitlines()
+    assert first.startswith("Made by `bt-manip stress")
     given = f"--tool-speed 0.9 --seeds 1 --faults 'heavy, push' --phases work --markdown {page}`"
-    assert f" {given}" in page.read_text().splitlines()[0]
+    assert f" {given}" in first
 
 
 @pytest.mark.parametrize(
