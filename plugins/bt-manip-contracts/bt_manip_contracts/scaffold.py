@@ -2,6 +2,7 @@
 
 import keyword
 import re
+import tokenize
 from pathlib import Path
 
 from bt_manip.exceptions import BtManipError
@@ -93,12 +94,26 @@ def _check_free(name: str, part: str, kind: str, plugins: Plugins) -> None:
 
 def _check_unused(name: str, names: dict[str, str], files: list[Path]) -> None:
     """Raise an error if the template's code uses the name otherwise."""
-    words = {path.stem for path in files}
+    if names["gear"] == "gear":
+        return
     for path in files:
-        if path.suffix == ".py":
-            words.update(re.findall(r"\w+", path.read_text(encoding="utf-8")))
-    if names["gear"] != "gear" and words & {names["gear"], names["Gear"]}:
-        raise BtManipError(
-            f"'{name}' cannot be the name: the code of the package uses this word otherwise; "
-            f"choose another, such as 'my-{name}'"
-        )
+        clashes = names["gear"] == path.stem
+        if path.suffix == ".py" and not clashes:
+            used = _words(path)
+            clashes = any(old in used and names[old] in used for old in ("Gear", "gear"))
+        if clashes:
+            raise BtManipError(
+                f"'{name}' cannot be the name: the code of the package uses this word otherwise; "
+                f"choose another, such as 'my-{name}'"
+            )
+
+
+def _words(path: Path) -> set[str]:
+    """Return the names in a module, without attributes."""
+    found, before = set(), ""
+    with path.open("rb") as file:
+        for token in tokenize.tokenize(file.readline):
+            if token.type == tokenize.NAME and before != ".":
+                found.add(token.string)
+            before = token.string
+    return found
